@@ -1,1 +1,1 @@
-"""File formats of robots, each with its reader and its writer in one folder."""
+"""File formats of robots: one package per format, with its reader and its writer."""

@@ -1,13 +1,13 @@
-"""What a format does with each feature of a robot: a table that makes every finding of a loss.
+"""Tables of the features that a format keeps, changes, omits or rejects.
 
-A row of the table says of a feature whether the format keeps it, changes it, leaves it out, or
-rejects the robot for it. All but the first come with the code and the message of a finding. The
-message is a template: `{format}` is what the format is called, other words come with each place
-where the feature is found.
+Each row states whether the format keeps a feature, changes it, omits it, or rejects the robot
+because of it. All rows except kept features also define the code and the message of a finding. The
+message is a template: `{format}` is the title of the format, and a feature may define further
+placeholders.
 
     Capabilities("URDF", (
         kept(LINKS, DAMPING),
-        left_out(LOOPS),                              # with the feature's own code and message
+                omitted(LOOPS),                              # with the defaults of the feature
         changed(LIMITS, "one-sided-limit", "{format} limits both sides or none"),
     ))
 """
@@ -24,15 +24,15 @@ from ..finding import Finding, Subject, errors_first, member
 from ..finding_builders import error, warning
 from ..model.robot import Robot
 
-Fate = Literal["kept", "changed", "left out", "refused"]
+Fate = Literal["kept", "changed", "omitted", "rejected"]
 
 
 class Found(NamedTuple):
     """A place where a robot has a feature.
 
     Attributes:
-        subject: The object that has it.
-        words: What its message has in braces.
+        subject: The object that has the feature.
+        words: Values of the placeholders in the message.
     """
 
     subject: Subject
@@ -44,32 +44,32 @@ Finder = Callable[[Robot], Iterable[Found]]
 
 @dataclass(frozen=True)
 class Feature:
-    """Something that a robot may have.
+    """Property or element that a robot may have.
 
     Attributes:
-        name: What messages and documents call it, in the plural.
-        find: The places where a robot has it.
-        code: Code of the finding that the format leaves it out; a row can override it.
-        message: Of that finding.
+        name: Name in messages and documents, in the plural.
+        find: Function that returns the places where a robot has the feature.
+        code: Code of the finding that the format omits the feature; a row can override it.
+        message: Message of that finding.
     """
 
     name: str
     find: Finder
     code: str = ""
-    message: str = "{format} has no {what}; left out"
+    message: str = "{format} has no {what}; omitted"
 
 
 @dataclass(frozen=True)
 class Row:
-    """What a format does with features.
+    """Treatment of one or several features by a format.
 
     Attributes:
-        features: Several are reported together, in one finding about the robot.
-        fate: What becomes of them.
-        code: Code of the finding; empty if the row makes no finding.
-        message: Of the finding.
-        find: The places that this is about.
-        only: Which of these features this is about, for documents; empty for all.
+        features: The features. Several features share one finding about the robot.
+        fate: The treatment of the features.
+        code: Code of the finding; empty if the row has no finding.
+        message: Message of the finding.
+        find: Function that returns the places to report.
+        only: The affected part of the features, for documents; empty for all of them.
     """
 
     features: tuple[Feature, ...]
@@ -81,7 +81,7 @@ class Row:
 
     def findings(self, robot: Robot, format_: str) -> Iterator[Finding]:
         """Return the findings for a robot; `format_` is the name that messages use."""
-        build = error if self.fate == "refused" else warning
+        build = error if self.fate == "rejected" else warning
         words = {"format": format_, "what": self.features[0].name}
         for place in self.find(robot) if self.code else ():
             problem = self.message.format_map({**words, **place.words})
@@ -89,13 +89,13 @@ class Row:
 
 
 def kept(*features: Feature) -> Row:
-    """Return a row for features that the format holds as they are."""
+    """Return a row for features that the format keeps unchanged."""
     return Row(features, "kept")
 
 
 def implied(*features: Feature) -> Row:
-    """Return a row for features that are left out with another one, whose finding is enough."""
-    return Row(features, "left out")
+    """Return a row for features that are omitted together with a feature that is reported."""
+    return Row(features, "omitted")
 
 
 def _row(
@@ -106,15 +106,15 @@ def _row(
     find: Finder | None = None,
     only: str = "",
 ) -> Row:
-    """Return a row for a feature that is not simply kept.
+    """Return a row for a feature that the format changes, omits or rejects.
 
     Args:
-        fate: What becomes of it.
-        feature: One of several formats, or the name of one that this format alone knows.
-        code: Of the finding; the feature's if empty.
-        message: Of the finding; the feature's if empty.
-        find: The places that this is about; those of the feature if None.
-        only: Which of these this is about, for documents.
+        fate: Treatment of the feature.
+        feature: A feature of the catalogue, or the name of a feature that only this format has.
+        code: Code of the finding; the code of the feature if empty.
+        message: Message of the finding; the message of the feature if empty.
+        find: Function that returns the places to report; `feature.find` if None.
+        only: The affected part of the feature, for documents.
     """
     if isinstance(feature, str):
         feature = Feature(feature, find or (lambda robot: ()))
@@ -122,31 +122,31 @@ def _row(
     return Row((feature,), fate, code, message, find or feature.find, only)
 
 
-left_out = partial(_row, "left out")
-"""A row, as `_row`, for a feature that is not written; the rest of the robot is."""
+omitted = partial(_row, "omitted")
+"""Return a row (see `_row`) for a feature that is not written."""
 changed = partial(_row, "changed")
-"""A row, as `_row`, for what is written but comes out otherwise in other programs."""
-refused = partial(_row, "refused")
-"""A row, as `_row`, for what makes that a robot is not written at all."""
+"""Return a row (see `_row`) for a feature that is written but differs in other programs."""
+rejected = partial(_row, "rejected")
+"""Return a row (see `_row`) for a feature that prevents the writing of the robot."""
 
 
 def changed_together(features: Sequence[Feature], code: str, message: str) -> Row:
-    """A row for features with one finding about the robot: `{what}` are those that it has."""
+    """Return a row that reports several features in one finding; `{what}` lists those found."""
 
     def find(robot: Robot) -> Iterator[Found]:
-        there = [f.name for f in features if any(True for _ in f.find(robot))]
-        if there:
-            yield Found(Subject("robot", robot.name), {"what": ", ".join(there)})
+        found = [f.name for f in features if any(True for _ in f.find(robot))]
+        if found:
+            yield Found(Subject("robot", robot.name), {"what": ", ".join(found)})
 
     return Row(tuple(features), "changed", code, message, find)
 
 
-def in_every_set(*rows: Row) -> tuple[Row, ...]:
-    """Return rows of muscles, which look in all cable sets in place of the active one."""
-    return tuple(replace(row, find=_in_every_set(row.find)) for row in rows)
+def in_all_sets(*rows: Row) -> tuple[Row, ...]:
+    """Return the rows, extended from the active cable set to all cable sets."""
+    return tuple(replace(row, find=_in_all_sets(row.find)) for row in rows)
 
 
-def _in_every_set(find: Finder) -> Finder:
+def _in_all_sets(find: Finder) -> Finder:
     def find_all(robot: Robot) -> Iterator[Found]:
         for group in robot.cable_sets:
             for subject, words in find(replace(robot, cable_set=group.name)):
@@ -157,31 +157,31 @@ def _in_every_set(find: Finder) -> Finder:
 
 @dataclass(frozen=True)
 class Capabilities:
-    """The table of a format.
+    """Table of the features that a format can hold.
 
     Attributes:
-        title: What messages call the format.
-        rows: Every feature, at least once.
+        title: Name of the format in messages.
+        rows: The rows; each feature appears at least once.
     """
 
     title: str
     rows: tuple[Row, ...]
 
     def losses(self, robot: Robot) -> list[Finding]:
-        """Everything that the format does not hold of a valid robot as it is.
+        """Return findings on all features of a valid robot that the format cannot keep.
 
         Returns:
-            Errors, for which it is not written, then warnings.
+            Errors, which prevent writing, then warnings.
         """
         return errors_first(f for row in self.rows for f in row.findings(robot, self.title))
 
 
 def require_writable(findings: Sequence[Finding], format_: str) -> None:
-    """Reject to write if there are errors.
+    """Raise an error if the findings contain errors.
 
     Args:
-        findings: What the format cannot hold.
-        format_: Its name in `convert`.
+        findings: Findings on features that the format cannot hold.
+        format_: Name of the format in `convert`.
 
     Raises:
         RobotError: One of the findings is an error.

@@ -1,4 +1,4 @@
-"""Conversion of a robot to the files of any format, with findings on all that is lost."""
+"""Conversion of a robot to any format, with findings on all information that is lost."""
 
 from __future__ import annotations
 
@@ -35,24 +35,24 @@ from .urdf.write import write_urdf
 from .writing.carried_meshes import CarriedMeshes
 from .writing.file_names import name_losses
 
-_ROBOTS = ("_bodies.xml", ".sdf", ".urdf", ".osim")
-"""Ends of names by which a folder is known to hold a robot."""
+_ROBOT_ENDINGS = ("_bodies.xml", ".sdf", ".urdf", ".osim")
+"""File name endings that identify a folder as a robot folder."""
 
 
-_OF_MODELS = ("sdf", "gazebo")
-"""Formats whose files name meshes as those of models."""
+_MODEL_FORMATS = ("sdf", "gazebo")
+"""Formats whose mesh URIs refer to models (`model://`)."""
 
 
 class Format(NamedTuple):
-    """A format that robots are written in.
+    """File format that robots can be written in.
 
     Attributes:
-        name: Its name.
-        losses: What of a robot it cannot hold.
-        write: Writes the files; raises RobotError where `losses` has errors.
-        prepare: Makes an equal robot that it can hold.
-        with_meshes: The format with meshes that are carried; None if it holds none.
-        is_named: Whether its files have the robot's name.
+        name: Name of the format.
+        losses: Function that returns findings on everything that the format cannot hold.
+        write: Function that writes the files; raises RobotError if `losses` returns errors.
+        prepare: Function that returns an equivalent robot that the format can hold.
+        with_meshes: Function that returns the format with copied meshes; None if not supported.
+        is_named: Whether the file names contain the name of the robot.
     """
 
     name: str
@@ -64,23 +64,23 @@ class Format(NamedTuple):
 
 
 def _with_files(format_: Format, meshes: CarriedMeshes) -> Format:
-    """Return a format whose URIs mean files next to the robot's."""
+    """Return the format with mesh URIs that refer to files next to the robot file."""
 
     def prepare(robot: Robot) -> Robot:
-        return meshes.applied(format_.prepare(robot), keeps_models=format_.name in _OF_MODELS)
+        return meshes.applied(format_.prepare(robot), keeps_models=format_.name in _MODEL_FORMATS)
 
     def losses(robot: Robot) -> list[Finding]:
         return [*format_.losses(robot), *meshes.losses(robot)]
 
     def write(robot: Robot, folder: Path) -> list[Path]:
-        there = meshes.write(folder)  # first: a robot that is there has its meshes
-        return [*format_.write(robot, folder), *there]
+        written = meshes.write(folder)  # first, so that a written robot has its meshes
+        return [*format_.write(robot, folder), *written]
 
     return format_._replace(prepare=prepare, losses=losses, write=write)
 
 
 def _mjcf_with_files(format_: Format, meshes: CarriedMeshes) -> Format:
-    """MJCF with those meshes that MuJoCo opens."""
+    """Return MJCF with the meshes that MuJoCo can open."""
     files = meshes.opened(opens_mesh)
     named = format_._replace(
         losses=lambda robot: mjcf_losses(robot, files),
@@ -91,12 +91,15 @@ def _mjcf_with_files(format_: Format, meshes: CarriedMeshes) -> Format:
 
 
 def _for_caspr(robot: Robot) -> Robot:
-    """CASPR has neither fixed joints nor frames of their own."""
+    """Return the robot without fixed joints and rotated frames, which CASPR does not support."""
     return align_frames(merge_fixed_joints(robot))
 
 
 def _for_sdf(robot: Robot) -> Robot:
-    """SDF has no joint of a link's name: libsdformat, too, calls it `<name>_joint`."""
+    """Return the robot without joints that have the name of a link, which SDF does not allow.
+
+    A renamed joint is called `<name>_joint`, as in libsdformat.
+    """
     links = {link.name for link in robot.links}
     names = Names([WORLD, *links, *(joint.name for joint in robot.joints)])
     joints = tuple(
@@ -107,30 +110,30 @@ def _for_sdf(robot: Robot) -> Robot:
 
 
 def _renamed_joints(robot: Robot, prepared: Robot) -> Iterator[Finding]:
-    """Joints that have a link's name; their coordinates keep theirs."""
+    """Report joints that were renamed because a link has the same name."""
     names = {joint.child: joint.name for joint in prepared.joints}
     for joint in robot.joints:
         new = names.get(joint.child, joint.name)
         if new != joint.name:
-            problem = f"a link has its name, which the format forbids; it is called {new!r} there"
+            problem = f"the format forbids joints with the name of a link; renamed to {new!r}"
             yield warning(Subject("joint", joint.name), "joint-renamed", problem)
 
 
 def _merged_links(robot: Robot, prepared: Robot) -> Iterator[Finding]:
-    """Links that are no longer there, because fixed joints were merged."""
+    """Report links that were merged because the format has no fixed joints."""
     left = {link.name for link in prepared.links}
     gone = [link.name for link in robot.links if link.name not in left]
     if gone:
         problem = (
-            "the format has no fixed joints: links are merged into those they are fixed to, "
-            "without their far ends, or into the world, which takes their points and neither mass "
-            f"nor meshes: {', '.join(gone)}"
+            "the format has no fixed joints: links are merged into the link they are fixed to, "
+            "without their far ends; a link fixed to the world loses its mass and meshes: "
+            f"{', '.join(gone)}"
         )
         yield warning(Subject("robot", robot.name), "links-merged", problem)
 
 
 def _turned_orientations(robot: Robot, prepared: Robot) -> Iterator[Finding]:
-    """Angles of a link whose frame was turned count from another zero."""
+    """Report orientations whose zero changed because a link frame was rotated."""
     turned = {
         joint.child
         for joint in robot.joints
@@ -167,15 +170,15 @@ def format_of(
     trajectories: Sequence[Trajectory] = (),
     meshes: CarriedMeshes | None = None,
 ) -> Format:
-    """A format by its name, ready to write a robot's trajectories, or to say that they are lost.
+    """Return a format by its name, which also writes trajectories or reports their loss.
 
     Args:
-        name: Its name.
+        name: Name of the format.
         trajectories: The trajectories.
-        meshes: Meshes to write next to the robot, where the format holds any.
+        meshes: Meshes to write next to the robot if the format supports meshes.
 
     Raises:
-        UnknownNameError: There is no such format.
+        UnknownNameError: The format does not exist.
     """
     if name not in FORMATS:
         raise UnknownNameError("format", name, FORMATS)
@@ -189,7 +192,7 @@ def format_of(
     names = ", ".join(repr(trajectory.name) for trajectory in trajectories)
 
     def losses(robot: Robot) -> list[Finding]:
-        problem = f"{name} has no trajectories; {len(trajectories)} left out: {names}"
+        problem = f"{name} has no trajectories; {len(trajectories)} omitted: {names}"
         lost = warning(Subject("robot", robot.name), "trajectories-left-out", problem)
         return [*format_.losses(robot), lost]
 
@@ -197,7 +200,7 @@ def format_of(
 
 
 def _caspr_with(trajectories: Sequence[Trajectory]) -> Format:
-    """CASPR with the trajectories that are ones of the robot."""
+    """Return CASPR with those trajectories that match the robot."""
 
     def unfit(robot: Robot) -> list[Finding]:
         return [f for f in trajectory_losses(robot, trajectories) if f.is_error]
@@ -208,7 +211,7 @@ def _caspr_with(trajectories: Sequence[Trajectory]) -> Format:
 
     def losses(robot: Robot) -> list[Finding]:
         lost = [
-            replace(f, severity="warning", message=f"{f.message}; left out") for f in unfit(robot)
+            replace(f, severity="warning", message=f"{f.message}; omitted") for f in unfit(robot)
         ]
         return [*caspr_losses(robot, fitting(robot)), *lost]
 
@@ -219,11 +222,11 @@ def _caspr_with(trajectories: Sequence[Trajectory]) -> Format:
 
 
 class Conversion(NamedTuple):
-    """What a conversion gave.
+    """Result of a conversion.
 
     Attributes:
-        files: The files written.
-        findings: What the format cannot hold.
+        files: The written files.
+        findings: Findings on everything that the format cannot hold.
     """
 
     files: list[Path]
@@ -242,17 +245,17 @@ def convert(
     """Write a robot in another format.
 
     Args:
-        robot: The robot; its active cable set and operational space count most.
+        robot: The robot. Most formats hold only its active cable set and operational space.
         format_: One of `FORMATS`.
-        folder: Where to; made if it does not exist.
-        trajectories: The robot's; of all formats CASPR has them.
-        mesh_folder: The folder of the robot's file: meshes in it are written too. None leaves them.
-        sources: Files that the robot was read from; none is replaced.
+        folder: Output folder; created if it does not exist.
+        trajectories: Trajectories of the robot; only CASPR files can hold them.
+        mesh_folder: Folder of the robot file; meshes in it are copied. None copies no meshes.
+        sources: Files that the robot was read from; they are never overwritten.
 
     Raises:
-        UnknownNameError: There is no such format.
-        RobotError: The robot has errors, or the format cannot hold it at all.
-        InputError: The folder cannot be written, or a source would be replaced.
+        UnknownNameError: The format does not exist.
+        RobotError: The robot has errors, or the format cannot hold it.
+        InputError: The folder cannot be written, or a source would be overwritten.
     """
     meshes = None if mesh_folder is None else CarriedMeshes.of(robot, mesh_folder)
     chosen = format_of(format_, trajectories, meshes)
@@ -269,36 +272,36 @@ def convert(
 
 
 def convert_to(format_: Format, robot: Robot, folder: str | Path) -> Conversion:
-    """As `convert`, in a format that need not be one of `FORMATS`.
+    """Write a robot in a format that need not be one of `FORMATS`; see `convert`.
 
     Raises:
-        RobotError: The robot has errors, or the format cannot hold it at all.
+        RobotError: The robot has errors, or the format cannot hold it.
         InputError: The folder cannot be written.
     """
     findings = losses_in(format_, robot)
     require_writable(findings, format_.name)
     files = format_.write(format_.prepare(robot), Path(folder))
-    return Conversion(files, [*findings, *_beside_others(robot, Path(folder), files)])
+    return Conversion(files, [*findings, *_other_robots(robot, Path(folder), files)])
 
 
-def _beside_others(robot: Robot, folder: Path, files: Sequence[Path]) -> Iterator[Finding]:
-    """Other robots in the folder, which its name may now mean."""
+def _other_robots(robot: Robot, folder: Path, files: Sequence[Path]) -> Iterator[Finding]:
+    """Report other robot files in the folder, which make the folder name ambiguous."""
     written = {file.name for file in files}
-    there = sorted(file.name for ending in _ROBOTS for file in folder.glob(f"*{ending}"))
-    others = [name for name in there if name not in written]
+    found = sorted(file.name for ending in _ROBOT_ENDINGS for file in folder.glob(f"*{ending}"))
+    others = [name for name in found if name not in written]
     if others:
         problem = (
-            f"the folder holds {', '.join(others[:5])}{', ...' if len(others) > 5 else ''} too: "
-            "name the file, not the folder, where this robot is meant"
+            f"the folder also has {', '.join(others[:5])}{', ...' if len(others) > 5 else ''}; "
+            "specify the file instead of the folder to read this robot"
         )
         yield warning(Subject("robot", robot.name), "beside-other-robots", problem)
 
 
 def losses_in(format_: Format, robot: Robot) -> list[Finding]:
-    """Everything that a format cannot hold of a robot, and what is done about it.
+    """Return findings on everything of a robot that a format cannot hold.
 
     Returns:
-        Errors, for which it is not written, then warnings.
+        Errors, which prevent writing, then warnings.
 
     Raises:
         RobotError: The robot itself has errors.

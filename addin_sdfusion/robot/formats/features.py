@@ -1,4 +1,4 @@
-"""The features of robots that formats hold or do not hold, in the order of the documents' table."""
+"""Catalogue of the features of robots, in the order of the table in the documentation."""
 
 from __future__ import annotations
 
@@ -12,67 +12,67 @@ from ..model.joint import Coordinate, Joint
 from ..model.muscle import Muscle, ViaPoint, Wrap, WrapSurface
 from ..model.pose import IDENTITY
 from ..model.robot import GRAVITY, MARKERS, Link, Robot
-from .capability import Feature, Finder, Found, Row, left_out, refused
+from .capability import Feature, Finder, Found, Row, omitted, rejected
 
 UNNAMED = ("", "cardsflow", MARKERS)
-"""Names of sets that files without them are read with."""
+"""Names that readers assign to sets without a name."""
 
 
 Words = dict[str, object]
 
 
 def of_links(has: Callable[[Link], Any]) -> Finder:
-    """Return the links that have something.
+    """Return a finder of the links that have a feature.
 
     Args:
-        has: Whether a link has it. Where it gives a dictionary these are the words of the
-            message, where it gives a tuple `{count}` is its length.
+        has: Function that returns whether a link has the feature. A returned dictionary defines
+            the placeholders of the message. A returned tuple defines `{count}` by its length.
     """
     return lambda robot: _places("link", robot.links, has)
 
 
 def of_joints(has: Callable[[Joint], Any]) -> Finder:
-    """Return the joints that have something, as `of_links`."""
+    """Return a finder of the joints that have a feature; see `of_links`."""
     return lambda robot: _places("joint", robot.joints, has)
 
 
 def of_coordinates(has: Callable[[Coordinate], Any]) -> Finder:
-    """Return the coordinates, also locked and coupled ones, that have something, as `of_links`."""
+    """Return a finder of coordinates, also locked and coupled ones; see `of_links`."""
     return lambda robot: _places("coordinate", robot.all_coordinates, has)
 
 
 def of_muscles(has: Callable[[Muscle], Any]) -> Finder:
-    """Return the muscles of the active cable set that have something, as `of_links`."""
+    """Return a finder of muscles of the active cable set; see `of_links`."""
     return lambda robot: _places("muscle", robot.muscles, has)
 
 
 def of_robot(has: Callable[[Robot], Any]) -> Finder:
-    """Return the robot, if it has something, as `of_links`; `{names}` are those in a list."""
+    """Return a finder that tests the whole robot; a returned list defines `{names}`."""
     return lambda robot: _places("robot", [robot], has)
 
 
 def of_surfaces(has: Callable[[WrapSurface], Any]) -> Finder:
-    """Return the wrap surfaces that have something, as `of_links`."""
+    """Return a finder of the wrap surfaces that have a feature; see `of_links`."""
     return lambda robot: _places("wrap_surface", robot.wrap_surfaces, has)
 
 
 def _places(kind: str, parts: Iterable[Any], has: Callable[[Any], Any]) -> Iterator[Found]:
     for part in parts:
-        there = has(part)
-        if there:
-            yield Found(Subject(kind, part.name), _words(there))
+        found = has(part)
+        if found:
+            yield Found(Subject(kind, part.name), _words(found))
 
 
-def _words(there: object) -> dict[str, object]:
-    if isinstance(there, dict):
-        return there
-    if isinstance(there, list):
-        return {"names": listed(there, len(there))}
-    return {"count": len(there)} if isinstance(there, tuple) else {}
+def _words(found: object) -> dict[str, object]:
+    if isinstance(found, dict):
+        return found
+    if isinstance(found, list):
+        return {"names": listed(found, len(found))}
+    return {"count": len(found)} if isinstance(found, tuple) else {}
 
 
 def points_of_muscles(has: Callable[[ViaPoint], Any]) -> Finder:
-    """Return the muscles of the active cable set with such points: `{places}`, counted from 1."""
+    """Return a finder of muscles with such via points; `{places}` counts them from 1."""
 
     def test(muscle: Muscle) -> Words:
         found = [str(k) for k, point in enumerate(muscle.via_points, 1) if has(point)]
@@ -82,7 +82,7 @@ def points_of_muscles(has: Callable[[ViaPoint], Any]) -> Finder:
 
 
 def of_wraps(has: Callable[[Wrap], Any]) -> Finder:
-    """Return the muscles of the active cable set, once for each such wrap."""
+    """Return a finder of such wraps; it reports the muscle once per wrap."""
 
     def find(robot: Robot) -> Iterator[Found]:
         for muscle in robot.muscles:
@@ -95,7 +95,7 @@ def of_wraps(has: Callable[[Wrap], Any]) -> Finder:
 
 
 def other_laws(held: Collection[str]) -> Finder:
-    """Return the muscles with another muscle law than a command of the tension, or those held."""
+    """Return a finder of muscles whose muscle law is neither `ideal` nor one of `held`."""
     return of_muscles(
         lambda m: m.model.kind != "ideal" and m.model.kind not in held and {"kind": m.model.kind}
     )
@@ -107,18 +107,18 @@ FIXED_JOINTS = Feature(
     of_joints(lambda j: j.type == "fixed" and {"child": j.child, "parent": j.parent}),
 )
 CHAINS = Feature(
-    "joints of several motions",
+    "joints with several motions",
     of_joints(lambda joint: order(joint) if len(joint.motions) > 1 else {}),
     "joint-in-a-chain",
-    "{format} gets its {count} motions as single joints, with links without mass between them; "
+    "{format} represents its {count} motions as separate joints, connected by massless links; "
     "their order is {order}",
 )
 DRIVEN_JOINTS = Feature(
     "functions of coordinates, couplings and locks",
     of_joints(lambda joint: not joint.is_plain),
     "driven-joint",
-    "{format} is not written with motions that follow functions of coordinates, nor with coupled "
-    "or locked ones; write sdf, or hold its coordinates at a value",
+    "{format} is not written with coupled or locked coordinates, or with motions that follow "
+    "functions of coordinates; write sdf, or lock its coordinates at a value",
 )
 LINK_FRAMES = Feature(
     "link frames apart from those of their joints",
@@ -128,16 +128,16 @@ JOINT_NAMES = Feature(
     "names of joints apart from those of their coordinates",
     of_robot(lambda robot: _joint_names(robot)),
     "names-left-out",
-    "{format} names joints as their coordinates: {names} left out",
+    "{format} uses the names of coordinates as names of joints; {names} omitted",
 )
 LOOPS = Feature(
     "joints that close loops",
     of_robot(lambda robot: other_loops(robot, ())),
     "loop-left-out",
-    "{format} has no joints that close such loops; left out, and open there: {names}",
+    "{format} has no joints that close such loops; omitted, so that these loops are open: {names}",
 )
 GRAVITIES = Feature(
-    "other gravity than the earth's",
+    "gravity other than standard gravity",
     of_robot(lambda robot: robot.gravity != GRAVITY and {"gravity": robot.gravity}),
 )
 MESHES = Feature("meshes", of_links(lambda link: link.meshes))
@@ -145,7 +145,7 @@ MESH_NAMES = Feature(
     "names of meshes",
     of_links(lambda link: any(mesh.name for mesh in link.meshes)),
     "mesh-names-left-out",
-    "{format} numbers its meshes; their names are left out",
+    "{format} numbers its meshes; their names are omitted",
 )
 COLLISIONS = Feature(
     "shapes and meshes that collide",
@@ -155,7 +155,7 @@ LINK_ENDS = Feature(
     "far ends of links",
     of_robot(lambda robot: any(link.end is not None for link in robot.links)),
     "link-ends-left-out",
-    "{format} does not hold the far ends of links; they were for drawing only",
+    "{format} does not hold the far ends of links; they are used for drawing only",
 )
 INITIAL_VALUES = Feature("initial values", of_coordinates(lambda c: c.initial))
 LIMITS = Feature(
@@ -173,20 +173,20 @@ LIMIT_FORCES = Feature(
 )
 MOTORS = Feature("motors of joints", of_coordinates(lambda c: c.actuated))
 MOTOR_BOUNDS = Feature(
-    "bounds of motors",
+    "motor limits",
     of_coordinates(lambda c: (c.tau_min, c.tau_max) != (-math.inf, math.inf)),
     "motor-bounds-left-out",
 )
 BOUNDS_WITHOUT_MOTOR = Feature(
-    "bounds of motors that are not there",
+    "motor limits of joints without motors",
     of_coordinates(
         lambda c: not c.actuated and c.is_free and (c.tau_min, c.tau_max) != (-math.inf, math.inf)
     ),
     "motor-bounds-left-out",
-    "{format} needs a motor for its bounds, and the joint has no motor; omitted",
+    "{format} requires a motor for motor limits, and the joint has no motor; omitted",
 )
 OF_LINKS_AND_JOINTS = tuple(v for v in list(globals().values()) if isinstance(v, Feature))
-"""Those above."""
+"""The features of links and joints."""
 
 MUSCLES = Feature("muscles", of_robot(lambda robot: robot.cable_sets))
 MUSCLE_LAWS = Feature(
@@ -205,7 +205,7 @@ IDEAL_PARAMETERS = Feature(
         )
     ),
     "cable-parameters-left-out",
-    "{format} has no {given} of a cable; left out",
+    "{format} has no {given} of a cable; omitted",
 )
 PULLEYS = Feature(
     "swivelling pulleys",
@@ -219,22 +219,22 @@ CABLE_FRICTION = Feature(
     "cable-friction-left-out",
 )
 CONDITIONS = Feature(
-    "points that are in use at times",
+    "via points that are active only at times",
     points_of_muscles(lambda point: point.when is not None),
     "point-condition-left-out",
-    "{format} has no {what}; always in use there: {places}",
+    "{format} has no {what}; always active: {places}",
 )
 MOVING_POINTS = Feature(
     "points that move on their links",
     points_of_muscles(lambda point: point.moves),
     "point-motion-left-out",
-    "{format} has no {what}; fixed there: {places}",
+    "{format} has no {what}; fixed to their links: {places}",
 )
 BRANCHES = Feature(
     "branches of tendons",
     of_muscles(lambda m: m.branches),
     "branches-left-out",
-    "{format} has no {what}; its path is one piece there",
+    "{format} has no {what}; the path is written as a single piece",
 )
 TERMS = Feature(
     "lengths in proportion to coordinates", of_muscles(lambda m: m.terms), "terms-left-out"
@@ -245,9 +245,9 @@ ELLIPSOIDS = Feature(
     "ellipsoids that muscles wrap over",
     of_surfaces(lambda surface: surface.shape == "ellipsoid"),
     "ellipsoid-left-out",
-    "{format} has no ellipsoids to wrap over; it is omitted with its wraps",
+    "{format} has no ellipsoids as wrap surfaces; omitted, together with its wraps",
 )
-_RULES = "{format} has no {what}; it uses its own rules for wraps over {names}"
+_RULES = "{format} has no {what}; it uses its native wrapping rules over {names}"
 OPENSIM_WRAPS = Feature(
     "wraps by OpenSim's rules",
     of_muscles(lambda m: _by_rule(m, "opensim")),
@@ -264,36 +264,36 @@ CABLE_SETS = Feature(
     "several cable sets",
     of_robot(lambda r: [group.name for group in r.cable_sets if group.name != r.cable_set]),
     "cable-sets-left-out",
-    "{format} holds one cable set; left out: {names}",
+    "{format} holds one cable set; omitted: {names}",
 )
 TASK_SETS = Feature(
     "several operational spaces",
     of_robot(lambda r: [group.name for group in r.task_sets if group.name != r.task_set]),
     "task-sets-left-out",
-    "{format} holds one operational space; left out: {names}",
+    "{format} holds one operational space; omitted: {names}",
 )
 SET_NAMES = Feature(
     "names of sets",
     of_robot(lambda r: [name for name in (r.cable_set, r.task_set) if name not in UNNAMED]),
     "names-left-out",
-    "{format} names no sets: {names} left out",
+    "{format} does not name sets; {names} omitted",
 )
 TASK_FRAMES = Feature("task frames", of_robot(lambda robot: robot.task_sets))
 TASK_AXES = Feature(
     "axes of task frames",
     of_robot(lambda robot: robot.task_set != MARKERS and robot.task_frames),
     "task-axes-left-out",
-    "{format} holds the points of the task frames, not their order nor which of their axes count",
+    "{format} holds the points of the task frames, but neither their order nor their active axes",
 )
 
-TERMS_LEFT_OUT = (
-    left_out(TERMS, find=of_muscles(lambda m: m.terms and m.via_points), only="beside a path"),
-    refused(TERMS, find=of_muscles(lambda m: m.terms and not m.via_points), only="without a path"),
+TERMS_OMITTED = (
+    omitted(TERMS, find=of_muscles(lambda m: m.terms and m.via_points), only="next to a path"),
+    rejected(TERMS, find=of_muscles(lambda m: m.terms and not m.via_points), only="without a path"),
 )
-"""The rows of a format without: of a muscle that has nothing else nothing would be left."""
+"""Rows for formats without such terms; a muscle that has only terms is rejected."""
 
 NOT_IN_OTHER_SIMULATORS = tuple(
-    left_out(feature)
+    omitted(feature)
     for feature in (
         IDEAL_PARAMETERS,
         PULLEYS,
@@ -305,41 +305,41 @@ NOT_IN_OTHER_SIMULATORS = tuple(
         SET_NAMES,
     )
 )
-"""The rows of what MuJoCo and OpenSim both do not have."""
+"""Rows for features that neither MuJoCo nor OpenSim has."""
 
 
-def laws_but(held: Collection[str]) -> Row:
-    """The row of a format that has these muscle laws only, besides a command of the tension."""
-    return left_out(MUSCLE_LAWS, find=other_laws(held), only="but " + ", ".join(held))
+def laws_except(held: Collection[str]) -> Row:
+    """Return the row for a format that has only the law `ideal` and the muscle laws `held`."""
+    return omitted(MUSCLE_LAWS, find=other_laws(held), only="except " + ", ".join(held))
 
 
-def loops_but(held: Container[str]) -> Row:
-    """Return the row of a format whose loops are closed by balls and fixed joints only, as held."""
-    return left_out(
+def loops_except(held: Container[str]) -> Row:
+    """Return the row for a format that closes loops only with the joint types in `held`."""
+    return omitted(
         LOOPS,
         find=of_robot(lambda robot: other_loops(robot, held)),
-        only="but balls and fixed ones",
+        only="except balls and fixed joints",
     )
 
 
 CATALOGUE = tuple(value for value in list(globals().values()) if isinstance(value, Feature))
-"""All of them."""
+"""All features."""
 OF_MUSCLES_AND_TASKS = CATALOGUE[len(OF_LINKS_AND_JOINTS) :]
-"""Those of muscles, wrap surfaces and operational spaces."""
+"""The features of muscles, wrap surfaces and operational spaces."""
 
 
 def is_limited(coordinate: Coordinate) -> bool:
-    """Return whether it has a limit on one side at least."""
+    """Return whether the coordinate has a lower or an upper limit."""
     return math.isfinite(coordinate.lower) or math.isfinite(coordinate.upper)
 
 
 def has_limits(robot: Robot) -> bool:
-    """Return whether one of its free coordinates has a limit."""
+    """Return whether any free coordinate of the robot has a limit."""
     return any(map(is_limited, robot.coordinates))
 
 
 def order(joint: Joint) -> Words:
-    """Return the words of a joint in a chain: how many motions, and their order."""
+    """Return the number of motions of a joint and their order, as placeholders of messages."""
     moved = (motion for motion in joint.motions if not motion.is_fixed)
     order = ", ".join(joint.coordinates[motion.coordinate].name for motion in moved)
     return {"count": len(joint.motions), "order": order}
@@ -354,10 +354,10 @@ def _joint_names(robot: Robot) -> list[str]:
 
 
 def _by_rule(muscle: Muscle, rule: str) -> list[str]:
-    """Return the surfaces of the wraps by a program's rules."""
+    """Return the wrap surfaces of the wraps that follow the rules of a program."""
     return [wrap.surface for wrap in muscle.wraps if wrap.rule == rule]
 
 
 def other_loops(robot: Robot, held: Container[str]) -> list[str]:
-    """Return the joints that close loops, but those of the types held."""
+    """Return the loop joints whose type is not in `held`."""
     return [f"{loop.name} ({loop.type})" for loop in robot.loops if loop.type not in held]

@@ -1,4 +1,4 @@
-"""Formats of robots' files, recognised by name and content."""
+"""Detection of the format of robot files from their names and contents."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .caspr.read import BODIES
 Kind = Literal["sdf", "caspr", "urdf", "mjcf", "osim"]
 
 WHAT = f"a model.sdf, .urdf, .osim, MJCF .xml or *{BODIES}, or the folder of one"
-"""What can be given as a robot."""
+"""Description of the paths that are accepted as a robot."""
 BY_SUFFIX: dict[str, Kind] = {".sdf": "sdf", ".urdf": "urdf", ".xacro": "urdf", ".osim": "osim"}
 BY_ROOT: dict[str, Kind] = {
     "mujoco": "mjcf",
@@ -27,10 +27,10 @@ _ENDS = {b"<?": b"?>", b"<!--": b"-->"}
 
 
 def kind_of(file: Path) -> Kind | None:
-    """Return the format of a file; None if it is not a robot's.
+    """Return the format of a file, or None if it is not a robot file.
 
     Raises:
-        InputError: It cannot be read.
+        InputError: The file cannot be read.
     """
     if file.name.endswith(BODIES):
         return "caspr"
@@ -40,7 +40,7 @@ def kind_of(file: Path) -> Kind | None:
 
 
 def _root(text: bytes) -> str:
-    """The name of XML's first element, behind comments and declarations; empty if none is there."""
+    """Return the tag of the first XML element, or an empty string if no element is found."""
     at = 0
     while (tag := _TAG.search(text, at)) is not None:
         if tag[1] is not None:
@@ -57,10 +57,10 @@ def _root(text: bytes) -> str:
 
 
 def robot_file(path: Path) -> Path:
-    """Return the file to begin with: the path itself, or the one robot in a folder.
+    """Return the main file of a robot: the path, or the only robot file in a folder.
 
     Raises:
-        InputError: A folder holds none, or several.
+        InputError: The folder contains no robot file or several.
     """
     try:
         if not path.is_dir():
@@ -68,25 +68,25 @@ def robot_file(path: Path) -> Path:
         names = sorted(entry.name for entry in path.iterdir())
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=path) from error
-    found = _robots_among(path, names)
+    found = _robot_files(path, names)
     if len(found) == 1:
         return path / found[0]
-    there = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
+    listing = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
     robots = f"{len(found)} robots ({', '.join(found[:10])})" if found else "no robot"
-    what = f"holds {robots} and no model.sdf (there: {there or 'nothing'})"
-    raise InputError(f"{what}; name the robot's file: {WHAT}", file=path)
+    what = f"contains {robots} and no model.sdf (files: {listing or 'none'})"
+    raise InputError(f"{what}; specify the robot file: {WHAT}", file=path)
 
 
 def holds_robot(path: Path) -> bool:
-    """Return whether a path is a robot's file, or a folder that holds one."""
+    """Return whether a path is a robot file or a folder that contains exactly one."""
     try:
         return kind_of(robot_file(path)) is not None
     except (InputError, OSError, ValueError):
         return False
 
 
-def _robots_among(folder: Path, names: list[str]) -> list[str]:
-    """Return the robots' files of a folder, of the formats in their order."""
+def _robot_files(folder: Path, names: list[str]) -> list[str]:
+    """Return the robot files in a folder, of the first format that is found."""
     if "model.sdf" in names:
         return ["model.sdf"]
     for suffix in (BODIES, ".urdf", ".osim"):

@@ -59,12 +59,12 @@ Reader = Callable[[Path, str | None, Notes], Robot | None]
 
 @dataclass(frozen=True)
 class Reading:
-    """A robot as read, with everything that is to be said about it.
+    """Robot read from files, with all findings.
 
     Attributes:
-        robot: The robot; None if the files are not complete enough to say what it is.
-        findings: What is wrong with the files and with the robot, with places; errors first.
-        files: Every file that makes up the robot.
+        robot: The robot; None if the files have errors that prevent building it.
+        findings: Errors and then warnings about the files and the robot, with file and line.
+        files: All files that define the robot.
     """
 
     robot: Robot | None
@@ -72,10 +72,10 @@ class Reading:
     files: tuple[Path, ...]
 
     def require(self) -> Robot:
-        """Return the robot, if nothing makes it unusable.
+        """Return the robot if it has no errors.
 
         Raises:
-            RobotError: There are errors; the exception carries all findings.
+            RobotError: The robot has errors; the exception contains all findings.
         """
         if self.robot is None or any(finding.is_error for finding in self.findings):
             raise RobotError(self.findings, file=next(iter(self.files), None))
@@ -83,16 +83,16 @@ class Reading:
 
 
 def read(path: str | Path, cable_set: str | None = None, *, repair: bool = False) -> Reading:
-    """Read a robot and everything that is wrong with it.
+    """Read a robot and return it with all findings.
 
     Args:
         path: A model.sdf, .urdf, .osim, MJCF .xml, CASPR `<name>_bodies.xml`, or the folder of one.
-        cable_set: The cable set to make active; the file's own choice if None.
-        repair: Whether to undo known defects of published files; each repair is a finding.
+        cable_set: Cable set to activate; the default of the file if None.
+        repair: Whether to repair known defects of published files; each repair is reported.
 
     Raises:
-        InputError: A file is missing or not readable XML.
-        UnknownNameError: There is no such cable set.
+        InputError: A file is missing or is not readable XML.
+        UnknownNameError: The cable set does not exist.
     """
     file = robot_file(Path(path))
     notes = Notes()
@@ -101,10 +101,10 @@ def read(path: str | Path, cable_set: str | None = None, *, repair: bool = False
         note_unread(notes, IGNORED)
     findings = [
         *notes.findings,
-        *_outside(file, notes.files, file.stem if robot is None else robot.name),
+        *_files_outside(file, notes.files, file.stem if robot is None else robot.name),
     ]
     if robot is not None:
-        findings += _placed(check(robot), notes, file)
+        findings += _with_locations(check(robot), notes, file)
     if any(finding.is_error for finding in notes.findings):
         robot = None
     return Reading(robot, tuple(errors_first(findings)), tuple(dict.fromkeys(notes.files)))
@@ -115,8 +115,8 @@ def read_robot(path: str | Path, cable_set: str | None = None, *, repair: bool =
     return read(path, cable_set, repair=repair).require()
 
 
-def _outside(main: Path, files: Sequence[Path], name: str) -> Iterator[Finding]:
-    """A warning of files outside the robot's folder: a stranger's robot may name any."""
+def _files_outside(main: Path, files: Sequence[Path], name: str) -> Iterator[Finding]:
+    """Report files outside the robot folder; an untrusted robot may refer to any file."""
     outside = [file for file in dict.fromkeys(files) if not lies_in(file, [main.parent])]
     if outside:
         named = Path(os.path.relpath(outside[0], main.parent)).as_posix()
@@ -129,8 +129,8 @@ def _outside(main: Path, files: Sequence[Path], name: str) -> Iterator[Finding]:
         yield replace(found, file=main)
 
 
-def _placed(findings: list[Finding], notes: Notes, file: Path) -> list[Finding]:
-    """Findings about the robot with their places, without those that only echo a reading error."""
+def _with_locations(findings: list[Finding], notes: Notes, file: Path) -> list[Finding]:
+    """Return findings with file and line, without consequences of reading errors."""
     unread = {finding.subject for finding in notes.findings if finding.is_error}
     placed = []
     for finding in findings:
@@ -143,7 +143,7 @@ def _placed(findings: list[Finding], notes: Notes, file: Path) -> list[Finding]:
 def _reader(file: Path, repair: bool) -> Reader:
     kind = kind_of(file)
     if kind is None:
-        raise InputError(f"is not a robot: give {WHAT}", file=file)
+        raise InputError(f"is not a robot; specify {WHAT}", file=file)
     return partial(read_sdf, repair=repair) if kind == "sdf" else _READERS[kind]
 
 

@@ -235,7 +235,7 @@ def test_what_sdf_refuses_is_an_error(tmp_path):
         replace(robot.joints[1], parent="joint_1"),
     )
     clash = replace(robot, links=links, joints=joints, cable_sets=(), cable_set="", task_sets=())
-    with pytest.raises(RobotError, match="SDF needs different names"):
+    with pytest.raises(RobotError, match="SDF requires unique names"):
         export_built(Built(replace(clash, task_set="")), ALL, tmp_path / "a")
 
 

@@ -31,11 +31,11 @@ def exported(form: str) -> bytes:
 
 
 @pytest.mark.parametrize(("suffix", "form"), FORMS)
-def test_what_trimesh_writes_is_a_mesh(suffix: str, form: str) -> None:
+def test_output_of_trimesh_is_a_mesh(suffix: str, form: str) -> None:
     assert mesh_problem(suffix, exported(form)) is None
 
 
-def test_a_collada_file_and_a_whole_gltf_are_meshes() -> None:
+def test_collada_and_embedded_gltf_files_are_meshes() -> None:
     assert mesh_problem(".dae", COLLADA.format("", "<triangles/>").encode()) is None
     scene = {"asset": {"version": "2.0"}, "meshes": [{}], "buffers": [{"uri": "data:,"}]}
     assert mesh_problem(".gltf", json.dumps(scene).encode()) is None
@@ -43,20 +43,20 @@ def test_a_collada_file_and_a_whole_gltf_are_meshes() -> None:
 
 @pytest.mark.parametrize("suffix", [".stl", ".obj", ".ply", ".glb", ".gltf", ".off", ".dae"])
 @pytest.mark.parametrize("data", [b"", b"\0" * 200, PRIVATE, b"\xff" * 84, b"solid \n" + PRIVATE])
-def test_other_content_is_no_mesh(suffix: str, data: bytes) -> None:
+def test_other_content_is_rejected(suffix: str, data: bytes) -> None:
     problem = mesh_problem(suffix, data)
     assert problem is not None
     assert "PASSWORD" not in problem
 
 
 @pytest.mark.parametrize("suffix", ["", ".txt", ".zip", ".3mf", ".pem", ".npz"])
-def test_other_names_are_no_meshes(suffix: str) -> None:
+def test_other_file_names_are_rejected(suffix: str) -> None:
     assert "is not a mesh type" in str(mesh_problem(suffix, exported("stl")))
 
 
 @pytest.mark.parametrize("part", ["buffers", "images"])
 @pytest.mark.parametrize("uri", ["../../secret.bin", "http://example.org/x", "file:///etc/passwd"])
-def test_a_mesh_that_needs_other_files_is_refused(part: str, uri: str) -> None:
+def test_mesh_that_needs_other_files_is_rejected(part: str, uri: str) -> None:
     scene = {"asset": {"version": "2.0"}, "meshes": [{}], part: [{"uri": uri}]}
     assert "requires another file" in str(mesh_problem(".gltf", json.dumps(scene).encode()))
 
@@ -68,19 +68,19 @@ def test_a_mesh_that_needs_other_files_is_refused(part: str, uri: str) -> None:
         '<!DOCTYPE a [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;">]>',
     ],
 )
-def test_xml_entities_are_refused(doctype: str) -> None:
+def test_xml_entities_are_rejected(doctype: str) -> None:
     data = COLLADA.format(doctype, "<triangles/>").encode()
     assert "entities" in str(mesh_problem(".dae", data))
 
 
 def _binary_stl(*corners: float, facets: int = 1) -> bytes:
-    one = struct.pack("<12fH", math.nan, 0.0, 1.0, *corners, 0)  # a normal that is none is common
+    one = struct.pack("<12fH", math.nan, 0.0, 1.0, *corners, 0)  # normals may be invalid
     return b"\0" * 80 + struct.pack("<I", facets) + one
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize("k", range(9))
-def test_corners_that_are_no_numbers_are_refused(bad: float, k: int) -> None:
+def test_non_finite_vertices_are_rejected(bad: float, k: int) -> None:
     corners = [1e30, 0.0, 0.0, -1.0, 2.0, 0.0, 1e-40, 1.0, -1e37]
     assert mesh_problem(".stl", _binary_stl(*corners)) is None
     corners[k] = bad
@@ -98,20 +98,20 @@ def test_corners_that_are_no_numbers_are_refused(bad: float, k: int) -> None:
         ),
     ],
 )
-def test_corners_that_are_no_numbers_are_refused_in_text(suffix: str, text: str) -> None:
+def test_non_finite_vertices_in_text_are_rejected(suffix: str, text: str) -> None:
     assert mesh_problem(suffix, text.format("1e-3").encode()) is None
     for bad in ("nan", "-inf", "NaN"):
         problem = mesh_problem(suffix, text.format(bad).encode())
         assert problem == "it has vertices that are not finite"
 
 
-def test_a_binary_stl_that_ends_early_says_how_much_is_there() -> None:
+def test_truncated_binary_stl_reports_its_size() -> None:
     problem = mesh_problem(".stl", _binary_stl(*range(9), facets=100))
     assert problem == "it is not a .stl mesh: its header specifies 100 facets, but it contains 1"
 
 
 def gltf(nodes: list[dict[str, Any]], **changes: Any) -> bytes:
-    """A triangle that nodes place, with other parts of the scene in the place of its own."""
+    """Return a triangle placed by nodes, with other parts of the scene in `parts`."""
     parts = {
         "asset": {"version": "2.0"},
         "scenes": [{"nodes": [0]}],
@@ -140,7 +140,7 @@ DEEP = [{"children": [k + 1]} for k in range(limits.MESH_DEPTH + 1)]
         (gltf([{"mesh": 0}], accessors=[{"bufferView": 0, "count": -1}]), "an invalid count"),
     ],
 )
-def test_a_gltf_scene_of_a_few_bytes_does_not_become_much(data: bytes, reason: str | None) -> None:
+def test_small_gltf_scene_does_not_expand(data: bytes, reason: str | None) -> None:
     """Trimesh takes minutes for 400000 nodes in a file of 6 MB."""
     problem = mesh_problem(".gltf", data)
     assert problem is None if reason is None else reason in str(problem)
@@ -160,7 +160,7 @@ PLACED = "<instance_geometry url='#g'/>"
 
 
 def layers(count: int, each: int) -> str:
-    """Nodes that place the next ones so often."""
+    """Return nodes in layers, each node with `count` references to the next layer."""
     placed = [f"<instance_node url='#n{k + 1}'/>" * each for k in range(count)]
     nodes = [f"<node id='n{k}'>{inner}</node>" for k, inner in enumerate([*placed, PLACED])]
     return "".join(nodes)
@@ -178,9 +178,7 @@ def layers(count: int, each: int) -> str:
         (collada("<node>" * 60 + PLACED + "</node>" * 60), "deep"),
     ],
 )  # fmt: skip
-def test_a_collada_scene_of_a_few_bytes_does_not_become_much(
-    data: bytes, reason: str | None
-) -> None:
-    """Nodes that place others that place others: 30 layers of 30 had no end."""
+def test_small_collada_scene_does_not_expand(data: bytes, reason: str | None) -> None:
+    """Nested references multiply: 30 layers of 30 nodes would not end."""
     problem = mesh_problem(".dae", data)
     assert problem is None if reason is None else reason in str(problem)

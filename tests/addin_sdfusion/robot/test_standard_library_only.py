@@ -16,8 +16,8 @@ print([finding.code for finding in check(robot)], "lxml" in sys.modules)
 """
 
 
-def test_describing_checking_and_writing_a_robot_needs_no_installed_package(tmp_path):
-    """Fusion brings the standard library only: no site-packages, no environment."""
+def test_robot_description_and_writers_need_only_the_standard_library(tmp_path):
+    """Fusion has only the standard library: no site-packages, no environment."""
     command = [sys.executable, "-I", "-S", "-c", SCRIPT, str(ROOT), str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.stderr == ""
@@ -25,8 +25,8 @@ def test_describing_checking_and_writing_a_robot_needs_no_installed_package(tmp_
     assert (tmp_path / "model.sdf").is_file()
 
 
-def test_the_add_in_folder_works_under_any_other_name(tmp_path):
-    """Fusion loads the folder from wherever it lies; imports inside it are relative."""
+def test_add_in_folder_can_have_any_name(tmp_path):
+    """Fusion loads the folder from any location; imports inside it are relative."""
     (tmp_path / "elsewhere").symlink_to(ROOT / "addin_sdfusion")
     script = SCRIPT.replace("addin_sdfusion", "elsewhere")
     command = [sys.executable, "-I", "-S", "-c", script, str(tmp_path), str(tmp_path)]

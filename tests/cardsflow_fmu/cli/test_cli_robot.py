@@ -88,12 +88,12 @@ def test_other_formats_say_that_trajectories_are_lost(
 @pytest.mark.parametrize(
     ("old", "new", "what"),
     [
-        ('<point time="0.7">', '<point time="0">', "does not come after"),
-        ("samples.traj", "nowhere.traj", "no file 'nowhere.traj'"),
-        ("<q>0 0</q><q_dot>0.3 0</q_dot>", "<q>0</q><q_dot>0</q_dot>", "not 1"),
-        ('id="curve"', 'id="cubic"', "its name is taken"),
+        ('<point time="0.7">', '<point time="0">', "must be greater than"),
+        ("samples.traj", "nowhere.traj", "file 'nowhere.traj' does not exist"),
+        ("<q>0 0</q><q_dot>0.3 0</q_dot>", "<q>0</q><q_dot>0</q_dot>", "must contain 1 numbers"),
+        ('id="curve"', 'id="cubic"', "another trajectory has this name"),
         ("<q>0 0.5</q></point><point time=\"1\"><q>0.1 0.2</q>",
-         "<q>0</q></point><point time=\"1\"><q>1</q>", "the robot has 2 coordinates; left out"),
+         "<q>0</q></point><point time=\"1\"><q>1</q>", "the robot has 2 coordinates; omitted"),
     ],
 )  # fmt: skip
 def test_a_trajectory_that_cannot_be_used_is_left_out_and_said(
@@ -104,7 +104,7 @@ def test_a_trajectory_that_cannot_be_used_is_left_out_and_said(
     (lost,) = [finding for finding in made["findings"] if finding["kind"] == "trajectory"]
     assert lost["severity"] == "warning"
     assert what in lost["message"]
-    assert lost["message"].endswith("left out")
+    assert lost["message"].endswith("; omitted")
     after, unread = read_trajectories(tmp_path / "made/planar_2r_bodies.xml")
     assert (len(after), unread) == (7, [])
 
@@ -115,7 +115,7 @@ def test_unreadable_trajectories_do_not_keep_a_robot_from_its_conversion(
     (arm / "planar_2r_trajectories.xml").write_text("<trajectories>")
     made = cardsflow.json("convert", arm, "--to", "caspr", "-o", tmp_path / "made")
     (lost,) = [finding for finding in made["findings"] if finding["kind"] == "trajectory"]
-    assert lost["message"].endswith("; its trajectories are lost")
+    assert lost["message"].endswith("; its trajectories are ignored")
     assert lost["file"] == str(arm / "planar_2r_trajectories.xml")
     assert read_robot(tmp_path / "made") == read_robot(arm)
 
@@ -131,7 +131,7 @@ def test_samples_beyond_16_mib_together_are_left_out(arm: Path) -> None:
     trajectories, unread = read_trajectories(arm / "planar_2r_bodies.xml")
     assert len(trajectories) == 16 * 2**20 // size < 9
     assert {f.message.split(": ")[1] for f in unread} == {
-        "the .traj files are larger than 16 MiB together; left out"
+        "the .traj files exceed 16 MiB in total; omitted"
     }
 
 

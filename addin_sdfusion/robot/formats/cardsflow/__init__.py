@@ -1,1 +1,1 @@
-"""cardsflow.xml: muscles and points next to a robot's file."""
+"""The cardsflow.xml format: muscles and end effectors, next to a robot file."""

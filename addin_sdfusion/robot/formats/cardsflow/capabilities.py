@@ -1,4 +1,4 @@
-"""What cardsflow.xml holds by itself: muscles and points; the links are in another file."""
+"""Features that cardsflow.xml holds: muscles and end effectors, but no links."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from collections.abc import Iterator
 from ...finding import Finding, Subject
 from ...model.robot import Robot
 from .. import features
-from ..capability import Capabilities, Found, changed, implied, kept, left_out
+from ..capability import Capabilities, Found, changed, implied, kept, omitted
 from ..features import of_robot
 from .wraps import held_wraps
 
 
 def cardsflow_losses(robot: Robot) -> list[Finding]:
-    """What cardsflow.xml alone cannot hold."""
+    """Return findings on everything that cardsflow.xml cannot hold."""
     return CARDSFLOW.losses(robot)
 
 
-def _left_wraps(robot: Robot) -> Iterator[Found]:
+def _omitted_wraps(robot: Robot) -> Iterator[Found]:
     surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
     for muscle in robot.muscles:
         held = held_wraps(muscle, surfaces)
@@ -28,7 +28,7 @@ def _left_wraps(robot: Robot) -> Iterator[Found]:
 
 
 def _surfaces(robot: Robot, *, held: bool) -> Iterator[Found]:
-    """The wrap surfaces that a muscle brings in, or the others."""
+    """Report the wrap surfaces that muscles use in cardsflow.xml, or all others."""
     surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
     names = {wrap.surface for muscle in robot.muscles for wrap in held_wraps(muscle, surfaces)}
     for surface in robot.wrap_surfaces:
@@ -36,13 +36,13 @@ def _surfaces(robot: Robot, *, held: bool) -> Iterator[Found]:
             yield Found(Subject("wrap_surface", surface.name))
 
 
-WRAPS_IN_CARDSFLOW_XML = left_out(
+WRAPS_IN_CARDSFLOW_XML = omitted(
     features.WRAPS,
     "wraps-left-out",
-    "cardsflow.xml holds one wrap per segment, cylinders along a link's z axis, no ellipsoids and "
-    "no rules of other programs; {count} of its wraps are omitted there, over {surfaces}",
-    _left_wraps,
-    only="in cardsflow.xml: several in a segment, turned cylinders, ellipsoids, others' rules",
+    "cardsflow.xml holds one wrap per segment and only cylinders along a link's z axis, without "
+    "ellipsoids or rules of other programs; {count} of its wraps are omitted, over {surfaces}",
+    _omitted_wraps,
+    only="in cardsflow.xml: several per segment, rotated cylinders, ellipsoids, other rules",
 )
 
 CARDSFLOW = Capabilities(
@@ -51,27 +51,27 @@ CARDSFLOW = Capabilities(
         kept(features.MUSCLES, features.MUSCLE_LAWS, features.IDEAL_PARAMETERS, features.PULLEYS),
         kept(features.CABLE_FRICTION, features.CONDITIONS, features.MOVING_POINTS),
         kept(features.BRANCHES, features.TERMS, features.TASK_FRAMES, features.TASK_AXES),
-        left_out(
+        omitted(
             features.LINKS,
             "links-left-out",
             "cardsflow.xml holds muscles and end effectors; links and joints are in model.sdf",
             of_robot(lambda robot: True),
         ),
         implied(*features.OF_LINKS_AND_JOINTS[1:]),
-        left_out(features.CABLE_SETS),
-        left_out(features.TASK_SETS),
-        left_out(features.SET_NAMES),
+        omitted(features.CABLE_SETS),
+        omitted(features.TASK_SETS),
+        omitted(features.SET_NAMES),
         WRAPS_IN_CARDSFLOW_XML,
         implied(features.ELLIPSOIDS, features.OPENSIM_WRAPS, features.MUJOCO_WRAPS),
-        left_out(
+        omitted(
             features.WRAP_SURFACES,
             "wrap-surfaces-left-out",
             "no muscle in cardsflow.xml uses it; omitted",
             lambda robot: _surfaces(robot, held=False),
-            only="that no muscle brings in",
+            only="that no muscle uses",
         ),
-        changed(  # turned cylinders are not held
-            "turned spheres",
+        changed(  # rotated cylinders are omitted
+            "rotated spheres",
             "sphere-turned-back",
             "cardsflow.xml has no rotated spheres; it defines the side about the link's z axis",
             lambda robot: _surfaces(robot, held=True),

@@ -1,4 +1,4 @@
-"""Reader of muscles and task frames in cardsflow.xml and the SDF plugin."""
+"""Reader of muscles and task frames in cardsflow.xml and in the SDF plugin."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ from ...model.muscle_path import Branch, CoordinateTerm, PointCondition, PointMo
 from ...model.pose import Pose, Vector3
 from ...model.robot import ANGLES, WORLD, Axis, TaskFrame, TaskSet
 from ..reading.actuator import read_actuator
-from ..reading.distinct import distinct
 from ..reading.functions import read_function
+from ..reading.unique_names import with_unique_names
 from ..reading.xml import Node, shortened
 from .wraps import WRAP_TYPES
 from .write import INSIDE, WRAP_STATES
@@ -41,7 +41,7 @@ SIDES: dict[str, Literal[-1, 0, 1]] = {"-1": -1, "0": 0, "1": 1}
 
 @dataclass(frozen=True)
 class _Step:
-    """A via point element: a point to pass, or a surface to wrap over."""
+    """Via point element: a via point, or a surface to wrap over."""
 
     node: Node
     link: str
@@ -50,7 +50,7 @@ class _Step:
 
 
 class MuscleReader:
-    """Reads muscles; collects the wrap surfaces on their paths.
+    """Reader of muscles, which also collects the wrap surfaces on their paths.
 
     Attributes:
         surfaces: All wrap surfaces.
@@ -66,12 +66,14 @@ class MuscleReader:
         self._taken = {surface.name for surface in surfaces}
         self._made: Counter[str] = Counter()
         for surface in surfaces:
-            self._names.setdefault(_nameless(surface), []).append(surface.name)
+            self._names.setdefault(_without_name(surface), []).append(surface.name)
 
     def cable_set(self, parent: Node, name: str, active: str) -> CableSet:
         """Return the `<myoMuscle>` children of an element as a cable set."""
         muscles = []
-        nodes = distinct(parent.all("myoMuscle"), partial(member, "muscle", of=name, active=active))
+        nodes = with_unique_names(
+            parent.all("myoMuscle"), partial(member, "muscle", of=name, active=active)
+        )
         for node in nodes:
             subject = member("muscle", node.attribute("name"), name, active)
             muscles.append(self._muscle(node.about(subject)))
@@ -85,7 +87,7 @@ class MuscleReader:
                 step.position,
                 _condition(step.node),
                 tuple(_moves(step.node)),
-                _own_friction(step.node),
+                _local_friction(step.node),
             )
             for step in steps
             if step.shape is None
@@ -97,7 +99,7 @@ class MuscleReader:
             node.number_attribute("f_max", math.inf, infinite=True),
             read_actuator(node) or _cable_model(node),
             _base_pulley(node),
-            (*self._wraps_on_the_way(steps), *_wraps(node)),
+            (*self._path_wraps(steps), *_wraps(node)),
             tuple(_branches(node)),
             tuple(_terms(node)),
             node.number_attribute("friction", 0.0),
@@ -112,7 +114,7 @@ class MuscleReader:
                 problem = f"via point on {unknown('link', link, self._links)}"
                 block.error("unknown-via-link", problem)
             else:
-                problem = f"there is no link {link!r}; link {nearest!r} of the model is used"
+                problem = f"unknown link {link!r}; link {nearest!r} is used instead"
                 block.warning("link-name-case", problem)
                 link = nearest
         for node in block.all("viaPoint"):
@@ -123,7 +125,7 @@ class MuscleReader:
                 node.error("unsupported-via-point", problem)
             yield _Step(node, link, node.vector3(), SHAPES.get(kind))
 
-    def _wraps_on_the_way(self, steps: Sequence[_Step]) -> Iterator[Wrap]:
+    def _path_wraps(self, steps: Sequence[_Step]) -> Iterator[Wrap]:
         passed = -1
         ends = [None, *(step.shape for step in steps), None]
         outside = [True, *[False] * len(steps), True]
@@ -133,15 +135,15 @@ class MuscleReader:
                 continue
             surface = self._surface(step, step.shape)
             if ends[i] or ends[i + 2] or outside[i] or outside[i + 2]:
-                problem = "a wrapping via point belongs between two of type FIXPOINT"
+                problem = "a wrap must be between two via points of type FIXPOINT"
                 step.node.error("wrap-not-between-points", problem)
             side, turns = _state(step.node)
-            friction = _own_friction(step.node)
+            friction = _local_friction(step.node)
             inside = _is_inside(step.node)
             yield Wrap(surface, max(passed, 0), side, turns, inside, friction=friction)
 
     def _surface(self, step: _Step, shape: WrapShape) -> str:
-        """Return the name of the surface at a via point; points at the same place share one."""
+        """Return the name of the surface at a via point; equal surfaces share one name."""
         node = step.node
         radius = node.number_attribute("radius")
         length = node.number_attribute("length", math.inf, infinite=True)
@@ -156,7 +158,7 @@ class MuscleReader:
         return names[-1]
 
     def _free_name(self, base: str) -> str:
-        """Return the base name, or the base with the first number that makes it another."""
+        """Return the base name, or the base name with the first number that makes it unique."""
         name = base
         while name in self._taken:
             self._made[base] += 1
@@ -165,7 +167,7 @@ class MuscleReader:
 
 
 def read_surface(node: Node) -> WrapSurface:
-    """Return a `<wrap_surface>` of the plugin."""
+    """Return a `<wrap_surface>` element of the plugin."""
     shape = node.attribute("shape")
     if node.has("shape") and shape not in get_args(WrapShape):
         known = ", ".join(get_args(WrapShape))
@@ -191,7 +193,9 @@ def _pair(values: Sequence[float]) -> tuple[float, float]:
 def read_task_set(parent: Node, name: str, active: str, tag: str = "endEffector") -> TaskSet:
     """Return the `<endEffector>` or `<marker>` children of an element as a task set."""
     frames = []
-    nodes = distinct(parent.all(tag), partial(member, "task_frame", of=name, active=active))
+    nodes = with_unique_names(
+        parent.all(tag), partial(member, "task_frame", of=name, active=active)
+    )
     for i, node in enumerate(nodes):
         called = node.attribute("name", f"{tag.lower()}{i}")
         subject = member("task_frame", called, name, active)
@@ -206,28 +210,28 @@ def _task_frame(node: Node, name: str) -> TaskFrame:
     return TaskFrame(name, node.attribute("link"), node.vector3(), chosen)
 
 
-def _nameless(surface: WrapSurface) -> WrapSurface:
-    """Return the surface without its name and, for a sphere, without its turn."""
+def _without_name(surface: WrapSurface) -> WrapSurface:
+    """Return the surface without its name and, for a sphere, without its rotation."""
     pose = Pose(surface.pose.position) if surface.shape == "sphere" else surface.pose
     return replace(surface, name="", pose=pose)
 
 
 def _state(node: Node) -> tuple[Literal[-1, 0, 1], int]:
-    """The side and the turns of a wrapping via point; the states 0 and 1 are the shorter path."""
+    """Return the side and the turns of a wrap; states 0 and 1 mean the shorter path."""
     state = node.attribute("state", WRAP_STATES[0])
     if state not in WRAP_STATES:
-        node.error("bad-number", f"state {shortened(state)} is not 0, 1 or 2")
+        node.error("bad-number", f"state {shortened(state)} must be 0, 1 or 2")
     if state == WRAP_STATES[2] and not node.has("side"):
-        problem = "state 2, the longer path, is read as the shorter one; add side=1 or side=-1"
-        node.warning("wrap-state-left", f"{problem}, the sense of turning about the z axis")
-    return _side(node), _whole(node, "revCounter")
+        problem = "state 2, the longer path, is read as the shorter path; add side=1 or side=-1"
+        node.warning("wrap-state-left", f"{problem}, the sense of rotation about the z axis")
+    return _side(node), _integer(node, "revCounter")
 
 
 def _side(node: Node) -> Literal[-1, 0, 1]:
-    """0 also for a wrap inside its surface."""
+    """Return the side of a wrap; 0 also for a wrap inside its surface."""
     side = node.attribute("side", "0")
     if side not in SIDES and side != INSIDE:
-        node.error("bad-number", f"side {shortened(side)} is not -1, 0, 1 or {INSIDE}")
+        node.error("bad-number", f"side {shortened(side)} must be -1, 0, 1 or {INSIDE}")
     return SIDES.get(side, 0)
 
 
@@ -237,8 +241,8 @@ def _is_inside(node: Node) -> bool:
 
 def _wraps(node: Node) -> Iterator[Wrap]:
     for wrap in node.all("wrap"):
-        segment, turns = _whole(wrap, "segment"), _whole(wrap, "turns")
-        rule = _one_of(wrap, "rule", get_args(WrapRule))
+        segment, turns = _integer(wrap, "segment"), _integer(wrap, "turns")
+        rule = _known_word(wrap, "rule", get_args(WrapRule))
         yield Wrap(
             wrap.attribute("surface"),
             segment,
@@ -247,18 +251,18 @@ def _wraps(node: Node) -> Iterator[Wrap]:
             _is_inside(wrap),
             cast(WrapRule, rule),
             _side_point(wrap),
-            cast(Quadrant, _one_of(wrap, "quadrant", get_args(Quadrant))),
-            _whole(wrap, "last_segment") if wrap.has("last_segment") else None,
-            _own_friction(wrap),
+            cast(Quadrant, _known_word(wrap, "quadrant", get_args(Quadrant))),
+            _integer(wrap, "last_segment") if wrap.has("last_segment") else None,
+            _local_friction(wrap),
         )
 
 
-def _own_friction(node: Node) -> float | None:
+def _local_friction(node: Node) -> float | None:
     return node.number_attribute("friction") if node.has("friction") else None
 
 
-def _one_of(node: Node, name: str, known: tuple[str, ...]) -> str:
-    """Return a word in an attribute; the first of those known if it is not given."""
+def _known_word(node: Node, name: str, known: tuple[str, ...]) -> str:
+    """Return the word in an attribute; the first known word if the attribute is not set."""
     word = node.attribute(name, known[0])
     if word not in known:
         node.error("bad-word", f"{name} {shortened(word)} is not one of {', '.join(known)}")
@@ -291,7 +295,7 @@ def _moves(node: Node) -> Iterator[PointMotion]:
 
 def _branches(node: Node) -> Iterator[Branch]:
     for branch in node.all("branch"):
-        yield Branch(_whole(branch, "point"), branch.number_attribute("divisor", 1.0))
+        yield Branch(_integer(branch, "point"), branch.number_attribute("divisor", 1.0))
 
 
 def _terms(node: Node) -> Iterator[CoordinateTerm]:
@@ -299,10 +303,10 @@ def _terms(node: Node) -> Iterator[CoordinateTerm]:
         yield CoordinateTerm(term.attribute("coordinate"), term.number_attribute("factor"))
 
 
-def _whole(node: Node, name: str) -> int:
+def _integer(node: Node, name: str) -> int:
     value = node.number_attribute(name, 0.0)
     if value != int(value) or abs(value) > 2**31:
-        node.error("bad-number", f"{name} {value!r} is not a whole number")
+        node.error("bad-number", f"{name} {value!r} is not an integer")
         return 0
     return int(value)
 

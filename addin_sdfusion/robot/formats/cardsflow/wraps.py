@@ -1,4 +1,4 @@
-"""The wraps that cardsflow.xml holds."""
+"""Wraps that cardsflow.xml can hold."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from collections.abc import Mapping
 from ...model.muscle import Muscle, Wrap, WrapSurface
 
 WRAP_TYPES = {"sphere": "SPHERICAL", "cylinder": "CYLINDRICAL"}
-"""The via point types of the wrap shapes."""
+"""Via point types of the wrap shapes."""
 
 
 def held_wraps(muscle: Muscle, surfaces: Mapping[str, WrapSurface]) -> list[Wrap]:
-    """The wraps that cardsflow.xml can hold: one a segment, cylinders along the link's z axis.
+    """Return the wraps that cardsflow.xml can hold.
 
-    Those by other programs' rules and those over ellipsoids it cannot hold.
+    These are single wraps on a segment, over spheres and over cylinders along the link's z axis.
+    Wraps by the rules of other programs and over ellipsoids are not supported.
     """
     counts = Counter(wrap.segment for wrap in muscle.wraps)
     return [

@@ -1,27 +1,28 @@
 """Writer of muscles and task frames for cardsflow.xml and the SDF plugin.
 
-A muscle names its links in order, each with the via points on it, in the frame of that link. What
-the original format has no word for is in attributes and elements that its readers pass over:
+A muscle lists its links in order, each with its via points in the frame of the link. Data that the
+original format cannot hold is in additional attributes and elements, which its readers ignore:
 
     myoMuscle    f_min f_max       force limits, in [N]
-                 friction          of the cable on its guides, if there is some
-                 presliding        way over which it turns round, in [m], if it is not 0.2 mm
-    cable_model  kind              how the cable behaves; parameter elements by name
+                 friction          cable friction on the guides, if not 0
+                 presliding        presliding distance, in [m], if not 0.2 mm
+    cable_model  kind              muscle law; its parameter elements by name
     base_pulley  kind              a swivelling pulley at the first point; parameters likewise
     viaPoint     coordinate low high smoothing
-                                   when a muscle passes through it
-    viaPoint, wrap  friction       of the cable there, if it is not that of the muscle
+                                   condition under which the via point is active
+    viaPoint, wrap  friction       cable friction at this point, if it differs from the muscle's
     move         axis coordinate low high and a function
-                                   in a viaPoint: how it moves on its link
-    branch       point divisor     the path begins again at a via point, counted from 0
-    term         coordinate factor a part of the length, in proportion to a coordinate
-    endEffector  axes              which coordinates count: letters, or alpha, beta, gamma
+                                   in a viaPoint: its motion on the link
+    branch       point divisor     start of another branch at a via point, counted from 0
+    term         coordinate factor a part of the length that is proportional to a coordinate
+    endEffector  axes              its task coordinates: letters, or alpha, beta, gamma
 
-In cardsflow.xml a wrap surface stands where it lies in the path, as the original format has it: a
-via point SPHERICAL or CYLINDRICAL with radius, state and revCounter. The state says how it starts:
-0 straight, 1 the shorter path round, 2 the longer one; after that the old plugin follows the cable.
-`surface`, `length` and `side`, the sense of turning about the z axis, are additions. In the plugin
-the surfaces are elements of their own and a muscle's `wrap` elements name them.
+In cardsflow.xml a wrap surface is a via point of the path, as in the original format: type
+SPHERICAL or CYLINDRICAL with radius, state and revCounter. The state is the initial state of the
+cable: 0 straight, 1 the shorter path around the surface, 2 the longer path. The original plugin
+then follows the motion of the cable. `surface`, `length` and `side` (the sense of rotation about
+the z axis) are additions. In the plugin, surfaces are separate elements, and the `wrap` elements of
+a muscle refer to them.
 """
 
 from __future__ import annotations
@@ -41,23 +42,23 @@ from ..writing.xml_text import document, element, numbers
 from .wraps import WRAP_TYPES, held_wraps
 
 WRAP_STATES = ("0", "1", "2")
-"""The `state` of a wrapping via point: straight at first, the shorter path, the longer path."""
+"""The `state` of a wrap via point: initially straight, the shorter path, the longer path."""
 INSIDE = "inside"
-"""The `side` of a wrap within its surface."""
+"""The `side` of a wrap on the inner side of its surface."""
 
 
 def write_cardsflow_xml(robot: Robot, folder: str | Path) -> list[Path]:
-    """Write cardsflow.xml alone, next to a model.sdf; returns and raises as `write_document`."""
+    """Write only cardsflow.xml, next to a model.sdf; returns and raises as `write_document`."""
     return write_document(robot, folder, "cardsflow", "xml", cardsflow_xml)
 
 
 def muscle_element(parent: ElementTree.Element, muscle: Muscle) -> ElementTree.Element:
-    """Add a muscle with everything but its wraps: `<myoMuscle name f_min f_max>`."""
+    """Add a muscle without its wraps: `<myoMuscle name f_min f_max>`."""
     return _muscle(parent, muscle, [_Step(point) for point in muscle.via_points])
 
 
 def wrap_elements(node: ElementTree.Element, muscle: Muscle) -> None:
-    """Add `<wrap surface segment side turns>` to a muscle's element."""
+    """Add the `<wrap surface segment side turns>` elements of a muscle."""
     for wrap in muscle.wraps:
         side = INSIDE if wrap.inside else str(wrap.side)
         words = {"segment": str(wrap.segment), "side": side, "turns": str(wrap.turns)}
@@ -66,7 +67,7 @@ def wrap_elements(node: ElementTree.Element, muscle: Muscle) -> None:
 
 
 def _rule_words(wrap: Wrap) -> dict[str, str]:
-    """What a wrap by another program's rules has; nothing for one by ours."""
+    """Return the attributes of a wrap by the rules of another program; empty for our rules."""
     if wrap.rule == "taut":
         return {}
     words: dict[str, str] = {"rule": wrap.rule}
@@ -81,7 +82,7 @@ def _rule_words(wrap: Wrap) -> dict[str, str]:
 
 
 def end_effector_element(parent: ElementTree.Element, frame: TaskFrame) -> None:
-    """Add `<endEffector name link axes>` to its parent."""
+    """Add an `<endEffector name link axes>` element."""
     text = numbers(frame.position)
     letters = all(len(axis) == 1 for axis in frame.axes)
     axes = ("" if letters else " ").join(frame.axes)
@@ -89,7 +90,7 @@ def end_effector_element(parent: ElementTree.Element, frame: TaskFrame) -> None:
 
 
 def cardsflow_xml(robot: Robot) -> str:
-    """Return the text of a cardsflow.xml: the active muscles and task frames of a robot."""
+    """Return the text of a cardsflow.xml with the active muscles and task frames of a robot."""
     root = element(None, "cardsflow")
     surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
     for muscle in robot.muscles:
@@ -106,7 +107,7 @@ def cardsflow_xml(robot: Robot) -> str:
 
 
 class _Step:
-    """A via point element to be: where it is, and its attributes."""
+    """Via point element to write: its position and its attributes."""
 
     def __init__(self, point: ViaPoint, **attributes: str) -> None:
         self.point = point

@@ -1,1 +1,1 @@
-"""CASPR's XML files."""
+"""The XML format of CASPR."""

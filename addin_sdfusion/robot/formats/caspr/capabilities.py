@@ -1,4 +1,4 @@
-"""What CASPR's files hold: rejected is what would be another robot, the rest is left out."""
+"""Features that CASPR files hold, change, omit or reject."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from ..capability import (
     Found,
     changed,
     implied,
-    in_every_set,
+    in_all_sets,
     kept,
-    left_out,
-    refused,
+    omitted,
+    rejected,
 )
 from ..features import Words, of_joints, of_links, of_muscles, of_robot
 from .joints import CASPR_JOINTS, caspr_word
@@ -32,16 +32,16 @@ from .write_tasks import task_items
 
 
 def caspr_losses(robot: Robot, trajectories: Sequence[Trajectory] = ()) -> list[Finding]:
-    """Everything that CASPR's files cannot hold.
+    """Return findings on everything that CASPR files cannot hold.
 
     Returns:
-        Errors, for which it is not written, then warnings for what is left out or doubtful.
+        Errors, which prevent writing, then warnings for omitted or changed features.
     """
     return errors_first([*CASPR.losses(robot), *trajectory_losses(robot, trajectories)])
 
 
 def _renamed(robot: Robot) -> Words:
-    """Return the names of joints and coordinates, each with the one that it is read back under."""
+    """Return a message on the joints and coordinates that get another name when read again."""
     names = {
         f"{name!r} becomes {given}": None
         for i, joint in enumerate(robot.joints, start=1)
@@ -79,8 +79,8 @@ def _other_law(muscle: Muscle) -> Words:
 
 def _missing_parameters(muscle: Muscle) -> Words:
     given, known = _parameters(muscle)
-    lacking = [names for item, names in known if item.required and not set(names) <= set(given)]
-    return _names_for(cable_tag(muscle.model.kind), [name for names in lacking for name in names])
+    missing = [names for item, names in known if item.required and not set(names) <= set(given)]
+    return _names_for(cable_tag(muscle.model.kind), [name for names in missing for name in names])
 
 
 def _other_parameters(muscle: Muscle) -> Words:
@@ -90,7 +90,7 @@ def _other_parameters(muscle: Muscle) -> Words:
 
 
 def _parameters(muscle: Muscle) -> tuple[list[str], list[tuple[Property, list[str]]]]:
-    """The names of a cable's parameters, and CASPR's properties, each with its parameters."""
+    """Return the parameters of a cable, and CASPR's properties with their parameters."""
     cable = CASPR_CABLES[cable_tag(muscle.model.kind)]
     given = [] if _other_law(muscle) else [name for name, _ in muscle.model.parameters]
     return given, [
@@ -101,8 +101,8 @@ def _parameters(muscle: Muscle) -> tuple[list[str], list[tuple[Property, list[st
 
 def _missing_numbers(muscle: Muscle) -> Words:
     tag, given, known = _numbers(muscle)
-    lacking = [item for item in known if given.get(item.tag) != item.size]
-    return _names_for(tag, [f"{item.size} numbers {item.tag}" for item in lacking])
+    missing = [item for item in known if given.get(item.tag) != item.size]
+    return _names_for(tag, [f"{item.size} numbers {item.tag}" for item in missing])
 
 
 def _other_numbers(muscle: Muscle) -> Words:
@@ -111,7 +111,7 @@ def _other_numbers(muscle: Muscle) -> Words:
 
 
 def _numbers(muscle: Muscle) -> tuple[str, dict[str, int], tuple[Property, ...]]:
-    """CASPR's element for a pulley, how many numbers it has by name, and those that CASPR has."""
+    """Return CASPR's element of a pulley, its sizes by name, and the properties in CASPR."""
     if muscle.pulley is None:
         return "", {}, ()
     tag, words = next(p for p in CASPR_PULLEYS.items() if p[1].kind == muscle.pulley.kind)
@@ -152,146 +152,144 @@ CASPR = Capabilities(
         kept(features.LINKS, features.LIMITS, features.INITIAL_VALUES, features.LINK_ENDS),
         kept(features.MOTORS, features.MUSCLES, features.CABLE_SETS, features.SET_NAMES),
         kept(features.TASK_FRAMES, features.TASK_SETS, features.TASK_AXES, features.PULLEYS),
-        refused(
+        rejected(
             features.GRAVITIES, "caspr-gravity", f"CASPR's gravity is {GRAVITY}, not {{gravity}}"
         ),
         changed(
             "links without far ends",
             "caspr-link-ends",
-            "CASPR needs far ends of links, for drawing; 0 0 0 for {names}",
+            "CASPR requires far ends of links, for drawing; 0 0 0 is written for {names}",
             of_robot(lambda robot: [link.name for link in robot.links if link.end is None]),
         ),
-        left_out(
+        omitted(
             features.JOINT_NAMES,
             "caspr-joint-names",
-            "CASPR names no joints nor coordinates; {renamed}",
+            "CASPR does not name joints and coordinates; {renamed}",
             of_robot(_renamed),
         ),
-        refused(
+        rejected(
             features.FIXED_JOINTS,
             "caspr-fixed-joint",
             "CASPR has no fixed joints; merge link {child!r} into {parent!r}",
         ),
-        refused(
+        rejected(
             features.CHAINS,
             "caspr-joint-type",
-            "CASPR has no joint with these motions; make it of several joints",
+            "CASPR has no joint with these motions; split it into several joints",
             of_joints(_has_other_motions),
-            only="other ones than CASPR's",
+            only="other than those of CASPR",
         ),
-        refused(
+        rejected(
             features.DRIVEN_JOINTS,
             "caspr-driven-joint",
-            "CASPR has no coupled or locked coordinates; hold them at a value",
+            "CASPR has no coupled or locked coordinates; lock them at a value",
             of_joints(lambda joint: not (joint.is_plain or _has_other_motions(joint))),
         ),
-        refused(
-            "frames that are turned at q = 0",
+        rejected(
+            "frames that are rotated at q = 0",
             "caspr-turned-frame",
-            "turns a frame at q = 0, and CASPR has no turned frames; align the frames",
+            "has a frame that is rotated at q = 0, which CASPR does not support; align the frames",
             of_joints(_is_turned),
         ),
-        refused(
+        rejected(
             features.LINK_FRAMES,
             "caspr-link-frame",
-            "in CASPR the frame of link {child!r} is the joint's; move it there",
+            "CASPR requires the frame of link {child!r} to equal the joint frame; move it there",
             of_joints(_is_moved),
         ),
-        refused(
-            "joints of which some coordinates have motors",
+        rejected(
+            "joints with and without motors on their coordinates",
             "caspr-mixed-actuation",
-            "in CASPR all of a joint's coordinates are actuated or none is; split the joint",
+            "CASPR requires motors on all coordinates of a joint or on none; split the joint",
             of_joints(lambda joint: len({c.actuated for c in joint.coordinates}) > 1),
         ),
-        left_out(features.MOTOR_BOUNDS, "caspr-motor-bounds"),
+        omitted(features.MOTOR_BOUNDS, "caspr-motor-bounds"),
         implied(features.BOUNDS_WITHOUT_MOTOR, features.MESH_NAMES),
-        left_out(features.DAMPING, "caspr-damping"),
-        left_out(features.SPRINGS, "caspr-spring"),
-        left_out(features.FRICTION, "caspr-spring"),
-        left_out(features.ARMATURES, "caspr-spring"),
-        left_out(features.LIMIT_FORCES, "caspr-spring"),
-        left_out(features.LOOPS),
-        left_out(features.MESHES, "caspr-meshes", "CASPR has no meshes; {count} left out"),
-        left_out(
+        omitted(features.DAMPING, "caspr-damping"),
+        omitted(features.SPRINGS, "caspr-spring"),
+        omitted(features.FRICTION, "caspr-spring"),
+        omitted(features.ARMATURES, "caspr-spring"),
+        omitted(features.LIMIT_FORCES, "caspr-spring"),
+        omitted(features.LOOPS),
+        omitted(features.MESHES, "caspr-meshes", "CASPR has no meshes; {count} omitted"),
+        omitted(
             features.COLLISIONS,
             "caspr-meshes",
-            "CASPR has no shapes to collide with; {count} left out",
+            "CASPR has no collision shapes; {count} omitted",
             of_links(lambda link: link.shapes),
         ),
-        left_out(
+        omitted(
             features.WRAP_SURFACES,
             "caspr-wrap",
-            "CASPR has no wrap surfaces; it is left out, and cables run straight",
+            "CASPR has no wrap surfaces; omitted, and cables are straight",
         ),
         implied(features.ELLIPSOIDS),
-        *in_every_set(
-            left_out(features.OPENSIM_WRAPS),
-            left_out(features.MUJOCO_WRAPS),
-            left_out(
-                features.WRAPS, "caspr-wrap", "CASPR has no wrapping; the cable runs straight"
-            ),
+        *in_all_sets(
+            omitted(features.OPENSIM_WRAPS),
+            omitted(features.MUJOCO_WRAPS),
+            omitted(features.WRAPS, "caspr-wrap", "CASPR has no wrapping; the cable is straight"),
             changed(
-                "cables without a largest force",
+                "cables without a maximum force",
                 "caspr-infinite-force",
-                "f_max is written as inf, which CASPR's solvers may reject; set a number",
+                "f_max is written as inf, which the solvers of CASPR may reject; set a number",
                 of_muscles(lambda muscle: muscle.f_max == math.inf),
             ),
-            left_out(
+            omitted(
                 features.MUSCLE_LAWS,
                 "caspr-tension-law",
                 "CASPR has no {kind}; written as an ideal cable with force limits",
                 of_muscles(_other_law),
-                only="other ones than those of CASPR's cables",
+                only="other than those of CASPR",
             ),
-            refused(
-                "cables without parameters that CASPR needs",
+            rejected(
+                "cables without parameters that CASPR requires",
                 "caspr-cable-property",
-                "CASPR's <{tag}> needs {names}; add them to the model",
+                "<{tag}> of CASPR requires {names}; add them to the model",
                 of_muscles(_missing_parameters),
             ),
-            left_out(
+            omitted(
                 features.IDEAL_PARAMETERS,
                 "caspr-cable-property",
-                "CASPR's <{tag}> has no {names}; left out",
+                "<{tag}> of CASPR has no {names}; omitted",
                 of_muscles(_other_parameters),
                 only="those that CASPR does not have",
             ),
-            refused(
+            rejected(
                 "pulleys that are not at the base",
                 "pulley-not-at-base",
-                "CASPR has pulleys at the base only; put its first via point there",
+                "CASPR requires pulleys at the base; attach the first via point to it",
                 of_muscles(_is_off_base),
             ),
-            refused(
-                "pulleys without numbers that CASPR needs",
+            rejected(
+                "pulleys without numbers that CASPR requires",
                 "caspr-pulley-property",
-                "CASPR's <{tag}> needs {names}; add them",
+                "<{tag}> of CASPR requires {names}; add them",
                 of_muscles(_missing_numbers),
             ),
-            left_out(
+            omitted(
                 "other numbers of pulleys",
                 "caspr-pulley-property",
-                "CASPR's <{tag}> has no {names}; left out",
+                "<{tag}> of CASPR has no {names}; omitted",
                 of_muscles(_other_numbers),
             ),
-            left_out(features.CABLE_FRICTION),
-            left_out(features.CONDITIONS),
-            left_out(features.MOVING_POINTS),
-            left_out(features.BRANCHES),
-            *features.TERMS_LEFT_OUT,
+            omitted(features.CABLE_FRICTION),
+            omitted(features.CONDITIONS),
+            omitted(features.MOVING_POINTS),
+            omitted(features.BRANCHES),
+            *features.TERMS_OMITTED,
         ),
         changed(
-            "several items of an operational space on a link",
+            "several items of an operational space on one link",
             "caspr-one-item-a-link",
-            "has {count} items on link {link!r}; CASPR loads a set with one a link",
+            "has {count} items on link {link!r}; CASPR supports one item per link",
             _crowded_links,
         ),
-        left_out(
+        omitted(
             "points of orientations",
             "caspr-orientation-point",
-            "an orientation has no point in CASPR; it is left out",
+            "CASPR has no reference point of orientations; omitted",
             _points_of_orientations,
         ),
-        changed("sets with a name that is not an XML ID", "caspr-id", NOT_AN_ID, _sets_without_id),
+        changed("sets whose name is not an XML ID", "caspr-id", NOT_AN_ID, _sets_without_id),
     ),
 )

@@ -1,4 +1,4 @@
-"""CASPR's joint types: names, motions and coordinates."""
+"""Joint types of CASPR: names, motions and coordinates."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ ANGLES = {"x": "alpha", "y": "beta", "z": "gamma"}
 
 
 class CasprJoint(NamedTuple):
-    """A joint type of CASPR.
+    """Joint type of CASPR.
 
     Attributes:
-        motions: From the parent to the child.
-        suffixes: Ends of the names of one joint's coordinates, in the order of CASPR's q.
+        motions: Motions from the parent to the child.
+        suffixes: Suffixes of the coordinate names, in the order of q in CASPR.
     """
 
     motions: tuple[Motion, ...]
@@ -24,12 +24,12 @@ class CasprJoint(NamedTuple):
 
 
 def _joint(translations: str, rotations: str, order: str | None = None) -> CasprJoint:
-    """Translations and then rotations along and about the parent's axes, one letter each.
+    """Return a joint type of translations and then rotations, each given by its axis letter.
 
     Args:
         translations: Axes of the translations.
         rotations: Axes of the rotations, from the parent to the child.
-        order: The rotations in the order of q, if that is another.
+        order: Order of the rotations in q, if different.
     """
     names = order or rotations
     motions = [Motion("translation", AXES[axis], k) for k, axis in enumerate(translations)]
@@ -59,14 +59,14 @@ CASPR_JOINTS: dict[str, CasprJoint] = {
     "S_FIXED_XYZ": _joint("", "zyx", order="xyz"),
     "SPATIAL_EULER_XYZ": _joint("xyz", "xyz"),
 }
-"""The types without an axis of their own, by CASPR's word."""
+"""Joint types with fixed axes, by their name in CASPR."""
 
 CASPR_AXIS_JOINTS: dict[str, MotionKind] = {"R_AXIS": "rotation", "P_AXIS": "translation"}
-"""The types whose axis the file gives, and the kind of their motion."""
+"""Joint types whose axis is defined in the file, and the kind of their motion."""
 
 
 def caspr_word(motions: tuple[Motion, ...]) -> str | None:
-    """CASPR's word for a joint with these motions, None if it has none."""
+    """Return CASPR's name of the joint type with these motions, or None if none exists."""
     for word, joint in CASPR_JOINTS.items():
         if joint.motions == motions:
             return word

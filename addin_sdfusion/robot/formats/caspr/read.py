@@ -1,4 +1,4 @@
-"""Reader of CASPR's XML dialect: bodies, cables and operational spaces."""
+"""Reader of CASPR files: bodies, cables and operational spaces."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ...model.joint import Coordinate, Joint, Motion
 from ...model.pose import Pose, Vector3
 from ...model.robot import WORLD, Inertia, Link, Robot
 from ...model.rotations import normalized, point_inertia
-from ..reading.distinct import distinct
+from ..reading.unique_names import with_unique_names
 from ..reading.xml import Node, Notes, parse, shortened
 from .joints import CASPR_AXIS_JOINTS, CASPR_JOINTS, CasprJoint
 from .read_cables import read_cables
@@ -25,17 +25,17 @@ BODIES = "_bodies.xml"
 def read_caspr(bodies: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     """Return the robot in a `<name>_bodies.xml` and the files next to it.
 
-    Joints and coordinates are called `joint_1`, `joint_2`, ... by the number of their link, for
-    CASPR has no names for them. Link frames are joint frames.
+    CASPR does not name joints and coordinates; they are called `joint_1`, `joint_2`, ... by the
+    number of their link. Link frames are joint frames.
 
     Args:
         bodies: The bodies file.
-        cable_set: The cable set to make active; the file's default if None.
-        notes: Where findings, places and files go.
+        cable_set: Cable set to activate; the default of the file if None.
+        notes: Collects findings, locations and files.
 
     Raises:
         InputError: A file is not readable XML.
-        UnknownNameError: There is no such cable set.
+        UnknownNameError: The cable set does not exist.
     """
     name = bodies.name.removesuffix(BODIES)
     subject = Subject("robot", name)
@@ -64,7 +64,7 @@ def _with_tasks(robot: Robot, old: Node | None, file: Path, notes: Notes) -> Rob
     """Return the robot with its operational spaces."""
     if file.exists():
         if old is not None:
-            problem = f"left out, because {file.name} is next to the file; remove this block"
+            problem = f"ignored, because {file.name} exists; remove this block"
             old.warning("old-operational-spaces", f"<operational_spaces> here: {problem}")
         root = parse(file, Subject("robot", robot.name), notes)
     elif old is not None:
@@ -78,10 +78,10 @@ def _with_tasks(robot: Robot, old: Node | None, file: Path, notes: Notes) -> Rob
 
 
 def _links_group(root: Node) -> Node | None:
-    """Return the element that holds the links: in older files the root."""
+    """Return the element that contains the links: the root in older files."""
     if root.tag == "links":
-        problem = "read, but CASPR expects it in <bodies_system>; put it there"
-        root.warning("old-bodies", f"<links> as the root, as in older files: {problem}")
+        problem = "<links> is the root, as in older files; CASPR expects it in <bodies_system>"
+        root.warning("old-bodies", f"{problem}; move it there")
         return root
     if root.tag != "bodies_system":
         root.error("not-caspr", f"<{root.tag}> is not CASPR's <bodies_system>")
@@ -92,14 +92,14 @@ def _links_group(root: Node) -> Node | None:
 def _links_and_joints(group: Node) -> tuple[list[Link], list[Joint]]:
     links: list[Link] = []
     joints: list[Joint] = []
-    nodes = distinct(group.all(), partial(Subject, "link"))
+    nodes = with_unique_names(group.all(), partial(Subject, "link"))
     for i, node in enumerate(nodes, start=1):
         if node.tag != "link_rigid":
-            node.error("unexpected-element", f"<{node.tag}> among the links; CASPR has link_rigid")
+            node.error("unexpected-element", f"<{node.tag}> in <links>; CASPR expects <link_rigid>")
         node = node.about(Subject("link", node.attribute("name")))
         if node.attribute("num") != str(i):
-            problem = f"num {shortened(node.attribute('num'))} is where {i} belongs"
-            node.error("wrong-number", f"{problem}; links are numbered 1, 2, ... in order")
+            problem = f"num {shortened(node.attribute('num'))} must be {i}"
+            node.error("wrong-number", f"{problem}; number the links 1, 2, ... in order")
         links.append(_link(node))
         joints.append(_joint(node, i, links))
     return links, joints
@@ -126,12 +126,12 @@ def _inertia(physical: Node, mass: float, com: Vector3) -> Inertia:
         shift = {a + b: rows[i][j] for i, a in enumerate("xyz") for j, b in enumerate("xyz")}
         entries = {tag: value - shift[tag] for tag, value in entries.items()}
     elif reference != "com":
-        node.error("bad-reference", f"ref {shortened(reference)} is neither 'com' nor 'joint'")
+        node.error("bad-reference", f"ref {shortened(reference)} must be 'com' or 'joint'")
     return Inertia(mass, com, **{f"i{tag}": value for tag, value in entries.items()})
 
 
 def _joint(link: Node, number: int, links: list[Link]) -> Joint:
-    """Return the joint that carries the last one of the links so far."""
+    """Return the joint whose child is the last of the links."""
     name = f"joint_{number}"
     parent, location = _parent(link, number, links)
     T_parent_joint = Pose(location)
@@ -153,14 +153,14 @@ def _motions(node: Node) -> CasprJoint:
         axis = normalized(node.vector_attribute("axis"))
         return CasprJoint((Motion(CASPR_AXIS_JOINTS[word], axis),), ("",))
     known = ", ".join([*CASPR_JOINTS, *CASPR_AXIS_JOINTS])
-    node.error("unsupported-joint", f"joint type {shortened(word)} is not supported ({known})")
+    node.error("unsupported-joint", f"unsupported joint type {shortened(word)}; known: {known}")
     return CASPR_JOINTS["R_X"]
 
 
 def _coordinates(
     node: Node, joint: str, motions: tuple[Motion, ...], suffixes: tuple[str, ...]
 ) -> tuple[Coordinate, ...]:
-    """Return the joint's coordinates, in the order of CASPR's q."""
+    """Return the coordinates of the joint, in the order of q in CASPR."""
     actuated = node.attribute("actuated", "false").lower() == "true"
     units = [motion.unit for motion in sorted(motions, key=lambda motion: motion.coordinate)]
     start = node.numbers_attribute("q_initial", len(units), infinite=True)
@@ -174,10 +174,10 @@ def _coordinates(
 
 
 def _limits(node: Node, size: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the joint's lower and upper limits, which older files have not."""
+    """Return the lower and upper limits of the joint, which older files do not contain."""
     missing = [word for word in ("q_min", "q_max") if not node.has(word)]
     if missing:
-        problem = "read as unlimited, as in older files; CASPR expects both"
+        problem = "read as unlimited, as in older files; CASPR requires both"
         node.warning("no-limits", f"<joint> has no {' and no '.join(missing)}: {problem}")
     found = {
         word: (none,) * size
@@ -197,7 +197,7 @@ def _parent(link: Node, number: int, links: list[Link]) -> tuple[str, Vector3]:
     if parent is None or parent == 0:
         return WORLD, location
     if parent >= number:
-        problem = f"parent {parent} does not come before link {number}"
-        node.error("unknown-parent", f"{problem}; put it first and number the links anew")
+        problem = f"parent {parent} must be a link before link {number}"
+        node.error("unknown-parent", f"{problem}; move it before and renumber the links")
         return WORLD, location
     return links[parent - 1].name, location

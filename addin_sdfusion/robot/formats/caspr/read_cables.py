@@ -1,4 +1,4 @@
-"""Reader of CASPR's cable sets."""
+"""Reader of the cable sets of CASPR."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ...finding import Subject, member
 from ...model.muscle import BasePulley, CableModel, CableSet, Muscle, ViaPoint
 from ...model.robot import WORLD, Link
 from ...model.rotations import add
-from ..reading.distinct import distinct
+from ..reading.unique_names import with_unique_names
 from ..reading.xml import Node, shortened
 from .read_links import link_by_number
 
@@ -21,13 +21,13 @@ FORCES = ("force_min", "force_max")
 def read_cables(
     root: Node, links: Sequence[Link], chosen: str | None
 ) -> tuple[tuple[CableSet, ...], str]:
-    """Return the cable sets of a file and the name of the active one.
+    """Return the cable sets of a file and the name of the active set.
 
-    A set that holds an unknown kind of cable or attachment is left out with a warning; where it is
-    the active one, that is an error.
+    A set with an unknown kind of cable or attachment is omitted with a warning. If it is the active
+    set, this is an error.
 
     Raises:
-        UnknownNameError: There is no set of the chosen name.
+        UnknownNameError: The chosen set does not exist.
     """
     if root.tag != "cables":
         root.error("not-caspr", f"<{root.tag}> is not CASPR's <cables>")
@@ -43,18 +43,18 @@ def read_cables(
             cable_sets.append(_cable_set(node, links, active))
         elif node.subject.name == active:
             others = [other.subject.name for other in nodes if _unsupported(other) is None]
-            problem = _names_element(unsupported)
+            problem = _unsupported_message(unsupported)
             if others:
                 problem += f"; choose another cable set: {', '.join(map(repr, others))}"
             unsupported.error("unsupported-cable", problem)
             cable_sets.append(CableSet(active, ()))
         else:
-            problem = f"{_names_element(unsupported)}; the whole set is left out"
+            problem = f"{_unsupported_message(unsupported)}; the whole set is omitted"
             unsupported.warning("unsupported-cable", problem)
     return tuple(cable_sets), active
 
 
-def _names_element(node: Node) -> str:
+def _unsupported_message(node: Node) -> str:
     known = ", ".join([*CASPR_CABLES, "attachment", *CASPR_PULLEYS])
     return f"<{node.tag}> is not supported (known: {known})"
 
@@ -66,7 +66,7 @@ def _active(root: Node, names: list[str], chosen: str | None) -> str:
         return chosen
     default = root.attribute("default_cable_set", "")
     if not default and names:
-        problem = f"no default_cable_set; the first one, {names[0]!r}, is used"
+        problem = f"has no default_cable_set; the first set, {names[0]!r}, is used"
         root.warning("no-default-cable-set", problem)
         return names[0]
     if default and default not in names:
@@ -76,7 +76,7 @@ def _active(root: Node, names: list[str], chosen: str | None) -> str:
 
 
 def _unsupported(cable_set: Node) -> Node | None:
-    """Return the first cable or attachment of an unknown kind; it speaks for the set."""
+    """Return the first cable or attachment of an unknown kind, or None."""
     for cable in cable_set.all():
         if cable.tag not in CASPR_CABLES:
             return cable
@@ -90,14 +90,14 @@ def _unsupported(cable_set: Node) -> Node | None:
 def _cable_set(node: Node, links: Sequence[Link], active: str) -> CableSet:
     name = node.subject.name
     muscles = []
-    for cable in distinct(node.all(), partial(member, "muscle", of=name, active=active)):
+    for cable in with_unique_names(node.all(), partial(member, "muscle", of=name, active=active)):
         subject = member("muscle", cable.attribute("name"), name, active)
         muscles.append(_muscle(cable.about(subject), links))
     return CableSet(name, tuple(muscles))
 
 
 def _muscle(node: Node, links: Sequence[Link]) -> Muscle:
-    points, pulley = _way(node, links)
+    points, pulley = _path(node, links)
     properties = node.required("properties")
     name = node.attribute("name")
     if properties is None:
@@ -111,13 +111,13 @@ def _muscle(node: Node, links: Sequence[Link]) -> Muscle:
 
 
 def _model(tag: str, properties: Node) -> CableModel:
-    """What the cable's properties say next to the force limits."""
+    """Return the muscle law from the properties of a cable."""
     cable = CASPR_CABLES[tag]
     forces = () if cable.kind == "passive_spring" else FORCES
     known = [*forces, *(item.tag for item in cable.properties)]
     for child in properties.all():
         if child.tag not in known:
-            problem = f"<{child.tag}> is not a property of <{tag}>; left out"
+            problem = f"<{child.tag}> is not a property of <{tag}>; ignored"
             child.warning("unknown-property", f"{problem} (known: {', '.join(known)})")
     parameters = [
         (item.name(k), value)
@@ -128,18 +128,18 @@ def _model(tag: str, properties: Node) -> CableModel:
 
 
 def _values(parent: Node, item: Property) -> tuple[float, ...]:
-    """Return the numbers of a property; none if it is not there."""
+    """Return the numbers of a property; empty if it does not exist."""
     node = parent.required(item.tag) if item.required else parent.optional(item.tag)
     if node is None:
         return ()
     return node.numbers(item.size or max(1, len(node.text.split())))
 
 
-def _way(cable: Node, links: Sequence[Link]) -> tuple[tuple[ViaPoint, ...], BasePulley | None]:
-    """Return the via points of a cable and the pulley at the first of them."""
+def _path(cable: Node, links: Sequence[Link]) -> tuple[tuple[ViaPoint, ...], BasePulley | None]:
+    """Return the via points of a cable, and the pulley at the first one or None."""
     reference = cable.attribute("attachment_reference")
     if cable.has("attachment_reference") and reference not in ("com", "joint"):
-        problem = f"attachment_reference {shortened(reference)} is neither 'com' nor 'joint'"
+        problem = f"attachment_reference {shortened(reference)} must be 'com' or 'joint'"
         cable.error("bad-reference", problem)
     group = cable.required("attachments")
     points: list[ViaPoint] = []
@@ -150,7 +150,7 @@ def _way(cable: Node, links: Sequence[Link]) -> tuple[tuple[ViaPoint, ...], Base
             continue
         if points:
             problem = (
-                f"<{node.tag}> is attachment {len(points) + 1}; only the first can be a pulley"
+                f"<{node.tag}> is attachment {len(points) + 1}; a pulley must be the first one"
             )
             node.error("misplaced-pulley", problem)
         point, pulley = _pulley(node)

@@ -1,4 +1,4 @@
-"""Reader of CASPR's operational spaces."""
+"""Reader of the operational spaces of CASPR."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from ...caspr_vocabulary import CASPR_AXES, CASPR_TASKS, ORIENTATION
 from ...errors import UnknownNameError
 from ...finding import Subject, member
 from ...model.robot import WORLD, Axis, Link, TaskFrame, TaskSet
-from ..reading.distinct import distinct
+from ..reading.unique_names import with_unique_names
 from ..reading.xml import ZERO, Node, shortened
 from .read_links import link_by_number
 
 
 def read_operational_spaces(root: Node, links: Sequence[Link]) -> tuple[tuple[TaskSet, ...], str]:
-    """Return the task sets of a file and the name of the active one.
+    """Return the task sets of a file and the name of the active set.
 
-    An orientation is meant as a task frame defines it. CASPR's own meaning is not consistent: its
-    Jacobian gives the angular velocity where its y holds angles, and a pose takes its angles in
-    another order than an orientation does.
+    Orientations are read with the convention of task frames. The convention of CASPR is not
+    consistent: its y contains angles, but its Jacobian returns the angular velocity. The order of
+    the angles also differs between poses and orientations.
 
-    A pose becomes two task frames: its position under its name, and its orientation under the name
-    with `_orientation` behind it.
+    A pose becomes two task frames: a position with its name, and an orientation with the name plus
+    `_orientation`.
     """
     if root.tag != "operational_spaces":
         root.error("not-caspr", f"<{root.tag}> is not CASPR's <operational_spaces>")
@@ -40,7 +40,7 @@ def _has_items(node: Node) -> bool:
     for item in node.all():
         if item.tag not in CASPR_TASKS:
             known = ", ".join(CASPR_TASKS)
-            item.warning("unsupported-task", f"<{item.tag}> is unknown; left out (known: {known})")
+            item.warning("unsupported-task", f"unknown <{item.tag}>; ignored (known: {known})")
     items = node.all(*CASPR_TASKS)
     if not items:
         problem = f"contains no {', '.join(CASPR_TASKS)}; the whole set is ignored"
@@ -60,7 +60,7 @@ def _task_set(node: Node, links: Sequence[Link], active: str) -> TaskSet:
     name = node.subject.name
     frames: list[TaskFrame] = []
     items = node.all(*CASPR_TASKS)
-    for item in distinct(items, partial(member, "task_frame", of=name, active=active)):
+    for item in with_unique_names(items, partial(member, "task_frame", of=name, active=active)):
         subject = member("task_frame", item.attribute("name"), name, active)
         for frame in _task_frames(item.about(subject), links):
             item.about(member("task_frame", frame.name, name, active))
@@ -69,7 +69,7 @@ def _task_set(node: Node, links: Sequence[Link], active: str) -> TaskSet:
 
 
 def _task_frames(node: Node, links: Sequence[Link]) -> list[TaskFrame]:
-    """Return the frame of an item; a pose has one for its position and one for its orientation."""
+    """Return the frame of an item; a pose has a frame for its position and its orientation."""
     name = node.attribute("name")
     number = link_by_number(node, links)
     link = WORLD if number is None else number.name
@@ -81,10 +81,10 @@ def _task_frames(node: Node, links: Sequence[Link]) -> list[TaskFrame]:
         return [TaskFrame(name, link, offset, lengths)]
     if not lengths:
         return [TaskFrame(name, link, ZERO, angles)]
-    problem = "its angles are read as an orientation's, R = Rx Ry Rz; those of CASPR's poses differ"
+    problem = "its angles are read as R = Rx Ry Rz, as in orientations; CASPR's poses differ"
     node.warning("pose-angles", problem)
     if axes != lengths + angles:
-        node.warning("task-order", "the coordinates of its point come before its angles in y")
+        node.warning("task-order", "the position coordinates come before the angles in y")
     point = TaskFrame(name, link, offset, lengths)
     return [point, TaskFrame(name + ORIENTATION, link, ZERO, angles)]
 
@@ -94,6 +94,6 @@ def _axes(node: Node) -> tuple[Axis, ...]:
     letters = axes.attribute("active_axes") if axes else ""
     allowed = CASPR_TASKS[node.tag]
     if axes and not set(letters) <= set(allowed):
-        problem = f"active_axes {shortened(letters)}: give some of {', '.join(allowed)}, each once"
+        problem = f"active_axes {shortened(letters)}: use only {', '.join(allowed)}, each once"
         axes.error("bad-task-axes", problem)
     return tuple(CASPR_AXES[letter] for letter in letters if letter in allowed)

@@ -1,4 +1,4 @@
-"""Reader of CASPR's `<name>_trajectories.xml` and the .traj files next to it."""
+"""Reader of `<name>_trajectories.xml` of CASPR and the .traj files next to it."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from .read import BODIES
 from .traj_file import read_samples
 
 AVERAGE = "cubic_spline_average_velocity_trajectory"
-"""A cubic spline whose inner velocities are the means of the slopes before and after."""
+"""Cubic spline whose inner velocities are the mean of the slopes before and after."""
 
 SPLINES: dict[str, Spline] = {tag: spline for spline, tag in CASPR_SPLINES.items()}
 SPLINES[AVERAGE] = "cubic"
-TOO_MANY = f"the .traj files are larger than {TRAJECTORY // MIB} MiB together"
-_LEADS_OUT = "is a link that leads out of this folder"
+TOO_MANY = f"the .traj files exceed {TRAJECTORY // MIB} MiB in total"
+_LEADS_OUT = "is a link to a file outside this folder"
 LETTERS: dict[Space, str] = {"joint": "q", "operational": "y"}
 
 
 def trajectories_file(bodies: Path) -> Path | None:
-    """CASPR's trajectories next to a robot's `<name>_bodies.xml`; None if there are none.
+    """Return the trajectories file next to a `<name>_bodies.xml`, or None if it does not exist.
 
     Raises:
-        InputError: They are a link that leads out of the folder.
+        InputError: The file is a link to a file outside the folder.
     """
     stem = bodies.name.removesuffix(BODIES)
     file = bodies.with_name(f"{stem}_trajectories.xml")
@@ -43,7 +43,7 @@ def trajectories_file(bodies: Path) -> Path | None:
 
 
 def trajectory_names(file: str | Path, space: Space = "joint") -> tuple[str, ...]:
-    """Return the names of the trajectories in a file, of whatever kind, in order.
+    """Return the names of the trajectories of a space, of any type, in order.
 
     Raises:
         InputError: The file is not a readable trajectory file.
@@ -54,28 +54,29 @@ def trajectory_names(file: str | Path, space: Space = "joint") -> tuple[str, ...
 def read_trajectory(file: str | Path, name: str, space: Space = "joint") -> Trajectory:
     """Read one trajectory.
 
-    Inner velocities that CASPR takes as means are computed here, so the spline is a cubic one.
-    Times are the points' own: where CASPR's time step does not divide a segment its samples, and
-    with them its polynomial, end at the last step within it; here it ends at the point.
+    CASPR computes the inner velocities of some splines as mean slopes. They are computed here, so
+    that the result is a cubic spline. The times are the times of the points. If the time step does
+    not divide a segment, CASPR ends the segment at the last step before the point; here it ends at
+    the point.
 
     Raises:
-        UnknownNameError: The file has no such trajectory.
-        InputError: The file or the trajectory cannot be used.
+        UnknownNameError: The trajectory does not exist.
+        InputError: The file or the trajectory is invalid.
     """
     file, notes = Path(file), Notes()
-    return _sound(_found(_nodes(file, notes), name, space, file), space, notes)
+    return _valid_trajectory(_find_element(_nodes(file, notes), name, space, file), space, notes)
 
 
 def read_trajectories(robot: str | Path) -> tuple[list[Trajectory], list[Finding]]:
     """Read all trajectories next to a robot.
 
     Args:
-        robot: Its main file; those of other formats than CASPR's have none.
+        robot: Main file of the robot; only CASPR files have trajectories.
 
     Returns:
-        The trajectories in order, those in joint space first, and a warning for each one that
-        cannot be used, or for the whole file. Of two with one name CASPR finds one: the first is
-        taken.
+        The trajectories in order, joint space first, and a warning for each invalid trajectory or
+        for the whole file. If two trajectories have the same name, the first one is returned, since
+        CASPR loads only one.
     """
     notes, findings = Notes(), []
     trajectories: dict[str, Trajectory] = {}
@@ -85,37 +86,37 @@ def read_trajectories(robot: str | Path) -> tuple[list[Trajectory], list[Finding
         groups = {} if file is None else _nodes(file, notes)
     except InputError as error:
         groups = {}
-        findings.append(_left_out("", error))
+        findings.append(_ignored("", error))
     for space, nodes in groups.items():
         for node in nodes:
             name = node.attribute("id", "")
             try:
                 if name in trajectories:
-                    what = "its name is taken; rename it"
+                    what = "another trajectory has this name; rename it"
                     raise InputError(what, file=node.file, line=node.line)
                 if SPLINES.get(node.tag) == "samples":
                     left -= _samples_file(node).stat().st_size
                 if left < 0:
                     raise InputError(TOO_MANY, file=node.file, line=node.line)
-                trajectories[name] = _sound(node, space, notes)
+                trajectories[name] = _valid_trajectory(node, space, notes)
             except InputError as error:
-                findings.append(_left_out(name, error))
+                findings.append(_ignored(name, error))
                 notes.findings.clear()
     return list(trajectories.values()), findings
 
 
-def _left_out(name: str, error: InputError) -> Finding:
-    """Return the finding that a trajectory, or the file of all, is not read."""
+def _ignored(name: str, error: InputError) -> Finding:
+    """Return the finding that a trajectory, or the whole file, is ignored."""
     subject = Subject("trajectory", name)
     what = error.what.removeprefix(f"{label(subject)}: ")
     message = (
-        f"{label(subject)}: {what}; left out" if name else f"{what}; its trajectories are lost"
+        f"{label(subject)}: {what}; omitted" if name else f"{what}; its trajectories are ignored"
     )
     return Finding("warning", "trajectory-left-out", message, subject, error.file, error.line)
 
 
-def _sound(node: Node, space: Space, notes: Notes) -> Trajectory:
-    """Return the trajectory of an element; InputError with the first thing that is wrong."""
+def _valid_trajectory(node: Node, space: Space, notes: Notes) -> Trajectory:
+    """Return the trajectory of an element; raise InputError on its first error."""
     trajectory = _trajectory(node.about(Subject("trajectory", node.attribute("id", ""))), space)
     for finding in notes.findings:
         raise InputError(finding.message, file=finding.file, line=finding.line)
@@ -133,15 +134,16 @@ def _nodes(file: Path, notes: Notes) -> dict[Space, list[Node]]:
     }
 
 
-def _found(groups: dict[Space, list[Node]], name: str, space: Space, file: Path) -> Node:
-    """Return the one element of that name and space."""
+def _find_element(groups: dict[Space, list[Node]], name: str, space: Space, file: Path) -> Node:
+    """Return the only element with this name and space."""
     found = {
         key: [node for node in nodes if node.attribute("id", "") == name]
         for key, nodes in groups.items()
     }
     here = found.pop(space)
     if len(here) > 1:
-        raise InputError(f"a second trajectory {name!r}; rename it", file=file, line=here[1].line)
+        what = f"trajectory {name!r} appears twice; rename one of them"
+        raise InputError(what, file=file, line=here[1].line)
     if here:
         return here[0]
     for other, nodes in found.items():
@@ -155,32 +157,32 @@ def _found(groups: dict[Space, list[Node]], name: str, space: Space, file: Path)
 def _trajectory(node: Node, space: Space) -> Trajectory:
     name = node.subject.name
     if node.tag not in SPLINES:
-        what = f"trajectory {name!r}: <{node.tag}> is not supported"
+        what = f"trajectory {name!r}: unsupported <{node.tag}>"
         known = ", ".join(SPLINES)
-        raise InputError(f"{what} (supported: {known})", file=node.file, line=node.line)
+        raise InputError(f"{what}; known: {known}", file=node.file, line=node.line)
     spline = SPLINES[node.tag]
     if spline == "samples":
         time_step, points = read_samples(_samples_file(node))
         return Trajectory(name, spline, points, time_step, space)
     time_step = node.number_attribute("time_step")
     if node.has("time_step") and time_step <= 0.0:
-        node.error("bad-time", "time_step is not above zero")
+        node.error("bad-time", "time_step must be positive")
     points = _points(node, spline, LETTERS[space])
     return Trajectory(name, spline, points, time_step, space)
 
 
 def _samples_file(node: Node) -> Path:
-    """The .traj file that an element names, which lies in or below the folder of its file."""
+    """Return the .traj file of an element, which must be in the folder of its file or below."""
     name = node.attribute("filename")
     path = PurePosixPath(name.replace("\\", "/"))
     if not path.name or path.is_absolute() or ".." in path.parts or "\0" in name:
-        what = f"filename {shortened(name)} is not the name of a file next to this one"
+        what = f"filename {shortened(name)} must be relative to this folder, without '..'"
         raise InputError(what, file=node.file, line=node.line)
     file = node.file.parent / path
     if not file.is_file():
-        what = f"trajectory {node.subject.name!r}: there is no file {name!r} next to this one"
+        what = f"trajectory {node.subject.name!r}: file {name!r} does not exist"
         raise InputError(what, file=node.file, line=node.line)
-    if not lies_in(file, [node.file.parent]):  # its samples would be in FMUs and results
+    if not lies_in(file, [node.file.parent]):  # FMUs and results would contain its samples
         what = f"trajectory {node.subject.name!r}: {name!r} {_LEADS_OUT}; copy the file here"
         raise InputError(what, file=node.file, line=node.line)
     return file
@@ -189,12 +191,12 @@ def _samples_file(node: Node) -> Path:
 def _points(node: Node, spline: Spline, letter: str) -> tuple[TrajectoryPoint, ...]:
     definition = node.attribute("time_definition")
     if definition not in ("relative", "absolute"):
-        problem = f"time_definition {shortened(definition)} is neither 'relative' nor 'absolute'"
+        problem = f"time_definition {shortened(definition)} must be 'relative' or 'absolute'"
         node.error("bad-time", problem)
     group = node.required("points")
     items = group.all("point") if group else []
     if len(items) < 2:
-        node.error("too-few-points", f"needs at least two points, has {len(items)}")
+        node.error("too-few-points", f"must have at least two points, not {len(items)}")
         return ()
     first = items[0].optional(letter)
     size = max(1, len(first.text.split())) if first else 1
@@ -212,10 +214,10 @@ def _points(node: Node, spline: Spline, letter: str) -> tuple[TrajectoryPoint, .
 
 
 def _with_means(points: list[TrajectoryPoint]) -> tuple[TrajectoryPoint, ...]:
-    """Return the points, with the mean slopes as velocities of the inner ones."""
+    """Return the points with the mean slopes as velocities of the inner points."""
     segments = list(pairwise(points))
     if any(end.time <= start.time or len(end.q) != len(start.q) for start, end in segments):
-        return tuple(points)  # an error was added already
+        return tuple(points)  # the error is reported elsewhere
     slopes = [
         [(b - a) / (end.time - start.time) for a, b in zip(start.q, end.q, strict=True)]
         for start, end in segments
@@ -230,10 +232,10 @@ def _with_means(points: list[TrajectoryPoint]) -> tuple[TrajectoryPoint, ...]:
 def _with_blends(
     node: Node, items: list[Node], points: list[TrajectoryPoint]
 ) -> tuple[TrajectoryPoint, ...]:
-    """Return the points, with the blend times of the segments before them."""
+    """Return the points with the blend times of the segments before them."""
     if items[0].has("blend_time"):
         items[0].error(
-            "bad-time", "the first point has a blend_time and no segment before it; remove it"
+            "bad-time", "blend_time of the first point has no segment before it; remove it"
         )
     blended = [points[0]]
     for item, (before, point) in zip(items[1:], pairwise(points), strict=True):
@@ -244,9 +246,7 @@ def _with_blends(
             else node.number_attribute("blend_time_default")
         )
         if not 0.0 < 2.0 * blend < point.time - before.time:
-            problem = (
-                f"blend time {blend!r} s is not above zero and below half of the segment before it"
-            )
+            problem = f"blend time {blend!r} s must be positive and less than half of the segment"
             item.error("bad-time", f"{problem}, {point.time - before.time!r} s")
         blended.append(replace(point, blend_time=blend))
     return tuple(blended)
@@ -258,10 +258,10 @@ def _vector(point: Node, tag: str, size: int) -> tuple[float, ...]:
 
 
 def _time(point: Node, before: float | None, definition: str) -> float:
-    """Return the absolute time of a point; whatever the file says, the first is at 0."""
+    """Return the absolute time of a point; the first point is always at 0."""
     if before is None:
         return 0.0
     time = point.number_attribute("time") + (before if definition == "relative" else 0.0)
     if point.has("time") and not time > before:
-        point.error("bad-time", f"time {time!r} s does not come after {before!r} s")
+        point.error("bad-time", f"time {time!r} s must be greater than {before!r} s")
     return time

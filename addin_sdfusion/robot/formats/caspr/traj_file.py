@@ -1,4 +1,4 @@
-"""Reader of CASPR's .traj files: samples of a trajectory, one a line."""
+"""Reader of the .traj files of CASPR, which contain one sample of a trajectory per line."""
 
 from __future__ import annotations
 
@@ -14,47 +14,47 @@ from ..reading.xml import NUMBER, shortened
 from .write_trajectories import TIME_TOLERANCE
 
 WORDS = ("t", "p", "v", "a")
-"""What begins the time, the positions, the velocities and the accelerations of a sample."""
+"""Words before the time, positions, velocities and accelerations of a sample."""
 
 
 def read_samples(file: Path) -> tuple[float, tuple[TrajectoryPoint, ...]]:
     """Return the time step of a .traj file, in [s], and its samples.
 
     Raises:
-        InputError: It cannot be read, or is not what CASPR would read.
+        InputError: The file cannot be read, or its content is invalid.
     """
     lines = read_file(file, TRAJECTORY).decode("ascii", "replace").splitlines()
     word, _, step = lines[0].partition(",") if lines else ("", "", "")
     if word != "time_step":
-        raise InputError("the first line is not 'time_step,<seconds>'", file=file, line=1)
+        raise InputError("the first line must be 'time_step,<seconds>'", file=file, line=1)
     time_step = _number(step, file, 1)
     if time_step <= 0.0:
-        raise InputError("time_step is not above zero", file=file, line=1)
+        raise InputError("time_step must be positive", file=file, line=1)
     while lines and not lines[-1].strip():
         lines.pop()
     points: list[TrajectoryPoint] = []
     for line, text in enumerate(lines[1:], start=2):
         point = _sample(text, file, line)
-        _require_fit(point, points, time_step, file, line)
+        _check_sample(point, points, time_step, file, line)
         points.append(point if points else TrajectoryPoint(0.0, point.q, point.qd, point.qdd))
     if len(points) < 2:
-        raise InputError(f"needs at least two samples, has {len(points)}", file=file)
+        raise InputError(f"must have at least two samples, not {len(points)}", file=file)
     return time_step, tuple(points)
 
 
-def _require_fit(
+def _check_sample(
     point: TrajectoryPoint, points: list[TrajectoryPoint], time_step: float, file: Path, line: int
 ) -> None:
-    """The sample is at its time and has as many values as the first one."""
+    """Check that a sample is on the time grid and has the size of the first sample."""
     time = len(points) * time_step
     late = points and point.time <= points[-1].time
     if late or not abs(point.time - time) <= TIME_TOLERANCE:
-        what = f"time {point.time!r} s must be {time!r} s by the time step"
+        what = f"time {point.time!r} s must be {time!r} s, a multiple of the time step"
         raise InputError(what, file=file, line=line)
     size = len(points[0].q if points else point.q)
     for word, values in zip(WORDS[1:], (point.q, point.qd, point.qdd), strict=True):
         if len(values) != size:
-            what = f"{word!r} has {len(values)} numbers, not {size}"
+            what = f"{word!r} must have {size} numbers, not {len(values)}"
             raise InputError(what, file=file, line=line)
 
 

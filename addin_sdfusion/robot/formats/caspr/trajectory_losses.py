@@ -1,4 +1,4 @@
-"""Losses of trajectories in CASPR, and those that are none of the robot."""
+"""Findings on trajectories that CASPR cannot hold or that do not match the robot."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from ...model.trajectory import Trajectory
 from .write_trajectories import TIME_TOLERANCE
 
 XML_ID = re.compile(r"[^\W\d][\w.-]*")
-"""A name without spaces that begins with a letter or an underscore."""
-NOT_AN_ID = "is not an XML ID; use a letter, then letters, digits, '_', '.', '-'"
+"""Pattern of names without spaces that begin with a letter or an underscore."""
+NOT_AN_ID = "is not an XML ID; begin with a letter, then use letters, digits, '_', '.', '-'"
 
 
 def trajectory_losses(robot: Robot, trajectories: Sequence[Trajectory]) -> Iterator[Finding]:
-    """What CASPR cannot hold of trajectories, and those that are none of the robot."""
+    """Report trajectories that CASPR cannot hold or that do not match the robot."""
     names = [trajectory.name for trajectory in trajectories]
     yield from (
         warning(Subject("trajectory", name), "caspr-id", NOT_AN_ID)
@@ -34,7 +34,7 @@ def _trajectory(robot: Robot, trajectory: Trajectory) -> Iterator[Finding]:
     subject = Subject("trajectory", trajectory.name)
     size = len(trajectory.points[0].q)
     if trajectory.space == "joint" and size != len(robot.coordinates):
-        problem = f"has {size} values a point; the robot has {len(robot.coordinates)} coordinates"
+        problem = f"has {size} values per point; the robot has {len(robot.coordinates)} coordinates"
         yield error(subject, "caspr-trajectory-size", problem)
     if trajectory.space == "operational":
         sizes = {sum(len(f.axes) for f in group.frames) for group in robot.task_sets}
@@ -45,7 +45,7 @@ def _trajectory(robot: Robot, trajectory: Trajectory) -> Iterator[Finding]:
             problem = f"CASPR has no {trajectory.spline} trajectories in operational space"
             yield warning(subject, "caspr-operational-spline", problem)
     if trajectory.spline == "samples" and not _on_time(trajectory):
-        problem = f"its samples are not {trajectory.time_step!r} s apart, as CASPR wants them"
+        problem = f"its samples are not spaced by {trajectory.time_step!r} s, as CASPR requires"
         yield error(subject, "caspr-sample-times", problem)
 
 

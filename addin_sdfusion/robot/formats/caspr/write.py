@@ -1,8 +1,8 @@
-"""Writer of robots and trajectories in CASPR's XML dialect.
+"""Writer of robots and trajectories in the XML format of CASPR.
 
 CASPR numbers the links in the order of the joints and names neither joints nor coordinates. Its
-link frames are the joint frames, all parallel at q = 0. Values are exactly one space apart, and
-the DOCTYPE lines stay: CASPR finds sets and trajectories through them.
+link frames are the joint frames, all parallel at q = 0. Values must be separated by exactly one
+space. The DOCTYPE lines are required: CASPR uses them to find sets and trajectories.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ from .write_tasks import task_items
 from .write_trajectories import traj_file, traj_text, write_trajectory
 
 TEMPLATES = "../../../templates"
-"""Where CASPR's models find its DTDs."""
+"""Path from a model of CASPR to its DTDs."""
 GROUP = "CARDSFlow"
-"""The folder among CASPR's models that the row of its list names; any other one will do."""
+"""Folder of the models in CASPR's list of models; the name is arbitrary."""
 
 
 def write_caspr(
@@ -43,21 +43,21 @@ def write_caspr(
 ) -> list[Path]:
     """Write `<name>_bodies.xml`, `_cables.xml`, `_operational_spaces.xml` and `_trajectories.xml`.
 
-    Sampled trajectories are in `<name>_<number>.traj` files of their own. What CASPR cannot hold
-    is left out if that does little harm; `caspr_losses` lists it all.
+    Sampled trajectories are written to separate `<name>_<number>.traj` files. `caspr_losses` lists
+    the features that CASPR cannot hold.
 
     Args:
-        robot: What to write.
-        folder: Where to; made if it does not exist.
-        name: How the files begin; the robot's name if None.
-        trajectories: In the order of the robot's coordinates, or of an operational space's axes.
+        robot: The robot.
+        folder: Output folder; created if it does not exist.
+        name: Prefix of the file names; the name of the robot if None.
+        trajectories: Values in the order of the robot's coordinates or of an operational space.
 
     Returns:
-        The files written.
+        The written files.
 
     Raises:
         RobotError: The robot has errors, or CASPR cannot hold it.
-        InputError: The folder cannot be written, or the name cannot be part of a file name.
+        InputError: The folder cannot be written, or the name is not a valid file name.
     """
     require_valid(robot)
     require_writable(caspr_losses(robot, trajectories), "caspr")
@@ -75,20 +75,20 @@ def write_caspr(
 
 
 def models_list_row(robot: Robot, name: str | None = None) -> str:
-    """Return the line that makes a robot known in CASPR's `models_list.csv`.
+    """Return the line that registers a robot in `models_list.csv` of CASPR.
 
-    The folder it names, `/CARDSFlow/<name>/`, lies as deep as the written DOCTYPE lines need it.
+    Its folder, `/CARDSFlow/<name>/`, has the depth that the written DOCTYPE lines require.
 
     Args:
         robot: The robot.
-        name: How its files begin; the robot's name if None.
+        name: Prefix of the file names; the name of the robot if None.
 
     Raises:
-        InputError: A name holds a comma, which parts the columns, or cannot name a file.
+        InputError: A name contains a comma, the column separator, or is not a valid file name.
     """
     name = file_stem(robot.name if name is None else name)
     if "," in name + robot.name:
-        what = "CASPR's list of models parts its columns by commas; give a name without one"
+        what = "CASPR's list of models separates columns by commas; choose a name without commas"
         raise InputError(f"{robot.name!r}, files {name!r}: {what}")
     parts = ("bodies", "cables", "trajectories", "operational_spaces")
     files = [f"{name}_{part}.xml" for part in parts]
@@ -166,9 +166,9 @@ def _cable(cable_set: ElementTree.Element, muscle: Muscle, numbered: dict[str, i
 
 
 def _property(parent: ElementTree.Element, item: Property, parameters: dict[str, float]) -> None:
-    """A cable's property, if the parameters hold it."""
-    most = item.size or len(parameters)
-    names = [item.name(k) for k in range(1, most + 1)]
+    """Add a property of a cable if its parameters are set."""
+    count = item.size or len(parameters)
+    names = [item.name(k) for k in range(1, count + 1)]
     values = [parameters[name] for name in names if name in parameters]
     if values:
         element(parent, item.tag, numbers(values))
@@ -194,7 +194,7 @@ def _operational_spaces(robot: Robot) -> str:
             if item.offset is not None:
                 element(child, "offset", numbers(item.offset))
             element(child, "axes", active_axes=item.letters)
-    # The name in the DOCTYPE is not that of the root in any of CASPR's own files either.
+    # The DOCTYPE name differs from the root element in all files of CASPR.
     return document(root, f'trajectories SYSTEM "{TEMPLATES}/operational_spaces.dtd"')
 
 
@@ -211,6 +211,6 @@ def _trajectories(name: str, trajectories: Sequence[Trajectory]) -> str:
 
 
 def _numbers(robot: Robot) -> dict[str, int]:
-    """CASPR's numbers of the links; 0 is the base."""
+    """Return the numbers of the links in CASPR; 0 is the base."""
     numbered = {joint.child: i for i, joint in enumerate(robot.joints, start=1)}
     return {WORLD: 0, **numbered}

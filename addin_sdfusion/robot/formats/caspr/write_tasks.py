@@ -1,4 +1,4 @@
-"""Items of CASPR's operational spaces from task frames."""
+"""Conversion of task frames to items of CASPR's operational spaces."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from ...model.robot import TaskFrame
 
 
 class TaskItem(NamedTuple):
-    """An item of an operational space.
+    """Item of an operational space.
 
     Attributes:
-        tag: Its element.
-        name: Its name.
-        link: The name of its link.
-        offset: The point on the link, in [m]; None for an orientation.
-        letters: Its axes.
+        tag: Tag of the element.
+        name: Name of the item.
+        link: Name of the link.
+        offset: Point on the link, in [m]; None for an orientation.
+        letters: Letters of its axes.
     """
 
     tag: str
@@ -29,7 +29,7 @@ class TaskItem(NamedTuple):
 
 
 def task_items(frames: Sequence[TaskFrame]) -> Iterator[TaskItem]:
-    """Positions, orientations, and poses where an orientation follows its position."""
+    """Yield positions, orientations, and poses if an orientation follows its position."""
     i = 0
     while i < len(frames):
         frame = frames[i]
@@ -37,7 +37,7 @@ def task_items(frames: Sequence[TaskFrame]) -> Iterator[TaskItem]:
         i += 1
         if frame.is_orientation:
             yield TaskItem("orientation_euler_xyz", frame.name, frame.link, None, letters)
-        elif i < len(frames) and _make_a_pose(frame, frames[i]):
+        elif i < len(frames) and _form_pose(frame, frames[i]):
             letters += _letters(frames[i])
             i += 1
             yield TaskItem("pose_euler_xyz", frame.name, frame.link, frame.position, letters)
@@ -45,8 +45,8 @@ def task_items(frames: Sequence[TaskFrame]) -> Iterator[TaskItem]:
             yield TaskItem("position", frame.name, frame.link, frame.position, letters)
 
 
-def _make_a_pose(first: TaskFrame, second: TaskFrame) -> bool:
-    """Return whether a position and the frame behind it are one pose."""
+def _form_pose(first: TaskFrame, second: TaskFrame) -> bool:
+    """Return whether a position and the next frame form one pose."""
     same = first.link == second.link and second.name == first.name + ORIENTATION
     return same and second.is_orientation
 

@@ -1,4 +1,4 @@
-"""Writer of trajectories in CASPR's XML dialect and its .traj files."""
+"""Writer of trajectories in the XML format of CASPR and in .traj files."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from ...model.trajectory import Trajectory, TrajectoryPoint
 from ..writing.xml_text import element, numbers
 
 TIME_TOLERANCE = 1e-9
-"""How far a sample's time may be from its place, in [s]."""
+"""Tolerance of the sample times, in [s]."""
 
 
 def write_trajectory(group: ElementTree.Element, trajectory: Trajectory, file: str) -> None:
-    """Put a trajectory at the end of its group."""
+    """Append a trajectory to its group."""
     tag = CASPR_SPLINES[trajectory.spline]
     if trajectory.spline == "samples":
         element(group, tag, id=trajectory.name, filename=file)
@@ -46,19 +46,19 @@ def _values(item: ElementTree.Element, point: TrajectoryPoint, letter: str) -> N
 
 
 def _times(trajectory: Trajectory) -> tuple[str, list[float]]:
-    """Times as CASPR's models give them, from point to point, unless rounding would shift one."""
+    """Return relative times, as in CASPR's models, or absolute times if rounding changes them."""
     times = [point.time for point in trajectory.points]
     steps = [0.0, *(end - start for start, end in pairwise(times))]
     return ("relative", steps) if list(accumulate(steps)) == times else ("absolute", times)
 
 
 def traj_file(name: str, number: int) -> str:
-    """Return the name of the file that holds the samples of one of a robot's trajectories."""
+    """Return the name of the sample file of a trajectory of a robot."""
     return f"{name}_{number}.traj"
 
 
 def traj_text(trajectory: Trajectory) -> str:
-    """The text of a .traj file: the time step, then one line per sample, no end to the last."""
+    """Return the text of a .traj file: the time step, then one sample per line."""
     lines = [f"time_step,{trajectory.time_step!r}"]
     for point in trajectory.points:
         rows = (("t", (point.time,)), ("p", point.q), ("v", point.qd), ("a", point.qdd))

@@ -1,1 +1,1 @@
-"""MuJoCo's MJCF."""
+"""The MJCF format of MuJoCo."""

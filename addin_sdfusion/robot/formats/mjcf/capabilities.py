@@ -1,4 +1,4 @@
-"""What MJCF holds: rejected is what MuJoCo does not load."""
+"""Features that MJCF holds; robots that MuJoCo cannot load are rejected."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ...formats import features
 from ...model.joint import Coordinate
 from ...model.muscle import Muscle, Wrap
 from ...model.robot import Link, Robot
-from ..capability import Capabilities, Finder, Found, Row, changed, kept, left_out, refused
+from ..capability import Capabilities, Finder, Found, Row, changed, kept, omitted, rejected
 from ..features import Words, of_coordinates, of_links, of_muscles, of_robot
 from ..writing import wrap_ends
 from ..writing.plain_paths import with_markers
@@ -22,47 +22,47 @@ from .write_muscles import LAWS
 from .write_tendons import first_wraps
 
 HELD = ("branches", "terms")
-"""What MuJoCo's tendons can depend on."""
+"""Path features that MuJoCo's tendons support."""
 
 MeshFiles = Mapping[str, str | Path]
 
 
 def mjcf_losses(robot: Robot, meshes: MeshFiles | None = None) -> list[Finding]:
-    """What MJCF cannot hold of a valid robot; errors where MuJoCo rejects it.
+    """Return findings on everything that MJCF cannot hold; errors if MuJoCo would reject the file.
 
     Args:
         robot: A valid robot.
-        meshes: As for `write_mjcf`.
+        meshes: Mesh files as in `write_mjcf`.
     """
     rows = (*MJCF.rows, *mesh_rows(meshes or {}))
     return Capabilities(MJCF.title, rows).losses(with_markers(robot))
 
 
 def mesh_rows(files: MeshFiles) -> tuple[Row, ...]:
-    """What becomes of meshes, where some have files that MuJoCo opens."""
+    """Return the rows on meshes, given the files that MuJoCo can open."""
 
-    def among(*, there: bool) -> Finder:
+    def meshes(*, opened: bool) -> Finder:
         def find(robot: Robot) -> Iterator[Found]:
             for link in robot.links:
                 for mesh in link.meshes:
-                    if (mesh.uri in files) == there and (not there or mesh.role == "collision"):
+                    if (mesh.uri in files) == opened and (not opened or mesh.role == "collision"):
                         yield Found(Subject("link", link.name), {"uri": mesh.uri})
 
         return find
 
     return (
-        left_out(
+        omitted(
             features.MESHES,
             "mesh-left-out",
-            "MuJoCo cannot read {uri!r}, or it does not exist; left out",
-            among(there=False),
-            only="but .obj and binary .stl in the robot's folder",
+            "MuJoCo cannot read {uri!r}, or the file does not exist; omitted",
+            meshes(opened=False),
+            only="except .obj and binary .stl in the robot folder",
         ),
         changed(
             features.COLLISIONS,
             "collisions-off",
-            "the collisions of mesh {uri!r} are off, as in this simulation",
-            among(there=True),
+            "collisions of mesh {uri!r} are disabled, as in this simulation",
+            meshes(opened=True),
         ),
     )
 
@@ -77,25 +77,25 @@ def _without_home(robot: Robot) -> Iterator[Found]:
 
 
 def _beyond_quartics(robot: Robot) -> Iterator[Found]:
-    """Couplings, and motions that follow, by functions that MuJoCo does not have."""
+    """Report couplings and motions whose functions MuJoCo does not support."""
     for c in robot.all_coordinates:
         functions = [term.function for term in c.coupling]
         if len(functions) > 1 or not all(map(is_held, functions)):
             yield Found(Subject("coordinate", c.name))
-    for joint, followers in _followers(robot):
+    for joint, followers in _following_motions(robot):
         if not _are_held(followers):
             yield Found(Subject("joint", joint))
 
 
 def _as_joints(robot: Robot) -> Iterator[Found]:
-    for joint, followers in _followers(robot):
+    for joint, followers in _following_motions(robot):
         if _are_held(followers):
             names = ", ".join(repr(mover.name) for mover in followers)
             yield Found(Subject("joint", joint), {"names": names})
 
 
-def _followers(robot: Robot) -> Iterator[tuple[str, list[Mover]]]:
-    """The motions of each joint that follow one of its coordinates, if there are any."""
+def _following_motions(robot: Robot) -> Iterator[tuple[str, list[Mover]]]:
+    """Yield each joint with the motions that follow one of its coordinates, if any."""
     for joint, made in movers(robot).items():
         followers = [mover for mover in made if mover.name and not mover.is_home]
         if followers:
@@ -110,7 +110,7 @@ def _is_soft(robot: Robot) -> bool:
     return any(c.coupling or c.locked for c in robot.all_coordinates)
 
 
-def _other_order(robot: Robot) -> Words:
+def _different_order(robot: Robot) -> Words:
     order = [mover.coordinate for mover in coordinate_order(robot) if mover.is_home]
     names = ", ".join(coordinate.name for coordinate in order)
     return {} if order == list(robot.all_coordinates) else {"order": names}
@@ -134,7 +134,7 @@ def _increased_masses(robot: Robot) -> Iterator[Found]:
             yield Found(Subject("link", link.name), {"mass": written.mass})
 
 
-def _own_bounds(muscle: Muscle) -> bool:
+def _muscle_limits(muscle: Muscle) -> bool:
     return muscle.model.kind in LAWS and (muscle.f_min > 0.0 or muscle.f_max < math.inf)
 
 
@@ -155,7 +155,7 @@ def _ended_cylinders(robot: Robot) -> Iterator[Found]:
 
 
 def _wraps(robot: Robot, *, first: bool) -> Iterator[tuple[Muscle, Wrap]]:
-    """The first wraps of each segment, or the others."""
+    """Yield the first wraps of all segments, or all other wraps."""
     for muscle in robot.muscles:
         held = first_wraps(muscle).values()
         yield from ((muscle, wrap) for wrap in muscle.wraps if (wrap in held) == first)
@@ -175,7 +175,7 @@ def _whole_turns(robot: Robot) -> Iterator[Found]:
 
 def _chosen_sides(robot: Robot) -> Iterator[Found]:
     for muscle, wrap in _wraps(robot, first=True):
-        if wrap.side and not wrap.turns:  # a site inside the surface means a path inside
+        if wrap.side and not wrap.turns:  # in MuJoCo a site inside the surface means an inner path
             yield Found(Subject("muscle", muscle.name), {"surface": wrap.surface})
 
 
@@ -192,19 +192,19 @@ MJCF = Capabilities(
         kept(features.MOTORS, features.MOTOR_BOUNDS, features.MUSCLES, features.BRANCHES),
         kept(features.TERMS, features.WRAPS, features.WRAP_SURFACES, features.MUJOCO_WRAPS),
         kept(features.TASK_FRAMES),
-        refused(
+        rejected(
             features.DRIVEN_JOINTS,
             "driven-joint",
-            "no motion of MuJoCo's is its coordinate {coordinate!r} itself; write sdf",
+            "no joint in MuJoCo can represent coordinate {coordinate!r} directly; write sdf",
             _without_home,
             only="without a motion that is the coordinate",
         ),
-        refused(
+        rejected(
             features.DRIVEN_JOINTS,
             "driven-joint",
-            "MuJoCo couples a joint to one other, by a polynomial of degree 4 at most; write sdf",
+            "MuJoCo couples joints only in pairs, by polynomials of degree 4; write sdf",
             _beyond_quartics,
-            only="but by polynomials of degree 4 of one",
+            only="other than by polynomials of degree 4 of one coordinate",
         ),
         changed(
             features.DRIVEN_JOINTS,
@@ -216,27 +216,27 @@ MJCF = Capabilities(
         changed(
             features.DRIVEN_JOINTS,
             "soft-equalities",
-            "MuJoCo's equalities are soft: coupled and locked joints deviate a little",
+            "equalities in MuJoCo are soft: coupled and locked joints deviate slightly",
             of_robot(_is_soft),
             only="others",
         ),
-        features.loops_but(EQUALITIES),
+        features.loops_except(EQUALITIES),
         changed(
             features.LOOPS,
             "soft-loops",
-            "MuJoCo's loops are soft: its equalities of bodies are springs with dampers",
+            "loops in MuJoCo are soft: their equalities act as springs with dampers",
             of_robot(lambda robot: any(loop.type in EQUALITIES for loop in robot.loops)),
-            only="balls and fixed ones",
+            only="balls and fixed joints",
         ),
-        left_out(features.LIMIT_FORCES),
-        refused(
+        omitted(features.LIMIT_FORCES),
+        rejected(
             "chains of more than 480 links",
             "too-many-nested",
-            f"MuJoCo reads chains of at most {MAX_NESTED} links; this link exceeds that",
+            f"MuJoCo supports chains of at most {MAX_NESTED} links; this link exceeds the limit",
             too_deep,
         ),
-        refused(
-            "inertias that no body has",
+        rejected(
+            "physically impossible inertias",
             "inertia-triangle",
             "MuJoCo rejects a principal moment of inertia above the sum of the other two; correct "
             "the inertia",
@@ -245,90 +245,90 @@ MJCF = Capabilities(
         changed(
             "moments of inertia that are zero",
             "inertia-increased",
-            "MuJoCo needs positive moments of inertia; {by!r} kg·m² added to each",
+            "MuJoCo requires positive moments of inertia; {by!r} kg·m² is added to each",
             _increased_inertias,
         ),
         changed(
             "links without mass",
             "mass-increased",
-            "MuJoCo needs masses; it gets {mass!r} kg",
+            "MuJoCo requires positive masses; {mass!r} kg is used",
             _increased_masses,
         ),
         changed(
             features.LIMITS,
             "soft-stops",
-            "MuJoCo's joint limits are soft: a joint that hits one at v rad/s or m/s exceeds it by "
-            f"up to v · {STEP:g} s and returns with up to 3 % of v; at rest it exceeds it by 1e-7",
+            "MuJoCo's joint limits are soft: a joint that reaches one at v rad/s or m/s exceeds it "
+            f"by up to v · {STEP:g} s and rebounds with up to 3 % of v; at rest by 1e-7",
             of_robot(features.has_limits),
         ),
         changed(
             features.FRICTION,
             "soft-friction",
-            "MuJoCo's Coulomb friction is soft: a joint that it holds creeps by about 1e-8 rad "
-            "or m in a second",
+            "MuJoCo's Coulomb friction is soft: a joint held by friction creeps by about 1e-8 rad "
+            "or m per second",
             of_robot(has_friction),
         ),
         changed(
-            "coordinates in another order than bodies",
+            "coordinates in a different order than bodies",
             "coordinate-order",
-            "MuJoCo's order of the coordinates is another: {order}",
-            of_robot(_other_order),
+            "the order of the coordinates in MuJoCo differs: {order}",
+            of_robot(_different_order),
         ),
-        left_out(
-            "bounds of the force of MuJoCo's own muscles",
+        omitted(
+            "force limits of MuJoCo muscles",
             "force-limits-left-out",
-            "MuJoCo's muscles have no bounds of their force; f_min and f_max left out",
-            of_muscles(_own_bounds),
+            "MuJoCo's muscles have no force limits; f_min and f_max omitted",
+            of_muscles(_muscle_limits),
         ),
-        left_out(
-            "equal bounds of forces",
+        omitted(
+            "equal force limits",
             "force-limits-left-out",
-            "MuJoCo has no equal limits of a control; command {force!r} N",
+            "MuJoCo does not support equal control limits; command {force!r} N",
             of_muscles(_equal_bounds),
         ),
-        left_out(
-            "equal bounds of motors",
+        omitted(
+            "equal motor limits",
             "force-limits-left-out",
-            "MuJoCo has no equal limits of a control; command {torque!r}",
+            "MuJoCo does not support equal control limits; command {torque!r}",
             of_coordinates(_equal_torques),
         ),
-        left_out(features.BOUNDS_WITHOUT_MOTOR),
-        left_out(features.CONDITIONS),
-        left_out(features.MOVING_POINTS),
-        left_out(
+        omitted(features.BOUNDS_WITHOUT_MOTOR),
+        omitted(features.CONDITIONS),
+        omitted(features.MOVING_POINTS),
+        omitted(
             features.TERMS,
             "terms-left-out",
-            "MuJoCo's tendons have a path, or lengths in proportion to joints; left out",
+            "MuJoCo's tendons have a path or lengths proportional to joints; the latter omitted",
             of_muscles(lambda muscle: muscle.terms and muscle.via_points),
-            only="beside a path",
+            only="next to a path",
         ),
-        left_out(features.ELLIPSOIDS),
-        left_out(features.OPENSIM_WRAPS),
+        omitted(features.ELLIPSOIDS),
+        omitted(features.OPENSIM_WRAPS),
         changed(
             "cylinders with ends",
             "cylinder-ends-left-out",
-            "MuJoCo wraps over cylinders without ends; {surface!r} has some",
+            "MuJoCo's cylinders for wrapping have no ends; the ends of {surface!r} are ignored",
             _ended_cylinders,
         ),
-        left_out(
+        omitted(
             features.WRAPS,
             "wrap-left-out",
-            "MuJoCo has one wrap a segment; {surface!r} is left out",
+            "MuJoCo supports one wrap per segment; the wrap over {surface!r} is omitted",
             _second_wraps,
-            only="the second of a segment",
+            only="the second wrap of a segment",
         ),
-        left_out(
+        omitted(
             features.WRAPS,
             "turns-left-out",
-            "MuJoCo has no whole turns; {turns} about {surface!r} left out",
+            "MuJoCo does not support full turns; {turns} around {surface!r} omitted",
             _whole_turns,
-            only="their whole turns",
+            only="full turns",
         ),
         changed(
             features.WRAPS,
             "side-by-place",
-            "a site shows on which side of {surface!r} it passes; it is placed for the initial "
-            "coordinates",
+            "a site selects the side of {surface!r} on which it passes; the site is placed for the "
+            "initial coordinates",
             _chosen_sides,
             only="with a chosen side",
         ),
@@ -336,11 +336,11 @@ MJCF = Capabilities(
         changed(
             features.COLLISIONS,
             "collisions-off",
-            "the collisions of its {count} shapes are off, as in this simulation",
+            "collisions of its {count} shapes are disabled, as in this simulation",
             of_links(_shapes),
         ),
-        features.laws_but(LAWS),
+        features.laws_except(LAWS),
         *features.NOT_IN_OTHER_SIMULATORS,
-        left_out(features.JOINT_NAMES),
+        omitted(features.JOINT_NAMES),
     ),
 )

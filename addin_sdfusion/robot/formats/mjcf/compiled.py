@@ -1,8 +1,8 @@
-"""A model as MuJoCo compiles it, in a process of its own.
+"""Compilation of a model by MuJoCo in a separate process.
 
-MuJoCo is C++, and the files are a stranger's: what crashes it, or takes too much, ends that
-process alone. It gets one text without includes and the meshes by their paths, all of which are
-checked here before; see `document.py`.
+MuJoCo is written in C++, and the files are untrusted: a crash or excessive use of memory or time
+ends only that process. The process receives one text without includes and the paths of the meshes.
+All of them are checked before; see `document.py`.
 """
 
 from __future__ import annotations
@@ -26,12 +26,14 @@ from ...model.rotations import Matrix3
 from ...model.transform import IDENTITY, Transform
 from .document import Document
 
-NEEDED = "MuJoCo compiles MJCF, and is not installed: pip install 'cardsflow[mujoco]'"
-WAITING = 60.0
-"""How long the compiler may take on a busy machine, in [s]; its processor time is limited."""
+MUJOCO_MISSING = (
+    "MuJoCo is required to read MJCF, but not installed; pip install 'cardsflow[mujoco]'"
+)
+MAX_RUN_TIME = 60.0
+"""Maximum run time of the compiler on a busy machine, in [s]; processor time is limited too."""
 
 Row = dict[str, Any]
-"""An element of the compiled model: its `name`, its `line`, and fields of mjModel."""
+"""Element of the compiled model: its `name`, its `line`, and fields of mjModel."""
 
 _PROGRAM = Path(__file__).with_name("compiler.py")
 _QUIET = {"MUJOCO_GL": "disable", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
@@ -39,21 +41,21 @@ _LINE = re.compile(r"line (\d+)\s*$")
 _ELEMENT = re.compile(r"\nElement .*$", re.DOTALL)
 _MAX_MESSAGE = 300
 _OUT_OF_TIME = -getattr(signal, "SIGXCPU", sys.maxsize)
-"""Exit code of a process that the system ends at its limit of processor time."""
+"""Exit code of a process that exceeds its limit of processor time."""
 
 
 class Compiled:
-    """A compiled model.
+    """Compiled MuJoCo model.
 
     Attributes:
-        bodies, joints, geoms, sites, tendons, equalities, actuators: Their rows, in MuJoCo's order.
+        bodies, joints, geoms, sites, tendons, equalities, actuators: Rows in MuJoCo's order.
         dofs, wraps: Rows without names.
-        meshes: Rows of the meshes that were compiled, by name.
-        scales: By what all meshes are scaled, by name.
-        read: The keys of the mesh files that it opened.
-        qpos0, qpos_spring: MuJoCo's reference pose, and that of the springs.
-        initial: The values of the keyframe `initial`; None without.
-        option: Gravity, the fluid, what is disabled.
+        meshes: Rows of the compiled meshes, by name.
+        scales: Scales of all meshes, by name.
+        read: Keys of the mesh files that MuJoCo opened.
+        qpos0, qpos_spring: Reference pose, and reference pose of the springs.
+        initial: Values of the keyframe `initial`, or None.
+        option: Gravity, fluid, and disabled features.
     """
 
     def __init__(self, answer: Mapping[str, Any]) -> None:
@@ -76,13 +78,13 @@ class Compiled:
 
 
 def compile_document(document: Document) -> Compiled | None:
-    """Return the compiled model; None, with an error noted, where MuJoCo rejects it.
+    """Return the compiled model, or None with a recorded error if MuJoCo rejects it.
 
     Raises:
         InputError: MuJoCo is not installed, or crashes on the file.
     """
     if find_spec("mujoco") is None:
-        raise InputError(NEEDED, file=document.root.file)
+        raise InputError(MUJOCO_MISSING, file=document.root.file)
     text = document.text()
     files = {key: os.fspath(file) for key, file in document.mesh_files.items()}
     request = {
@@ -94,7 +96,7 @@ def compile_document(document: Document) -> Compiled | None:
     }
     answer = run_compiler(request, document.root.file)
     if "error" in answer:
-        _refuse(document, answer["error"])
+        _report_rejection(document, answer["error"])
         return None
     for warning in answer["warnings"]:
         document.root.warning("mujoco-warns", f"MuJoCo: {_in_one_line(warning)}")
@@ -102,45 +104,45 @@ def compile_document(document: Document) -> Compiled | None:
 
 
 def run_compiler(request: Mapping[str, Any], file: Path) -> dict[str, Any]:
-    """Return the answer of MuJoCo's compiler to a request; see `compiler.answer`.
+    """Send a request to the compiler process and return its answer; see `compiler.answer`.
 
     Raises:
-        InputError: It crashes, takes too long or too much memory.
+        InputError: The process crashes, or exceeds its limit of time or memory.
     """
     command = [sys.executable, "-P", str(_PROGRAM)]
     data = json_text(request).encode()
-    # Libraries of sanitizers and profilers reserve more memory than the compiler may have.
-    surroundings = {k: v for k, v in os.environ.items() if k != "LD_PRELOAD"} | _QUIET
+    # Libraries of sanitizers and profilers reserve more memory than the compiler is allowed.
+    environment = {k: v for k, v in os.environ.items() if k != "LD_PRELOAD"} | _QUIET
     try:
         done = subprocess.run(
-            command, input=data, capture_output=True, timeout=WAITING, env=surroundings
+            command, input=data, capture_output=True, timeout=MAX_RUN_TIME, env=environment
         )
     except subprocess.TimeoutExpired:
-        raise InputError(f"takes MuJoCo longer than {WAITING:g} s", file=file) from None
+        raise InputError(f"compilation in MuJoCo exceeds {MAX_RUN_TIME:g} s", file=file) from None
     except OSError as error:
-        what = f"MuJoCo's compiler cannot be started: {error.strerror or error}"
+        what = f"the MuJoCo compiler cannot be started: {error.strerror or error}"
         raise InputError(what, file=file) from error
     if done.returncode == 0 and done.stdout:
         answer: dict[str, Any] = json.loads(done.stdout)
         return answer
-    raise InputError(_crash(done.returncode, done.stderr.decode(errors="replace")), file=file)
+    raise InputError(_failure(done.returncode, done.stderr.decode(errors="replace")), file=file)
 
 
-def _crash(code: int, said: str) -> str:
-    """What is wrong where the compiler ends without an answer."""
+def _failure(code: int, output: str) -> str:
+    """Return the reason why the compiler ended without an answer."""
     if code == _OUT_OF_TIME:
-        return f"takes MuJoCo longer than {MJCF_SECONDS:g} s of processor time"
-    if "MemoryError" in said or "bad_alloc" in said or "allocate" in said:
-        return f"MuJoCo needs more than {MJCF_MEMORY // MIB} MiB for it"
-    last = (said.strip().splitlines() or [""])[-1]
-    return f"MuJoCo crashes on it: {_in_one_line(last) or f'exit code {code}'}"
+        return f"compilation in MuJoCo exceeds {MJCF_SECONDS:g} s of processor time"
+    if "MemoryError" in output or "bad_alloc" in output or "allocate" in output:
+        return f"compilation in MuJoCo exceeds {MJCF_MEMORY // MIB} MiB of memory"
+    last = (output.strip().splitlines() or [""])[-1]
+    return f"MuJoCo crashes on this file: {_in_one_line(last) or f'exit code {code}'}"
 
 
-def _refuse(document: Document, error: str) -> None:
-    """Note what MuJoCo rejects, at the element that it names by a line of the text."""
+def _report_rejection(document: Document, error: str) -> None:
+    """Record an error of MuJoCo at the element on the line that the error names."""
     line = _LINE.search(error)
     problem = document.with_files(_ELEMENT.sub("", error).removeprefix("XML "))
-    problem = problem.removeprefix("Error: ").removeprefix("Error: ")  # it may be said twice
+    problem = problem.removeprefix("Error: ").removeprefix("Error: ")  # may be repeated
     node = document.node_at(int(line[1])) if line else document.root
     named = node.element.get("name")
     which = f"<{node.tag}>" + (f" {named[:40]!r}" if named else "")
@@ -152,12 +154,12 @@ def _in_one_line(text: str) -> str:
 
 
 def transform(row: Row) -> Transform:
-    """Return the place of an element."""
+    """Return the pose of an element as a transform."""
     return Transform(rotation_of(row["quat"]), vector(row["pos"]))
 
 
 def vector(values: list[float]) -> Vector3:
-    """Three numbers of a row."""
+    """Return the first three numbers as a vector."""
     x, y, z = values[:3]
     return x, y, z
 

@@ -1,8 +1,8 @@
-"""MuJoCo's compiler as a program of its own: a request on stdin, the compiled model on stdout.
+"""MuJoCo's compiler as a separate program: reads a request on stdin, writes the model to stdout.
 
-Started by its path, so that it imports nothing of this package and this package never imports
-MuJoCo. It limits its own memory and time, opens no file after the meshes that it needs, and writes
-none. Request and answer are JSON; `compiled.py` starts it and reads the answer.
+The program is started by its path. It imports nothing from this package, and this package never
+imports MuJoCo. It limits its memory and time, opens no files after the required meshes, and writes
+no files. Request and answer are JSON; `compiled.py` starts the program and reads the answer.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ import numpy as np
 
 try:
     import resource
-except ImportError:  # Windows: the parent's limit of time remains
+except ImportError:  # on Windows only the time limit of the parent applies
     resource = None  # type: ignore[assignment]
 
 Request = Mapping[str, Any]
 Answer = dict[str, Any]
 
 POINT = 1e-3
-"""Radius in [m] of the sphere without mass that stands for a geom that MuJoCo need not compile."""
+"""Radius in [m] of the massless sphere that replaces a geom that MuJoCo need not compile."""
 GRID, SWEEPS = 6, 2
-"""Lengths are searched at so many values of a joint; coarse and fine sweeps over the joints."""
+"""Values per joint in the search for lengths, and coarse and fine sweeps over the joints."""
 
 FIELDS = {
     "body": "parentid pos quat mass ipos iquat inertia gravcomp mocapid",
@@ -49,7 +49,7 @@ FIELDS = {
     "actuator": "trntype trnid gear gaintype gainprm biastype biasprm dyntype dynprm ctrladr "
     "ctrlnum forcelimited forcerange lengthrange acc0 armature damping delay",
 }
-"""What is answered of each kind of element: fields of mjModel without the kind's prefix."""
+"""Fields of mjModel to return for each kind of element, without the prefix of the kind."""
 ENUMERATIONS = {
     "jnt_type": mujoco.mjtJoint,
     "geom_type": mujoco.mjtGeom,
@@ -61,17 +61,17 @@ ENUMERATIONS = {
     "actuator_biastype": mujoco.mjtBias,
     "actuator_dyntype": mujoco.mjtDyn,
 }
-"""Fields whose values are answered as words, such as `hinge` of mjJNT_HINGE."""
+"""Fields whose values are returned as words, such as `hinge` for mjJNT_HINGE."""
 
 
 def limit_resources(memory: int, seconds: float) -> None:
-    """Let the system end this process where it takes more memory or processor time.
+    """Set operating system limits on memory and processor time of this process.
 
     Args:
-        memory: Bytes of address space.
-        seconds: Processor time.
+        memory: Maximum address space, in bytes.
+        seconds: Maximum processor time, in [s].
     """
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends it within MuJoCo, too
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # so that Ctrl-C also works inside MuJoCo
     if resource is not None:
         _limit(resource.RLIMIT_AS, memory)
         _limit(resource.RLIMIT_CPU, math.ceil(seconds), grace=1)  # SIGXCPU, then SIGKILL
@@ -80,28 +80,28 @@ def limit_resources(memory: int, seconds: float) -> None:
 
 
 def close_files() -> None:
-    """Let no further file be opened."""
+    """Forbid opening further files."""
     if resource is not None:
         _limit(resource.RLIMIT_NOFILE, 0)
 
 
 def _limit(kind: int, value: int, grace: int = 0) -> None:
     hard = resource.getrlimit(kind)[1]
-    most = value + grace if hard == resource.RLIM_INFINITY else min(value + grace, hard)
-    with suppress(ValueError, OSError):  # where the system has no such limit
-        resource.setrlimit(kind, (min(value, most), most))
+    limit = value + grace if hard == resource.RLIM_INFINITY else min(value + grace, hard)
+    with suppress(ValueError, OSError):  # not all systems support all limits
+        resource.setrlimit(kind, (min(value, limit), limit))
 
 
 def answer(request: Request, opened: Callable[[], None] = lambda: None) -> Answer:
-    """Return the compiled model, or what MuJoCo rejects.
+    """Return the compiled model, or the error if MuJoCo rejects the model.
 
     Args:
-        request: `xml`, the model in one text; `meshes`, the path of each mesh file named in it;
-            `places`, how many placements of bodies the search for lengths may take.
-        opened: Called when all files that are needed are read.
+        request: `xml`: the model as one text; `meshes`: the path of each mesh file in it;
+            `places`: maximum number of body placements in the search for lengths.
+        opened: Called when all required files are read.
     """
-    said: list[str] = []
-    mujoco.set_mju_user_warning(said.append)
+    messages: list[str] = []
+    mujoco.set_mju_user_warning(messages.append)
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
@@ -109,13 +109,13 @@ def answer(request: Request, opened: Callable[[], None] = lambda: None) -> Answe
     except (ValueError, mujoco.FatalError) as error:
         return {"error": str(error)}
     except MemoryError:
-        return {"error": "it needs too much memory"}
-    return found | {"warnings": [*said, *(str(each.message) for each in caught)]}
+        return {"error": "the model needs too much memory"}
+    return found | {"warnings": [*messages, *(str(item.message) for item in caught)]}
 
 
 def _compiled(request: Request, opened: Callable[[], None]) -> Answer:
     spec = mujoco.MjSpec.from_string(request["xml"])
-    spec.compiler.LRopt.mode = mujoco.mjtLRMode.mjLRMODE_NONE  # a simulation, not reproducible
+    spec.compiler.LRopt.mode = mujoco.mjtLRMode.mjLRMODE_NONE  # would simulate, not reproducible
     spec.compiler.fusestatic = spec.compiler.discardvisual = spec.compiler.usethread = False
     replaced = _replaced_geoms(spec, request["meshes"])
     needed = {g.meshname for g in [*spec.geoms, *spec.sites] if g.meshname}
@@ -152,7 +152,7 @@ def _compiled(request: Request, opened: Callable[[], None]) -> Answer:
 
 
 class Replaced(NamedTuple):
-    """A geom with a mesh that is compiled as a point: its mesh is only drawn, or missing."""
+    """Geom with a mesh that is only drawn, or missing; it is compiled as a point."""
 
     geom: Any
     mesh: str
@@ -160,17 +160,17 @@ class Replaced(NamedTuple):
 
 
 def _replaced_geoms(spec: Any, files: Mapping[str, str]) -> list[Replaced]:
-    """Make points of all geoms with meshes that MuJoCo does not need or cannot have."""
+    """Replace geoms whose meshes MuJoCo does not need or cannot read by points."""
     of_files = {mesh.name: mesh.file for mesh in spec.meshes if mesh.file}
     replaced = []
     for geom in spec.geoms:
-        counts, mesh, mass = _counts(spec, geom), geom.meshname, 0.0
-        geom.contype = geom.conaffinity = 0  # no convex hulls for contacts
+        counts, mesh, mass = _has_mass(spec, geom), geom.meshname, 0.0
+        geom.contype = geom.conaffinity = 0  # avoids convex hulls for contacts
         is_drawn = geom.type == mujoco.mjtGeom.mjGEOM_MESH and not counts
         is_missing = mesh in of_files and of_files[mesh] not in files
         if mesh in of_files and (is_drawn or is_missing):
             replaced.append(Replaced(geom, mesh, is_missing and counts))
-            mass = float(is_missing and counts and _moves(geom.parent))  # an error, but not yet
+            mass = float(is_missing and counts and _moves(geom.parent))  # error follows
         elif geom.type != mujoco.mjtGeom.mjGEOM_HFIELD:
             continue
         geom.type, geom.meshname, geom.hfieldname = mujoco.mjtGeom.mjGEOM_SPHERE, "", ""
@@ -179,7 +179,7 @@ def _replaced_geoms(spec: Any, files: Mapping[str, str]) -> list[Replaced]:
 
 
 def _moves(body: Any) -> bool:
-    """Return whether a body moves; MuJoCo rejects it without mass."""
+    """Return whether a body moves; MuJoCo rejects moving bodies without mass."""
     while body is not None and body.name != "world":
         if body.joints:
             return True
@@ -187,8 +187,8 @@ def _moves(body: Any) -> bool:
     return False
 
 
-def _counts(spec: Any, geom: Any) -> bool:
-    """Return whether a body has mass of a geom."""
+def _has_mass(spec: Any, geom: Any) -> bool:
+    """Return whether a geom contributes to the mass of its body."""
     first, last = spec.compiler.inertiagrouprange
     from_geoms, body = spec.compiler.inertiafromgeom, geom.parent
     if from_geoms == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO:
@@ -200,15 +200,15 @@ def _counts(spec: Any, geom: Any) -> bool:
 
 
 def _elements(spec: Any) -> Iterator[Sequence[Any]]:
-    """The elements of each kind in `FIELDS`, in the order of mjModel; none if they have none."""
+    """Yield the elements of each kind in `FIELDS`, in the order of mjModel."""
     kinds = (spec.bodies, spec.joints, (), spec.geoms, spec.sites, spec.meshes, spec.tendons, (),
              spec.equalities, spec.actuators)  # fmt: skip
     for elements in kinds:
-        yield sorted(elements, key=lambda each: each.id)
+        yield sorted(elements, key=lambda item: item.id)
 
 
 def _table(model: Any, kind: str, fields: Sequence[str], elements: Sequence[Any]) -> list[Answer]:
-    """Return a row for each element: its fields, and its name and line if it has them."""
+    """Return a row for each element: its fields, and its name and line if they exist."""
     columns = {}
     for field in fields:
         name = f"{kind}_{field}"
@@ -225,12 +225,12 @@ def _table(model: Any, kind: str, fields: Sequence[str], elements: Sequence[Any]
 
 
 def _word(name: str) -> str:
-    """`hinge` of mjJNT_HINGE."""
+    """Return the word of an enumerator, such as `hinge` for mjJNT_HINGE."""
     return name.partition("_")[2].lower()
 
 
 def _line(info: str) -> int:
-    """Return the line of an element in the request's text; 0 if there is none."""
+    """Return the line of an element in the text of the request; 0 if unknown."""
     number = info.rpartition("line ")[2]
     return int(number) if number.isdigit() else 0
 
@@ -252,9 +252,10 @@ def _option(option: Any) -> Answer:
 
 
 def _found_lengths(model: Any, places: int) -> list[list[float] | None]:
-    """Return the least and the largest length of each muscle without a range, in [m] or [rad].
+    """Return the minimum and maximum length of each muscle without a range, in [m] or [rad].
 
-    None for all others, and where joints without ranges or too many placements are in the way.
+    All other actuators get None. Muscles also get None if they depend on joints without ranges or
+    if the search needs too many placements.
     """
     found: list[list[float] | None] = [None] * len(model.actuator_trntype)
     search: _LengthSearch | None = None
@@ -271,19 +272,19 @@ def _found_lengths(model: Any, places: int) -> list[list[float] | None]:
 
 
 class _LengthSearch:
-    """Finds lengths over the ranges of joints; those that equalities couple follow."""
+    """Search for muscle lengths over the joint ranges; coupled joints follow their leaders."""
 
     def __init__(self, model: Any) -> None:
         self._model, self._data = model, mujoco.MjData(model)
         self._followers = self._coupled()
 
     def placements(self, actuator: int) -> int:
-        """Return how many bodies `range_of` places."""
+        """Return the number of bodies that `range_of` places."""
         count = max(len(self._movers(actuator)), 1)
         return int(2 * 2 * SWEEPS * count * GRID * self._model.nbody)
 
     def range_of(self, actuator: int) -> list[float] | None:
-        """The least and the largest length; None if a joint that changes it has no range."""
+        """Return the minimum and maximum length; None if a joint that changes it has no range."""
         movers = self._movers(actuator)
         on_path = self._is_spatial(actuator)
         ranges = [self._ends(joint, on_path) for joint in movers]
@@ -309,7 +310,7 @@ class _LengthSearch:
         return ends if ends[0] < ends[1] else None
 
     def _length(self, actuator: int, q: Any) -> float:
-        """Length of the target of an actuator; gear not counted."""
+        """Return the length of the target of an actuator, without its gear."""
         for first, second, powers in self._followers:
             x = 0.0 if second < 0 else q[second] - self._model.qpos0[second]
             moved = sum(c * x**k for k, c in enumerate(powers))
@@ -345,7 +346,7 @@ class _LengthSearch:
         return sorted(free)
 
     def _ends(self, joint: int, on_path: bool) -> tuple[float, float]:
-        """Return the range of a joint; a hinge without one goes round once where lengths repeat."""
+        """Return the range of a joint; one revolution for an unlimited hinge on a path."""
         model = self._model
         low, high = model.jnt_range[joint] if model.jnt_limited[joint] else (-math.inf, math.inf)
         is_open, kind = math.isinf(low) and math.isinf(high), mujoco.mjtJoint(model.jnt_type[joint])
@@ -364,7 +365,7 @@ class _LengthSearch:
         return bool(first != mujoco.mjtWrap.mjWRAP_JOINT)
 
     def _coupled(self) -> list[tuple[int, int, Any]]:
-        """Coupled joints after those that they follow: addresses in qpos, -1 of none; powers."""
+        """Return coupled joints, leaders first: address, leader address in qpos or -1, powers."""
         model, coupled = self._model, []
         for k in range(model.neq):
             if model.eq_type[k] == mujoco.mjtEq.mjEQ_JOINT and model.eq_active0[k]:
@@ -381,11 +382,11 @@ class _LengthSearch:
                 at = leaders[at]
             return len(leaders)
 
-        return sorted(coupled, key=lambda each: depth(each[0]))
+        return sorted(coupled, key=lambda item: depth(item[0]))
 
 
 def main() -> None:
-    """Answer the request on stdin; what MuJoCo prints goes to stderr."""
+    """Answer the request on stdin; output of MuJoCo is redirected to stderr."""
     stdout = os.dup(1)
     os.dup2(2, 1)
     request = json.load(sys.stdin.buffer)

@@ -1,9 +1,8 @@
-"""An MJCF file with what it includes, as one text for MuJoCo that names no file.
+"""MJCF file with all its includes, as one text for MuJoCo without file names.
 
-MuJoCo would open whatever a file names. So includes are put in place here, by the rules of all
-files from outside (`formats/reading/xml.py`), meshes get keys instead of paths, and what this
-package has no use for, such as textures, plugins or sensors, is taken out; what matters of that is
-a finding.
+MuJoCo opens all files that an MJCF file names. Therefore includes are resolved here, with the rules
+for untrusted files (`formats/reading/xml.py`). Mesh paths are replaced by keys. Elements that are
+not used, such as textures, plugins and sensors, are removed; relevant ones are reported.
 """
 
 from __future__ import annotations
@@ -21,21 +20,21 @@ from ...mesh_files import is_file, mesh_file
 from ..reading.xml import ABSOLUTE, Node, Notes, parse, shortened
 
 MAX_INCLUDED = 100
-"""So many files may be included."""
+"""Maximum number of included files."""
 MAX_COPIES = 10_000
-"""So many elements may be made by `<replicate>`."""
+"""Maximum number of elements created by `<replicate>`."""
 INITIAL = "initial"
-"""The keyframe of our own files with the initial values."""
+"""Keyframe with the initial values, in files written by this package."""
 LEFT_OUT = ("sensor", "contact", "deformable", "extension", "keyframe", "custom")
-"""Sections whose parts are left out, each with a finding."""
-SEEN_ONLY = ("visual", "statistic", "light", "camera", "texture", "material", "skin", "size")
-"""Elements that change nothing of the robot, nor how it moves."""
+"""Sections whose elements are omitted, with a finding."""
+VISUAL_ONLY = ("visual", "statistic", "light", "camera", "texture", "material", "skin", "size")
+"""Elements that affect neither the robot nor its motion."""
 SOFT = ("composite", "flexcomp")
-"""What makes ropes, cloths and soft bodies."""
+"""Elements that generate ropes, cloth and soft bodies."""
 OF_SOFT = ("flex", "flexvert", "flexstrain")
 """Equalities of soft bodies."""
-OWN_FLAGS = ("meshdir", "texturedir", "assetdir", "strippath", "discardvisual")
-"""Flags of the compiler that count here: MuJoCo sees no files."""
+FILE_ATTRIBUTES = ("meshdir", "texturedir", "assetdir", "strippath", "discardvisual")
+"""Attributes of `<compiler>` that are evaluated here, because MuJoCo gets no files."""
 
 _CLOSE = re.compile(rb'(="[^"<>]*")(?=[A-Za-z_])')
 _COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
@@ -43,12 +42,12 @@ _NAN = re.compile(r"(^|\s)[+-]?nan($|[\s(])", re.ASCII | re.IGNORECASE)
 
 
 class Document:
-    """A file with all that it includes, read and checked.
+    """MJCF file with all its includes, read and checked.
 
     Attributes:
-        root: Its `<mujoco>`.
-        mesh_files: Of each key that a mesh has instead of a path, the file; those that are there.
-        uris: Of each mesh, by its name, the file that it names, from the folder of the model.
+        root: The `<mujoco>` element.
+        mesh_files: Existing mesh files by the key that replaces the path.
+        uris: Mesh file relative to the model folder, by the name of the mesh.
     """
 
     def __init__(self, file: Path, notes: Notes) -> None:
@@ -57,46 +56,46 @@ class Document:
         if root.tag != "mujoco":
             raise InputError(f"<{root.tag}> is not <mujoco>", file=file, line=root.line)
         self.root = root.about(Subject("robot", root.attribute("model", "") or file.stem))
-        self._own(self.root)
-        self._put_includes_in_place()
+        self._record_elements(self.root)
+        self._resolve_includes()
         self.mesh_files: dict[str, Path] = {}
         self.uris: dict[str, str] = {}
         self._meshes: dict[str, Node] = {}
         self._name_meshes(*self._mesh_folder())
-        self._refuse_copies()
-        self._leave_out()
+        self._reject_copies()
+        self._remove_unused()
         self._lines = self._numbered_lines()
 
     def node(self, element: etree._Element) -> Node:
-        """Return an element with its file."""
+        """Return an element as a node with its file."""
         return Node(element, self._files[element], self.root.subject, self.root.notes)
 
     def node_at(self, line: int) -> Node:
-        """Return the element at a line of `text`, the root if there is none."""
+        """Return the element at a line of `text`, or the root if none exists."""
         return self.node(self._lines[line]) if 0 < line < len(self._lines) else self.root
 
     def first(self, tag: str) -> Node:
-        """Return the first element of a kind, the root if there is none."""
+        """Return the first element of a kind, or the root if none exists."""
         return next(iter(self._all(tag)), self.root)
 
     def text(self) -> str:
-        """Return the text for MuJoCo: each element begins a line."""
+        """Return the text for MuJoCo, with each element on a new line."""
         return etree.tostring(self.root.element, encoding="unicode")
 
     def with_files(self, text: str) -> str:
-        """Return a message of MuJoCo with the files of meshes in place of their keys."""
+        """Return a message of MuJoCo with mesh keys replaced by file names."""
         for key, node in self._meshes.items():
             text = text.replace(key, self.uris[node.attribute("name")])
         return text
 
     def note_read(self, key: str) -> None:
-        """Note that a mesh was read, as one of the robot's files."""
+        """Record a mesh file as one of the files of the robot."""
         node = self._meshes[key]
         note_absolute(node, self.uris[node.attribute("name")])
         node.notes.files.append(self.mesh_files[key])
 
-    def _own(self, root: Node) -> None:
-        """Remember the file of each element; values become lines without space around them."""
+    def _record_elements(self, root: Node) -> None:
+        """Record the file of each element, and reduce whitespace in attributes."""
         for element in root.element.iter():
             self._files[element] = root.file
             for name, value in element.attrib.items():
@@ -105,8 +104,8 @@ class Document:
     def _all(self, *tags: str) -> list[Node]:
         return [self.node(element) for element in self.root.element.iter(*tags)]
 
-    def _put_includes_in_place(self) -> None:
-        """Put the children of included files in place of `<include>`, each file once."""
+    def _resolve_includes(self) -> None:
+        """Replace each `<include>` by the children of the file; each file is included once."""
         included = {self.root.file.resolve()}
         while includes := self._all("include"):
             for include in includes:
@@ -114,38 +113,38 @@ class Document:
                 children: list[etree._Element] = []
                 if file.resolve() in included or len(included) > MAX_INCLUDED:
                     name = include.attribute("file")
-                    problem = f"{name!r} is included already, or too many files are"
+                    problem = f"{name!r} is already included, or too many files are included"
                     include.error("included-twice", problem)
                 else:
                     included.add(file.resolve())
                     root = parse(file, include.subject, include.notes, mend=_as_xml)
-                    self._own(root)
+                    self._record_elements(root)
                     children = list(root.element)
-                above = include.element.getparent()
-                assert above is not None  # the root is <mujoco>
-                at = above.index(include.element)
-                above[at : at + 1] = children
+                parent = include.element.getparent()
+                assert parent is not None  # the root is <mujoco>
+                at = parent.index(include.element)
+                parent[at : at + 1] = children
 
     def _included_file(self, include: Node) -> Path:
-        """From next to the model or, as in MuJoCo, next to the file that includes it."""
+        """Return the included file, relative to the model or, as in MuJoCo, to its includer."""
         name = include.attribute("file")
         note_absolute(include, name)
-        beside = [self.root.file.parent / name, include.file.parent / name]
-        return next((file for file in beside if is_file(file)), beside[0])
+        candidates = [self.root.file.parent / name, include.file.parent / name]
+        return next((file for file in candidates if is_file(file)), candidates[0])
 
     def _mesh_folder(self) -> tuple[str, bool]:
-        """Where meshes are, from the model's folder, and whether only their files' names count."""
+        """Return the mesh folder relative to the model, and whether mesh paths are stripped."""
         folder, strips = "", False
         for node in self._all("compiler"):
             folder = node.attribute("meshdir", node.attribute("assetdir", folder))
             if node.has("strippath"):
                 strips = node.attribute("strippath") == "true"
-            for name in OWN_FLAGS:
+            for name in FILE_ATTRIBUTES:
                 node.element.attrib.pop(name, "")
         return folder, strips
 
     def _name_meshes(self, folder: str, strips: bool) -> None:
-        """Give meshes keys in place of their files."""
+        """Replace the files of meshes by keys."""
         home = self.root.file.parent
         for k, node in enumerate(self._all("mesh")):
             if not node.has("file") or _parent(node) != "asset":
@@ -161,8 +160,8 @@ class Document:
             if _may_be_read(file):
                 self.mesh_files[key] = file
 
-    def _refuse_copies(self) -> None:
-        """Reject `<replicate>` where it makes too many elements."""
+    def _reject_copies(self) -> None:
+        """Record an error if `<replicate>` creates too many elements."""
         made, inside = 0.0, [(self.root, 1.0)]
         for event, element in etree.iterwalk(self.root.element, events=("start", "end")):
             if element.tag != "replicate":
@@ -174,44 +173,44 @@ class Document:
             else:
                 inside.pop()
             if made > MAX_COPIES:
-                problem = f"<replicate> makes over {MAX_COPIES} elements"
+                problem = f"<replicate> creates more than {MAX_COPIES} elements"
                 inside[1][0].error("too-many-copies", problem)
                 return
 
-    def _leave_out(self) -> None:
-        """Take out what is not for MuJoCo; note what matters of it."""
+    def _remove_unused(self) -> None:
+        """Remove elements that MuJoCo does not need; report the relevant ones."""
         for tag in LEFT_OUT:
             sections = self.root.all(tag)
             parts = [self.node(part) for section in sections for part in section.element]
             parts = [part for part in parts if part.attribute("name", "") != INITIAL]
             if parts:
                 names = ", ".join(repr(part.attribute("name", part.tag)) for part in parts[:10])
-                parts[0].warning("part-left-out", f"{len(parts)} of <{tag}> left out: {names}")
+                parts[0].warning("part-left-out", f"{len(parts)} of <{tag}> omitted: {names}")
             for gone in parts if tag == "keyframe" else sections:
                 _remove(gone.element)
         for node in self._all(*SOFT):
-            problem = f"<{node.tag}> is left out; have MuJoCo save the model, which expands it"
+            problem = f"<{node.tag}> is omitted; save the model in MuJoCo, which expands it"
             node.warning("soft-body-left-out", problem)
         for node in self._all("attach"):
-            problem = "<attach> is not supported; have MuJoCo save the model, which expands it"
+            problem = "<attach> is not supported; save the model in MuJoCo, which expands it"
             node.error("unsupported-element", problem)
         for node in self._all("plugin"):
-            node.warning("part-left-out", f"a plugin of <{_parent(node)}> is left out")
+            node.warning("part-left-out", f"a plugin of <{_parent(node)}> is omitted")
         for node in self._all("frame"):
             if node.has("scale") and self.uris:
-                node.warning("meshes-not-scaled", "meshes in it are shown without its scale")
+                node.warning("meshes-not-scaled", "meshes in the frame are shown without its scale")
         for node in self._all("equality"):
-            for each in map(self.node, node.element.iterchildren(*OF_SOFT)):
-                note_equality(each)
-                _remove(each.element)
+            for item in map(self.node, node.element.iterchildren(*OF_SOFT)):
+                note_equality(item)
+                _remove(item.element)
         assets = [
             part for node in self._all("asset") for part in node.element if part.tag != "mesh"
         ]
-        for element in [*assets, *self.root.element.iter(*SEEN_ONLY, *SOFT, "plugin")]:
+        for element in [*assets, *self.root.element.iter(*VISUAL_ONLY, *SOFT, "plugin")]:
             _remove(element)
         users = [node for node in self._all() if node.has("user")]
         if users:
-            problem = f"the user data of {len(users)} elements is left out"
+            problem = f"the user data of {len(users)} elements is omitted"
             users[0].warning("part-left-out", problem)
         for node in self._all():
             node.element.attrib.pop("material", "")
@@ -232,21 +231,21 @@ class Document:
 
 
 def note_equality(node: Node) -> None:
-    """Note an equality that is left out."""
+    """Report an equality that is not supported."""
     name = node.attribute("name", "")
     problem = (
-        f"equality <{node.tag}> {name!r} is not supported: what it holds is free here, and "
-        "the robot moves otherwise"
+        f"equality <{node.tag}> {name!r} is not supported and is ignored; the motion of the robot "
+        "differs"
     )
     node.warning("equality-left-out", problem)
 
 
 def note_absolute(node: Node, name: str) -> None:
-    """Warn of a file of the robot that is named by a path of this machine."""
+    """Report a file that is given by an absolute path."""
     if Path(name.removeprefix("file://")).is_absolute():
         problem = (
-            f"{shortened(name)} is a path on this machine alone: what is written of the robot "
-            "could not be read elsewhere; name it by its path from the folder of this file"
+            f"{shortened(name)} is an absolute path, which is invalid elsewhere; use a path "
+            "relative to the folder of this file"
         )
         node.warning(ABSOLUTE, problem)
 
@@ -258,12 +257,12 @@ def _remove(element: etree._Element) -> None:
 
 
 def _parent(node: Node) -> str:
-    above = node.element.getparent()
-    return "" if above is None else str(above.tag)
+    parent = node.element.getparent()
+    return "" if parent is None else str(parent.tag)
 
 
 def _may_be_read(file: Path) -> bool:
-    """Return whether a mesh is there, is a file, and is not too large."""
+    """Return whether a mesh file exists and is not too large."""
     try:
         open_file(file, MESH).close()
     except InputError:
@@ -272,7 +271,7 @@ def _may_be_read(file: Path) -> bool:
 
 
 def _as_xml(data: bytes) -> bytes:
-    """Without comments, in which MuJoCo takes `--`, and with spaces between attributes."""
+    """Return the text without comments, in which MuJoCo allows `--`, and with added spaces."""
     parts = _COMMENT.split(data)
     comments = [*(b"\n" * comment.count(b"\n") for comment in _COMMENT.findall(data)), b""]
     return b"".join(

@@ -1,8 +1,8 @@
-"""Reader of MuJoCo's MJCF, which MuJoCo compiles.
+"""Reader of MJCF, which is compiled by MuJoCo.
 
-Bodies are links with their own frames, the joints of a body the motions of one joint. Spatial and
-fixed tendons with an actuator are muscles, equalities of joints exact couplings, those of bodies
-loop joints. What acts otherwise than in MuJoCo, or is left out, is a finding.
+Bodies become links with their frames. The joints of a body become the motions of one joint.
+Spatial and fixed tendons with an actuator become muscles, joint equalities become exact couplings,
+and body equalities become loop joints. Differences to MuJoCo are reported as findings.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from ...model.robot import (
 from ...model.rotations import rotate_inertia
 from ...model.transform import IDENTITY
 from ...transforms.joint_chains import Names
-from ..cardsflow.beside import DEFAULT_SET
+from ..cardsflow.extras import DEFAULT_SET
 from ..reading.meshes import note_missing_meshes
 from ..reading.xml import Notes
 from .compiled import Compiled, Row, compile_document, rotation_of, transform, vector
@@ -43,23 +43,23 @@ from .read_joints import read_joints
 from .read_muscles import MuscleReader
 
 COLLISION_GROUP = 4
-"""What our own files put collision meshes in."""
-ACTING = ("constraint", "equality", "frictionloss", "limit", "spring", "damper", "clampctrl",
+"""Geom group of collision meshes in files written by this package."""
+ALWAYS_ACTIVE = ("constraint", "equality", "frictionloss", "limit", "spring", "damper", "clampctrl",
           "actuation")  # fmt: skip
-"""What a model may disable, and acts here."""
+"""Features that a model may disable in MuJoCo, but that stay active here."""
 
 
 def read_mjcf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
-    """The robot in an MJCF file, with all files that it includes; None if MuJoCo rejects it.
+    """Return the robot in an MJCF file and its includes; None if MuJoCo rejects it.
 
     Args:
         file: The file.
-        cable_set: The cable set to make active: there is one, `cardsflow`.
-        notes: Where findings, places and files go.
+        cable_set: Cable set to activate; the only one is `cardsflow`.
+        notes: Collects findings, locations and files.
 
     Raises:
-        InputError: A file is not readable XML, or not MJCF; MuJoCo is not there, or crashes.
-        UnknownNameError: There is no such cable set.
+        InputError: A file is not readable XML or not MJCF, or MuJoCo is not installed or crashes.
+        UnknownNameError: The cable set does not exist.
     """
     if cable_set not in (None, DEFAULT_SET):
         raise UnknownNameError("cable set", str(cable_set), [DEFAULT_SET], file=file)
@@ -72,7 +72,7 @@ def read_mjcf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
         return None
     for key in compiled.read:
         document.note_read(key)
-    _name(compiled)
+    _name_elements(compiled)
     return _robot(document, compiled)
 
 
@@ -96,11 +96,11 @@ def _robot(document: Document, compiled: Compiled) -> Robot:
         wrap_surfaces=_wrapped(reader, muscles),
     )
     robot = with_loops(robot, document, compiled)
-    return _with_followers(_started(robot, document, compiled))
+    return _with_followers(_with_keyframe(robot, document, compiled))
 
 
-def _name(compiled: Compiled) -> None:
-    """Give names to what has none."""
+def _name_elements(compiled: Compiled) -> None:
+    """Assign names to elements without a name."""
     for rows, word in (
         (compiled.bodies, "body_"),
         (compiled.joints, "joint_"),
@@ -133,7 +133,7 @@ def _inertia(body: Row) -> Inertia:
 
 
 def _meshes(document: Document, compiled: Compiled, row: Row) -> Iterator[Mesh]:
-    """The mesh of a geom; MuJoCo moves those that it compiles into their inertia's frame."""
+    """Yield the mesh of a geom; MuJoCo moves compiled meshes into the frame of their inertia."""
     name = row.get("mesh", "")
     if row["type"] == "mesh" and name in document.uris:
         T = transform(row)
@@ -145,12 +145,12 @@ def _meshes(document: Document, compiled: Compiled, row: Row) -> Iterator[Mesh]:
 
 
 def _is_shape(row: Row) -> bool:
-    """Return whether a geom is what our own files say a link collides with."""
+    """Return whether a geom is a collision shape in a file written by this package."""
     return row["group"] == COLLISION_GROUP and row["type"] in SHAPE_SIZES
 
 
 def _shape(row: Row) -> Shape:
-    """MJCF has half the edges and lengths."""
+    """Return the shape of a geom; MJCF stores half the edges and lengths."""
     kind, (first, *others) = row["type"], row["size"]
     sizes = [first if kind != "box" else 2.0 * first, *(2.0 * size for size in others)]
     return Shape(kind, tuple(sizes[: SHAPE_SIZES[kind]]), transform(row).pose())
@@ -166,23 +166,23 @@ def _gravity(document: Document, compiled: Compiled) -> Vector3:
     for word in ("density", "viscosity", "wind"):
         values = option[word] if word == "wind" else [option[word]]
         if any(values):
-            node.warning("fluid-left-out", f"the {word} of the surrounding fluid is left out")
-    disabled = [word for word in option["disabled"] if word in ACTING]
+            node.warning("fluid-left-out", f"the {word} of the surrounding fluid is omitted")
+    disabled = [word for word in option["disabled"] if word in ALWAYS_ACTIVE]
     if disabled:
-        problem = f"the file disables {', '.join(disabled)} in MuJoCo; this is ignored here"
+        problem = f"the file disables {', '.join(disabled)} in MuJoCo; here they stay active"
         node.warning("option-left-out", problem)
     if option["disabled_groups"]:
-        node.warning("option-left-out", "groups of actuators are disabled; here they act")
+        node.warning("option-left-out", "disabled groups of actuators are active here")
     return (0.0, 0.0, 0.0) if "gravity" in option["disabled"] else vector(option["gravity"])
 
 
-def _started(robot: Robot, document: Document, compiled: Compiled) -> Robot:
-    """Return the robot with the initial values of our own files' keyframe."""
+def _with_keyframe(robot: Robot, document: Document, compiled: Compiled) -> Robot:
+    """Return the robot with the initial values of the keyframe `initial`, if it exists."""
     values, names = compiled.initial, [c.name for c in robot.all_coordinates]
     if values is None:
         return robot
     if len(values) != len(names):
-        problem = "the keyframe 'initial' has quaternions; left out"
+        problem = "the keyframe 'initial' has quaternions; omitted"
         document.first("key").warning("part-left-out", problem)
         return robot
     at = dict(zip(names, values, strict=True))
@@ -190,7 +190,7 @@ def _started(robot: Robot, document: Document, compiled: Compiled) -> Robot:
 
 
 def _with_followers(robot: Robot) -> Robot:
-    """Return the robot with coordinates that follow others where these have them."""
+    """Return the robot with initial values of coupled coordinates that satisfy the couplings."""
     coupled = [c.name for c in robot.all_coordinates if c.coupling]
     if not coupled or any(finding.is_error for finding in check(robot)):
         return robot
@@ -207,7 +207,7 @@ def _with_initials(robot: Robot, at: Mapping[str, float]) -> Robot:
 
 
 def _markers(compiled: Compiled, on_tendons: set[int]) -> Iterator[TaskSet]:
-    """The sites that no tendon and no equality uses, as points that are only looked at."""
+    """Yield the named sites that no tendon and no equality uses, as a set of markers."""
     used = on_tendons | {
         row[end]
         for row in compiled.equalities
@@ -224,7 +224,7 @@ def _markers(compiled: Compiled, on_tendons: set[int]) -> Iterator[TaskSet]:
 
 
 def _note_missing_masses(document: Document, compiled: Compiled, joints: Sequence[Joint]) -> None:
-    """Bodies whose mass would come from meshes that are not there: rejected where they move."""
+    """Report bodies whose mass comes from missing meshes; an error if they move."""
     moving = {WORLD: False}
     for joint in joints:
         moving[joint.child] = bool(joint.motions) or moving[joint.parent]
@@ -238,10 +238,10 @@ def _note_missing_masses(document: Document, compiled: Compiled, joints: Sequenc
             continue
         node = document.node_at(body["line"]).about(Subject("link", body["name"]))
         listed = ", ".join(map(repr, dict.fromkeys(files[:5])))
-        problem = f"its mass comes from meshes that are not there, or not read: {listed}"
+        problem = f"its mass comes from meshes that do not exist or are not read: {listed}"
         if moving[body["name"]]:
-            more = "put them there, or give it an <inertial>"
-            node.error("mass-from-mesh", f"{problem}; {more}")
+            advice = "add the files or an <inertial>"
+            node.error("mass-from-mesh", f"{problem}; {advice}")
         else:
             node.warning("mass-from-mesh", f"{problem}; it does not move")
 
@@ -250,17 +250,17 @@ def _note_left_out(document: Document, compiled: Compiled) -> None:
     seen = [row for row in compiled.geoms if row["type"] != "mesh" and not _is_shape(row)]
     if seen:
         problem = (
-            f"{len(seen)} geoms count for masses and wraps only: they are neither seen, nor do "
-            "they touch anything"
+            f"{len(seen)} geoms are used only for masses and wraps; they are neither shown nor "
+            "used for contacts"
         )
         document.node_at(seen[0]["line"]).warning("geometry-left-out", problem)
-    lifted = [row for row in compiled.bodies if row["gravcomp"]]
-    if lifted:
-        names = ", ".join(repr(row["name"]) for row in lifted[:10])
-        node = document.node_at(lifted[0]["line"])
-        node.warning("gravity-not-off", f"gravity acts in full on {names}")
-    held = [row for row in compiled.bodies if row["mocapid"] >= 0]
-    if held:
-        names = ", ".join(repr(row["name"]) for row in held[:10])
-        node = document.node_at(held[0]["line"])
-        node.warning("mocap-left-out", f"what motion capture moves stands still: {names}")
+    compensated = [row for row in compiled.bodies if row["gravcomp"]]
+    if compensated:
+        names = ", ".join(repr(row["name"]) for row in compensated[:10])
+        node = document.node_at(compensated[0]["line"])
+        node.warning("gravity-not-off", f"gravity compensation is ignored on {names}")
+    mocap = [row for row in compiled.bodies if row["mocapid"] >= 0]
+    if mocap:
+        names = ", ".join(repr(row["name"]) for row in mocap[:10])
+        node = document.node_at(mocap[0]["line"])
+        node.warning("mocap-left-out", f"motion capture bodies do not move: {names}")

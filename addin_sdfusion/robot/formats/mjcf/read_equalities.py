@@ -1,4 +1,4 @@
-"""Equalities of MJCF: exact couplings of joints, and loop joints between bodies."""
+"""Reader of MJCF equalities: exact couplings of joints, and loop joints between bodies."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from ...model.pose import Pose
 from ...model.robot import Robot
 from ...model.transform import Transform
 from ...transforms.joint_chains import Names
-from ..reading.loops import End, hold_together
+from ..reading.loops import End, loop_joint
 from ..reading.xml import Node
 from .compiled import Compiled, Row, rotation_of, transform, vector
 from .document import Document, note_equality
 
 CONNECT, WELD = "connect", "weld"
-"""The equalities of bodies."""
+"""Equalities between bodies."""
 
 
 def with_couplings(joints: Sequence[Joint], document: Document, compiled: Compiled) -> list[Joint]:
-    """Return the joints with the coordinates that equalities make follow others, or hold."""
+    """Return the joints with coordinates coupled or locked by joint equalities."""
     known = {c.name: c for joint in joints for c in joint.coordinates}
     coupled: list[Node] = []
     for row in compiled.equalities:
@@ -46,9 +46,9 @@ def with_couplings(joints: Sequence[Joint], document: Document, compiled: Compil
 
 
 def _couple(row: Row, node: Node, compiled: Compiled, known: dict[str, Coordinate]) -> bool:
-    """Make joint 1 follow joint 2, or hold it; whether that was done.
+    """Couple joint 1 to joint 2, or lock it; return whether this succeeded.
 
-    q1 - ref1 = c0 + c1 (q2 - ref2) + ... + c4 (q2 - ref2)⁴, or c0 without a joint 2.
+    q1 - ref1 = c0 + c1 (q2 - ref2) + ... + c4 (q2 - ref2)⁴, or c0 if joint 2 is not set.
     """
     first = compiled.joints[row["obj1id"]]["name"]
     second = compiled.joints[row["obj2id"]]["name"] if row["obj2id"] >= 0 else ""
@@ -58,7 +58,7 @@ def _couple(row: Row, node: Node, compiled: Compiled, known: dict[str, Coordinat
             return False
     c, powers = known[first], row["data"][:5]
     if c.coupling or c.locked:
-        problem = f"{first!r} follows another joint, or is held, already; left out"
+        problem = f"{first!r} is already coupled or locked; omitted"
         node.warning("equality-left-out", problem)
         return False
     if not second:
@@ -74,7 +74,7 @@ def _couple(row: Row, node: Node, compiled: Compiled, known: dict[str, Coordinat
 
 
 def with_loops(robot: Robot, document: Document, compiled: Compiled) -> Robot:
-    """Return the robot with the loop joints of equalities, which hold exactly here."""
+    """Return the robot with loop joints from equalities, which are exact here."""
     bodies, names = rigid_bodies(robot.joints), Names(joint.name for joint in robot.joints)
     loops, nodes = [], []
     for row in compiled.equalities:
@@ -97,11 +97,11 @@ def _loop(
     if row["objtype"] == "site":
         ends = _site(compiled, first, is_point), _site(compiled, second, is_point)
     else:
-        here, there = _ends(row["data"], is_point)
+        first_frame, second_frame = _ends(row["data"], is_point)
         names = [compiled.bodies[k]["name"] for k in (first, second)]
-        ends = (names[0], here), (names[1], there)
+        ends = (names[0], first_frame), (names[1], second_frame)
     type_: Literal["ball", "fixed"] = "ball" if is_point else "fixed"
-    return hold_together(node, name, type_, ends, bodies)
+    return loop_joint(node, name, type_, ends, bodies)
 
 
 def _site(compiled: Compiled, number: int, is_point: bool) -> End:
@@ -111,7 +111,7 @@ def _site(compiled: Compiled, number: int, is_point: bool) -> End:
 
 
 def _ends(data: Sequence[float], is_point: bool) -> tuple[Pose, Pose]:
-    """The frames of two bodies that coincide: anchors, or the place of a weld's second body."""
+    """Return the coinciding frames of two bodies: the anchors, or the relative pose of a weld."""
     if is_point:
         return Pose(vector([*data[:3]])), Pose(vector([*data[3:6]]))
     anchor = vector([*data[:3]])
@@ -120,10 +120,10 @@ def _ends(data: Sequence[float], is_point: bool) -> tuple[Pose, Pose]:
 
 
 def _note_exact(nodes: Sequence[Node], what: str) -> None:
-    """Note equalities that give way in MuJoCo."""
+    """Report equalities that are soft in MuJoCo."""
     if nodes:
         problem = (
-            f"{len(nodes)} equalities of {what} hold exactly here; in MuJoCo they are soft "
-            "springs with a time constant"
+            f"{len(nodes)} equalities of {what} are exact here; in MuJoCo they are soft springs "
+            "with a time constant"
         )
         nodes[0].warning("exact-equality", problem)

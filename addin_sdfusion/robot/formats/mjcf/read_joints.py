@@ -1,4 +1,4 @@
-"""Joints of MJCF: those of one body are the motions of one joint."""
+"""Reader of MJCF joints; the joints of one body become the motions of one joint."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from .document import Document
 
 AXES: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 ANGLES = {"ball": 3, "free": 6}
-"""Coordinates of joints that MuJoCo gives a quaternion."""
+"""Number of coordinates of joints that use a quaternion in MuJoCo."""
 
 
 def read_joints(document: Document, compiled: Compiled) -> list[Joint]:
-    """Return the joint that carries each body but the world; a fixed one if it has none."""
+    """Return the parent joint of each body except the world; fixed if the body has no joints."""
     names = Names()
     return [
         _joint(document, compiled, body, number, names)
@@ -36,19 +36,19 @@ def _joint(document: Document, compiled: Compiled, body: Row, number: int, names
     rows = [row for row in compiled.joints if row["bodyid"] == number]
     motions: list[Motion] = []
     coordinates: list[Coordinate] = []
-    at_start, first, here = Transform(IDENTITY.R, ZERO), IDENTITY, None
+    at_start, first, current = Transform(IDENTITY.R, ZERO), IDENTITY, None
     for k, row in enumerate(rows):
         place = vector(row["pos"])
         if row["type"] in ("slide", "free"):
-            place = here if here is not None else _next_place(rows[k + 1 :])
-        if here is None:
+            place = current if current is not None else _next_place(rows[k + 1 :])
+        if current is None:
             at_start = Transform(IDENTITY.R, place)
-        elif place != here:
-            motions += _shift(subtract(place, here))
-        here = place
+        elif place != current:
+            motions += _shift(subtract(place, current))
+        current = place
         made, of = _motions(document, compiled, row, len(coordinates))
         if not motions and len(made) == 1 and made[0].function != ITSELF:
-            first, made = _turned_back(made[0])
+            first, made = _without_offset(made[0])
         motions += made
         coordinates += of
     name = coordinates[0].name if len(coordinates) == 1 else f"{body['name']}_joint"
@@ -59,17 +59,17 @@ def _joint(document: Document, compiled: Compiled, body: Row, number: int, names
         tuple(motions),
         tuple(coordinates),
         transform(body).compose(at_start).compose(first).pose(),
-        Transform(IDENTITY.R, here or ZERO).pose(),
+        Transform(IDENTITY.R, current or ZERO).pose(),
     )
 
 
 def _motions(
     document: Document, compiled: Compiled, row: Row, start: int
 ) -> tuple[list[Motion], list[Coordinate]]:
-    """Return the motions of one of MuJoCo's joints; its coordinates are numbered from a start."""
+    """Return the motions and coordinates of a MuJoCo joint; coordinates count from `start`."""
     node = document.node_at(row["line"])
     if row["type"] in ANGLES:
-        return _several(compiled, row, node, start)
+        return _quaternion_joint(compiled, row, node, start)
     node = node.about(Subject("coordinate", row["name"]))
     coordinate = _coordinate(compiled, row, node)
     ref = coordinate.initial
@@ -85,9 +85,9 @@ def _coordinate(compiled: Compiled, row: Row, node: Node) -> Coordinate:
     _note_polynomial(node, "stiffness", row["stiffness"], row["stiffnesspoly"])
     _note_polynomial(node, "damping", dof["damping"], dof["dampingpoly"])
     if row["springyield"]:
-        node.warning("plasticity-left-out", "its spring yields in MuJoCo; here it is elastic")
+        node.warning("plasticity-left-out", "its spring is plastic in MuJoCo; here it is elastic")
     lower, upper = row["range"] if row["limited"] else (-math.inf, math.inf)
-    weakest, strongest = row["actfrcrange"] if row["actfrclimited"] else (-math.inf, math.inf)
+    tau_min, tau_max = row["actfrcrange"] if row["actfrclimited"] else (-math.inf, math.inf)
     return Coordinate(
         row["name"],
         lower,
@@ -98,32 +98,32 @@ def _coordinate(compiled: Compiled, row: Row, node: Node) -> Coordinate:
         stiffness=row["stiffness"],
         rest=compiled.qpos_spring[row["qposadr"]],
         friction=dof["frictionloss"],
-        tau_min=weakest,
-        tau_max=strongest,
+        tau_min=tau_min,
+        tau_max=tau_max,
         armature=dof["armature"],
     )
 
 
 def _note_polynomial(node: Node, what: str, first: float, others: Sequence[float]) -> None:
     if any(others):
-        problem = f"its {what} is a polynomial; only its first coefficient {first:g} is kept"
+        problem = f"its {what} is a polynomial; only the first coefficient {first:g} is used"
         node.warning("polynomial-left-out", problem)
 
 
-def _next_place(behind: Sequence[Row]) -> Vector3:
-    """Return the place of the first hinge behind a slide, whose own place counts for nothing."""
-    turning = (vector(row["pos"]) for row in behind if row["type"] in ("hinge", "ball"))
+def _next_place(following: Sequence[Row]) -> Vector3:
+    """Return the position of the first hinge after a slide, whose own position has no effect."""
+    turning = (vector(row["pos"]) for row in following if row["type"] in ("hinge", "ball"))
     return next(turning, ZERO)
 
 
 def _shift(by: Vector3) -> list[Motion]:
-    """Return a translation that stands still, between hinges at different places."""
+    """Return a constant translation, between hinges at different positions."""
     length = math.hypot(*by)
     return [Motion("translation", normalized(by), 0, constant(length))] if length else []
 
 
-def _turned_back(motion: Motion) -> tuple[Transform, list[Motion]]:
-    """Return a first motion that counts from another zero, as one that does not, and a place."""
+def _without_offset(motion: Motion) -> tuple[Transform, list[Motion]]:
+    """Return a constant transform and a motion without offset that are equal to a motion."""
     way = motion.way(0.0)
     if motion.kind == "rotation":
         T = Transform(axis_rotation(motion.axis, way), ZERO)
@@ -133,10 +133,10 @@ def _turned_back(motion: Motion) -> tuple[Transform, list[Motion]]:
     return T, [replace(motion, function=ITSELF)]
 
 
-def _several(
+def _quaternion_joint(
     compiled: Compiled, row: Row, node: Node, start: int
 ) -> tuple[list[Motion], list[Coordinate]]:
-    """Return the motions of a ball (three angles) or a free joint (three axes before them)."""
+    """Return three angles for a ball joint; for a free joint also three translations before."""
     name, count = row["name"], ANGLES[row["type"]]
     words = ("x", "y", "z", "alpha", "beta", "gamma")[-count:]
     motions, coordinates = [], []
@@ -144,12 +144,12 @@ def _several(
         dof = compiled.dofs[row["dofadr"] + k]
         kind = "rotation" if k >= count - 3 else "translation"
         motion = Motion(kind, AXES[k % 3], start + k)  # type: ignore[arg-type]
-        each = f"{name}_{word}"
-        node.about(Subject("coordinate", each))
+        coordinate = f"{name}_{word}"
+        node.about(Subject("coordinate", coordinate))
         motions.append(motion)
         coordinates.append(
             Coordinate(
-                each,
+                coordinate,
                 unit=motion.unit,
                 damping=dof["damping"],
                 friction=dof["frictionloss"],
@@ -159,12 +159,12 @@ def _several(
     about = node.about(Subject("joint", name))
     about.warning(
         "angles-for-quaternion",
-        f"a {row['type']} joint turns by Rx(alpha) Ry(beta) Rz(gamma) here, from where it is at "
-        "first",
+        f"a {row['type']} joint rotates by Rx(alpha) Ry(beta) Rz(gamma) here, relative to its "
+        "initial pose",
     )
     _note_polynomial(about, "damping", dof["damping"], dof["dampingpoly"])
     if row["limited"] or row["stiffness"]:
-        about.warning("ball-range", "its range and spring are left out")
+        about.warning("ball-range", "its range and spring are omitted")
     if any(c.armature or c.damping or c.friction for c in coordinates):
-        about.warning("ball-resistance", "armature, damping and friction act on its angles here")
+        about.warning("ball-resistance", "armature, damping and friction act on the angles here")
     return motions, coordinates

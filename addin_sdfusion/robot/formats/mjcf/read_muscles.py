@@ -1,4 +1,4 @@
-"""Tendons and actuators of MJCF: muscles, cables that pull, motors, tendon springs."""
+"""Reader of MJCF tendons and actuators: muscles, cables, motors, tendon springs."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ ON_JOINTS = ("joint", "jointinparent")
 
 @dataclass
 class Tendon:
-    """A tendon.
+    """Tendon of the model.
 
     Attributes:
-        row: Its row.
-        node: Its element.
-        muscle: Its path, as a muscle without a law.
-        is_driven: Whether an actuator pulls it.
+        row: Row of the tendon.
+        node: Element of the tendon.
+        muscle: Path of the tendon, as a muscle without a muscle law.
+        is_driven: Whether an actuator drives it.
     """
 
     row: Row
@@ -38,16 +38,16 @@ class Tendon:
 
     @property
     def has_spring(self) -> bool:
-        """Whether it is a spring or a damper."""
+        """Return whether the tendon has stiffness or damping."""
         return bool(self.row["stiffness"] or self.row["damping"])
 
 
 class MuscleReader:
-    """Reads what drives a robot.
+    """Reader of the actuators and tendons of a robot.
 
     Attributes:
-        surfaces: The wrap surfaces of tendons, by name.
-        used_sites: The numbers of the sites on tendons.
+        surfaces: Wrap surfaces of tendons, by name.
+        used_sites: Indices of the sites on tendons.
     """
 
     def __init__(self, document: Document, compiled: Compiled, joints: Sequence[Joint]) -> None:
@@ -59,31 +59,32 @@ class MuscleReader:
         self._tendons = [self._tendon(row) for row in compiled.tendons]
 
     def read(self) -> tuple[tuple[Muscle, ...], dict[str, Coordinate]]:
-        """The muscles in the order of the actuators, then springs of tendons; coordinates by name.
+        """Return the muscles, and the coordinates with their motors by name.
 
-        The coordinates have the motors on them.
+        The muscles are in the order of the actuators, followed by tendon springs.
         """
-        muscles = [m for k, row in enumerate(self._compiled.actuators) for m in self._of(k, row)]
+        rows = enumerate(self._compiled.actuators)
+        muscles = [muscle for k, row in rows for muscle in self._driven(k, row)]
         for tendon in self._tendons:
             muscles += self._spring(tendon)
         return tuple(muscles), self._coordinates
 
-    def _of(self, number: int, row: Row) -> Iterator[Muscle]:
-        """The muscle of an actuator; none of a motor, which its coordinate gets."""
+    def _driven(self, number: int, row: Row) -> Iterator[Muscle]:
+        """Yield the muscle of an actuator; for a motor, update its coordinate instead."""
         node, target = self._document.node_at(row["line"]), row["trnid"][0]
         joint = self._compiled.joints[target]["name"] if row["trntype"] in ON_JOINTS else ""
         if row["delay"]:
-            node.warning("actuator-simplified", "its delay is left out")
+            node.warning("actuator-simplified", "its delay is omitted")
         if row["trntype"] == "tendon":
             self._tendons[target].is_driven = True
             if row["armature"] or row["damping"]:
-                node.warning("tendon-friction", "armature and damping of the actuator are left out")
+                node.warning("tendon-friction", "armature and damping of the actuator are omitted")
             yield self._on_tendon(row, node, self._tendons[target].muscle)
         elif joint not in self._coordinates:
-            problem = f"actuator {row['name']!r} drives {row['trntype']} {joint!r}; left out"
+            problem = f"actuator {row['name']!r} drives {row['trntype']} {joint!r}; omitted"
             node.warning("actuator-left-out", problem)
         else:
-            self._resist(row, joint)
+            self._add_resistance(row, joint)
             if is_muscle(row):
                 name = self._names.give(row["name"] or f"actuator_{number + 1}")
                 node = node.about(Subject("muscle", name))
@@ -92,8 +93,8 @@ class MuscleReader:
             else:
                 self._coordinates[joint] = _with_motor(row, node, self._coordinates[joint])
 
-    def _resist(self, row: Row, joint: str) -> None:
-        """Armature and damping of an actuator, which are the joint's as well."""
+    def _add_resistance(self, row: Row, joint: str) -> None:
+        """Add the armature and damping of an actuator to its joint."""
         c, gear = self._coordinates[joint], row["gear"][0]
         armature, damping = gear * gear * row["armature"], gear * gear * row["damping"]
         self._coordinates[joint] = replace(
@@ -108,25 +109,25 @@ class MuscleReader:
             return replace(muscle, model=_law(row, node))
         low, high = _forces(row, node, -1.0)
         if low < 0.0:
-            problem = f"it would push with up to {-low:g} N; a cable only pulls here"
+            problem = f"it could push with up to {-low:g} N; a cable can only pull here"
             node.warning("cable-pulls-only", problem)
         return replace(muscle, f_min=max(low, 0.0), f_max=max(high, 0.0))
 
     def _spring(self, tendon: Tendon) -> Iterator[Muscle]:
-        """The spring and damper of a tendon; its friction and limits are noted as left out."""
+        """Yield the spring and damper of a tendon; report its friction and limits as omitted."""
         row, node = tendon.row, tendon.node
         if row["frictionloss"] or row["armature"]:
-            node.warning("tendon-friction", "friction and armature of the tendon are left out")
+            node.warning("tendon-friction", "friction and armature of the tendon are omitted")
         if row["limited"]:
-            node.warning("tendon-limits", "the limits of the tendon's length are left out")
+            node.warning("tendon-limits", "the limits of the tendon length are omitted")
         if row["actfrclimited"]:
-            node.warning("tendon-limits", "the limits of the force on the tendon are left out")
+            node.warning("tendon-limits", "the limits of the tendon force are omitted")
         if any(row["stiffnesspoly"]) or any(row["dampingpoly"]) or row["springyield"]:
-            problem = "only the first coefficients of its stiffness and damping are kept"
+            problem = "only the first coefficients of its stiffness and damping are used"
             node.warning("polynomial-left-out", problem)
         if not (tendon.is_driven or tendon.has_spring):
             name = tendon.muscle.name
-            problem = f"tendon {name!r} has no actuator and no spring; left out"
+            problem = f"tendon {name!r} has no actuator and no spring; omitted"
             node.warning("tendon-left-out", problem)
         if not tendon.has_spring:
             return
@@ -169,7 +170,7 @@ class MuscleReader:
         return ViaPoint(self._compiled.bodies[row["bodyid"]]["name"], vector(row["pos"]))
 
     def _surface(self, row: Row) -> str:
-        """Return the name of a geom's surface; cylinders have no ends in MuJoCo."""
+        """Return the name of the surface of a geom; cylinders are infinite in MuJoCo."""
         name, link = row["name"], self._compiled.bodies[row["bodyid"]]["name"]
         shape, radius = row["type"], row["size"][0]
         pose = transform(row).pose()
@@ -178,18 +179,18 @@ class MuscleReader:
 
 
 def is_muscle(row: Row) -> bool:
-    """Return whether an actuator is MuJoCo's muscle."""
+    """Return whether an actuator is a MuJoCo muscle."""
     return (row["gaintype"], row["biastype"], row["dyntype"]) == ("muscle",) * 3
 
 
 def _law(row: Row, node: Node) -> CableModel:
-    """MuJoCo's muscle with its parameters."""
+    """Return the MuJoCo muscle law with its parameters."""
     gear = row["gear"][0]
     if not gear > 0.0:
         node.error("unsupported-gear", f"a muscle with gear {gear:g} is not supported")
         gear = 1.0
     if row["forcelimited"]:
-        node.warning("force-range-left-out", "the range of its force is left out")
+        node.warning("force-range-left-out", "the range of its force is omitted")
     gain, bias, times = row["gainprm"], row["biasprm"], row["dynprm"]
     low, high = _lengths(row, node, gear)
     control = row["ctrlrange"] or (0.0, 1.0)
@@ -214,7 +215,7 @@ def _law(row: Row, node: Node) -> CableModel:
     }
     if gain[2] >= 0.0:
         values |= {"force": gear * gain[2], "scale": gain[3]}
-    elif row["acc0"] > 0.0:  # the acceleration by a unit force at the reference pose
+    elif row["acc0"] > 0.0:  # acceleration from a unit force at the reference pose
         values["force"] = gear * gain[3] / row["acc0"]
     else:
         values |= {"scale": gain[3], "acc0": 0.0}
@@ -224,45 +225,45 @@ def _law(row: Row, node: Node) -> CableModel:
 
 
 def _lengths(row: Row, node: Node, gear: float) -> tuple[float, float]:
-    """Return the range of the tendon's length: as given, or found over the joints' ranges."""
+    """Return the range of the tendon length, specified or found over the joint ranges."""
     low, high = row["lengthrange"]
     if low < high:
         return low / gear, high / gear
     if row["foundrange"] is None:
         problem = (
-            "no lengthrange, and joints without ranges or too many muscles to find it: give it"
+            "no lengthrange, and none found: joints without ranges, or too many muscles; set it"
         )
         node.error("no-length-range", problem)
         return 0.0, 1.0
     low, high = row["foundrange"]
     problem = (
-        f"no lengthrange: {low:.6g} to {high:.6g} m from a search over the joints' ranges is "
-        "used; MuJoCo's own value by simulation may differ by some percent; specify it if needed"
+        f"no lengthrange: {low:.6g} to {high:.6g} m from a search over the joint ranges is used; "
+        "the value that MuJoCo simulates may differ by some percent; specify it if needed"
     )
     node.warning("length-range-found", problem)
     return low, high
 
 
 def _passive_part(gain: Sequence[float], bias: Sequence[float], node: Node) -> float:
-    """The force that the passive curve counts in, over that of the active one; noted if unknown."""
-    which = 2 if gain[2] >= 0.0 else 3  # F itself, or by scale, over the same acc0
+    """Return the ratio of passive to active peak force; report it if it is unknown."""
+    which = 2 if gain[2] >= 0.0 else 3  # the force itself, or the scale over the same acc0
     if gain[which] == bias[which] and gain[2] == bias[2]:
         return 1.0
     if (gain[2] >= 0.0) == (bias[2] >= 0.0) and gain[which] > 0.0:
         return bias[which] / gain[which]
-    forces = f"its passive force is of {bias[2]:g} N, its active of {gain[2]:g} N"
-    node.warning("passive-force", f"{forces}: the latter is both")
+    forces = f"its passive force is {bias[2]:g} N, its active force {gain[2]:g} N"
+    node.warning("passive-force", f"{forces}; the active force is used for both")
     return 1.0
 
 
 def _forces(row: Row, node: Node, sign: float) -> tuple[float, float]:
-    """Return the least and the largest force of an actuator on its target."""
+    """Return the minimum and maximum force of an actuator on its target."""
     gain, bias, dynamics = row["gaintype"], row["biastype"], row["dyntype"]
     if (gain, dynamics) != ("fixed", "none"):
-        problem = f"its {gain} gain and {dynamics} dynamics are left out"
-        node.warning("actuator-simplified", f"{problem}: it is commanded by force here")
+        problem = f"its {gain} gain and {dynamics} dynamics are omitted"
+        node.warning("actuator-simplified", f"{problem}; here it is commanded by force")
     elif bias != "none":
-        problem = "its servo is left out: it is commanded by force here, not by position or speed"
+        problem = "its servo is omitted; here it is commanded by force, not position or velocity"
         node.warning("actuator-simplified", problem)
     gear = row["gear"][0]
     is_plain = (gain, bias) == ("fixed", "none")
@@ -278,11 +279,11 @@ def _forces(row: Row, node: Node, sign: float) -> tuple[float, float]:
 def _with_motor(row: Row, node: Node, c: Coordinate) -> Coordinate:
     node = node.about(Subject("coordinate", c.name))
     if not c.is_free:
-        node.warning("motor-left-out", "it follows another joint, or is held; no motor here")
+        node.warning("motor-left-out", "its joint is coupled or locked; the motor is omitted")
         return c
     low, high = _forces(row, node, 1.0)
     if c.actuated:
-        problem = "a second motor; both are one here, of both torques together"
+        problem = "a second motor; both are combined into one with the sum of both torques"
         node.warning("motors-joined", problem)
         low, high = low + c.tau_min, high + c.tau_max
     else:

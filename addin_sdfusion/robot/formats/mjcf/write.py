@@ -1,14 +1,14 @@
-"""Writer of MJCF, ready to run in MuJoCo.
+"""Writer of MJCF files that run in MuJoCo.
 
-Links are bodies with their own frames, coordinates are hinges and slides: a body with several of
-them moves as a joint of several motions does. Muscles are spatial tendons through a site at every
-via point (`<muscle>:<index>`) and over wrap geoms, or fixed ones; MuJoCo's own muscles and springs
-are themselves, each other one has a motor with gear -1, so that a control is a tension in [N], in
-the order of the muscles. Motors of the joints follow. Task frames are
-sites. The keyframe `initial` has the initial values. Equal limits become an equality constraint;
-stops and friction are as hard as MuJoCo can be.
+Links become bodies with their frames, and coordinates become hinges and slides. A body with several
+of them moves like a joint with several motions. Muscles become spatial tendons through a site at
+every via point (`<muscle>:<index>`) and over wrap geoms, or fixed tendons. MuJoCo muscles and
+springs are written as such. All other muscles get a motor with gear -1, so that a control is a
+tension in [N], in the order of the muscles. The motors of the joints follow. Task frames become
+sites. The keyframe `initial` contains the initial values. Equal limits become an equality
+constraint. Joint limits and friction are as stiff as MuJoCo allows.
 
-Nothing touches: collision meshes have collisions off, as in this simulation.
+Collisions are disabled, as in this simulation.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ def write_mjcf(
     """Write `<name>.xml`; returns and raises as `write_document`.
 
     Args:
-        robot: What to write.
-        folder: Where to; made if it does not exist.
-        name: How the file is called; the robot's name if None.
-        meshes: The file of each mesh by its uri, absolute or from the folder. MuJoCo opens all
-            meshes at once and fails without: those that are not here are left out.
+        robot: The robot.
+        folder: Output folder; created if it does not exist.
+        name: File name without suffix; the name of the robot if None.
+        meshes: Mesh file by URI, absolute or relative to the folder. Other meshes are omitted,
+            because MuJoCo rejects a model if any mesh file is missing.
     """
 
     def text(valid: Robot) -> str:

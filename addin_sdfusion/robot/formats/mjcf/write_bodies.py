@@ -1,9 +1,9 @@
-"""Links and joints in MJCF: nested bodies with hinges and slides.
+"""Writer of links and joints in MJCF: nested bodies with hinges and slides.
 
-MuJoCo's joints of one body move one after another, about axes that the first ones turn. A motion
-that counts from another zero has a `ref`; one that stands still is a part of the places of the
-others. Every other motion but the first of a coordinate is a joint of its own, which an equality
-makes follow.
+The joints of a body in MuJoCo act in sequence, about axes rotated by the previous ones. A motion
+with an offset gets a `ref`. A constant motion is included in the poses of the others. The first
+motion of a coordinate is the joint of that coordinate. Every other motion becomes a separate joint,
+which an equality couples to the coordinate.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from ..writing.xml_text import element, numbers
 from .write_inertia import mjcf_inertia
 
 MAX_NESTED = 480
-"""MuJoCo's XML reader takes 500 elements inside each other."""
+"""Maximum depth; the XML reader of MuJoCo supports 500 nested elements."""
 TYPES = {"rotation": "hinge", "translation": "slide"}
 
 
 def add_body(robot: Robot, joint: Joint, parent: ElementTree.Element) -> ElementTree.Element:
-    """Add the child of a joint to its parent's body.
+    """Add the child of a joint to the body of its parent.
 
     Returns:
-        The child's body, in the child link's own frame.
+        The body of the child, in the frame of the child link.
     """
     frames = _motion_frames(joint)
     T_parent_child = compose(joint.T_parent_joint, inverse(frames[0]))
@@ -49,20 +49,20 @@ def add_body(robot: Robot, joint: Joint, parent: ElementTree.Element) -> Element
 
 
 def placement(pose: Pose) -> dict[str, str]:
-    """The attributes of a pose; the file's `eulerseq` makes the angles roll, pitch and yaw."""
+    """Return the attributes of a pose; `eulerseq` of the file selects roll, pitch and yaw."""
     return {"pos": numbers(pose.position), "euler": numbers(pose.rpy)}
 
 
 @dataclass(frozen=True)
 class Mover:
-    """A motion, and MuJoCo's joint that makes it.
+    """Motion and the MuJoCo joint that represents it.
 
     Attributes:
-        name: Of MuJoCo's joint; empty if the motion stands still.
+        name: Name of the MuJoCo joint; empty if the motion is constant.
         motion: The motion.
-        coordinate: What drives it.
-        is_home: Whether MuJoCo's joint is that coordinate; else it follows it.
-        ref: The value of MuJoCo's joint where the way is 0.
+        coordinate: Coordinate that drives the motion.
+        is_home: Whether the MuJoCo joint is the coordinate itself; otherwise it is coupled to it.
+        ref: Value of the MuJoCo joint at which the motion is zero.
     """
 
     name: str
@@ -73,28 +73,28 @@ class Mover:
 
 
 def movers(robot: Robot) -> dict[str, list[Mover]]:
-    """What makes the motions of each joint, by the joint's name."""
+    """Return the MuJoCo joints of the motions of each joint, by joint name."""
     names = Names(c.name for c in robot.all_coordinates)
     return {joint.name: list(_movers(joint, names)) for joint in robot.joints}
 
 
 def coordinate_order(robot: Robot) -> list[Mover]:
-    """MuJoCo's joints in its order: bodies depth first, motions in a row."""
-    carried: dict[str, list[Joint]] = {}
+    """Return the MuJoCo joints in its order: bodies depth first, then motions in sequence."""
+    children: dict[str, list[Joint]] = {}
     for joint in robot.joints:
-        carried.setdefault(joint.parent, []).append(joint)
+        children.setdefault(joint.parent, []).append(joint)
     made = movers(robot)
     order: list[Mover] = []
-    waiting = list(reversed(carried.get(WORLD, [])))
+    waiting = list(reversed(children.get(WORLD, [])))
     while waiting:
         joint = waiting.pop()
         order += [mover for mover in made[joint.name] if mover.name]
-        waiting += reversed(carried.get(joint.child, []))
+        waiting += reversed(children.get(joint.child, []))
     return order
 
 
 def too_deep(robot: Robot) -> Iterator[Found]:
-    """The first links of chains that are longer than MuJoCo reads."""
+    """Report the first links of chains that exceed the maximum depth of MuJoCo."""
     depths = {WORLD: 0}
     for joint in robot.joints:
         depths[joint.child] = depths[joint.parent] + 1
@@ -119,7 +119,7 @@ def _movers(joint: Joint, names: Names) -> Iterator[Mover]:
 
 
 def _motion_frames(joint: Joint) -> list[Pose]:
-    """T_child_motion of each motion, then of the end of all, before anything has moved."""
+    """Return T_child_motion of each motion, then of the end of the chain, at zero motion."""
     frames = [joint.T_child_joint]
     for motion in reversed(joint.motions):
         T = frames[-1]
@@ -136,14 +136,14 @@ def _add_motion(body: ElementTree.Element, mover: Mover, T_child_motion: Pose) -
     if mover.is_home:
         if c.lower < c.upper and (math.isfinite(c.lower) or math.isfinite(c.upper)):
             words |= {"limited": "true", "range": numbers((c.lower, c.upper))}
-        words |= {"damping": numbers([c.damping])} | _resisting(c)
+        words |= {"damping": numbers([c.damping])} | _resistance_attributes(c)
         if mover.ref:
             words["ref"] = numbers([mover.ref])
     element(body, "joint", None, name=mover.name, type=TYPES[motion.kind], **words)
 
 
-def _resisting(c: Coordinate) -> dict[str, str]:
-    """Return the attributes of a spring, an armature and friction, if there are any."""
+def _resistance_attributes(c: Coordinate) -> dict[str, str]:
+    """Return the attributes of spring, armature and friction that are not zero."""
     given = {}
     if c.stiffness:
         given = {"stiffness": numbers([c.stiffness]), "springref": numbers([c.rest])}

@@ -1,9 +1,9 @@
-"""Stops, holds, friction and loops in MJCF: constraints as hard as MuJoCo has them.
+"""Writer of joint limits, locks, friction and loops in MJCF, as stiff as MuJoCo allows.
 
-MuJoCo's constraints are springs with a damper, whose force it mixes with what would happen without
-(https://mujoco.readthedocs.io/en/stable/modeling.html#solver-parameters). With the largest share,
-0.9999, the shortest time constant of a step h that it takes, 2 h, and a damping ratio z, a stop
-takes all of a velocity in one step, and gives back 1/(4 z²) of it at most.
+Constraints in MuJoCo are springs with dampers. Their force is mixed with the unconstrained dynamics
+(https://mujoco.readthedocs.io/en/stable/modeling.html#solver-parameters). We use the maximum
+impedance 0.9999, the minimum time constant 2 h for a time step h, and a damping ratio z. A joint
+limit then absorbs the whole velocity in one step and returns at most 1/(4 z²) of it.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from ..writing.xml_text import element, numbers
 from .write_bodies import coordinate_order, placement
 
 STEP = 1e-3
-"""In [s]: that of this project's plants. A joint passes a stop by what it moves in one."""
+"""Time step in [s], as in the plants; a joint can exceed a limit by its motion in one step."""
 INTEGRATOR = "Euler"
-"""Semi-implicit, with implicit joint damping, as this project's plants step."""
+"""Semi-implicit, with implicit joint damping, as in the plants."""
 HARD = numbers((2.0 * STEP, 1.0))
-"""Time constant and damping ratio of what holds from both sides; longer steps make it longer."""
+"""Time constant and damping ratio of two-sided constraints; longer steps increase the constant."""
 STOP = numbers((2.0 * STEP, 3.0))
-"""The same of what pushes from one side and is not to throw back."""
+"""Time constant and damping ratio of one-sided constraints, which should not rebound."""
 FULL = numbers((0.9999, 0.9999, 1e-3, 0.5, 2.0))
-"""The share of a constraint, at the violation 0 and beyond: MuJoCo's largest."""
+"""Maximum impedance of a constraint in MuJoCo, for all violations."""
 NO_SLIP = {"noslip_iterations": "30", "noslip_tolerance": "1e-12"}
-"""What takes from friction most of its softness: MuJoCo's own rest of it is 1e-6 rad/s."""
+"""Options that reduce the creep of friction; a residual of 1e-6 rad/s would remain otherwise."""
 EQUALITIES = {"ball": "connect", "fixed": "weld"}
-"""MuJoCo's equality of each type of loop joint that it has."""
+"""MuJoCo's equality for each supported type of loop joint."""
 
 
 def add_constraints(robot: Robot, root: ElementTree.Element) -> None:
-    """Add the options of the steps, the defaults of constraints, and what holds coordinates."""
+    """Add the solver options, the defaults of constraints, and the equalities of coordinates."""
     iterations = NO_SLIP if has_friction(robot) else {}
     step = {"timestep": numbers([STEP]), "integrator": INTEGRATOR}
     element(root, "option", None, gravity=numbers(robot.gravity), **step, **iterations)
@@ -58,7 +58,7 @@ def add_constraints(robot: Robot, root: ElementTree.Element) -> None:
 
 
 def is_held(function: Function) -> bool:
-    """Return whether MuJoCo couples a joint to another by such a function."""
+    """Return whether MuJoCo can couple joints by this function."""
     return isinstance(function, Polynomial) and len(function.coefficients) <= 5
 
 
@@ -74,7 +74,7 @@ def _follow(
     powers: tuple[float, ...],
     refs: Mapping[str, float],
 ) -> None:
-    """q1 - ref1 = the polynomial of q2 in powers of q2 - ref2."""
+    """Add the equality q1 - ref1 = p(q2), with p written in powers of q2 - ref2."""
     shifted = taylor(powers, refs[leader]) if refs[leader] else powers
     values = (shifted[0] - refs[name], *shifted[1:])
     element(held, "joint", joint1=name, joint2=leader, polycoef=numbers(values))
@@ -88,13 +88,13 @@ def has_friction(robot: Robot) -> bool:
 def add_loops(
     robot: Robot, root: ElementTree.Element, bodies: Mapping[str, ElementTree.Element], sites: Names
 ) -> None:
-    """Add an equality for each loop joint that MuJoCo has, between two sites of its own.
+    """Add an equality between two new sites for each loop joint that MuJoCo supports.
 
     Args:
         robot: The robot.
-        root: Where to.
-        bodies: The body of each link.
-        sites: The names of sites.
+        root: Root element of the model.
+        bodies: Body of each link.
+        sites: Names of the sites.
     """
     held = [loop for loop in robot.loops if loop.type in EQUALITIES]
     equalities = element(root, "equality") if held else root

@@ -1,4 +1,4 @@
-"""Masses and inertias in MJCF: positive ones, or none at all."""
+"""Masses and inertias in MJCF, which must be positive or omitted."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from ...model.robot import Inertia, Link, Robot
 from ...model.rotations import Matrix3, cross, dot
 
 MIN_INERTIA = 1e-14
-"""In [kg·m²]: a safe distance from the 1e-15 below which MuJoCo rejects a moment."""
+"""In [kg·m²]; MuJoCo rejects moments of inertia below 1e-15."""
 MIN_SHARE = 1e-12
-"""The same as a share of the largest entry, a safe distance from rounding."""
+"""Minimum moment relative to the largest entry, above rounding errors."""
 MIN_MASS = 1e-12
-"""In [kg]; MuJoCo rejects moving bodies below 1e-15."""
+"""In [kg]; MuJoCo rejects moving bodies with a mass below 1e-15."""
 STEPS = (0.0, 1.0, 10.0, 100.0, 1e3, 1e4)
-"""What may be added to the moments of inertia, as multiples of the least."""
+"""Increments of the moments of inertia to test, as multiples of the minimum."""
 
 
 def mjcf_inertia(link: Link, *, moving: bool) -> Inertia | None:
-    """The inertia to write, with what little MuJoCo needs; None if nothing is to be written.
+    """Return the inertia to write, increased to the minimum of MuJoCo; None to write none.
 
     Args:
-        link: A link of which nothing is `missing` that cannot be added.
-        moving: Whether its joint has motions.
+        link: A link for which `missing` does not return None.
+        moving: Whether the parent joint has motions.
     """
     inertia = link.inertia
     if not moving and inertia.mass == 0.0 and not any(map(any, inertia.matrix)):
@@ -33,7 +33,7 @@ def mjcf_inertia(link: Link, *, moving: bool) -> Inertia | None:
 
 
 def written_inertias(robot: Robot) -> Iterator[tuple[Link, Inertia]]:
-    """The links with an inertia in MJCF, and that inertia."""
+    """Yield the links with an inertia in MJCF, and that inertia."""
     moving = {joint.child: bool(joint.motions) for joint in robot.joints}
     for link in robot.links:
         written = mjcf_inertia(link, moving=moving[link.name])
@@ -42,12 +42,12 @@ def written_inertias(robot: Robot) -> Iterator[tuple[Link, Inertia]]:
 
 
 def missing(inertia: Inertia) -> float | None:
-    """The least to add to the moments so that MuJoCo takes them, in [kg·m²]; None if too much."""
-    least = max(MIN_INERTIA, MIN_SHARE * max(abs(x) for row in inertia.matrix for x in row))
+    """Return the increment of the moments that MuJoCo needs, in [kg·m²]; None if too large."""
+    smallest = max(MIN_INERTIA, MIN_SHARE * max(abs(x) for row in inertia.matrix for x in row))
     for step in STEPS:
-        matrix = _increased(inertia, step * least).matrix
-        if _exceeds(matrix, least / 2) and _exceeds(density_matrix(matrix), least / 8):
-            return step * least
+        matrix = _increased(inertia, step * smallest).matrix
+        if _exceeds(matrix, smallest / 2) and _exceeds(density_matrix(matrix), smallest / 8):
+            return step * smallest
     return None
 
 
@@ -56,7 +56,7 @@ def _increased(inertia: Inertia, by: float) -> Inertia:
 
 
 def _exceeds(A: Matrix3, bound: float) -> bool:
-    """Whether all eigenvalues of a symmetric matrix exceed a bound: leading minors of A - bound."""
+    """Return whether all eigenvalues of A exceed a bound, by the leading minors of A - bound."""
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = A
     xx, yy, zz = xx - bound, yy - bound, zz - bound
     x, y, z = (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)

@@ -1,4 +1,4 @@
-"""Meshes and shapes in MJCF: assets, and geoms without collisions."""
+"""Writer of meshes and shapes in MJCF: assets, and geoms with collisions disabled."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..writing.xml_text import element, numbers
 from .write_bodies import placement
 
 GROUPS = {"visual": "2", "collision": "4"}
-APART = {"contype": "0", "conaffinity": "0"}
+NO_COLLISIONS = {"contype": "0", "conaffinity": "0"}
 
 
 _STL_HEAD, _STL_FACET = 84, 50
@@ -20,7 +20,7 @@ _MAX_FACETS = 200_000
 
 
 def opens_mesh(suffix: str, data: bytes) -> bool:
-    """Return whether MuJoCo opens a mesh: .obj, or .stl in binary with not too many facets."""
+    """Return whether MuJoCo can open a mesh: .obj, or binary .stl with at most 200000 facets."""
     if suffix != ".stl":
         return suffix == ".obj"
     facets = int.from_bytes(data[_STL_HEAD - 4 : _STL_HEAD], "little")
@@ -33,7 +33,7 @@ def add_meshes(
     assets: ElementTree.Element,
     bodies: dict[str, ElementTree.Element],
 ) -> None:
-    """Add the meshes whose files are known."""
+    """Add the meshes that have a file."""
     names = Names()
     for link in robot.links:
         for mesh in link.meshes:
@@ -41,20 +41,24 @@ def add_meshes(
                 continue
             name = names.give(mesh.name or f"{link.name} {mesh.role}")
             file, scale = str(files[mesh.uri]), numbers(mesh.scale)
-            # masses are those of the links; MuJoCo rejects open meshes unless they are shells
+            # Links define the masses. MuJoCo rejects open meshes unless their inertia is a shell.
             element(assets, "mesh", name=name, file=file, scale=scale, inertia="shell")
             shape = {"type": "mesh", "mesh": name, "group": GROUPS[mesh.role]}
             if mesh.color is not None:
                 shape["rgba"] = numbers(mesh.color)
-            element(bodies[link.name], "geom", None, **shape, **placement(mesh.pose), **APART)
+            element(
+                bodies[link.name], "geom", None, **shape, **placement(mesh.pose), **NO_COLLISIONS
+            )
 
 
 def add_shapes(robot: Robot, bodies: dict[str, ElementTree.Element]) -> None:
-    """Add the shapes that links collide with; MuJoCo has half the edges and lengths."""
+    """Add the collision shapes of links; MJCF stores half the edges and lengths."""
     for link in robot.links:
         for shape in link.shapes:
             halves = [0.5 * size for size in shape.sizes]
             if shape.kind != "box":
                 halves[0] = shape.sizes[0]
             given = {"type": shape.kind, "size": numbers(halves), "group": GROUPS["collision"]}
-            element(bodies[link.name], "geom", None, **given, **placement(shape.pose), **APART)
+            element(
+                bodies[link.name], "geom", None, **given, **placement(shape.pose), **NO_COLLISIONS
+            )

@@ -1,4 +1,4 @@
-"""Muscle laws in MJCF: MuJoCo's muscle, and springs of tendons."""
+"""Muscle laws in MJCF: MuJoCo muscles and tendon springs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _SHARED = ("lmin", "lmax", "vmax", "fpmax", "fvmax")
 
 
 def muscle_words(muscle: Muscle) -> dict[str, str]:
-    """The attributes of MuJoCo's muscle; where `force` is negative MuJoCo finds the force again."""
+    """Return the attributes of a MuJoCo muscle; MuJoCo computes a negative `force` itself."""
     p = law_parameters(muscle.model)
     shared = [p[name] for name in _SHARED]
     gain = [p["range_low"], p["range_high"], p["force"], p["scale"], *shared]
@@ -35,7 +35,7 @@ def muscle_words(muscle: Muscle) -> dict[str, str]:
 
 
 def spring_words(muscle: Muscle) -> dict[str, str]:
-    """Return the attributes of a tendon that is a spring."""
+    """Return the attributes of a tendon spring."""
     p = law_parameters(muscle.model)
     return {
         "stiffness": numbers([p["stiffness"]]),

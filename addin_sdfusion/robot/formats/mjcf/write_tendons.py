@@ -1,4 +1,4 @@
-"""Muscles in MJCF: spatial tendons through sites and over geoms."""
+"""Writer of muscles in MJCF: spatial tendons through sites and over geoms."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from .write_bodies import placement
 from .write_muscles import SPRING, spring_words
 
 DRAWN_LENGTH = 20.0
-"""Length at which a cylinder without ends is drawn, as a multiple of its radius."""
+"""Drawn length of an infinite cylinder, as a multiple of its radius."""
 RULE = "mujoco"
 SIDE_DISTANCE = 1.5
-"""How far from the axis the site of a chosen side is, as a multiple of the radius."""
+"""Distance of a side site from the axis, as a multiple of the radius."""
 WRAP_GROUP = "3"
 
 Bodies = dict[str, ElementTree.Element]
 
 
 def add_wrap_geoms(robot: Robot, bodies: Bodies) -> None:
-    """Add the wrap surfaces to their bodies, as geoms that nothing collides with."""
+    """Add the wrap surfaces to their bodies, as geoms without collisions."""
     for surface in _written_surfaces(robot):
         size = [surface.radius]
         if surface.shape == "cylinder":
@@ -46,7 +46,7 @@ def add_wrap_geoms(robot: Robot, bodies: Bodies) -> None:
 
 
 def add_tendons(robot: Robot, root: ElementTree.Element, bodies: Bodies, sites: Names) -> None:
-    """Add a spatial tendon for every muscle, and the sites that it passes through."""
+    """Add a tendon for every muscle, and the sites on its path."""
     tendons = element(root, "tendon")
     for muscle in robot.muscles:
         words = spring_words(muscle) if muscle.model.kind == SPRING else {}
@@ -77,13 +77,13 @@ def _written_surfaces(robot: Robot) -> list[WrapSurface]:
 
 
 def _written_wraps(robot: Robot, muscle: Muscle) -> dict[int, Wrap]:
-    """Those of `first_wraps` over a surface that is written."""
+    """Return the wraps in `first_wraps` whose surface is written."""
     names = {surface.name for surface in _written_surfaces(robot)}
     return {k: wrap for k, wrap in first_wraps(muscle).items() if wrap.surface in names}
 
 
 def first_wraps(muscle: Muscle) -> dict[int, Wrap]:
-    """Return the wrap of each segment that has one, by the index of the via point before it."""
+    """Return the first wrap of each segment, by the index of the via point before it."""
     return {wrap.segment: wrap for wrap in reversed(muscle.wraps)}
 
 

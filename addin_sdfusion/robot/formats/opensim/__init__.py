@@ -1,1 +1,1 @@
-"""OpenSim's .osim files."""
+"""The .osim format of OpenSim."""

@@ -1,4 +1,4 @@
-"""What OpenSim's models hold."""
+"""Features that OpenSim models hold."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ...finding import Finding, Subject
 from ...model.joint import Coordinate
 from ...model.robot import Robot
 from .. import features
-from ..capability import Capabilities, Found, changed, kept, left_out, refused
+from ..capability import Capabilities, Found, changed, kept, omitted, rejected
 from ..features import (
     of_coordinates,
     of_joints,
@@ -22,19 +22,19 @@ from ..writing import wrap_ends
 from ..writing.plain_paths import with_markers
 from .writing.bodies import MIN_MASS, standing_links
 from .writing.functions import is_written
-from .writing.joints import is_chain, is_one_joint, turns_thrice
+from .writing.joints import has_three_rotations, is_chain, is_one_joint
 from .writing.loops import CONSTRAINTS
-from .writing.muscles import CLASSES, changed_parameters, has_other_bounds, passed_over_damping
+from .writing.muscles import CLASSES, changed_parameters, has_other_bounds, ignored_damping
 from .writing.names import renamed
 from .writing.points import changed_ranges, is_fixed_there, ranges_without_limits
 from .writing.wraps import ENDLESS, approximated, shares_segments
 
 HELD = ("conditions", "moves")
-"""What OpenSim's paths can depend on."""
+"""Path features that OpenSim supports."""
 
 
 def osim_losses(robot: Robot) -> list[Finding]:
-    """What OpenSim cannot hold of a valid robot; errors if it is not written."""
+    """Return findings on everything that OpenSim cannot hold; errors prevent writing."""
     return OPENSIM.losses(with_markers(robot))
 
 
@@ -46,7 +46,7 @@ def _light_links(robot: Robot) -> Iterator[Found]:
 
 
 def _other_names(robot: Robot) -> list[str]:
-    """Return the names of joints that become others'."""
+    """Return the names of joints that are not kept, because the joint becomes a chain."""
     return [
         joint.name
         for joint in robot.joints
@@ -87,7 +87,7 @@ OPENSIM = Capabilities(
         changed(
             "names with spaces, / \\ * +",
             "renamed",
-            "OpenSim does not allow the name; written as {given!r}",
+            "OpenSim does not allow this name; written as {given!r}",
             renamed,
         ),
         changed(
@@ -97,105 +97,108 @@ OPENSIM = Capabilities(
             of_joints(
                 lambda joint: not is_one_joint(joint) and is_chain(joint) and features.order(joint)
             ),
-            only="in other orders than three translations, then three rotations",
+            only="in orders other than three translations, then three rotations",
         ),
-        refused(
+        rejected(
             features.DRIVEN_JOINTS,
             "driven-joint",
-            "OpenSim has joints of three translations, then three rotations at most, each by one "
-            "function, or linear ones; in a chain of single ones each coordinate has one motion",
+            "a joint in OpenSim has up to three translations, then up to three rotations, each "
+            "with one function or a linear sum; in a chain of single joints each coordinate has "
+            "one motion",
             of_joints(lambda joint: not is_chain(joint) and not is_one_joint(joint)),
             only="in chains",
         ),
         changed(
             features.DRIVEN_JOINTS,
             "coriolis-in-opensim",
-            "three of its rotations follow one coordinate: a term of their acceleration is missing "
-            "in OpenSim 4.6, and so in its Coriolis forces",
-            of_joints(turns_thrice),
+            "three of its rotations follow one coordinate: OpenSim 4.6 omits a term of their "
+            "acceleration, and so of the Coriolis forces",
+            of_joints(has_three_rotations),
             only="three rotations by one coordinate",
         ),
-        refused(
+        rejected(
             features.DRIVEN_JOINTS,
             "driven-joint",
-            "OpenSim couples a coordinate to one by a function, or to several linearly",
+            "OpenSim couples a coordinate by one function of one coordinate, or linearly to "
+            "several",
             of_coordinates(_follows_curves),
-            only="several curves",
+            only="several functions that are not linear",
         ),
-        refused(
+        rejected(
             features.DRIVEN_JOINTS,
             "driven-joint",
-            "it follows one coordinate by several functions; OpenSim has one",
+            "it depends on one coordinate by several functions; OpenSim supports only one",
             of_coordinates(_follows_one_twice),
             only="several functions of one coordinate",
         ),
         changed(
             features.LIMITS,
             "limits-not-clamped",
-            "it starts outside of its limits, which clamp nothing in OpenSim then",
+            "its initial value is outside its limits, which OpenSim then does not enforce",
             of_coordinates(_starts_outside),
-            only="with the start outside",
+            only="with an initial value outside",
         ),
         changed(
             features.LIMITS,
             "written-locked",
             "its equal limits are written as a lock, which removes it from the robot's q",
             of_coordinates(_has_equal_limits),
-            only="equal ones",
+            only="equal limits",
         ),
-        features.loops_but(CONSTRAINTS),
-        left_out(features.ARMATURES),
+        features.loops_except(CONSTRAINTS),
+        omitted(features.ARMATURES),
         changed(
             "links without mass",
             "mass-increased",
-            f"OpenSim needs masses; it gets {MIN_MASS!r} kg",
+            f"OpenSim requires positive masses; {MIN_MASS!r} kg is used",
             _light_links,
         ),
         changed(
             features.LIMITS,
             "limits-are-ranges",
-            "limits are ranges in OpenSim and stop nothing in a simulation",
+            "limits are only ranges in OpenSim and are not enforced in simulations",
             of_robot(features.has_limits),
         ),
-        left_out(features.FRICTION),
-        left_out(features.BOUNDS_WITHOUT_MOTOR),
-        left_out(features.BRANCHES),
-        *features.TERMS_LEFT_OUT,
-        left_out(features.MUJOCO_WRAPS),
+        omitted(features.FRICTION),
+        omitted(features.BOUNDS_WITHOUT_MOTOR),
+        omitted(features.BRANCHES),
+        *features.TERMS_OMITTED,
+        omitted(features.MUJOCO_WRAPS),
         changed(
             features.MOVING_POINTS,
             "point-range-changed",
-            "OpenSim moves its points within the range of {coordinate!r}, {low:g} to {high:g}, not "
-            "{own_low:g} to {own_high:g}",
+            "OpenSim moves the points within the range {low:g} to {high:g} of {coordinate!r}, "
+            "instead of {own_low:g} to {own_high:g}",
             changed_ranges,
-            only="within another range than their coordinate",
+            only="within a range that differs from the range of their coordinate",
         ),
         changed(
             features.MOVING_POINTS,
             "points-beyond-their-range",
-            "where {coordinate!r} is beyond {low:g} to {high:g} its points stop, but "
-            "OpenSim computes moment arms as if they still moved",
+            "beyond {low:g} to {high:g} of {coordinate!r} its points are fixed, but OpenSim "
+            "computes moment arms as if they still moved",
             ranges_without_limits,
             only="by coordinates without limits",
         ),
-        left_out(
+        omitted(
             features.CONDITIONS,
             "point-smoothing-left-out",
-            "OpenSim switches its points without smoothing; smoothing omitted: {places}",
+            "OpenSim activates and deactivates points without smoothing; omitted at points "
+            "{places}",
             points_of_muscles(lambda point: point.when is not None and point.when.smoothing),
             only="their smoothing",
         ),
-        left_out(
+        omitted(
             features.MOVING_POINTS,
             "point-motion-left-out",
-            "OpenSim moves a point along x, y and z of its link, by a function each, and at all "
-            "times; fixed there: {places}",
+            "OpenSim moves a point along x, y and z of its link, with one function each and "
+            "without a condition; fixed there: {places}",
             points_of_muscles(is_fixed_there),
-            only="along other axes, or in use at times",
+            only="along other axes, or active only at times",
         ),
         changed(
             "cylinders without ends",
-            "cylinder-has-ends",
+            f"cylinders in OpenSim are finite; {{surface!r}} is written {ENDLESS!r} m long",
             f"cylinder {{surface!r}} ends in OpenSim: it is {ENDLESS!r} m long",
             _long_cylinders,
         ),
@@ -214,58 +217,58 @@ OPENSIM = Capabilities(
             of_muscles(shares_segments),
             only="several in one segment",
         ),
-        left_out(
+        omitted(
             features.WRAPS,
             "wrap-left-out",
-            "OpenSim has no path inside {surface!r}; this wrap is left out",
+            "OpenSim does not support wrapping inside {surface!r}; this wrap is omitted",
             of_wraps(lambda wrap: wrap.inside),
-            only="inside of their surface",
+            only="inside their surface",
         ),
-        left_out(
+        omitted(
             features.WRAPS,
             "turns-left-out",
-            "OpenSim has no whole turns; {turns} about {surface!r} left out",
+            "OpenSim does not support full turns; {turns} around {surface!r} omitted",
             of_wraps(lambda wrap: wrap.turns and not wrap.inside),
-            only="their whole turns",
+            only="full turns",
         ),
         changed(
             features.WRAPS,
             "side-by-place",
-            "a half of {surface!r} marks the side on which it passes; it is chosen for the initial "
-            "coordinates",
+            "in OpenSim a half-space of {surface!r} selects the side on which it passes; the "
+            "half-space is chosen for the initial coordinates",
             of_wraps(lambda wrap: wrap.side and not (wrap.inside or wrap.turns)),
             only="with a chosen side",
         ),
         *wrap_ends.rows("OpenSim"),
-        left_out(features.MESH_NAMES),
-        left_out(
+        omitted(features.MESH_NAMES),
+        omitted(
             features.COLLISIONS,
             "collisions-left-out",
-            "OpenSim gets the meshes to be seen only; what collides is left out",
+            "OpenSim gets visual meshes only; collision meshes and shapes are omitted",
         ),
-        features.laws_but(CLASSES),
+        features.laws_except(CLASSES),
         *features.NOT_IN_OTHER_SIMULATORS,
-        left_out(
-            "bounds of the force of OpenSim's own muscles",
+        omitted(
+            "force limits of OpenSim muscles",
             "force-limits-left-out",
-            "a {class} has no bounds of its force; f_min and f_max are left out",
+            "a {class} has no force limits; f_min and f_max are omitted",
             of_muscles(has_other_bounds),
         ),
         changed(
             features.MUSCLE_LAWS,
             "tension-law-changed",
-            "a {class} is written with {values}: it takes no other",
+            "a {class} is written with {values}, because OpenSim supports no other value",
             of_muscles(changed_parameters),
             only="parameters that OpenSim sets itself",
         ),
         changed(
             features.MUSCLE_LAWS,
             "fibre-damping-passed-over",
-            "OpenSim moves the fibre of a {class} with an elastic tendon as if its fibre_damping "
-            "{damping:g} were 0; at rest the tension is the same",
-            of_muscles(passed_over_damping),
+            "OpenSim moves the fibre of a {class} with an elastic tendon as if its fibre "
+            "damping {damping:g} were 0; at rest the tension is the same",
+            of_muscles(ignored_damping),
             only="hill_degroote2016 with damping and an elastic tendon",
         ),
-        left_out(features.JOINT_NAMES, find=of_robot(_other_names), only="in chains"),
+        omitted(features.JOINT_NAMES, find=of_robot(_other_names), only="in chains"),
     ),
 )

@@ -1,9 +1,9 @@
 """Reader of OpenSim 4 models.
 
-Bodies are links with their own frames, joints of every class are motions one after another,
-couplers are couplings of coordinates, points and frames that are held together are loop joints,
-muscles are those of our laws that are theirs. The ground is the world, with y up. What acts
-otherwise than in OpenSim, or is left out, is a finding.
+Bodies become links with their frames, and joints become sequences of motions. Couplers become
+couplings of coordinates. Points and frames that are held together become loop joints. Muscles of
+supported classes keep their muscle law. The ground becomes the world, with y up. Differences to
+OpenSim are reported as findings.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from ...model.joint import Joint
 from ...model.muscle import CableSet, Muscle
 from ...model.robot import MARKERS, WORLD, Robot, TaskFrame, TaskSet
 from ...model.transform import IDENTITY
-from ..cardsflow.beside import DEFAULT_SET
-from ..reading.distinct import distinct
+from ..cardsflow.extras import DEFAULT_SET
 from ..reading.meshes import note_missing_meshes
 from ..reading.tree import parents_first
+from ..reading.unique_names import with_unique_names
 from ..reading.xml import Node, Notes
 from .reading.bodies import note_shapes, read_body
 from .reading.coordinates import EVERYWHERE, coordinate_ranges, with_couplings
@@ -31,12 +31,12 @@ from .reading.frames import Frames
 from .reading.joints import about, free_joint, read_joint
 from .reading.loops import read_loops
 from .reading.muscles import is_muscle, read_muscle
-from .reading.paths import Surroundings
+from .reading.paths import PathContext
 from .reading.tori import Torus, with_cylinders
 from .reading.wraps import read_wrap_objects
 
 GRAVITY = (0.0, -9.80665, 0.0)
-"""What a file without gravity has."""
+"""Default gravity of files without gravity."""
 
 
 def read_osim(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
@@ -44,24 +44,26 @@ def read_osim(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
 
     Args:
         file: The file.
-        cable_set: The cable set to make active: there is one, `cardsflow`.
-        notes: Where findings, places and files go.
+        cable_set: Cable set to activate; the only one is `cardsflow`.
+        notes: Collects findings, locations and files.
 
     Raises:
-        InputError: It is not readable XML, not OpenSim's, or of an older format.
-        UnknownNameError: There is no such cable set.
+        InputError: The file is not readable XML, not from OpenSim, or of an older format.
+        UnknownNameError: The cable set does not exist.
     """
     if cable_set not in (None, DEFAULT_SET):
         raise UnknownNameError("cable set", str(cable_set), [DEFAULT_SET], file=file)
     model = read_document(file, notes)
     bodies, joint_nodes = objects(model, "BodySet"), objects(model, "JointSet")
-    distinct(bodies, partial(Subject, "link"))
-    distinct(joint_nodes, partial(Subject, "joint"))
-    distinct([c for j in joint_nodes for c in _coordinates(j)], partial(Subject, "coordinate"))
+    with_unique_names(bodies, partial(Subject, "link"))
+    with_unique_names(joint_nodes, partial(Subject, "joint"))
+    with_unique_names(
+        [c for j in joint_nodes for c in _coordinates(j)], partial(Subject, "coordinate")
+    )
     frames = Frames(model)
     links = [read_body(b.about(Subject("link", b.attribute("name"))), frames) for b in bodies]
     joints = [read_joint(about(node), frames) for node in joint_nodes]
-    joints += _freed(bodies, joints)
+    joints += _free_joints(bodies, joints)
     constraints = objects(model, "ConstraintSet")
     joints = with_couplings(joints, constraints)
     forces = objects(model, "ForceSet")
@@ -70,9 +72,9 @@ def read_osim(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     wraps = read_wrap_objects(model, frames)
     ranges = coordinate_ranges([c for node in joint_nodes for c in _coordinates(node)])
     ranges = {c.name: ranges.get(c.name, EVERYWHERE) for j in joints for c in j.coordinates}
-    around = Surroundings(frames, wraps, ranges)
-    distinct(muscles, partial(Subject, "muscle"))
-    read = [muscle for node in muscles if (muscle := read_muscle(node, around)) is not None]
+    context = PathContext(frames, wraps, ranges)
+    with_unique_names(muscles, partial(Subject, "muscle"))
+    read = [muscle for node in muscles if (muscle := read_muscle(node, context)) is not None]
     loops = tuple(read_loops(constraints, frames, joints))
     note_shapes(model)
     note_missing_meshes(model, links)
@@ -98,7 +100,7 @@ def _coordinates(joint: Node) -> list[Node]:
     return [c for group in joint.all("coordinates") for c in group.all("Coordinate")]
 
 
-def _freed(bodies: list[Node], joints: list[Joint]) -> list[Joint]:
+def _free_joints(bodies: list[Node], joints: list[Joint]) -> list[Joint]:
     carried = {joint.child for joint in joints}
     taken = [joint.name for joint in joints]
     named = [body.about(Subject("link", body.attribute("name", ""))) for body in bodies]
@@ -106,14 +108,14 @@ def _freed(bodies: list[Node], joints: list[Joint]) -> list[Joint]:
 
 
 def _markers(model: Node, frames: Frames) -> list[TaskSet]:
-    nodes = distinct(objects(model, "MarkerSet"), partial(Subject, "task_frame"))
+    nodes = with_unique_names(objects(model, "MarkerSet"), partial(Subject, "task_frame"))
     found = []
     for node in nodes:
         link, T_link_frame = frames.place(node, "socket_parent_frame", "/markerset/marker")
         where = node.vector("location")
         position = where if T_link_frame == IDENTITY else T_link_frame.apply(where)
         if link == WORLD:
-            continue  # points of the world are none of the robot's
+            continue  # markers on the world do not belong to the robot
         found.append(TaskFrame(node.attribute("name"), link, position))
     return [TaskSet(MARKERS, tuple(found))] if found else []
 
@@ -122,19 +124,19 @@ def _note_approximations(model: Node, muscles: Sequence[Muscle]) -> None:
     wrapped = sum(bool(muscle.wraps) for muscle in muscles)
     if wrapped:
         problem = (
-            f"{wrapped} muscles wrap: they take the shortest path here; OpenSim's own is longer, "
-            "mostly by less than 0.1 mm, by some mm far round a cylinder and by some cm over flat "
-            "ellipsoids, and its moment arms are not always the derivative of its lengths"
+            f"{wrapped} muscles wrap along shortest paths; OpenSim's paths are longer, mostly by "
+            "less than 0.1 mm, but by some mm far around cylinders and by some cm over flat "
+            "ellipsoids; its moment arms are not always the derivatives of its lengths"
         )
         model.warning("wraps-exact", problem)
     several = [repr(muscle.name) for muscle in muscles if len(muscle.wraps) > 1]
     if several:
         problem = (
-            f"{len(several)} muscles have several wraps: where a path is over two of them at once, "
-            "OpenSim's length is up to 1 cm less than that of its own path, whose points are as "
-            f"here; forces differ then: {', '.join(several[:10])}"
+            f"{len(several)} muscles have several wraps: if a path touches two of them at once, "
+            "OpenSim's length is up to 1 cm less than the length of the path through its points; "
+            f"forces differ then: {', '.join(several[:10])}"
         )
         model.warning("wraps-in-a-row", problem)
     if any(muscle.model.kind.startswith("hill") for muscle in muscles):
-        problem = "default activations and fibre lengths are left out; an experiment sets the start"
+        problem = "default activations and fibre lengths are omitted; an experiment sets the start"
         model.warning("start-left-out", problem)

@@ -1,13 +1,12 @@
 """Writer of OpenSim 4 models.
 
-Links are bodies with their own frames; their joints are CustomJoints, see `joints`, which keep
-every axis and pose exactly, and a link in between has 1e-12 kg. Couplings are couplers; of loop
-joints, balls hold points together, and fixed ones are welds. Muscles are
+Links become bodies with their frames. Their joints become CustomJoints, see `joints`, which keep
+all axes and poses exactly; a link in between has a mass of 1e-12 kg. Couplings become couplers.
+Ball loop joints become point constraints, and fixed loop joints become fixed_roots. Muscles become
 PathActuators through every via point and over wrap objects; their controls are tensions in [N].
-Muscles of Hill's type and ligaments are OpenSim's own.
-Joints have motors (`<coordinate>_motor`) and dampers with springs (`<coordinate>_damping`)
-where the robot has them.
-Task frames are markers.
+Muscles of Hill's type and ligaments keep their class in OpenSim. Joints get motors
+(`<coordinate>_motor`) and springs with dampers (`<coordinate>_damping`) as in the robot. Task
+frames become markers.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ from .writing.points import ranges_of_points
 from .writing.wraps import add_surfaces, wrap_names
 
 VERSION = "40000"
-"""Of the file format; OpenSim 4.0 and all that follow it read this one."""
+"""Version of the file format, which OpenSim 4.0 and later versions read."""
 
 MeshFiles = Mapping[str, str | Path]
 
@@ -44,10 +43,10 @@ def write_osim(
     """Write `<name>.osim`; returns and raises as `write_document`.
 
     Args:
-        robot: What to write.
-        folder: Where to; made if it does not exist.
-        name: How the file is called; the robot's name if None.
-        meshes: The file of each mesh by its uri; the uri itself if there is none.
+        robot: The robot.
+        folder: Output folder; created if it does not exist.
+        name: File name without suffix; the name of the robot if None.
+        meshes: Mesh file by URI; the URI itself if missing.
     """
 
     def text(valid: Robot) -> str:
@@ -75,8 +74,8 @@ def _osim(robot: Robot, meshes: MeshFiles) -> str:
     body_set = objects(model, "BodySet", "bodyset")
     standing = standing_links(robot)
     for link in robot.links:
-        least = 0.0 if link.name in standing else MIN_MASS
-        bodies[link.name] = add_body(body_set, link, meshes, least)
+        min_mass = 0.0 if link.name in standing else MIN_MASS
+        bodies[link.name] = add_body(body_set, link, meshes, min_mass)
     joint_set = objects(model, "JointSet", "jointset")
     add_joints(joint_set, body_set, robot, ranges_of_points(robot))
     _add_constraints(model, robot)

@@ -1,1 +1,1 @@
-"""What readers of several formats share. Not in Fusion: lxml."""
+"""Shared parts of the readers. They need lxml and do not run inside Fusion."""

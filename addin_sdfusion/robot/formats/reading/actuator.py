@@ -1,4 +1,4 @@
-"""Reader of a muscle's motor, gear, spindle and spring in cardsflow.xml."""
+"""Reader of the motor, gear, spindle and spring elements of a muscle in cardsflow.xml."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ ACTUATOR: dict[str, dict[str, str]] = {
     "spindle": {"radius": "spindle_radius"},
     "SEE": {"stiffness": "stiffness"},
 }
-"""The original format's words, by element, and our parameters of a `series_elastic_motor`."""
+"""Names in the original format, by element, with the parameters of `series_elastic_motor`."""
 
 
 def read_actuator(muscle: Node) -> CableModel | None:
-    """Return the motor behind a muscle, None if the file does not speak of one.
+    """Return the muscle law that motor elements define, or None if the muscle has none.
 
-    The original plug-in demands these elements, but then overwrites what they say; a finding says
-    that here they count, and which numbers they replace.
+    The original plug-in requires these elements but overwrites their values. Here the values are
+    used, and a finding lists the parameters that they replace.
     """
     parts = muscle.all(*ACTUATOR)
     if not parts:
@@ -43,8 +43,8 @@ def read_actuator(muscle: Node) -> CableModel | None:
     for part in parts:
         given |= _parameters(part)
     problem = (
-        "its motor elements make it a series_elastic_motor, whose command is a voltage; they "
-        f"replace the default {', '.join(given) or '(nothing)'}; to command forces, remove them"
+        "its motor elements define a series_elastic_motor, whose command is a voltage; they "
+        f"replace the default {', '.join(given) or '(nothing)'}; remove them to command forces"
     )
     parts[0].warning("actuator-read", problem)
     return CableModel("series_elastic_motor", tuple(given.items()))
@@ -58,6 +58,6 @@ def _parameters(part: Node) -> dict[str, float]:
             found[words[child.tag]] = child.numbers(1)[0]
         else:
             known = ", ".join(words)
-            problem = f"<{child.tag}> of its <{part.tag}> is left out (known: {known})"
+            problem = f"<{child.tag}> of <{part.tag}> is ignored (known: {known})"
             child.warning("actuator-part-left-out", problem)
     return found

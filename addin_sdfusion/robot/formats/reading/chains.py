@@ -1,4 +1,4 @@
-"""Chains of joints made one joint again, as an SDF's plugin or a cardsflow.xml says."""
+"""Merging of joint chains into joints with several motions, from an SDF plugin or cardsflow.xml."""
 
 from __future__ import annotations
 
@@ -17,13 +17,17 @@ from .xml import TRUE, Node, shortened
 
 
 @dataclass(frozen=True)
-class _Word:
-    """What the plugin says about a coordinate: its name, its mover, its place, its motor.
+class _PluginCoordinate:
+    """Coordinate as the plugin defines it.
 
     Attributes:
-        torques: Bounds of its motor; those of the joint element when None.
-        initial: Its initial value; that of the joint element when None.
-        others: What the joint element cannot say.
+        name: Name of the coordinate.
+        joint: Joint element of the motion.
+        motion: Index of the motion in the merged joint.
+        actuated: Whether the coordinate has a motor.
+        torques: Force limits of the motor; None to use the limits of the joint element.
+        initial: Initial value; None to use the value of the joint element.
+        others: Fields that a joint element cannot hold.
     """
 
     name: str
@@ -35,7 +39,7 @@ class _Word:
     others: dict[str, Any]
 
     def applied(self, coordinate: Coordinate) -> Coordinate:
-        """Return the coordinate of the joint element, as the plugin says it is."""
+        """Return the coordinate of the joint element, updated with the data of the plugin."""
         initial = coordinate.initial if self.initial is None else self.initial
         named = replace(
             coordinate, name=self.name, actuated=self.actuated, initial=initial, **self.others
@@ -46,10 +50,11 @@ class _Word:
 
 
 def join_chains(joints: Sequence[Joint], plugins: Sequence[Node]) -> tuple[list[Joint], set[str]]:
-    """Return the joints with the coordinates that the plugin gives them.
+    """Return the joints, with chains merged as the plugin defines them.
 
     Returns:
-        The joints, each in the place of its first part, and the links that are in none of them.
+        The joints, each at the position of its first part, and the names of the links that are
+        inside merged joints.
     """
     by_name = {joint.name: joint for joint in joints}
     places: dict[str, Joint] = {}
@@ -57,16 +62,16 @@ def join_chains(joints: Sequence[Joint], plugins: Sequence[Node]) -> tuple[list[
     inner: set[str] = set()
     for node in [child for plugin in plugins for child in plugin.all("joint")]:
         node = replace(node, subject=Subject("joint", node.attribute("name")))
-        parts = _parts(node, by_name, used)
+        parts = _chain_joints(node, by_name, used)
         if parts:
             used.update(part.name for part in parts)
-            places[parts[0].name] = _joined(node, parts)
+            places[parts[0].name] = _merge_joints(node, parts)
             inner.update(part.child for part in parts[:-1])
     kept = [joint for joint in joints if joint.name not in used or joint.name in places]
     return [places.get(joint.name, joint) for joint in kept], inner
 
 
-def _words(node: Node) -> list[_Word]:
+def _plugin_coordinates(node: Node) -> list[_PluginCoordinate]:
     words = []
     for child in node.all("coordinate"):
         name = child.attribute("name")
@@ -78,12 +83,12 @@ def _words(node: Node) -> list[_Word]:
         initial = child.number_attribute("initial") if child.has("initial") else None
         others = _others(child.about(Subject("coordinate", name)))
         joint = child.attribute("joint")
-        words.append(_Word(name, joint, motion, actuated, torques, initial, others))
+        words.append(_PluginCoordinate(name, joint, motion, actuated, torques, initial, others))
     return words
 
 
 def _others(node: Node) -> dict[str, Any]:
-    """Fields of a coordinate that SDF has no element for."""
+    """Return the fields of a coordinate that have no SDF element."""
     words: dict[str, Any] = {"armature": node.number_attribute("armature", 0.0)}
     if node.has("spring"):
         words["stiffness"], words["rest"] = node.numbers_attribute("spring", 2)
@@ -102,9 +107,12 @@ def _others(node: Node) -> dict[str, Any]:
     return words
 
 
-def _parts(node: Node, by_name: dict[str, Joint], used: set[str]) -> list[Joint]:
-    """Return the joints that make up one, from the parent to the child; none if they do not."""
-    words, driven = sorted(_words(node), key=lambda word: word.motion), node.all("motion")
+def _chain_joints(node: Node, by_name: dict[str, Joint], used: set[str]) -> list[Joint]:
+    """Return the joints of a chain, from parent to child, or an empty list on errors."""
+    words, driven = (
+        sorted(_plugin_coordinates(node), key=lambda word: word.motion),
+        node.all("motion"),
+    )
     movers = [child.attribute("joint") for child in driven] or [word.joint for word in words]
     names = list(dict.fromkeys(movers))
     for name in names:
@@ -114,14 +122,14 @@ def _parts(node: Node, by_name: dict[str, Joint], used: set[str]) -> list[Joint]
     parts = [by_name[name] for name in names]
     moved_by = [part.name for part in parts for _ in part.motions]
     actual = list(enumerate(moved_by))
-    said = [(word.motion, word.joint) for word in words]
+    named = [(word.motion, word.joint) for word in words]
     if (
         movers != moved_by
         or not movers
-        or not (set(said) <= set(actual) if driven else said == actual)
+        or not (set(named) <= set(actual) if driven else named == actual)
     ):
         node.error(
-            "bad-chain", f"<joint> does not name each motion of {shortened(str(names))} once"
+            "bad-chain", f"<joint> must name each motion of {shortened(str(names))} exactly once"
         )
         return []
     for first, second in pairwise(parts):
@@ -131,13 +139,13 @@ def _parts(node: Node, by_name: dict[str, Joint], used: set[str]) -> list[Joint]
             node.error("bad-chain", problem)
             return []
     if used.intersection(names):
-        node.error("bad-chain", f"{shortened(str(names))} are in another <joint> already")
+        node.error("bad-chain", f"{shortened(str(names))} already belong to another <joint>")
         return []
     return parts
 
 
-def _joined(node: Node, parts: Sequence[Joint]) -> Joint:
-    words = _words(node)
+def _merge_joints(node: Node, parts: Sequence[Joint]) -> Joint:
+    words = _plugin_coordinates(node)
     motions = [motion for part in parts for motion in part.motions]
     driven = [part.coordinates[motion.coordinate] for part in parts for motion in part.motions]
     locations = node.notes.locations
@@ -150,23 +158,25 @@ def _joined(node: Node, parts: Sequence[Joint]) -> Joint:
         node.subject.name,
         parts[0].parent,
         parts[-1].child,
-        tuple(_driven(node, motions, words)),
+        tuple(_driven_motions(node, motions, words)),
         tuple(word.applied(driven[word.motion]) for word in words),
         parts[0].T_parent_joint,
         parts[-1].T_child_joint,
     )
 
 
-def _driven(node: Node, motions: Sequence[Motion], words: Sequence[_Word]) -> Iterator[Motion]:
-    """The motions with the coordinates, and the functions of these, that drive them."""
-    said = node.all("motion")
+def _driven_motions(
+    node: Node, motions: Sequence[Motion], words: Sequence[_PluginCoordinate]
+) -> Iterator[Motion]:
+    """Yield the motions with the coordinates and functions that drive them."""
+    nodes = node.all("motion")
     indices = {word.motion: index for index, word in enumerate(words)}
     named = {word.name: index for index, word in enumerate(words)}
     for k, motion in enumerate(motions):
-        if not said:
+        if not nodes:
             yield replace(motion, coordinate=indices[k])
             continue
-        function, name = read_function(said[k]), said[k].attribute("coordinate", "")
-        if said[k].has("coordinate") and name not in named:
-            said[k].error("unknown-coordinate", unknown("coordinate", name, list(named)))
+        function, name = read_function(nodes[k]), nodes[k].attribute("coordinate", "")
+        if nodes[k].has("coordinate") and name not in named:
+            nodes[k].error("unknown-coordinate", unknown("coordinate", name, list(named)))
         yield replace(motion, coordinate=named.get(name, 0), function=function)

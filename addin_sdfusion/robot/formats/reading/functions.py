@@ -1,4 +1,4 @@
-"""Reader of functions of coordinates in the plugin."""
+"""Reader of functions of coordinates in the SDF plugin."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from .xml import Node, shortened
 
 
 def read_function(node: Node) -> Function:
-    """Return the function that an element holds; the coordinate itself where it says none."""
+    """Return the function that an element defines; the identity if it has no kind."""
     kind = node.attribute("kind", "")
     if not kind:
         return ITSELF

@@ -1,4 +1,4 @@
-"""Constraints between two links as loop joints: points held together, links welded."""
+"""Construction of loop joints from constraints between two links."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from ...model.robot import WORLD
 from .xml import Node
 
 End = tuple[str, Pose]
-"""A link, and a frame in it."""
+"""Name of a link, and a frame in it."""
 
 
-def hold_together(
+def loop_joint(
     node: Node, name: str, type_: Literal["ball", "fixed"], ends: tuple[End, End],
     bodies: Mapping[str, str],
 ) -> LoopJoint | None:  # fmt: skip
-    """Return the loop joint of a constraint; None, with a finding, where its links are one body.
+    """Return the loop joint of a constraint, or None if both links belong to one rigid body.
 
     Args:
-        node: Its element.
-        name: What the joint is called.
-        type_: Whether it holds two points together, or two frames.
-        ends: The frames that coincide.
-        bodies: Of each link, the one that it is fixed to; see `rigid_bodies`.
+        node: Element of the constraint.
+        name: Name of the joint.
+        type_: `ball` for coincident points, `fixed` for coincident frames.
+        ends: The coincident frames.
+        bodies: Rigid body of each link; see `rigid_bodies`.
     """
     (parent, T_parent_joint), (child, T_child_joint) = ends
     if child == WORLD:

@@ -1,4 +1,4 @@
-"""Meshes that a robot's files name: which of them are there."""
+"""Check that the mesh files of a robot exist."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .xml import Node, shortened
 
 
 def note_missing_meshes(model: Node, links: Iterable[Link]) -> None:
-    """Warn once if mesh files are not where their URIs say, and once if they are elsewhere."""
+    """Report missing mesh files and mesh files outside the robot folder, one warning each."""
     uris = list(dict.fromkeys(mesh.uri for link in links for mesh in link.meshes))
     folder = model.file.parent
     files = {uri: mesh_file(uri, folder, [folder]) for uri in uris}

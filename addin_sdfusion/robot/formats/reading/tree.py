@@ -1,4 +1,4 @@
-"""Trees of joints: their order, and the joints that fix links without one to the world."""
+"""Order of the joints in a kinematic tree, and fixed joints for links without a joint."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from .xml import Node
 
 
 def parents_first(joints: Sequence[Joint]) -> list[Joint]:
-    """Return the joints in an order with parents first that moves as few as possible.
+    """Return the joints with parents before children, otherwise in the given order.
 
-    Those that come after a loop are last, where the check finds them.
+    Joints that depend on a cycle come last; the robot check reports them.
     """
     ordered: list[Joint] = []
     waiting: dict[str, list[Joint]] = {}
@@ -33,16 +33,16 @@ def parents_first(joints: Sequence[Joint]) -> list[Joint]:
     return ordered + [joint for group in waiting.values() for joint in group]
 
 
-def welds(
+def fixed_roots(
     links: Iterable[Node], joints: Iterable[Joint], pose: Callable[[str], Pose], model: Node
 ) -> list[Joint]:
-    """Fixed joints to the world for the links that no joint carries.
+    """Return fixed joints to the world for all links that are not the child of a joint.
 
     Args:
-        links: The elements of the links, with their names.
-        joints: The joints of the file.
-        pose: Where a link is in the world, by its name.
-        model: The element of the robot.
+        links: Elements of the links, with their names.
+        joints: Joints of the file.
+        pose: Function that returns the pose of a link in the world frame.
+        model: Element of the robot.
     """
     carried = {joint.child for joint in joints}
     taken = {joint.name for joint in joints}
@@ -57,10 +57,10 @@ def welds(
             joint += "_"
         taken.add(joint)
         node = node.about(Subject("joint", joint)).about(Subject("link", name))
-        node.warning("welded-root", f"no joint carries it; it is fixed to {WORLD!r} where it is")
+        node.warning("welded-root", f"has no parent joint; it is fixed to {WORLD!r} at its pose")
         made.append(Joint(joint, WORLD, name, T_parent_joint=pose(name)))
     if len(made) > 1:
         names = ", ".join(repr(joint.child) for joint in made[:10])
-        problem = f"falls apart into {len(made)} trees, with roots {names}; add the joints between"
+        problem = f"has {len(made)} separate trees, with roots {names}; connect them with joints"
         model.warning("several-roots", problem)
     return made

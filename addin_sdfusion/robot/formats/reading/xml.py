@@ -1,4 +1,4 @@
-"""Safe XML parsing of untrusted files, with errors by file and line."""
+"""Safe XML parsing of untrusted files, with errors that contain file and line."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ INTEGER = re.compile(r"\d{1,9}", re.ASCII)
 TRUE = ("true", "1")
 
 ABSOLUTE = "absolute-path"
-"""Code of findings of what experiments reject: their robots are in FMUs and results."""
+"""Code of findings on absolute paths, which experiments reject."""
 
 
 @dataclass
 class Notes:
-    """What a reader remembers next to the robot.
+    """Findings and locations that a reader collects.
 
     Attributes:
-        findings: What is wrong with the files.
+        findings: Findings on the files.
         locations: File and line of each object.
-        files: The files that were read.
-        elements: How many elements they have together.
-        roots: Root elements of the files whose unread elements are to be reported.
+        files: Files that were read.
+        elements: Total number of XML elements in these files.
+        roots: Root elements of the files whose unread elements are reported.
         used: Elements whose content was read.
     """
 
@@ -54,16 +54,16 @@ class Notes:
 
 @dataclass(frozen=True)
 class Node:
-    """An element with its file, the object it describes, and what is wrong with it.
+    """XML element with its file, the object it describes, and the findings.
 
-    Where a value is missing or unreadable the error is noted and a harmless default is returned,
-    so that a reader continues to find everything else.
+    If a value is missing or invalid, the error is recorded and a neutral default is returned, so
+    that a reader finds all errors at once.
 
     Attributes:
         element: The element.
-        file: Its file.
-        subject: The object that findings name.
-        notes: Where findings go.
+        file: File of the element.
+        subject: Object named in findings.
+        notes: Collected findings and locations.
     """
 
     element: etree._Element
@@ -73,22 +73,22 @@ class Node:
 
     @property
     def tag(self) -> str:
-        """The element's tag."""
+        """Tag of the element."""
         return str(self.element.tag)
 
     @property
     def text(self) -> str:
-        """The element's own text, in one line, without the space around it."""
+        """Text of the element, on one line, without leading and trailing spaces."""
         self.notes.used.add(self.element)
         return _plain(self.element.text or "")
 
     @property
     def line(self) -> int | None:
-        """Its line, counted from 1."""
+        """Line number, counted from 1."""
         return _line(self.element)
 
     def about(self, subject: Subject) -> Node:
-        """Return the same element as the description of an object, whose place is noted."""
+        """Return the element as the description of an object, and record the object's location."""
         self.notes.used.add(self.element)
         self.notes.locations[subject] = (self.file, self.line)
         return replace(self, subject=subject)
@@ -98,40 +98,40 @@ class Node:
         self.notes.used.update(self.element.iter())
 
     def error(self, code: str, problem: str) -> None:
-        """Note an error here."""
+        """Record an error about this element."""
         self._note("error", code, problem)
 
     def warning(self, code: str, problem: str) -> None:
-        """Note a warning here."""
+        """Record a warning about this element."""
         self._note("warning", code, problem)
 
     def all(self, *tags: str) -> list[Node]:
-        """Return the child elements with these tags, in order; every child if none is given."""
+        """Return the child elements with these tags, in order; all children if no tag is given."""
         self.notes.used.add(self.element)
         found = self.element.iterchildren(*tags) if tags else self.element.iterchildren()
         return [replace(self, element=child) for child in found]
 
     def optional(self, tag: str) -> Node | None:
-        """Return the child of that tag, None if there is none."""
+        """Return the child with this tag, or None if it does not exist."""
         found = self.all(tag)
         if len(found) > 1:
-            found[1].error("repeated-element", f"a second <{tag}>; remove it")
+            found[1].error("repeated-element", f"<{tag}> appears twice; remove one of them")
         return found[0] if found else None
 
     def required(self, tag: str) -> Node | None:
-        """Return the child of that tag; if there is none, an error is noted."""
+        """Return the child with this tag; record an error if it does not exist."""
         found = self.optional(tag)
         if found is None:
             self.error("missing-element", f"<{self.tag}> has no <{tag}>")
         return found
 
     def has(self, name: str) -> bool:
-        """Return whether the element has that attribute."""
+        """Return whether the element has this attribute."""
         self.notes.used.add(self.element)
         return name in self.element.attrib
 
     def attribute(self, name: str, default: str | None = None) -> str:
-        """Return the value of an attribute, which must be there unless there is a default."""
+        """Return the value of an attribute, which is required unless a default is given."""
         self.notes.used.add(self.element)
         value = self.element.get(name, default)
         if value is None:
@@ -142,7 +142,7 @@ class Node:
     def number_attribute(
         self, name: str, default: float | None = None, *, infinite: bool = False
     ) -> float:
-        """Return a number in an attribute."""
+        """Return the number in an attribute, which is required unless a default is given."""
         if default is not None and not self.has(name):
             return default
         text = self.attribute(name)
@@ -151,42 +151,42 @@ class Node:
     def numbers_attribute(
         self, name: str, size: int, *, infinite: bool = False
     ) -> tuple[float, ...]:
-        """So many numbers in an attribute, which must be there."""
+        """Return `size` numbers from a required attribute."""
         text = self.attribute(name)
         return self._numbers(text, name, size, infinite) if self.has(name) else (0.0,) * size
 
     def number(self, tag: str, default: float | None = None, *, infinite: bool = False) -> float:
-        """Return a number in a child element, which must be there unless there is a default."""
+        """Return the number in a child element, which is required unless a default is given."""
         child = self.required(tag) if default is None else self.optional(tag)
         if child is None:
             return 0.0 if default is None else default
         return child._number(child.text, f"<{tag}>", infinite)
 
     def vector(self, tag: str) -> Vector3:
-        """Return the three numbers in a child element, which must be there."""
+        """Return the three numbers in a required child element."""
         child = self.required(tag)
         return ZERO if child is None else child.vector3()
 
     def vector_attribute(self, name: str) -> Vector3:
-        """Return the three numbers in an attribute, which must be there."""
+        """Return the three numbers in a required attribute."""
         text = self.attribute(name)
         return self._vector(text, name) if self.has(name) else ZERO
 
     def vector3(self) -> Vector3:
-        """Return the three numbers in the element's text."""
+        """Return the three numbers in the text of the element."""
         return self._vector(self.text, f"<{self.tag}>")
 
     def numbers(self, size: int, *, infinite: bool = False) -> tuple[float, ...]:
-        """So many numbers in the element's text."""
+        """Return `size` numbers from the text of the element."""
         return self._numbers(self.text, f"<{self.tag}>", size, infinite)
 
     def integer(self, tag: str) -> int | None:
-        """Return a counting number in a child element, or None."""
+        """Return the non-negative integer in a required child element, or None on errors."""
         child = self.required(tag)
         if child is None:
             return None
         if not INTEGER.fullmatch(child.text):
-            child.error("bad-number", f"<{tag}> {shortened(child.text)} is not a whole number")
+            child.error("bad-number", f"<{tag}> {shortened(child.text)} is not an integer")
             return None
         return int(child.text)
 
@@ -199,7 +199,7 @@ class Node:
     ) -> tuple[float, ...]:
         words = text.split()
         if len(words) != size:
-            problem = f"{what} {shortened(text)} has {len(words)} numbers, not {size}"
+            problem = f"{what} {shortened(text)} must contain {size} numbers, not {len(words)}"
             self.error("bad-vector", problem)
             return (0.0,) * size
         return tuple(self._number(word, what, infinite) for word in words)
@@ -222,7 +222,7 @@ class Node:
 
 
 def shortened(text: str) -> str:
-    """Text from a file, quoted and cut to a length that fits into a message."""
+    """Return text from a file, quoted and shortened to at most 40 characters."""
     return repr(text if len(text) <= 40 else text[:37] + "...")
 
 
@@ -239,16 +239,16 @@ def parse(
 ) -> Node:
     """Return the root element of a file.
 
-    Nothing outside the file is read, and no entity is expanded.
+    No other file is read, and no entity is expanded.
 
     Args:
         file: The file.
-        subject: What findings about it name.
-        notes: Where findings, places and files go.
-        mend: What makes XML of files that are known not to be; it keeps the lines.
+        subject: Object named in findings about the file.
+        notes: Collects findings, locations and files.
+        mend: Function that repairs known syntax errors; it must preserve line numbers.
 
     Raises:
-        InputError: It cannot be read, is not XML, or uses entities.
+        InputError: The file cannot be read, is not XML, or uses entities.
     """
     notes.files.append(file)
     parser = etree.XMLParser(
@@ -274,18 +274,18 @@ def parse(
         line = getattr(error, "lineno", None)
         reason = str(getattr(error, "msg", None) or error).splitlines()[0]
         raise InputError(f"is not well-formed XML: {reason}", file=file, line=line) from error
-    _refuse_entities(root, parser, file)
+    _reject_entities(root, parser, file)
     notes.elements += sum(1 for _ in islice(root.iter(), XML_ELEMENTS + 1))
     if notes.elements > XML_ELEMENTS:
-        others = "" if len(notes.files) == 1 else " with the other files of the robot"
-        raise InputError(f"holds more than {XML_ELEMENTS} elements{others}", file=file)
+        total = "" if len(notes.files) == 1 else " in total, with the other files of the robot"
+        raise InputError(f"has more than {XML_ELEMENTS} elements{total}", file=file)
     node = Node(root, file, subject, notes)
     notes.roots.append(node)
     return node
 
 
 def _bytes(file: Path) -> bytes:
-    """Return the content of a file that exists, is a file and is not too large."""
+    """Return the content of a file that is not empty and not too large."""
     data = read_file(file, XML)
     if not data.strip():
         raise InputError("is empty", file=file)
@@ -293,16 +293,16 @@ def _bytes(file: Path) -> bytes:
 
 
 def _declared_entity(data: bytes) -> int | None:
-    """Return the line of an entity's declaration; a parser must not even see one.
+    """Return the line of the first entity declaration, which is found before parsing.
 
-    Without its zero bytes a document in UTF-16 or UTF-32 shows its markup as plain text.
+    Zero bytes are removed first, so that the markup of UTF-16 and UTF-32 documents is found.
     """
     plain = data.replace(b"\0", b"")
     start = plain.find(b"<!ENTITY")
     return None if start < 0 else plain.count(b"\n", 0, start) + 1
 
 
-def _refuse_entities(root: etree._Element, parser: etree.XMLParser, file: Path) -> None:
+def _reject_entities(root: etree._Element, parser: etree.XMLParser, file: Path) -> None:
     for reference in root.iter(etree.Entity):
         raise InputError(ENTITIES, file=file, line=_line(reference))
     for entry in parser.error_log:

@@ -1,1 +1,1 @@
-"""SDF of Gazebo, with our plugin."""
+"""The SDF format of Gazebo, with the CARDSFlow plugin."""

@@ -1,4 +1,4 @@
-"""What SDF with its plugin and cardsflow.xml holds: rejected is what libsdformat would reject."""
+"""Features that SDF holds with its plugin; robots that libsdformat rejects are rejected."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ...finding import Finding, Subject
 from ...model.joint import Joint
 from ...model.robot import WORLD, Link, Robot
 from .. import features
-from ..capability import Capabilities, Found, changed, changed_together, kept, refused
+from ..capability import Capabilities, Found, changed, changed_together, kept, rejected
 from ..cardsflow.capabilities import WRAPS_IN_CARDSFLOW_XML
 from ..features import Words, of_coordinates, of_joints, of_links, of_robot
 from .names import NO_LIMIT, joint_frame_name, needs_frame
@@ -19,24 +19,24 @@ from .write_joints import KINDS, is_chained, sdf_joints
 
 
 def sdf_losses(robot: Robot) -> list[Finding]:
-    """Everything that SDF with its plugin and cardsflow.xml cannot hold.
+    """Return findings on everything that SDF, its plugin and cardsflow.xml cannot hold.
 
     Returns:
-        Errors, for which it is not written, then warnings for what is left out.
+        Errors, which prevent writing, then warnings for omitted or changed features.
     """
     return SDF.losses(robot)
 
 
-def _named(robot: Robot) -> Iterator[Subject]:
-    """What has a name in the model."""
+def _named_parts(robot: Robot) -> Iterator[Subject]:
+    """Yield everything that has a name in the model."""
     yield from (Subject("link", link.name) for link in robot.links)
     yield from (Subject("joint", joint.name) for joint in robot.joints)
     yield from (Subject("joint", loop.name) for loop in robot.loops)
 
 
 def _clashes(robot: Robot) -> Iterator[Found]:
-    """SDF has one space of names for links, joints and frames."""
-    counts = Counter(subject.name for subject in _named(robot))
+    """Report equal names of links, joints and frames, which share one namespace in SDF."""
+    counts = Counter(subject.name for subject in _named_parts(robot))
     counts.update(joint_frame_name(loop.name, loop.child) for loop in robot.loops)
     for parts in sdf_joints(robot).values():
         counts.update(
@@ -44,20 +44,20 @@ def _clashes(robot: Robot) -> Iterator[Found]:
             for part in parts
             if needs_frame(part.T_child_joint)
         )
-    for subject in _named(robot):
+    for subject in _named_parts(robot):
         if counts[subject.name] > 1:
             yield Found(subject, {"name": subject.name})
 
 
 def _reserved(robot: Robot) -> Iterator[Found]:
-    for subject in (*_named(robot), Subject("robot", robot.name)):
+    for subject in (*_named_parts(robot), Subject("robot", robot.name)):
         name = subject.name
         if "::" in name or (name.startswith("__") and name.endswith("__")) or name == WORLD:
             yield Found(subject, {"name": name})
 
 
-def _spaced(robot: Robot) -> Iterator[Found]:
-    return (Found(subject) for subject in _named(robot) if "  " in subject.name)
+def _with_double_spaces(robot: Robot) -> Iterator[Found]:
+    return (Found(subject) for subject in _named_parts(robot) if "  " in subject.name)
 
 
 def _has_bad_text(link: Link) -> bool:
@@ -87,49 +87,49 @@ SDF = Capabilities(
         kept(features.LINK_ENDS, features.INITIAL_VALUES, features.LIMITS, features.DAMPING),
         kept(features.SPRINGS, features.FRICTION, features.MOTORS, features.MOTOR_BOUNDS),
         kept(features.BOUNDS_WITHOUT_MOTOR, *features.OF_MUSCLES_AND_TASKS),
-        refused(
-            "links, joints and frames of one name",
+        rejected(
+            "links, joints and frames with the same name",
             "sdf-name-clash",
-            "SDF needs different names for links, joints and frames; rename it, {name!r} is taken",
+            "SDF requires unique names of links, joints and frames; rename {name!r}",
             _clashes,
         ),
-        refused(
+        rejected(
             "reserved names",
             "sdf-reserved-name",
             "SDF reserves the name {name!r}; rename it",
             _reserved,
         ),
         changed(
-            "names with spaces in a row",
+            "names with consecutive spaces",
             "sdf-spaces",
-            "libsdformat takes spaces in a row for one, and finds no link of the name",
-            _spaced,
+            "libsdformat merges consecutive spaces and then does not find this name",
+            _with_double_spaces,
         ),
-        refused(
-            "meshes with control characters in their texts",
+        rejected(
+            "meshes with control characters in names or URIs",
             "sdf-mesh-text",
-            "a mesh's URI or name begins or ends with a space or has control characters",
+            "the URI or name of a mesh contains control characters, or begins or ends with a space",
             of_links(_has_bad_text),
         ),
-        refused(
+        rejected(
             "limits above 1e16",
             "sdf-limit",
-            f"a limit of {NO_LIMIT:g} or more means no limit in SDF; make it infinite",
+            f"in SDF a limit of {NO_LIMIT:g} or more means no limit; use an infinite limit",
             of_coordinates(lambda c: _is_infinite_to_sdf((c.lower, c.upper))),
         ),
-        refused(
-            "bounds of motors above 1e16",
+        rejected(
+            "motor limits above 1e16",
             "sdf-limit",
-            f"a motor's bound of {NO_LIMIT:g} or more means no limit in SDF; make it infinite",
+            f"in SDF a motor limit of {NO_LIMIT:g} or more means no limit; use an infinite limit",
             of_coordinates(lambda c: _is_infinite_to_sdf((c.tau_min, c.tau_max))),
         ),
         changed(
             features.CHAINS,
             "joint-in-a-chain",
-            "SDF has no {type} joint with coordinates; other programs see {count} single joints "
-            "with links without mass between them",
+            "SDF has no {type} joint with coordinates; other programs read {count} separate joints "
+            "connected by massless links",
             of_joints(_chain),
-            only="but for universal ones",
+            only="except universal joints",
         ),
         changed(
             features.DRIVEN_JOINTS,
@@ -137,29 +137,29 @@ SDF = Capabilities(
             "its functions are only in the CARDSFlow plugin; in other programs its motions are "
             "independent coordinates",
         ),
-        refused(
+        rejected(
             features.LOOPS,
             "loop-type",
-            "SDF has no {type} joint that closes a loop",
+            "SDF has no {type} joint as loop joint",
             _other_loops,
             only="cylindrical and planar ones",
         ),
         changed_together(
             (features.ARMATURES, features.LIMIT_FORCES),
             "held-in-the-plugin",
-            "SDF has no {what}: other programs ignore the CARDSFlow elements that hold them",
+            "SDF has no {what}; other programs ignore the CARDSFlow elements that contain them",
         ),
         changed(
             features.LOOPS,
             "loops-in-drake",
-            "Drake rejects models with joints that close loops: {names}",
+            "Drake rejects models with loop joints: {names}",
             of_robot(lambda robot: [loop.name for loop in robot.loops]),
             only="others",
         ),
         changed(
-            "inertias that no body has",
+            "physically impossible inertias",
             "sdf-inertia-refused",
-            "no body has its inertia: libsdformat rejects it, Drake uses another one",
+            "its inertia is physically impossible; libsdformat rejects it, Drake replaces it",
             of_links(lambda link: not positive_semidefinite(density_matrix(link.inertia.matrix))),
         ),
         WRAPS_IN_CARDSFLOW_XML,

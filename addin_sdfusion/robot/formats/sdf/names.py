@@ -1,4 +1,4 @@
-"""Names that an SDF file needs beside those of the robot."""
+"""Names that SDF files need in addition to the names of the robot."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from ..writing.xml_text import written
 
 MODEL_FRAME = "__model__"
 NO_LIMIT = 1e16
-"""SDF's own value for a limit that is none, in [rad] or [m]."""
+"""Value that represents no limit in SDF, in [rad] or [m]."""
 
 
 def joint_frame_name(joint: str, child: str) -> str:
-    """Return the name of the frame that keeps a rotated T_child_joint exactly."""
+    """Return the name of the frame that stores T_child_joint without rounding errors."""
     return f"{joint}_in_{child}"
 
 
 def needs_frame(T_child_joint: Pose) -> bool:
-    """Return whether the inverse of T_child_joint does not give it back bit by bit."""
+    """Return whether inverting T_child_joint twice changes any bit."""
     (x, y, z), (roll, pitch, yaw) = (
         map(written, part) for part in (inverse(T_child_joint).position, inverse(T_child_joint).rpy)
     )
@@ -28,7 +28,7 @@ def needs_frame(T_child_joint: Pose) -> bool:
 
 
 def mesh_names(link: Link) -> list[str]:
-    """A name for each mesh: its own, or where SDF needs it one that is there and not yet taken."""
+    """Return a unique name for each mesh: its name, or a new name if it has none."""
     taken = {(mesh.role, mesh.name) for mesh in link.meshes}
     given: set[tuple[str, str]] = set()
     names = []
@@ -44,7 +44,7 @@ def mesh_names(link: Link) -> list[str]:
 
 
 def shape_names(link: Link) -> list[str]:
-    """Return a name for each shape that no collision mesh has."""
+    """Return names for the shapes that differ from the names of collision meshes."""
     taken = {n for m, n in zip(link.meshes, mesh_names(link), strict=True) if m.role == "collision"}
     free = (name for k in count(1) if (name := f"{link.name}_shape_{k}") not in taken)
     return list(islice(free, len(link.shapes)))

@@ -1,20 +1,21 @@
-"""Writer of the model's plugin element, for all that SDF has no element for.
+"""Writer of the plugin element, which contains all data that SDF does not support.
 
 gravity: x y z, in [m/s²].
-link_end link: the far end of a link, in its frame, in [m].
-mesh_name link role as: the name of a mesh, in place of the one that it is written as.
-joint name: its coordinates in the order of q, as coordinate elements, and where functions,
-    couplings or locks drive its motions, all of these in their order as motion elements.
-coordinate name joint motion actuated torques initial spring armature unit locked: the joint element
-    that moves it, its place among the motions from the parent to the child, counted from 0, whether
-    it has a motor, the bounds of its torque if they are not those of the joint's effort, its
-    initial value if that is not 0 (SDF's <initial_position> is gone from its newest version),
-    in a cardsflow.xml next to a URDF its spring's stiffness and rest, its armature if there is
-    one, its unit if it is not the motion's, and whether it is held. Inside: its coupling as term
-    elements; limit_force low high stiffness_low stiffness_high damping transition.
-motion joint coordinate, term coordinate: with a function, see `functions`.
-wrap_surface name link shape radius length half_axes: what muscles wrap over; its pose in the
-    link's frame, in [m, rad].
+link_end link: far end of a link, in its frame, in [m].
+mesh_name link role as: name of a mesh; `as` is the name in SDF.
+joint name: its coordinates in the order of q, as coordinate elements. If functions, couplings or
+    locks drive its motions, all motions in order, as motion elements.
+coordinate name joint motion actuated torques initial spring armature unit locked: `joint` is the
+    joint element that moves it. `motion` is the index of its motion from the parent to the child,
+    counted from 0. `actuated` is whether it has a motor. Optional: `torques`, the motor limits, if
+    they differ from the joint's effort; `initial`, if not 0 (the newest version of SDF has no
+    <initial_position>); `spring`, stiffness and rest, in a cardsflow.xml next to a URDF;
+    `armature`; `unit`, if it differs from the unit of the motion; `locked`. Its coupling is in
+    term elements, its limit force in limit_force low high stiffness_low stiffness_high damping
+    transition.
+motion joint coordinate, term coordinate: contain a function, see `functions`.
+wrap_surface name link shape radius length half_axes: surface that muscles wrap over; its pose in
+    the link frame, in [m, rad].
 cable_set id active: myoMuscle elements as in cardsflow.xml, with wrap elements.
 task_set id active: endEffector elements as in cardsflow.xml.
 """
@@ -33,25 +34,25 @@ from ..cardsflow.write import end_effector_element, muscle_element, wrap_element
 from ..writing.functions import function_element
 from ..writing.xml_text import document, element, numbers
 from .names import mesh_names
-from .write_joints import has_one_effort, needs_words, sdf_joints
+from .write_joints import has_one_effort, needs_plugin, sdf_joints
 
 PLUGIN = {"filename": "libcardsflow_gazebo_plugin.so", "name": "cardsflow_gazebo_plugin"}
 
 
 def plugin_element(model: ElementTree.Element, robot: Robot) -> None:
-    """Add the plugin to a model."""
+    """Add the plugin element to a model."""
     plugin_content(element(model, "plugin", None, **PLUGIN), robot, _movers(robot))
 
 
-def content_beside(robot: Robot) -> str:
-    """What the plugin holds as the text of a cardsflow.xml, for a model without plugin."""
+def extras_text(robot: Robot) -> str:
+    """Return the content of the plugin as a cardsflow.xml, for a model without a plugin."""
     root = element(None, "cardsflow")
     plugin_content(root, robot, _movers(robot))
     return document(root)
 
 
 def _movers(robot: Robot) -> dict[str, list[str]]:
-    """The names of the joint elements that make the motions of each joint, in their order."""
+    """Return the joint elements of the motions of each joint, in order."""
     written = sdf_joints(robot).items()
     return {name: [part.name for part in parts for _ in part.motions] for name, parts in written}
 
@@ -63,19 +64,19 @@ def plugin_content(
     *,
     springs: bool = False,
 ) -> None:
-    """Add what the plugin holds.
+    """Add the content of the plugin.
 
     Args:
-        plugin: Where to.
+        plugin: Parent element.
         robot: The robot.
-        movers: The joint elements that make the motions of each joint, in their order.
-        springs: Whether the joint elements have no words for springs.
+        movers: Joint elements of the motions of each joint, in order.
+        springs: Whether to write springs, for formats whose joint elements do not support them.
     """
     element(plugin, "gravity", numbers(robot.gravity))
     for link in robot.links:
         _link(plugin, link)
     for joint in robot.joints:
-        if needs_words(joint) or (
+        if needs_plugin(joint) or (
             springs and any(c.stiffness or c.rest for c in joint.coordinates)
         ):
             _joint(plugin, joint, movers[joint.name], springs=springs)

@@ -1,4 +1,4 @@
-"""Reader of an SDF model and the cardsflow.xml next to it."""
+"""Reader of SDF models and the cardsflow.xml next to them."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from ...model.robot import Robot
 from ...model.rotations import compose, inverse
 from ...transforms.repair import diagnose
 from ...transforms.repair import repair as repair_inertias
-from ..cardsflow.beside import cardsflow_xml, read_extras
+from ..cardsflow.extras import cardsflow_xml, read_extras
 from ..reading.chains import join_chains
-from ..reading.distinct import distinct
 from ..reading.meshes import note_missing_meshes
-from ..reading.tree import parents_first, welds
+from ..reading.tree import fixed_roots, parents_first
+from ..reading.unique_names import with_unique_names
 from ..reading.xml import TRUE, Node, Notes, parse, shortened
 from .read_frames import Frames, read_pose
 from .read_joints import Model
@@ -32,18 +32,18 @@ def read_sdf(
 ) -> Robot | None:
     """Return the robot in an SDF file with one model.
 
-    Muscles come from the cable sets of the plugin, or of the cardsflow.xml next to the file, as
-    `write_sdf` makes them; without those, from muscles in these directly.
+    Muscles are read from the cable sets of the plugin or of the cardsflow.xml next to the file, as
+    written by `write_sdf`. If neither has cable sets, muscles directly in these elements are read.
 
     Args:
         file: The SDF file.
-        cable_set: The cable set to make active; the file's own choice if None.
-        notes: Where findings, places and files go.
+        cable_set: Cable set to activate; the default of the file if None.
+        notes: Collects findings, locations and files.
         repair: Whether to repair known inertia errors.
 
     Raises:
         InputError: A file is not readable XML.
-        UnknownNameError: There is no such cable set.
+        UnknownNameError: The cable set does not exist.
     """
     root = parse(file, Subject("robot", file.stem), notes)
     node = _model(root)
@@ -51,11 +51,11 @@ def read_sdf(
         return None
     node = node.about(Subject("robot", node.attribute("name")))
     for kind in ("link", "joint"):
-        distinct(node.all(kind), partial(Subject, kind))
+        with_unique_names(node.all(kind), partial(Subject, kind))
     frames = Frames(node)
-    model = Model(frames, _placed(node, frames), root.attribute("version", ""))
+    model = Model(frames, _model_pose(node, frames), root.attribute("version", ""))
     joints, loops = split_loops([_about(child, "joint") for child in node.all("joint")], model)
-    roots = welds(
+    roots = fixed_roots(
         node.all("link"),
         joints,
         lambda name: compose(model.T_world_model, frames.in_model(("link", name))),
@@ -68,12 +68,12 @@ def read_sdf(
     note_missing_meshes(node, links)
     ordered = tuple(parents_first([*roots, *joints]))
     robot = Robot(node.subject.name, tuple(links), ordered, loops=tuple(loops))
-    robot = _diagnosed(robot, frames, node, undo=repair)
+    robot = _with_diagnosis(robot, frames, node, undo=repair)
     return read_extras(robot, node, plugins, cable_set)
 
 
 def _extras(node: Node) -> list[Node]:
-    """What holds the words that SDF lacks: our plugin, or a cardsflow.xml and others' plugins."""
+    """Return our plugin, or the cardsflow.xml and other plugins, with data SDF cannot hold."""
     plugins = node.all("plugin")
     is_ours = any(plugin.all("gravity") for plugin in plugins)
     return plugins if is_ours else [*cardsflow_xml(node), *plugins]
@@ -84,20 +84,20 @@ def _about(node: Node, kind: str) -> Node:
 
 
 def _model(root: Node) -> Node | None:
-    """Return the one model of a file, directly or in a world."""
+    """Return the only model of a file, which may be inside a world."""
     if root.tag != "sdf":
         root.error("not-sdf", f"<{root.tag}> is not <sdf>")
         return None
     if root.attribute("version") not in VERSIONS:
         version = shortened(root.attribute("version", ""))
-        root.warning("sdf-version", f"SDF {version} is read as SDF {VERSIONS[-1]}")
+        root.warning("sdf-version", f"unsupported version {version}; read as SDF {VERSIONS[-1]}")
     places = [root, *root.all("world")]
     models = [node for place in places for node in place.all("model")]
     models += [node for place in places for node in included_models(place)]
     if len(models) != 1:
         names = ", ".join(repr(node.attribute("name", "")) for node in models[:10]) or "none"
         at = models[1] if models else root
-        at.error("not-one-model", f"the file holds {len(models)} models ({names}); give one each")
+        at.error("not-one-model", f"contains {len(models)} models ({names}); use a file per model")
         return None
     flatten(models[0])
     static = models[0].optional("static")
@@ -106,23 +106,23 @@ def _model(root: Node) -> Node | None:
     return models[0]
 
 
-def _placed(model: Node, frames: Frames) -> Pose:
-    """T_world_model: the pose of the model, or of the frame in it that the pose is for."""
+def _model_pose(model: Node, frames: Frames) -> Pose:
+    """Return T_world_model, the pose of the model or of its placement frame."""
     pose = model.optional("pose")
     T_world_frame = IDENTITY if pose is None else read_pose(pose)
     if pose is not None and pose.attribute("relative_to", "") not in ("", "world"):
-        pose.error("unknown-frame", "the pose of a model can be relative to the world only")
+        pose.error("unknown-frame", "the pose of a model must be relative to the world")
     name = model.attribute("placement_frame", "")
     key = frames.named(name)
     if key is None:
-        problem = f"placement_frame {shortened(name)}: no link, joint or frame of the name"
+        problem = f"placement_frame {shortened(name)} does not exist as link, joint or frame"
         model.error("unknown-frame", problem)
         return T_world_frame
     return compose(T_world_frame, inverse(frames.in_model(key)))
 
 
-def _diagnosed(robot: Robot, frames: Frames, model: Node, *, undo: bool) -> Robot:
-    """The robot, with its inertias repaired if asked for; what is wrong with them is noted."""
+def _with_diagnosis(robot: Robot, frames: Frames, model: Node, *, undo: bool) -> Robot:
+    """Return the robot, with repaired inertias if requested; report inertia errors."""
     poses = [frames.in_model(("link", link.name)) for link in robot.links]
     diagnosis = diagnose(robot.links, poses)
     if diagnosis is None:

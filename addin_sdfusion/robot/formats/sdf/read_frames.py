@@ -1,4 +1,4 @@
-"""Poses of the links, joints and frames of an SDF model."""
+"""Poses of links, joints and frames in an SDF model."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ MODEL: Key = ("model", MODEL_FRAME)
 
 @dataclass(frozen=True)
 class Placement:
-    """A pose and the frame that it is relative to."""
+    """Pose and the frame that it is relative to."""
 
     pose: Pose
     relative_to: Key
 
 
 class Frames:
-    """The placements of everything in a model."""
+    """Placements of all links, joints and frames of a model."""
 
     def __init__(self, model: Node) -> None:
         self._nodes: dict[Key, Node] = {}
@@ -34,15 +34,15 @@ class Frames:
         for kind in ("frame", "joint", "link"):
             for node in model.all(kind):
                 self._add(kind, node)
-                for frame in node.all("frame"):  # before SDF 1.7 a frame may be in its owner
+                for frame in node.all("frame"):  # before SDF 1.7 links and joints can have frames
                     self._inside[self._add("frame", frame)] = (kind, node.attribute("name", ""))
-        self._say_shared_names()
+        self._report_shared_names()
         self.placements = {key: self._placement(key, node) for key, node in self._nodes.items()}
         self._in_model: dict[Key, Pose] = {MODEL: IDENTITY}
         self._links: dict[str, str] = {}
 
     def in_model(self, key: Key) -> Pose:
-        """Return the pose T_model_x of a link, joint or frame; identity if there is none."""
+        """Return the pose T_model_x of a link, joint or frame; the identity if not found."""
         path: dict[Key, None] = {}
         start = key
         while key not in self._in_model:
@@ -58,7 +58,7 @@ class Frames:
         return self._in_model[start]
 
     def in_link(self, node: Node, link: str) -> Pose:
-        """Return the pose in an element of a link, such as its inertial or a visual."""
+        """Return the pose of an element of a link, such as its inertial or a visual."""
         pose = node.optional("pose")
         if pose is None:
             return IDENTITY
@@ -69,24 +69,24 @@ class Frames:
         return compose(inverse(T_model_link), compose(self.in_model(frame), read_pose(pose)))
 
     def named(self, name: str) -> Key | None:
-        """What a `relative_to` of that name means; None if there is nothing of the name."""
+        """Return the object that a `relative_to` name refers to, or None if it does not exist."""
         if name in ("", MODEL_FRAME):
             return MODEL
         keys: list[Key] = [(kind, name) for kind in ("link", "joint", "frame")]
         return next((key for key in keys if key in self._nodes), None)
 
     def link_of(self, name: str) -> str:
-        """Return the link that a joint's parent or child of that name means; itself if none."""
-        met: dict[str, None] = {}
-        while name not in met and name not in self._links and ("link", name) not in self._nodes:
-            met[name] = None
+        """Return the link that a joint's parent or child refers to; the name itself if unknown."""
+        visited: dict[str, None] = {}
+        while name not in visited and name not in self._links and ("link", name) not in self._nodes:
+            visited[name] = None
             name = self._carrier(name)
         name = self._links.get(name, name)
-        self._links.update(dict.fromkeys(met, name))
+        self._links.update(dict.fromkeys(visited, name))
         return name
 
     def _carrier(self, name: str) -> str:
-        """What a frame is attached to, or a joint's child; the name itself if it is neither."""
+        """Return the parent of a frame, or the child link of a joint; otherwise the name."""
         frame, joint = self._nodes.get(("frame", name)), self._nodes.get(("joint", name))
         if frame is not None:
             inside = self._inside.get(("frame", name), ("", name))
@@ -99,16 +99,16 @@ class Frames:
         self._nodes.setdefault((kind, name), node.about(Subject(kind, name)))
         return kind, name
 
-    def _say_shared_names(self) -> None:
+    def _report_shared_names(self) -> None:
         for (kind, name), node in self._nodes.items():
             if kind == "joint" and name and ("link", name) in self._nodes:
                 problem = (
-                    f"a link is called {name!r} too, which SDF forbids; other elements mean that"
+                    f"a link is also called {name!r}, which SDF forbids; references mean the link"
                 )
                 node.warning("shared-name", problem)
 
     def _loop(self, key: Key) -> Pose:
-        self._nodes[key].error("pose-loop", "its pose is relative to itself, through others")
+        self._nodes[key].error("pose-loop", "its pose is relative to itself, via other frames")
         return IDENTITY
 
     def _placement(self, key: Key, node: Node) -> Placement:
@@ -120,7 +120,7 @@ class Frames:
         return Placement(read_pose(pose), reference or default)
 
     def _default(self, key: Key, node: Node) -> Key:
-        """What a pose is relative to unless it says otherwise."""
+        """Return the frame that a pose is relative to if none is specified."""
         if key[0] == "joint":
             child = node.optional("child")
             if child is None:
@@ -134,16 +134,16 @@ class Frames:
             return None
         key = self.named(name)
         if key is None:
-            problem = f"{attribute} {shortened(name)}: no link, joint or frame of the name"
+            problem = f"{attribute} {shortened(name)} does not exist as link, joint or frame"
             node.error("unknown-frame", problem)
         return key
 
 
 def read_pose(node: Node) -> Pose:
-    """The pose in an element's text: roll, pitch and yaw or a quaternion; identity if empty."""
+    """Return the pose in an element, with Euler angles or a quaternion; identity if empty."""
     format_ = node.attribute("rotation_format", "euler_rpy")
     if format_ not in ("euler_rpy", "quat_xyzw"):
-        problem = f"rotation_format {shortened(format_)} is neither euler_rpy nor quat_xyzw"
+        problem = f"rotation_format {shortened(format_)} must be euler_rpy or quat_xyzw"
         node.error("unsupported-pose", problem)
         return IDENTITY
     if not node.text:
@@ -160,7 +160,7 @@ def read_pose(node: Node) -> Pose:
 def _rpy_of_quaternion(node: Node, x: float, y: float, z: float, w: float) -> Vector3:
     norm = math.hypot(x, y, z, w)
     if norm == 0.0 or not math.isfinite(norm):
-        node.error("bad-quaternion", "the quaternion of the pose has no direction")
+        node.error("bad-quaternion", "the quaternion of the pose must be finite and not zero")
         return (0.0, 0.0, 0.0)
     x, y, z, w = x / norm, y / norm, z / norm, w / norm
     return rpy(

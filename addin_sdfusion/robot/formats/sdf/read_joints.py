@@ -1,4 +1,4 @@
-"""Reader of the joints of an SDF model."""
+"""Reader of the joints of SDF models."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ JOINT_TYPES: dict[str, tuple[MotionKind, ...]] = {
     "ball": ("rotation", "rotation", "rotation"),
     "fixed": (),
 }
-"""The motions of the joint types that mean something here."""
+"""Motions of the supported joint types."""
 BALL = {"alpha": (1.0, 0.0, 0.0), "beta": (0.0, 1.0, 0.0), "gamma": (0.0, 0.0, 1.0)}
-"""SDF's ball has no coordinates; it gets the angles of Rx(alpha) Ry(beta) Rz(gamma)."""
+"""Axes of a ball joint, which has no coordinates in SDF: Rx(alpha) Ry(beta) Rz(gamma)."""
 Z: Vector3 = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
 class Model:
-    """What a joint of a model is read with.
+    """Data of a model that its joints are read with.
 
     Attributes:
-        frames: Where everything is.
-        T_world_model: Where the model is.
-        version: The SDF version of the file.
+        frames: Frames of the model.
+        T_world_model: Pose of the model in the world.
+        version: SDF version of the file.
     """
 
     frames: Frames
@@ -45,13 +45,13 @@ class Model:
 
 
 def read_joint(node: Node, model: Model) -> Joint:
-    """A joint, with coordinates that are called as it or, if there are several, after it."""
+    """Return a joint; its coordinates have its name, with a suffix if there are several."""
     name, type_ = node.subject.name, node.attribute("type")
     parent = _link_named(node, "parent", model.frames)
     child = _link_named(node, "child", model.frames)
     if type_ not in JOINT_TYPES:
         known = ", ".join(JOINT_TYPES)
-        problem = f"joint type {shortened(type_)} is not supported (supported: {known})"
+        problem = f"unsupported joint type {shortened(type_)}; known: {known}"
         node.error("unsupported-joint", problem)
         type_ = "fixed"
     joint = Joint(
@@ -71,7 +71,7 @@ def read_joint(node: Node, model: Model) -> Joint:
         axis = about.required(tag)
         motions.append(Motion(kind, _axis_in_joint(axis, name, model), k))
         coordinate = Coordinate(called, unit=motions[k].unit)
-        coordinates.append(coordinate if axis is None else _driven(axis, coordinate))
+        coordinates.append(coordinate if axis is None else _with_limits(axis, coordinate))
     if type_ == "continuous":
         coordinates = [replace(c, lower=-math.inf, upper=math.inf) for c in coordinates]
     return replace(joint, motions=tuple(motions), coordinates=tuple(coordinates))
@@ -93,7 +93,7 @@ def _link_named(node: Node, tag: str, frames: Frames) -> str:
 
 
 def _in_parent(name: str, parent: str, model: Model) -> Pose:
-    """T_parent_joint, as given in the file where it is."""
+    """Return T_parent_joint, without rounding errors if the file defines it directly."""
     key, frames = ("joint", name), model.frames
     if parent == WORLD:
         return compose(model.T_world_model, frames.in_model(key))
@@ -103,7 +103,7 @@ def _in_parent(name: str, parent: str, model: Model) -> Pose:
 
 
 def _in_child(name: str, child: str, frames: Frames) -> Pose:
-    """T_child_joint, as given in the file where it is."""
+    """Return T_child_joint, without rounding errors if the file defines it directly."""
     key, link = ("joint", name), ("link", child)
     exact = frames.placements.get(("frame", joint_frame_name(name, child)))
     if exact is not None and exact.relative_to == link:
@@ -115,7 +115,7 @@ def _in_child(name: str, child: str, frames: Frames) -> Pose:
     return compose(inverse(frames.in_model(link)), frames.in_model(key))
 
 
-def _driven(axis: Node, coordinate: Coordinate) -> Coordinate:
+def _with_limits(axis: Node, coordinate: Coordinate) -> Coordinate:
     limit, dynamics = axis.optional("limit"), axis.optional("dynamics")
     _note_not_simulated(axis, limit)
 
@@ -140,13 +140,13 @@ def _driven(axis: Node, coordinate: Coordinate) -> Coordinate:
 
 def _note_not_simulated(axis: Node, limit: Node | None) -> None:
     if limit is not None and 0.0 <= limit.number("velocity", -1.0, infinite=True) < NO_LIMIT:
-        limit.warning("joint-not-simulated", "its velocity limit is not simulated; left out")
+        limit.warning("joint-not-simulated", "its velocity limit is not simulated; omitted")
     if axis.all("mimic"):
         axis.warning("joint-not-simulated", "<mimic> is ignored; the joint moves independently")
 
 
 def _effort(limit: Node | None) -> float:
-    """Return the largest torque or force of a motor; SDF's is negative if there is no bound."""
+    """Return the maximum torque or force of a motor; a negative value in SDF means no limit."""
     effort = -1.0 if limit is None else limit.number("effort", -1.0, infinite=True)
     return effort if 0.0 <= effort < NO_LIMIT else math.inf
 
@@ -157,11 +157,11 @@ def _limit(limit: Node | None, tag: str, default: float) -> float:
 
 
 def _axis_in_joint(axis: Node | None, joint: str, model: Model) -> Vector3:
-    """Return the unit axis in the joint frame, from whatever frame the file gives it in."""
+    """Return the unit axis in the joint frame, transformed from the frame in the file."""
     xyz = None if axis is None else axis.required("xyz")
     if axis is None or xyz is None:
         return Z
-    # Before SDF 1.5 an axis was always given in the frame of the model.
+    # Before SDF 1.5 an axis is always expressed in the model frame.
     in_model = "1" if model.version == "1.4" else "0"
     flag = axis.optional("use_parent_model_frame")
     named = xyz.attribute("expressed_in", "")
@@ -169,7 +169,7 @@ def _axis_in_joint(axis: Node | None, joint: str, model: Model) -> Vector3:
     if named:
         key = model.frames.named(named)
         if key is None:
-            problem = f"expressed_in {shortened(named)}: no link, joint or frame of the name"
+            problem = f"expressed_in {shortened(named)} does not exist as link, joint or frame"
             xyz.error("unknown-frame", problem)
             return vector
         T_model_frame = model.frames.in_model(key)

@@ -1,4 +1,4 @@
-"""Reader of the links of an SDF model: masses, inertias and meshes."""
+"""Reader of the links of SDF models: masses, inertias and meshes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .read_frames import Frames
 
 
 def read_link(node: Node, frames: Frames) -> Link:
-    """Return a link; what a description cannot hold is noted."""
+    """Return a link; report features that a robot description cannot hold."""
     name = node.subject.name
     gravity = node.optional("gravity")
     if gravity is not None and gravity.text in ("false", "0"):
@@ -24,11 +24,11 @@ def read_link(node: Node, frames: Frames) -> Link:
     meshes, shapes = tuple(_meshes(node, frames)), tuple(_shapes(node, frames))
     inertial = node.optional("inertial")
     if inertial is None:
-        problem = "no <inertial>; SDF's defaults 1 kg and 1 kg·m² are used"
+        problem = "has no <inertial>; SDF's defaults 1 kg and 1 kg·m² are used"
         node.warning("default-inertial", problem)
         return Link(name, Inertia(1.0, ixx=1.0, iyy=1.0, izz=1.0), meshes=meshes, shapes=shapes)
     if inertial.attribute("auto", "false") in TRUE:
-        problem = "inertia from collision shapes is not supported; write the numbers"
+        problem = "inertia from collision shapes is not supported; specify it explicitly"
         inertial.error("unsupported-inertial", problem)
     if inertial.all("fluid_added_mass"):
         inertial.warning("added-mass-not-simulated", "fluid added mass is not simulated")
@@ -61,9 +61,7 @@ def _meshes(link: Node, frames: Frames) -> Iterator[Mesh]:
                 yield _mesh(node, shape, frames)
             elif shape.tag != "empty" and not _is_kept(node, shape):
                 kept = "meshes" if node.tag == "visual" else "meshes, boxes, spheres and cylinders"
-                problem = (
-                    f"a {node.tag} of {shortened(shape.tag)} is left out; only {kept} are kept"
-                )
+                problem = f"a {node.tag} of {shortened(shape.tag)} is omitted; only {kept} are read"
                 shape.warning("geometry-left-out", problem)
 
 
@@ -88,7 +86,7 @@ def _sizes(shape: Node) -> tuple[float, ...]:
 def _mesh(node: Node, shape: Node, frames: Frames) -> Mesh:
     uri, scale = shape.required("uri"), shape.optional("scale")
     if shape.all("submesh"):
-        shape.warning("submesh-left-out", "the whole mesh is kept, not the submesh alone")
+        shape.warning("submesh-left-out", "the whole mesh is used instead of the submesh")
     return Mesh(
         cast(Literal["visual", "collision"], node.tag),
         "" if uri is None else uri.text,
@@ -100,7 +98,7 @@ def _mesh(node: Node, shape: Node, frames: Frames) -> Mesh:
 
 
 def _color(visual: Node) -> Rgba | None:
-    """Return the diffuse colour; SDF's opacity is 1 if it is left out."""
+    """Return the diffuse colour; the opacity is 1 if not specified."""
     material = visual.optional("material") if visual.tag == "visual" else None
     diffuse = None if material is None else material.optional("diffuse")
     if diffuse is None:

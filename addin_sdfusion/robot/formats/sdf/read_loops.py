@@ -1,4 +1,4 @@
-"""Joints of an SDF model that close loops: those to a link which another joint carries already."""
+"""Detection of loop joints in SDF models: joints whose child already has a parent joint."""
 
 from __future__ import annotations
 
@@ -12,18 +12,19 @@ from .read_joints import Model, read_joint
 
 
 def split_loops(nodes: Sequence[Node], model: Model) -> tuple[list[Joint], list[LoopJoint]]:
-    """Return the joints of the tree and those that close loops.
+    """Return the joints of the tree and the loop joints.
 
-    Of several joints with the same child, the first in the file carries it, but one whose range is
-    0 only if there is no other. A loop joint with such a range is fixed.
+    If several joints have the same child, the first one in the file is the tree joint. A joint
+    with range 0 is the tree joint only if no other joint exists. A loop joint with range 0 becomes
+    fixed.
 
     Args:
-        nodes: The joint elements.
-        model: What they are read with.
+        nodes: Elements of the joints.
+        model: Data of the model.
     """
     read = [(read_joint(node, model), node) for node in nodes]
     carriers: dict[str, Joint] = {}
-    for joint, _ in sorted(read, key=lambda item: _is_held(item[0])):
+    for joint, _ in sorted(read, key=lambda item: _has_zero_range(item[0])):
         if joint.parent != joint.child:
             carriers.setdefault(joint.child, joint)
     loops = [
@@ -35,23 +36,23 @@ def split_loops(nodes: Sequence[Node], model: Model) -> tuple[list[Joint], list[
     return [j for j, _ in read if id(j) in names or j.child not in carriers], loops
 
 
-def _is_held(joint: Joint) -> bool:
-    """Return whether it has a range, of a single value: 0."""
+def _has_zero_range(joint: Joint) -> bool:
+    """Return whether a joint has motions, all with the range 0 to 0."""
     return bool(joint.motions) and all(c.lower == c.upper == 0.0 for c in joint.coordinates)
 
 
 def _loop(joint: Joint, node: Node, carrier: Joint) -> LoopJoint:
     motions = joint.motions
-    if _is_held(joint):
+    if _has_zero_range(joint):
         motions = ()
-        problem = f"closes a loop, as {carrier.name!r} carries {joint.child!r}; its range is 0: "
-        node.warning("loop-joint-held", f"{problem}it holds as a fixed joint does")
+        problem = f"closes a loop, since {carrier.name!r} already moves {joint.child!r}"
+        node.warning("loop-joint-held", f"{problem}; its range is 0, so it is read as fixed")
     lost = [what for what in _WORDS if any(_has(c, what) for c in joint.coordinates)]
     if motions and lost:
-        problem = f"closes a loop, and has no coordinate then: its {', '.join(lost)} are left out"
+        problem = f"closes a loop, so it has no coordinates; its {', '.join(lost)} are omitted"
         node.warning("loop-joint-forces", problem)
     kind = loop_type(motions)
-    assert kind is not None, joint.name  # SDF's types all can
+    assert kind is not None, joint.name  # all joint types of SDF can close loops
     return LoopJoint(
         joint.name, joint.parent, joint.child, *kind, joint.T_parent_joint, joint.T_child_joint
     )

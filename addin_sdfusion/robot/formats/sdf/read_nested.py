@@ -1,4 +1,4 @@
-"""Models in models of an SDF file, and files that are included, as one model."""
+"""Merging of nested and included models of an SDF file into one model."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ...mesh_files import is_file
 from ..reading.xml import TRUE, Node, parse, shortened
 from .names import MODEL_FRAME
 
-_BETWEEN = "::"  # of a model's name and what is in it, as SDF has it
+_BETWEEN = "::"  # SDF's separator between the name of a model and the name of a part
 _MAX_DEPTH = 20
 _MAX_FILES = 50
 _PARTS = ("link", "joint", "frame")
@@ -23,45 +23,45 @@ _NAMING = ("relative_to", "attached_to", "expressed_in", "frame")
 
 
 def included_models(place: Node, depth: int = 0) -> list[Node]:
-    """The models in `<include>` elements of a file, a world or a model, with what these change.
+    """Return the models in `<include>` elements, with the changes made by these elements.
 
-    An element that leads to no model is an error there.
+    An element without a valid model is reported as an error.
     """
     return [model for node in place.all("include") if (model := _included(node, depth)) is not None]
 
 
 def flatten(model: Node, depth: int = 0) -> None:
-    """Take the models in a model into it: `gripper::palm` is called `gripper_palm` then.
+    """Merge nested models into a model: `gripper::palm` becomes `gripper_palm`.
 
-    Their frames become frames of the model, to which poses in them are relative.
+    The frames of the nested models become frames of the model, and poses refer to them.
     """
     inner = [*model.all("model"), *included_models(model, depth)]
     if not inner:
         return
     if depth >= _MAX_DEPTH:
-        inner[0].error("nested-too-deep", f"more than {_MAX_DEPTH} models in one another")
+        inner[0].error("nested-too-deep", f"models are nested more than {_MAX_DEPTH} deep")
         return
     for node in inner:
         flatten(node, depth + 1)
-        _take_in(model.element, node)
+        _merge_model(model.element, node)
         if node.element.getparent() is model.element:
             model.element.remove(node.element)
     if depth == 0:
         _rename(model)
 
 
-def _take_in(outer: etree._Element, model: Node) -> None:
-    """Parts of a model become parts of the outer one, named and placed by it."""
+def _merge_model(outer: etree._Element, model: Node) -> None:
+    """Move the parts of a nested model to the outer model, with prefixed names."""
     name = model.attribute("name")
     merged = model.attribute("merge", "false") in TRUE
     if model.attribute("placement_frame", ""):
-        model.error("unsupported-element", "placement_frame of a model in a model is not supported")
+        model.error("unsupported-element", "placement_frame of a nested model is not supported")
     for plugin in model.all("plugin"):
-        plugin.warning("plugin-left-out", f"plugins of {name!r}, a model in a model, are left out")
+        plugin.warning("plugin-left-out", f"plugins of the nested model {name!r} are omitted")
     first = next((part.attribute("name", "") for part in model.all("link")), "")
     carrier = model.attribute("canonical_link", "") or first
     if not first:
-        model.error("no-links", f"{name!r}, a model in a model, has no links")
+        model.error("no-links", f"the nested model {name!r} has no links")
     own = f"_merged__{name}{MODEL_FRAME}" if merged else name
     prefix = "" if merged else f"{name}{_BETWEEN}"
     frame = etree.SubElement(outer, "frame", name=own, attached_to=f"{prefix}{carrier}")
@@ -75,22 +75,22 @@ def _take_in(outer: etree._Element, model: Node) -> None:
 
 
 def _name(part: etree._Element, prefix: str, frame: str) -> None:
-    """Names in a part by the outer model's; what it is relative to unsaid is its own model."""
+    """Prefix the names in a part, and make implicit references to its model explicit."""
 
-    def of(name: str) -> str:
+    def full_name(name: str) -> str:
         return frame if name == MODEL_FRAME else name if name == "world" else prefix + name
 
     part.set("name", prefix + part.get("name", ""))
     for element in part.iter():
         for key in _NAMING:
             if element.get(key):
-                element.set(key, of(element.get(key, "")))
+                element.set(key, full_name(element.get(key, "")))
     for element in part.iter("mimic"):
         if element.get("joint"):
-            element.set("joint", of(element.get("joint", "")))
+            element.set("joint", full_name(element.get("joint", "")))
     if part.tag == "joint":
         for element in part.iterchildren("parent", "child"):
-            element.text = of((element.text or "").strip())
+            element.text = full_name((element.text or "").strip())
         return
     if part.tag == "frame" and not part.get("attached_to"):
         part.set("attached_to", frame)
@@ -103,7 +103,7 @@ def _name(part: etree._Element, prefix: str, frame: str) -> None:
 
 
 def _rename(model: Node) -> None:
-    """Names without colons, which a file that is written cannot have; they stay different."""
+    """Replace `::` in names, which SDF does not allow in written files; names stay unique."""
     parts = [part.element for part in model.all(*_PARTS)]
     names = {part.get("name", "") for part in parts}
     plain = {name for name in names if _BETWEEN not in name}
@@ -123,7 +123,7 @@ def _rename(model: Node) -> None:
         named = ", ".join(map(repr, taken[:10]))
         model.warning(
             "nested-model",
-            f"models in it are taken in: {named}; {example!r} is called {short[example]!r}",
+            f"nested models are merged: {named}; {example!r} becomes {short[example]!r}",
         )
 
 
@@ -132,11 +132,11 @@ def _included(node: Node, depth: int) -> Node | None:
     if uri is None:
         return None
     if depth >= _MAX_DEPTH or len(node.notes.files) > _MAX_FILES:
-        node.error("nested-too-deep", f"more than {_MAX_DEPTH} files deep, or {_MAX_FILES}")
+        node.error("nested-too-deep", f"more than {_MAX_DEPTH} levels or {_MAX_FILES} files")
         return None
     file = _file(uri.text, node.file.parent)
     if file is None:
-        problem = f"{shortened(uri.text)} is not found in the folders here or next to this one"
+        problem = f"{shortened(uri.text)} does not exist in this folder or next to it"
         node.error("include-not-found", f"{problem}; copy the model there (no downloads)")
         return None
     try:
@@ -146,14 +146,14 @@ def _included(node: Node, depth: int) -> Node | None:
         return None
     models = [*root.all("model"), *included_models(root, depth + 1)]
     if root.tag != "sdf" or len(models) != 1:
-        node.error("not-one-model", f"{shortened(uri.text)} holds {len(models)} models, not one")
+        node.error("not-one-model", f"{shortened(uri.text)} contains {len(models)} models, not one")
         return None
     _place_meshes(models[0].element, file.parent, node.file.parent)
-    return _changed(replace(models[0], file=node.file), node)
+    return _override_model(replace(models[0], file=node.file), node)
 
 
-def _changed(model: Node, include: Node) -> Node:
-    """Return an included model with the name and the pose that the element gives it."""
+def _override_model(model: Node, include: Node) -> Node:
+    """Return an included model with the name and pose of the `<include>` element."""
     name, pose = include.optional("name"), include.optional("pose")
     if name is not None:
         model.element.set("name", name.text)
@@ -169,7 +169,7 @@ def _changed(model: Node, include: Node) -> Node:
 
 
 def _file(uri: str, folder: Path) -> Path | None:
-    """Return the model's file that a URI means: in the robot's folder, or in one next to it."""
+    """Return the model file of a URI, in the robot folder or in a folder next to it."""
     for place in _places(uri, folder):
         if is_file(place):
             return place
@@ -184,8 +184,8 @@ def _file(uri: str, folder: Path) -> Path | None:
 
 
 def _places(uri: str, folder: Path) -> Iterator[Path]:
-    scheme, there, rest = uri.partition("://")
-    if not there:
+    scheme, separator, rest = uri.partition("://")
+    if not separator:
         scheme, rest = "", uri
     path = Path(rest)
     if scheme not in ("", "model", "file") or path.is_absolute() or ".." in path.parts or not rest:
@@ -196,7 +196,7 @@ def _places(uri: str, folder: Path) -> Iterator[Path]:
 
 
 def _place_meshes(model: etree._Element, theirs: Path, ours: Path) -> None:
-    """Paths of meshes from the folder of the file that includes them."""
+    """Make mesh paths relative to the folder of the including file."""
     for uri in model.iter("uri"):
         text = (uri.text or "").strip()
         if text and "://" not in text and not Path(text).is_absolute():

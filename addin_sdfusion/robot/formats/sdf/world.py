@@ -1,4 +1,4 @@
-"""Reader of the static objects of an SDF world."""
+"""Reader of the static objects of SDF worlds."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ _SHAPES = ("sphere", "box", "capsule", "cylinder", "mesh", "plane")
 
 @dataclass(frozen=True, slots=True)
 class StaticObject:
-    """A shape at rest.
+    """Static collision shape.
 
     Attributes:
-        name: `<model>`, or `<model>_<link>_<collision>` where a model has several shapes.
+        name: `<model>`, or `<model>_<link>_<collision>` if a model has several shapes.
         kind: `sphere`, `box`, `capsule`, `cylinder` or `mesh`.
-        sizes: The radius; the edges x, y, z; the radius and length; or a mesh's scale x, y, z.
-        pose: In the world.
-        file: Of a mesh.
-        friction: Coefficient of Coulomb friction; None if the file is silent.
-        restitution: None if the file is silent.
+        sizes: Radius; edges x, y, z; radius and length; or scale x, y, z of a mesh. Lengths in [m].
+        pose: Pose in the world frame.
+        file: File of a mesh.
+        friction: Coefficient of Coulomb friction, or None if not specified.
+        restitution: Coefficient of restitution, or None if not specified.
     """
 
     name: str
@@ -43,12 +43,12 @@ class StaticObject:
 
 @dataclass(frozen=True)
 class SdfWorld:
-    """Objects at rest in an SDF world.
+    """Static objects of an SDF world.
 
     Attributes:
         objects: The shapes.
-        ground: Height of a level ground, in [m]; None if there is none.
-        findings: What was left out, and what is wrong, with places.
+        ground: Height of a horizontal ground plane, in [m], or None.
+        findings: Findings on errors and omitted elements, with file and line.
     """
 
     objects: tuple[StaticObject, ...]
@@ -57,10 +57,10 @@ class SdfWorld:
 
 
 def read_sdf_world(file: Path) -> SdfWorld:
-    """Return the static models of an SDF world. Models that move, lights and plugins are left out.
+    """Return the static models of an SDF world; moving models, lights and plugins are omitted.
 
     Raises:
-        InputError: It is not readable XML.
+        InputError: The file is not readable XML.
     """
     notes = Notes()
     root = parse(file, Subject("world", file.stem), notes)
@@ -71,7 +71,7 @@ def read_sdf_world(file: Path) -> SdfWorld:
     heights: list[float] = []
     for place in [root, *root.all("world")]:
         for node in place.all("include"):
-            node.warning("include-left-out", "<include> is not followed; put the model itself here")
+            node.warning("include-left-out", "<include> is not supported; insert the model here")
         for node in place.all("model"):
             model = node.about(Subject("model", node.attribute("name")))
             for shape in _static_shapes(model):
@@ -80,27 +80,27 @@ def read_sdf_world(file: Path) -> SdfWorld:
                 else:
                     heights.append(shape)
     for extra in heights[1:]:
-        root.warning("second-ground", f"a second ground at {extra!r} m is left out")
-    unique = _named_apart(objects)
+        root.warning("second-ground", f"a second ground at {extra!r} m is omitted")
+    unique = _with_unique_names(objects)
     return SdfWorld(tuple(unique), heights[0] if heights else None, tuple(notes.findings))
 
 
-def _named_apart(objects: list[StaticObject]) -> Iterator[StaticObject]:
-    """The objects, numbered where they share a name."""
+def _with_unique_names(objects: list[StaticObject]) -> Iterator[StaticObject]:
+    """Yield the objects, numbered if they have the same name."""
     seen: dict[str, int] = {}
-    for each in objects:
-        count = seen[each.name] = seen.get(each.name, 0) + 1
-        yield each if count == 1 else replace(each, name=f"{each.name}_{count}")
+    for item in objects:
+        count = seen[item.name] = seen.get(item.name, 0) + 1
+        yield item if count == 1 else replace(item, name=f"{item.name}_{count}")
 
 
 def _static_shapes(model: Node) -> Iterator[StaticObject | float]:
-    """The shapes of a static model; the height of a level plane."""
+    """Yield the shapes of a static model, or the height of a horizontal plane."""
     static = model.optional("static")
     if static is None or static.text not in TRUE:
-        model.warning("moving-model-left-out", "it is not static; only static models are read")
+        model.warning("moving-model-left-out", "is not static; only static models are read")
         return
     for node in model.all("model", "include"):
-        node.warning("model-left-out", f"<{node.tag}> in a model is not read")
+        node.warning("model-left-out", f"<{node.tag}> in a model is not supported; omitted")
     pose = model.optional("pose")
     T_world_model = IDENTITY if pose is None else read_pose(pose)
     frames = Frames(model)
@@ -127,24 +127,25 @@ def _shape(collision: Node, name: str, pose: Pose) -> Iterator[StaticObject | fl
             sizes, file = _sizes(shape)
             if not all(math.isfinite(size) and size > 0 for size in sizes):
                 listed = " ".join(f"{size:g}" for size in sizes)
-                shape.error("bad-size", f"<{shape.tag}> has a size that is not above 0: {listed}")
+                problem = f"sizes of <{shape.tag}> must be positive and finite: {listed}"
+                shape.error("bad-size", problem)
                 continue
             friction, restitution = _surface(collision)
             yield StaticObject(name, shape.tag, sizes, pose, file, friction, restitution)
         elif shape.tag != "empty":
-            problem = f"a collision of {shortened(shape.tag)} is left out"
+            problem = f"a collision of {shortened(shape.tag)} is omitted"
             shape.warning("geometry-left-out", problem)
 
 
 def _plane(shape: Node, pose: Pose) -> Iterator[float]:
-    """The height of a level plane; SDF's planes have no ends for contacts."""
+    """Yield the height of a horizontal plane, which is infinite for contacts in SDF."""
     normal: Vector3 = (0.0, 0.0, 1.0)
     given = shape.optional("normal")
     if given is not None:
         normal = given.vector3()
     x, y, z = (a - b for a, b in zip(apply(pose, normal), pose.position, strict=True))
     if z <= 0 or math.hypot(x, y) > _LEVEL * z:
-        shape.warning("plane-left-out", "a plane that is not level is left out; use a box")
+        shape.warning("plane-left-out", "a plane that is not horizontal is omitted; use a box")
         return
     yield pose.position[2]
 
@@ -162,7 +163,7 @@ def _sizes(shape: Node) -> tuple[tuple[float, ...], Path | None]:
 
 
 def _surface(collision: Node) -> tuple[float | None, float | None]:
-    """Friction (the smaller of ODE's two) and restitution, where the file has them."""
+    """Return friction (the smaller value of ODE) and restitution; None if not specified."""
     surface = collision.optional("surface")
     if surface is None:
         return None, None

@@ -1,10 +1,10 @@
 """Writer of SDF 1.7 model folders.
 
-Links and joints are placed so that both poses of a joint read back exactly: a joint relative to its
-parent link, a link relative to the joint that carries it. Joints that close loops are last, each
-with a frame for its end on the child, which may be elsewhere in the drawn pose. A joint with more
-motions than SDF has is a chain of single ones. What SDF has no word for is in the plugin element:
-see `plugin`.
+Links and joints are placed such that both poses of a joint are restored without rounding errors: a
+joint is relative to its parent link, and a link to its parent joint. Loop joints come last, each
+with a frame for its end on the child link, whose drawn pose may differ. A joint whose motions SDF
+does not support is a chain of single joints. Data that SDF does not support is in the plugin
+element, see `plugin`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from ..cardsflow.write import cardsflow_xml
 from ..writing.xml_text import document, element, numbers
 from .capabilities import sdf_losses
 from .names import MODEL_FRAME, NO_LIMIT, joint_frame_name, mesh_names, needs_frame, shape_names
-from .plugin import content_beside, plugin_element
+from .plugin import extras_text, plugin_element
 from .write_joints import SdfJoint, sdf_joints, sdf_loops
 
 
@@ -31,16 +31,17 @@ def write_sdf(robot: Robot, folder: str | Path, *, plugin: bool = True) -> list[
     """Write model.sdf, model.config and cardsflow.xml.
 
     Args:
-        robot: What to write.
-        folder: Where to; made if it does not exist.
-        plugin: Whether the words that SDF lacks are in a plugin element, whose library was that of
-            Gazebo 9; else they are in the cardsflow.xml, and no program looks for the library.
+        robot: The robot.
+        folder: Output folder; created if it does not exist.
+        plugin: Whether to write data that SDF does not support to a plugin element of model.sdf,
+            whose library exists for Gazebo 9. Otherwise it is written to cardsflow.xml, and no
+            program searches for the library.
 
     Returns:
-        The files written.
+        The written files.
 
     Raises:
-        RobotError: The robot has errors, or SDF cannot hold it: `sdf_losses` lists all.
+        RobotError: The robot has errors, or SDF cannot hold it; `sdf_losses` lists all causes.
         InputError: The folder cannot be written.
     """
     require_valid(robot)
@@ -48,7 +49,7 @@ def write_sdf(robot: Robot, folder: str | Path, *, plugin: bool = True) -> list[
     texts = {
         "model.sdf": _model_sdf(robot, plugin),
         "model.config": _model_config(robot),
-        "cardsflow.xml": cardsflow_xml(robot) if plugin else content_beside(robot),
+        "cardsflow.xml": cardsflow_xml(robot) if plugin else extras_text(robot),
     }
     return write_files(folder, texts)
 

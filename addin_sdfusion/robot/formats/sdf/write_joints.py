@@ -1,8 +1,8 @@
-"""Joints in SDF: single ones, universal ones, and chains of single ones.
+"""SDF representation of joints: single joints, universal joints, and chains of single joints.
 
-SDF has no joint for three motions in custom coordinates (its ball has no coordinates at all).
-Such a joint is written as a chain of single ones through links without mass, and the plugin says
-which of them belong together, so that it reads back as the one joint that it is.
+SDF has no joint with three motions and arbitrary coordinates (its ball has no coordinates). Such a
+joint is written as a chain of single joints with massless links. The plugin lists the joints of the
+chain, so that they are merged again when the file is read.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from ...transforms.joint_chains import Names
 
 @dataclass(frozen=True, slots=True)
 class SdfJoint:
-    """A joint element of an SDF file.
+    """Joint element of an SDF file.
 
     Attributes:
-        name, type: As in the file.
-        parent, child: Links of the file.
+        name, type: Name and type in the file.
+        parent, child: Links in the file.
         motions: None, one, or two for a universal joint.
         coordinates: One for each motion.
-        T_parent_joint, T_child_joint: As of a `Joint`.
-        between: Whether the child is a link without mass that the robot does not have.
-        closes_loop: Whether another joint carries the child; then it has no coordinates.
+        T_parent_joint, T_child_joint: As in `Joint`.
+        between: Whether the child is a massless link that is not part of the robot.
+        closes_loop: Whether it is a loop joint, which has no coordinates.
     """
 
     name: str
@@ -44,14 +44,14 @@ class SdfJoint:
 
 
 def sdf_joints(robot: Robot) -> dict[str, list[SdfJoint]]:
-    """What is written for each joint of a robot, by the joint's name."""
+    """Return the joint elements of each joint of a robot, by joint name."""
     joints = [joint.name for joint in robot.joints]
     names = Names([WORLD, *joints, *(link.name for link in robot.links)])
     return {joint.name: list(_split(joint, names)) for joint in robot.joints}
 
 
 def sdf_loops(robot: Robot) -> list[SdfJoint]:
-    """Return the loop joints that SDF has a type for."""
+    """Return the loop joints whose type SDF supports."""
     return [
         SdfJoint(
             loop.name,
@@ -70,12 +70,12 @@ def sdf_loops(robot: Robot) -> list[SdfJoint]:
 
 
 def is_chained(joint: Joint) -> bool:
-    """Return whether a joint is written as a chain."""
+    """Return whether a joint is written as a chain of joint elements."""
     return len(joint.motions) > 1 and joint.type != "universal"
 
 
-def needs_words(joint: Joint) -> bool:
-    """Return whether the plugin says something about a joint that SDF's axes have no word for."""
+def needs_plugin(joint: Joint) -> bool:
+    """Return whether the plugin must describe a joint, because SDF's axes cannot hold all data."""
     return (
         not joint.is_plain
         or len(joint.motions) > 1
@@ -88,7 +88,7 @@ def needs_words(joint: Joint) -> bool:
 
 
 def has_one_effort(coordinate: Coordinate) -> bool:
-    """Whether SDF's effort says it all: a motor that turns either way with the same torque."""
+    """Return whether the motor limits are symmetric, as with an effort in SDF."""
     return coordinate.tau_min == -coordinate.tau_max and coordinate.tau_max >= 0.0
 
 
@@ -104,7 +104,7 @@ def _split(joint: Joint, names: Names) -> Iterator[SdfJoint]:
             parent,
             child,
             motions,
-            tuple(_shown(joint, joint.motions.index(motion)) for motion in motions),
+            tuple(_axis_coordinate(joint, joint.motions.index(motion)) for motion in motions),
             T_parent_joint,
             joint.T_child_joint if last else IDENTITY,
             between=not last,
@@ -116,8 +116,8 @@ def _type(motions: tuple[Motion, ...]) -> str:
     return _TYPES[motions[0].kind] if motions else "fixed"
 
 
-def _shown(joint: Joint, place: int) -> Coordinate:
-    """Return the coordinate in the axis of a motion; an empty one if it is in another axis."""
+def _axis_coordinate(joint: Joint, place: int) -> Coordinate:
+    """Return the coordinate of the axis of a motion; an empty one if another axis has it."""
     own = joint.motions[place].coordinate
     is_here = not joint.motions[place].is_fixed and joint.home(own) == place
     return joint.coordinates[own] if is_here else Coordinate("")
@@ -130,6 +130,6 @@ KINDS: dict[LoopType, MotionKind] = {
     "universal": "rotation",
     "ball": "rotation",
 }
-"""The loop types of SDF, and the kind of their motions."""
+"""Loop joint types in SDF, and the kind of their motions."""
 
 _TYPES = {"rotation": "revolute", "translation": "prismatic"}

@@ -1,1 +1,1 @@
-"""ROS's URDF."""
+"""The URDF format of ROS."""

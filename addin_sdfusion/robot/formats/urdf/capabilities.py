@@ -1,4 +1,4 @@
-"""What URDF with the cardsflow.xml next to it holds: to CARDSFlow all but loops and link frames."""
+"""Features that URDF holds, together with the cardsflow.xml next to it."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from ..capability import (
     changed,
     changed_together,
     kept,
-    left_out,
-    refused,
+    omitted,
+    rejected,
 )
 from ..features import of_coordinates, of_robot
 from ..sdf.write_joints import has_one_effort
 
 NO_LIMIT = 1e16
-"""The value of a limit that is none: in [rad], [m], [N·m], [N], [rad/s] or [m/s]."""
+"""Value that represents no limit, in [rad], [m], [N·m], [N], [rad/s] or [m/s]."""
 
 
 def urdf_losses(robot: Robot) -> list[Finding]:
-    """What URDF cannot hold of a valid robot."""
+    """Return findings on everything that URDF cannot hold of a valid robot."""
     return URDF.losses(robot)
 
 
-def followed(single: SingleJoint) -> tuple[str, Function | None]:
-    """Return the joint that a single one follows, and how; None if it follows none."""
+def leader_of(single: SingleJoint) -> tuple[str, Function | None]:
+    """Return the joint that a single joint follows, and the function; empty and None otherwise."""
     c, motion = single.coordinate, single.motion
     if c is None or motion is None:
         return "", None
@@ -51,8 +51,8 @@ def _is_limited_once(c: Coordinate) -> bool:
     return c.is_free and math.isfinite(c.lower) != math.isfinite(c.upper)
 
 
-def _of_singles(has: Callable[[SingleJoint, Coordinate], bool]) -> Finder:
-    """Return the coordinates of single joints that have something; `{joint}` is the joint."""
+def _of_single_joints(has: Callable[[SingleJoint, Coordinate], bool]) -> Finder:
+    """Return a finder of coordinates of single joints; `{joint}` is the joint."""
 
     def find(robot: Robot) -> Iterator[Found]:
         for single in single_joints(robot, whole=True):
@@ -73,7 +73,7 @@ def _follows_several(single: SingleJoint, c: Coordinate) -> bool:
 
 
 def _follows_no_line(single: SingleJoint, c: Coordinate) -> bool:
-    function = followed(single)[1]
+    function = leader_of(single)[1]
     is_line = isinstance(function, Polynomial) and len(function.coefficients) <= 2
     return function is not None and not is_line
 
@@ -91,7 +91,7 @@ def _renamed_joints(robot: Robot) -> Iterator[Found]:
             yield Found(Subject("joint", joint.name), {"name": given[joint.child]})
 
 
-BESIDE = (
+IN_CARDSFLOW_XML = (
     features.GRAVITIES,
     features.MUSCLES,
     features.WRAP_SURFACES,
@@ -102,9 +102,9 @@ BESIDE = (
     features.ARMATURES,
     features.LIMIT_FORCES,
     features.INITIAL_VALUES,
-    Feature("bounds of motors", of_coordinates(lambda c: c.is_free and not has_one_effort(c))),
+    Feature("motor limits", of_coordinates(lambda c: c.is_free and not has_one_effort(c))),
 )
-"""What is in the cardsflow.xml, which other programs do not read."""
+"""Features stored in the cardsflow.xml, which other programs do not read."""
 
 URDF = Capabilities(
     "URDF",
@@ -112,61 +112,67 @@ URDF = Capabilities(
         kept(features.LINKS, features.MESHES, features.MESH_NAMES, features.COLLISIONS),
         kept(features.FIXED_JOINTS, features.JOINT_NAMES, features.LIMITS, features.DAMPING),
         kept(features.FRICTION, features.MOTORS, features.BOUNDS_WITHOUT_MOTOR),
-        kept(*(feature for feature in features.OF_MUSCLES_AND_TASKS if feature not in BESIDE)),
+        kept(
+            *(
+                feature
+                for feature in features.OF_MUSCLES_AND_TASKS
+                if feature not in IN_CARDSFLOW_XML
+            )
+        ),
         changed(
             features.DRIVEN_JOINTS,
             "motion-for-coordinate",
-            "other programs use the motion itself as the coordinate; its value differs",
-            _of_singles(_has_other_motion),
+            "other programs use the motion itself as the coordinate, with a different value",
+            _of_single_joints(_has_other_motion),
         ),
         changed(
             features.DRIVEN_JOINTS,
             "coupling-left-out",
-            "URDF's mimic follows one joint; to other programs it moves freely",
-            _of_singles(_follows_several),
+            "URDF's mimic supports only one leading joint; in other programs it moves freely",
+            _of_single_joints(_follows_several),
         ),
         changed(
             features.DRIVEN_JOINTS,
             "mimic-is-a-line",
-            "URDF's mimic is a line: joint {joint!r} is one to other programs, along the function "
-            "where the robot starts",
-            _of_singles(_follows_no_line),
+            "URDF's mimic is linear: in other programs joint {joint!r} follows the tangent of the "
+            "function at the initial values",
+            _of_single_joints(_follows_no_line),
         ),
         changed(
             features.DRIVEN_JOINTS,
             "lock-as-limits",
-            "URDF cannot lock joints; these get equal limits in other programs: {names}",
+            "URDF cannot lock joints; in other programs these joints have equal limits: {names}",
             of_robot(lambda robot: [c.name for c in robot.all_coordinates if c.locked]),
         ),
-        left_out(features.LOOPS),
+        omitted(features.LOOPS),
         changed(features.CHAINS, features.CHAINS.code, features.CHAINS.message),
         changed_together(
-            BESIDE,
+            IN_CARDSFLOW_XML,
             "held-beside-urdf",
-            "URDF has no {what}: they are in the cardsflow.xml next to it, which CARDSFlow reads "
-            "with it and others do not",
+            "URDF has no {what}; they are written to the cardsflow.xml next to it, which only "
+            "CARDSFlow reads",
         ),
         changed(
             features.LINK_FRAMES,
             "link-frame-moved",
-            "its URDF frame is the frame of joint {joint!r}, not the link's frame",
+            "in URDF the link frame is the frame of joint {joint!r}",
             _moved_frames,
         ),
         changed(
             features.LIMITS,
             "one-sided-limit",
-            f"URDF limits both sides or none; the open one is {NO_LIMIT!r}",
+            f"URDF has either both limits or none; the missing limit is written as {NO_LIMIT!r}",
             of_coordinates(_is_limited_once),
             only="on one side",
         ),
         changed(
             "fixed joints with the name of a coordinate",
             "renamed",
-            "a coordinate has its name; written as {name!r}",
+            "a coordinate has the same name; written as {name!r}",
             _renamed_joints,
         ),
     ),
 )
 
-URDF_ALONE = Capabilities("The description, URDF,", (refused(features.DRIVEN_JOINTS),))
-"""What a URDF without a cardsflow.xml cannot be of, such as ROS's robot description."""
+URDF_ALONE = Capabilities("The description, URDF,", (rejected(features.DRIVEN_JOINTS),))
+"""Features that a URDF without a cardsflow.xml must not have, such as a ROS description."""

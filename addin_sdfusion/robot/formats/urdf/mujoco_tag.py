@@ -1,4 +1,4 @@
-"""MuJoCo's own element in a URDF."""
+"""Reader of the `<mujoco>` element in URDF files."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..reading.xml import Node
 
 
 def read_mujoco_tag(robot: Robot, node: Node) -> Robot:
-    """Return the robot with the gravity of `<mujoco><option>`; the rest is noted as left out."""
+    """Return the robot with the gravity of `<mujoco><option>`; report other settings as omitted."""
     for mujoco in node.all("mujoco"):
         for child in mujoco.all():
             words = set(map(str, child.element.attrib))
@@ -18,6 +18,6 @@ def read_mujoco_tag(robot: Robot, node: Node) -> Robot:
                 words.discard("gravity")
             if words or child.tag not in ("option", "compiler"):
                 listed = ", ".join(sorted(words)) or "all of it"
-                problem = f"<{child.tag}> of <mujoco> is for MuJoCo only; left out: {listed}"
+                problem = f"<{child.tag}> of <mujoco> is only for MuJoCo; omitted: {listed}"
                 child.warning("element-left-out", problem)
     return robot

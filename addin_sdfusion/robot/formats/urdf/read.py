@@ -1,7 +1,7 @@
-"""Reader of URDF, and of the cardsflow.xml next to it.
+"""Reader of URDF files and the cardsflow.xml next to them.
 
-URDF has links, joints, limits, motors and meshes. What it has no words for, muscles above all,
-comes from a cardsflow.xml in the same folder, as `write_urdf` makes it.
+URDF contains links, joints, limits, motors and meshes. Features that URDF does not support, such as
+muscles, are read from a cardsflow.xml in the same folder, as written by `write_urdf`.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from ...finding import Subject
 from ...model.joint import Joint
 from ...model.pose import IDENTITY
 from ...model.robot import WORLD, Robot
-from ..cardsflow.beside import cardsflow_xml, read_extras
+from ..cardsflow.extras import cardsflow_xml, read_extras
 from ..reading.chains import join_chains
-from ..reading.distinct import distinct
 from ..reading.meshes import note_missing_meshes
-from ..reading.tree import parents_first, welds
+from ..reading.tree import fixed_roots, parents_first
+from ..reading.unique_names import with_unique_names
 from ..reading.xml import Node, Notes, parse
 from .mujoco_tag import read_mujoco_tag
 from .read_joints import read_joint
@@ -28,8 +28,8 @@ from .read_links import material_colors, note_shapes, read_link
 from .read_motors import motor_joints
 
 XACRO = (
-    "is xacro, not yet URDF; `xacro {0} > {1}` writes the URDF (xacro is a package of ROS, and "
-    "`pip install xacro` if it is missing)"
+    "is xacro, not URDF; convert it with `xacro {0} > {1}` (xacro is part of ROS; if it is "
+    "missing, install it with `pip install xacro`)"
 )
 
 
@@ -38,25 +38,25 @@ def read_urdf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
 
     Args:
         file: The URDF file.
-        cable_set: The cable set to make active; the choice of the cardsflow.xml if None.
-        notes: Where findings, places and files go.
+        cable_set: Cable set to activate; the default of the cardsflow.xml if None.
+        notes: Collects findings, locations and files.
 
     Raises:
         InputError: A file is not readable XML, or is xacro.
-        UnknownNameError: There is no such cable set.
+        UnknownNameError: The cable set does not exist.
     """
     root = parse(file, Subject("robot", file.stem), notes)
-    _refuse_xacro(root)
+    _reject_xacro(root)
     if root.tag != "robot":
         root.error("not-urdf", f"<{root.tag}> is not <robot>")
         return None
     node = root.about(Subject("robot", root.attribute("name")))
     for kind in ("link", "joint"):
-        distinct(node.all(kind), partial(Subject, kind))
+        with_unique_names(node.all(kind), partial(Subject, kind))
     elements = [child for child in node.all("link") if child.attribute("name", "") != WORLD]
     motors = motor_joints(node)
     joints = [read_joint(_about(child, "joint"), motors) for child in node.all("joint")]
-    roots = welds(elements, joints, lambda _: IDENTITY, node)
+    roots = fixed_roots(elements, joints, lambda _: IDENTITY, node)
     beside = cardsflow_xml(node)
     joints, inner = join_chains([*roots, *joints], beside)
     colors = material_colors(node)
@@ -75,8 +75,8 @@ def _about(node: Node, kind: str) -> Node:
     return node.about(Subject(kind, node.attribute("name")))
 
 
-def _refuse_xacro(root: Node) -> None:
-    """Xacro is a program that writes URDF; its elements are no robot's."""
+def _reject_xacro(root: Node) -> None:
+    """Raise an error for a xacro file, which must first be converted to URDF."""
     spaces = map(str, root.element.nsmap.values())
     if root.file.suffix == ".xacro" or any(space.endswith("xacro") for space in spaces):
         if root.file.suffix != ".xacro" and not _has_macros(root):
@@ -92,10 +92,10 @@ def _has_macros(root: Node) -> bool:
 def _with_motors_by_effort(
     robot: Robot, node: Node, motors: set[str], beside: Sequence[Node]
 ) -> Robot:
-    """Return the robot with a motor at each joint with an effort limit if no file names motors."""
+    """Return the robot with motors on all joints with an effort limit if no motors are defined."""
     if motors or robot.motors:
         return robot
-    joints = tuple(_driven(joint) for joint in robot.joints)
+    joints = tuple(_with_motors(joint) for joint in robot.joints)
     names = [c.name for joint in joints for c in joint.coordinates if c.actuated]
     if not names:
         return robot
@@ -107,14 +107,14 @@ def _with_motors_by_effort(
         node.warning("no-motors-by-effort", problem)
         return robot
     problem = (
-        f"no <transmission>, <ros2_control> or cardsflow.xml specifies motors; the "
-        f"{len(names)} joints with an effort limit are read as motor-driven"
+        f"no <transmission>, <ros2_control> or cardsflow.xml defines motors; the "
+        f"{len(names)} joints with an effort limit get motors"
     )
     node.warning("motors-by-effort", problem)
     return replace(robot, joints=joints)
 
 
-def _driven(joint: Joint) -> Joint:
+def _with_motors(joint: Joint) -> Joint:
     coordinates = tuple(
         replace(c, actuated=c.is_free and 0.0 < c.tau_max < float("inf")) for c in joint.coordinates
     )

@@ -1,4 +1,4 @@
-"""Reader of the joints of a URDF."""
+"""Reader of the joints of URDF files."""
 
 from __future__ import annotations
 
@@ -28,19 +28,22 @@ LIMITED = ("revolute", "prismatic")
 
 
 def read_joint(node: Node, motors: Container[str]) -> Joint:
-    """Return a joint; its coordinate is called as it, those of a floating or planar one after it.
+    """Return a joint.
+
+    A single coordinate has the name of the joint. The coordinates of a floating or planar joint
+    have this name with a suffix.
 
     Args:
-        node: Its element.
-        motors: The names of the joints with a motor.
+        node: Element of the joint.
+        motors: Names of the joints with a motor.
     """
     name, type_ = node.subject.name, node.attribute("type")
     if type_ not in TYPES:
         known = ", ".join(TYPES)
-        problem = f"joint type {shortened(type_)} is not supported (supported: {known})"
+        problem = f"unsupported joint type {shortened(type_)}; known: {known}"
         node.error("unsupported-joint", problem)
         type_ = "fixed"
-    motions, coordinates = _moved(node, type_, name in motors)
+    motions, coordinates = _motions_and_coordinates(node, type_, name in motors)
     origin = read_origin(node)
     return Joint(name, _link(node, "parent"), _link(node, "child"), motions, coordinates, origin)
 
@@ -50,10 +53,10 @@ def _link(node: Node, tag: str) -> str:
     return "" if child is None else child.attribute("link")
 
 
-def _moved(
+def _motions_and_coordinates(
     node: Node, type_: str, actuated: bool
 ) -> tuple[tuple[Motion, ...], tuple[Coordinate, ...]]:
-    """Return the motions of a joint and what drives them."""
+    """Return the motions and coordinates of a joint."""
     name = node.subject.name
     if type_ == "fixed":
         for unused in node.all("axis", "limit"):
@@ -68,11 +71,11 @@ def _moved(
     words: tuple[str, ...]
     if type_ == "floating":
         axes, kinds, words = (X, Y, Z) * 2, "tttrrr", FREE
-        node.warning("floating-angles", "it turns by Rx(alpha) Ry(beta) Rz(gamma) here")
+        node.warning("floating-angles", "it rotates by Rx(alpha) Ry(beta) Rz(gamma) here")
     else:
         normal = _axis(node)
-        least = min((X, Y, Z), key=lambda e: abs(sum(map(float.__mul__, e, normal))))
-        u = normalized(cross(least, normal))
+        unit = min((X, Y, Z), key=lambda e: abs(sum(map(float.__mul__, e, normal))))
+        u = normalized(cross(unit, normal))
         axes, kinds, words = (u, cross(normal, u), normal), "ttr", ("x", "y", "angle")
     names = [f"{name}_{word}" for word in words]
     for each in names:
@@ -93,15 +96,15 @@ def _axis(node: Node) -> Vector3:
 def _coordinate(node: Node, type_: str, actuated: bool) -> Coordinate:
     limit, dynamics = node.optional("limit"), node.optional("dynamics")
     if type_ in LIMITED and limit is None:
-        problem = f"a {type_} joint needs <limit>; it moves without one here"
+        problem = f"a {type_} joint must have a <limit>; read as unlimited"
         node.warning("no-limit", problem)
     effort = math.inf if limit is None else _number(limit, "effort", math.inf)
     lower, upper = -math.inf, math.inf
     if limit is not None and type_ in LIMITED:
         lower, upper = _number(limit, "lower", 0.0), _number(limit, "upper", 0.0)
     _note_not_simulated(node, limit)
-    coupling = tuple(_mimicked(child) for child in node.all("mimic"))
-    if coupling:  # the limits of what it follows count
+    coupling = tuple(_mimic_term(child) for child in node.all("mimic"))
+    if coupling:  # the limits of the leading joint apply
         lower, upper = -math.inf, math.inf
         if actuated or 0.0 < effort < math.inf:
             problem = "it follows another joint (<mimic>); its motor is ignored"
@@ -120,20 +123,20 @@ def _coordinate(node: Node, type_: str, actuated: bool) -> Coordinate:
     )
 
 
-def _mimicked(node: Node) -> Term:
-    """What a joint follows: multiplier times the other, plus offset."""
+def _mimic_term(node: Node) -> Term:
+    """Return the coupling of a mimic: multiplier times the leading coordinate, plus offset."""
     factor, offset = node.number_attribute("multiplier", 1.0), node.number_attribute("offset", 0.0)
     return Term(node.attribute("joint"), linear(factor, offset))
 
 
 def _number(node: Node | None, name: str, default: float) -> float:
-    """Return a number of an attribute; one of `NO_LIMIT` or more is infinite."""
+    """Return the number in an attribute; infinite if its magnitude is at least `NO_LIMIT`."""
     value = default if node is None else node.number_attribute(name, default, infinite=True)
     return math.copysign(math.inf, value) if abs(value) >= NO_LIMIT else value
 
 
 def _note_not_simulated(node: Node, limit: Node | None) -> None:
     if limit is not None and 0.0 <= _number(limit, "velocity", -1.0) < NO_LIMIT:
-        limit.warning("joint-not-simulated", "its velocity limit is not simulated; left out")
+        limit.warning("joint-not-simulated", "its velocity limit is not simulated; omitted")
     for child in node.all("safety_controller"):
-        child.warning("joint-not-simulated", "its safety controller is left out")
+        child.warning("joint-not-simulated", "its safety controller is omitted")

@@ -1,4 +1,4 @@
-"""Reader of the links of a URDF: masses, inertias and meshes."""
+"""Reader of the links of URDF files: masses, inertias and meshes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SEEN = ("visual", "collision")
 
 
 def read_link(node: Node, colors: Mapping[str, Rgba]) -> Link:
-    """Return a link; one without inertial has no mass."""
+    """Return a link; without an inertial element its mass is 0."""
     inertial = node.optional("inertial")
     inertia = Inertia(0.0) if inertial is None else _inertia(inertial)
     meshes, shapes = tuple(_meshes(node, colors)), tuple(_shapes(node))
@@ -23,12 +23,12 @@ def read_link(node: Node, colors: Mapping[str, Rgba]) -> Link:
 
 
 def note_shapes(robot: Node) -> None:
-    """Shapes that are not kept, in one warning, and what link `world` has, are left out."""
+    """Report omitted shapes in one warning, and mass or shapes of link `world`."""
     counts: Counter[str] = Counter()
     first: Node | None = None
     for link in robot.all("link"):
         if link.attribute("name", "") == WORLD and link.all("inertial", *SEEN):
-            problem = f"link {WORLD!r} is the fixed frame; its mass and shapes are left out"
+            problem = f"link {WORLD!r} is the fixed frame; its mass and shapes are omitted"
             link.warning("world-left-out", problem)
         for node, shape in _geometries(link):
             if shape.tag != "mesh" and (node.tag == "visual" or shape.tag not in SHAPE_SIZES):
@@ -41,7 +41,7 @@ def note_shapes(robot: Node) -> None:
 
 
 def read_origin(parent: Node) -> Pose:
-    """Return the `<origin>` of an element; the identity if there is none."""
+    """Return the `<origin>` of an element; the identity if it does not exist."""
     node = parent.optional("origin")
     if node is None:
         return IDENTITY
@@ -68,7 +68,7 @@ def _inertia(inertial: Node) -> Inertia:
 
 
 def _geometries(link: Node) -> Iterator[tuple[Node, Node]]:
-    """What is seen and collisions, each with its shape."""
+    """Yield each visual and collision element with its shapes."""
     for node in link.all(*SEEN):
         for geometry in node.all("geometry"):
             for shape in geometry.all():
@@ -88,7 +88,7 @@ def _sizes(shape: Node, kind: ShapeKind) -> tuple[float, ...]:
 
 
 def material_colors(robot: Node) -> dict[str, Rgba]:
-    """Colours of materials by their names, which other elements may use."""
+    """Return the named colours of materials, which other elements can refer to."""
     found = {}
     for material in robot.all("material"):
         color = material.optional("color")
@@ -98,7 +98,7 @@ def material_colors(robot: Node) -> dict[str, Rgba]:
 
 
 def _color(visual: Node, colors: Mapping[str, Rgba]) -> Rgba | None:
-    """Return the colour of a material of its own, or of one of the robot's by its name."""
+    """Return the colour of a material, defined in place or by the name of a material."""
     material = visual.optional("material") if visual.tag == "visual" else None
     if material is None:
         return None

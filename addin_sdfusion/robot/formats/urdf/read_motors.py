@@ -1,21 +1,21 @@
-"""Motors at the joints of a URDF: its transmissions, or ROS 2's control."""
+"""Reader of motors in URDF files: transmissions and ros2_control."""
 
 from __future__ import annotations
 
 from ..reading.xml import Node
 
 DRIVING = ("effort", "velocity", "position")
-"""Command interfaces of ROS 2."""
+"""Command interfaces of ros2_control."""
 
 
 def motor_joints(robot: Node) -> set[str]:
-    """Return the names of the joints with a motor; those that are not there are noted."""
+    """Return the names of the joints with a motor; report motors of unknown joints."""
     known = {joint.attribute("name", "") for joint in robot.all("joint")}
     named = [*_of_transmissions(robot), *_of_ros2(robot)]
     for node in named:
         if node.attribute("name") not in known:
-            problem = f"<{node.tag}>: there is no joint {node.attribute('name', '')!r}"
-            node.warning("unknown-joint", f"{problem}; its motor is left out")
+            problem = f"<{node.tag}>: unknown joint {node.attribute('name', '')!r}"
+            node.warning("unknown-joint", f"{problem}; its motor is omitted")
     return {name for node in named if (name := node.attribute("name", "")) in known}
 
 
@@ -27,7 +27,7 @@ def _of_transmissions(robot: Node) -> list[Node]:
             ratio = actuator.number("mechanicalReduction", 1.0)
             if ratio != 1.0:
                 problem = (
-                    f"its reduction {ratio:g} is ignored: motor torques are joint torques here"
+                    f"its reduction {ratio:g} is ignored; motor torques are joint torques here"
                 )
                 actuator.warning("reduction-left-out", problem)
     return named

@@ -1,12 +1,12 @@
 """Writer of URDF: links, inertias, joints, limits, damping, motors, meshes.
 
-What URDF has no words for, muscles above all, is in a cardsflow.xml beside it: what an SDF's plugin
-holds, so that both together read back as the robot.
+Features that URDF does not support, such as muscles, are written to a cardsflow.xml next to it.
+It has the same content as the plugin in SDF. Both files together restore the robot.
 
-The root link is called `world`. A joint that moves has the name of its coordinate, so that joint
-states by name are q by name; URDF has no order of joints. A joint of several motions becomes a
-chain, see `joint_chains`. The frame of a URDF link is that of the joint that carries it: a link
-whose frame lies elsewhere is written in that joint's frame, its inertia and meshes with it.
+The root link is called `world`. A moving joint has the name of its coordinate, so that ROS joint
+states by name match q by name; URDF does not define an order of joints. A joint with several
+motions becomes a chain, see `joint_chains`. The frame of a URDF link is the frame of its parent
+joint. A link with another frame is written in the joint frame, with its inertia and meshes.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from ...transforms.joint_chains import SingleJoint, single_joints
 from ...transforms.simplify import joint_frames
 from ..features import is_limited
 from ..sdf.plugin import plugin_content
-from ..sdf.write_joints import needs_words
+from ..sdf.write_joints import needs_plugin
 from ..writing.file_names import file_name
 from ..writing.xml_text import document, element, numbers
-from .capabilities import BESIDE, NO_LIMIT, followed
+from .capabilities import IN_CARDSFLOW_XML, NO_LIMIT, leader_of
 
 
 def write_urdf(robot: Robot, folder: str | Path, name: str | None = None) -> list[Path]:
-    """Write `<name>.urdf`, and a cardsflow.xml if there is something for it.
+    """Write `<name>.urdf`, and a cardsflow.xml if URDF cannot hold all features.
 
     Raises as `write_document`; the URDF is the first file returned.
     """
@@ -43,24 +43,24 @@ def write_urdf(robot: Robot, folder: str | Path, name: str | None = None) -> lis
     framed = joint_frames(robot)
     files = {file_name(robot.name if name is None else name, "urdf"): urdf_text(robot)}
     if _needs_more(framed):
-        files["cardsflow.xml"] = _beside(framed)
+        files["cardsflow.xml"] = _extras_text(framed)
     return write_files(folder, files)
 
 
 def urdf_text(robot: Robot) -> str:
-    """Return a valid robot as URDF, without what is in the cardsflow.xml."""
+    """Return the URDF text of a valid robot, without the content of the cardsflow.xml."""
     return _urdf(joint_frames(robot))
 
 
 def _needs_more(robot: Robot) -> bool:
-    """Return whether there is something that URDF has no words for."""
-    beyond = any(True for feature in BESIDE for _ in feature.find(robot))
+    """Return whether the robot has features that URDF does not support."""
+    beyond = any(True for feature in IN_CARDSFLOW_XML for _ in feature.find(robot))
     return beyond or any(
-        needs_words(joint) or any(c.rest for c in joint.coordinates) for joint in robot.joints
+        needs_plugin(joint) or any(c.rest for c in joint.coordinates) for joint in robot.joints
     )
 
 
-def _beside(robot: Robot) -> str:
+def _extras_text(robot: Robot) -> str:
     """Return the text of the cardsflow.xml."""
     root = element(None, "cardsflow")
     singles = iter(single_joints(robot, whole=True))
@@ -91,7 +91,7 @@ def _urdf(robot: Robot) -> str:
 
 
 def _transmission(root: ElementTree.Element, c: Coordinate) -> None:
-    """A motor, as ROS has them."""
+    """Add the motor of a coordinate as a transmission of ROS."""
     node = element(root, "transmission", name=f"{c.name}_transmission")
     element(node, "type", "transmission_interface/SimpleTransmission")
     joint = element(node, "joint", name=c.name)
@@ -110,7 +110,7 @@ def _link(root: ElementTree.Element, link: Link) -> None:
 
 
 def _inertial(link: ElementTree.Element, inertia: Inertia) -> None:
-    """Zeros are written as well: a link without `inertial` weighs 1 kg to DART."""
+    """Add the inertia of a link, also if it is zero: without it DART uses 1 kg."""
     node = element(link, "inertial")
     _origin(node, Pose(inertia.com))
     element(node, "mass", value=numbers([inertia.mass]))
@@ -145,9 +145,9 @@ def _joint(root: ElementTree.Element, single: SingleJoint, starts: Mapping[str, 
     element(node, "child", link=single.child)
     if single.motion is None or single.coordinate is None:
         return
-    c = _shown(single.name, single.coordinate)
+    c = _coordinate_to_write(single.name, single.coordinate)
     element(node, "axis", xyz=numbers(normalized(single.motion.axis)))
-    leader, function = followed(single)
+    leader, function = leader_of(single)
     if function is not None:
         at = starts[leader]
         f, slope, _ = derivatives(function, at)
@@ -170,12 +170,12 @@ def _type(single: SingleJoint) -> str:
         return "fixed"
     if single.motion.kind == "translation":
         return "prismatic"
-    shown = _shown(single.name, single.coordinate)
+    shown = _coordinate_to_write(single.name, single.coordinate)
     return "revolute" if is_limited(shown) else "continuous"
 
 
-def _shown(name: str, c: Coordinate) -> Coordinate:
-    """Return the coordinate in a joint element; an empty one in a joint that follows it."""
+def _coordinate_to_write(name: str, c: Coordinate) -> Coordinate:
+    """Return the coordinate to write in a joint element; an empty one for a following joint."""
     if name != c.name:
         return Coordinate(name)
     return replace(c, lower=c.initial, upper=c.initial) if c.locked else c

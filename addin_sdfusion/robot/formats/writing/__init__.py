@@ -1,1 +1,1 @@
-"""What writers of several formats share. Standard library only."""
+"""Shared parts of the writers. They need only the standard library."""

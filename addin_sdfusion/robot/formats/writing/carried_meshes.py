@@ -1,4 +1,4 @@
-"""Meshes that go with a robot to where it is written, with URIs that find them there."""
+"""Copying of the meshes of a robot to the folder where the robot is written."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ Opens = Callable[[str, bytes], bool]
 
 @dataclass
 class CarriedMeshes:
-    """The meshes of a robot that are carried.
+    """Meshes that are copied together with a robot.
 
     Attributes:
-        folder: Folder of the robot's file; meshes that lie elsewhere stay where they are.
-        files: Each file, by its place in the robot's folder, which is that in the new one.
-        names: These names by the robot's URIs.
-        left: What keeps a file from being carried, by the robot's URIs.
+        folder: Folder of the robot file. Meshes outside it are not copied.
+        files: Source file by its path relative to the robot folder, which does not change.
+        names: Relative path by the URI in the robot.
+        left: Reason why a file is not copied, by the URI in the robot.
     """
 
     folder: Path
@@ -34,7 +34,7 @@ class CarriedMeshes:
 
     @staticmethod
     def of(robot: Robot, folder: Path) -> CarriedMeshes:
-        """Return the meshes of a robot that are there, lie in its folder, and are meshes."""
+        """Return the valid mesh files of a robot that exist inside its folder."""
         carried = CarriedMeshes(folder)
         for uri in dict.fromkeys(mesh.uri for link in robot.links for mesh in link.meshes):
             file = mesh_file(uri, folder, [folder])
@@ -50,7 +50,7 @@ class CarriedMeshes:
         return carried
 
     def opened(self, opens: Opens) -> dict[str, str]:
-        """The names of the files that a program opens, by themselves, for writers' `meshes`."""
+        """Return the names of the files that a program can open, for the `meshes` of writers."""
         return {
             name: name
             for name, file in self.files.items()
@@ -58,11 +58,11 @@ class CarriedMeshes:
         }
 
     def applied(self, robot: Robot, *, keeps_models: bool) -> Robot:
-        """Return the robot with the new names for its URIs.
+        """Return the robot with the relative paths as mesh URIs.
 
         Args:
             robot: The robot.
-            keeps_models: Whether URIs of models stay; they mean a file in the robot's folder too.
+            keeps_models: Whether to keep URIs of models (`model://`) that mean the same file.
         """
         links = []
         for link in robot.links:
@@ -76,18 +76,18 @@ class CarriedMeshes:
         return replace(robot, links=tuple(links))
 
     def losses(self, robot: Robot) -> Iterator[Finding]:
-        """The meshes that are not carried."""
+        """Report the meshes that are not copied."""
         for uri, reason in self.left.items():
-            problem = f"mesh {uri!r} does not come along: {reason}"
+            problem = f"mesh {uri!r} is not copied: {reason}"
             yield warning(Subject("robot", robot.name), "mesh-not-carried", problem)
 
     def write(self, folder: Path) -> list[Path]:
-        """Write the files; InputError where the folder cannot be written, or has links in it."""
+        """Write the files; raise InputError if the folder is not writable or contains links."""
         written = []
         for name, file in self.files.items():
             place = folder / name
             for parent in place.parents[: len(Path(name).parts) - 1]:
-                if parent.is_symlink():  # whoever gave the folder would choose what is written over
+                if parent.is_symlink():  # an untrusted folder could redirect the output elsewhere
                     raise InputError("is a link; remove it, or choose another folder", file=parent)
             data = mesh_bytes(file, [self.folder])
             written += write_files(place.parent, {place.name: data})

@@ -1,4 +1,4 @@
-"""Files of single documents, and their names."""
+"""Writing of single-file robots, and valid file names."""
 
 from __future__ import annotations
 
@@ -13,27 +13,28 @@ from ...finding_builders import error
 from ...model.robot import Robot
 
 _MAX_BYTES = 200
-"""Of 255 that systems have; what writes files adds to it."""
+"""Systems allow 255 bytes; the writing of files appends to the name."""
 
 
 def write_document(
     robot: Robot, folder: str | Path, name: str | None, suffix: str, text: Callable[[Robot], str]
 ) -> list[Path]:
-    """Write a robot as one file, `<name>.<suffix>`.
+    """Write a robot to one file, `<name>.<suffix>`.
 
     Args:
-        robot: What to write.
-        folder: Where to; made if it does not exist.
-        name: How the file is called; the robot's name if None.
-        suffix: The end of the file's name.
-        text: Makes the content.
+        robot: The robot.
+        folder: Output folder; created if it does not exist.
+        name: File name without suffix; the name of the robot if None.
+        suffix: File name suffix.
+        text: Function that returns the content.
 
     Returns:
+        The written file.
         The file written.
 
     Raises:
         RobotError: The robot has errors, or the format cannot hold it.
-        InputError: The folder cannot be written, or the name cannot be a file's.
+        InputError: The folder cannot be written, or the name is not a valid file name.
     """
     require_valid(robot)
     content = text(robot)
@@ -41,34 +42,34 @@ def write_document(
 
 
 def file_name(stem: str, suffix: str) -> str:
-    """A file's name, from what comes before and after the point; InputError as `file_stem`."""
+    """Return the file name of a stem and a suffix; raise InputError as `file_stem`."""
     return f"{file_stem(stem)}.{suffix}"
 
 
 def file_stem(stem: str) -> str:
-    """Return a name as the part of a file's name before the point.
+    """Return the name if it is a valid file name stem.
 
     Raises:
-        InputError: It is empty, part of a path, or too long.
+        InputError: The name is empty, contains a path separator, or is too long.
     """
     fault = stem_fault(stem)
     if fault is not None:
-        raise InputError(f"{stem[:80]!r} {fault}; give another name")
+        raise InputError(f"{stem[:80]!r} {fault}; choose another name")
     return stem
 
 
 def stem_fault(stem: str) -> str | None:
-    """Why no file can be called so; None if one can."""
+    """Return the reason why a name is not a valid file name stem, or None if it is valid."""
     if not stem or any(sign in stem for sign in "/\\\0"):
         return "cannot be part of a file name"
     if len(stem.encode("utf-8", "replace")) > _MAX_BYTES:
-        return f"is longer than {_MAX_BYTES} bytes, the most in a file name"
+        return f"is longer than {_MAX_BYTES} bytes, the maximum of a file name"
     return None
 
 
 def name_losses(robot: Robot) -> Iterator[Finding]:
-    """That no file can be called as the robot, for formats that do so."""
+    """Report a robot name that is not a valid file name, for formats that use it."""
     fault = stem_fault(robot.name)
     if fault is not None:
-        problem = f"its name {fault}, and its files are called so; rename it"
+        problem = f"its name {fault}, but the written files use this name; rename it"
         yield error(Subject("robot", robot.name), "file-name", problem)

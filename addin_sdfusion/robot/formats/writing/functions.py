@@ -1,7 +1,7 @@
-"""Functions of coordinates as elements of the plugin.
+"""XML elements for functions of coordinates in the SDF plugin.
 
-kind polynomial: coefficients as text, the constant first. kind simm_spline or piecewise_linear: x
-and y of the points as attributes. An element without a kind is the coordinate itself.
+kind polynomial: coefficients as text, in ascending order. kind simm_spline or piecewise_linear: x
+and y of the points as attributes. An element without a kind is the identity.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ POINT_KINDS: dict[str, type[SimmSpline | PiecewiseLinear]] = {
 def function_element(
     parent: ElementTree.Element, tag: str, function: Function, **attributes: str
 ) -> ElementTree.Element:
-    """Add an element that holds a function, besides other attributes."""
+    """Add an element that holds a function and other attributes."""
     if function == ITSELF:
         return element(parent, tag, None, **attributes)
     if isinstance(function, Polynomial):

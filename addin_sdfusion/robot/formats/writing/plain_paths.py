@@ -1,4 +1,4 @@
-"""Paths of muscles for formats that lack some of what paths can depend on."""
+"""Simplification of muscle paths for formats that do not support all path features."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from ...model.robot import MARKERS, Robot
 
 
 def with_plain_paths(robot: Robot, held: Container[str] = ()) -> Robot:
-    """Return the robot with paths as a format has them, and no point twice in a row.
+    """Return the robot with only the path features of a format, and without repeated points.
 
-    Two via points at one place may differ in their conditions, in how they move, or in the branch
-    that they belong to; where a format has none of that the second one is in the way.
+    Two via points at the same position may differ in their conditions, their motion, or their
+    branch. If a format holds none of these, the second point is redundant and is removed.
 
     Args:
         robot: The robot.
-        held: What of `conditions`, `moves` and `branches` the format holds.
+        held: The features among `conditions`, `moves` and `branches` that the format holds.
     """
     sets = (
         replace(group, muscles=tuple(_plain(muscle, held) for muscle in group.muscles))
@@ -30,7 +30,7 @@ def _plain(muscle: Muscle, held: Container[str]) -> Muscle:
     points = [_point(point, held) for point in muscle.via_points]
     branches = muscle.branches if "branches" in held else ()
     begins = {branch.point for branch in branches}
-    places: list[int] = []  # of each via point, among those that stay
+    places: list[int] = []  # index of each via point among the kept ones
     kept: list[ViaPoint] = []
     for k, point in enumerate(points):
         if not kept or k in begins or replace(point, friction=kept[-1].friction) != kept[-1]:
@@ -56,6 +56,6 @@ def _point(point: ViaPoint, held: Container[str]) -> ViaPoint:
 
 
 def with_markers(robot: Robot) -> Robot:
-    """Return the robot with its markers as the points that are written, if it has no others."""
+    """Return the robot with its markers as active task set if it has no other task set."""
     found = [group.name for group in robot.task_sets if group.name == MARKERS]
     return replace(robot, task_set=MARKERS) if found and not robot.task_set else robot

@@ -1,8 +1,9 @@
-"""Via points inside of wrap surfaces, where other programs take another path.
+"""Findings on via points inside wrap surfaces, where other programs compute another path.
 
-Here a surface shrinks so that it passes through the point, and the length has no jump; OpenSim and
-MuJoCo run straight as soon as an end is inside. How far the two are apart depends on the pose: it
-is looked for at the initial values of the coordinates and at others within their limits.
+In this simulation a surface shrinks until it passes through the point, so that the length is
+continuous. OpenSim and MuJoCo use a straight line as soon as an end is inside. The difference
+depends on the pose. It is evaluated at the initial values of the coordinates and at random values
+within their limits.
 """
 
 from __future__ import annotations
@@ -21,15 +22,15 @@ from ..capability import Found, Row, changed
 from .wrap_side import ends_on
 
 POSES = 40
-"""How many are looked at next to the initial one."""
+"""Number of poses evaluated in addition to the initial one."""
 MIN_SIZE = 1e-9
-"""In [m]: less is no difference."""
+"""Smallest difference in length to report, in [m]."""
 WIDE = {"rad": math.pi / 2.0, "m": 0.2}
-"""How far from its initial value a coordinate without limits goes."""
+"""Range of a coordinate without limits around its initial value, in [rad] or [m]."""
 
 
 def rows(program: str) -> tuple[Row, Row]:
-    """What a program does otherwise where an end of a wrap's segment is inside of its surface."""
+    """Return the rows on wraps whose ends are, or may come, inside the wrap surface."""
     return (
         changed(
             "points inside of wrap surfaces",
@@ -40,17 +41,17 @@ def rows(program: str) -> tuple[Row, Row]:
             _inside,
         ),
         changed(
-            "points that may come to be inside of wrap surfaces",
+            "points that may move inside wrap surfaces",
             "ends-move-near-wraps",
-            "at none of {poses} poses is an end of these inside its wrap surface; at one that is, "
-            f"{program} would run straight: {{names}}",
+            "at none of {poses} poses an end of these wraps is inside its wrap surface; at other "
+            f"poses {program} may use a straight path: {{names}}",
             _unseen,
         ),
     )
 
 
 def _inside(robot: Robot) -> Iterator[Found]:
-    """The wraps of which an end is inside at one of the poses."""
+    """Report the wraps with an end inside the surface at one of the poses."""
     for muscle, wrap, sizes in _differences(robot):
         k = max(range(len(sizes)), key=sizes.__getitem__)
         if sizes[k] <= MIN_SIZE:
@@ -65,7 +66,7 @@ def _inside(robot: Robot) -> Iterator[Found]:
 
 
 def _unseen(robot: Robot) -> Iterator[Found]:
-    """The muscles with wraps of which no end is inside at a pose, but might be at another."""
+    """Report the muscles with wraps whose ends are outside at all poses but can move."""
     names = {
         muscle.name: None
         for muscle, wrap, sizes in _differences(robot)
@@ -77,7 +78,7 @@ def _unseen(robot: Robot) -> Iterator[Found]:
 
 
 def _differences(robot: Robot) -> Iterator[tuple[Muscle, Wrap, list[float]]]:
-    """How far the two paths over each wrap are apart at the poses."""
+    """Yield the difference between the two paths over each wrap, in [m], at all poses."""
     outer = [(m, wrap) for m in robot.muscles for wrap in m.wraps if _is_smooth(robot, wrap)]
     poses = [link_poses(robot, posture) for posture in _postures(robot)] if outer else []
     for muscle, wrap in outer:
@@ -90,13 +91,13 @@ def _differences(robot: Robot) -> Iterator[tuple[Muscle, Wrap, list[float]]]:
 
 
 def _is_smooth(robot: Robot, wrap: Wrap) -> bool:
-    """Return whether an end inside makes the surface shrink."""
+    """Return whether the surface shrinks if an end is inside."""
     surface = robot.wrap_surface(wrap.surface)
     return wrap.rule == "taut" and not wrap.inside and surface.shape != "ellipsoid"
 
 
 def _postures(robot: Robot) -> Iterator[dict[str, float]]:
-    """The initial values, and others within the limits."""
+    """Yield the initial values of the coordinates, then random values within the limits."""
     yield {c.name: c.initial for c in robot.coordinates}
     drawn = random.Random(0)
     for _ in range(POSES):
@@ -110,16 +111,16 @@ def _range(c: Coordinate) -> tuple[float, float]:
 
 
 def _difference(surface: WrapSurface, wrap: Wrap, A: Vector3, B: Vector3) -> float:
-    """How much longer the path over the shrunk surface is than the straight line, in [m].
+    """Return the length of the path over the shrunk surface minus the straight length, in [m].
 
     Args:
-        surface: What it wraps over.
-        wrap: The wrap, outside of the surface.
-        A: The end before it, in the surface's frame.
-        B: The end behind it, likewise.
+        surface: The wrap surface.
+        wrap: The wrap, on the outer side of the surface.
+        A: The end before the surface, in the frame of the surface.
+        B: The end after the surface, likewise.
 
     Returns:
-        0 if no end is inside, and where the straight line clears what is left of the surface.
+        0 if no end is inside, or if the straight line does not touch the shrunk surface.
     """
     h = 0.0
     if surface.shape == "cylinder":
@@ -145,7 +146,7 @@ def _difference(surface: WrapSurface, wrap: Wrap, A: Vector3, B: Vector3) -> flo
 
 
 def _radius_at(surface: WrapSurface, z: float) -> float:
-    """Return the radius at a height: a cylinder is tapered beyond its ends."""
+    """Return the radius at height z: a cylinder is tapered beyond its ends."""
     beyond = abs(z) - surface.length / 2.0
     if surface.shape == "sphere" or beyond <= 0.0:
         return surface.radius
@@ -155,7 +156,7 @@ def _radius_at(surface: WrapSurface, z: float) -> float:
 
 
 def _moving(robot: Robot, muscle: Muscle, wrap: Wrap) -> list[Coordinate]:
-    """Return the coordinates of q that move an end against the surface."""
+    """Return the coordinates in q that move an end relative to the surface."""
     above: dict[str, frozenset[str]] = {WORLD: frozenset()}
     for joint in robot.joints:
         above[joint.child] = above[joint.parent] | {joint.name}

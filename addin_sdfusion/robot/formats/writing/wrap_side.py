@@ -1,7 +1,7 @@
-"""Side of a wrap surface that a muscle passes on, for formats that mark it by a direction.
+"""Side on which a muscle passes a wrap surface, for formats that define it by a direction.
 
-A chosen sense of turning belongs to the path, a direction to the surface: they say the same at the
-initial values of the coordinates and near them.
+This project stores the sense of rotation of the path, other formats a direction in the surface
+frame. Both are equivalent at the initial values of the coordinates and near them.
 """
 
 from __future__ import annotations
@@ -16,15 +16,16 @@ from ...model.rotations import apply, compose, dot, inverse, normalized, subtrac
 
 
 def side_direction(robot: Robot, muscle: Muscle, wrap: Wrap) -> Vector3:
-    """Where a muscle passes that turns in its wrap's sense about the surface's z axis.
+    """Return the direction in which a muscle passes, from its sense of rotation about z.
 
     Returns:
-        A unit vector in the surface's frame: for a cylinder orthogonal to its z axis, for a sphere
-        in the plane through both points and the centre, in which the muscle stays.
+        A unit vector in the frame of the surface. For a cylinder it is orthogonal to the z axis.
+        For a sphere it lies in the plane through both points and the centre, in which the muscle
+        stays.
     """
     start, end = _ends(robot, muscle, wrap)
     x, y, _ = subtract(end, start)
-    if x == y == 0.0:  # along the axis: either side is as good
+    if x == y == 0.0:  # parallel to the axis: both sides are equivalent
         return 1.0, 0.0, 0.0
     across = normalized((wrap.side * y, -wrap.side * x, 0.0))
     surface = robot.wrap_surface(wrap.surface)
@@ -38,7 +39,7 @@ def side_direction(robot: Robot, muscle: Muscle, wrap: Wrap) -> Vector3:
 
 
 def is_shorter_path(robot: Robot, muscle: Muscle, wrap: Wrap) -> bool:
-    """Whether the straight line passes on the chosen side; arguments as for `side_direction`."""
+    """Return whether the straight line passes on the chosen side; see `side_direction`."""
     start, end = _ends(robot, muscle, wrap)
     return wrap.side * (start[0] * end[1] - start[1] * end[0]) >= 0.0
 

@@ -101,7 +101,7 @@ def in_pulley():
 
 
 def reaching():
-    """The same with a point on the arm."""
+    """Return the same robot with a via point on the arm."""
     start, near, _ = in_pulley()
     return (start, replace(near, link="arm"))
 
@@ -259,34 +259,34 @@ def codes(robot, severity):
     return {finding.code for finding in check(robot) if finding.severity == severity}
 
 
-def test_the_robot_that_the_tables_change_is_sound():
+def test_base_robot_of_the_tables_has_no_findings():
     assert check(ROBOT) == []
 
 
 @pytest.mark.parametrize("code", ERRORS)
-def test_each_defect_is_reported_as_an_error(code):
+def test_defect_is_reported_as_error(code):
     assert code in codes(ERRORS[code], "error")
 
 
 @pytest.mark.parametrize("code", WARNINGS)
-def test_each_doubtful_thing_is_a_warning_and_no_error(code):
+def test_doubtful_value_is_reported_as_warning(code):
     assert codes(WARNINGS[code], "warning") == {code}
     assert codes(WARNINGS[code], "error") == set()
 
 
 @pytest.mark.parametrize("place", NOT_FINITE)
-def test_no_number_may_be_nan_or_infinite(place):
+def test_nan_and_infinite_numbers_are_reported(place):
     assert "not-finite" in codes(NOT_FINITE[place], "error")
 
 
 @pytest.mark.parametrize(
     "axes", [(), ("x", "x"), ("w",), ("x", "alpha"), ("alpha", "alpha"), ("beta", "w")]
 )
-def test_task_axes_are_lengths_or_angles_each_once(axes):
+def test_task_axes_must_be_lengths_or_angles_without_repetition(axes):
     assert codes(with_frame(axes=axes), "error") == {"bad-task-axes"}
 
 
-def test_everything_wrong_is_reported_at_once_errors_first():
+def test_all_findings_are_reported_with_errors_first():
     robot = replace(with_hand(mass=-1.0, ixy=1.0), cable_set="c", task_set="d")
     findings = check(robot)
     assert [finding.is_error for finding in findings] == sorted(
@@ -296,13 +296,13 @@ def test_everything_wrong_is_reported_at_once_errors_first():
     assert expected <= {finding.code for finding in findings}
 
 
-def test_muscles_of_every_cable_set_are_checked_and_named_with_their_set():
+def test_muscles_of_all_cable_sets_are_checked_and_named_with_their_set():
     broken = CableSet("b", (cable(f_min=-1.0),))
     (finding,) = check(replace(ROBOT, cable_sets=(ROBOT.cable_sets[0], broken)))
     assert finding.subject == ("muscle", "b/biceps")
 
 
-def test_a_pulley_in_millimetres_is_doubted():
+def test_pulley_in_millimetres_is_reported_as_warning():
     (finding,) = check(
         with_cable(
             pulley=BasePulley("rotating", (("pulley_radius", (30.0,)), PULLEY.parameters[1]))
@@ -312,7 +312,7 @@ def test_a_pulley_in_millimetres_is_doubted():
     assert "30.0 m" in finding.message
 
 
-def test_unsimulated_cables_are_reported_for_active_muscles_only():
+def test_unsimulated_cables_are_reported_only_for_active_muscles():
     odd = cable(model=CableModel("vsd_flexure"), pulley=SCREW)
     robot = replace(ROBOT, cable_sets=(ROBOT.cable_sets[0], CableSet("b", (odd,))))
     assert check(robot) == []
@@ -321,7 +321,7 @@ def test_unsimulated_cables_are_reported_for_active_muscles_only():
     assert active == [(code, ("muscle", "biceps")) for code in expected]
 
 
-def test_a_massless_link_is_sound_if_something_heavy_is_fixed_to_it():
+def test_massless_link_with_fixed_massive_link_has_no_findings():
     flange = replace(ROBOT.joints[1], name="flange", motions=(), coordinates=())
     light = Link("arm", Inertia(0.0))
     robot = replace(ROBOT, links=(light, ROBOT.links[1]), joints=(ROBOT.joints[0], flange))
@@ -330,18 +330,18 @@ def test_a_massless_link_is_sound_if_something_heavy_is_fixed_to_it():
     assert "no-inertia-about-axis" in codes(replace(robot, links=(light, point)), "error")
 
 
-def test_a_robot_without_any_mass_has_lengths_alone():
+def test_robot_without_mass_is_only_valid_for_lengths():
     robot = replace(ROBOT, links=tuple(Link(link.name, Inertia(0.0)) for link in ROBOT.links))
     assert codes(robot, "error") == set()
     assert "no-masses" in codes(robot, "warning")
 
 
-def test_an_unknown_name_is_answered_with_the_nearest_one():
+def test_unknown_name_suggests_nearest_name():
     messages = [finding.message for finding in check(with_joint(parent="amr"))]
     assert any("did you mean 'arm'?" in message for message in messages)
 
 
-def test_require_valid_raises_with_all_findings_or_returns_the_robot():
+def test_require_valid_raises_with_all_findings_or_returns_robot():
     assert require_valid(ROBOT) is ROBOT
     with pytest.raises(RobotError, match=r"mass -1\.0 is negative") as caught:
         require_valid(with_hand(mass=-1.0))
@@ -349,12 +349,12 @@ def test_require_valid_raises_with_all_findings_or_returns_the_robot():
 
 
 @given(inertias())
-def test_mass_properties_made_from_a_density_pass_both_inertia_tests(inertia):
+def test_mass_properties_from_density_pass_both_inertia_checks(inertia):
     assert positive_semidefinite(inertia.matrix)
     assert positive_semidefinite(density_matrix(inertia.matrix))
 
 
 @pytest.mark.slow
 @given(robots())
-def test_random_trees_are_sound(robot):
+def test_random_trees_have_no_findings(robot):
     assert [finding for finding in check(robot) if finding.is_error] == []

@@ -1,4 +1,4 @@
-"""Muscle laws in the checks and in the files."""
+"""Checks of muscle laws, and muscle laws in files."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ NAMED = [(kind, p) for kind in KINDS for p in MUSCLE_LAWS[kind].parameters]
 
 
 def _passive(robot):
-    """CASPR's springs are no actuators: without force limits."""
+    """Return whether a muscle is a passive spring of CASPR, which has no force limits."""
     muscles = [
         replace(m, f_max=0.0) if m.model.kind == "passive_spring" else m for m in robot.muscles
     ]
@@ -48,12 +48,12 @@ def _errors(kind, parameters):
 
 
 @pytest.mark.parametrize("kind", SOUND)
-def test_sound_laws_have_no_findings(kind):
+def test_valid_laws_have_no_findings(kind):
     assert not [f for f in check(_passive(slider((kind, SOUND[kind])))) if f.subject[1] == "m0"]
 
 
 @pytest.mark.parametrize(("kind", "parameter"), NAMED)
-def test_every_number_out_of_its_bounds_is_reported_with_the_muscles_name(kind, parameter):
+def test_number_outside_its_limits_is_reported_with_muscle_name(kind, parameter):
     for value in beside(parameter):
         (found,) = _errors(kind, SOUND[kind] | {parameter.name: value})
         assert found.code == "bad-law-parameter"
@@ -65,28 +65,28 @@ def test_every_number_out_of_its_bounds_is_reported_with_the_muscles_name(kind, 
 
 
 @pytest.mark.parametrize("kind", ["series_elastic_motor", "hill_millard2012"])
-def test_numbers_that_are_nearly_none_are_found_or_sound(kind):
-    """Their quotients are no numbers."""
+def test_denormal_numbers_are_rejected_or_valid(kind):
+    """Quotients of such numbers are not finite."""
     for parameter in MUSCLE_LAWS[kind].parameters:
         for found in _errors(kind, SOUND[kind] | {parameter.name: 5e-324}):
             assert found.code == "bad-law-parameter"
 
 
 @pytest.mark.parametrize(("kind", "parameter"), NAMED)
-def test_what_has_no_default_must_be_given(kind, parameter):
+def test_parameter_without_default_is_required(kind, parameter):
     left = {name: value for name, value in SOUND[kind].items() if name != parameter.name}
     codes = [(f.code, parameter.name in f.message) for f in _errors(kind, left)]
     assert codes == ([("missing-law-parameter", True)] if parameter.default is None else [])
 
 
-def test_unknown_names_are_reported_with_the_nearest():
+def test_unknown_parameter_suggests_nearest_name():
     (found,) = _errors("elastic_cable", SOUND["elastic_cable"] | {"dampnig": 3.0})
     assert found.code == "unknown-law-parameter"
     assert "no parameter 'dampnig'" in found.message
     assert "damping" in found.message
 
 
-def test_a_name_that_is_given_twice_is_reported():
+def test_repeated_parameter_is_reported():
     robot = slider(("elastic_cable", {}))
     model = CableModel("elastic_cable", (("stiffness", 1.0), ("stiffness", 2.0)))
     robot = robot.with_muscles([replace(robot.muscles[0], model=model)])
@@ -94,7 +94,7 @@ def test_a_name_that_is_given_twice_is_reported():
 
 
 @pytest.mark.parametrize(("kind", "parameters", "what"), BROKEN_RULES)
-def test_numbers_that_do_not_go_together_are_reported(kind, parameters, what):
+def test_inconsistent_parameters_are_reported(kind, parameters, what):
     (found,) = _errors(kind, SOUND[kind] | parameters)
     assert (found.code, found.subject.name) == ("bad-law-parameter", "m0")
     assert found.message.startswith(f"muscle 'm0': {kind}: {what} must hold")
@@ -104,8 +104,8 @@ def test_numbers_that_do_not_go_together_are_reported(kind, parameters, what):
 @pytest.mark.slow
 @pytest.mark.native
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_the_check_lets_pass_the_core_takes(kind):
-    """Random numbers near the defaults and at the bounds; both reject some of them."""
+def test_core_accepts_laws_that_pass_the_check(kind):
+    """Random numbers near the defaults and at the limits; check and core reject some of them."""
     rng = np.random.default_rng(len(kind))
     passed = 0
     parameters = MUSCLE_LAWS[kind].parameters
@@ -126,7 +126,7 @@ def test_what_the_check_lets_pass_the_core_takes(kind):
     assert passed > 25
 
 
-def test_broken_laws_of_any_cable_set_are_reported_and_none_is_simulated():
+def test_invalid_laws_of_any_cable_set_are_reported_and_not_simulated():
     robot = slider(("elastic_cable", {"stiffness": -5.0}))
     other = CableSet("other", robot.muscles)
     sound = slider(("ideal", {}))
@@ -137,7 +137,7 @@ def test_broken_laws_of_any_cable_set_are_reported_and_none_is_simulated():
 
 
 @pytest.mark.parametrize("kind", SOUND)
-def test_files_give_every_law_back_to_the_last_bit(kind, tmp_path):
+def test_files_restore_all_laws_exactly(kind, tmp_path):
     odd = {name: value * (1.0 + 1e-15) for name, value in SOUND[kind].items()}
     robot = _passive(slider((kind, odd)))
     write_sdf(robot, tmp_path)
@@ -145,7 +145,7 @@ def test_files_give_every_law_back_to_the_last_bit(kind, tmp_path):
 
 
 @pytest.mark.parametrize("kind", SOUND)
-def test_the_designs_table_gives_every_law_back(kind):
+def test_design_table_restores_all_laws(kind):
     rows = (MuscleSnapshot("m", "#112233", 1.0, 20.0, kind, SOUND[kind]),)
     assert read_muscles(muscles_text(rows)) == rows
     table, findings = read_csv(csv_text(MuscleTable(rows)).encode())
@@ -153,7 +153,7 @@ def test_the_designs_table_gives_every_law_back(kind):
     assert table.rows == rows
 
 
-def test_caspr_gets_ideal_cables_and_says_so(tmp_path):
+def test_caspr_writes_ideal_cables_with_a_finding(tmp_path):
     robot = slider(("hill_thelen2003", HILL), ("ideal", {}))
     reported = {f.subject.name: f.code for f in caspr_losses(robot) if f.subject.kind == "muscle"}
     assert reported == {"m0": "caspr-tension-law"}

@@ -1,4 +1,4 @@
-"""Functions of coordinates, coupled and locked ones: their values, checks and files."""
+"""Functions of coordinates, and coupled and locked coordinates: values, checks and files."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from addin_sdfusion.robot.model.function import derivatives, scaled, value
     "function",
     [SLIDE, ROLL, Polynomial((1.0, -2.0, 0.5, 0.1)), PiecewiseLinear((0.0, 1.0, 3.0), (1, 0, 4))],
 )
-def test_slopes_are_those_of_the_values(function: SimmSpline | Polynomial | PiecewiseLinear):
+def test_slope_is_derivative_of_value(function: SimmSpline | Polynomial | PiecewiseLinear):
     h = 1e-5
     for x in np.linspace(-3.013, 3.317, 40):
         below, here, above = (derivatives(function, x + k * h) for k in (-1, 0, 1))
@@ -37,7 +37,7 @@ def test_slopes_are_those_of_the_values(function: SimmSpline | Polynomial | Piec
         assert value(scaled(function, -3.0), x) == pytest.approx(-3.0 * here[0], rel=1e-14)
 
 
-def test_a_spline_through_a_cubic_is_that_cubic_and_straight_beyond():
+def test_spline_through_cubic_equals_cubic_and_is_linear_beyond():
     x = (-1.0, -0.3, 0.4, 1.1, 1.5)
     spline = SimmSpline(x, tuple(t**3 - t for t in x))
     for t in np.linspace(-1.0, 1.499, 30):
@@ -47,7 +47,7 @@ def test_a_spline_through_a_cubic_is_that_cubic_and_straight_beyond():
     assert derivatives(spline, -2.0) == pytest.approx((-2.0, 2.0, 0.0))
 
 
-def test_coupled_coordinates_follow_chains():
+def test_coupled_coordinates_follow_in_chains():
     robot = _with_coupling(leg(), "toe", (Term("glide", Polynomial((0.0, 2.0))),))
     q = {"hip": 0.2, "flexion": -0.5, "sway": 0.0}
     glide = (
@@ -57,7 +57,7 @@ def test_coupled_coordinates_follow_chains():
     assert [c.name for c in leg().coordinates] == ["hip", "flexion", "sway"]
 
 
-def test_the_own_files_hold_all(tmp_path: Path):
+def test_sdf_restores_functions_couplings_and_locks(tmp_path: Path):
     assert not [finding for finding in check(leg()) if finding.is_error]
     write_sdf(leg(), tmp_path)
     assert read_robot(tmp_path) == leg()
@@ -73,7 +73,7 @@ def test_the_own_files_hold_all(tmp_path: Path):
         ((Term("hip", PiecewiseLinear((0.0, 1e-320), (0.0, 1.0))),), "bad-function"),
     ],
 )
-def test_couplings_that_make_no_sense_are_errors(coupling: tuple[Term, ...], code: str):
+def test_invalid_couplings_are_errors(coupling: tuple[Term, ...], code: str):
     robot = _with_coupling(leg(), "glide", coupling)
     assert code in [finding.code for finding in check(robot) if finding.is_error]
 

@@ -30,7 +30,7 @@ def flat(A):
     return [entry for row in A for entry in row]
 
 
-def test_rotation_turns_by_the_right_hand_rule_in_the_order_roll_pitch_yaw():
+def test_rotation_is_right_handed_in_the_order_roll_pitch_yaw():
     quarter = math.pi / 2
     assert rotate(rotation((quarter, 0, 0)), (0, 1, 0)) == pytest.approx((0, 0, 1))
     assert rotate(rotation((0, quarter, 0)), (0, 0, 1)) == pytest.approx((1, 0, 0))
@@ -39,46 +39,46 @@ def test_rotation_turns_by_the_right_hand_rule_in_the_order_roll_pitch_yaw():
 
 
 @given(angles)
-def test_a_rotation_times_its_transpose_is_the_unit_matrix(rpy_):
+def test_rotation_matrix_is_orthogonal(rpy_):
     R = rotation(rpy_)
     assert flat(multiply(R, transpose(R))) == pytest.approx(flat(UNIT), abs=1e-14)
 
 
 @given(angles, st.sampled_from([None, math.pi / 2, -math.pi / 2]))
-def test_the_angles_of_a_rotation_give_it_back_also_where_roll_and_yaw_coincide(rpy_, pitch):
+def test_rpy_restores_angles_also_in_gimbal_lock(rpy_, pitch):
     R = rotation((rpy_[0], rpy_[1] if pitch is None else pitch, rpy_[2]))
     assert flat(rotation(rpy(R))) == pytest.approx(flat(R), abs=1e-14)
 
 
 @given(poses, poses, vectors)
-def test_composing_poses_is_applying_one_after_the_other(a, b, p):
+def test_composed_poses_equal_successive_application(a, b, p):
     assert apply(compose(a, b), p) == pytest.approx(apply(a, apply(b, p)), abs=1e-12)
 
 
 @given(poses, vectors)
-def test_the_inverse_undoes_a_pose(pose, p):
+def test_inverse_reverts_pose(pose, p):
     assert apply(inverse(pose), apply(pose, p)) == pytest.approx(p, abs=1e-12)
 
 
 @given(poses)
-def test_composing_with_the_identity_keeps_every_bit(pose):
+def test_composing_with_identity_is_exact(pose):
     assert compose(IDENTITY, pose) == pose
     assert compose(pose, IDENTITY) == pose
 
 
 @given(vectors)
-def test_inverting_a_translation_twice_keeps_every_bit(v):
+def test_inverting_translation_twice_is_exact(v):
     assert inverse(inverse(Pose(v))) == Pose(v)
 
 
 @given(vectors)
-def test_normalizing_twice_is_normalizing_once(v):
+def test_normalizing_twice_equals_normalizing_once(v):
     once = normalized(v)
     assert normalized(once) == once
 
 
 @given(angles, vectors, vectors)
-def test_turning_an_inertia_keeps_the_energy_of_a_turn(rpy_, omega, r):
+def test_rotated_inertia_keeps_kinetic_energy(rpy_, omega, r):
     R, inertia = rotation(rpy_), point_inertia(2.0, r)
     energy = dot(omega, rotate(inertia, omega))
     turned = rotate(R, omega)
@@ -88,7 +88,7 @@ def test_turning_an_inertia_keeps_the_energy_of_a_turn(rpy_, omega, r):
 
 
 @given(vectors, vectors)
-def test_the_inertia_of_a_mass_point_is_mass_times_the_squared_lever(r, axis):
+def test_point_inertia_is_mass_times_squared_distance(r, axis):
     lever = [axis[i - 2] * r[i - 1] - axis[i - 1] * r[i - 2] for i in range(3)]
     expected = 3.0 * sum(x * x for x in lever)
     assert dot(axis, rotate(point_inertia(3.0, r), axis)) == pytest.approx(expected, abs=1e-9)

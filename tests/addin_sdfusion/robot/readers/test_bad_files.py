@@ -26,8 +26,8 @@ def sdf(tmp_path):
     return tmp_path / "model.sdf"
 
 
-def refusal(path):
-    """The one line that rejects a robot's files."""
+def rejection_message(path):
+    """Return the single-line message that rejects a robot file."""
     with pytest.raises(InputError) as caught:
         read_robot(path)
     assert "\n" not in str(caught.value)
@@ -69,50 +69,50 @@ UNREADABLE = {
 
 
 @pytest.mark.parametrize("case", UNREADABLE)
-def test_a_file_that_is_no_harmless_xml_is_refused_in_one_line(folder, case):
+def test_harmful_or_invalid_xml_is_rejected_in_one_line(folder, case):
     content, message = UNREADABLE[case]
     file = folder / "planar_2r_bodies.xml"
     file.write_bytes(content if isinstance(content, bytes) else content.encode())
-    text = refusal(file)
+    text = rejection_message(file)
     assert text.startswith(str(file))
     assert message in text
 
 
-def test_the_parts_of_a_robot_are_refused_by_their_own_names(folder):
+def test_parts_of_a_robot_are_rejected_with_their_file_names(folder):
     file = folder / "planar_2r_cables.xml"
     file.write_text("<cables>\n<cable_set")
-    assert refusal(folder).startswith(f"{file}:2: is not well-formed XML")
+    assert rejection_message(folder).startswith(f"{file}:2: is not well-formed XML")
 
 
-def test_what_is_not_a_file_is_refused(tmp_path):
-    assert "No such file" in refusal(tmp_path / "model.sdf")
-    assert "cannot be read" in refusal(tmp_path / ("x" * 5000 + ".sdf"))
-    assert "null byte" in refusal(tmp_path / "a\0b.sdf")
+def test_path_without_robot_is_rejected(tmp_path):
+    assert "No such file" in rejection_message(tmp_path / "model.sdf")
+    assert "cannot be read" in rejection_message(tmp_path / ("x" * 5000 + ".sdf"))
+    assert "null byte" in rejection_message(tmp_path / "a\0b.sdf")
     (tmp_path / "folder.sdf").mkdir()
-    assert "holds no robot" in refusal(tmp_path / "folder.sdf")
+    assert "contains no robot" in rejection_message(tmp_path / "folder.sdf")
     os.mkfifo(tmp_path / "pipe.sdf")
-    assert "is not a regular file" in refusal(tmp_path / "pipe.sdf")
+    assert "is not a regular file" in rejection_message(tmp_path / "pipe.sdf")
 
 
-def test_a_folder_in_the_place_of_a_part_is_refused(folder):
+def test_folder_in_place_of_a_file_is_rejected(folder):
     (folder / "planar_2r_cables.xml").unlink()
     (folder / "planar_2r_cables.xml").mkdir()
-    assert "is a folder" in refusal(folder)
+    assert "is a folder" in rejection_message(folder)
 
 
-def test_a_huge_file_is_refused_before_it_is_read(tmp_path):
+def test_huge_file_is_rejected_before_reading(tmp_path):
     file = tmp_path / "model.sdf"
     with file.open("wb") as stream:
         stream.truncate(17 * 2**20)
-    assert "larger than 16 MiB" in refusal(file)
+    assert "larger than 16 MiB" in rejection_message(file)
 
 
-def test_a_folder_with_no_robot_or_several_is_answered_with_what_is_there(folder):
+def test_folder_without_robot_or_with_several_lists_its_files(folder):
     shutil.copy(folder / "planar_2r_bodies.xml", folder / "other_bodies.xml")
-    text = refusal(folder)
+    text = rejection_message(folder)
     assert "2 robots" in text
     assert "other_bodies.xml" in text
-    assert "is not a robot" in refusal(folder / "planar_2r_cables.xml")
+    assert "is not a robot" in rejection_message(folder / "planar_2r_cables.xml")
 
 
 LINK_2 = '<link_rigid num="2" name="link_2">'
@@ -157,7 +157,7 @@ DEFECTS = [
 
 
 @pytest.mark.parametrize(("part", "old", "new", "code", "line"), DEFECTS)
-def test_a_defect_in_a_file_is_found_with_its_line(folder, part, old, new, code, line):
+def test_defect_in_a_caspr_file_is_reported_with_its_line(folder, part, old, new, code, line):
     file = folder / f"planar_2r_{part}.xml"
     text = file.read_text()
     assert old in text
@@ -166,7 +166,7 @@ def test_a_defect_in_a_file_is_found_with_its_line(folder, part, old, new, code,
     (finding,) = [finding for finding in errors if finding.code == code]
     assert finding.file == file
     assert line is None or finding.line == line
-    assert refusal(folder).startswith(str(file))
+    assert rejection_message(folder).startswith(str(file))
 
 
 @pytest.mark.parametrize(
@@ -176,9 +176,7 @@ def test_a_defect_in_a_file_is_found_with_its_line(folder, part, old, new, code,
         ("cables", '"cable_2"', '"cable_1"', "duplicate-muscle", 21, "cable_1_2"),
     ],
 )
-def test_a_name_used_twice_gets_a_number_and_nothing_else_changes(
-    folder, part, old, new, code, line, name
-):
+def test_repeated_name_gets_a_number(folder, part, old, new, code, line, name):
     before, file = read_robot(folder), folder / f"planar_2r_{part}.xml"
     file.write_text(file.read_text().replace(old, new, 1))
     reading = read(folder)
@@ -192,7 +190,7 @@ def test_a_name_used_twice_gets_a_number_and_nothing_else_changes(
     assert ways == [[p.position for p in muscle.via_points] for muscle in before.muscles]
 
 
-def test_everything_wrong_in_all_files_is_found_at_once(folder):
+def test_defects_in_all_files_are_reported_at_once(folder):
     for part, old, new, _, _ in (DEFECTS[0], DEFECTS[23], DEFECTS[32]):
         file = folder / f"planar_2r_{part}.xml"
         file.write_text(file.read_text().replace(old, new, 1))
@@ -233,7 +231,7 @@ SDF_DEFECTS = [
 
 
 @pytest.mark.parametrize(("old", "new", "code"), SDF_DEFECTS)
-def test_a_defect_in_an_sdf_is_found_and_nothing_else_is_raised(sdf, old, new, code):
+def test_defect_in_sdf_is_reported_without_other_exceptions(sdf, old, new, code):
     text = sdf.read_text()
     assert old in text
     sdf.write_text(text.replace(old, new, 1))
@@ -241,7 +239,7 @@ def test_a_defect_in_an_sdf_is_found_and_nothing_else_is_raised(sdf, old, new, c
     assert code is None or code in codes
 
 
-def test_numbers_that_overflow_only_when_poses_are_added_are_found(sdf):
+def test_numbers_that_overflow_in_composed_poses_are_reported(sdf):
     text = sdf.read_text().replace("0.0 0.0 0.0 0.0 0.0 0.0</pose>", "1.5e308 0 0 0 0 0</pose>")
     moved = '<model name="planar_2r"><pose>1.5e308 0 0 0 0 0</pose>'
     sdf.write_text(text.replace('<model name="planar_2r">', moved))

@@ -1,4 +1,4 @@
-"""The CASPR models as published: their findings, and that they survive being written."""
+"""Published CASPR models: their findings, and writing and reading them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ FINDINGS = {
     ("RoboyLeftArm", "DEFAULT"): {},
     ("RoboyUpperBody", "DEFAULT"): {"inertia-triangle": 19},
 }
-"""The findings about every model with every of its cable sets; all are warnings."""
+"""Findings on each model with each of its cable sets; all are warnings."""
 
 TRAJECTORIES = {
     "BMArm": ({"quintic": 13, "linear": 1}, {"quintic": 5}),
@@ -45,7 +45,7 @@ TRAJECTORIES = {
     "RoboyLeftArm": ({}, {"quintic": 1}),
     "RoboyUpperBody": ({"quintic": 1}, {}),
 }
-"""How many joint and how many operational trajectories of each kind every model has."""
+"""Number of joint-space and operational-space trajectories of each type, by model."""
 
 
 def folder(shared, model):
@@ -63,7 +63,7 @@ def stored(file):
 
 
 @pytest.mark.parametrize(("model", "cable_set"), FINDINGS)
-def test_a_model_has_its_known_findings(shared, model, cable_set):
+def test_model_has_its_known_findings(shared, model, cable_set):
     reading = read(folder(shared, model), cable_set)
     assert reading.robot.cable_set == cable_set
     assert Counter(f.code for f in reading.findings) == FINDINGS[model, cable_set]
@@ -71,13 +71,13 @@ def test_a_model_has_its_known_findings(shared, model, cable_set):
 
 
 @pytest.mark.parametrize("model", TRAJECTORIES)
-def test_every_cable_set_of_a_model_is_in_the_table(shared, model):
+def test_all_cable_sets_of_a_model_are_in_the_table(shared, model):
     sets = [group.name for group in read_robot(folder(shared, model)).cable_sets]
     assert sets == [cable_set for name, cable_set in FINDINGS if name == model]
 
 
 @pytest.mark.parametrize("model", TRAJECTORIES)
-def test_every_trajectory_of_a_model_is_read(shared, model):
+def test_all_trajectories_of_a_model_are_read(shared, model):
     trajectories = stored(folder(shared, model) / f"{model}_trajectories.xml")
     for space, kinds in zip(("joint", "operational"), TRAJECTORIES[model], strict=True):
         assert Counter(t.spline for t in trajectories if t.space == space) == kinds
@@ -85,7 +85,7 @@ def test_every_trajectory_of_a_model_is_read(shared, model):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("model", "cable_set"), FINDINGS)
-def test_a_model_is_the_same_after_writing_and_reading(shared, model, cable_set, tmp_path):
+def test_model_is_unchanged_after_writing_and_reading(shared, model, cable_set, tmp_path):
     robot = read_robot(folder(shared, model), cable_set)
     trajectories = stored(folder(shared, model) / f"{model}_trajectories.xml")
     lost = convert(robot, "caspr", tmp_path, trajectories).findings
@@ -95,7 +95,7 @@ def test_a_model_is_the_same_after_writing_and_reading(shared, model, cable_set,
 
 
 @pytest.mark.parametrize("model", TRAJECTORIES)
-def test_only_one_trajectory_fits_no_operational_space(shared, model):
+def test_only_one_trajectory_matches_no_operational_space(shared, model):
     robot = read_robot(folder(shared, model))
     trajectories = stored(folder(shared, model) / f"{model}_trajectories.xml")
     reported = [(f.code, f.subject.name) for f in caspr_losses(robot, trajectories)]

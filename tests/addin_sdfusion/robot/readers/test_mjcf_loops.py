@@ -1,4 +1,4 @@
-"""Equalities of bodies in MJCF: how far the ends are apart is what MuJoCo computes."""
+"""Body equalities in MJCF: the position errors of loop joints agree with MuJoCo."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ MODEL = """<mujoco model="loop"><worldbody>
         ('<weld site1="sa" site2="sc"/>', ("a", "c")),
     ],
 )
-def test_loops_are_open_as_far_as_mujocos(
+def test_loop_errors_agree_with_mujoco(
     equality: str, ends: tuple[str, str], tmp_path: Path
 ) -> None:
     mujoco = pytest.importorskip("mujoco")
@@ -60,7 +60,7 @@ def test_loops_are_open_as_far_as_mujocos(
         there = poses[loop.child] @ _matrix(loop.T_child_joint)
         gap = math.dist(here[:3, 3], there[:3, 3])
         assert gap == pytest.approx(np.linalg.norm(data.efc_pos[:3]), abs=1e-14)
-        if loop.type == "fixed":  # MuJoCo's is the imaginary part of a quaternion
+        if loop.type == "fixed":  # MuJoCo uses the imaginary part of a quaternion
             cosine = (np.trace(here[:3, :3].T @ there[:3, :3]) - 1.0) / 2.0
             size = float(np.linalg.norm(data.efc_pos[3:6]))
             assert math.sqrt((1.0 - cosine) / 2.0) == pytest.approx(size, abs=1e-7)

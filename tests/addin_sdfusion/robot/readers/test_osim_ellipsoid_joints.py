@@ -1,4 +1,4 @@
-"""Joints of OpenSim over an ellipsoid: places and turns by their formulas."""
+"""OpenSim joints over an ellipsoid: positions and rotations agree with their formulas."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def turn(axis: int, angle: float) -> FloatArray:
 
 
 def model(folder: Path, joint: str, names: str, inner: str) -> Path:
-    """A body on a joint."""
+    """Return a model with a body on a joint."""
     coordinates = "".join(f'<Coordinate name="{name}"/>' for name in names.split())
     file = folder / "m.osim"
     file.write_text(
@@ -40,8 +40,8 @@ def model(folder: Path, joint: str, names: str, inner: str) -> Path:
 
 
 @pytest.mark.parametrize("radii", [SPHERE, SPHEROID, ELLIPSOID])
-def test_a_body_glides_over_an_ellipsoid(tmp_path: Path, radii: str) -> None:
-    """At the point whose normal is the body's z axis: p = radii times it, in each direction."""
+def test_body_moves_over_an_ellipsoid(tmp_path: Path, radii: str) -> None:
+    """The body is at the point p whose normal is its z axis n: p = radii * n, by component."""
     inner = f"<radii_x_y_z>{radii}</radii_x_y_z>"
     robot = read(model(tmp_path, "EllipsoidJoint", "a b c", inner)).require()
     sizes = np.array(radii.split(), dtype=float)
@@ -54,8 +54,8 @@ def test_a_body_glides_over_an_ellipsoid(tmp_path: Path, radii: str) -> None:
     assert read(convert(robot, "osim", tmp_path / "again").files[0]).require() == robot
 
 
-def test_a_scapula_glides_over_the_thorax_and_wings(tmp_path: Path) -> None:
-    """OpenSim's frames: the ellipsoid's turned by 90 degrees about z, winging within it."""
+def test_scapula_moves_over_the_thorax_with_winging(tmp_path: Path) -> None:
+    """OpenSim's ellipsoid frame is rotated by 90 degrees about z, with the winging axis in it."""
     inner = (
         "<thoracic_ellipsoid_radii_x_y_z>0.07 0.15 0.09</thoracic_ellipsoid_radii_x_y_z>"
         "<scapula_winging_axis_origin>0.02 -0.03</scapula_winging_axis_origin>"
@@ -68,7 +68,7 @@ def test_a_scapula_glides_over_the_thorax_and_wings(tmp_path: Path) -> None:
         own = turn(0, a) @ turn(1, b) @ turn(2, c)
         R, p = quarter @ own @ quarter.T, quarter @ (np.array([0.15, 0.07, 0.09]) * own[:, 2])
         origin = np.array([0.02, -0.03, 0.0])
-        axes = turn(2, 0.4) @ turn(0, -np.pi / 2)  # its z is the axis of winging
+        axes = turn(2, 0.4) @ turn(0, -np.pi / 2)  # its z axis is the winging axis
         winged = axes @ turn(2, d) @ axes.T
         place = at.poses["shank"]
         np.testing.assert_allclose(place[:3, :3], R @ winged, atol=1e-14)

@@ -1,4 +1,4 @@
-"""OpenSim's tori: in the model's first pose paths are as long as OpenSim's own."""
+"""Tori of OpenSim: in the initial pose path lengths agree with OpenSim."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from sim_dart import MusclePaths
 pytestmark = [pytest.mark.interop, pytest.mark.native]
 
 
-def ring(folder: Path, end: Vector3, initial: float) -> Path:
-    """An arm on a hinge, and a muscle to it through a torus of the ground."""
+def torus_model(folder: Path, end: Vector3, initial: float) -> Path:
+    """Return an arm on a hinge, with a muscle through a torus on the ground."""
     vector = opensim.Vec3
     model = opensim.Model()
     model.setName("ring")
@@ -53,10 +53,10 @@ def ring(folder: Path, end: Vector3, initial: float) -> Path:
         ((0.05, 0.2, 0.03), 0.0, "wrap-left-out"),
     ],
 )
-def test_a_path_through_a_torus(
+def test_path_through_a_torus_has_the_length_of_opensim(
     tmp_path: Path, end: Vector3, initial: float, expected: str
 ) -> None:
-    file = ring(tmp_path, end, initial)
+    file = torus_model(tmp_path, end, initial)
     reading = read(file)
     (found,) = [f for f in reading.findings if f.code in ("torus-as-cylinder", "wrap-left-out")]
     assert (found.code, found.line is not None) == (expected, True)
@@ -64,7 +64,7 @@ def test_a_path_through_a_torus(
     state = model.initSystem()
     path = opensim.GeometryPath.safeDownCast(model.getComponent("/forceset/m/path"))
     (length,) = MusclePaths(reading.require()).evaluate(np.array([initial])).lengths
-    if expected == "wrap-left-out":  # OpenSim leads it half around the tube
+    if expected == "wrap-left-out":  # OpenSim routes it half around the tube
         assert length == pytest.approx(math.dist((0.05, 0.12, 0.02), end), abs=1e-15)
     else:
         assert length == pytest.approx(path.getLength(state), abs=1e-6)

@@ -14,7 +14,7 @@ PUBLISHED = [f"caspr/{name}" for name in CASPR] + [f"cardsflow/{name}" for name 
 
 
 @pytest.mark.parametrize("name", PUBLISHED)
-def test_every_published_robot_is_read_or_its_defects_are_reported(shared, name):
+def test_published_robot_is_read_or_its_defects_are_reported(shared, name):
     try:
         reading = read(shared / "robots" / name)
     except CardsflowError as error:
@@ -35,15 +35,15 @@ DEFECTS = {
     "test_robot": GEN_A,
 }
 EVERYWHERE = {"welded-root", "no-force-limit", "missing-meshes"}
-"""All are written for Gazebo, without force limits, and come with few of their meshes."""
+"""All are written for Gazebo, without force limits, and only some of their meshes exist."""
 
 
 @pytest.mark.parametrize("name", DEFECTS)
-def test_the_known_defects_of_a_published_robot_are_found_and_no_others(shared, name):
+def test_published_robot_has_exactly_its_known_defects(shared, name):
     findings = read(shared / "robots/cardsflow" / name).findings
     codes = {finding.code for finding in findings}
     everywhere = EVERYWHERE
-    if name == "exosuit":  # its meshes are there
+    if name == "exosuit":  # all of its meshes exist
         everywhere = {"welded-root", "no-force-limit"}
     assert codes == DEFECTS[name] | everywhere
     assert all(finding.line is not None for finding in findings)
@@ -53,7 +53,7 @@ def named(findings, code):
     return sorted(finding.subject.name for finding in findings if finding.code == code)
 
 
-def test_findings_name_the_object_concerned(shared):
+def test_findings_name_the_affected_object(shared):
     cardsflow = shared / "robots/cardsflow"
     icecream = read(cardsflow / "roboy_icecream").findings
     assert named(icecream, "duplicate-link") == ["scooper_2"]
@@ -65,11 +65,11 @@ def test_findings_name_the_object_concerned(shared):
     assert sliders == [f"motor{k}" for k in range(6)]
     exosuit = [f for f in read(cardsflow / "exosuit").findings if f.code == "link-name-case"]
     assert {(f.file.name, f.line) for f in exosuit} >= {("cardsflow.xml", 7)}
-    assert "no link 'upperArm'; link 'upperarm' of the model is used" in exosuit[0].message
+    assert "unknown link 'upperArm'; link 'upperarm' is used instead" in exosuit[0].message
 
 
-def test_links_and_joints_of_one_name_are_read_and_written_with_a_word(shared, tmp_path):
-    """As libsdformat does it: the joint is called otherwise. Its coordinate keeps its name."""
+def test_joint_with_the_name_of_its_link_is_renamed_in_sdf(shared, tmp_path):
+    """The joint is renamed as in libsdformat; its coordinate keeps the name."""
     reading = read(shared / "robots/cardsflow/VRpuppet")
     shared_names = [f"motor{k}" for k in range(6)]
     assert named(reading.findings, "shared-name") == shared_names

@@ -27,7 +27,7 @@ def points(muscle):
     return [(point.link, pytest.approx(point.position)) for point in muscle.via_points]
 
 
-def test_two_links_turn_about_y_in_a_chain(planar):
+def test_planar_arm_has_two_links_that_rotate_about_y(planar):
     robot = read_robot(planar)
     assert robot.name == "Example_2R_planar_XZ"
     assert [link.name for link in robot.links] == ["R_Y 1", "R_Y 2"]
@@ -44,14 +44,14 @@ def test_two_links_turn_about_y_in_a_chain(planar):
         assert (link.inertia.ixx, link.inertia.iyy, link.inertia.izz) == (0.083333, 0, 0.083333)
 
 
-def test_points_from_the_centre_of_mass_come_into_the_link_frame(planar):
+def test_points_relative_to_centre_of_mass_are_moved_to_link_frame(planar):
     robot = read_robot(planar)
     assert [muscle.name for muscle in robot.muscles] == [f"cable {i}" for i in (1, 2, 3, 4)]
     assert points(robot.muscles[1]) == [(WORLD, (1.5, 0, 0)), ("R_Y 2", (0.1, 0, 0.8))]
     assert {(m.f_min, m.f_max) for m in robot.muscles} == {(10, 100)}
 
 
-def test_every_cable_set_is_kept_and_any_can_be_active(planar):
+def test_all_cable_sets_are_read_and_any_can_be_active(planar):
     assert [group.name for group in read_robot(planar).cable_sets] == [
         "basic",
         "basic_multi_segment",
@@ -64,18 +64,18 @@ def test_every_cable_set_is_kept_and_any_can_be_active(planar):
     ]
 
 
-def test_an_unknown_cable_set_is_answered_with_the_known_ones(planar):
+def test_unknown_cable_set_lists_known_ones(planar):
     with pytest.raises(UnknownNameError, match=r"_cables.xml: no cable set 'basik'.*'basic'"):
         read_robot(planar, cable_set="basik")
 
 
-def test_without_a_default_the_first_operational_space_is_active(planar):
+def test_first_operational_space_is_active_without_default(planar):
     (frame,) = read_robot(planar).task_frames
     assert (frame.name, frame.link, frame.position) == ("test1", "R_Y 2", (0, 0, 1))
     assert frame.axes == ("x", "z")
 
 
-def test_only_the_zero_inertia_about_the_axis_is_doubtful(planar):
+def test_only_zero_inertia_about_the_axis_is_reported(planar):
     reading = read(planar)
     assert {(f.severity, f.code) for f in reading.findings} == {
         ("warning", "zero-inertia-about-axis")
@@ -100,7 +100,7 @@ def test_axes_are_normalised_and_keep_their_direction(arm):
         assert joint.motions[0].axis == pytest.approx(axis, abs=1e-4)
 
 
-def test_the_arm_has_its_limits_masses_and_places(arm):
+def test_arm_has_its_limits_masses_and_positions(arm):
     assert [(c.initial, c.lower, c.upper) for c in arm.coordinates] == [
         (1.2, 1.2, 1.7),
         (0, -3.142, 3.142),
@@ -113,7 +113,7 @@ def test_the_arm_has_its_limits_masses_and_places(arm):
     assert arm.joints[3].T_parent_joint.position == (-0.1399, -0.01744, -0.277)
 
 
-def test_the_arm_has_its_cables_in_the_order_of_the_file(arm):
+def test_arm_has_its_cables_in_file_order(arm):
     names = [f"motor{i}" for i in (*range(9), 10, 9)]
     assert [muscle.name for muscle in arm.muscles] == names
     assert {(m.f_min, m.f_max) for m in arm.muscles} == {(10, 5000)}
@@ -127,7 +127,7 @@ def test_the_arm_has_its_cables_in_the_order_of_the_file(arm):
     )
 
 
-def test_the_arm_has_its_stick_tip(arm):
+def test_arm_has_its_stick_tip(arm):
     (frame,) = arm.task_frames
     assert (frame.link, frame.position) == ("lower_arm_left", (-0.15492, -0.254225, -0.386772))
     assert frame.axes == ("x", "y", "z")
@@ -143,7 +143,7 @@ def edited(tmp_path, ending, old, new):
     return folder
 
 
-def test_inertia_about_the_joint_is_shifted_to_the_centre_of_mass(tmp_path):
+def test_inertia_about_the_joint_is_moved_to_the_centre_of_mass(tmp_path):
     old = '"com">\n          <Ixx>0.083333</Ixx>\n          <Iyy>0.0</Iyy>'
     new = '"joint">\n          <Ixx>0.108333</Ixx>\n          <Iyy>0.025</Iyy>'
     inertia = read_robot(edited(tmp_path, "bodies", old, new)).links[0].inertia
@@ -152,7 +152,7 @@ def test_inertia_about_the_joint_is_shifted_to_the_centre_of_mass(tmp_path):
     assert (inertia.ixy, inertia.ixz, inertia.iyz) == (0, 0, 0)
 
 
-def test_points_of_the_base_are_absolute_whatever_the_reference(tmp_path):
+def test_points_on_the_base_are_absolute_for_any_reference(tmp_path):
     folder = edited(
         tmp_path, "cables", 'attachment_reference="joint"', 'attachment_reference="com"'
     )
@@ -177,7 +177,7 @@ def test_joint_types_have_their_axes_and_units(tmp_path, type_, kind, axis):
     assert joint.coordinates[0].unit == ("m" if kind == "prismatic" else "rad")
 
 
-def test_a_set_with_other_cables_is_left_out_unless_it_is_the_active_one(tmp_path):
+def test_set_with_unknown_cables_is_omitted_or_an_error_if_active(tmp_path):
     folder = edited(tmp_path, "cables", '"basic">\n    <cable_ideal', '"basic">\n    <cable_odd')
     file = folder / "planar_2r_cables.xml"
     text = file.read_text().replace("</cable_ideal>", "</cable_odd>", 1)
@@ -194,7 +194,7 @@ def test_a_set_with_other_cables_is_left_out_unless_it_is_the_active_one(tmp_pat
     assert "; choose another cable set: 'basic_multi_segment', " in finding.message
 
 
-def test_cables_and_operational_spaces_may_be_missing(tmp_path):
+def test_cables_and_operational_spaces_are_optional(tmp_path):
     shutil.copy(EXAMPLE / "planar_2r_bodies.xml", tmp_path)
     reading = read(tmp_path)
     assert reading.robot.muscles == reading.robot.task_frames == ()
@@ -203,7 +203,7 @@ def test_cables_and_operational_spaces_may_be_missing(tmp_path):
 
 
 def with_items(tmp_path, items):
-    """The example with these items on its second link in its operational space."""
+    """Return the example with these items on its second link in its operational space."""
     old = (EXAMPLE / "planar_2r_operational_spaces.xml").read_text()
     start, end = old.index("<position"), old.index("</operational_set>")
     return edited(tmp_path, "operational_spaces", old[start:end], items)
@@ -216,7 +216,7 @@ def item(tag, letters, name="hand"):
     )
 
 
-def test_unknown_operational_items_are_left_out_with_a_warning(tmp_path):
+def test_unknown_operational_items_are_omitted_with_a_warning(tmp_path):
     folder = with_items(tmp_path, '<twist name="turn"/>\n' + item("position", "zx"))
     reading = read(folder)
     assert [(f.name, f.axes) for f in reading.robot.task_frames] == [("hand", ("z", "x"))]
@@ -252,7 +252,7 @@ def test_orientations_and_poses_become_task_frames(tmp_path, tag, letters, frame
         ("pose_euler_xyz", "ax", "warning", "task-order"),
     ],
 )
-def test_odd_axes_are_reported_with_their_line(tmp_path, tag, letters, severity, code):
+def test_invalid_axes_are_reported_with_their_line(tmp_path, tag, letters, severity, code):
     reading = read(with_items(tmp_path, "\n" + item(tag, letters)))
     reported = [(f.severity, f.code, f.line) for f in reading.findings if "task" in f.code]
     assert reported == [(severity, code, 6)]
@@ -266,20 +266,20 @@ OLD = (
 )
 
 
-def test_operational_spaces_inside_the_bodies_are_read_where_the_file_is_missing(tmp_path):
+def test_operational_spaces_in_the_bodies_file_are_read_if_the_other_file_is_missing(tmp_path):
     folder = edited(tmp_path, "bodies", "</bodies_system>", OLD)
     reading = read(folder)
     assert reading.robot.task_set == "tip"
     messages = [f.message for f in reading.findings if f.code == "old-operational-spaces"]
     assert len(messages) == 1
-    assert "left out" in messages[0]
+    assert "ignored" in messages[0]
     (folder / "planar_2r_operational_spaces.xml").unlink()
     reading = read(folder)
     assert reading.robot.task_set == "old"
     assert "old-operational-spaces" in {finding.code for finding in reading.findings}
 
 
-def test_bodies_as_in_older_files_are_read_and_said_to_be_old(tmp_path):
+def test_older_bodies_files_are_read_with_a_warning(tmp_path):
     folder = edited(tmp_path, "bodies", ' q_min="-3.1416" q_max="3.1416"', "")
     file = folder / "planar_2r_bodies.xml"
     file.write_text(re.sub("</?bodies_system>|<!DOCTYPE[^>]*>", "", file.read_text()))
@@ -304,7 +304,7 @@ POLYNOMIAL += "</num_stiffness_polynomial_coeff><stiffness_poly_coeff>5 6</stiff
 
 
 def with_first_cable(tmp_path, tag, properties, first=""):
-    """The example with another first cable, and another first attachment of it."""
+    """Return the example with another first cable, or another first attachment of it."""
     old = (EXAMPLE / "planar_2r_cables.xml").read_text()
     start, end = old.index("<cable_ideal"), old.index("</cable_ideal>")
     cable = old[start:end]
@@ -332,7 +332,7 @@ def with_first_cable(tmp_path, tag, properties, first=""):
         ("cable_vsd_polynomial", POLYNOMIAL, "vsd_polynomial", [4e4, 2, 5, 6]),
     ],
 )  # fmt: skip
-def test_every_kind_of_cable_keeps_its_properties(tmp_path, tag, properties, kind, values):
+def test_all_cable_types_keep_their_properties(tmp_path, tag, properties, kind, values):
     reading = with_first_cable(tmp_path, tag, properties)
     model = reading.robot.muscles[0].model
     assert (model.kind, [value for _, value in model.parameters]) == (kind, values)
@@ -341,7 +341,7 @@ def test_every_kind_of_cable_keeps_its_properties(tmp_path, tag, properties, kin
     assert codes == expected.get(kind, {"cable-model-not-simulated"})
 
 
-def test_a_passive_spring_is_no_actuator(tmp_path):
+def test_passive_spring_has_no_force_limits(tmp_path):
     muscle = with_first_cable(tmp_path, "cable_passive_linear_spring", SPRING).robot.muscles[0]
     assert (muscle.f_min, muscle.f_max) == (0.0, 0.0)
     assert dict(muscle.model.parameters) == {"K": 100.0, "l0": 0.5}
@@ -357,7 +357,7 @@ SCREW += "</screw_base_rotating_pulley>"
 
 
 @pytest.mark.parametrize(("element", "kind"), [(PULLEY, "rotating"), (SCREW, "screw")])
-def test_a_pulley_at_the_base_is_kept_with_its_place(tmp_path, element, kind):
+def test_pulley_at_the_base_keeps_its_position(tmp_path, element, kind):
     reading = with_first_cable(tmp_path, "cable_ideal", "", element)
     muscle = reading.robot.muscles[0]
     assert points(muscle)[0] == (WORLD, (1, 2, 3))
@@ -368,7 +368,7 @@ def test_a_pulley_at_the_base_is_kept_with_its_place(tmp_path, element, kind):
     assert muscle.pulley.entry_vector == (0.0, 0.0, 1.0)
     found = {f.code: f.message for f in reading.findings if f.subject.kind == "muscle"}
     assert found.keys() == ({"winch-travel-left-out"} if kind == "screw" else set())
-    if kind == "screw":  # 1 mm a turn of 2 pi 20 mm
+    if kind == "screw":  # 1 mm per revolution of 2 pi 20 mm
         assert "0.00796 m per metre of cable" in found["winch-travel-left-out"]
 
 
@@ -385,9 +385,7 @@ def test_a_pulley_at_the_base_is_kept_with_its_place(tmp_path, element, kind):
         ("cable_vsd_flexure_linear", FLEXURE.replace("9</", "</"), "", "error", "bad-vector"),
     ],
 )
-def test_a_cable_that_says_something_else_is_reported(
-    tmp_path, tag, properties, first, severity, code
-):
+def test_invalid_cable_is_reported(tmp_path, tag, properties, first, severity, code):
     reading = with_first_cable(tmp_path, tag, properties, first)
     found = [f for f in reading.findings if f.code == code]
     assert [f.severity for f in found] == [severity]

@@ -1,4 +1,4 @@
-"""MJCF: names, parameters and files; see tests/sim_dart/dynamics/test_mjcf_files.py for terms."""
+"""MJCF: names, parameters and files; for dynamics see sim_dart/dynamics/test_mjcf_files.py."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def files(folder: Path) -> Path:
     return folder / "model.xml"
 
 
-def test_what_is_simplified_or_lost_is_said(tmp_path: Path) -> None:
+def test_simplified_and_omitted_features_are_reported(tmp_path: Path) -> None:
     reading = read(files(tmp_path))
     robot = reading.require()
     assert robot.gravity == (0.0, 1.0, -9.0)
@@ -43,14 +43,14 @@ SHARED = ("myoarm", "myoelbow_2dof6muscles", "myofinger_v0", "myohand")
 
 
 @pytest.mark.parametrize("name", SHARED)
-def test_published_models_have_the_parameters_of_mujocos(shared: Path, name: str) -> None:
+def test_published_models_have_the_parameters_of_mujoco(shared: Path, name: str) -> None:
     robot = read(shared / f"models/mjcf/{name}.xml").require()
     reference = json.loads((shared / f"reference/mjcf/{name}.json").read_text())
     _same_parameters(robot, reference)
 
 
 def _same_parameters(robot: Robot, reference: dict[str, Any]) -> None:
-    """Joints and muscles; ranges of lengths that the file gives."""
+    """Compare joints and muscles; length ranges must be given in the file."""
     known = {c.name: c for c in robot.all_coordinates}
     for joint in reference["joints"]:
         c = known[joint["name"]]
@@ -76,8 +76,8 @@ def _same_parameters(robot: Robot, reference: dict[str, Any]) -> None:
         assert lengths == pytest.approx(actuator["lengthrange"], rel=1e-15 if exact else 0.01)
 
 
-def test_bodies_are_in_mujocos_order(tmp_path: Path) -> None:
-    """The children of a body come before the next body: the keyframe's values are in that order."""
+def test_bodies_have_the_order_of_mujoco(tmp_path: Path) -> None:
+    """Children of a body come before the next body, as do the values of a keyframe."""
 
     def body(name: str, inner: str = "") -> str:
         inertial = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
@@ -92,7 +92,7 @@ def test_bodies_are_in_mujocos_order(tmp_path: Path) -> None:
     assert [c.initial for c in robot.coordinates] == model.key_qpos[0].tolist()
 
 
-def test_files_are_included_from_beside_the_model_or_the_file_that_includes(tmp_path: Path) -> None:
+def test_included_files_are_relative_to_the_model_or_the_including_file(tmp_path: Path) -> None:
     def body(name: str) -> str:
         return f'<mujocoinclude><body name="{name}"><geom size="0.1"/></body></mujocoinclude>'
 
@@ -115,7 +115,7 @@ COPIES = """<mujoco model="fan"><worldbody><body name="hub"><geom size="0.1"/>
 </body></worldbody></mujoco>"""
 
 
-def test_what_is_replicated_has_mujocos_names(tmp_path: Path) -> None:
+def test_replicated_elements_have_the_names_of_mujoco(tmp_path: Path) -> None:
     (tmp_path / "fan.xml").write_text(COPIES)
     robot, model = read(tmp_path / "fan.xml").require(), mujoco.MjModel.from_xml_string(COPIES)
     assert [link.name for link in robot.links][:3] == ["hub", "blade-00", "blade-01"]
@@ -123,8 +123,8 @@ def test_what_is_replicated_has_mujocos_names(tmp_path: Path) -> None:
     assert names == [model.site(k).name for k in range(20)]
 
 
-def test_seen_meshes_are_where_their_geoms_are(tmp_path: Path) -> None:
-    """MuJoCo moves a mesh that it fills into the frame of its inertia; here it stays."""
+def test_visual_meshes_have_the_pose_of_their_geom(tmp_path: Path) -> None:
+    """MuJoCo moves a compiled mesh into the frame of its inertia; here it is not moved."""
     (tmp_path / "t.obj").write_text(BESIDE["parts/tetra.obj"])
     geom = '<geom type="mesh" mesh="t" pos="1 2 3" euler="10 20 30" {}/>'
     filled, bare = geom.format(""), geom.format('mass="0" group="4"')
@@ -140,8 +140,8 @@ def test_seen_meshes_are_where_their_geoms_are(tmp_path: Path) -> None:
     assert first.pose.rpy == pytest.approx(second.pose.rpy)
 
 
-def test_muscles_on_joints_and_of_joints_without_ends_have_lengths(tmp_path: Path) -> None:
-    """Sums of angles may be negative; a hinge without ends goes round once."""
+def test_muscles_on_unlimited_joints_have_lengths(tmp_path: Path) -> None:
+    """Sums of angles may be negative; an unlimited hinge rotates by one revolution."""
     (tmp_path / "m.xml").write_text(
         '<mujoco><worldbody><site name="o" pos="0.3 0 0"/><body name="b"><joint name="h" '
         'axis="0 0 1"/><geom size="0.1"/><site name="t" pos="0.1 0 0"/><body name="c">'

@@ -1,4 +1,4 @@
-"""OpenSim's models: M, gravity and lengths are OpenSim's own; what is not read is said."""
+"""OpenSim models: M, gravity and lengths agree with OpenSim; omitted parts are reported."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def of_text(folder: Path, text: str = OSIM) -> Path:
     return file
 
 
-def test_every_part_of_a_small_model_is_read_or_named(tmp_path: Path) -> None:
+def test_all_parts_of_a_small_model_are_read_or_reported(tmp_path: Path) -> None:
     reading = read(of_text(tmp_path))
     robot = reading.require()
     knee, patella = robot.joint("knee"), robot.joint("pat").coordinates[0]
@@ -59,8 +59,8 @@ def test_every_part_of_a_small_model_is_read_or_named(tmp_path: Path) -> None:
     assert f":{line}: " in said["force-left-out"]
 
 
-def test_muscles_of_unknown_laws_are_cables(tmp_path: Path) -> None:
-    """With the same path, as strong as they are; what has no strength of its own is left out."""
+def test_muscles_of_unknown_classes_become_cables(tmp_path: Path) -> None:
+    """They keep their path and maximum force; forces without a maximum are omitted."""
     known = read(of_text(tmp_path)).require().muscle("vas")
     other = OSIM.replace("Thelen2003Muscle", "Delp1990Muscle_Deprecated")
     reading = read(of_text(tmp_path, other))
@@ -75,8 +75,8 @@ def test_muscles_of_unknown_laws_are_cables(tmp_path: Path) -> None:
     assert "muscle-left-out" in {finding.code for finding in reading.findings}
 
 
-def test_older_files_are_refused_with_the_reason(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="joints are inside of bodies; open it in OpenSim 4"):
+def test_older_files_are_rejected_with_the_reason(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="which is not supported; open it in OpenSim 4"):
         read(of_text(tmp_path, OSIM.replace('"40000"', '"30000"')))
 
 
@@ -87,12 +87,12 @@ SHARED = {
     "leg6dof9musc": 99,
     "subject_walk_scaled": 418,
 }
-"""Poses of muscles without wraps."""
+"""Poses for muscles without wraps."""
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SHARED)
-def test_masses_gravity_and_lengths_are_those_of_opensim(shared: Path, name: str) -> None:
+def test_masses_gravity_and_lengths_agree_with_opensim(shared: Path, name: str) -> None:
     file = shared / f"models/opensim/{name}.osim"
     reference = json.loads((shared / f"reference/opensim/{name}.json").read_text())
     reading = read(file)

@@ -40,7 +40,7 @@ def write(folder, *parts, version="1.7"):
 
 
 def zero_pose(robot):
-    """Where the links are at q = 0, by the definition of a joint."""
+    """Return the poses of the links at q = 0, by the definition of a joint."""
     poses = {WORLD: IDENTITY}
     for j in robot.joints:
         T_parent_child = compose(j.T_parent_joint, inverse(j.T_child_joint))
@@ -49,7 +49,7 @@ def zero_pose(robot):
 
 
 def lengths(robot):
-    """The muscles' lengths at q = 0."""
+    """Return the muscle lengths at q = 0."""
     poses = zero_pose(robot)
     through = (
         [apply(poses[point.link], point.position) for point in muscle.via_points]
@@ -59,13 +59,13 @@ def lengths(robot):
 
 
 def world_joint(robot):
-    """Where the elbow is at q = 0, and its axis there."""
+    """Return the position of the elbow at q = 0, and its axis."""
     elbow = robot.joint("elbow")
     pose = compose(zero_pose(robot)[elbow.parent], elbow.T_parent_joint)
     return (*pose.position, *rotate(rotation(pose.rpy), elbow.motions[0].axis))
 
 
-def test_muscle_lengths_agree_with_caspr_for_the_same_robot(shared):
+def test_muscle_lengths_agree_with_caspr(shared):
     sdf = read_robot(shared / "robots/cardsflow/roboy_upper_body")
     caspr = read_robot(shared / "robots/caspr/RoboyUpperBody")
     assert len(sdf.coordinates) == len(caspr.coordinates) == 26
@@ -78,7 +78,7 @@ TURNED = "<pose>1 2 3 0.1 0.2 0.3</pose>"
 OFFSET = "<pose>0.1 0.2 0.3 -0.3 0.2 0.1</pose>"
 
 
-def test_a_joint_stands_in_the_frame_of_its_child(tmp_path):
+def test_joint_pose_is_relative_to_its_child(tmp_path):
     robot = read_robot(write(tmp_path, BASE, link("arm", TURNED), joint("0 1 0", OFFSET)))
     R = rotation((0.1, 0.2, 0.3))
     x, y, z = rotate(R, (0.1, 0.2, 0.3))
@@ -88,7 +88,7 @@ def test_a_joint_stands_in_the_frame_of_its_child(tmp_path):
     assert (*arm.position, *arm.rpy) == pytest.approx((1, 2, 3, 0.1, 0.2, 0.3))
 
 
-def test_a_model_pose_moves_the_whole_robot(tmp_path):
+def test_model_pose_moves_the_whole_robot(tmp_path):
     robot = read_robot(write(tmp_path, "<pose>0 0 5 0 0 0</pose>", BASE, link("arm"), joint()))
     assert zero_pose(robot)["base"].position == (0, 0, 6)
     assert zero_pose(robot)["arm"].position == pytest.approx((0, 0, 5))
@@ -101,7 +101,7 @@ def test_a_model_pose_moves_the_whole_robot(tmp_path):
         '<pose relative_to="mark">{}</pose>',
     ],
 )
-def test_poses_relative_to_another_frame_are_added_to_it(tmp_path, pose):
+def test_poses_relative_to_other_frames_are_composed(tmp_path, pose):
     frame = '<frame name="mark" attached_to="base"/>'
     arm = link("arm", pose.format("1 0 0 0 0 0"))
     robot = read_robot(write(tmp_path, BASE, frame, arm, joint()))
@@ -118,14 +118,14 @@ def test_poses_relative_to_another_frame_are_added_to_it(tmp_path, pose):
         ("1.7", ' expressed_in="level"', ""),
     ],
 )
-def test_an_axis_may_be_given_in_another_frame(tmp_path, version, attribute, more):
+def test_axis_can_be_expressed_in_another_frame(tmp_path, version, attribute, more):
     turned = joint("0 1 0", OFFSET, attribute, more)
     level = '<frame name="level"/>' if "level" in attribute else ""
     folder = write(tmp_path, BASE, link("arm", TURNED), level, turned, version=version)
     assert world_joint(read_robot(folder))[3:] == pytest.approx((0, 1, 0))
 
 
-def test_a_turned_inertial_frame_turns_the_inertia(tmp_path):
+def test_rotated_inertial_frame_rotates_the_inertia(tmp_path):
     quarter = math.pi / 2
     text = link("arm").replace("<mass>", f"<pose>1 2 3 0 0 {quarter!r}</pose><mass>")
     text = text.replace("<ixx>1<", "<ixx>0.7<").replace("<iyy>1<", "<iyy>0.6<")
@@ -145,19 +145,19 @@ def test_a_turned_inertial_frame_turns_the_inertia(tmp_path):
         ("<limit><lower>-1</lower><upper>2</upper></limit>", (-1, 2)),
     ],
 )
-def test_limits_that_are_absent_or_huge_are_none(tmp_path, limit, expected):
+def test_missing_or_huge_limits_are_infinite(tmp_path, limit, expected):
     robot = read_robot(write(tmp_path, link("base"), link("arm"), joint(more=limit)))
     assert (robot.coordinates[0].lower, robot.coordinates[0].upper) == expected
 
 
-def test_damping_and_the_type_of_the_joint_are_kept(tmp_path):
+def test_damping_and_joint_type_are_read(tmp_path):
     more = "<dynamics><damping>0.5</damping></dynamics>"
     slider = joint(more=more, type_="prismatic")
     robot = read_robot(write(tmp_path, link("base"), link("arm"), slider))
     assert (robot.coordinates[0].damping, robot.coordinates[0].unit) == (0.5, "m")
 
 
-def test_a_root_is_fixed_to_the_world_where_it_stands_with_a_warning(tmp_path):
+def test_root_link_is_fixed_to_the_world_with_a_warning(tmp_path):
     reading = read(write(tmp_path, BASE, link("arm"), joint()))
     first = reading.robot.joints[0]
     assert (first.type, first.parent, first.child) == ("fixed", WORLD, "base")
@@ -166,7 +166,7 @@ def test_a_root_is_fixed_to_the_world_where_it_stands_with_a_warning(tmp_path):
     assert (finding.severity, finding.line) == ("warning", 2)
 
 
-def test_joints_come_parents_first_and_otherwise_in_the_order_of_the_file(shared):
+def test_joints_are_sorted_parents_first_in_file_order(shared):
     robot = read_robot(shared / "robots/cardsflow/msj_platform")
     assert [coordinate.name for coordinate in robot.coordinates] == [
         "sphere_axis0",
@@ -183,7 +183,7 @@ def muscle_names(folder, **options):
     return [muscle.name for muscle in read_robot(folder, **options).muscles]
 
 
-def test_muscles_come_from_named_sets_then_the_file_beside_then_the_plugin(tmp_path):
+def test_muscles_are_read_from_named_sets_then_cardsflow_xml_then_plugin(tmp_path):
     parts = [link("base"), link("arm"), joint()]
     bare = MUSCLE.format(name="in_plugin")
     write(tmp_path, *parts, plugin(bare))
@@ -203,7 +203,7 @@ def test_muscles_come_from_named_sets_then_the_file_beside_then_the_plugin(tmp_p
         read_robot(tmp_path, cable_set="three")
 
 
-def test_end_effectors_are_task_frames(shared):
+def test_end_effectors_become_task_frames(shared):
     robot = read_robot(shared / "robots/cardsflow/test_robot")
     assert robot.task_frames
     assert all(frame.axes == ("x", "y", "z") for frame in robot.task_frames)

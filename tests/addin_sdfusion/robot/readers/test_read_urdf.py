@@ -1,4 +1,4 @@
-"""URDF: our own files come back the same; a stranger's means what DART's reader takes it for."""
+"""URDF: written files restore the robot, and third-party files agree with DART's reader."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def of_text(folder: Path, text: str) -> Path:
     return file
 
 
-def test_a_strangers_arm_is_what_dart_takes_it_for(tmp_path: Path) -> None:
+def test_third_party_arm_agrees_with_dart(tmp_path: Path) -> None:
     file = of_text(tmp_path, URDF)
     reading = read(file)
     robot = reading.require()
@@ -43,7 +43,7 @@ def test_a_strangers_arm_is_what_dart_takes_it_for(tmp_path: Path) -> None:
     skeleton = dartpy.utils.DartLoader().parseSkeleton(str(plain))
     theirs = [skeleton.getDof(k).getName() for k in range(skeleton.getNumDofs())]
     order = [theirs.index(name) for name in ours.coordinate_names]
-    root = 6  # DART's loader has the root float
+    root = 6  # DART adds a floating joint to the root
     assert len(theirs) == root + ours.n
     for q in np.random.default_rng(0).uniform(-1.0, 1.0, (5, ours.n)):
         positions = np.zeros(len(theirs))
@@ -54,20 +54,20 @@ def test_a_strangers_arm_is_what_dart_takes_it_for(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("robot", [planar_2r(), robot_of_every_field(1)], ids=lambda r: r.name)
-def test_our_robots_come_back_the_same_with_their_muscles(robot: Robot, tmp_path: Path) -> None:
+def test_written_robots_are_restored_with_muscles(robot: Robot, tmp_path: Path) -> None:
     write_urdf(robot, tmp_path)
     assert read_robot(tmp_path) == joint_frames(robot)
 
 
 @pytest.mark.slow
 @given(robots())
-def test_any_robot_comes_back_the_same(robot: Robot) -> None:
+def test_random_robots_are_restored(robot: Robot) -> None:
     with tempfile.TemporaryDirectory() as folder:
         file, *_ = write_urdf(robot, folder, "robot")
         assert read_robot(file) == joint_frames(robot)
 
 
-def test_xacro_is_named_with_the_command_that_expands_it(tmp_path: Path) -> None:
+def test_xacro_is_rejected_with_the_command_that_converts_it(tmp_path: Path) -> None:
     text = URDF.replace('name="arm">', 'name="arm" xmlns:xacro="http://ros.org/wiki/xacro">')
     assert read(of_text(tmp_path, text)).require()
     text = text.replace("<gazebo/>", '<xacro:arm prefix="a"/>')
@@ -75,7 +75,7 @@ def test_xacro_is_named_with_the_command_that_expands_it(tmp_path: Path) -> None
         read(of_text(tmp_path, text))
 
 
-def test_a_robot_without_transmissions_has_motors_where_efforts_are(tmp_path: Path) -> None:
+def test_robot_without_transmissions_has_motors_on_joints_with_effort(tmp_path: Path) -> None:
     bare = URDF.replace("<transmission", "<x").replace("</transmission>", "</x>")
     reading = read(of_text(tmp_path, bare))
     assert [c.name for c in reading.require().motors] == ["slide"]

@@ -1,4 +1,4 @@
-"""Joints that close loops, in SDF: those to a link which another joint carries already."""
+"""Loop joints in SDF: joints whose child already has a parent joint."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def of_type(kind: LoopType) -> Robot:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_loop_joint_comes_back_the_same(kind: LoopType, tmp_path: Path) -> None:
+def test_loop_joint_is_restored(kind: LoopType, tmp_path: Path) -> None:
     robot = of_type(kind)
     write_sdf(robot, tmp_path)
     reading = read(tmp_path)
@@ -42,13 +42,13 @@ def test_a_loop_joint_comes_back_the_same(kind: LoopType, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("kind", sorted(set(AXES) - set(KINDS)))
-def test_types_that_sdf_lacks_are_refused(kind: LoopType, tmp_path: Path) -> None:
-    with pytest.raises(RobotError, match=f"SDF has no {kind} joint that closes a loop"):
+def test_unsupported_loop_types_are_rejected(kind: LoopType, tmp_path: Path) -> None:
+    with pytest.raises(RobotError, match=f"SDF has no {kind} joint as loop joint"):
         write_sdf(of_type(kind), tmp_path)
 
 
-def test_prismatic_joints_of_the_range_0_are_fixed(shared: Path) -> None:
-    """The published biking_legs: a tree of 12 coordinates, each foot fixed to its pedal."""
+def test_prismatic_loop_joints_with_range_zero_are_fixed(shared: Path) -> None:
+    """The published biking_legs: a tree of 12 coordinates, with each foot fixed to its pedal."""
     reading = read(shared / "robots/cardsflow/biking_legs")
     robot = reading.require()
     assert len(robot.coordinates) == 12
@@ -59,7 +59,7 @@ def test_prismatic_joints_of_the_range_0_are_fixed(shared: Path) -> None:
     assert held == [1414, 1447]
 
 
-def test_limits_of_a_loop_joint_are_named(tmp_path: Path) -> None:
+def test_omitted_limits_of_a_loop_joint_are_reported(tmp_path: Path) -> None:
     write_sdf(four_bar(), tmp_path)
     file = tmp_path / "model.sdf"
     before, _, after = file.read_text().partition('<joint name="closing"')
@@ -85,11 +85,11 @@ def test_limits_of_a_loop_joint_are_named(tmp_path: Path) -> None:
         ({"name": "crank"}, "duplicate-joint"),
     ],
 )
-def test_bad_loops_are_found(changes: dict[str, object], code: str) -> None:
+def test_invalid_loops_are_reported(changes: dict[str, object], code: str) -> None:
     assert [f.code for f in check(with_loop(four_bar(), **changes)) if f.is_error] == [code]
 
 
-def test_loops_go_with_their_robot() -> None:
+def test_loops_move_with_their_robot() -> None:
     robot = four_bar()
     placed = Pose((1.0, 2.0, 3.0), (0.0, 0.0, 0.5))
     both = combine("both", [Member("a", robot), Member("b", robot, placed)])
@@ -101,7 +101,7 @@ def test_loops_go_with_their_robot() -> None:
     assert (loop.parent, loop.T_parent_joint) == (WORLD, placed)
 
 
-def test_loops_follow_links_that_are_merged(shared: Path) -> None:
+def test_loops_are_kept_when_links_are_merged(shared: Path) -> None:
     robot = merge_fixed_joints(read_robot(shared / "robots/cardsflow/biking_legs"))
     assert [loop.child for loop in robot.loops] == ["foot_left", "foot_right"]
     assert not [f for f in check(robot) if f.is_error]

@@ -1,4 +1,4 @@
-"""Models in models of SDF files, and files that are included."""
+"""Nested models in SDF files, and included files."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def written(folder: Path, model: str, name: str = "arm") -> Path:
 
 
 def by_name(robot: Robot) -> dict[str, object]:
-    """Links and joints, whose order is of no concern."""
+    """Return links and joints by name, independent of their order."""
     bare = [replace(one, meshes=()) for one in robot.links]
     return {one.name: one for one in (*bare, *robot.joints)}
 
@@ -67,7 +67,7 @@ def flat(tmp_path: Path) -> Robot:
     return read_robot(written(tmp_path / "flat", FLAT))
 
 
-def test_a_model_in_a_model_is_as_its_parts(flat: Robot, tmp_path: Path) -> None:
+def test_nested_model_equals_its_parts(flat: Robot, tmp_path: Path) -> None:
     reading = read(written(tmp_path / "nested", NESTED))
     assert by_name(reading.require()) == by_name(flat)
     assert "'hand_finger'" in next(f.message for f in reading.findings if f.code == "nested-model")
@@ -78,7 +78,7 @@ def test_a_model_in_a_model_is_as_its_parts(flat: Robot, tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("place", ["beside", "inside"])
-def test_a_file_is_included(place: str, flat: Robot, tmp_path: Path) -> None:
+def test_file_is_included(place: str, flat: Robot, tmp_path: Path) -> None:
     file = written(tmp_path / "arm", INCLUDED)
     folder = tmp_path / "gripper" if place == "beside" else tmp_path / "arm/gripper"
     written(folder, HAND, "gripper")
@@ -88,7 +88,7 @@ def test_a_file_is_included(place: str, flat: Robot, tmp_path: Path) -> None:
     assert (file.parent / palm.meshes[0].uri).resolve() == (folder / "meshes/palm.stl").resolve()
 
 
-def test_a_world_may_include_its_only_model(tmp_path: Path) -> None:
+def test_world_can_include_its_only_model(tmp_path: Path) -> None:
     written(tmp_path / "arm", FLAT)
     world = tmp_path / "world/model.sdf"
     world.parent.mkdir()
@@ -105,7 +105,7 @@ def test_merged_models_keep_their_names(flat: Robot, tmp_path: Path) -> None:
     assert names == {"base", "upper", "palm", "finger"}
 
 
-def test_names_that_would_meet_stay_apart(tmp_path: Path) -> None:
+def test_conflicting_names_stay_unique(tmp_path: Path) -> None:
     robot = read_robot(written(tmp_path, NESTED + link("hand_palm", "")))
     assert {"hand_palm", "hand__palm", "hand__finger"} <= {one.name for one in robot.links}
 
@@ -121,7 +121,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("uri", WRONG)
-def test_what_cannot_be_included_is_an_error_there(uri: str, tmp_path: Path) -> None:
+def test_invalid_include_is_an_error_at_its_element(uri: str, tmp_path: Path) -> None:
     file = written(tmp_path / "arm", f"{ARM}<include><uri>{uri}</uri></include>")
     written(tmp_path / "gripper", HAND)
     written(tmp_path / "two", "")

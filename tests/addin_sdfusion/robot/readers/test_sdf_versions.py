@@ -1,4 +1,4 @@
-"""SDF in all its versions and spellings: poses, joints, muscles, and what is left out."""
+"""All versions and notations of SDF: poses, joints, muscles, and omitted features."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def found(folder, *parts, **options):
 
 
 def arm_pose(robot):
-    """Where the arm is at q = 0."""
+    """Return the pose of the arm at q = 0."""
     elbow, base = robot.joint("elbow"), robot.joints[0].T_parent_joint
     return compose(base, compose(elbow.T_parent_joint, inverse(elbow.T_child_joint)))
 
@@ -59,7 +59,7 @@ def close(pose, position, rpy):
 
 
 @pytest.mark.parametrize("version", VERSIONS)
-def test_every_version_is_read(tmp_path, version):
+def test_all_versions_are_read(tmp_path, version):
     reading = read(write(tmp_path, link("base"), link("arm"), hinge(), version=version))
     assert "sdf-version" not in {finding.code for finding in reading.findings}
     assert reading.require().joint("elbow").type == "revolute"
@@ -71,7 +71,7 @@ C, S = math.cos(0.5), math.sin(0.5)
 
 
 def quaternion(roll, pitch, yaw):
-    """x, y, z, w by the textbook formula, times two: it must be normalised."""
+    """Return the quaternion x, y, z, w times two, to test normalisation."""
     (cr, cp, cy), (sr, sp, sy) = (
         [f(angle / 2) for angle in (roll, pitch, yaw)] for f in (math.cos, math.sin)
     )
@@ -93,7 +93,7 @@ POSES = [
 
 
 @pytest.mark.parametrize(("text", "numbers"), POSES)
-def test_a_rotation_may_be_written_in_several_ways(tmp_path, text, numbers):
+def test_rotation_can_be_written_in_several_notations(tmp_path, text, numbers):
     arm = link("arm", text.format(*map(repr, numbers)))
     close(arm_pose(robot_with(tmp_path, BASE, arm, hinge())), (1, 2, 3), TURN)
 
@@ -111,19 +111,19 @@ def test_a_rotation_may_be_written_in_several_ways(tmp_path, text, numbers):
         ),
     ],
 )
-def test_poses_go_from_frame_to_frame(tmp_path, pose, frames):
+def test_poses_are_composed_over_frames(tmp_path, pose, frames):
     robot = robot_with(tmp_path, BASE, frames, link("arm", pose), hinge())
     close(arm_pose(robot), (C, S, 1), (0, 0, 0.5))
 
 
-def test_a_frame_may_be_inside_its_link(tmp_path):
+def test_frame_can_be_inside_its_link(tmp_path):
     inside = '<frame name="f"><pose>1 0 0 0 0 0</pose></frame>'
     base = link("base", "<pose>0 0 1 0 0 0.5</pose>", inside)
     robot = robot_with(tmp_path, base, link("arm", '<pose frame="f"/>'), hinge(), version="1.5")
     close(arm_pose(robot), (C, S, 1), (0, 0, 0.5))
 
 
-def test_a_joint_may_name_frames_in_place_of_links(tmp_path):
+def test_joint_can_refer_to_frames_instead_of_links(tmp_path):
     frame = '<frame name="f" attached_to="arm"><pose>1 0 0 0 0 0</pose></frame>'
     joint = hinge().replace("<child>arm<", "<child>f<")
     robot = robot_with(tmp_path, BASE, link("arm"), frame, joint, version="1.8")
@@ -131,7 +131,7 @@ def test_a_joint_may_name_frames_in_place_of_links(tmp_path):
     close(robot.joint("elbow").T_child_joint, (1, 0, 0), (0, 0, 0))
 
 
-def test_frames_attached_to_one_another_are_on_no_link(tmp_path):
+def test_frames_attached_to_each_other_have_no_link(tmp_path):
     frames = '<frame name="f" attached_to="g"/><frame name="g" attached_to="f"/>'
     joint = hinge().replace("<child>arm<", "<child>f<")
     codes = found(tmp_path, BASE, link("arm"), frames, joint, version="1.8")
@@ -139,7 +139,7 @@ def test_frames_attached_to_one_another_are_on_no_link(tmp_path):
 
 
 @pytest.mark.slow
-def test_thousands_of_frames_in_a_row_are_no_burden(tmp_path):
+def test_thousands_of_chained_frames_are_read_in_time(tmp_path):
     count = 10_000
     frames = [f'<frame name="f{k}" attached_to="f{k + 1}"/>' for k in range(count)]
     frames.append(f'<frame name="f{count}" attached_to="arm"/>')
@@ -148,14 +148,14 @@ def test_thousands_of_frames_in_a_row_are_no_burden(tmp_path):
     assert "loop-of-no-length" in found(tmp_path, BASE, link("arm"), *frames, *joints)
 
 
-def test_the_pose_of_a_model_may_be_that_of_a_frame_in_it(tmp_path):
+def test_model_pose_can_be_relative_to_a_frame_of_the_model(tmp_path):
     placed = "<pose>5 0 0 0 0 0</pose>"
     options = {"version": "1.8", "attributes": ' placement_frame="base"'}
     robot = robot_with(tmp_path, placed, BASE, link("arm"), hinge(), **options)
     close(robot.joints[0].T_parent_joint, (5, 0, 0), (0, 0, 0))
 
 
-def test_an_inertial_may_be_turned_or_placed_in_another_frame(tmp_path):
+def test_inertial_can_be_rotated_or_relative_to_another_frame(tmp_path):
     quarter = f"<pose>1 2 3 0 0 {math.pi / 2!r}</pose>"
     robot = robot_with(tmp_path, link("base"), link("arm", inertial=quarter), hinge())
     assert robot.link("arm").inertia.ixx == pytest.approx(0.4)
@@ -165,7 +165,7 @@ def test_an_inertial_may_be_turned_or_placed_in_another_frame(tmp_path):
 
 
 @pytest.mark.parametrize("type_", ["universal", "revolute2"])
-def test_two_axes_make_a_universal_joint(tmp_path, type_):
+def test_two_axes_become_a_universal_joint(tmp_path, type_):
     robot = robot_with(tmp_path, link("base"), link("arm"), hinge(AXES, type_))
     joint = robot.joint("elbow")
     assert joint.type == "universal"
@@ -173,7 +173,7 @@ def test_two_axes_make_a_universal_joint(tmp_path, type_):
     assert [c.name for c in joint.coordinates] == ["elbow_1", "elbow_2"]
 
 
-def test_a_ball_joint_gets_three_angles_and_a_continuous_one_no_limits(tmp_path):
+def test_ball_joint_has_three_angles_and_continuous_joint_no_limits(tmp_path):
     robot = robot_with(tmp_path, link("base"), link("arm"), hinge("", "ball"))
     assert robot.joint("elbow").type == "ball"
     assert [c.name for c in robot.coordinates] == ["elbow_alpha", "elbow_beta", "elbow_gamma"]
@@ -182,7 +182,7 @@ def test_a_ball_joint_gets_three_angles_and_a_continuous_one_no_limits(tmp_path)
     assert robot.coordinates[0].upper == math.inf
 
 
-def test_limits_of_zero_are_no_missing_limits(tmp_path):
+def test_limits_of_zero_are_kept(tmp_path):
     zero = AXIS.format(more="<limit><lower>0</lower><upper>0</upper></limit>")
     assert "zero-limits" in found(tmp_path, link("base"), link("arm"), hinge(zero))
     assert "zero-limits" not in found(tmp_path, link("base"), link("arm"), hinge())
@@ -192,7 +192,7 @@ MESH = "<geometry><mesh><uri>{}</uri><scale>1e-3 1e-3 1e-3</scale></mesh></geome
 BOX = '<visual name="b"><geometry><box><size>1 1 1</size></box></geometry></visual>'
 
 
-def test_meshes_are_kept_whether_or_not_their_files_are_there(tmp_path):
+def test_meshes_are_kept_with_and_without_their_files(tmp_path):
     (tmp_path / "meshes").mkdir()
     (tmp_path / "meshes/here.stl").write_text("")
     uris = ["meshes/here.stl", f"model://{tmp_path.name}/meshes/here.stl"]
@@ -209,7 +209,7 @@ def test_meshes_are_kept_whether_or_not_their_files_are_there(tmp_path):
         "1 of 3 mesh files are not found, such as 'model://x/there.stl'"
         in reported["missing-meshes"]
     )
-    assert "'box' is left out" in reported["geometry-left-out"]
+    assert "'box' is omitted" in reported["geometry-left-out"]
 
 
 def test_springs_and_friction_of_a_joint_are_read(tmp_path):
@@ -221,7 +221,7 @@ def test_springs_and_friction_of_a_joint_are_read(tmp_path):
 
 
 @pytest.mark.parametrize(("effort", "bound"), [("3", 3.0), ("0", 0.0), ("-1", math.inf)])
-def test_the_effort_of_a_joint_bounds_its_motor(tmp_path, effort, bound):
+def test_effort_of_a_joint_limits_its_motor(tmp_path, effort, bound):
     axis = AXIS.format(more=f"<limit><effort>{effort}</effort></limit>")
     reading = read(write(tmp_path, link("base"), link("arm"), hinge(axis)))
     (c,) = reading.require().coordinates
@@ -229,7 +229,7 @@ def test_the_effort_of_a_joint_bounds_its_motor(tmp_path, effort, bound):
     assert "joint-not-simulated" not in {finding.code for finding in reading.findings}
 
 
-def test_all_that_is_wrong_with_the_tree_is_found_at_once(tmp_path):
+def test_all_errors_of_the_tree_are_reported_at_once(tmp_path):
     def joint(name, parent, child):
         ends = f"<parent>{parent}</parent><child>{child}</child>"
         return f'<joint name="{name}" type="fixed">{ends}</joint>'
@@ -260,12 +260,12 @@ NEW = '<plugin filename="libcardsflow_gazebo_plugin.so" name="cardsflow_gazebo_p
 
 @pytest.mark.parametrize("plugin", [OLD, NEW])
 @pytest.mark.parametrize("name", ["motor12", "shoulder_left_motor0", "M. biceps"])
-def test_muscles_are_read_from_either_plugin_under_any_name(tmp_path, plugin, name):
+def test_muscles_are_read_from_any_plugin_name(tmp_path, plugin, name):
     robot = robot_with(tmp_path, *TWO, plugin.format(muscle(START, END, name=name)))
     assert [m.name for m in robot.muscles] == [name]
 
 
-def test_the_file_beside_wins_over_a_plugin_and_says_so(tmp_path):
+def test_cardsflow_xml_has_priority_over_plugin_with_a_warning(tmp_path):
     inside, beside = muscle(START, END, name="inside"), muscle(START, END, name="beside")
     reading = read(write(tmp_path, *TWO, OLD.format(inside), beside=beside))
     assert [m.name for m in reading.require().muscles] == ["beside"]
@@ -281,7 +281,7 @@ MOTOR = (
 )
 
 
-def test_motors_and_springs_of_muscles_are_series_elastic_motors(tmp_path):
+def test_motors_and_springs_of_muscles_become_series_elastic_motors(tmp_path):
     reading = read(write(tmp_path, *TWO, beside=muscle(START, END, more=MOTOR)))
     model = reading.require().muscles[0].model
     assert model.kind == "series_elastic_motor"
@@ -299,10 +299,10 @@ def test_motors_and_springs_of_muscles_are_series_elastic_motors(tmp_path):
     }
     reported = {finding.code: finding.message for finding in reading.findings}
     assert "replace the default back_emf_constant, torque_constant" in reported["actuator-read"]
-    assert "<length> of its <SEE> is left out" in reported["actuator-part-left-out"]
+    assert "<length> of <SEE> is ignored" in reported["actuator-part-left-out"]
 
 
-def test_a_cable_model_goes_before_the_motor_of_the_original_format(tmp_path):
+def test_cable_model_has_priority_over_original_motor_elements(tmp_path):
     model = '<cable_model kind="elastic_cable"><parameter name="stiffness">9</parameter>'
     more = f"{MOTOR}{model}</cable_model>"
     reading = read(write(tmp_path, *TWO, beside=muscle(START, END, more=more)))
@@ -310,7 +310,7 @@ def test_a_cable_model_goes_before_the_motor_of_the_original_format(tmp_path):
     assert "actuator-left-out" in {finding.code for finding in reading.findings}
 
 
-def test_a_motors_numbers_are_checked(tmp_path):
+def test_parameters_of_a_motor_are_checked(tmp_path):
     for word, wrong, code in (
         ("0.7", "seven", "bad-number"),
         ("0.7", "-0.7", "bad-law-parameter"),
@@ -345,7 +345,7 @@ def test_a_motors_numbers_are_checked(tmp_path):
         ),
     ],
 )
-def test_wrapping_points_are_surfaces(tmp_path, words, surface, wrap):
+def test_wrap_via_points_become_surfaces(tmp_path, words, surface, wrap):
     over = ("arm", words, "0 0 2")
     first = muscle(START, over, END)
     second = muscle(START, (*START[:2], "0 1 0"), over, END, name="triceps")
@@ -358,8 +358,8 @@ def test_wrapping_points_are_surfaces(tmp_path, words, surface, wrap):
     assert "wrap-state-left" not in {finding.code for finding in reading.findings}
 
 
-def test_the_longer_path_round_needs_a_side(tmp_path):
-    """The old plugin's states start a cable on the shorter or the longer path, about no axis."""
+def test_longer_wrap_path_requires_a_side(tmp_path):
+    """The state of the original plugin selects the shorter or longer path, without an axis."""
     over = ("arm", 'type="CYLINDRICAL" radius="0.03" state="2"', "0 0 2")
     reading = read(write(tmp_path, *TWO, beside=muscle(START, over, END)))
     assert reading.require().muscles[0].wraps == (Wrap("arm_cylinder", 0),)
@@ -386,7 +386,7 @@ SPHERE = 'type="SPHERICAL" radius="0.1" state="0"'
         ([START, ("base", FIX, "0 0 0")], "no-moment-arm"),
     ],
 )
-def test_unusable_muscles_are_found_with_their_lines(tmp_path, points, code):
+def test_invalid_muscles_are_reported_with_their_lines(tmp_path, points, code):
     reading = read(write(tmp_path, *TWO, beside=muscle(*points)))
     findings = [finding for finding in reading.findings if finding.code == code]
     assert findings
@@ -395,7 +395,7 @@ def test_unusable_muscles_are_found_with_their_lines(tmp_path, points, code):
         assert finding.line is not None
 
 
-def test_a_link_in_other_letters_is_found_where_only_one_can_be_meant(tmp_path):
+def test_link_name_in_other_case_is_found_if_unambiguous(tmp_path):
     beside = muscle(START, ("Arm", FIX, "0 0 1"))
     reading = read(write(tmp_path, *TWO, beside=beside))
     (finding,) = [f for f in reading.findings if f.code == "link-name-case"]
@@ -406,7 +406,7 @@ def test_a_link_in_other_letters_is_found_where_only_one_can_be_meant(tmp_path):
     assert "unknown-via-link" in {finding.code for finding in both.findings}
 
 
-def test_names_used_twice_in_an_sdf_mean_the_first(tmp_path):
+def test_references_to_repeated_names_mean_the_first(tmp_path):
     again = muscle(START, ("arm", FIX, "0 0 1"))
     beside = muscle(START, END) + again + again + EFFECTOR + EFFECTOR
     fixed = hinge(type_="fixed").replace("arm", "hand")
@@ -427,7 +427,7 @@ MARKER = '<marker link="arm">4 5 6</marker>'
 
 
 @pytest.mark.parametrize("beside", [True, False])
-def test_end_effectors_and_markers_are_read_from_either_place(tmp_path, beside):
+def test_end_effectors_and_markers_are_read_from_both_sources(tmp_path, beside):
     both = EFFECTOR + MARKER
     parts = TWO if beside else (*TWO, NEW.format(both))
     robot = robot_with(tmp_path, *parts, beside=both if beside else None)
@@ -468,7 +468,7 @@ REPORTED = [(hinge() + text, code, message) for text, code, message in OF_MODELS
 
 
 @pytest.mark.parametrize(("text", "code", "message"), REPORTED)
-def test_what_is_refused_or_left_out_is_said_with_its_line(tmp_path, text, code, message):
+def test_rejected_and_omitted_features_are_reported_with_their_line(tmp_path, text, code, message):
     reading = read(write(tmp_path, link("base"), link("arm"), text))
     (finding,) = [finding for finding in reading.findings if finding.code == code]
     assert message in finding.message
@@ -477,13 +477,13 @@ def test_what_is_refused_or_left_out_is_said_with_its_line(tmp_path, text, code,
         assert finding.is_error
 
 
-def test_a_coordinate_may_have_a_name_and_a_motor_of_its_own(tmp_path):
+def test_coordinate_can_have_a_separate_name_and_motor(tmp_path):
     robot = robot_with(tmp_path, *TWO, NEW.format(CHAIN.format("elbow")))
     (coordinate,) = robot.coordinates
     assert (coordinate.name, coordinate.actuated) == ("a", True)
 
 
-def test_an_axis_in_the_old_frame_of_the_model_turns_with_the_joint(tmp_path):
+def test_axis_in_the_model_frame_of_old_versions_rotates_with_the_joint(tmp_path):
     more = "<use_parent_model_frame>true</use_parent_model_frame>"
     turned = link("arm", f"<pose>0 0 0 {' '.join(map(str, TURN))}</pose>")
     for version, text in (("1.6", more), ("1.4", "")):

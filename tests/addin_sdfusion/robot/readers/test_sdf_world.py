@@ -33,7 +33,7 @@ SHAPES = {
 
 
 @pytest.mark.parametrize("kind", SHAPES)
-def test_every_shape_is_read(kind: str, tmp_path: Path) -> None:
+def test_all_shapes_are_read(kind: str, tmp_path: Path) -> None:
     text, sizes = SHAPES[kind]
     read = world(tmp_path, model(text))
     assert read.objects == (StaticObject("thing", kind, sizes, Pose()),)
@@ -41,14 +41,14 @@ def test_every_shape_is_read(kind: str, tmp_path: Path) -> None:
     assert read.ground is None
 
 
-def test_a_mesh_keeps_its_file_and_scale(tmp_path: Path) -> None:
+def test_mesh_keeps_its_file_and_scale(tmp_path: Path) -> None:
     mesh = "<mesh><uri>meshes/a.stl</uri><scale>0.001 0.001 0.001</scale></mesh>"
     (thing,) = world(tmp_path, model(mesh)).objects
     assert thing.sizes == (0.001, 0.001, 0.001)
     assert thing.file == tmp_path / "meshes/a.stl"
 
 
-def test_poses_of_model_link_and_collision_add_up(tmp_path: Path) -> None:
+def test_poses_of_model_link_and_collision_are_composed(tmp_path: Path) -> None:
     text = model(
         SHAPES["sphere"][0],
         more=f"<pose>1 0 0 0 0 {math.pi / 2}</pose>",
@@ -59,7 +59,7 @@ def test_poses_of_model_link_and_collision_add_up(tmp_path: Path) -> None:
     assert thing.pose.rpy == pytest.approx((0.0, 0.0, math.pi / 2))
 
 
-def test_friction_is_the_smaller_one_and_restitution_is_read(tmp_path: Path) -> None:
+def test_smaller_friction_and_restitution_are_read(tmp_path: Path) -> None:
     surface = (
         "<surface><friction><ode><mu>0.7</mu><mu2>0.4</mu2></ode></friction><bounce>"
         "<restitution_coefficient>0.3</restitution_coefficient></bounce></surface>"
@@ -68,14 +68,14 @@ def test_friction_is_the_smaller_one_and_restitution_is_read(tmp_path: Path) -> 
     assert (thing.friction, thing.restitution) == (0.4, 0.3)
 
 
-def test_a_level_plane_is_the_ground(tmp_path: Path) -> None:
+def test_horizontal_plane_is_the_ground(tmp_path: Path) -> None:
     plane = "<plane><normal>0 0 1</normal><size>10 10</size></plane>"
     read = world(tmp_path, model(plane, more="<pose>0 0 -0.3 0 0 0</pose>"))
     assert read.ground == -0.3
     assert read.objects == ()
 
 
-def test_several_shapes_get_different_names(tmp_path: Path) -> None:
+def test_several_shapes_get_unique_names(tmp_path: Path) -> None:
     two = model(SHAPES["box"][0]).replace(
         "</link>",
         f"<collision name='d'><geometry>{SHAPES['sphere'][0]}</geometry></collision></link>",
@@ -111,7 +111,7 @@ LEFT_OUT = {
 
 
 @pytest.mark.parametrize("case", LEFT_OUT)
-def test_what_is_not_read_is_reported_with_its_line(case: str, tmp_path: Path) -> None:
+def test_omitted_elements_are_reported_with_their_line(case: str, tmp_path: Path) -> None:
     text, code = LEFT_OUT[case]
     read = world(tmp_path, text)
     found = {finding.code: finding for finding in read.findings}
@@ -120,11 +120,11 @@ def test_what_is_not_read_is_reported_with_its_line(case: str, tmp_path: Path) -
     assert found[code].file == tmp_path / "scene.world"
 
 
-def test_models_may_stand_without_a_world(tmp_path: Path) -> None:
+def test_models_are_read_without_a_world(tmp_path: Path) -> None:
     assert len(world(tmp_path, model(SHAPES["box"][0]), wrap=False).objects) == 1
 
 
-def test_other_files_are_refused(tmp_path: Path) -> None:
+def test_other_files_are_rejected(tmp_path: Path) -> None:
     (tmp_path / "a.world").write_text("<robot/>")
     assert read_sdf_world(tmp_path / "a.world").findings[0].code == "not-sdf"
     (tmp_path / "a.world").write_text("no xml")

@@ -45,12 +45,12 @@ def check_simple_joint_motion(file):
     )
 
 
-def test_the_motion_of_the_example_goes_there_and_back_in_eight_seconds():
+def test_example_motion_returns_after_eight_seconds():
     check_simple_joint_motion(EXAMPLE)
     assert trajectory_names(EXAMPLE) == ("simple_joint_motion", "cubic_swing", "linear_sweep")
 
 
-def test_the_motion_of_the_original_file_is_the_same(shared):
+def test_original_motion_is_the_same(shared):
     folder = shared / "robots/caspr/Example_2R_planar_XZ"
     file = folder / "Example_2R_planar_XZ_trajectories.xml"
     check_simple_joint_motion(file)
@@ -58,13 +58,13 @@ def test_the_motion_of_the_original_file_is_the_same(shared):
         assert read_trajectory(file, name).points[0].time == 0.0
 
 
-def test_relative_times_add_up_and_absolute_ones_do_not(tmp_path):
+def test_relative_times_are_summed_and_absolute_times_are_not(tmp_path):
     points = [point("0", 7), point("1", 2), point("2", 3)]
     assert times(file_with(tmp_path, linear(*points))) == [0, 2, 5]
     assert times(file_with(tmp_path, linear(*points, definition="absolute"))) == [0, 2, 3]
 
 
-def test_an_unknown_name_is_answered_with_the_nearest_one():
+def test_unknown_name_suggests_nearest_name():
     with pytest.raises(UnknownNameError, match="did you mean 'simple_joint_motion'"):
         read_trajectory(EXAMPLE, "simple_joint_moton")
 
@@ -81,7 +81,7 @@ def rates(q_dot):
     return f"<q_dot>{q_dot}</q_dot>"
 
 
-def test_inner_velocities_are_the_means_of_the_slopes_around_them(tmp_path):
+def test_inner_velocities_are_means_of_adjacent_slopes(tmp_path):
     ends = (point("0 0", more=rates("7 0")), point("9 1", 2, rates("0 8")))
     inner = (point("1 4", 1, rates("99 99")), point("3 0", 4))
     trajectory = read_trajectory(file_with(tmp_path, average(ends[0], *inner, ends[1])), "t")
@@ -103,7 +103,7 @@ def slow(q, time, blend):
     return point(q, time).replace("<point", f'<point blend_time="{blend}"')
 
 
-def test_a_blend_time_is_that_of_the_way_to_its_point(tmp_path):
+def test_blend_time_belongs_to_the_segment_before_its_point(tmp_path):
     file = file_with(tmp_path, blended(point("0"), point("1", 2), slow("2", 4, 1.5)))
     trajectory = read_trajectory(file, "t")
     assert trajectory.spline == "parabolic_blend"
@@ -116,7 +116,7 @@ def operational(*points, tag="linear"):
 <joint_trajectories>"
 
 
-def test_operational_trajectories_have_a_space_and_names_of_their_own(tmp_path):
+def test_operational_trajectories_have_separate_space_and_names(tmp_path):
     text = operational(point("0 1 2", more=rates("1 1 1")), point("1", 1), tag="cubic")
     text = text.replace("<y>1</y>", "<y>3 4 5</y><y_dot>0 0 0</y_dot>")
     file = file_with(tmp_path, text)
@@ -132,7 +132,7 @@ SAMPLES = ["time_step,0.5", "t,0.0,p,1,2,v,3,4,a,5,6", "t,0.5,p,-1e-3,2,v,0,0,a,
 FILE = '<file_trajectory id="t" filename="t.traj"/>'
 
 
-def test_samples_come_from_the_file_beside(tmp_path):
+def test_samples_are_read_from_the_file_next_to_the_trajectories(tmp_path):
     (tmp_path / "t.traj").write_text("\r\n".join(SAMPLES) + "\r\n\r\n")
     trajectory = read_trajectory(file_with(tmp_path, FILE), "t")
     assert (trajectory.spline, trajectory.time_step) == ("samples", 0.5)
@@ -145,13 +145,13 @@ def test_samples_come_from_the_file_beside(tmp_path):
 @pytest.mark.parametrize(
     ("line", "text", "message"),
     [
-        (0, "", "first line is not 'time_step,<seconds>'"),
+        (0, "", "first line must be 'time_step,<seconds>'"),
         (0, "time_step,soon", "'soon' is not a finite number"),
-        (0, "time_step,0", "not above zero"),
+        (0, "time_step,0", "time_step must be positive"),
         (1, "t,0.1,p,1,2,v,3,4,a,5,6", r"time 0\.1 s must be 0\.0 s"),
         (2, "t,0.500001,p,1,2,v,3,4,a,5,6", r"must be 0\.5 s"),
-        (2, "t,0.5,p,1,2,3,v,3,4,5,a,5,6,7", "'p' has 3 numbers, not 2"),
-        (2, "t,0.5,p,1,2,v,3,a,5,6", "'v' has 1 numbers, not 2"),
+        (2, "t,0.5,p,1,2,3,v,3,4,5,a,5,6,7", "'p' must have 2 numbers, not 3"),
+        (2, "t,0.5,p,1,2,v,3,a,5,6", "'v' must have 2 numbers, not 1"),
         (2, "t,0.5,p,1,2,v,3,nan,a,5,6", "'nan' is not a finite number"),
         (2, "t,0.5,p,1,2,v,3,\x1f4,a,5,6", "is not a finite number"),
         (2, "t,0.5,p,1,2,v,3,4", "is not 't,<time>,p,"),
@@ -159,7 +159,7 @@ def test_samples_come_from_the_file_beside(tmp_path):
         (2, "0.5,t,p,1,2,v,3,4,a,5,6", "is not 't,<time>,p,"),
     ],
 )
-def test_a_broken_sample_is_refused_with_file_and_line(tmp_path, line, text, message):
+def test_invalid_sample_is_rejected_with_file_and_line(tmp_path, line, text, message):
     lines = [text if i == line else given for i, given in enumerate(SAMPLES)]
     (tmp_path / "t.traj").write_text("\n".join(lines))
     with pytest.raises(InputError, match=message) as caught:
@@ -167,7 +167,7 @@ def test_a_broken_sample_is_refused_with_file_and_line(tmp_path, line, text, mes
     assert (caught.value.file, caught.value.line) == (tmp_path / "t.traj", line + 1)
 
 
-def test_samples_need_two_lines_and_a_file_that_is_not_too_large(tmp_path):
+def test_samples_require_two_lines_and_a_limited_file_size(tmp_path):
     (tmp_path / "t.traj").write_text("\n".join(SAMPLES[:2]))
     file = file_with(tmp_path, FILE)
     with pytest.raises(InputError, match="two samples"):
@@ -178,47 +178,65 @@ def test_samples_need_two_lines_and_a_file_that_is_not_too_large(tmp_path):
         read_trajectory(file, "t")
 
 
-@pytest.mark.parametrize("name", ["", "../t.traj", "/etc/passwd", "none.traj", ".", "C:\\..\\x"])
-def test_samples_are_looked_for_beside_the_trajectories_only(tmp_path, name):
+@pytest.mark.parametrize("name", ["", "../t.traj", "/etc/passwd", ".", "C:\\..\\x"])
+def test_sample_file_outside_the_folder_is_rejected(tmp_path, name):
     file = file_with(tmp_path, FILE.replace("t.traj", name))
-    with pytest.raises(InputError, match="next to this one"):
+    with pytest.raises(InputError, match=r"must be relative to this folder, without '\.\.'"):
+        read_trajectory(file, "t")
+
+
+def test_missing_sample_file_is_rejected(tmp_path):
+    file = file_with(tmp_path, FILE.replace("t.traj", "none.traj"))
+    with pytest.raises(InputError, match=r"file 'none\.traj' does not exist"):
         read_trajectory(file, "t")
 
 
 @pytest.mark.parametrize(
     ("element", "line", "message"),
     [
-        (linear(point("0 0"), point("1", 1)), 4, "has 1 numbers, not 2"),
+        (linear(point("0 0"), point("1", 1)), 4, "must contain 2 numbers, not 1"),
         (linear(point("0"), point("nan", 1)), 4, "not a finite number"),
         (linear(point("0"), point("1e999", 1)), 4, "not a finite number"),
-        (linear(point("0"), point("", 1)), 4, "has 0 numbers, not 1"),
-        (linear(point("0"), point("1", 0)), 4, "does not come after"),
-        (linear(point("0"), point("1", -1)), 4, "does not come after"),
-        (linear(*TWO, point("2", 1), definition="absolute"), 5, "does not come after"),
+        (linear(point("0"), point("", 1)), 4, "must contain 1 numbers, not 0"),
+        (linear(point("0"), point("1", 0)), 4, "must be greater than"),
+        (linear(point("0"), point("1", -1)), 4, "must be greater than"),
+        (linear(*TWO, point("2", 1), definition="absolute"), 5, "must be greater than"),
         (linear(point("0"), point("1")), 4, "no 'time'"),
         (linear(point("0"), "<point time='1'/>"), 4, "no <q>"),
-        (linear(point("0")), 2, "needs at least two points"),
-        (linear(*TWO, definition="sometimes"), 2, "neither 'relative' nor 'absolute'"),
-        (linear(*TWO, step="0"), 2, "time_step is not above zero"),
+        (linear(point("0")), 2, "must have at least two points, not"),
+        (linear(*TWO, definition="sometimes"), 2, "must be 'relative' or 'absolute'"),
+        (linear(*TWO, step="0"), 2, "time_step must be positive"),
         (linear(*TWO, step="x"), 2, "not a finite number"),
         (linear(*TWO, tag="cubic"), 3, "no <q_dot>"),
-        (linear(*TWO, tag="odd"), 2, "<odd_spline_trajectory> is not supported"),
-        (linear(*TWO) + "\n" + linear(*TWO), 6, "a second trajectory 't'"),
+        (linear(*TWO, tag="odd"), 2, "unsupported <odd_spline_trajectory>"),
+        (linear(*TWO) + "\n" + linear(*TWO), 6, "trajectory 't' appears twice"),
         (average(point("0"), point("1", 1, rates("0"))), 3, "no <q_dot>"),
-        (average(*[point("0", 1, rates("0"))] * 2, point("0", 0, rates("0"))), 5, "not come after"),
+        (
+            average(*[point("0", 1, rates("0"))] * 2, point("0", 0, rates("0"))),
+            5,
+            "must be greater than",
+        ),
         (
             average(point("0", 0, rates("0")), "<point time='1'/>", point("0", 2, rates("0"))),
             4,
             "<q>",
         ),
-        (blended(point("0"), point("1", 1)), 4, r"blend time 0\.5 s is not above zero and below"),
-        (blended(point("0"), slow("1", 1, 0)), 4, r"blend time 0\.0 s is not above zero"),
-        (blended(slow("0", 0, 0.1), point("1", 2)), 3, "first point has a blend_time"),
+        (
+            blended(point("0"), point("1", 1)),
+            4,
+            r"blend time 0\.5 s must be positive and less than half",
+        ),
+        (blended(point("0"), slow("1", 1, 0)), 4, r"blend time 0\.0 s must be positive"),
+        (
+            blended(slow("0", 0, 0.1), point("1", 2)),
+            3,
+            "blend_time of the first point has no segment",
+        ),
         (blended(point("0"), point("1", 2), default=""), 2, "no 'blend_time_default'"),
         ("<file_trajectory id='t'/>", 2, "filename"),
     ],
 )
-def test_a_broken_trajectory_is_refused_with_file_and_line(tmp_path, element, line, message):
+def test_invalid_trajectory_is_rejected_with_file_and_line(tmp_path, element, line, message):
     file = file_with(tmp_path, element)
     with pytest.raises(InputError, match=message) as caught:
         read_trajectory(file, "t")
@@ -226,7 +244,7 @@ def test_a_broken_trajectory_is_refused_with_file_and_line(tmp_path, element, li
     assert "\n" not in str(caught.value)
 
 
-def test_a_file_of_another_kind_is_refused(tmp_path):
+def test_file_of_another_kind_is_rejected(tmp_path):
     file = tmp_path / "x.xml"
     file.write_text("<cables/>")
     with pytest.raises(InputError, match="is not CASPR's <trajectories>"):
@@ -234,15 +252,15 @@ def test_a_file_of_another_kind_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("is_folder", [False, True])
-def test_samples_elsewhere_are_not_read_by_a_link(tmp_path, is_folder):
-    """A stranger's robot would carry them into FMUs and results."""
+def test_linked_samples_outside_the_folder_are_rejected(tmp_path, is_folder):
+    """They would be copied from an untrusted robot into FMUs and results."""
     (tmp_path / "private").mkdir()
     (tmp_path / "private/t.traj").write_text("\n".join(SAMPLES))
     (tmp_path / "robot").mkdir()
     file = file_with(tmp_path / "robot", FILE.replace("t.traj", "in/t.traj") if is_folder else FILE)
     link = tmp_path / "robot" / ("in" if is_folder else "t.traj")
     link.symlink_to(tmp_path / ("private" if is_folder else "private/t.traj"))
-    with pytest.raises(InputError, match="a link that leads out of this folder"):
+    with pytest.raises(InputError, match="a link to a file outside this folder"):
         read_trajectory(file, "t")
     link.unlink()
     shutil.copytree(tmp_path / "private", tmp_path / "robot/in")
@@ -250,11 +268,11 @@ def test_samples_elsewhere_are_not_read_by_a_link(tmp_path, is_folder):
     assert read_trajectory(file, "t").spline == "samples"
 
 
-def test_trajectories_that_are_a_link_to_elsewhere_are_left_out(tmp_path):
+def test_linked_trajectories_file_outside_the_folder_is_omitted(tmp_path):
     (tmp_path / "private").mkdir()
     elsewhere = file_with(tmp_path / "private", FILE)
     (tmp_path / "robot").mkdir()
     (tmp_path / "robot/x_trajectories.xml").symlink_to(elsewhere)
     trajectories, (finding,) = read_trajectories(tmp_path / "robot/x_bodies.xml")
     assert trajectories == []
-    assert "leads out of this folder" in finding.message
+    assert "outside this folder" in finding.message

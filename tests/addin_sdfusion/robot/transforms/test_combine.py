@@ -1,4 +1,4 @@
-"""Several robots as one: the same robots, side by side."""
+"""Several robots combined into one behave like the separate robots."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ MOVED = Pose((1.0, -2.0, 0.5), (0.3, -0.4, 0.7))
 
 
 def pair(seed: int, pose: Pose = MOVED) -> tuple[Robot, Robot, Robot]:
-    """Two random robots and both as one, the second elsewhere."""
+    """Return two random robots, and both combined, the second one displaced."""
     one, other = random_robot(seed), random_robot(seed + 100, joints=4, muscles=5)
     return one, other, combine("both", [Member("one", one), Member("other", other, pose)])
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_muscles_pull_as_they_did_alone(seed: int) -> None:
-    """Lengths and Jacobians are those of the robots alone, at any pose."""
+def test_combined_muscles_equal_separate_muscles(seed: int) -> None:
+    """Lengths and Jacobians equal those of the separate robots, in any pose."""
     one, other, both = pair(seed)
     q = np.random.default_rng(seed).uniform(-1, 1, len(both.coordinates))
     n, m = len(one.coordinates), len(one.muscles)
@@ -56,8 +56,8 @@ def test_muscles_pull_as_they_did_alone(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_the_dynamics_are_those_of_the_robots_beside_one_another(seed: int) -> None:
-    """Turned about the vertical alone: gravity stays what it is."""
+def test_combined_dynamics_equal_separate_dynamics(seed: int) -> None:
+    """The robots are rotated only about the vertical, so that gravity does not change."""
     one, other, both = pair(seed, Pose((1.0, -2.0, 0.5), (0.0, 0.0, 0.7)))
     rng = np.random.default_rng(seed)
     q, qd = rng.uniform(-1, 1, (2, len(both.coordinates)))
@@ -73,7 +73,7 @@ def test_the_dynamics_are_those_of_the_robots_beside_one_another(seed: int) -> N
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_task_points_stand_where_the_robots_stand(seed: int) -> None:
+def test_task_points_move_with_the_robots(seed: int) -> None:
     _, other, both = pair(seed)
     q = np.random.default_rng(seed).uniform(-1, 1, len(both.coordinates))
     alone = MusclePaths(other).task_position(q[len(both.coordinates) - len(other.coordinates) :])
@@ -82,7 +82,7 @@ def test_task_points_stand_where_the_robots_stand(seed: int) -> None:
     np.testing.assert_allclose(whole[:3], apply(MOVED, (x, y, z)), atol=1e-13)
 
 
-def test_names_begin_with_the_robots() -> None:
+def test_names_begin_with_the_robot_name() -> None:
     arm = planar_2r()
     both = combine("pair", [Member("left", arm), Member("right", arm, Pose((3.0, 0.0, 0.0)))])
     assert [c.name for c in both.coordinates] == [
@@ -96,7 +96,7 @@ def test_names_begin_with_the_robots() -> None:
     assert not [f for f in check(both) if f.is_error]
 
 
-def test_what_is_fixed_to_the_world_moves_with_it() -> None:
+def test_objects_fixed_to_the_world_move_with_the_robot() -> None:
     arm = planar_2r()
     surface = WrapSurface("peg", WORLD, "cylinder", 0.05, Pose((0.1, 0.0, 0.2)))
     on_link = WrapSurface("ball", "link_1", "sphere", 0.02)
@@ -115,7 +115,7 @@ def test_what_is_fixed_to_the_world_moves_with_it() -> None:
     assert dict(muscle.pulley.parameters)["cable_entry_vector"] == pytest.approx(turned)
 
 
-def test_meshes_are_found_where_each_robot_has_them(tmp_path: Path) -> None:
+def test_meshes_are_found_relative_to_each_robot(tmp_path: Path) -> None:
     arm = planar_2r()
     links = (replace(arm.links[0], meshes=(Mesh("collision", "meshes/a.stl"),)), arm.links[1])
     robot = replace(arm, links=links)
@@ -127,7 +127,7 @@ def test_meshes_are_found_where_each_robot_has_them(tmp_path: Path) -> None:
     assert kept.links[0].meshes == links[0].meshes
 
 
-def test_robots_without_muscles_and_tasks_combine_too() -> None:
+def test_robots_without_muscles_and_tasks_are_combined() -> None:
     bare = replace(planar_2r(), cable_sets=(), cable_set="", task_sets=(), task_set="")
     both = combine("b", [Member("a", bare), Member("b", bare)])
     assert both.muscles == ()
@@ -136,7 +136,7 @@ def test_robots_without_muscles_and_tasks_combine_too() -> None:
     assert len(mixed.muscles) == 4
 
 
-def test_parts_of_one_name_are_refused() -> None:
+def test_parts_with_equal_names_are_rejected() -> None:
     arm = planar_2r()
     with pytest.raises(InputError, match="two robots would be called 'a'"):
         combine("b", [Member("a", arm), Member("a", arm)])

@@ -1,4 +1,4 @@
-"""Robots with locked coordinates move as those where the coordinates are held."""
+"""Robots with locked coordinates move like the full robot with constant coordinates."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from sim_dart import CoreDynamics, DartDynamics
 
 
 def assert_holds(robot: Robot, held: list[int], seed: int, dynamics: type) -> None:
-    """M, C, G, l, L, y and J of the locked robot against rows and columns of the whole one."""
+    """Compare M, C, G, l, L, y and J of the locked robot with rows and columns of the full one."""
     names = [c.name for c in robot.coordinates]
     rng = np.random.default_rng(seed)
     q, qd = rng.uniform(-1.0, 1.0, (2, len(names)))
@@ -50,7 +50,7 @@ def close(one: np.ndarray, other: np.ndarray) -> None:
 
 @pytest.mark.parametrize("dynamics", [CoreDynamics, DartDynamics])
 @pytest.mark.parametrize("seed", range(6))
-def test_what_is_left_moves_as_before(seed: int, dynamics: type) -> None:
+def test_remaining_coordinates_move_as_before(seed: int, dynamics: type) -> None:
     robot = random_robot(seed)
     n = len(robot.coordinates)
     rng = np.random.default_rng(100 + seed)
@@ -59,7 +59,7 @@ def test_what_is_left_moves_as_before(seed: int, dynamics: type) -> None:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_every_kind_of_joint_can_keep_some_of_its_coordinates(seed: int) -> None:
+def test_any_joint_type_can_keep_some_coordinates(seed: int) -> None:
     robot = every_joint()
     n = len(robot.coordinates)
     rng = np.random.default_rng(seed)
@@ -80,12 +80,12 @@ def compound(q: float) -> Robot:
     return lock(robot, {"b": q})
 
 
-def test_a_translation_between_rotations_cannot_be_locked_but_at_0() -> None:
+def test_translation_between_rotations_can_only_be_locked_at_zero() -> None:
     assert [c.name for c in compound(0.0).coordinates] == ["a", "c"]
     with pytest.raises(InputError, match=r"coordinates\.b\.locked.*only be locked at 0"):
         compound(0.1)
 
 
-def test_unknown_coordinates_are_named() -> None:
+def test_unknown_coordinates_are_reported() -> None:
     with pytest.raises(UnknownNameError, match="coordinate"):
         lock(random_robot(0), {"nowhere": 0.0})

@@ -29,7 +29,7 @@ SWAPPED = ("msj_platform", "roboy_upper_body", "test_robot")
 
 
 def gyration(inertia):
-    """From the trace, which no choice of axes changes, in [m]."""
+    """Return the radius of gyration from the trace, which is invariant to rotations, in [m]."""
     return math.sqrt((inertia.ixx + inertia.iyy + inertia.izz) / 2 / inertia.mass)
 
 
@@ -38,7 +38,7 @@ def named(findings, code):
 
 
 @pytest.mark.parametrize("name", PUBLISHED)
-def test_published_inertias_are_found_and_repaired(shared, name):
+def test_published_inertias_are_detected_and_repaired(shared, name):
     repaired, left, radii = PUBLISHED[name]
     folder = shared / "robots/cardsflow" / name
     found = read(folder).findings
@@ -58,19 +58,19 @@ def test_published_inertias_are_found_and_repaired(shared, name):
                 assert gyration(link.inertia) == pytest.approx(radii[link.name], abs=1e-3)
 
 
-def test_nothing_is_repaired_unless_asked_for(shared):
+def test_repair_is_only_applied_on_request(shared):
     folder = shared / "robots/cardsflow/msj_platform"
     assert read_robot(folder) != read_robot(folder, repair=True)
     assert gyration(read_robot(folder).link("top").inertia) == pytest.approx(0.179, abs=1e-3)
 
 
-def test_robots_without_the_defect_are_left_alone(shared):
+def test_robots_without_the_defect_are_unchanged(shared):
     folder = shared / "robots/caspr/RoboyLeftArm"
     assert read_robot(folder, repair=True) == read_robot(folder)
 
 
 def about_origin(inertia, r, swapped):
-    """What the published exporter made of an inertia about the centre of mass."""
+    """Return an inertia with the defect of the published exporter."""
     matrix = np.array(inertia.matrix) + np.array(point_inertia(inertia.mass, r))
     xz, yz = (matrix[1, 2], matrix[0, 2]) if swapped else (matrix[0, 2], matrix[1, 2])
     diagonal = {"ixx": matrix[0, 0], "iyy": matrix[1, 1], "izz": matrix[2, 2]}
@@ -83,7 +83,7 @@ def centred(inertia):
 
 
 @given(inertias(), vectors, st.booleans())
-def test_undoing_gives_back_what_was_there(inertia, r, swapped):
+def test_repair_restores_the_original_inertia(inertia, r, swapped):
     back = about_com(about_origin(inertia, r, swapped), r, swapped)
     np.testing.assert_allclose(back.matrix, inertia.matrix, atol=1e-10)
 
@@ -93,8 +93,8 @@ arms = st.tuples(*[st.floats(3.0, 9.0)] * 3)
 
 
 @given(st.lists(st.tuples(body, arms), min_size=3, max_size=6), st.booleans())
-def test_sound_inertias_are_never_taken_for_broken_ones(parts, far):
-    """Bodies whose tensor is about the centre of mass, near the origin or far away."""
+def test_valid_inertias_are_never_detected_as_defective(parts, far):
+    """Bodies with an inertia about the centre of mass, near the origin or far away."""
     parts = [(i, r if far else (0.0, 0.0, 0.0)) for i, r in parts]
     small = [replace(i, mass=10.0 * i.mass + 1.0) for i, _ in parts]
     links = [Link(f"l{k}", i) for k, i in enumerate(small)]
@@ -103,11 +103,11 @@ def test_sound_inertias_are_never_taken_for_broken_ones(parts, far):
 
 @pytest.mark.slow
 @given(st.lists(st.tuples(body, arms), min_size=2, max_size=6))
-def test_a_file_about_the_origin_is_repaired_link_by_link(parts):
+def test_inertias_about_the_origin_are_repaired_per_link(parts):
     links = [Link(f"l{k}", about_origin(i, r, False)) for k, (i, r) in enumerate(parts)]
     robot = Robot("r", tuple(links), ())
     diagnosis = diagnose(links, [Pose(r) for _, r in parts])
-    if any(gyration(i) > 2.0 for i, _ in parts):  # too large for its distance to be evidence
+    if any(gyration(i) > 2.0 for i, _ in parts):  # too large to be evidence at this distance
         return
     assert diagnosis is not None
     repaired, findings = repair(robot, diagnosis)
@@ -117,7 +117,7 @@ def test_a_file_about_the_origin_is_repaired_link_by_link(parts):
             np.testing.assert_allclose(link.inertia.matrix, inertia.matrix, atol=1e-8)
 
 
-def test_frames_that_are_not_as_the_exporter_made_them_say_nothing():
+def test_frames_of_other_exporters_are_not_evidence():
     inertia = about_origin(Inertia(1.0, ixx=0.1, iyy=0.1, izz=0.1), (5.0, 5.0, 5.0), False)
     pose = Pose((5.0, 5.0, 5.0))
     assert diagnose([Link("a", inertia)], [pose]) is not None

@@ -27,7 +27,7 @@ SEEDS = range(8)
 
 
 def positions_only(robot):
-    """The robot with points as its task frames: angles depend on the frame of their link."""
+    """Return the robot with only positions in its task frames; angles depend on link frames."""
     group = robot.task_sets[0]
     points = tuple(f for f in group.frames if set(f.axes) <= {"x", "y", "z"})
     return replace(robot, task_sets=(TaskSet(group.name, points),))
@@ -51,7 +51,7 @@ def close(one, other):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_merging_changes_nothing_but_the_number_of_links(seed):
+def test_merging_only_changes_the_number_of_links(seed):
     robot = random_robot(seed)
     merged = merge_fixed_joints(robot)
     assert all(joint.motions for joint in merged.joints)
@@ -60,7 +60,7 @@ def test_merging_changes_nothing_but_the_number_of_links(seed):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_aligned_frames_are_parallel_to_the_world_and_change_nothing(seed):
+def test_aligned_frames_are_parallel_to_the_world_without_other_changes(seed):
     robot = positions_only(random_robot(seed))
     aligned = align_frames(robot)
     for joint in aligned.joints:
@@ -78,7 +78,7 @@ def zero_poses(robot):
     return poses
 
 
-def test_what_is_on_a_link_moves_with_it():
+def test_objects_on_a_link_move_with_it():
     robot = random_robot(3)
     links = tuple(
         replace(link, meshes=(Mesh("visual", link.name, Pose((0.1, 0.2, 0.3), (0.3, 0.2, 0.1))),))
@@ -106,7 +106,7 @@ def weld(child, parent, rpy=(0.0, 0.0, 0.0)):
 
 
 @pytest.mark.parametrize("axes", [("x",), ("alpha",)])
-def test_a_link_with_a_task_frame_that_could_not_be_kept_stays(axes):
+def test_link_with_a_task_frame_that_cannot_be_moved_is_kept(axes):
     robot = random_robot(1)
     tip, other = robot.links[0], robot.links[1]
     links = (*robot.links, replace(other, name="hand"), replace(other, name="rock"))
@@ -120,14 +120,14 @@ def test_a_link_with_a_task_frame_that_could_not_be_kept_stays(axes):
     assert_same_motion(robot, merged, 1)
 
 
-def test_what_is_fixed_to_the_world_becomes_world(shared):
+def test_links_fixed_to_the_world_become_world(shared):
     robot = merge_fixed_joints(read_robot(shared / "robots/cardsflow/msj_platform"))
     assert [link.name for link in robot.links] == ["top", "sphere_link1", "sphere_link2"]
     assert {muscle.via_points[0].link for muscle in robot.muscles} == {WORLD}
 
 
-def test_the_golden_pair_agrees(shared):
-    """CARDSflow's model and the one that CASPR made of it, rounded there to four digits."""
+def test_merged_model_agrees_with_caspr(shared):
+    """The CARDSFlow model and the model that CASPR made of it, rounded to four digits."""
     sdf = merge_fixed_joints(read_robot(shared / "robots/cardsflow/roboy_upper_body"))
     caspr = read_robot(shared / "robots/caspr/RoboyUpperBody")
     ours, theirs = DartDynamics(sdf), DartDynamics(caspr)

@@ -1,4 +1,4 @@
-"""Every format says of every feature what becomes of it, where it is and only there."""
+"""Each format reports each unsupported feature, and reports it only if the robot has it."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ STRAIGHT = (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)
 
 
 def named(name: str) -> Robot:
-    """A robot whose link has a name."""
+    """Return a robot whose link has this name."""
     robot = one_link()
     joint = replace(robot.joints[0], child=name)
     return replace(robot, links=(replace(robot.links[0], name=name),), joints=(joint,))
@@ -72,12 +72,12 @@ def with_muscle(**fields: object) -> Robot:
 
 
 def driven(*motions: Motion, **coordinate: object) -> Robot:
-    """A joint of these motions, all by one coordinate."""
+    """Return a joint of these motions, all driven by one coordinate."""
     return one_link(motions=motions, **coordinate)
 
 
 def two_motions() -> Robot:
-    """A joint that turns, then slides, with a motor for one of the two."""
+    """Return a joint with a rotation and a translation, one of them with a motor."""
     motions = Motion("rotation", X), Motion("translation", X, coordinate=1)
     robot = one_link(motions=motions, actuated=True)
     joint = robot.joints[0]
@@ -86,7 +86,7 @@ def two_motions() -> Robot:
 
 
 def following(*terms: Term) -> Robot:
-    """A coordinate that follows two others."""
+    """Return a coordinate that is coupled to two others."""
     inertia = Inertia(1.0, (0.0, 0.0, 0.0), 1.0, 1.0, 1.0)
     links = tuple(Link(name, inertia) for name in "abc")
     parents = (WORLD, "a", "b")
@@ -116,7 +116,7 @@ def fixed_with_the_name_of_a_coordinate() -> Robot:
 
 @cache
 def examples() -> tuple[Robot, ...]:
-    """Robots of which each has something that others do not have."""
+    """Return robots that each have a feature that some others do not have."""
     alone = Muscle("m", terms=(CoordinateTerm("q", 0.1),), via_points=())
     screw = BasePulley("screw", (("pulley_radius", (0.1,)), ("other", (1.0,))))
     damped = (("fibre_damping", 0.1), ("elastic_tendon", 1.0))
@@ -241,13 +241,13 @@ ALONE = {
     "TASK_FRAMES": (BARE, with_tasks(TIP)),
     "TASK_SETS": (with_tasks(TIP), with_tasks(TIP, more=(TaskSet("b", (TIP,)),))),
 }
-"""Features by their names in `features`: a robot without it, and one that differs by it alone."""
+"""Features by their names in `features`: a robot without the feature, and one with it."""
 ALSO = {
-    "WRAPS": ["points that may come to be inside of wrap surfaces"],
+    "WRAPS": ["points that may move inside wrap surfaces"],
     "OPENSIM_WRAPS": [features.WRAPS.name, features.WRAP_SURFACES.name],
     "MUJOCO_WRAPS": [features.WRAPS.name, features.WRAP_SURFACES.name],
 }
-"""What a robot with the feature has with it."""
+"""Features that a robot with the feature also has."""
 
 
 def rows() -> list[tuple[Capabilities, Row]]:
@@ -256,7 +256,7 @@ def rows() -> list[tuple[Capabilities, Row]]:
 
 
 @pytest.mark.parametrize("table", FORMATS, ids=[table.title for table in FORMATS])
-def test_a_table_has_every_feature(table: Capabilities) -> None:
+def test_table_contains_all_features(table: Capabilities) -> None:
     known = {feature.name for row in table.rows for feature in row.features}
     if table is MJCF:
         known |= {feature.name for row in mesh_rows({}) for feature in row.features}
@@ -268,14 +268,12 @@ def test_a_table_has_every_feature(table: Capabilities) -> None:
     rows(),
     ids=[f"{table.title}-{row.code}-{row.features[0].name}" for table, row in rows()],
 )
-def test_a_row_speaks_of_robots_with_the_feature_and_of_no_others(
-    table: Capabilities, row: Row
-) -> None:
+def test_row_reports_only_robots_with_the_feature(table: Capabilities, row: Row) -> None:
     found = [list(row.findings(robot, table.title)) for robot in examples()]
     assert any(found)
-    assert not all(found) or row.code == "links-left-out"  # of each robot
+    assert not all(found) or row.code == "links-left-out"  # reported for all robots
     for finding in (finding for one in found for finding in one):
-        assert (finding.code, finding.is_error) == (row.code, row.fate == "refused")
+        assert (finding.code, finding.is_error) == (row.code, row.fate == "rejected")
         assert finding.message.startswith(finding.subject.kind.replace("_", " "))
         assert "\n" not in finding.message
         assert "{" not in finding.message
@@ -283,9 +281,7 @@ def test_a_row_speaks_of_robots_with_the_feature_and_of_no_others(
 
 @pytest.mark.parametrize("name", ALONE)
 @pytest.mark.parametrize("table", FORMATS, ids=[table.title for table in FORMATS])
-def test_a_feature_alone_yields_the_findings_of_its_rows_alone(
-    table: Capabilities, name: str
-) -> None:
+def test_single_feature_causes_only_findings_of_its_rows(table: Capabilities, name: str) -> None:
     feature, (without, having) = getattr(features, name), ALONE[name]
     names = {feature.name, *ALSO.get(name, ())}
     own = [row for row in table.rows if names & {known.name for known in row.features}]
@@ -300,8 +296,8 @@ def test_a_feature_alone_yields_the_findings_of_its_rows_alone(
 
 
 @pytest.mark.parametrize("table", FORMATS, ids=[table.title for table in FORMATS])
-def test_every_loss_has_a_code_and_a_message(table: Capabilities) -> None:
-    lost = [row for row in table.rows if row.fate in ("changed", "refused")]
+def test_all_losses_have_a_code_and_a_message(table: Capabilities) -> None:
+    lost = [row for row in table.rows if row.fate in ("changed", "rejected")]
     assert lost
     assert all(row.code and row.message for row in lost)
     assert not any(row.code for row in table.rows if row.fate == "kept")

@@ -1,4 +1,4 @@
-"""Conversions take the meshes along, so that what they write is complete where it is."""
+"""Conversions copy meshes, so that written robots are complete."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BOX = trimesh.creation.box((0.1, 0.2, 0.3))
 
 @pytest.fixture
 def folder(tmp_path):
-    """A robot whose meshes are named in every way, in a folder that was renamed."""
+    """Return a robot whose meshes are referred to in all ways, in a renamed folder."""
     home = tmp_path / "renamed"
     parts = ("box.stl", "a b.stl", "other/box.stl", "ascii.stl")
     for name in parts:
@@ -46,41 +46,41 @@ CARRIED = [f"meshes/{name}" for name in ("a b.stl", "ascii.stl", "box.stl", "oth
 
 
 @pytest.mark.parametrize("format_", ["sdf", "urdf", "osim"])
-def test_meshes_come_along_and_those_of_others_do_not(folder, format_, tmp_path, capsys):
+def test_meshes_in_the_folder_are_copied_and_others_are_not(folder, format_, tmp_path, capsys):
     files = converted(folder, format_, tmp_path / "new")
     assert [name for name in files if name.endswith(".stl")] == CARRIED
     said = capsys.readouterr().err
-    assert "'../outside.stl' does not come along: is outside" in said
-    assert "'meshes/no.stl' does not come along: cannot be used as a mesh" in said
+    assert "'../outside.stl' is not copied: is outside" in said
+    assert "'meshes/no.stl' is not copied: cannot be used as a mesh" in said
 
 
-def test_what_is_written_finds_its_meshes(folder, tmp_path):
+def test_written_robot_finds_its_meshes(folder, tmp_path):
     converted(folder, "sdf", tmp_path / "new")
     for name in CARRIED:
         (folder / name).unlink()
     (tmp_path / "outside.stl").unlink()
     (finding,) = [f for f in read(tmp_path / "new").findings if "mesh" in f.code]
-    assert "2 of 7 mesh files are not found" in finding.message  # which did not come along
+    assert "2 of 7 mesh files are not found" in finding.message  # which are not copied
     uris = [mesh.uri for mesh in read(tmp_path / "new").require().links[0].meshes]
     assert uris[0] == "model://r/meshes/box.stl"
 
 
-def test_urdf_names_the_files_beside_it(folder, tmp_path):
+def test_urdf_refers_to_files_next_to_it(folder, tmp_path):
     converted(folder, "urdf", tmp_path / "new")
     root = ElementTree.parse(tmp_path / "new/r.urdf").getroot()
     named = [mesh.get("filename") for mesh in root.iter("mesh")]
     assert named[:4] == ["meshes/box.stl", "meshes/a b.stl", "meshes/other/box.stl", CARRIED[1]]
 
 
-def test_mujoco_opens_what_comes_along(folder, tmp_path, capsys):
+def test_mujoco_opens_copied_meshes(folder, tmp_path, capsys):
     files = converted(folder, "mjcf", tmp_path / "new")
     assert files == [name for name in CARRIED if "ascii" not in name] + ["r.xml"]
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "new/r.xml"))
-    assert (model.nmesh, model.body_mass[1]) == (4, 1.0)  # one file twice
+    assert (model.nmesh, model.body_mass[1]) == (4, 1.0)  # the same file twice
     assert "MuJoCo cannot read 'meshes/ascii.stl'" in capsys.readouterr().err
 
 
-def test_check_repairs_as_convert_does(shared, capsys):
+def test_check_and_convert_repair_equally(shared, capsys):
     robot = str(shared / "robots/cardsflow/test_robot")
     main(["check", robot])
     assert "--repair undoes it" in capsys.readouterr().out
@@ -90,7 +90,7 @@ def test_check_repairs_as_convert_does(shared, capsys):
     assert "[inertia-about-origin]" not in said
 
 
-def test_no_link_leads_meshes_elsewhere(folder, tmp_path, capsys):
+def test_links_do_not_redirect_meshes(folder, tmp_path, capsys):
     (tmp_path / "new").mkdir()
     (tmp_path / "of others").mkdir()
     (tmp_path / "new/meshes").symlink_to(tmp_path / "of others")
@@ -100,8 +100,8 @@ def test_no_link_leads_meshes_elsewhere(folder, tmp_path, capsys):
     assert [file.name for file in (tmp_path / "new").iterdir()] == ["meshes"]
 
 
-def test_a_robot_is_written_after_its_meshes(folder, tmp_path):
-    """So that what is there is whole: here there is no place for a mesh."""
+def test_meshes_are_written_before_the_robot(folder, tmp_path):
+    """A written robot is always complete: here its mesh cannot be written."""
     (tmp_path / "new/meshes/other").mkdir(parents=True)
     (tmp_path / "new/meshes/other/box.stl").mkdir()
     assert main(["convert", str(folder), "--to", "urdf", "-o", str(tmp_path / "new")]) == 2

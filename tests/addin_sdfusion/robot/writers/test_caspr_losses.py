@@ -99,12 +99,12 @@ def reported(robot, trajectories=()):
     return [(f.severity, f.code) for f in caspr_losses(robot, trajectories)]
 
 
-def test_nothing_of_the_example_is_lost():
+def test_example_has_no_losses():
     assert caspr_losses(ROBOT) == []
 
 
 @pytest.mark.parametrize("code", ERRORS)
-def test_what_caspr_cannot_hold_is_an_error_and_not_written(code, tmp_path):
+def test_unsupported_features_of_caspr_are_errors(code, tmp_path):
     assert ("error", code) in reported(ERRORS[code])
     with pytest.raises(RobotError, match=r"(?i)caspr"):
         write_caspr(ERRORS[code], tmp_path)
@@ -112,32 +112,33 @@ def test_what_caspr_cannot_hold_is_an_error_and_not_written(code, tmp_path):
 
 
 @pytest.mark.parametrize("code", WARNINGS)
-def test_what_is_left_out_is_a_warning_and_the_rest_is_written(code, tmp_path):
+def test_omitted_features_are_warnings(code, tmp_path):
     assert reported(WARNINGS[code]) == [("warning", code)]
     write_caspr(WARNINGS[code], tmp_path)
     assert read_robot(tmp_path).name == ROBOT.name
 
 
-def test_every_name_that_becomes_another_is_listed():
+def test_all_changed_names_are_listed():
     robot = replace(ROBOT, links=(replace(ROBOT.links[0], end=None), ROBOT.links[1]))
     coordinate = replace(ROBOT.coordinates[1], name="bend")
     elbow = replace(ROBOT.joints[1], name="elbow", coordinates=(coordinate,))
     robot = replace(robot, joints=(ROBOT.joints[0], elbow))
     assert [finding.message for finding in caspr_losses(robot)] == [
-        "robot 'planar_2r': CASPR needs far ends of links, for drawing; 0 0 0 for 'link_1'",
-        "robot 'planar_2r': CASPR names no joints nor coordinates; 'elbow' becomes joint_2, "
+        "robot 'planar_2r': CASPR requires far ends of links, for drawing; 0 0 0 is written for "
+        "'link_1'",
+        "robot 'planar_2r': CASPR does not name joints and coordinates; 'elbow' becomes joint_2, "
         "'bend' becomes joint_2",
     ]
 
 
-def test_a_wrap_is_lost_with_its_surface_and_the_cable_runs_straight(tmp_path):
+def test_wraps_are_omitted_and_cables_are_straight(tmp_path):
     robot = replace(with_muscle(wraps=(Wrap("ball", 0),)), wrap_surfaces=(BALL,))
     assert reported(robot) == [("warning", "caspr-wrap")] * 2
     write_caspr(robot, tmp_path)
     assert read_robot(tmp_path) == ROBOT
 
 
-def test_findings_name_their_subject_and_fit_into_a_line():
+def test_findings_name_their_subject_in_one_line():
     for robot in (*ERRORS.values(), *WARNINGS.values()):
         for finding in caspr_losses(robot):
             assert finding.message.startswith(finding.subject.kind.replace("_", " "))
@@ -168,17 +169,17 @@ def trajectory(name="t", size=2, spline="linear", space="joint", times=(0.0, 1.0
         ([trajectory(spline="samples", times=(0.0, 1.5))], [("error", "caspr-sample-times")]),
     ],
 )
-def test_trajectories_are_looked_at_too(trajectories, expected):
+def test_trajectories_are_checked(trajectories, expected):
     assert reported(ROBOT, trajectories) == expected
 
 
-def test_names_that_are_paths_are_refused(tmp_path):
+def test_names_that_are_paths_are_rejected(tmp_path):
     for name in ("../robot", "", "a\\b"):
         with pytest.raises(InputError, match="file name"):
             write_caspr(ROBOT, tmp_path, name=name)
 
 
-def test_the_row_of_the_models_list_names_all_four_files(tmp_path):
+def test_row_of_the_models_list_names_all_four_files(tmp_path):
     row = models_list_row(ROBOT, "arm")
     name, folder, *files = row.split(",")
     assert (name, folder) == ("planar_2r", "/CARDSFlow/arm/")
@@ -188,14 +189,14 @@ def test_the_row_of_the_models_list_names_all_four_files(tmp_path):
         models_list_row(ROBOT, "a,b")
 
 
-def test_the_doctype_leads_from_the_folder_in_the_row_to_the_templates(tmp_path):
+def test_doctype_path_leads_to_the_templates(tmp_path):
     folder = tmp_path / "models" / models_list_row(ROBOT).split(",")[1].strip("/")
     for file in write_caspr(ROBOT, folder):
         path = file.read_text().split('SYSTEM "')[1].split('"')[0]
         assert (folder / path).resolve().parent == (tmp_path / "templates").resolve()
 
 
-def test_caspr_s_loader_finds_no_comment_and_single_spaces(tmp_path):
+def test_written_xml_has_no_comments_and_single_spaces(tmp_path):
     via = tuple(replace(p, position=(1e-9, -0.0, 1e300)) for p in ROBOT.muscles[0].via_points)
     assert via[0].link == WORLD
     for file in write_caspr(with_muscle(via_points=via), tmp_path, trajectories=[trajectory()]):

@@ -1,4 +1,4 @@
-"""Conversions change the files, not the robot: the same dynamics come back."""
+"""Conversions change files but not robots: the dynamics are restored."""
 
 from __future__ import annotations
 
@@ -20,8 +20,10 @@ from sim_dart import DartDynamics
 
 @pytest.mark.parametrize("format_", ["sdf", "caspr"])
 @pytest.mark.parametrize("seed", [None, 0, 1, 2])
-def test_a_converted_robot_moves_as_before(format_: str, seed: int | None, tmp_path: Path) -> None:
-    """CASPR gets merged links and turned frames, SDF the robot as it is."""
+def test_converted_robot_has_the_same_dynamics(
+    format_: str, seed: int | None, tmp_path: Path
+) -> None:
+    """CASPR gets merged links and aligned frames, SDF the unchanged robot."""
     robot = planar_2r() if seed is None else random_robot(seed)
     conversion = convert(robot, format_, tmp_path)
     codes = {finding.code for finding in conversion.findings}
@@ -39,7 +41,7 @@ def test_a_converted_robot_moves_as_before(format_: str, seed: int | None, tmp_p
 
 
 @pytest.mark.parametrize("format_", FORMATS)
-def test_every_format_writes_the_planar_arm_and_says_what_it_leaves_out(
+def test_all_formats_write_the_planar_arm_and_report_omissions(
     format_: str, tmp_path: Path
 ) -> None:
     conversion = convert(planar_2r(), format_, tmp_path)
@@ -49,12 +51,12 @@ def test_every_format_writes_the_planar_arm_and_says_what_it_leaves_out(
     assert ("cable-sets-left-out" in codes) == (format_ not in ("sdf", "gazebo", "caspr", "urdf"))
 
 
-def test_an_unknown_format_is_refused_with_the_known_ones(tmp_path: Path) -> None:
+def test_unknown_format_lists_known_ones(tmp_path: Path) -> None:
     with pytest.raises(UnknownNameError, match="no format 'urfd'; did you mean 'urdf'"):
         convert(planar_2r(), "urfd", tmp_path)
 
 
-def test_what_cannot_be_written_leaves_nothing_behind(tmp_path: Path) -> None:
+def test_rejected_robot_writes_no_files(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot be written"):
         convert(planar_2r(), "sdf", tmp_path / "file")
@@ -66,7 +68,7 @@ def test_what_cannot_be_written_leaves_nothing_behind(tmp_path: Path) -> None:
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
 
 
-def test_a_folder_with_another_robot_is_said(tmp_path: Path) -> None:
+def test_folder_with_another_robot_is_reported(tmp_path: Path) -> None:
     robot = planar_2r()
     for again in range(2):
         codes = {finding.code for finding in convert(robot, "caspr", tmp_path).findings}
@@ -76,8 +78,8 @@ def test_a_folder_with_another_robot_is_said(tmp_path: Path) -> None:
     assert read_robot(other.files[0]).name == "other"
 
 
-def test_a_term_that_opensim_lacks_is_said() -> None:
-    """Of three rotations by one coordinate; test_reference_numbers has what is missing."""
+def test_missing_coriolis_term_in_opensim_is_reported() -> None:
+    """It affects three rotations by one coordinate; see test_reference_numbers for its size."""
     robot = one_link()
     axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     for count, expected in ((2, set()), (3, {"coriolis-in-opensim"})):
@@ -88,8 +90,8 @@ def test_a_term_that_opensim_lacks_is_said() -> None:
 
 
 @pytest.mark.parametrize("format_", ["sdf", "urdf", "cardsflow"])
-def test_what_a_robot_is_read_from_is_not_replaced(format_: str, tmp_path: Path) -> None:
-    """Here with muscles in a cardsflow.xml, which three formats write; others have room beside."""
+def test_source_files_are_not_overwritten(format_: str, tmp_path: Path) -> None:
+    """Here a cardsflow.xml, which three of the formats write; the others use another file."""
     convert(one_link(muscles=[cable((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))]), "gazebo", tmp_path)
     reading = read(tmp_path)
     before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
@@ -103,9 +105,7 @@ def test_what_a_robot_is_read_from_is_not_replaced(format_: str, tmp_path: Path)
 
 @pytest.mark.parametrize("name", ["a/b", "..\\a", "n" * 201])
 @pytest.mark.parametrize("format_", FORMATS)
-def test_a_name_that_no_file_can_have_is_among_what_is_refused(
-    format_: str, name: str, tmp_path: Path
-) -> None:
+def test_invalid_file_name_is_reported_as_error(format_: str, name: str, tmp_path: Path) -> None:
     robot = replace(one_link(), name=name)
     if format_ in ("sdf", "gazebo", "cardsflow"):
         assert convert(robot, format_, tmp_path / "out").files

@@ -1,4 +1,4 @@
-"""Converted robots in other programs: the same M, bias, l and L to 1e-9, or a finding says why."""
+"""Converted robots in other programs: M, bias, l and L agree to 1e-9, or a finding explains why."""
 
 from __future__ import annotations
 
@@ -47,11 +47,11 @@ PUBLISHED = tuple(
     for name in ("VRpuppet", "exosuit", "msj_platform", "musc-le", "roboy_icecream",
                  "roboy_upper_body", "shoulder_testbed", "test_robot", "theClaw")
 )  # fmt: skip
-"""Those that have no errors once they are repaired."""
+"""Robots that have no errors after the repair."""
 PATHS = {"via-point-inside-wrap", "wrap-left-out", "turns-left-out", "side-by-place",
          "wrap-approximated", "pulley-left-out", "caspr-wrap",
          "points-beyond-their-range"}  # fmt: skip
-"""What is said of a muscle whose path is another one."""
+"""Findings on muscles whose path differs."""
 CLOSE = 1e-9
 
 
@@ -64,7 +64,7 @@ def _states(robot: Robot) -> Iterator[tuple[FloatArray, FloatArray]]:
 
 
 def _bare(robot: Robot) -> Robot:
-    """Without springs and friction in its joints, of which there are findings of their own."""
+    """Return the robot without springs and friction in its joints, which have separate findings."""
     joints = []
     for joint in robot.joints:
         bare = [replace(c, stiffness=0.0, friction=0.0) for c in joint.coordinates]
@@ -78,14 +78,14 @@ def _near(found: FloatArray, expected: FloatArray) -> None:
 
 
 class Lines(NamedTuple):
-    """Lengths of the muscles, shape (m,), and their gradients, shape (m, n)."""
+    """Muscle lengths, shape (m,), and their gradients, shape (m, n)."""
 
     lengths: FloatArray
     L: FloatArray
 
 
 def _paths_near(robot: Robot, findings: list[Finding], found: Lines, expected: Lines) -> None:
-    """The same, but for muscles that a finding names."""
+    """Compare the paths, except of muscles that a finding names."""
     said = {finding.subject.name for finding in findings if finding.code in PATHS}
     listing = "".join(f.message for f in findings if f.code == "ends-move-near-wraps")
     apart = np.abs(found.lengths - expected.lengths)
@@ -113,7 +113,7 @@ def _in_opensim(robot: Robot, folder: Path) -> None:
 
 
 def _in_caspr(robot: Robot, folder: Path) -> None:
-    """Read again here."""
+    """Return the result of reading the CASPR files again."""
     findings = convert(robot, "caspr", folder).findings
     again = read_robot(folder, robot.cable_set or None)
     theirs, ours = DartDynamics(again), DartDynamics(_bare(robot))
@@ -148,7 +148,7 @@ def _in_pinocchio(robot: Robot, folder: Path) -> None:
 def _in_mujoco(robot: Robot, folder: Path) -> None:
     refused = {finding.code for finding in mjcf_losses(robot) if finding.is_error}
     if refused:
-        assert refused == {"inertia-triangle"}  # no body has such inertias
+        assert refused == {"inertia-triangle"}  # physically impossible inertias
         with pytest.raises(RobotError) as refusal:
             convert(robot, "mjcf", folder)
         assert "--repair" not in str(refusal.value)  # these robots are repaired
@@ -169,7 +169,7 @@ def _in_mujoco(robot: Robot, folder: Path) -> None:
 
 
 def _in_drake(robot: Robot, folder: Path) -> None:
-    """Without muscles, which SDF has for our plug-in alone."""
+    """Return the result in Drake without muscles, which only our plug-in supports in SDF."""
     from support.oracles.drake_model import DrakeRobot
 
     robot = _as_drake_has_it(robot)
@@ -178,7 +178,7 @@ def _in_drake(robot: Robot, folder: Path) -> None:
     theirs, ours = DrakeRobot(read_robot(file), file), DartDynamics(robot)
     damping = np.array([c.damping for c in robot.coordinates])
     if any(finding.code == "sdf-inertia-refused" for finding in done.findings):
-        return  # Drake reads it, with other inertias
+        return  # Drake reads it with different inertias
     for q, qd in _states(robot):
         theirs.move(q, qd)
         _near(theirs.mass_matrix, ours.mass_matrix(q))
@@ -186,7 +186,7 @@ def _in_drake(robot: Robot, folder: Path) -> None:
 
 
 def _as_drake_has_it(robot: Robot) -> Robot:
-    """Universal joints without springs, which Drake leaves out, and damping, one for both axes."""
+    """Return the robot without features of universal joints that Drake does not support."""
     universal = {
         name
         for name, parts in sdf_joints(robot).items()
@@ -209,11 +209,11 @@ PROGRAMS = {
     "mjcf": _in_mujoco,
     "sdf": _in_drake,
 }
-NEEDED = {"osim": "opensim", "urdf": "pinocchio", "sdf": "pydrake"}
+MUJOCO_MISSING = {"osim": "opensim", "urdf": "pinocchio", "sdf": "pydrake"}
 
 
 def _held(robot: Robot, format_: str, folder: Path) -> None:
-    pytest.importorskip(NEEDED.get(format_, "numpy"))
+    pytest.importorskip(MUJOCO_MISSING.get(format_, "numpy"))
     for group in robot.cable_sets or (None,):
         active = robot if group is None else robot.with_cable_set(group.name)
         PROGRAMS[format_](active, folder)
@@ -221,28 +221,28 @@ def _held(robot: Robot, format_: str, folder: Path) -> None:
 
 @pytest.mark.parametrize("format_", PROGRAMS)
 @pytest.mark.parametrize("name", OURS)
-def test_examples(name: str, format_: str, tmp_path: Path) -> None:
+def test_examples_agree(name: str, format_: str, tmp_path: Path) -> None:
     _held(read_robot(EXAMPLES / name / "robot"), format_, tmp_path)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("format_", PROGRAMS)
 @pytest.mark.parametrize("name", PUBLISHED)
-def test_published_robots(name: str, format_: str, shared: Path, tmp_path: Path) -> None:
+def test_published_robots_agree(name: str, format_: str, shared: Path, tmp_path: Path) -> None:
     robot = read(shared / "robots" / name, repair=True).require()
     _held(robot, format_, tmp_path)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("format_", ["osim", "sdf"])
-def test_arm26(format_: str, shared: Path, tmp_path: Path) -> None:
-    """OpenSim's own paths over cylinders are none of the shortest."""
+def test_arm26_agrees(format_: str, shared: Path, tmp_path: Path) -> None:
+    """OpenSim's paths over cylinders are not the shortest paths."""
     _held(read(shared / "models/opensim/arm26.osim").require(), format_, tmp_path)
 
 
 @pytest.mark.parametrize(("limit", "is_said"), [(0.5, False), (math.inf, True)])
-def test_points_that_move_within_a_range(limit: float, is_said: bool, tmp_path: Path) -> None:
-    """Beyond it OpenSim's moment arms are not the slopes of its lengths."""
+def test_points_that_move_within_a_range_agree(limit: float, is_said: bool, tmp_path: Path) -> None:
+    """Beyond the range OpenSim's moment arms are not the derivatives of its lengths."""
     motion = PointMotion((1.0, 0.0, 0.0), "q", Polynomial((0.05, 0.1)), -0.5, 0.5)
     points = (ViaPoint(WORLD, (0.0, 0.3, 0.0)), ViaPoint("a", (0.2, 0.1, 0.0), moves=(motion,)))
     robot = one_link(muscles=[Muscle("m", points)], lower=-limit, upper=limit)
@@ -254,7 +254,7 @@ def test_points_that_move_within_a_range(limit: float, is_said: bool, tmp_path: 
 @pytest.mark.cases(28)
 @pytest.mark.parametrize("format_", PROGRAMS)
 @pytest.mark.parametrize("seed", few(range(12)))
-def test_random_robots(seed: int, format_: str, tmp_path: Path) -> None:
+def test_random_robots_agree(seed: int, format_: str, tmp_path: Path) -> None:
     _held(random_robot(seed), format_, tmp_path)
 
 
@@ -263,8 +263,8 @@ def test_random_robots(seed: int, format_: str, tmp_path: Path) -> None:
     ("format_", "seed"),
     few([(f, seed) for seed in range(1, 25) for f in PROGRAMS if seed % 2 or f != "caspr"], 5),
 )
-def test_random_robots_of_every_field(seed: int, format_: str, tmp_path: Path) -> None:
-    """CASPR has few of the joints in turned frames, which even seeds have."""
+def test_random_robots_of_every_field_agree(seed: int, format_: str, tmp_path: Path) -> None:
+    """CASPR supports few joints in rotated frames, which even seeds have."""
     robot = robot_of_every_field(seed)
     simulated = [m for m in robot.muscles if not m.name.startswith(("at ", "by "))]
     surfaces = tuple(s for s in robot.wrap_surfaces if s.shape != "ellipsoid")
@@ -274,7 +274,7 @@ def test_random_robots_of_every_field(seed: int, format_: str, tmp_path: Path) -
 
 @pytest.mark.parametrize("format_", ["osim", "caspr"])
 @pytest.mark.parametrize("seed", few(range(8)))
-def test_random_robots_with_wraps(seed: int, format_: str, tmp_path: Path) -> None:
+def test_random_robots_with_wraps_agree(seed: int, format_: str, tmp_path: Path) -> None:
     rng = np.random.default_rng(seed)
     for k, robot in enumerate(
         [
@@ -286,6 +286,6 @@ def test_random_robots_with_wraps(seed: int, format_: str, tmp_path: Path) -> No
         _held(robot, format_, tmp_path / str(k))
 
 
-def test_no_format_is_forgotten() -> None:
-    """Those for Gazebo, and cardsflow.xml, are read again in tests of their own."""
+def test_all_formats_are_tested() -> None:
+    """Gazebo files and cardsflow.xml are read again in separate tests."""
     assert set(FORMATS) == {*PROGRAMS, "gazebo", "cardsflow"}

@@ -67,44 +67,44 @@ def assert_equal_terms(robot, folder, states=5):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_mujoco_reads_a_random_tree_with_equal_dynamics_and_paths(seed, tmp_path):
+def test_random_tree_has_equal_dynamics_and_paths_in_mujoco(seed, tmp_path):
     assert_equal_terms(random_robot(seed, 8), tmp_path)
 
 
-def test_mujoco_reads_every_joint_of_caspr_with_equal_dynamics_and_paths(tmp_path):
+def test_all_caspr_joints_have_equal_dynamics_and_paths_in_mujoco(tmp_path):
     assert_equal_terms(every_joint(), tmp_path)
 
 
-def test_mujoco_reads_a_long_chain_with_equal_dynamics_and_paths(tmp_path):
+def test_long_chain_has_equal_dynamics_and_paths_in_mujoco(tmp_path):
     assert_equal_terms(chain(), tmp_path)
 
 
-def test_mujoco_reads_the_papers_arm_in_spite_of_its_zero_moments(tmp_path):
+def test_arm_with_zero_moments_of_inertia_is_read_by_mujoco(tmp_path):
     assert_equal_terms(planar_2r(), tmp_path)
     reported = [f for f in mjcf_losses(planar_2r()) if f.code == "inertia-increased"]
     assert [f.subject.name for f in reported] == ["link_1", "link_2"]
-    assert re.search(r"\de-14 kg·m² added to each$", reported[0].message)
+    assert re.search(r"\de-14 kg·m² is added to each$", reported[0].message)
 
 
 @pytest.mark.parametrize("name", CASPR_ROBOTS)
-def test_mujoco_reads_the_published_robots_with_equal_dynamics_and_paths(shared, name, tmp_path):
+def test_published_robots_have_equal_dynamics_and_paths_in_mujoco(shared, name, tmp_path):
     assert_equal_terms(read_robot(shared / "robots/caspr" / name), tmp_path)
 
 
 def next_to_origin(muscle):
-    """Whether MuJoCo takes one of its points, a site within 1e-6 of its body's origin, for it."""
+    """Return whether MuJoCo merges a site within 1e-6 of the body origin with the origin."""
     return any(0.0 < math.hypot(*point.position) < 1e-5 for point in muscle.via_points)
 
 
 @pytest.mark.slow
 @given(robots())
-def test_any_sound_robot_is_written(robot):
+def test_any_valid_robot_is_written(robot):
     assume(not any(map(next_to_origin, robot.muscles)))
     with tempfile.TemporaryDirectory() as folder:
         assert_equal_terms(robot, folder, 1)
 
 
-def test_a_control_is_a_tension(tmp_path):
+def test_control_is_a_tension(tmp_path):
     robot = planar_2r()
     model = load(robot, tmp_path)
     data = mujoco.MjData(model)
@@ -116,7 +116,7 @@ def test_a_control_is_a_tension(tmp_path):
     np.testing.assert_array_equal(model.actuator_ctrlrange, [[10.0, 100.0]] * 4)
 
 
-def test_limits_damping_initial_values_and_motors_arrive(tmp_path):
+def test_limits_damping_initial_values_and_motors_are_written(tmp_path):
     q = {"lower": -1.0, "upper": math.inf, "initial": 0.25, "damping": 0.5, "actuated": True}
     model = load(one_link(**q), tmp_path)
     assert model.jnt_limited.all()
@@ -127,7 +127,7 @@ def test_limits_damping_initial_values_and_motors_arrive(tmp_path):
 
 
 def run(model, seconds):
-    """The positions and velocities after each step, from the initial values: (2, steps, n)."""
+    """Return positions and velocities after each step, from the initial values: (2, steps, n)."""
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     states = []
@@ -137,8 +137,8 @@ def run(model, seconds):
     return np.swapaxes(np.array(states), 0, 1)
 
 
-def test_equal_limits_hold_the_coordinate(tmp_path):
-    """A coordinate that begins 0.5 rad away from them is brought there in some steps."""
+def test_equal_limits_lock_the_coordinate(tmp_path):
+    """A coordinate that begins 0.5 rad away reaches the value within some steps."""
     q, _ = run(load(one_link(lower=0.5, upper=0.5), tmp_path), 1.0)
     np.testing.assert_allclose(q[50:], 0.5, atol=1e-6)
 
@@ -147,11 +147,11 @@ ARM = Inertia(1.0, (0.5, 0.0, 0.0), 0.01, 0.01, 0.01)
 
 
 def falling(**coordinate):
-    """A rod on a hinge in the horizontal y axis, which begins horizontally."""
+    """Return a rod on a hinge about the horizontal y axis, initially horizontal."""
     return one_link(ARM, motions=revolute((0.0, 1.0, 0.0)), **coordinate)
 
 
-def test_a_stop_is_passed_by_a_steps_way_at_most_and_throws_little_back(tmp_path):
+def test_joint_limit_is_exceeded_by_at_most_one_step_with_little_rebound(tmp_path):
     robot = falling(lower=-2.0, upper=1.0)
     model = load(robot, tmp_path)
     q, qd = run(model, 5.0)
@@ -164,8 +164,8 @@ def test_a_stop_is_passed_by_a_steps_way_at_most_and_throws_little_back(tmp_path
     assert "soft-stops" not in {finding.code for finding in mjcf_losses(falling(lower=-math.inf))}
 
 
-def test_coulomb_friction_holds(tmp_path):
-    """Its own weight pulls with 4.9 N·m."""
+def test_coulomb_friction_holds_the_joint(tmp_path):
+    """The torque of its weight is 4.9 N·m."""
     robot = falling(friction=5.0)
     q, _ = run(load(robot, tmp_path), 5.0)
     assert np.abs(q[-1] - q[0]).max() < 1e-7
@@ -174,7 +174,7 @@ def test_coulomb_friction_holds(tmp_path):
 
 
 def with_stops(robot, friction, rng):
-    """The tree without muscles and springs, with stops and friction in all joints."""
+    """Return the tree without muscles and springs, with limits and friction in all joints."""
     joints = []
     for joint in robot.joints:
         words = {"initial": 0.0, "stiffness": 0.0, "damping": 0.05, "friction": friction}
@@ -187,7 +187,7 @@ def with_stops(robot, friction, rng):
 @pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.0, 10.0, 60.0])
 @pytest.mark.parametrize("seed", [3, 5, 9])
-def test_a_tree_with_stops_and_friction_moves_as_here(friction, seed, tmp_path):
+def test_tree_with_limits_and_friction_moves_as_in_this_simulation(friction, seed, tmp_path):
     robot = with_stops(random_robot(seed, 6), friction, np.random.default_rng(seed))
     model, plant = load(robot, tmp_path), Plant(robot)
     order = [model.joint(c.name).dofadr[0] for c in robot.coordinates]
@@ -201,7 +201,7 @@ def test_a_tree_with_stops_and_friction_moves_as_here(friction, seed, tmp_path):
 
 
 @pytest.mark.parametrize(("f_min", "f_max"), [(5.0, 5.0), (5.0, math.inf)])
-def test_force_limits_that_are_equal_or_open(f_min, f_max, tmp_path):
+def test_equal_and_infinite_force_limits_are_written(f_min, f_max, tmp_path):
     muscle = cable((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), f_min=f_min, f_max=f_max)
     robot = one_link(muscles=[muscle])
     model = load(robot, tmp_path)
@@ -213,7 +213,7 @@ def test_force_limits_that_are_equal_or_open(f_min, f_max, tmp_path):
 
 
 @pytest.mark.parametrize(("low", "high"), [(-3.0, 5.0), (-math.inf, 5.0), (-math.inf, math.inf)])
-def test_bounds_of_a_motor_are_those_of_its_control(low, high, tmp_path):
+def test_motor_limits_are_control_limits(low, high, tmp_path):
     model = load(one_link(actuated=True, tau_min=low, tau_max=high), tmp_path)
     limited = math.isfinite(low) or math.isfinite(high)
     assert bool(model.actuator_ctrllimited[0]) == limited
@@ -221,14 +221,14 @@ def test_bounds_of_a_motor_are_those_of_its_control(low, high, tmp_path):
         assert model.actuator_ctrlrange.tolist() == [[low, high]]
 
 
-def test_bounds_without_a_motor_are_reported():
+def test_motor_limits_without_a_motor_are_reported():
     codes = {finding.code for finding in mjcf_losses(one_link(tau_min=-3.0))}
     assert "motor-bounds-left-out" in codes
 
 
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
 @pytest.mark.parametrize("side", [1, -1, 0])
-def test_a_tendon_goes_round_its_surface_on_the_chosen_side(shape, side, tmp_path):
+def test_tendon_wraps_on_the_chosen_side(shape, side, tmp_path):
     robot, length = round_a_circle(shape, side)
     model = load(robot, tmp_path)
     data = mujoco.MjData(model)
@@ -238,8 +238,8 @@ def test_a_tendon_goes_round_its_surface_on_the_chosen_side(shape, side, tmp_pat
 
 
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
-def test_a_tendon_is_led_through_its_surface(shape, tmp_path):
-    """From (-1, 0.6) to (1, 0.6) through a circle of radius 0.5 about the origin: by (0, 0.5)."""
+def test_tendon_wraps_inside_its_surface(shape, tmp_path):
+    """From (-1, 0.6) to (1, 0.6) through a circle of radius 0.5 about the origin: via (0, 0.5)."""
     surface = WrapSurface("ring", WORLD, shape, 0.5, Pose((0.0, 0.0, 0.2), (0.0, 0.0, 1.0)))
     muscle = cable((-1.0, 0.6, 0.2), (1.0, 0.6, 0.2), wraps=(Wrap("ring", 0, inside=True),))
     robot = one_link(muscles=[muscle], surfaces=[surface])
@@ -250,7 +250,7 @@ def test_a_tendon_is_led_through_its_surface(shape, tmp_path):
     assert "side-by-place" not in {f.code for f in mjcf_losses(robot)}
 
 
-def test_what_wrapping_mujoco_lacks_is_said(tmp_path):
+def test_unsupported_wrapping_is_reported(tmp_path):
     surfaces = [WrapSurface("c", WORLD, "cylinder", 0.1, length=0.5)]
     surfaces += [WrapSurface("s", "a", "sphere", 0.1)]
     wraps = (Wrap("c", 0, 0, 1), Wrap("s", 0))
@@ -267,13 +267,13 @@ def test_what_wrapping_mujoco_lacks_is_said(tmp_path):
     assert load(robot, tmp_path).geom("c").size[:2].tolist() == [0.1, 0.25]
 
 
-def test_the_published_upper_body_is_refused_for_its_inertias(shared, tmp_path):
+def test_published_upper_body_is_rejected_for_its_inertias(shared, tmp_path):
     robot = read_robot(shared / "robots/caspr/RoboyUpperBody")
     with pytest.raises(RobotError, match="MuJoCo rejects a principal moment"):
         write_mjcf(robot, tmp_path)
 
 
-def test_a_matrix_that_no_body_has_is_refused(tmp_path):
+def test_impossible_inertia_is_rejected(tmp_path):
     robot = one_link(Inertia(1.0, (0.1, 0.0, 0.0), 0.1, 0.1, 0.3))
     with pytest.raises(RobotError, match="link 'a': MuJoCo rejects a principal moment"):
         write_mjcf(robot, tmp_path / "new")
@@ -289,7 +289,7 @@ def test_a_matrix_that_no_body_has_is_refused(tmp_path):
         Inertia(1e3, (0.1, 0.0, 0.0), 1e3, 1e3, 2e3),
     ],
 )
-def test_mujoco_takes_what_is_added_to_small_moments(inertia, tmp_path):
+def test_mujoco_accepts_increased_moments_of_inertia(inertia, tmp_path):
     model = load(one_link(inertia), tmp_path)
     assert model.body_mass[1] == pytest.approx(inertia.mass, abs=1e-11)
     moments = sorted((inertia.ixx, inertia.iyy, inertia.izz), reverse=True)
@@ -298,14 +298,14 @@ def test_mujoco_takes_what_is_added_to_small_moments(inertia, tmp_path):
     assert codes & {"inertia-increased", "mass-increased"}
 
 
-def test_a_fixed_link_without_mass_has_none_in_mujoco(tmp_path):
+def test_fixed_massless_link_has_no_inertial_in_mujoco(tmp_path):
     robot = one_link()
     links = (*robot.links, Link("b", Inertia(0.0)))
     robot = replace(robot, links=links, joints=(*robot.joints, Joint("f", "a", "b")))
     assert load(robot, tmp_path).body_mass.tolist() == [0.0, 1.0, 0.0]
 
 
-def test_meshes_whose_files_are_known_are_shown_and_touch_nothing(tmp_path):
+def test_meshes_with_files_are_shown_without_collisions(tmp_path):
     trimesh.creation.box((1.0, 2.0, 3.0)).export(tmp_path / "box.stl")
     visual = Mesh("visual", "model://r/box.stl", Pose((1.0, 0.0, 0.0)), (0.1, 0.1, 0.1))
     meshes = (visual, replace(visual, role="collision"), replace(visual, uri="other.stl"))
@@ -319,7 +319,7 @@ def test_meshes_whose_files_are_known_are_shown_and_touch_nothing(tmp_path):
     assert load(robot, tmp_path).ngeom == 0
 
 
-def test_mujocos_order_of_the_coordinates_is_said():
+def test_order_of_coordinates_in_mujoco_is_reported():
     robot = random_robot(2, 8)
     order = [f for f in mjcf_losses(robot) if f.code == "coordinate-order"]
     assert len(order) == 1
@@ -343,13 +343,13 @@ def serial(count):
 
 
 @pytest.mark.slow
-def test_the_longest_chain_is_read_and_a_longer_one_refused(tmp_path):
+def test_longest_chain_is_read_and_a_longer_one_is_rejected(tmp_path):
     assert load(serial(480), tmp_path).nv == 480
     with pytest.raises(RobotError, match="chains of at most 480 links"):
         write_mjcf(serial(481), tmp_path)
 
 
-def test_what_is_left_out_is_said():
+def test_omitted_features_are_reported():
     robot = planar_2r()
     first, *rest = robot.muscles
     robot = robot.with_muscles([replace(first, model=CableModel("linear_spring")), *rest])

@@ -51,34 +51,34 @@ def assert_equal_terms(robot, folder, states=3):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_opensim_reads_a_random_tree_with_equal_dynamics_and_paths(seed, tmp_path):
+def test_random_tree_has_equal_dynamics_and_paths_in_opensim(seed, tmp_path):
     assert_equal_terms(random_robot(seed, 8), tmp_path)
 
 
-def test_opensim_reads_every_joint_of_caspr_with_equal_dynamics_and_paths(tmp_path):
+def test_all_caspr_joints_have_equal_dynamics_and_paths_in_opensim(tmp_path):
     assert_equal_terms(every_joint(), tmp_path)
 
 
-def test_opensim_reads_a_chain_with_equal_dynamics_and_paths(tmp_path):
+def test_chain_has_equal_dynamics_and_paths_in_opensim(tmp_path):
     assert_equal_terms(chain(8, 10), tmp_path)
 
 
-def test_opensim_reads_the_papers_arm_with_its_zero_moments(tmp_path):
+def test_arm_with_zero_moments_of_inertia_is_read_by_opensim(tmp_path):
     assert_equal_terms(planar_2r(), tmp_path)
 
 
 @pytest.mark.parametrize("name", [*CASPR_ROBOTS, "RoboyUpperBody"])
-def test_opensim_reads_the_published_robots_with_equal_dynamics_and_paths(shared, name, tmp_path):
+def test_published_robots_have_equal_dynamics_and_paths_in_opensim(shared, name, tmp_path):
     assert_equal_terms(read_robot(shared / "robots/caspr" / name), tmp_path)
 
 
 @given(robots())
-def test_any_sound_robot_is_written(robot):
+def test_any_valid_robot_is_written(robot):
     with tempfile.TemporaryDirectory() as folder:
         assert_equal_terms(robot, folder, 1)
 
 
-def test_a_control_is_a_tension(tmp_path):
+def test_control_is_a_tension(tmp_path):
     robot = planar_2r()
     theirs, ours = OpenSimRobot(robot, tmp_path), DartDynamics(robot)
     tensions = np.array([10.0, 20.0, 30.0, 40.0])
@@ -92,7 +92,7 @@ def test_a_control_is_a_tension(tmp_path):
     assert [(m.getMinControl(), m.getMaxControl()) for m in muscles] == [(10.0, 100.0)] * 4
 
 
-def test_limits_damping_initial_values_and_motors_arrive(tmp_path):
+def test_limits_damping_initial_values_and_motors_are_written(tmp_path):
     q = {"lower": -1.0, "upper": math.inf, "initial": 0.25, "damping": 0.5}
     q |= {"actuated": True, "tau_min": -3.0, "tau_max": 5.0}
     model, state = load(one_link(**q), tmp_path)
@@ -119,7 +119,7 @@ def test_equal_limits_lock_the_coordinate(tmp_path):
     assert (c.getLocked(state), c.getValue(state)) == (True, 0.5)
 
 
-def test_an_open_force_limit_stays_open(tmp_path):
+def test_infinite_force_limit_stays_infinite(tmp_path):
     muscle = cable((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), f_min=5.0)
     theirs = OpenSimRobot(one_link(muscles=[muscle]), tmp_path)
     assert actuator(theirs.model, "m").getMaxControl() == math.inf
@@ -127,7 +127,7 @@ def test_an_open_force_limit_stays_open(tmp_path):
 
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
 @pytest.mark.parametrize("side", [1, -1, 0])
-def test_a_path_goes_round_its_surface_on_the_chosen_side(shape, side, tmp_path):
+def test_path_wraps_on_the_chosen_side(shape, side, tmp_path):
     robot, length = round_a_circle(shape, side)
     assert OpenSimRobot(robot, tmp_path).lengths[0] == pytest.approx(length, abs=1e-5)
     codes = {finding.code for finding in osim_losses(robot)}
@@ -135,7 +135,7 @@ def test_a_path_goes_round_its_surface_on_the_chosen_side(shape, side, tmp_path)
     assert ("cylinder-has-ends" in codes) == (shape == "cylinder")
 
 
-def test_a_way_inside_a_surface_is_left_out_and_said(tmp_path):
+def test_wrap_inside_a_surface_is_omitted_with_a_finding(tmp_path):
     surface = WrapSurface("ring", WORLD, "sphere", 0.5)
     muscle = cable((-1.0, 0.6, 0.0), (1.0, 0.6, 0.0), wraps=(Wrap("ring", 0, inside=True),))
     robot = one_link(muscles=[muscle], surfaces=[surface])
@@ -143,14 +143,14 @@ def test_a_way_inside_a_surface_is_left_out_and_said(tmp_path):
     assert "wrap-left-out" in {finding.code for finding in osim_losses(robot)}
 
 
-def test_a_body_without_mass_keeps_its_inertia(tmp_path):
+def test_massless_body_keeps_its_inertia(tmp_path):
     robot = one_link(Inertia(0.0, (0.1, 0.0, 0.0), 1.0, 1.0, 1.0))
     assert_equal_terms(robot, tmp_path)
     assert "mass-increased" in {finding.code for finding in osim_losses(robot)}
 
 
 @pytest.mark.parametrize("on", ["a", WORLD])
-def test_fixed_links_without_mass_are_read(on, tmp_path):
+def test_fixed_massless_links_are_read(on, tmp_path):
     robot = one_link()
     links = (*robot.links, Link("b", Inertia(0.0)))
     assert_equal_terms(
@@ -158,7 +158,7 @@ def test_fixed_links_without_mass_are_read(on, tmp_path):
     )
 
 
-def test_meshes_are_seen_where_they_are(tmp_path):
+def test_meshes_are_shown_at_their_pose(tmp_path):
     mesh = Mesh("visual", "a.stl", scale=(0.1, 0.1, 0.1))
     placed = replace(mesh, pose=Pose((1.0, 0.0, 0.0), (0.1, 0.2, 0.3)))
     robot = one_link()
@@ -173,7 +173,7 @@ def test_meshes_are_seen_where_they_are(tmp_path):
     assert "collisions-left-out" in {finding.code for finding in osim_losses(robot)}
 
 
-def test_task_frames_are_markers(tmp_path):
+def test_task_frames_become_markers(tmp_path):
     robot = random_robot(1)
     model, state = load(robot, tmp_path)
     for coordinate in robot.coordinates:
@@ -183,7 +183,7 @@ def test_task_frames_are_markers(tmp_path):
     np.testing.assert_allclose(hand, y[:3], atol=1e-12)
 
 
-def test_names_that_opensim_refuses_are_changed_and_reported(tmp_path):
+def test_names_that_opensim_rejects_are_changed_with_a_finding(tmp_path):
     robot = one_link()
     links = [replace(robot.links[0], name=name) for name in ("a b", "a_b", "ground", "..")]
     joints = [Joint(f"f{k}", "a b", link.name) for k, link in enumerate(links[1:])]
@@ -198,7 +198,7 @@ def test_names_that_opensim_refuses_are_changed_and_reported(tmp_path):
     ]
 
 
-def test_what_is_left_out_is_said():
+def test_omitted_features_are_reported():
     codes = {finding.code for finding in osim_losses(planar_2r())}
     assert codes == {
         "limits-are-ranges",

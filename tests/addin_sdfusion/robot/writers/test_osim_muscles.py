@@ -1,4 +1,4 @@
-"""Muscles of Hill's type and ligaments that OpenSim reads pull there as they do here."""
+"""Hill-type muscles and ligaments have equal forces in OpenSim and in this simulation."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _opened(kind, parameters, folder):
 
 @pytest.mark.parametrize("kind", ["hill_degroote2016", "hill_millard2012", "hill_thelen2003"])
 @pytest.mark.parametrize("parameters", [HILL | SHAPE, ELASTIC])
-def test_muscles_of_hills_type(kind, parameters, tmp_path):
+def test_hill_muscles_have_equal_forces_in_opensim(kind, parameters, tmp_path):
     if kind == "hill_thelen2003":
         parameters = ELASTIC
     extra = {"hill_millard2012": {"isometric_slope": 4.0, "tendon_stiffness": 45.0}}
@@ -57,7 +57,7 @@ def test_muscles_of_hills_type(kind, parameters, tmp_path):
             assert ours.start(length, activation) == pytest.approx(expected, rel=1e-6)
 
 
-def test_schuttes_muscle_is_opensims_and_comes_back(tmp_path):
+def test_schutte_muscle_has_equal_forces_and_is_restored(tmp_path):
     kind = "hill_schutte1993"
     times = {"activation_time_constant": 0.012, "deactivation_time_constant": 0.07}
     shape = {"pennation_at_optimal": 0.2, "fibre_damping": 0.05, "elastic_tendon": 1.0}
@@ -91,8 +91,8 @@ def test_schuttes_muscle_is_opensims_and_comes_back(tmp_path):
     assert compared > 4
 
 
-def test_fibre_damping_that_opensim_passes_over_is_said(tmp_path):
-    """Its elastic De Groote muscle moves the fibre without; here the damping slows it."""
+def test_ignored_fibre_damping_in_opensim_is_reported(tmp_path):
+    """OpenSim's elastic De Groote muscle ignores it; here it slows the fibre."""
     kind, speeds = "hill_degroote2016", []
     for damping in (0.0, 0.1):
         parameters = ELASTIC | {"fibre_damping": damping}
@@ -101,7 +101,7 @@ def test_fibre_damping_that_opensim_passes_over_is_said(tmp_path):
         slide.setValue(state, 0.3)
         theirs.setActivation(state, 0.5)
         kT = np.log(6.0) / SHAPE["tendon_strain"]
-        tension = 0.2 * np.exp(kT * 0.02) - 0.2  # of a tendon that is stretched by 2 %
+        tension = 0.2 * np.exp(kT * 0.02) - 0.2  # for a tendon strain of 2 %
         model.setStateVariableValue(state, "/forceset/m0/normalized_tendon_force", tension)
         model.realizeAcceleration(state)
         fibre = theirs.getFiberLength(state)
@@ -117,7 +117,7 @@ def test_fibre_damping_that_opensim_passes_over_is_said(tmp_path):
     assert abs(ours_damped) < 0.95 * abs(undamped)
 
 
-def test_ligaments_pull_as_in_opensim(tmp_path):
+def test_ligaments_have_equal_forces_in_opensim(tmp_path):
     parameters = {"linear_stiffness": 800.0, "slack_length": 0.25, "damping_coefficient": 0.5}
     kind = "ligament_blankevoort1991"
     model, state, force, slide = _opened(kind, parameters, tmp_path)
@@ -132,7 +132,7 @@ def test_ligaments_pull_as_in_opensim(tmp_path):
             assert found == pytest.approx(theirs.getTotalForce(state), rel=1e-9, abs=1e-12)
 
 
-def test_what_opensim_changes_is_said():
+def test_changed_parameters_in_opensim_are_reported():
     robot = slider(
         ("hill_thelen2003", HILL | {"minimum_activation": 0.0}),
         ("hill_millard2012", HILL | {"active_minimum": 0.2}),
@@ -146,8 +146,8 @@ def test_what_opensim_changes_is_said():
     assert reported["m2"].code == "cable-model-left-out"
 
 
-def test_a_written_robot_is_simulated(tmp_path):
-    """What is written opens and can be integrated, all laws together."""
+def test_written_robot_is_simulated_in_opensim(tmp_path):
+    """A robot with all muscle laws opens and is integrated."""
     robot = slider(
         ("hill_degroote2016", HILL),
         ("hill_millard2012", ELASTIC),

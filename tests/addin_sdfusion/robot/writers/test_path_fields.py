@@ -1,4 +1,4 @@
-"""Paths with conditions, branches, terms and other programs' wraps: our format, and losses."""
+"""Paths with conditions, branches, terms and wraps of other programs: our format, and losses."""
 
 from __future__ import annotations
 
@@ -76,10 +76,10 @@ BALL = WrapSurface("ball", WORLD, "sphere", 0.01, Pose((0.2, 0.9, 0.0)))
     ("format_", "kept", "wrapped"),
     [("osim", [A, A, B], 3), ("mjcf", [A, B, B], 3), ("caspr", [A, B], None)],
 )
-def test_a_point_that_is_another_by_its_condition_or_branch_alone_is_not_written_twice(
+def test_points_that_differ_only_by_condition_or_branch_are_written_once(
     format_: str, kept: list[Vector3], wrapped: int | None, tmp_path: Path
 ) -> None:
-    """Where a format has no such thing: a segment without a length is none, for any reader."""
+    """If a format does not support these, the second point would create a segment of length 0."""
     robot = one_link(muscles=[TWICE], surfaces=[BALL])
     (muscle,) = read_robot(convert(robot, format_, tmp_path).files[0]).muscles
     inner = [point.position for point in muscle.via_points[1:-1]]
@@ -91,7 +91,7 @@ def everything() -> Robot:
     return carriage(MUSCLES, SURFACES)
 
 
-def test_our_format_keeps_everything(tmp_path: Path) -> None:
+def test_cardsflow_xml_keeps_all_path_features(tmp_path: Path) -> None:
     robot = everything()
     assert check(robot) == []
     write_sdf(robot, tmp_path)
@@ -100,7 +100,7 @@ def test_our_format_keeps_everything(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["caspr", "mjcf", "osim"])
-def test_what_other_formats_lack_is_said(tmp_path: Path, name: str) -> None:
+def test_unsupported_path_features_of_other_formats_are_reported(tmp_path: Path, name: str) -> None:
     robot = everything()
     if name != "mjcf":
         with pytest.raises(RobotError, match=r"'fixed': .* no lengths in proportion to coord"):
@@ -135,6 +135,6 @@ def test_what_other_formats_lack_is_said(tmp_path: Path, name: str) -> None:
         (replace(MUSCLES[3], wraps=(Wrap("barrel", 0, rule="mujoco"),) * 2), "use at most one"),
     ],
 )
-def test_paths_that_make_no_sense_are_found(muscle: Muscle, problem: str) -> None:
+def test_invalid_paths_are_reported(muscle: Muscle, problem: str) -> None:
     with pytest.raises(RobotError, match=problem):
         write_sdf(carriage([muscle], SURFACES), Path())

@@ -32,7 +32,7 @@ def robot():
 
 @pytest.mark.slow
 @given(robots())
-def test_sdf_gives_back_the_robot_to_the_last_bit(robot):
+def test_sdf_restores_the_robot_exactly(robot):
     with tempfile.TemporaryDirectory() as folder:
         write_sdf(robot, folder)
         assert read_robot(folder) == robot
@@ -41,7 +41,7 @@ def test_sdf_gives_back_the_robot_to_the_last_bit(robot):
 
 @pytest.mark.slow
 @given(robots(caspr=True))
-def test_caspr_gives_back_the_robot_to_the_last_bit(robot):
+def test_caspr_restores_the_robot_exactly(robot):
     with tempfile.TemporaryDirectory() as folder:
         write_caspr(robot, folder)
         assert read_robot(folder) == robot
@@ -49,7 +49,7 @@ def test_caspr_gives_back_the_robot_to_the_last_bit(robot):
 
 @pytest.mark.slow
 @given(robots())
-def test_cardsflow_xml_alone_gives_back_the_active_muscles_and_task_frames(robot):
+def test_cardsflow_xml_restores_active_muscles_and_task_frames(robot):
     with tempfile.TemporaryDirectory() as folder:
         write_sdf(robot, folder)
         sdf = Path(folder) / "model.sdf"
@@ -86,7 +86,7 @@ def trajectories(draw):
 
 @pytest.mark.slow
 @given(trajectories())
-def test_trajectories_read_back_to_the_last_bit(trajectory):
+def test_trajectories_are_restored_exactly(trajectory):
     with tempfile.TemporaryDirectory() as folder:
         write_caspr(read_robot(EXAMPLE), folder, trajectories=[trajectory])
         file = Path(folder) / "planar_2r_trajectories.xml"
@@ -94,24 +94,24 @@ def test_trajectories_read_back_to_the_last_bit(trajectory):
         assert read_trajectory(file, "t", trajectory.space) == trajectory
 
 
-def test_the_example_is_what_the_writer_makes_of_it(robot, tmp_path):
+def test_example_files_equal_the_output_of_the_writer(robot, tmp_path):
     file = EXAMPLE / "planar_2r_trajectories.xml"
     stored = [read_trajectory(file, name) for name in trajectory_names(file)]
     for written in write_caspr(robot, tmp_path, trajectories=stored):
         assert written.read_bytes() == (EXAMPLE / written.name).read_bytes()
 
 
-def test_a_robot_goes_from_caspr_to_sdf_unchanged(robot, tmp_path):
+def test_robot_is_unchanged_from_caspr_to_sdf(robot, tmp_path):
     write_sdf(robot, tmp_path)
     assert read_robot(tmp_path) == robot
 
 
-def test_writing_leaves_only_the_files_it_returns(robot, tmp_path):
+def test_writing_creates_only_the_returned_files(robot, tmp_path):
     folder = tmp_path / "new" / "folder"
     assert sorted(write_sdf(robot, folder)) == sorted(folder.iterdir())
 
 
-def test_writing_into_a_file_is_refused_in_one_line(robot, tmp_path):
+def test_output_folder_that_is_a_file_is_rejected_in_one_line(robot, tmp_path):
     (tmp_path / "taken").write_text("")
     with pytest.raises(InputError, match=r"taken: cannot be written: [^\n]+$"):
         write_sdf(robot, tmp_path / "taken")
@@ -122,13 +122,13 @@ def with_joint(robot, **changes):
 
 
 @pytest.mark.parametrize("name", ["link_1", "a::b", "__a__"])
-def test_sdf_refuses_names_that_it_shares_or_reserves(robot, tmp_path, name):
+def test_sdf_rejects_repeated_and_reserved_names(robot, tmp_path, name):
     coordinate = replace(robot.coordinates[1], name=name)
     with pytest.raises(InputError, match=name):
         write_sdf(with_joint(robot, name=name, coordinates=(coordinate,)), tmp_path)
 
 
-def test_a_broken_robot_is_not_written(robot, tmp_path):
+def test_invalid_robot_is_not_written(robot, tmp_path):
     broken = with_joint(robot, motions=revolute((0.0, 0.0, 0.0)))
     with pytest.raises(RobotError, match="axis is zero"):
         write_sdf(broken, tmp_path)

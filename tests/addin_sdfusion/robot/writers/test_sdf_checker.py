@@ -1,4 +1,4 @@
-"""Written SDF passes the checker of libsdformat."""
+"""Written SDF files pass the checker of libsdformat."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_written_robots_are_valid(tmp_path, robot: Robot):
 
 
 def undeclared(element, description):
-    """The elements that libsdformat's own description of SDF does not have, as paths."""
+    """Return the paths of elements that the SDF schema of libsdformat does not contain."""
     declared = {}
     for child in description.iterchildren("element", "include"):
         if child.tag == "include":
@@ -53,15 +53,15 @@ def undeclared(element, description):
             yield from undeclared(child, declared[child.tag])
 
 
-def test_nothing_is_written_that_the_newest_sdf_does_not_have(tmp_path):
-    """Readers pass from version to version, and Drake rejects what is unknown in the last one."""
+def test_only_elements_of_the_newest_sdf_version_are_written(tmp_path):
+    """Readers convert between versions, and Drake rejects unknown elements of the last one."""
     write_sdf(every_joint(), tmp_path)
     newest = etree.parse(DESCRIPTIONS[-1] / "root.sdf").getroot()
     assert not list(undeclared(etree.parse(tmp_path / "model.sdf").getroot(), newest))
 
 
 @pytest.mark.slow
-def test_numbers_that_readers_in_cpp_refuse_are_written_as_zero(tmp_path):
+def test_numbers_that_cpp_readers_reject_are_written_as_zero(tmp_path):
     robot = one_link(friction=5e-324, initial=0.5)
     write_sdf(robot, tmp_path)
     assert "5e-324" not in (tmp_path / "model.sdf").read_text()
@@ -71,7 +71,7 @@ def test_numbers_that_readers_in_cpp_refuse_are_written_as_zero(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["msj_platform", "musc-le", "test_robot"])
-def test_published_robots_are_valid_once_repaired(shared, tmp_path, name):
+def test_published_robots_are_valid_after_repair(shared, tmp_path, name):
     robot = read_robot(shared / "robots/cardsflow" / name, repair=True)
     write_sdf(robot, tmp_path)
     assert "Valid." in verdict(tmp_path), verdict(tmp_path)
@@ -79,13 +79,13 @@ def test_published_robots_are_valid_once_repaired(shared, tmp_path, name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["BMArm", "Example_planar_XY", "Example_spatial", "RoboyLeftArm"])
-def test_models_of_caspr_are_valid_as_sdf(shared, tmp_path, name):
+def test_caspr_models_are_valid_as_sdf(shared, tmp_path, name):
     write_sdf(read_robot(shared / "robots/caspr" / name), tmp_path)
     assert "Valid." in verdict(tmp_path), verdict(tmp_path)
 
 
 @pytest.mark.slow
-def test_an_inertia_that_the_checker_refuses_is_reported_before(shared, tmp_path):
+def test_inertia_that_the_checker_rejects_is_reported_before(shared, tmp_path):
     robot = read_robot(shared / "robots/cardsflow/msj_platform")
     write_sdf(robot, tmp_path)
     reported = [finding.subject.name for finding in sdf_losses(robot)]

@@ -1,4 +1,4 @@
-"""Written SDF is read by Drake, as the same robot."""
+"""Drake reads written SDF files as the same robot."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def assert_equal_terms(robot, folder):
 
 
 def started(robot):
-    """The robot with another initial value in each coordinate."""
+    """Return the robot with a different initial value of each coordinate."""
     joints = []
     for joint in robot.joints:
         turned = (replace(c, initial=0.1 * k) for k, c in enumerate(joint.coordinates, start=1))
@@ -45,7 +45,7 @@ def started(robot):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_random_trees(seed, tmp_path):
+def test_random_trees_agree(seed, tmp_path):
     assert_equal_terms(started(random_tree(seed, damping=0.3)), tmp_path)
 
 
@@ -54,15 +54,15 @@ def test_random_trees(seed, tmp_path):
     [planar_2r(), random_robot(0), every_joint()],
     ids=lambda robot: str(robot.name),
 )
-def test_every_joint_and_spring(robot, tmp_path):
+def test_all_joints_and_springs_agree(robot, tmp_path):
     assert_equal_terms(started(robot), tmp_path)
 
 
 @pytest.mark.parametrize("name", CASPR_ROBOTS)
-def test_models_of_caspr(shared, name, tmp_path):
+def test_caspr_models_agree(shared, name, tmp_path):
     assert_equal_terms(read_robot(shared / "robots/caspr" / name), tmp_path)
 
 
 @pytest.mark.parametrize("name", PUBLISHED)
-def test_published_robots(shared, name, tmp_path):
+def test_published_robots_agree(shared, name, tmp_path):
     assert_equal_terms(read_robot(shared / "robots/cardsflow" / name, repair=True), tmp_path)

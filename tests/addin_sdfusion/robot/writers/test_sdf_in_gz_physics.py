@@ -1,4 +1,4 @@
-"""Written SDF is simulated by gz-physics, Gazebo's own, as the core does."""
+"""gz-physics of Gazebo simulates written SDF files like the C core."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ STEPS = 1000
 
 @pytest.fixture(scope="module")
 def swing(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
-    """The command that simulates a model."""
+    """Return the command that simulates a model."""
     engine = next(ENGINES, None)
     flags = subprocess.run(
         [shutil.which("pkg-config") or "false", "--cflags", "--libs", *PACKAGES],
@@ -43,7 +43,7 @@ def swing(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
 
 
 def robots() -> list[Robot]:
-    """Arms of the examples, and random trees."""
+    """Return the arms of the examples, and random trees."""
     arms = [
         read_robot(EXAMPLES / name / "robot")
         for name in ("planar_2r", "hill_arm", "roboy_left_arm")
@@ -52,8 +52,8 @@ def robots() -> list[Robot]:
 
 
 @pytest.mark.parametrize("robot", robots(), ids=lambda robot: robot.name)
-def test_free_swing_of_a_second(robot: Robot, swing: list[str], tmp_path: Path) -> None:
-    """Without muscles and without limits, from random positions and velocities."""
+def test_free_swing_of_one_second_agrees(robot: Robot, swing: list[str], tmp_path: Path) -> None:
+    """Without muscles and limits, from random positions and velocities."""
     robot = replace(robot, cable_sets=(), cable_set="")
     robot = with_coordinates(robot, lower=-math.inf, upper=math.inf)
     write_sdf(robot, tmp_path, plugin=False)

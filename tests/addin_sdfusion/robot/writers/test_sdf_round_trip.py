@@ -1,4 +1,4 @@
-"""Everything that a description can hold goes through SDF and comes back to the last bit."""
+"""All features of a robot description are restored exactly from SDF."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ radii = st.floats(1e-3, 1.0)
 
 @st.composite
 def compounds(draw):
-    """Motions of any kind in any order, with the coordinates in any order too."""
+    """Return joints with motions of any kind and order, and coordinates in any order."""
     count = draw(st.integers(2, 4))
     order = draw(st.permutations(range(count)))
     kinds = st.sampled_from(["rotation", "translation"])
@@ -58,7 +58,7 @@ def compounds(draw):
 
 @st.composite
 def with_everything(draw):
-    """Robots with meshes, wraps, motors at the joints and joints of several motions."""
+    """Return robots with meshes, wraps, motors and joints with several motions."""
     robot = draw(st.one_of(robots(), robots(caspr=True)))
     links = tuple(
         replace(link, meshes=tuple(draw(st.lists(meshes, max_size=3)))) for link in robot.links
@@ -85,7 +85,7 @@ def with_everything(draw):
 
 @st.composite
 def changed(draw, joint):
-    """The joint, or one of several motions in its place; some driven by motors of their own."""
+    """Return the joint, or a joint with several motions in its place, possibly with motors."""
     if draw(st.booleans()) or not joint.coordinates:
         return replace(joint, coordinates=tuple(draw(driven(c)) for c in joint.coordinates))
     motions = draw(compounds())
@@ -99,7 +99,7 @@ def changed(draw, joint):
 
 @st.composite
 def driven(draw, coordinate):
-    """The coordinate, with or without a motor and bounds of one, the same both ways or not."""
+    """Return the coordinate with or without a motor and symmetric or asymmetric limits."""
     bound = draw(st.one_of(st.floats(0.1, 100.0), st.just(math.inf)))
     least = draw(st.one_of(st.just(-bound), st.floats(-10.0, 0.0), st.just(-math.inf)))
     motor = draw(st.booleans())
@@ -120,7 +120,7 @@ def wraps(draw, muscle, surfaces):
 
 @pytest.mark.slow
 @given(with_everything())
-def test_a_robot_with_everything_comes_back_to_the_last_bit(robot):
+def test_robot_with_all_features_is_restored_exactly(robot):
     if any(finding.is_error for finding in sdf_losses(robot)):
         with tempfile.TemporaryDirectory() as folder, pytest.raises(RobotError, match="name"):
             write_sdf(robot, folder)
@@ -133,8 +133,8 @@ def test_a_robot_with_everything_comes_back_to_the_last_bit(robot):
         assert read_robot(folder) == robot
 
 
-def test_without_our_plugin_others_may_be_added(tmp_path):
-    """As users of today's Gazebo do; muscles and all else are in the cardsflow.xml."""
+def test_robot_without_our_plugin_is_restored(tmp_path):
+    """For Gazebo with other plugins; muscles and other features are in the cardsflow.xml."""
     robot = every_joint()
     write_sdf(robot, tmp_path, plugin=False)
     model = tmp_path / "model.sdf"
@@ -143,7 +143,7 @@ def test_without_our_plugin_others_may_be_added(tmp_path):
     assert read_robot(tmp_path) == robot
 
 
-def test_every_joint_comes_back(tmp_path):
+def test_all_joints_are_restored(tmp_path):
     robot = every_joint()
     write_sdf(robot, tmp_path)
     assert read_robot(tmp_path) == robot
@@ -156,14 +156,14 @@ def joint_elements(folder):
 
 
 @pytest.mark.parametrize("name", ["msj_platform", "musc-le", "roboy_upper_body", "test_robot"])
-def test_a_published_robot_comes_back(shared, tmp_path, name):
+def test_published_robot_is_restored(shared, tmp_path, name):
     robot = read_robot(shared / "robots/cardsflow" / name)
     write_sdf(robot, tmp_path)
     assert read_robot(tmp_path) == robot
     assert (tmp_path / "cardsflow.xml").is_file()
 
 
-def test_wraps_stand_in_cardsflow_xml_as_the_old_tools_read_them(shared, tmp_path):
+def test_wraps_in_cardsflow_xml_have_the_original_format(shared, tmp_path):
     robot = read_robot(shared / "robots/cardsflow/musc-le")
     write_sdf(robot, tmp_path)
     root = ElementTree.parse(tmp_path / "cardsflow.xml").getroot()
@@ -192,7 +192,7 @@ def codes(robot):
     return {finding.code for finding in sdf_losses(robot)}
 
 
-def test_losses_are_reported_before_anything_is_written(tmp_path):
+def test_losses_are_reported_before_writing(tmp_path):
     assert codes(planar()) == set()
     assert codes(planar(name="link_1")) == {"sdf-name-clash"}
     assert codes(planar(name="a::b")) == codes(planar(name="__a__")) == {"sdf-reserved-name"}
@@ -200,13 +200,13 @@ def test_losses_are_reported_before_anything_is_written(tmp_path):
     assert codes(planar(coordinates=(limited,))) == {"sdf-limit"}
     shown = replace(planar().links[0], meshes=(Mesh("visual", " a.stl"),))
     assert codes(replace(planar(), links=(shown, planar().links[1]))) == {"sdf-mesh-text"}
-    with pytest.raises(RobotError, match="rename it"):
+    with pytest.raises(RobotError, match="rename 'link_1'"):
         write_sdf(planar(name="link_1"), tmp_path)
     assert list(tmp_path.iterdir()) == []
     assert codes(every_joint()) == {"joint-in-a-chain"}
 
 
-def test_what_other_programs_move_otherwise_is_said():
+def test_different_behaviour_in_other_programs_is_reported():
     assert codes(four_bar()) == {"loops-in-drake"}
     for change in ({"armature": 0.1}, {"limit_force": LimitForce(-1.0, 1.0, 9.0, 9.0)}):
         changed = replace(planar().joints[1].coordinates[0], **change)
@@ -214,7 +214,7 @@ def test_what_other_programs_move_otherwise_is_said():
 
 
 def old_sdf(robot, folder: Path) -> Path:
-    """The written file as SDF 1.6, which DART reads: all links placed in the model."""
+    """Return the written file as SDF 1.6, which DART reads, with all links placed in the model."""
     write_sdf(robot, folder)
     tree = ElementTree.parse(folder / "model.sdf")
     model = tree.getroot().find("model")
@@ -245,14 +245,14 @@ def place(name, relative, done):
 
 
 def skeleton_of(file: Path):
-    """What DART's own parser makes of a file."""
+    """Return the skeleton that DART's parser builds from a file."""
     parser = dartpy.utils.SdfParser
     options = parser.Options()
     options.mDefaultRootJointType = parser.RootJointType.FIXED
     return parser.readSkeleton(str(file.resolve()), options)
 
 
-def test_dart_reads_the_same_robot_from_what_is_written(tmp_path):
+def test_dart_reads_the_same_robot(tmp_path):
     robot = every_joint()
     skeleton = skeleton_of(old_sdf(robot, tmp_path))
     ours = DartDynamics(robot)
@@ -262,12 +262,12 @@ def test_dart_reads_the_same_robot_from_what_is_written(tmp_path):
     skeleton.setPositions(q[order])
     theirs = np.zeros((len(order), len(order)))
     theirs[np.ix_(order, order)] = skeleton.getMassMatrix()
-    # DART gives the links without mass 1e-9 kg.
+    # DART assigns 1e-9 kg to massless links.
     np.testing.assert_allclose(theirs, ours.mass_matrix(q), rtol=1e-7, atol=1e-7)
 
 
 def motion_order(joints: tuple[Joint, ...]) -> list[int]:
-    """For each motion of a chain, from the world to the tip, the index of its coordinate in q."""
+    """Return the index in q of the coordinate of each motion of a chain, from world to tip."""
     order, first = [], 0
     for joint in joints:
         order += [first + motion.coordinate for motion in joint.motions]
@@ -276,7 +276,7 @@ def motion_order(joints: tuple[Joint, ...]) -> list[int]:
 
 
 @pytest.mark.parametrize("name", ["msj_platform", "test_robot", "exosuit", "VRpuppet", "musc-le"])
-def test_dart_reads_a_published_robot_as_we_do(shared, tmp_path, name):
+def test_dart_reads_a_published_robot_equally(shared, tmp_path, name):
     folder = shared / "robots/cardsflow" / name
     (tmp_path / "model.sdf").write_bytes((folder / "model.sdf").read_bytes())
     robot = read_robot(tmp_path)

@@ -1,4 +1,4 @@
-"""Boxes, spheres and cylinders that links collide with, in the formats that have them."""
+"""Collision shapes (boxes, spheres, cylinders) in the formats that support them."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ def with_shapes(robot: Robot) -> Robot:
 
 
 @pytest.mark.parametrize("format_", ["sdf", "gazebo", "urdf", "mjcf"])
-def test_shapes_come_back(format_: str, tmp_path: Path) -> None:
+def test_shapes_are_restored(format_: str, tmp_path: Path) -> None:
     robot = with_shapes(random_robot(3))
     files = convert(robot, format_, tmp_path).files
     found = read_robot(files[0]).links[0].shapes
-    # a link's frame is that of its joint in a URDF
+    # the frame of a link in URDF is the frame of its joint
     expected = (joint_frames(robot) if format_ == "urdf" else robot).links[0].shapes
     for shape, meant in zip(found, expected, strict=True):
         assert shape.kind == meant.kind
@@ -43,7 +43,7 @@ def test_shapes_come_back(format_: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "shape", [Shape("box", (1.0, 2.0)), Shape("sphere", (0.0,)), Shape("cylinder", (1.0, -1.0))]
 )
-def test_a_shape_without_size_is_an_error_that_says_which(shape: Shape) -> None:
+def test_shape_without_size_is_an_error_with_its_name(shape: Shape) -> None:
     robot = random_robot(1)
     first, *others = robot.links
     robot = replace(robot, links=(replace(first, shapes=(shape,)), *others))

@@ -59,11 +59,11 @@ def assert_equal_mass_matrices(robot, folder, states=5):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_dart_reads_a_random_tree_with_the_same_mass_matrix(seed, tmp_path):
+def test_random_tree_has_equal_mass_matrix_in_dart(seed, tmp_path):
     assert_equal_mass_matrices(random_robot(seed, 8), tmp_path)
 
 
-def test_dart_reads_every_joint_of_caspr_with_the_same_mass_matrix(tmp_path):
+def test_all_caspr_joints_have_equal_mass_matrix_in_dart(tmp_path):
     robot = every_joint()
     assert_equal_mass_matrices(robot, tmp_path)
     chained = {f.subject.name for f in urdf_losses(robot) if f.code == "joint-in-a-chain"}
@@ -71,19 +71,19 @@ def test_dart_reads_every_joint_of_caspr_with_the_same_mass_matrix(tmp_path):
 
 
 @pytest.mark.parametrize("name", [*CASPR_ROBOTS, "RoboyUpperBody"])
-def test_dart_reads_the_published_robots_with_the_same_mass_matrix(shared, name, tmp_path):
+def test_published_robots_have_equal_mass_matrix_in_dart(shared, name, tmp_path):
     assert_equal_mass_matrices(read_robot(shared / "robots/caspr" / name), tmp_path)
 
 
 @pytest.mark.slow
 @given(robots())
-def test_any_sound_robot_is_written(robot):
+def test_any_valid_robot_is_written(robot):
     with tempfile.TemporaryDirectory() as folder:
         assert_equal_mass_matrices(robot, folder, 1)
         assert not any(finding.is_error for finding in urdf_losses(robot))
 
 
-def test_limits_and_damping_arrive(tmp_path):
+def test_limits_and_damping_are_written(tmp_path):
     limited = one_link(lower=-1.0, upper=0.5, damping=0.25)
     dof = load(limited, tmp_path).getDof(0)
     assert (dof.getPositionLowerLimit(), dof.getPositionUpperLimit()) == (-1.0, 0.5)
@@ -105,7 +105,7 @@ def test_joint_type_follows_from_motion_and_limits(motions, limits, kind, tmp_pa
     assert (joint.find("limit") is None) == (kind == "continuous")
 
 
-def test_meshes_stand_in_the_frame_of_the_joint(tmp_path):
+def test_meshes_are_relative_to_the_joint_frame(tmp_path):
     mesh = Mesh("visual", "package://r/a.stl", Pose((1.0, 0.0, 0.0)), (0.001,) * 3, "shell")
     robot = one_link()
     link = replace(robot.links[0], meshes=(mesh, replace(mesh, role="collision", name="")))
@@ -118,7 +118,7 @@ def test_meshes_stand_in_the_frame_of_the_joint(tmp_path):
     assert (shape.get("filename"), shape.get("scale")) == (mesh.uri, "0.001 0.001 0.001")
 
 
-def test_a_fixed_joint_gives_way_to_a_coordinate_of_its_name(tmp_path):
+def test_fixed_joint_is_renamed_if_a_coordinate_has_its_name(tmp_path):
     robot = one_link()
     fixed = (Link("b", Inertia(1.0)), Joint("q", "a", "b"))
     robot = replace(robot, links=(*robot.links, fixed[0]), joints=(*robot.joints, fixed[1]))
@@ -127,14 +127,14 @@ def test_a_fixed_joint_gives_way_to_a_coordinate_of_its_name(tmp_path):
     assert "renamed" in {finding.code for finding in urdf_losses(robot)}
 
 
-def test_a_link_between_single_joints_gives_way_to_a_link_of_its_name():
+def test_massless_link_is_renamed_if_a_link_has_its_name():
     turns = (Motion("rotation", (1.0, 0.0, 0.0)), Motion("rotation", (0.0, 1.0, 0.0), 1))
     joint = Joint("j", WORLD, "j_1", turns, (Coordinate("a"), Coordinate("b")))
     robot = Robot("r", (Link("j_1", Inertia(1.0, (0.0, 0.0, 0.0), 1.0, 1.0, 1.0)),), (joint,))
     assert [single.child for single in single_joints(robot)] == ["j_1_", "j_1"]
 
 
-def test_what_urdf_has_no_words_for_is_said():
+def test_unsupported_features_of_urdf_are_reported():
     robot = planar_2r()
     assert {finding.code for finding in urdf_losses(robot)} == {"held-beside-urdf"}
     other = one_link(lower=0.0, initial=1.0, actuated=True, stiffness=1.0)
@@ -144,7 +144,7 @@ def test_what_urdf_has_no_words_for_is_said():
 
 @pytest.mark.parametrize("limits", [{"lower": -1.0, "upper": 1.0}, {}])
 @pytest.mark.parametrize(("least", "written"), [(-5.0, 5.0), (-7.0, 7.0), (-math.inf, 1e16)])
-def test_the_bounds_of_a_motor_are_its_effort(least, written, limits, tmp_path):
+def test_motor_limits_are_the_effort(least, written, limits, tmp_path):
     robot = one_link(actuated=True, tau_min=least, tau_max=5.0, **limits)
     file, *_ = write_urdf(robot, tmp_path)
     limit = ElementTree.parse(file).find("joint/limit")
@@ -154,7 +154,7 @@ def test_the_bounds_of_a_motor_are_its_effort(least, written, limits, tmp_path):
     assert (motor.tau_min, motor.tau_max) == (least, 5.0)
 
 
-def test_a_broken_robot_is_not_written(tmp_path):
+def test_invalid_robot_is_not_written(tmp_path):
     with pytest.raises(RobotError, match="axis is zero"):
         write_urdf(one_link(motions=revolute((0.0, 0.0, 0.0))), tmp_path / "new")
     assert not (tmp_path / "new").exists()

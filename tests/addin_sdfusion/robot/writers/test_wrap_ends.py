@@ -1,4 +1,4 @@
-"""Via points inside of wrap surfaces: how far other programs are off is said as it is."""
+"""Via points inside wrap surfaces: the difference to other programs is reported correctly."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CODE = "via-point-inside-wrap"
 
 
 def _robot(seed: int, shape: str) -> Robot:
-    """A muscle from the world to a point of a turning link, which may dip into a surface."""
+    """Return a muscle from the world to a point on a rotating link, which may enter a surface."""
     rng = np.random.default_rng(seed)
     pose = Pose(tuple(rng.uniform(-0.05, 0.05, 3)), tuple(rng.uniform(-0.3, 0.3, 3)))
     surface = WrapSurface("round", WORLD, shape, 0.3, pose)  # type: ignore[arg-type]
@@ -35,7 +35,7 @@ def _robot(seed: int, shape: str) -> Robot:
 
 
 def _apart(robot: Robot, folder: Path) -> Callable[[float], float]:
-    """How much longer our path is than MuJoCo's, in [m], over q."""
+    """Return the length of our path minus the length of MuJoCo's path, in [m], over q."""
     (file,) = write_mjcf(robot, folder, "robot")
     model = mujoco.MjModel.from_xml_path(str(file))
     data, dynamics = mujoco.MjData(model), CoreDynamics(robot)
@@ -50,7 +50,9 @@ def _apart(robot: Robot, folder: Path) -> Callable[[float], float]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
-def test_the_difference_to_a_straight_path_is_that_to_mujocos(shape: str, tmp_path: Path) -> None:
+def test_reported_difference_to_a_straight_path_agrees_with_mujoco(
+    shape: str, tmp_path: Path
+) -> None:
     reported = []
     for seed in range(30):
         robot = _robot(seed, shape)
@@ -74,8 +76,8 @@ def test_the_difference_to_a_straight_path_is_that_to_mujocos(shape: str, tmp_pa
     assert not all(reported)
 
 
-def test_a_path_on_the_longer_side_and_a_tapered_end_count() -> None:
-    """Both ends at 0.2 from the axis of a cylinder of radius 0.3: its rest has radius 0.2."""
+def test_longer_side_and_tapered_end_are_included() -> None:
+    """Both ends at 0.2 m from the axis of a cylinder of radius 0.3 m: it shrinks to 0.2 m."""
     end, side = (0.0, 0.2, 0.0), Wrap("round", 0, 1)
     surface = WrapSurface("round", WORLD, "cylinder", 0.3)
     robot = one_link(muscles=[cable((-0.2, 0.0, 0.0), end, wraps=(side,))], surfaces=[surface])
@@ -89,7 +91,7 @@ def test_a_path_on_the_longer_side_and_a_tapered_end_count() -> None:
     assert CODE not in {finding.code for finding in osim_losses(robot)}
 
 
-def test_an_end_outside_is_no_finding() -> None:
+def test_end_outside_has_no_finding() -> None:
     surface = WrapSurface("round", WORLD, "sphere", 0.1)
     outside = cable((-1.0, 0.0, 0.0), (0.5, 0.0, 0.0), wraps=(Wrap("round", 0),))
     robot = one_link(muscles=[outside], surfaces=[surface])

@@ -1,4 +1,4 @@
-"""Bodies of OpenSim: masses, and the meshes that are seen."""
+"""Reader of OpenSim bodies: masses and visual meshes."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from .document import objects, text
 from .frames import Frames, pose_of
 
 GEOMETRY = "Geometry"
-"""The folder that OpenSim looks for meshes in."""
+"""Folder in which OpenSim searches for meshes."""
 
 
 def read_body(node: Node, frames: Frames) -> Link:
-    """Return a link; what is seen of it hangs on the body and on frames offset from it."""
+    """Return a link, with the meshes of the body and of the frames that are fixed to it."""
     name = node.subject.name
     meshes = list(_meshes(node, IDENTITY))
     for path, frame in frames.offsets(name):
@@ -43,7 +43,7 @@ def _meshes(node: Node, pose: Pose) -> Iterator[Mesh]:
 
 
 def note_shapes(model: Node) -> None:
-    """Shapes that are not meshes, in one warning."""
+    """Report shapes that are not meshes, in one warning."""
     bodies = [*model.all("Ground"), *objects(model, "BodySet")]
     shapes = [
         shape
@@ -54,4 +54,4 @@ def note_shapes(model: Node) -> None:
     ]
     if shapes:
         kinds = ", ".join(sorted({shape.tag for shape in shapes}))
-        shapes[0].warning("geometry-left-out", f"only meshes are kept; left out: {kinds}")
+        shapes[0].warning("geometry-left-out", f"only meshes are read; omitted: {kinds}")

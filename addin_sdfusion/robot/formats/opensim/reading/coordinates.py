@@ -1,4 +1,4 @@
-"""Coordinates of OpenSim: their ranges, locks and couplings."""
+"""Reader of OpenSim coordinates: ranges, locks and couplings."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ EVERYWHERE = (-math.inf, math.inf)
 
 
 def read_coordinate(node: Node, unit: str) -> Coordinate:
-    """Return a coordinate; its range is one of hard stops if it is clamped."""
+    """Return a coordinate; its range becomes joint limits if it is clamped."""
     node = node.about(Subject("coordinate", node.attribute("name")))
     lower, upper = -math.inf, math.inf
     child = node.optional("range")
@@ -30,7 +30,7 @@ def read_coordinate(node: Node, unit: str) -> Coordinate:
         problem = "its motion is prescribed by the file; it moves freely here"
         node.warning("prescribed-left-out", problem)
     if node.number("default_speed_value", 0.0):
-        node.warning("speed-left-out", "its default speed is left out; it starts at rest")
+        node.warning("speed-left-out", "its default speed is omitted; it starts at rest")
     return Coordinate(
         node.subject.name,
         lower,
@@ -42,7 +42,7 @@ def read_coordinate(node: Node, unit: str) -> Coordinate:
 
 
 def coordinate_ranges(nodes: Sequence[Node]) -> dict[str, tuple[float, float]]:
-    """Return the ranges that coordinates have by name, clamped or not, in [rad] or [m]."""
+    """Return the range of each coordinate by name, clamped or not, in [rad] or [m]."""
     found = {}
     for node in nodes:
         child = node.optional("range")
@@ -52,7 +52,7 @@ def coordinate_ranges(nodes: Sequence[Node]) -> dict[str, tuple[float, float]]:
 
 
 def with_couplings(joints: Sequence[Joint], constraints: Sequence[Node]) -> list[Joint]:
-    """Return the joints with the coordinates that couplers make follow others."""
+    """Return the joints with the couplings of couplers."""
     known = {c.name: c for joint in joints for c in joint.coordinates}
     for node in constraints:
         if node.tag == COUPLER and is_true(node, "isEnforced", True):
@@ -83,8 +83,8 @@ def _couple(node: Node, known: dict[str, Coordinate]) -> None:
     if coordinate.locked or coordinate.coupling:
         held = "locked" if coordinate.locked else "coupled by an earlier one"
         node.warning(
-            "coupler-left-out", f"{dependent!r} is {held} already; this coupler is left out"
+            "coupler-left-out", f"{dependent!r} is already {held}; this coupler is omitted"
         )
         return
-    lower, upper = -math.inf, math.inf  # those of what it follows count
+    lower, upper = -math.inf, math.inf  # the limits of the leading coordinates apply
     known[dependent] = replace(coordinate, lower=lower, upper=upper, coupling=terms)

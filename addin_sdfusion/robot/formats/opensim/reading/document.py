@@ -1,7 +1,7 @@
-"""The document of an .osim file: its version, its sets of objects, what they name.
+"""Document of an .osim file: its version, its sets of objects, and references.
 
-Files of version 4 only: in older ones joints are inside of bodies. OpenSim itself writes element
-names that are no XML, `HuntCrossleyForce::ContactParametersSet`; they are mended before parsing.
+Only version 4 is supported; in older files bodies contain the joints. OpenSim writes the tag
+`HuntCrossleyForce::ContactParametersSet`, which is not valid XML and is repaired before parsing.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ _COLONS = re.compile(rb"<(/?\w+)::(\w+)")
 
 
 def read_document(file: Path, notes: Notes) -> Node:
-    """Return the `<Model>` of a file.
+    """Return the `<Model>` element of a file.
 
     Raises:
-        InputError: It is not readable XML, not OpenSim's, or too old.
+        InputError: The file is not readable XML, not from OpenSim, or too old.
     """
     root = parse(file, Subject("robot", file.stem), notes, mend=_without_colons)
     if root.tag != "OpenSimDocument":
@@ -44,13 +44,13 @@ def read_document(file: Path, notes: Notes) -> Node:
     version = root.attribute("Version", "0")
     if not version.isascii() or not version.isdigit() or int(version[:9]) < OLDEST:
         what = (
-            f"is of OpenSim's format {version[:20]!r}, in which joints are inside of bodies; open "
-            f"it in OpenSim 4 and save it there, which writes format {OLDEST} or newer"
+            f"has the OpenSim format {version[:20]!r}, which is not supported; open it in OpenSim "
+            f"4 and save it there, which writes format {OLDEST} or newer"
         )
         raise InputError(what, file=file, line=root.line)
     models = root.all("Model", "ModelComponentSet")
     if len(models) != 1 or models[0].tag != "Model":
-        what = f"holds {len(root.all('Model'))} models, not one"
+        what = f"contains {len(root.all('Model'))} models, not one"
         raise InputError(what, file=file, line=root.line)
     model = models[0]
     _sort_components(model)
@@ -97,24 +97,24 @@ def objects(parent: Node, tag: str) -> list[Node]:
 
 
 def is_true(node: Node, tag: str, default: bool) -> bool:
-    """Return the value of a switch."""
+    """Return the value of a boolean child element."""
     child = node.optional(tag)
     return default if child is None else child.text.lower() in TRUE
 
 
 def text(node: Node, tag: str, default: str = "") -> str:
-    """Return the text of a child element; the default if there is none."""
+    """Return the text of a child element, or the default if it does not exist."""
     child = node.optional(tag)
     return default if child is None else child.text
 
 
 def inner(node: Node, tag: str) -> Node | None:
-    """Return the one element inside a child, such as the function in `<x_location>`."""
+    """Return the first element inside a child, such as the function in `<x_location>`."""
     child = node.optional(tag)
     found = [] if child is None else child.all()
     return found[0] if found else None
 
 
 def last_name(path: str) -> str:
-    """Return the name of what a path leads to."""
+    """Return the last part of a path."""
     return path.rpartition("/")[2]

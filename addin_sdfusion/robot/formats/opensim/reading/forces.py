@@ -1,4 +1,4 @@
-"""Forces of OpenSim at coordinates: motors, springs with dampers, limit forces."""
+"""Reader of OpenSim forces at coordinates: motors, springs with dampers, limit forces."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Change = Callable[[Node, Coordinate], Coordinate]
 
 
 def with_joint_forces(joints: Sequence[Joint], forces: Sequence[Node]) -> list[Joint]:
-    """The joints with the forces at their coordinates; others than these are noted as left out."""
+    """Return the joints with the forces at their coordinates; report unsupported forces."""
     known = {c.name: c for joint in joints for c in joint.coordinates}
     left: dict[str, list[Node]] = {}
     for node in forces:
@@ -32,7 +32,7 @@ def with_joint_forces(joints: Sequence[Joint], forces: Sequence[Node]) -> list[J
             known[name] = CHANGES[node.tag](node, known[name])
     for tag, nodes in left.items():
         names = ", ".join(repr(node.attribute("name", "")) for node in nodes[:10])
-        problem = f"<{tag}> is not supported; {len(nodes)} left out: {names}"
+        problem = f"<{tag}> is not supported; {len(nodes)} omitted: {names}"
         nodes[0].warning("force-left-out", problem)
     return [
         replace(joint, coordinates=tuple(known[c.name] for c in joint.coordinates))
@@ -41,17 +41,17 @@ def with_joint_forces(joints: Sequence[Joint], forces: Sequence[Node]) -> list[J
 
 
 def _motor(node: Node, c: Coordinate) -> Coordinate:
-    """Several motors at one coordinate are one of all their torque."""
+    """Return a coordinate with a motor; several motors become one with the sum of the torques."""
     if not c.is_free:
         what = "locked" if c.locked else "coupled to another"
         problem = f"coordinate {c.name!r} is {what}; its motor {node.attribute('name', '')!r}"
-        node.warning("motor-left-out", f"{problem} is left out")
+        node.warning("motor-left-out", f"{problem} is omitted")
         return c
     scale = node.number("optimal_force", 1.0)
     low = scale * node.number("min_control", -math.inf, infinite=True)
     high = scale * node.number("max_control", math.inf, infinite=True)
     if c.actuated:
-        problem = f"a second motor at {c.name!r}: both are one here, of both torques together"
+        problem = f"a second motor at {c.name!r}; both are combined, with the sum of both torques"
         node.warning("motors-joined", problem)
         low, high = low + c.tau_min, high + c.tau_max
     return replace(c, actuated=True, tau_min=low, tau_max=high)
@@ -60,7 +60,7 @@ def _motor(node: Node, c: Coordinate) -> Coordinate:
 def _spring(node: Node, c: Coordinate) -> Coordinate:
     k, rest = node.number("stiffness", 0.0), node.number("rest_length", 0.0)
     stiffness = c.stiffness + k
-    if c.stiffness and k:  # two springs make one, between their rests
+    if c.stiffness and k:  # two springs are equal to one with a mean rest length
         rest = (c.stiffness * c.rest + k * rest) / stiffness
     elif c.stiffness:
         rest = c.rest
@@ -69,10 +69,10 @@ def _spring(node: Node, c: Coordinate) -> Coordinate:
 
 
 def _limit_force(node: Node, c: Coordinate) -> Coordinate:
-    """OpenSim's numbers are in degrees for rotations: limits, transition, and per degree."""
+    """Return a coordinate with a limit force; for rotations OpenSim uses degrees in all units."""
     degree = math.pi / 180.0 if c.unit == "rad" else 1.0
     if c.limit_force is not None:
-        problem = f"a second limit force at {c.name!r} is left out"
+        problem = f"a second limit force at {c.name!r} is omitted"
         node.warning("force-left-out", problem)
         return c
     force = LimitForce(

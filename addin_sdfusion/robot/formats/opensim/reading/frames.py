@@ -1,4 +1,4 @@
-"""Frames of an OpenSim model: bodies, the ground, and frames offset from them."""
+"""Frames of an OpenSim model: bodies, the ground, and frames with an offset from them."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from .document import OFFSET_FRAME, SETS, last_name, objects
 
 GROUND = "/ground"
 MAX_OFFSETS = 50
-"""So many frames may hang on each other."""
+"""Maximum number of offset frames in a chain."""
 
 
 class Frames:
-    """Where every frame is, by its path in the model."""
+    """Poses of all frames, by their path in the model."""
 
     def __init__(self, model: Node) -> None:
         self.bodies = {"ground": WORLD}
@@ -42,7 +42,7 @@ class Frames:
                 self._add(frame, f"/componentset/{frame.attribute('name', '')}")
 
     def offsets(self, link: str) -> list[tuple[str, Node]]:
-        """The paths and elements of the frames offset from a link, directly or through others."""
+        """Return the paths and elements of all frames fixed to a link, also through others."""
         return [
             (path, node)
             for path, (node, _) in self._offsets.items()
@@ -50,12 +50,12 @@ class Frames:
         ]
 
     def place(self, node: Node, tag: str, owner: str) -> tuple[str, Transform]:
-        """Return the link that a socket leads to, and the frame's place in it.
+        """Return the link of a socket, and the pose of its frame in the link.
 
         Args:
-            node: What has the socket.
-            tag: Its element, such as `socket_parent_frame`.
-            owner: Path of what has it.
+            node: The element that contains the socket.
+            tag: The tag of the socket, such as `socket_parent_frame`.
+            owner: Path of the element that contains the socket.
         """
         socket = node.optional(tag) or node.optional(f"{tag}_connectee_name")
         if socket is None:
@@ -77,7 +77,7 @@ class Frames:
         if path in self._offsets:
             frame.warning(
                 "duplicate-frame",
-                f"an earlier frame is also called {path!r}; references use the earlier one",
+                f"another frame is already called {path!r}; references use the earlier one",
             )
             return
         self._offsets[path] = (frame, path)
@@ -87,10 +87,10 @@ class Frames:
                 self._add(inner, f"{path}/{inner.attribute('name', '')}")
 
     def _path(self, words: str, owner: str) -> str:
-        """Return the absolute path that a socket means; one of a name alone may be anywhere."""
+        """Return the absolute path of a socket; a name without a path may be anywhere."""
         if words.startswith("/"):
             return self._in_set(words)
-        path = _joined(words, owner)
+        path = _absolute_path(words, owner)
         if self._place(path) is not None:
             return path
         name = last_name(words)
@@ -108,13 +108,13 @@ class Frames:
         return path
 
     def _place(self, path: str) -> tuple[str, Transform] | None:
-        """Return the link of a frame and the place in it; None if there is no such frame."""
+        """Return the link of a frame and its pose in the link, or None if it does not exist."""
         if path not in self._places:
-            self._places[path] = self._found(path, 0)
+            self._places[path] = self._find_place(path, 0)
         return self._places[path]
 
-    def _found(self, path: str, depth: int) -> tuple[str, Transform] | None:
-        """As `_place`, of a frame that so many hang on."""
+    def _find_place(self, path: str, depth: int) -> tuple[str, Transform] | None:
+        """Find the link of a frame and its pose; `depth` is the number of frames traversed."""
         kind, _, name = path.rpartition("/")
         if path == GROUND or (kind == "/bodyset" and name in self.bodies):
             return self.bodies[name], IDENTITY
@@ -124,17 +124,17 @@ class Frames:
         socket = node.optional("socket_parent") or node.optional("socket_parent_connectee_name")
         parent = None
         if socket is not None:
-            parent = self._found(self._parent_path(socket.text, own), depth + 1)
+            parent = self._find_place(self._parent_path(socket.text, own), depth + 1)
         if parent is None:
             return None
         link, T_link_parent = parent
         return link, T_link_parent.compose(offset(node, "orientation"))
 
     def _parent_path(self, words: str, own: str) -> str:
-        """As `_path`, but no frame is its own parent."""
+        """Return the absolute path of a parent socket; a frame is never its own parent."""
         if words.startswith("/"):
             return self._in_set(words)
-        path = _joined(words, own)
+        path = _absolute_path(words, own)
         if path in self._offsets or path == GROUND or path.startswith("/bodyset/"):
             return path
         name = last_name(words)
@@ -142,11 +142,11 @@ class Frames:
 
 
 def offset(node: Node, angles: str) -> Transform:
-    """Return the place of a frame or a wrap object in its parent.
+    """Return the pose of a frame or a wrap object in its parent.
 
     Args:
-        node: Its element.
-        angles: The element of its body-fixed angles about x, y and z.
+        node: Element of the frame.
+        angles: Tag of its body-fixed angles about x, y and z.
     """
     p = node.vector("translation") if node.all("translation") else ZERO
     xyz = node.vector(angles) if node.all(angles) else ZERO
@@ -154,7 +154,7 @@ def offset(node: Node, angles: str) -> Transform:
 
 
 def rotation_xyz(angles: Vector3) -> Matrix3:
-    """R = Rx(a) Ry(b) Rz(c), of angles in [rad]; turns about one axis exactly as `rotation`."""
+    """Return R = Rx(a) Ry(b) Rz(c) for angles in [rad]; single rotations equal `rotation`."""
     a, b, c = angles
     if not all(map(math.isfinite, angles)):
         return IDENTITY.R
@@ -163,12 +163,12 @@ def rotation_xyz(angles: Vector3) -> Matrix3:
 
 
 def pose_of(T: Transform, node: Node | None = None, angles: str = "orientation") -> Pose:
-    """Return a place as the description has it; turns about one axis keep their angle.
+    """Return a transform as a pose; the angle of a rotation about one axis stays exact.
 
     Args:
-        T: The place.
-        node: The element that alone says it, if there is one.
-        angles: The element of its angles.
+        T: The transform.
+        node: Element that completely defines the transform, or None.
+        angles: Tag of its angles.
     """
     if node is not None and node.all(angles):
         xyz = node.vector(angles)
@@ -177,8 +177,8 @@ def pose_of(T: Transform, node: Node | None = None, angles: str = "orientation")
     return T.pose()
 
 
-def _joined(words: str, owner: str) -> str:
-    """Return the absolute path of a path that is relative to an owner's."""
+def _absolute_path(words: str, owner: str) -> str:
+    """Return the absolute path of a path relative to an owner."""
     parts = owner.split("/")
     for word in words.split("/"):
         if word == "..":

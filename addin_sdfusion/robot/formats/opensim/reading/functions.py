@@ -1,4 +1,4 @@
-"""Functions of coordinates in .osim files."""
+"""Reader of functions of coordinates in .osim files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ...reading.xml import Node
 from .document import inner
 
 Terms = list[tuple[str, Function]]
-"""A sum: the name of a coordinate and a function of it, each; the name is empty for a constant."""
+"""A sum of terms: name of a coordinate and function; the name is empty for a constant."""
 SUPPORTED = (
     "Constant",
     "LinearFunction",
@@ -34,12 +34,12 @@ MAX_INNER = 20
 
 
 def read_terms(node: Node, coordinates: Sequence[str], depth: int = 0) -> Terms:
-    """Return a function of some coordinates as a sum; what is not supported is noted as an error.
+    """Return a function of coordinates as a sum; report unsupported functions as errors.
 
     Args:
-        node: Its element.
-        coordinates: The names of what it is a function of.
-        depth: In how many other functions it is.
+        node: Element of the function.
+        coordinates: Names of the coordinates that it depends on.
+        depth: Number of functions that contain it.
     """
     if node.tag == "Constant":
         return [("", constant(node.number("value", 0.0)))]
@@ -49,7 +49,7 @@ def read_terms(node: Node, coordinates: Sequence[str], depth: int = 0) -> Terms:
         return [(name, scaled(function, factor)) for name, function in terms]
     if node.tag not in SUPPORTED or not coordinates:
         known = ", ".join(SUPPORTED)
-        problem = f"<{node.tag}> of {len(coordinates)} coordinates is not supported ({known} are)"
+        problem = f"<{node.tag}> of {len(coordinates)} coordinates is not supported; known: {known}"
         node.error("unsupported-function", problem)
         return []
     if node.tag == "LinearFunction":
@@ -66,10 +66,10 @@ def read_terms(node: Node, coordinates: Sequence[str], depth: int = 0) -> Terms:
 
 
 def _linear(node: Node, coordinates: Sequence[str]) -> Terms:
-    """a_1 x_1 + a_2 x_2 + ... + b."""
+    """Return the terms of a_1 x_1 + a_2 x_2 + ... + b."""
     values = _numbers(node, "coefficients") or (1.0, 0.0)
     if len(values) != len(coordinates) + 1:
-        problem = f"{len(values)} coefficients for {len(coordinates)} coordinates; one more is due"
+        problem = f"{len(coordinates)} coordinates need one more coefficients, not {len(values)}"
         node.error("bad-vector", problem)
         return []
     *slopes, offset = values

@@ -1,4 +1,4 @@
-"""Joints of OpenSim: each class as motions one after another."""
+"""Reader of OpenSim joints: each class as a sequence of motions."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ CLASSES: dict[str, Moves] = {
         *_BALL,
     ),
 }
-"""Kind, axis and coordinate of each motion; translations are in the parent's frame."""
+"""Kind, axis and coordinate of each motion; translations are in the parent frame."""
 
 
 def _ellipsoid(node: Node) -> tuple[Motion, ...]:
@@ -59,7 +59,7 @@ GLIDING: dict[str, Callable[[Node], tuple[Motion, ...]]] = {
     "EllipsoidJoint": _ellipsoid,
     "ScapulothoracicJoint": _scapulothoracic,
 }
-"""Joints over an ellipsoid."""
+"""Joints that move over an ellipsoid."""
 OF_ANGULAR_VELOCITY = ("BallJoint", "FreeJoint", *GLIDING)
 DEFAULT_NAMES = {6: ("rx", "ry", "rz", "tx", "ty", "tz"), 3: ("rx", "ry", "rz")}
 AXES = {
@@ -70,7 +70,7 @@ AXES = {
     "rotation2": Y,
     "rotation3": Z,
 }
-"""In the order of the motions: all translations are in the parent's frame, before the rotations."""
+"""Axes in the order of the motions: translations in the parent frame, then rotations."""
 
 
 def read_joint(node: Node, frames: Frames) -> Joint:
@@ -80,7 +80,7 @@ def read_joint(node: Node, frames: Frames) -> Joint:
     parent, T_parent_joint = frames.place(node, "socket_parent_frame", own)
     child, T_child_joint = frames.place(node, "socket_child_frame", own)
     if child == WORLD:
-        problem = "its child is the ground; turn it round, so that the ground is the parent"
+        problem = "its child is the ground; reverse it, so that the ground is the parent"
         node.error("reversed-joint", problem)
     named = [c for group in node.all("coordinates") for c in group.all("Coordinate")]
     if node.tag == CUSTOM:
@@ -91,13 +91,13 @@ def read_joint(node: Node, frames: Frames) -> Joint:
         motions = GLIDING[node.tag](node)
     else:
         known = ", ".join((CUSTOM, *CLASSES, *GLIDING))
-        problem = f"<{node.tag}> is not supported; supported are {known}"
+        problem = f"unsupported <{node.tag}>; known: {known}"
         node.error("unsupported-joint", problem)
         motions = ()
     if node.tag in OF_ANGULAR_VELOCITY:
         problem = (
-            "its speeds are the rates of its three angles here, those of OpenSim the angular "
-            "velocity; it moves the same"
+            "its speeds are the rates of its three angles; in OpenSim they are the angular "
+            "velocity; the motion is the same"
         )
         node.warning("speeds-of-angles", problem)
     units = _units(motions, len(named))
@@ -115,13 +115,13 @@ def read_joint(node: Node, frames: Frames) -> Joint:
 
 
 def free_joint(link: Node, taken: Sequence[str]) -> Joint:
-    """What OpenSim gives a body that no joint carries: it moves freely."""
+    """Return the joint of a body without a parent joint: as in OpenSim, it moves freely."""
     name = link.subject.name
     joint = f"{name}_free"
     while joint in taken:
         joint += "_"
     link.warning(
-        "freed-body", "no joint carries it; it moves freely from the ground, as in OpenSim"
+        "freed-body", "has no parent joint; it moves freely relative to the ground, as in OpenSim"
     )
     motions = tuple(Motion(*move) for move in CLASSES["FreeJoint"])
     made = Joint(joint, WORLD, name, motions)
@@ -129,7 +129,7 @@ def free_joint(link: Node, taken: Sequence[str]) -> Joint:
 
 
 def _units(motions: Sequence[Motion], count: int) -> list[str]:
-    """The unit of each coordinate: that of the first motion that follows it plainly, or at all."""
+    """Return the unit of each coordinate, from its first motion, preferably without function."""
     units: list[str] = []
     for k in range(count):
         own = [m for m in motions if m.coordinate == k and not m.is_fixed]
@@ -141,7 +141,7 @@ def _units(motions: Sequence[Motion], count: int) -> list[str]:
 def _unnamed(
     joint: str, motions: Sequence[Motion], named: Sequence[Coordinate]
 ) -> tuple[Coordinate, ...]:
-    """Return coordinates that the file does not list, with OpenSim's own values and names."""
+    """Return coordinates that the file does not list, with the values and names of OpenSim."""
     count = max((m.coordinate + 1 for m in motions if not m.is_fixed), default=0)
     words = DEFAULT_NAMES.get(count, tuple(map(str, range(count))))
     units = {m.coordinate: m.unit for m in motions if not m.is_fixed}
@@ -152,7 +152,7 @@ def _unnamed(
 
 
 def _custom(node: Node, names: list[str]) -> tuple[Motion, ...]:
-    """Return the motions of a CustomJoint, those that stand still at 0 left out."""
+    """Return the motions of a CustomJoint, without constant motions of zero."""
     transform = node.required("SpatialTransform")
     axes = [] if transform is None else transform.all("TransformAxis")
     by_name = {axis.attribute("name", ""): axis for axis in axes}
@@ -163,12 +163,13 @@ def _custom(node: Node, names: list[str]) -> tuple[Motion, ...]:
             motions += _about_axis(by_name[name], kind, default, names)
     for name, axis in by_name.items():
         if name not in AXES:
-            axis.error("unknown-axis", f"<TransformAxis> {name!r} is not one of {', '.join(AXES)}")
+            problem = f"unknown <TransformAxis> {name!r}; known: {', '.join(AXES)}"
+            axis.error("unknown-axis", problem)
     return tuple(motions)
 
 
 def _about_axis(node: Node, kind: MotionKind, default: Vector3, names: list[str]) -> list[Motion]:
-    """Return the motions of one axis: one a term of its function's sum."""
+    """Return the motions of one axis: one for each term of its function."""
     axis = normalized(node.vector("axis")) if node.all("axis") else default
     functions = [child for child in node.all() if child.tag not in ("coordinates", "axis")]
     if functions and functions[0].tag == "function":
@@ -179,7 +180,7 @@ def _about_axis(node: Node, kind: MotionKind, default: Vector3, names: list[str]
     motions = []
     for name, function in read_terms(functions[0], words):
         if name and name not in names:
-            problem = f"its <TransformAxis> has no coordinate {name!r} (there: {', '.join(names)})"
+            problem = f"<TransformAxis>: unknown coordinate {name!r}; known: {', '.join(names)}"
             node.error("unknown-coordinate", problem)
             continue
         motion = Motion(kind, axis, names.index(name) if name else 0, function)
@@ -189,5 +190,5 @@ def _about_axis(node: Node, kind: MotionKind, default: Vector3, names: list[str]
 
 
 def about(node: Node) -> Node:
-    """Return a joint's element as the description of it."""
+    """Return the element as the description of the joint."""
     return node.about(Subject("joint", node.attribute("name")))

@@ -1,4 +1,4 @@
-"""Constraints of OpenSim that close loops: points that coincide, frames that are welded."""
+"""Reader of OpenSim constraints that close loops: coincident points, welded frames."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ....model.loop import LoopJoint
 from ....model.pose import Pose
 from ....model.transform import IDENTITY
 from ....transforms.joint_chains import Names
-from ...reading.loops import End, hold_together
+from ...reading.loops import End, loop_joint
 from ...reading.xml import ZERO, Node
 from .coordinates import COUPLER
 from .document import is_true
@@ -24,12 +24,12 @@ POINT, WELD = "PointConstraint", "WeldConstraint"
 def read_loops(
     constraints: Sequence[Node], frames: Frames, joints: Sequence[Joint]
 ) -> Iterator[LoopJoint]:
-    """The loop joints of a model; constraints that are none, and no couplers, are noted.
+    """Yield the loop joints of a model; report unsupported constraints.
 
     Args:
-        constraints: All of them.
-        frames: The frames of the model.
-        joints: The tree, parents first.
+        constraints: All constraints.
+        frames: Frames of the model.
+        joints: Joints of the tree, parents first.
     """
     names, bodies = Names(joint.name for joint in joints), rigid_bodies(joints)
     for node in constraints:
@@ -38,8 +38,8 @@ def read_loops(
         given = node.attribute("name", "") or node.tag
         if node.tag not in (POINT, WELD):
             problem = (
-                f"<{node.tag}> {given!r} is not supported ({POINT} and {WELD} are): what it holds "
-                "is free here, and the robot moves otherwise"
+                f"<{node.tag}> {given!r} is not supported and is ignored (known: {POINT}, "
+                f"{WELD}); the motion of the robot differs"
             )
             node.warning("loop-left-out", problem)
             continue
@@ -47,13 +47,13 @@ def read_loops(
         about = node.about(Subject("joint", name))
         first, second = (_end(about, frames, k) for k in ("1", "2"))
         kind: Literal["ball", "fixed"] = "ball" if node.tag == POINT else "fixed"
-        loop = hold_together(about, name, kind, (first, second), bodies)
+        loop = loop_joint(about, name, kind, (first, second), bodies)
         if loop is not None:
             yield loop
 
 
 def _end(node: Node, frames: Frames, number: str) -> End:
-    """Return the frame at one end, as a link and the place in it."""
+    """Return the link at one end, and the pose of the frame in it."""
     own = f"/constraintset/{node.attribute('name', '')}"
     if node.tag == WELD:
         link, T_link_frame = frames.place(node, f"socket_frame{number}", own)

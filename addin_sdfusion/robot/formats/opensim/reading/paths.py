@@ -1,4 +1,4 @@
-"""Paths of OpenSim's muscles: points of three kinds, and what they wrap over."""
+"""Reader of the paths of OpenSim muscles: three kinds of points, and wraps."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from .functions import read_terms
 from .wraps import WrapObject
 
 EDGE = 1e-5
-"""A conditional point is in use this far beyond its range too, as in OpenSim; in [rad] or [m]."""
+"""A conditional point is also active this far beyond its range, as in OpenSim; [rad] or [m]."""
 
 
 @dataclass(frozen=True)
-class Surroundings:
-    """What a path is read with.
+class PathContext:
+    """Data of the model that its paths are read with.
 
     Attributes:
-        frames: The frames of the model.
-        wraps: Its wrap objects.
-        coordinates: The ranges of its coordinates by name, those that stop nothing as well.
+        frames: Frames of the model.
+        wraps: Wrap objects of the model.
+        coordinates: Ranges of the coordinates by name, also those that are not clamped.
     """
 
     frames: Frames
@@ -36,31 +36,31 @@ class Surroundings:
 
 
 def geometry_path(node: Node) -> Node | None:
-    """Return the path of a muscle; if there is none, or one of another kind, that is noted."""
+    """Return the path of a muscle; None, with a warning, if it has no path through points."""
     for holder in (node, *node.all("path")):
         for path in holder.all("GeometryPath"):
             return path
     others = [child.tag for child in node.all() if child.tag.endswith("Path")]
     what = f"a <{others[0]}>" if others else "no <GeometryPath>"
-    problem = f"it has {what}; only paths through points are supported: it is left out"
+    problem = f"has {what}; only paths through points are supported; omitted"
     node.warning("muscle-left-out", problem)
     return None
 
 
-def read_points(path: Node, around: Surroundings) -> list[ViaPoint]:
+def read_points(path: Node, context: PathContext) -> list[ViaPoint]:
     """Return the points of a path, in order."""
-    return [_point(node, around) for node in objects(path, "PathPointSet")]
+    return [_point(node, context) for node in objects(path, "PathPointSet")]
 
 
-def read_wraps(path: Node, around: Surroundings, points: int) -> Iterator[Wrap]:
-    """What a path wraps over, in order, but for what is switched off."""
+def read_wraps(path: Node, context: PathContext, points: int) -> Iterator[Wrap]:
+    """Yield the wraps of a path, in order, without disabled ones."""
     for node in objects(path, "PathWrapSet"):
         name = text(node, "wrap_object")
-        if name not in around.wraps:
-            problem = unknown("wrap object", name, list(around.wraps))
+        if name not in context.wraps:
+            problem = unknown("wrap object", name, list(context.wraps))
             node.error("unknown-wrap-surface", problem)
             continue
-        wrap = around.wraps[name]
+        wrap = context.wraps[name]
         if wrap is None:
             continue
         child = node.optional("range")
@@ -68,7 +68,8 @@ def read_wraps(path: Node, around: Surroundings, points: int) -> Iterator[Wrap]:
         start = 0 if first < 1.0 else int(min(first, points)) - 1
         end = points - 1 if last < 1.0 else int(min(last, points)) - 1
         if end <= start:
-            node.warning("wrap-range-empty", f"its range {child and child.text!r} has no segment")
+            problem = f"its range {child and child.text!r} contains no segment"
+            node.warning("wrap-range-empty", problem)
             continue
         segments = None if end == start + 1 else end - 1
         yield Wrap(
@@ -80,46 +81,46 @@ def read_wraps(path: Node, around: Surroundings, points: int) -> Iterator[Wrap]:
         )
 
 
-def _point(node: Node, around: Surroundings) -> ViaPoint:
-    link, T_link_frame = around.frames.place(node, "socket_parent_frame", "/forceset/muscle/point")
+def _point(node: Node, context: PathContext) -> ViaPoint:
+    link, T_link_frame = context.frames.place(node, "socket_parent_frame", "/forceset/muscle/point")
     if node.tag == "MovingPathPoint":
-        return _moving(node, around, link, T_link_frame)
+        return _moving(node, context, link, T_link_frame)
     where = node.vector("location")
     position = where if T_link_frame == IDENTITY else T_link_frame.apply(where)
     if node.tag == "ConditionalPathPoint":
-        return ViaPoint(link, position, _condition(node, around))
+        return ViaPoint(link, position, _condition(node, context))
     if node.tag != "PathPoint":
         node.error("unsupported-via-point", f"<{node.tag}> is not supported")
     return ViaPoint(link, position)
 
 
-def _condition(node: Node, around: Surroundings) -> PointCondition | None:
-    coordinate = _coordinate(node, "socket_coordinate", around)
+def _condition(node: Node, context: PathContext) -> PointCondition | None:
+    coordinate = _coordinate(node, "socket_coordinate", context)
     child = node.optional("range")
     low, high = (0.0, 0.0) if child is None else child.numbers(2, infinite=True)
     return None if coordinate is None else PointCondition(coordinate, low - EDGE, high + EDGE)
 
 
-def _coordinate(node: Node, tag: str, around: Surroundings) -> str | None:
+def _coordinate(node: Node, tag: str, context: PathContext) -> str | None:
     socket = node.optional(tag) or node.optional(f"{tag}_connectee_name")
     name = "" if socket is None else last_name(socket.text)
-    if name not in around.coordinates:
-        problem = f"<{tag}>: {unknown('coordinate', name, list(around.coordinates))}"
+    if name not in context.coordinates:
+        problem = f"<{tag}>: {unknown('coordinate', name, list(context.coordinates))}"
         node.error("unknown-coordinate", problem)
         return None
     return name
 
 
-def _moving(node: Node, around: Surroundings, link: str, T_link_frame: Transform) -> ViaPoint:
-    """A point whose place along each axis is a function of a coordinate, kept to its range."""
+def _moving(node: Node, context: PathContext, link: str, T_link_frame: Transform) -> ViaPoint:
+    """Return a point whose coordinates are functions of coordinates within their ranges."""
     position = [0.0, 0.0, 0.0]
     moves = []
     for k, letter in enumerate("xyz"):
-        coordinate = _coordinate(node, f"socket_{letter}_coordinate", around)
+        coordinate = _coordinate(node, f"socket_{letter}_coordinate", context)
         function = inner(node, f"{letter}_location")
         if coordinate is None or function is None:
             continue
-        low, high = around.coordinates[coordinate]
+        low, high = context.coordinates[coordinate]
         for name, f in read_terms(function, [coordinate]):
             if name and not is_constant(f):
                 axis = T_link_frame.axis(k)

@@ -1,8 +1,9 @@
-"""OpenSim's tori, as cylinders.
+"""Approximation of OpenSim's tori by cylinders.
 
-OpenSim leads a path through a torus's hole over a cylinder that touches the tube from within,
-where a ring of twice the radius is nearest to the straight line; in every pose again. Here that of
-the model's first pose stays where it is, so that lengths have derivatives; each path has its own.
+OpenSim routes a path through the hole of a torus over a cylinder. The cylinder touches the tube
+from inside where a ring of twice the radius is nearest to the straight line, in every pose. Here
+the cylinder of the initial pose is fixed, so that lengths are differentiable. Each path has a
+separate cylinder.
 """
 
 from __future__ import annotations
@@ -25,26 +26,26 @@ from ....model.rotations import add, apply, compose, dot, inverse, subtract
 from ....model.transform import Transform
 from ...reading.xml import Node
 
-COUNTED = 2.0
-"""OpenSim's slope of the distance to the ring counts the radius double."""
-AROUND = 64
-"""So many places of the ring are looked at first."""
+RING_FACTOR = 2.0
+"""In OpenSim the derivative of the distance to the ring uses twice the radius."""
+RING_SAMPLES = 64
+"""Number of initial samples on the ring."""
 HALVINGS = 60
 MIN_RATIO = 1e-12
-"""A line that is as short as this, in [m], has no direction."""
+"""Length in [m] below which a line has no direction."""
 
 Segment = tuple[Vector3, Vector3]
 
 
 class Torus(NamedTuple):
-    """A torus about the z axis of its pose.
+    """Torus about the z axis of its pose.
 
     Attributes:
-        node: Its element.
-        link: What it is fixed to.
-        pose: In the frame of the link.
+        node: Element of the torus.
+        link: Link that it is fixed to.
+        pose: Pose in the frame of the link.
         tube: Radius of the tube, in [m].
-        ring: Radius of the ring in its middle, in [m].
+        ring: Radius of the centre line of the tube, in [m].
     """
 
     node: Node
@@ -55,10 +56,10 @@ class Torus(NamedTuple):
 
 
 def with_cylinders(robot: Robot, tori: Mapping[str, Torus]) -> Robot:
-    """Return the robot with cylinders in the place of the tori that muscles wrap over.
+    """Return the robot with cylinders instead of the tori that muscles wrap over.
 
     Args:
-        robot: Some of its wraps may be over tori, by their names.
+        robot: The robot; its wraps may refer to tori by name.
         tori: The tori by name.
     """
     if not any(wrap.surface in tori for muscle in robot.muscles for wrap in muscle.wraps):
@@ -85,7 +86,7 @@ def with_cylinders(robot: Robot, tori: Mapping[str, Torus]) -> Robot:
 
 
 class _Places:
-    """Where things are in the first pose."""
+    """Positions of muscle points in the initial pose."""
 
     def __init__(self, robot: Robot) -> None:
         initial = {c.name: c.initial for c in robot.coordinates}
@@ -93,7 +94,7 @@ class _Places:
         self._poses = link_poses(robot, initial)
 
     def segments(self, torus: Torus, muscle: Muscle, wrap: Wrap) -> Iterator[Segment]:
-        """The segments that may wrap, in the torus's frame."""
+        """Yield the segments that may wrap, in the frame of the torus."""
         T_torus_world = inverse(compose(self._poses[torus.link], torus.pose))
         points = muscle.via_points[wrap.segment : wrap.last + 2]
         places = [
@@ -113,39 +114,40 @@ class _Places:
 
 
 def _cylinder(torus: Torus, muscle: Muscle, wrap: Wrap, places: _Places) -> WrapSurface | None:
-    """The cylinder of a muscle; None, which is noted, if it does not pass through the hole."""
+    """Return the cylinder of a muscle; None, with a warning, if it does not pass the hole."""
     segments = list(places.segments(torus, muscle, wrap))
-    through = [(_beside(a, b), a, b) for a, b in segments if a[2] * b[2] < 0.0]
+    through = [(_distance_from_centre(a, b), a, b) for a, b in segments if a[2] * b[2] < 0.0]
     name, node = (
         torus.node.attribute("name"),
         replace(torus.node, subject=Subject("muscle", muscle.name)),
     )
     if not through:
-        problem = f"it does not pass through torus {name!r} in the model's first pose"
-        node.warning("wrap-left-out", f"{problem}: it goes straight there")
+        problem = f"it does not pass through torus {name!r} in the initial pose"
+        node.warning("wrap-left-out", f"{problem}; its path is straight there")
         return None
     _, a, b = min(through)
-    angle = _nearest(COUNTED * torus.ring, a, b)
+    angle = _nearest(RING_FACTOR * torus.ring, a, b)
     c, s = math.cos(angle), math.sin(angle)
     at = (torus.ring * c, torus.ring * s, 0.0)
-    own = Transform(((-c, 0.0, -s), (-s, 0.0, c), (0.0, 1.0, 0.0)), at)
+    offset = Transform(((-c, 0.0, -s), (-s, 0.0, c), (0.0, 1.0, 0.0)), at)
     problem = (
-        f"it goes through torus {name!r} over a cylinder, where OpenSim has it in the first pose; "
-        "OpenSim moves that along the ring with the pose: elsewhere lengths differ, by some mm"
+        f"torus {name!r} is read as a cylinder, at its position in the initial pose; in OpenSim "
+        "the cylinder moves along the ring with the pose; lengths differ by some mm in other "
+        "poses"
     )
     node.warning("torus-as-cylinder", problem)
-    pose = compose(torus.pose, own.pose())
+    pose = compose(torus.pose, offset.pose())
     return WrapSurface(f"{name}_{muscle.name}", torus.link, "cylinder", torus.tube, pose)
 
 
-def _beside(a: Vector3, b: Vector3) -> float:
-    """How far from the middle of the hole a line meets the plane of the ring."""
+def _distance_from_centre(a: Vector3, b: Vector3) -> float:
+    """Return the distance from the centre at which a line crosses the plane of the ring, in [m]."""
     t = a[2] / (a[2] - b[2])
     return math.hypot(a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]))
 
 
 def _nearest(ring: float, a: Vector3, b: Vector3) -> float:
-    """Return the angle at which a ring about z is nearest to a line."""
+    """Return the angle in [rad] at which a ring about z is nearest to a line."""
     along = subtract(b, a)
 
     def distance(angle: float) -> float:
@@ -153,8 +155,8 @@ def _nearest(ring: float, a: Vector3, b: Vector3) -> float:
         t = dot(along, subtract(p, a)) / max(dot(along, along), MIN_RATIO * MIN_RATIO)
         return math.dist(p, add(a, _times(t, along)))
 
-    step = 2.0 * math.pi / AROUND
-    best = min((k * step for k in range(AROUND)), key=distance)
+    step = 2.0 * math.pi / RING_SAMPLES
+    best = min((k * step for k in range(RING_SAMPLES)), key=distance)
     for _ in range(HALVINGS):
         step *= 0.5
         best = min((best - step, best, best + step), key=distance)

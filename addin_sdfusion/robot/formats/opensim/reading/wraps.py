@@ -1,4 +1,4 @@
-"""Wrap objects of OpenSim."""
+"""Reader of OpenSim wrap objects."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ SHAPES = ("WrapSphere", "WrapCylinder", "WrapEllipsoid", "WrapTorus")
 
 
 class WrapObject(NamedTuple):
-    """A wrap object.
+    """Wrap object of the model.
 
     Attributes:
-        surface: The surface; a torus, which is none of ours.
-        quadrant: The half of space that paths over it keep to.
+        surface: The wrap surface, or a torus, which the robot model does not support.
+        quadrant: Half-space to which paths over it are restricted.
     """
 
     surface: WrapSurface | Torus
@@ -32,14 +32,14 @@ class WrapObject(NamedTuple):
 
 
 def read_wrap_objects(model: Node, frames: Frames) -> dict[str, WrapObject | None]:
-    """Return the wrap objects by name; None for those that are switched off."""
+    """Return the wrap objects by name; None for disabled ones."""
     found: dict[str, WrapObject | None] = {}
     for link, T_link_frame, owner in _owners(model, frames):
         for node in objects(owner, "WrapObjectSet"):
             name = node.attribute("name")
             node = replace(node, subject=Subject("wrap_surface", name))
             if name in found:
-                problem = "an earlier wrap object has the same name; references use the earlier one"
+                problem = "another wrap object has the same name; references use the earlier one"
                 node.warning("duplicate-wrap-surface", problem)
             elif is_true(node, "active", True):
                 found[name] = _read(node, name, link, T_link_frame)
@@ -49,7 +49,7 @@ def read_wrap_objects(model: Node, frames: Frames) -> dict[str, WrapObject | Non
 
 
 def _owners(model: Node, frames: Frames) -> Iterator[tuple[str, Transform, Node]]:
-    """What wrap objects hang on: the link, the place in it, the element."""
+    """Yield the owners of wrap objects: link, pose in the link, element."""
     links = [(WORLD, node) for node in model.all("Ground")]
     links += [(body.attribute("name", ""), body) for body in objects(model, "BodySet")]
     for link, node in links:
@@ -77,17 +77,17 @@ def _read(node: Node, name: str, link: str, T_link_frame: Transform) -> WrapObje
         tube, ring = node.number("inner_radius"), node.number("outer_radius")
         return WrapObject(Torus(node, link, pose, tube, ring), quadrant)
     known = ", ".join(SHAPES)
-    problem = f"<{node.tag}> {name!r} is not supported ({known} are): paths go straight there"
+    problem = f"unsupported <{node.tag}> {name!r} (known: {known}); paths are straight there"
     node.warning("wrap-left-out", problem)
     return None
 
 
 ENDLESS = 100.0
-"""In [m]: a cylinder as long as this has no ends; our own files write none longer."""
+"""In [m]: cylinders of at least this length are infinite; `write_osim` writes no longer ones."""
 
 
 def _quadrant(node: Node) -> Quadrant:
-    """`x` is short for `+x`."""
+    """Return the quadrant of a wrap object; `x` means `+x`."""
     word = text(node, "quadrant", "all").lower()
     word = f"+{word}" if word in ("x", "y", "z") else word
     known: Sequence[str] = get_args(Quadrant)

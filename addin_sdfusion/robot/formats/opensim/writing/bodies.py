@@ -1,4 +1,4 @@
-"""Links in OpenSim: bodies in their own frames."""
+"""Writer of links as OpenSim bodies."""
 
 from __future__ import annotations
 
@@ -13,35 +13,35 @@ from ...writing.xml_text import element, numbers
 from .names import GROUND
 
 MIN_MASS = 1e-12
-"""In [kg]: OpenSim takes away the inertia of a body without mass, and rejects two such in a row."""
+"""In [kg]; OpenSim ignores the inertia of a massless body and rejects two of them in a row."""
 
 
 def objects(parent: ElementTree.Element, tag: str, name: str) -> ElementTree.Element:
-    """Return a named set of objects; returns the parent of its objects."""
+    """Add a named set and return the parent element of its objects."""
     return element(element(parent, tag, name=name), "objects")
 
 
 def frame_path(link: str) -> str:
-    """Where OpenSim finds the frame of a link."""
+    """Return the path of the frame of a link in OpenSim."""
     return f"/{GROUND}" if link == WORLD else f"/bodyset/{link}"
 
 
 def placement(parent: ElementTree.Element, tags: tuple[str, str], p: Vector3, R: Matrix3) -> None:
-    """Add a position and the angles of R = Rx(a) Ry(b) Rz(c), OpenSim's order.
+    """Add a position and the angles of R = Rx(a) Ry(b) Rz(c), as used by OpenSim.
 
     Args:
-        parent: Where to.
-        tags: The words for the position and for the angles.
-        p: In [m].
+        parent: Parent element.
+        tags: Tags of the position and of the angles.
+        p: Position, in [m].
         R: The rotation matrix.
     """
-    a, b, c = rpy(transpose(R))  # the inverse turns by the negative angles, about z first
+    a, b, c = rpy(transpose(R))  # the inverse rotation has negative angles in reverse order
     element(parent, tags[0], numbers(p))
     element(parent, tags[1], numbers((0.0 - a, 0.0 - b, 0.0 - c)))
 
 
 def standing_links(robot: Robot) -> set[str]:
-    """Return the links that are fixed to the world; OpenSim takes them without mass."""
+    """Return the links that are fixed to the world, which OpenSim supports without mass."""
     standing = {WORLD}
     for joint in robot.joints:  # parents first
         if joint.parent in standing and not joint.motions:
@@ -50,18 +50,18 @@ def standing_links(robot: Robot) -> set[str]:
 
 
 def add_body(
-    bodies: ElementTree.Element, link: Link, files: Mapping[str, str | Path], least: float
+    bodies: ElementTree.Element, link: Link, files: Mapping[str, str | Path], min_mass: float
 ) -> ElementTree.Element:
     """Add a link.
 
     Args:
-        bodies: Where to.
+        bodies: Parent element.
         link: The link.
-        files: The file of each mesh by its uri.
-        least: The least mass that it gets, in [kg].
+        files: Mesh file by URI.
+        min_mass: Minimum mass to write, in [kg].
 
     Returns:
-        Its body.
+        The element of the body.
     """
     node = element(bodies, "Body", name=link.name)
     visual = [mesh for mesh in link.meshes if mesh.role == "visual"]
@@ -74,12 +74,12 @@ def add_body(
         element(frame, "socket_parent", "..")
         tags = ("translation", "orientation")
         placement(frame, tags, mesh.pose.position, rotation(mesh.pose.rpy))
-    _add_mass(node, link.inertia, least)
+    _add_mass(node, link.inertia, min_mass)
     return node
 
 
 def add_massless(bodies: ElementTree.Element, name: str) -> None:
-    """Add a body between the single joints of a chain."""
+    """Add a massless body between the single joints of a chain."""
     _add_mass(element(bodies, "Body", name=name), Inertia(0.0), MIN_MASS)
 
 
@@ -100,8 +100,8 @@ def _add_meshes(
         element(node, "mesh_file", str(files.get(mesh.uri, mesh.uri)))
 
 
-def _add_mass(body: ElementTree.Element, inertia: Inertia, least: float) -> None:
+def _add_mass(body: ElementTree.Element, inertia: Inertia, min_mass: float) -> None:
     i = inertia
-    element(body, "mass", max(i.mass, least))
+    element(body, "mass", max(i.mass, min_mass))
     element(body, "mass_center", numbers(i.com))
     element(body, "inertia", numbers((i.ixx, i.iyy, i.izz, i.ixy, i.ixz, i.iyz)))

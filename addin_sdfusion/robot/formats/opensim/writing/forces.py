@@ -1,4 +1,4 @@
-"""Muscles, motors, dampers and limit forces in OpenSim."""
+"""Writer of muscles, motors, dampers and limit forces in OpenSim."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from .wraps import WrapNames, add_wraps
 def add_muscle(
     forces: ElementTree.Element, muscle: Muscle, names: WrapNames, coordinates: CoordinatePaths
 ) -> None:
-    """Add a muscle: OpenSim's own if it has one of the kind, else one commanded by tension."""
+    """Add a muscle in its OpenSim class, or as a PathActuator commanded by tension."""
     path = element(force_element(forces, muscle), "GeometryPath", name="path")
     add_points(path, muscle, coordinates)
     add_wraps(path, muscle, names)
 
 
 def add_joint_forces(forces: ElementTree.Element, robot: Robot, names: Names) -> None:
-    """Add a motor where a joint has one, with a control in [N·m] or [N], dampers and springs."""
+    """Add the motors of joints, with controls in [N·m] or [N], and dampers and springs."""
     for c in robot.motors:
         node = element(forces, "CoordinateActuator", name=names.give(f"{c.name}_motor"))
         for tag, bound in (("min_control", c.tau_min), ("max_control", c.tau_max)):
@@ -46,7 +46,7 @@ def add_joint_forces(forces: ElementTree.Element, robot: Robot, names: Names) ->
 
 
 def _add_limit_force(forces: ElementTree.Element, c: Coordinate, name: str) -> None:
-    """OpenSim's numbers are in degrees for rotations: limits, transition, and per degree."""
+    """Add a limit force; for rotations OpenSim uses degrees in all units."""
     force, degree = c.limit_force, math.pi / 180.0 if c.unit == "rad" else 1.0
     if force is None:
         return

@@ -1,4 +1,4 @@
-"""Functions of coordinates in OpenSim."""
+"""Writer of functions of coordinates in OpenSim."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from ...writing.xml_text import element, numbers
 
 
 def is_linear(function: Function) -> bool:
-    """Return whether it is a x + b, or b."""
+    """Return whether the function is constant or linear."""
     return isinstance(function, Polynomial) and len(function.coefficients) <= 2
 
 
 def is_written(functions: Sequence[Function]) -> bool:
-    """Whether OpenSim has the sum of these, each of another coordinate: of one, or linear ones."""
+    """Return whether OpenSim can hold a sum of functions: a single one, or linear ones."""
     return len(functions) == 1 or all(map(is_linear, functions))
 
 
 def add_function(parent: ElementTree.Element, functions: Sequence[Function]) -> None:
-    """Add the sum of functions for which `is_written`, in the order of their coordinates."""
+    """Add a sum of functions that satisfies `is_written`, in the order of their coordinates."""
     if len(functions) > 1:
         ends = [(*f.coefficients, 0.0)[:2] for f in functions if isinstance(f, Polynomial)]
         node = element(parent, "LinearFunction")
@@ -38,7 +38,7 @@ def add_function(parent: ElementTree.Element, functions: Sequence[Function]) -> 
 
 
 def _polynomial(parent: ElementTree.Element, coefficients: Sequence[float]) -> None:
-    """OpenSim's polynomials have the highest power first."""
+    """Add a polynomial; in OpenSim the highest power comes first."""
     if len(coefficients) == 1:
         element(element(parent, "Constant"), "value", coefficients[0])
         return

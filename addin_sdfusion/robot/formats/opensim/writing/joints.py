@@ -1,8 +1,8 @@
-"""Joints and coordinates in OpenSim.
+"""Writer of joints and coordinates in OpenSim.
 
-A joint of up to three translations, and up to three rotations behind them, is a CustomJoint: its
-axes are the motions' own, each with its function. Pins and sliders are those about and along
-OpenSim's own axes. Of other orders of motions a joint becomes a chain, see `joint_chains`.
+A joint of up to three translations, followed by up to three rotations, becomes a CustomJoint, with
+the axes and functions of the motions. Joints about or along OpenSim's default axes become pins and
+sliders. A joint with another order of motions becomes a chain, see `joint_chains`.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ Ranges = Mapping[str, tuple[float, float]]
 
 
 class Axis(NamedTuple):
-    """An axis of a CustomJoint.
+    """Axis of a CustomJoint.
 
     Attributes:
-        direction: In the joint's frame.
-        motions: Whose sum is the way about or along it; none for an axis that stands still.
+        direction: Direction in the joint frame.
+        motions: Motions about or along the axis, which are added; empty for a constant axis.
     """
 
     direction: Vector3
@@ -45,7 +45,7 @@ class Axis(NamedTuple):
 
 
 def custom_axes(joint: Joint) -> dict[str, Axis] | None:
-    """Return the six axes of a CustomJoint, by their names; None if the joint is none."""
+    """Return the six axes of a CustomJoint by name; None if the joint cannot be a CustomJoint."""
     kinds = [motion.kind for motion in joint.motions]
     if kinds != sorted(kinds, reverse=True):  # translations are before rotations
         return None
@@ -61,18 +61,18 @@ def custom_axes(joint: Joint) -> dict[str, Axis] | None:
 
 
 def is_one_joint(joint: Joint) -> bool:
-    """Return whether OpenSim has it as one joint."""
+    """Return whether OpenSim can hold the joint as a single joint."""
     return custom_axes(joint) is not None or over_ellipsoid(joint.motions) is not None
 
 
-def turns_thrice(joint: Joint) -> bool:
-    """Return whether three rotations of one joint of OpenSim's follow one coordinate."""
+def has_three_rotations(joint: Joint) -> bool:
+    """Return whether three rotations of one OpenSim joint follow one coordinate."""
     turned = Counter(m.coordinate for m in joint.motions if m.kind == "rotation" and not m.is_fixed)
     return max(turned.values(), default=0) >= 3 and is_one_joint(joint)
 
 
 def is_chain(joint: Joint) -> bool:
-    """Return whether a joint that is not one of OpenSim's is a chain of single ones there."""
+    """Return whether a joint can be written as a chain of single joints."""
     moved = [motion.coordinate for motion in joint.motions if not motion.is_fixed]
     return sorted(moved) == list(range(len(joint.coordinates)))
 
@@ -80,13 +80,13 @@ def is_chain(joint: Joint) -> bool:
 def add_joints(
     joints: ElementTree.Element, bodies: ElementTree.Element, robot: Robot, ranges: Ranges
 ) -> None:
-    """Add the joints, and bodies between single joints of chains.
+    """Add the joints, and bodies between the single joints of chains.
 
     Args:
-        joints: Where to.
-        bodies: Where the bodies go.
-        robot: What to write.
-        ranges: Of coordinates without limits that move points within a range.
+        joints: Parent element of the joints.
+        bodies: Parent element of the bodies.
+        robot: The robot.
+        ranges: Ranges of coordinates without limits that move points within a range.
     """
     chained = {joint.name: not is_one_joint(joint) for joint in robot.joints}
     names = Names(name for name, split in chained.items() if not split)
@@ -104,7 +104,7 @@ def add_joints(
 
 
 def coordinate_paths(joints: ElementTree.Element) -> dict[str, str]:
-    """Where each coordinate is in the model, by its name."""
+    """Return the path of each coordinate in the model, by its name."""
     return {
         c.attrib["name"]: f"/jointset/{joint.attrib['name']}/{c.attrib['name']}"
         for joint in joints
@@ -113,7 +113,7 @@ def coordinate_paths(joints: ElementTree.Element) -> dict[str, str]:
 
 
 def add_couplers(constraints: ElementTree.Element, robot: Robot) -> Names:
-    """Add a constraint for each coordinate that follows others; returns the names that it has."""
+    """Add a constraint for each coupled coordinate; return the names of the constraints."""
     names = Names()
     for c in robot.all_coordinates:
         if not c.coupling:
@@ -129,7 +129,7 @@ def add_couplers(constraints: ElementTree.Element, robot: Robot) -> Names:
 
 
 def _about_axes(motions: Sequence[Motion]) -> list[list[Motion]]:
-    """Motions of one kind in rows: those one after another about one axis together."""
+    """Return groups of consecutive motions about or along the same axis."""
     groups: list[list[Motion]] = []
     for motion in motions:
         if groups and groups[-1][0].axis == motion.axis:
@@ -140,21 +140,21 @@ def _about_axes(motions: Sequence[Motion]) -> list[list[Motion]]:
 
 
 def _is_one_axis(group: Sequence[Motion]) -> bool:
-    """Return whether OpenSim has the sum of these motions about one axis."""
+    """Return whether OpenSim can hold the sum of these motions about one axis."""
     coordinates = {motion.coordinate for motion in group if not motion.is_fixed}
     own = len(group) == 1 or len(coordinates) == len(group)
     return own and is_written([motion.function for motion in group])
 
 
 def _directions(given: list[Vector3]) -> list[Vector3]:
-    """Three directions that begin with those given; what is added is in line with none before."""
+    """Return three linearly independent directions that begin with the given ones."""
     found = list(given[:3])
     while len(found) < 3:
-        found.append(next(x for x in _OTHERS if all(_apart(x, other) for other in found)))
+        found.append(next(x for x in _OTHERS if all(_is_independent(x, other) for other in found)))
     return found
 
 
-def _apart(a: Vector3, b: Vector3) -> bool:
+def _is_independent(a: Vector3, b: Vector3) -> bool:
     return abs(sum(x * y for x, y in zip(a, b, strict=True))) < 0.95 * math.hypot(*b)
 
 

@@ -1,4 +1,4 @@
-"""Loop joints in OpenSim: points that coincide, frames that are welded."""
+"""Writer of loop joints in OpenSim: coincident points, welded frames."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from ...writing.xml_text import element, numbers
 from .bodies import frame_path, placement
 
 CONSTRAINTS = {"ball": "PointConstraint", "fixed": "WeldConstraint"}
-"""OpenSim's class of each type of loop joint that it has."""
+"""OpenSim class of each supported type of loop joint."""
 
 
 def add_loop(constraints: ElementTree.Element, loop: LoopJoint) -> None:
-    """Add a loop joint of a type that OpenSim has."""
+    """Add a loop joint of a supported type."""
     node = element(constraints, CONSTRAINTS[loop.type], name=loop.name)
     ends = (loop.parent, loop.T_parent_joint), (loop.child, loop.T_child_joint)
     if loop.type == "ball":

@@ -1,4 +1,4 @@
-"""Muscle laws in OpenSim: its muscles and ligaments, with our parameters."""
+"""Muscle laws in OpenSim: classes of muscles and ligaments, and their parameters."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CLASSES = {
     "ligament_blankevoort1991": "Blankevoort1991Ligament",
     "path_spring": "PathSpring",
 }
-"""OpenSim's class for each kind that it has."""
+"""OpenSim class of each supported muscle law."""
 
 _HILL: Names = {
     "max_isometric_force": "max_isometric_force",
@@ -111,16 +111,16 @@ MILLARDS_CURVES: dict[str, Names] = {
 }
 _NEEDED_FLAT = ("active_minimum", "concentric_slope_at_vmax", "eccentric_slope_at_vmax")
 MIN_ACTIVATION = 0.01
-"""The smallest `minimum_activation` that OpenSim takes for muscles that would be singular."""
+"""Minimum of `minimum_activation` in OpenSim for muscles that would be singular."""
 
 
 def force_element(forces: ElementTree.Element, muscle: Muscle) -> ElementTree.Element:
-    """Add a muscle with what it is, but without its path.
+    """Add a muscle with its properties, but without its path.
 
     Args:
-        forces: Where to.
-        muscle: The muscle; one that OpenSim has no class for becomes a PathActuator, whose
-            control is its tension in [N].
+        forces: Parent element.
+        muscle: The muscle. If OpenSim has no class for its law, it becomes a PathActuator, whose
+            control is the tension in [N].
     """
     kind = muscle.model.kind
     if kind not in CLASSES:
@@ -129,7 +129,7 @@ def force_element(forces: ElementTree.Element, muscle: Muscle) -> ElementTree.El
         element(node, "max_control", muscle.f_max)
         element(node, "optimal_force", 1.0)
         return node
-    values = taken_by_opensim(kind, law_parameters(muscle.model))
+    values = opensim_parameters(kind, law_parameters(muscle.model))
     node = element(forces, CLASSES[kind], name=muscle.name)
     if "minimum_activation" in values:
         element(node, "min_control", values["minimum_activation"])
@@ -147,7 +147,7 @@ def force_element(forces: ElementTree.Element, muscle: Muscle) -> ElementTree.El
 
 
 def _add_schuttes(node: ElementTree.Element, values: Mapping[str, float]) -> None:
-    """Time constants as OpenSim has them, and the curves."""
+    """Add the time constants and curves as OpenSim defines them."""
     scale = 1.0 / values["max_contraction_velocity"]
     fall = scale / values["deactivation_time_constant"]
     element(node, "time_scale", scale)
@@ -159,25 +159,25 @@ def _add_schuttes(node: ElementTree.Element, values: Mapping[str, float]) -> Non
 
 
 def has_other_bounds(muscle: Muscle) -> dict[str, object]:
-    """Return the class of a muscle whose bounds of the force OpenSim does not have."""
+    """Return the class of a muscle whose force limits OpenSim cannot hold, for messages."""
     kind = muscle.model.kind
     has_bounds = muscle.f_min > 0.0 or muscle.f_max < math.inf
     return {"class": CLASSES[kind]} if kind in CLASSES and has_bounds else {}
 
 
 def changed_parameters(muscle: Muscle) -> dict[str, object]:
-    """Return the class of a muscle, and the values in place of those that it does not take."""
+    """Return the class of a muscle and the values that OpenSim changes, for messages."""
     kind = muscle.model.kind
     if kind not in CLASSES:
         return {}
     ours = law_parameters(muscle.model)
-    theirs = taken_by_opensim(kind, ours)
+    theirs = opensim_parameters(kind, ours)
     changed = [f"{name} {theirs[name]:g}" for name in ours if ours[name] != theirs[name]]
     return {"class": CLASSES[kind], "values": ", ".join(changed)} if changed else {}
 
 
-def passed_over_damping(muscle: Muscle) -> dict[str, object]:
-    """Return the class of a muscle, and the damping of its fibre that OpenSim does not heed."""
+def ignored_damping(muscle: Muscle) -> dict[str, object]:
+    """Return the class of a muscle and its fibre damping if OpenSim ignores it, for messages."""
     if muscle.model.kind != "hill_degroote2016":
         return {}
     ours = law_parameters(muscle.model)
@@ -186,8 +186,8 @@ def passed_over_damping(muscle: Muscle) -> dict[str, object]:
     return {"class": CLASSES[muscle.model.kind], "damping": ours["fibre_damping"]}
 
 
-def taken_by_opensim(kind: str, ours: Mapping[str, float]) -> dict[str, float]:
-    """Return the parameters that OpenSim takes, or computes with in any case."""
+def opensim_parameters(kind: str, ours: Mapping[str, float]) -> dict[str, float]:
+    """Return the parameters with values that OpenSim accepts or actually uses."""
     values = dict(ours)
     if kind == "hill_thelen2003":
         values["elastic_tendon"] = 1.0
@@ -206,9 +206,9 @@ def taken_by_opensim(kind: str, ours: Mapping[str, float]) -> dict[str, float]:
 
 
 def millards_stiffnesses(values: Mapping[str, float]) -> dict[str, float]:
-    """Return the slopes at F0; if they are 0 they follow from the strains.
+    """Return the slopes at F0; slopes of 0 are computed from the strains.
 
-    OpenSim wants all numbers of a curve, or none.
+    OpenSim requires all parameters of a curve or none.
     """
     strain = values["passive_fibre_strain"] - values["passive_zero_strain"]
     return {

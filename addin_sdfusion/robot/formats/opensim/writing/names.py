@@ -14,14 +14,14 @@ from ....transforms.joint_chains import Names
 from ...capability import Found
 
 GROUND = "ground"
-REFUSED = re.compile(r"[\s/\\*+]|^\.+$")
-"""Signs that OpenSim rejects in names, and the names that mean folders to it."""
+ILLEGAL = re.compile(r"[\s/\\*+]|^\.+$")
+"""Characters that OpenSim forbids in names, and names that mean folders."""
 
 Renaming = dict[str, str]
 
 
 def with_legal_names(robot: Robot) -> Robot:
-    """Return the robot, active sets only, under names that OpenSim takes."""
+    """Return the robot with only its active sets, and with names that OpenSim accepts."""
     renaming = _renamings(robot)
     links, joints = renaming["link"] | {WORLD: WORLD}, renaming["joint"]
     coordinates, surfaces = renaming["coordinate"], renaming["wrap surface"]
@@ -56,7 +56,7 @@ def with_legal_names(robot: Robot) -> Robot:
 
 
 def renamed(robot: Robot) -> Iterator[Found]:
-    """The names that are changed."""
+    """Report the names that are changed."""
     for kind, renaming in _renamings(robot).items():
         for name, given in renaming.items():
             if given != name:
@@ -76,8 +76,8 @@ def _renamings(robot: Robot) -> dict[str, Renaming]:
 
 
 def _legal(names: Iterable[str], taken: Iterable[str]) -> Renaming:
-    """Legal names stay; others are given what is left of the names."""
-    safe = {name: REFUSED.sub("_", name) for name in names}
+    """Return a legal name for each name; names that are already legal do not change."""
+    safe = {name: ILLEGAL.sub("_", name) for name in names}
     free = Names(taken)
     kept = [name for name, legal in safe.items() if name == legal]
     changed = [name for name, legal in safe.items() if name != legal]

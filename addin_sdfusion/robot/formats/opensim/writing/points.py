@@ -1,4 +1,4 @@
-"""Points of muscles in OpenSim: fixed, conditional and moving ones."""
+"""Writer of the points of muscles in OpenSim: fixed, conditional and moving ones."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from .bodies import frame_path, objects
 from .functions import add_function
 
 EDGE = 1e-5
-"""A conditional point is in use this far beyond its range too, in OpenSim; in [rad] or [m]."""
+"""A conditional point is also active this far beyond its range in OpenSim; in [rad] or [m]."""
 UNITS: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 Range = tuple[float, float]
 
 
 CoordinatePaths = Mapping[str, str]
-"""Where each coordinate is in the model, as its sockets want it."""
+"""Path of each coordinate in the model, as used in sockets."""
 
 
 def add_points(path: ElementTree.Element, muscle: Muscle, coordinates: CoordinatePaths) -> None:
@@ -36,12 +36,12 @@ def add_points(path: ElementTree.Element, muscle: Muscle, coordinates: Coordinat
 
 
 def ranges_of_points(robot: Robot) -> dict[str, Range]:
-    """The ranges within which coordinates move points: OpenSim takes the coordinates' own."""
+    """Return the ranges in which coordinates move points; OpenSim uses ranges of coordinates."""
     return {move.coordinate: (move.low, move.high) for _, move in _moves(robot)}
 
 
 def changed_ranges(robot: Robot) -> Iterator[Found]:
-    """Motions of points within another range than that of their coordinate in OpenSim."""
+    """Report moving points with a range that differs from the coordinate's range in OpenSim."""
     for muscle, move in _moves(robot):
         low, high = _written_range(robot, move)
         if (move.low, move.high) != (low, high):
@@ -51,7 +51,7 @@ def changed_ranges(robot: Robot) -> Iterator[Found]:
 
 
 def ranges_without_limits(robot: Robot) -> Iterator[Found]:
-    """Motions of points that end where their coordinate, without limits, does not."""
+    """Report motions of points with a range whose coordinate has no limits."""
     for muscle, move in _moves(robot):
         low, high = _written_range(robot, move)
         if (low, high) != (-math.inf, math.inf) and not _limits(robot, move):
@@ -64,13 +64,13 @@ def _written_range(robot: Robot, move: PointMotion) -> Range:
 
 
 def _limits(robot: Robot, move: PointMotion) -> Range | None:
-    """Return the limits of the coordinate that moves a point; None if it has none."""
+    """Return the limits of the coordinate that moves a point, or None."""
     c = next(c for c in robot.all_coordinates if c.name == move.coordinate)
     return (c.lower, c.upper) if math.isfinite(c.lower) or math.isfinite(c.upper) else None
 
 
 def is_fixed_there(point: ViaPoint) -> bool:
-    """Return whether a point moves here and does not in OpenSim."""
+    """Return whether a point moves in this simulation but not in OpenSim."""
     return bool(point.moves) and not _is_moving(point)
 
 
@@ -82,12 +82,12 @@ def _moves(robot: Robot) -> Iterator[tuple[Muscle, PointMotion]]:
 
 
 def _is_moving(point: ViaPoint) -> bool:
-    """Return whether it is a moving point of OpenSim's."""
+    """Return whether OpenSim can hold the point as a moving point."""
     return bool(point.moves) and point.when is None and _along(point) is not None
 
 
 def _along(point: ViaPoint) -> list[PointMotion | None] | None:
-    """The motion along each axis of the link; None if there are others, or several along one."""
+    """Return the motion along each axis of the link, or None if OpenSim cannot hold them."""
     found: list[PointMotion | None] = [None, None, None]
     for move in point.moves:
         if move.axis not in UNITS or found[UNITS.index(move.axis)] is not None:
@@ -119,13 +119,13 @@ def _add_moving(
     some = point.moves[0]
     axes = _along(point) or [None, None, None]
     for letter, at, move in zip("xyz", point.position, axes, strict=True):
-        function = constant(at) if move is None else _raised(move.function, at)
+        function = constant(at) if move is None else _plus_constant(move.function, at)
         element(item, f"socket_{letter}_coordinate", coordinates[(move or some).coordinate])
         add_function(element(item, f"{letter}_location"), [function])
 
 
-def _raised(function: Function, by: float) -> Function:
-    """Return the function and a constant."""
+def _plus_constant(function: Function, by: float) -> Function:
+    """Return the function plus a constant."""
     if isinstance(function, Polynomial):
         first, *others = function.coefficients
         return Polynomial((first + by, *others))

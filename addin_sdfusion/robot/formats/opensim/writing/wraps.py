@@ -1,4 +1,4 @@
-"""Wrap objects in OpenSim, and what muscles do with them."""
+"""Writer of wrap objects and wraps in OpenSim."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from ...writing.xml_text import element, numbers
 from .bodies import objects, placement
 
 ENDLESS = 100.0
-"""In [m]: length of a cylinder without ends."""
+"""Length of an infinite cylinder, in [m]."""
 SHAPES = {"sphere": "WrapSphere", "cylinder": "WrapCylinder", "ellipsoid": "WrapEllipsoid"}
 RULE = "opensim"
 
 WrapNames = dict[tuple[str, int], str]
-"""Of the wrap object of every wrap, by muscle and index."""
+"""Name of the wrap object of each wrap, by muscle and index."""
 
 
 def wrap_names(robot: Robot) -> WrapNames:
-    """Return the wrap object of every wrap, by muscle and index.
+    """Return the wrap object of each wrap, by muscle and index.
 
-    A half of space, so a chosen side too, belongs to the object in OpenSim: wraps with another one
-    than most have over that surface have an object of their own.
+    In OpenSim the quadrant, and so also a chosen side, belongs to the wrap object. Wraps whose
+    quadrant differs from the most frequent one of their surface get a separate object.
     """
     names = Names(surface.name for surface in robot.wrap_surfaces)
     usual = _usual_quadrants(robot)
@@ -75,7 +75,7 @@ def add_wraps(path: ElementTree.Element, muscle: Muscle, names: WrapNames) -> No
 
 
 def approximated(robot: Robot) -> Iterator[Found]:
-    """Muscles over cylinders and ellipsoids, whose paths OpenSim approximates."""
+    """Report muscles over cylinders and ellipsoids, whose paths OpenSim approximates."""
     spheres = {s.name for s in robot.wrap_surfaces if s.shape == "sphere"}
     for muscle in robot.muscles:
         over = [w for w in muscle.wraps if not w.inside and w.surface not in spheres]
@@ -92,7 +92,10 @@ def shares_segments(muscle: Muscle) -> bool:
 
 
 def _side_angle(robot: Robot, muscle: Muscle, wrap: Wrap, surface: WrapSurface) -> float | None:
-    """None on the shorter path round a sphere: OpenSim goes through it if a side is chosen."""
+    """Return the angle of a side; None on the shorter path around a sphere.
+
+    If a side of a sphere is chosen, OpenSim routes the shorter path through the sphere.
+    """
     if surface.shape == "sphere" and is_shorter_path(robot, muscle, wrap):
         return None
     x, y, _ = side_direction(robot, muscle, wrap)
@@ -100,7 +103,7 @@ def _side_angle(robot: Robot, muscle: Muscle, wrap: Wrap, surface: WrapSurface) 
 
 
 def _usual_quadrants(robot: Robot) -> dict[str, Quadrant]:
-    """Return the quadrant in which most paths over each surface pass."""
+    """Return the most frequent quadrant of the paths over each surface."""
     counts: dict[str, Counter[Quadrant]] = {}
     for muscle in robot.muscles:
         for wrap in muscle.wraps:
@@ -115,7 +118,7 @@ def _add_surface(
     quadrant: Quadrant,
     angle: float = 0.0,
 ) -> None:
-    """A chosen side is that of the x axis, so the object is turned there by an angle."""
+    """Add a wrap object, rotated about z so that its x axis points to the chosen side."""
     node = element(parent, SHAPES[surface.shape], name=name)
     R = multiply(rotation(surface.pose.rpy), rotation((0.0, 0.0, angle)))
     placement(node, ("translation", "xyz_body_rotation"), surface.pose.position, R)

@@ -1,7 +1,7 @@
-"""Broken files, made at random: read or rejected in one line and in time, never a traceback.
+"""Randomly damaged files are read, or rejected in one line and in limited time.
 
-A mutation's number and kind alone decide it. CARDSFLOW_MUTATIONS says how many are tried, 500
-if it is not set; a failure names its number.
+The number and kind of a mutation define it completely. CARDSFLOW_MUTATIONS sets the number of
+mutations (default: 500). A failure reports the number of its mutation.
 """
 
 from __future__ import annotations
@@ -36,19 +36,19 @@ from addin_sdfusion.robot.formats.read import read, read_trajectory, trajectory_
 MENDED_OSIM = OSIM.replace("Force::", "Force_")
 MUTATIONS = int(os.environ.get("CARDSFLOW_MUTATIONS", "100"))
 SECONDS = 20.0
-"""Processor time that one mutation may take, far above what any does."""
+"""Maximum processor time of one mutation, far above the usual time."""
 
 EXAMPLE = Path(__file__).parents[4] / "examples/planar_2r/robot"
 MODELS = ("BMArm", "Example_planar_XY", "Example_spherical", "RoboyLeftArm")
 
 
 def damaged(rng: random.Random, file: Path) -> None:
-    """The file with one to four defects."""
+    """Return the file with one to four random defects."""
     file.write_bytes(damaged_xml(rng, file.read_bytes()))
 
 
 def cut(rng: random.Random, file: Path) -> None:
-    """The file with a few bytes overwritten somewhere, or nothing behind them."""
+    """Return the file with some bytes overwritten or truncated at a random position."""
     data = file.read_bytes()
     at = rng.randint(0, len(data))
     piece = rng.randbytes(rng.randint(0, 4))
@@ -56,8 +56,8 @@ def cut(rng: random.Random, file: Path) -> None:
     file.write_bytes(data[:at] + piece + tail)
 
 
-def survive(path: Path) -> None:
-    """Reads a robot; only the errors of this package may come out, in one line."""
+def read_or_reject(path: Path) -> None:
+    """Read a robot; only errors of this package with one line are allowed."""
     reported = []
     try:
         reading = read(path)
@@ -68,12 +68,12 @@ def survive(path: Path) -> None:
     except CardsflowError as error:
         reported.append(str(error))
     for file in path.glob("*_trajectories.xml"):
-        reported += survive_trajectories(file)
+        reported += read_or_reject_trajectories(file)
     assert all("\n" not in line and len(line) < 4000 for line in reported)
 
 
-def survive_trajectories(file: Path) -> Iterator[str]:
-    """Reads all trajectories; what is wrong with them."""
+def read_or_reject_trajectories(file: Path) -> Iterator[str]:
+    """Read all trajectories; only errors of this package are allowed."""
     for space in ("joint", "operational"):
         try:
             names = trajectory_names(file, space)
@@ -87,10 +87,10 @@ def survive_trajectories(file: Path) -> Iterator[str]:
                 yield str(error)
 
 
-def try_all(
+def read_all_mutations(
     count: int, sources: list[Path], mutate: Callable[[random.Random, Path], None], folder: Path
 ) -> None:
-    """Mutate copies of the sources in turn, every file of them, and read what comes of it."""
+    """Read mutated copies of all files of the sources, in turn."""
     for number in range(count):
         rng = random.Random(f"{mutate.__name__} {number}")
         target = folder / str(number)
@@ -100,7 +100,7 @@ def try_all(
                 (cut if file.suffix == ".traj" else mutate)(rng, file)
         start = time.process_time()
         try:
-            survive(target)
+            read_or_reject(target)
         except Exception as error:
             raise AssertionError(f"mutation {number} is kept in {target}") from error
         assert time.process_time() - start < SECONDS, f"mutation {number}"
@@ -116,7 +116,7 @@ BLEND = (TrajectoryPoint(0.0, REST), TrajectoryPoint(2.0, (1.0, 2.0), blend_time
 
 
 def caspr_with_everything(folder: Path) -> Path:
-    """The example in CASPR's files, with all that they can hold."""
+    """Return the CASPR files of the example, with all supported features."""
     robot = read_robot(EXAMPLE)
     first, second, third, *others = robot.muscles
     robot = robot.with_muscles(
@@ -142,22 +142,22 @@ def caspr_with_everything(folder: Path) -> Path:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("mutate", [damaged, cut])
-def test_a_broken_caspr_robot_is_read_or_refused(tmp_path, mutate):
+def test_damaged_caspr_robot_is_read_or_rejected(tmp_path, mutate):
     sources = [caspr_with_everything(tmp_path / "example")]
-    try_all(MUTATIONS // 5, sources, mutate, tmp_path)
+    read_all_mutations(MUTATIONS // 5, sources, mutate, tmp_path)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("mutate", [damaged, cut])
-def test_a_broken_published_caspr_model_is_read_or_refused(shared, tmp_path, mutate):
+def test_damaged_published_caspr_model_is_read_or_rejected(shared, tmp_path, mutate):
     sources = [shared / "robots/caspr" / model for model in MODELS]
-    try_all(MUTATIONS // 5, sources, mutate, tmp_path)
+    read_all_mutations(MUTATIONS // 5, sources, mutate, tmp_path)
 
 
 @pytest.mark.slow
-def test_a_broken_sdf_robot_is_read_or_refused(tmp_path):
+def test_damaged_sdf_robot_is_read_or_rejected(tmp_path):
     write_sdf(read_robot(EXAMPLE), tmp_path / "example")
-    try_all(MUTATIONS // 5, [tmp_path / "example"], damaged, tmp_path)
+    read_all_mutations(MUTATIONS // 5, [tmp_path / "example"], damaged, tmp_path)
 
 
 @pytest.mark.slow
@@ -166,18 +166,18 @@ def test_a_broken_sdf_robot_is_read_or_refused(tmp_path):
     [("arm.urdf", URDF), ("leg.osim", MENDED_OSIM), ("model.xml", WHOLE_MJCF)],
     ids=["urdf", "osim", "mjcf"],
 )
-def test_a_broken_model_of_others_is_read_or_refused(tmp_path, name, text):
+def test_damaged_third_party_model_is_read_or_rejected(tmp_path, name, text):
     """CARDSFLOW_MUTATIONS=20000 takes three minutes."""
     (tmp_path / "example").mkdir()
     (tmp_path / "example" / name).write_text(text)
     for mutate in (damaged, cut):
-        try_all(MUTATIONS // 3, [tmp_path / "example"], mutate, tmp_path)
+        read_all_mutations(MUTATIONS // 3, [tmp_path / "example"], mutate, tmp_path)
 
 
 @pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("parent", ["l{before}", "l{after}", "nowhere{i}"])
-def test_ten_thousand_links_are_no_burden_in_a_chain_a_loop_or_pieces(tmp_path, parent):
+def test_ten_thousand_links_are_read_in_time(tmp_path, parent):
     count = 10_000
     parts = []
     for i in range(count):
@@ -188,4 +188,4 @@ def test_ten_thousand_links_are_no_burden_in_a_chain_a_loop_or_pieces(tmp_path, 
         )
     text = f'<sdf version="1.7"><model name="m">{"".join(parts)}</model></sdf>'
     (tmp_path / "model.sdf").write_text(text)
-    survive(tmp_path)
+    read_or_reject(tmp_path)

@@ -1,4 +1,4 @@
-"""Models of OpenSim, MuJoCo and URDF are, written in their own format and read, the same robots."""
+"""Models of OpenSim, MuJoCo and URDF are restored after writing them in their format."""
 
 from __future__ import annotations
 
@@ -42,15 +42,15 @@ def models(shared: Path, format_: str) -> Iterator[Robot]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("format_", FOLDERS)
-def test_published_models(shared: Path, format_: str, tmp_path: Path) -> None:
+def test_published_models_are_restored(shared: Path, format_: str, tmp_path: Path) -> None:
     for k, robot in enumerate(models(shared, format_)):
         written = again(robot, format_, tmp_path / str(k))
         assert list(differences(robot, written)) == [], robot.name
 
 
 @pytest.mark.slow
-def test_published_models_open_in_opensim(shared: Path, tmp_path: Path) -> None:
-    """Conditional and moving points, couplers and wraps too: the paths are as long as before."""
+def test_published_models_open_in_opensim_with_equal_lengths(shared: Path, tmp_path: Path) -> None:
+    """With conditional and moving points, couplers and wraps."""
     opensim = pytest.importorskip("opensim")
     opensim.Logger.setLevelString("off")
 
@@ -66,8 +66,10 @@ def test_published_models_open_in_opensim(shared: Path, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("format_", FOLDERS)
-def test_published_models_as_urdf(shared: Path, format_: str, tmp_path: Path) -> None:
-    """All but the frames of links, which are those of the joints in URDF: there the same again."""
+def test_published_models_are_restored_from_urdf(
+    shared: Path, format_: str, tmp_path: Path
+) -> None:
+    """Except link frames, which URDF moves to the joints: restored after a second conversion."""
     for k, robot in enumerate(models(shared, format_)):
         first = again(robot, "urdf", tmp_path / f"{k}")
         second = again(first, "urdf", tmp_path / f"{k} again")
@@ -75,7 +77,7 @@ def test_published_models_as_urdf(shared: Path, format_: str, tmp_path: Path) ->
         assert first.joints[-1].coordinates == robot.joints[-1].coordinates
 
 
-def test_small_models_with_all_that_is_read(tmp_path: Path) -> None:
+def test_small_models_with_all_features_are_restored(tmp_path: Path) -> None:
     (tmp_path / "leg.osim").write_text(OSIM.replace("<default_value>0.3", "<default_value>0.1"))
     (tmp_path / "arm.xml").write_text(WHOLE_MJCF)
     for name, format_ in (("leg.osim", "osim"), ("arm.xml", "mjcf")):
@@ -92,8 +94,8 @@ def _changed(robot: Robot, coordinate: str, **words: object) -> Robot:
     return replace(robot, joints=tuple(joints))
 
 
-def test_splines_of_joints_and_couplings_in_opensim(tmp_path: Path) -> None:
-    """OpenSim has a function of one coordinate, or a line of several."""
+def test_splines_of_joints_and_couplings_are_restored_from_opensim(tmp_path: Path) -> None:
+    """OpenSim supports a function of one coordinate, or a linear function of several."""
     with pytest.raises(RobotError, match="'glide': OpenSim couples"):
         convert(leg(), "osim", tmp_path)
     spline = SimmSpline((-1.0, 0.0, 1.0, 2.0), (0.1, 0.0, 0.05, 0.3))
@@ -107,13 +109,13 @@ def test_splines_of_joints_and_couplings_in_opensim(tmp_path: Path) -> None:
 
 
 def _as_in_opensim(c: Coordinate) -> Coordinate:
-    """It has no armature; its effort has no bounds without a motor."""
+    """Return the coordinate without armature and motor limits, which OpenSim does not support."""
     return replace(c, armature=0.0)
 
 
-def test_motions_by_polynomials_in_mujoco(tmp_path: Path) -> None:
-    """Each is a joint of its own there, that an equality makes follow: the same dynamics."""
-    with pytest.raises(RobotError, match="polynomial of degree 4 at most"):
+def test_polynomial_motions_have_equal_dynamics_in_mujoco(tmp_path: Path) -> None:
+    """Each motion is a separate joint, coupled by an equality."""
+    with pytest.raises(RobotError, match="polynomials of degree 4"):
         convert(leg(), "mjcf", tmp_path)
     robot = _changed(leg(), "glide", coupling=(Term("hip", Polynomial((0.1, -0.4, 0.2))),))
     robot = _changed(robot, "sway", limit_force=None)
@@ -146,8 +148,8 @@ def test_motions_by_polynomials_in_mujoco(tmp_path: Path) -> None:
         np.testing.assert_allclose(lengths, ours.muscle_lengths(q), atol=1e-13)
 
 
-def test_everything_driven_in_urdf(tmp_path: Path) -> None:
-    """A cardsflow.xml holds what `mimic` cannot, and other programs get the nearest lines."""
+def test_driven_joints_are_restored_from_urdf(tmp_path: Path) -> None:
+    """The cardsflow.xml holds what `mimic` cannot; other programs get linear functions."""
     first = again(leg(), "urdf", tmp_path / "first")
     assert list(differences(first, again(first, "urdf", tmp_path / "again"))) == []
     write_sdf(first, tmp_path / "sdf")

@@ -1,4 +1,4 @@
-"""Names that a file uses twice, for different parts: the later ones get others."""
+"""Renaming of elements whose name is already used in a file."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from .xml import Node
 Named = Callable[[str], Subject]
 
 
-def distinct(nodes: Sequence[Node], subject: Named) -> list[Node]:
-    """Return the elements, those with a name that an earlier one has called `_2`, `_3` and so on.
+def with_unique_names(nodes: Sequence[Node], subject: Named) -> list[Node]:
+    """Return the elements, with `_2`, `_3`, ... appended to repeated names.
 
-    What refers to the name continues to mean the first one.
+    References to the name still mean the first element.
 
     Args:
         nodes: Elements of one kind.
-        subject: The object that a name means, for the warnings.
+        subject: Function that returns the object with a given name, for warnings.
     """
     names = [node.attribute("name", "") for node in nodes]
     taken, used = set(names), Counter[str]()
@@ -32,8 +32,6 @@ def distinct(nodes: Sequence[Node], subject: Named) -> list[Node]:
         taken.add(new)
         node.element.set("name", new)
         about = subject(new)
-        problem = (
-            f"an earlier one is also called {name!r} and keeps the name; this one becomes {new!r}"
-        )
+        problem = f"the name {name!r} is used by an earlier element; this one is renamed to {new!r}"
         replace(node, subject=about).warning(f"duplicate-{about.kind.replace('_', '-')}", problem)
     return list(nodes)

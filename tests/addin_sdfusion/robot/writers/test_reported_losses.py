@@ -1,4 +1,4 @@
-"""Every field of a robot is in the file that a format writes, or a finding says that it is not."""
+"""Each field of a robot is either written by a format or reported as lost."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from addin_sdfusion.robot.formats.writing import wrap_ends
 
 WITHOUT_MEANING = {"Robot.links order", "Robot.wrap_surfaces order", "Robot.cable_sets order",
                    "Robot.task_sets order", "Coordinate.unit"}  # fmt: skip
-"""Orders that count for nothing, and a unit that follows from the motion."""
+"""Orders without effect, and a unit that follows from the motion."""
 
 COVERED = {
     "Link": {"links-left-out", "links-merged"},
@@ -81,15 +81,15 @@ COVERED = {
     "Robot.loops": {"loop-left-out", "loop-type", "links-left-out"},
     "Robot.gravity": {"gravity-left-out", "links-left-out"},
 }  # fmt: skip
-"""Findings that say of a field, or of all fields of a type, that a format does not hold it."""
+"""Findings that report the loss of a field, or of all fields of a type."""
 
 
 NAMED = {"links-merged", "names-left-out", "cable-sets-left-out", "task-sets-left-out"}
-"""Findings about the robot that must name what they are about."""
+"""Findings about the robot, which must name the affected parts."""
 
 
 class Written(NamedTuple):
-    """What a format makes of a robot; no files where it rejects it."""
+    """Result of writing a robot; without files if the format rejects it."""
 
     files: dict[str, bytes]
     findings: list[Finding]
@@ -116,7 +116,7 @@ def _means_something(variant: Variant) -> bool:
 
 
 def _said(variant: Variant, findings: list[Finding]) -> bool:
-    """Whether a finding says that what was changed is lost."""
+    """Return whether a finding reports that a changed field is lost."""
     robot, *parts = variant.within
     field = variant.field.split()[0]
     codes: set[str] = set()
@@ -139,22 +139,22 @@ def _said(variant: Variant, findings: list[Finding]) -> bool:
 
 
 def _is_other(parts: list[Any], kind: type, active: str) -> bool:
-    """Whether it is in a set that is not the active one."""
+    """Return whether the part is in a set that is not active."""
     return any(isinstance(part, kind) and part.name != active for part in parts)
 
 
 OF_THE_TREE = {"Joint.child", "Robot.joints", "Coordinate.unit"}
-"""What none can be changed of alone; names and parents of links are."""
+"""Fields that cannot be changed separately; link names and parents can."""
 OF_EXPERIMENTS = {"CableModel.own"}
-"""What no file of a robot has, and so no reader gives."""
+"""Fields that no file contains and no reader returns."""
 WITHIN = {"CableModel.kind": "Muscle.model", "BasePulley.kind": "Muscle.pulley",
           "Shape.kind": "Link.shapes"}  # fmt: skip
-"""What is changed with all that belongs to it."""
+"""Fields that are changed together with their references."""
 
 
 @pytest.mark.slow
-def test_every_field_is_changed() -> None:
-    """A field that is added to the description must be one that the variants change."""
+def test_variants_change_all_fields() -> None:
+    """A new field of the robot description must be changed by a variant."""
     robot = robot_of_every_field(1)
     changed: set[str] = set()
     every: set[str] = set()
@@ -174,7 +174,7 @@ CASES = [
         pytest.param(seed, 3, format_, marks=[pytest.mark.slow, *[LONG] * (seed == 5)])
         for seed in (4, 5)
         for format_ in FORMATS
-        if seed % 2 or format_ != "caspr"  # which rejects joints of turned frames
+        if seed % 2 or format_ != "caspr"  # which rejects joints in rotated frames
     ),
 ]
 
@@ -182,11 +182,11 @@ CASES = [
 @pytest.mark.cases(5)
 @pytest.mark.slow
 @pytest.mark.parametrize(("seed", "each", "format_"), CASES)
-def test_nothing_is_lost_in_silence(
+def test_no_field_is_lost_without_a_finding(
     seed: int, each: int, format_: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """So many changes of each field, of random parts of the robot."""
-    monkeypatch.setattr(wrap_ends, "POSES", 2)  # what they tell is tested by test_wrap_ends
+    """Each field is changed several times, at random parts of the robot."""
+    monkeypatch.setattr(wrap_ends, "POSES", 2)  # test_wrap_ends tests their content
     robot = robot_of_every_field(seed)
     before, rng = _written(robot, format_), np.random.default_rng(seed)
     assert before.files

@@ -1,4 +1,4 @@
-"""MJCF that is rejected, and what MuJoCo's compiler gets to see of a stranger's files."""
+"""Rejected MJCF files, and the isolation of MuJoCo's compiler from untrusted files."""
 
 from __future__ import annotations
 
@@ -44,25 +44,25 @@ def errors(file: Path) -> list[Finding]:
         ('<geom size=".1" pos="nan 0 0"/>', "", 2, "pos 'nan 0 0' is not a finite number"),
         ('<body pos="1e999 0 0"/>', "", 2, "number is too large"),
         ("<attach/>", "", 2, "<attach> is not supported"),
-        (f'<replicate count="9999">{BODY}</replicate>', "", 2, "makes over 10000 elements"),
+        (f'<replicate count="9999">{BODY}</replicate>', "", 2, "creates more than 10000 elements"),
         (f'<replicate count="999"><replicate count="99">{BODY}</replicate></replicate>', "", 2,
-         "makes over 10000 elements"),
+         "creates more than 10000 elements"),
         (BODY, '<tendon><spatial><site site="s"/><site site="t"/></spatial></tendon>', 1, "'s'"),
         (BODY, '<tendon><fixed name="t"><joint joint="k" coef="1"/></fixed></tendon>', 1, "'k'"),
         (BODY, '<actuator><motor name="x" joint="k"/></actuator>', 1, "<motor> 'x': unknown"),
         (BODY, '<equality><joint joint1="k"/></equality>', 1, "'k'"),
         (BODY, '<actuator><muscle joint="j" gear="-1" lengthrange="0 1"/></actuator>', 1, "-1"),
-        (BODY, '<actuator><muscle joint="j"/></actuator>', 1, "no lengthrange, and joints without"),
-        (BODY, '<include file="m.xml"/>', 1, "'m.xml' is included already"),
+        (BODY, '<actuator><muscle joint="j"/></actuator>', 1, "no lengthrange, and none found"),
+        (BODY, '<include file="m.xml"/>', 1, "'m.xml' is already included"),
         (BODY, "<robot/>", 1, "rejects <robot>: Schema violation"),
-        (MESH, '<asset><mesh name="m" file="gone.stl"/></asset>', 2, "not there.*: 'gone.stl'"),
+        (MESH, '<asset><mesh name="m" file="gone.stl"/></asset>', 2, "do not exist.*: 'gone.stl'"),
         (MESH, '<asset><mesh name="m" file="m.xml"/></asset>', None, "'m.xml'"),
-        (MESH, '<asset><mesh name="m" file="/dev/zero"/></asset>', 2, "not there.*/dev/zero"),
+        (MESH, '<asset><mesh name="m" file="/dev/zero"/></asset>', 2, "do not exist.*/dev/zero"),
         (MESH, "", 2, "mesh 'm' not found"),
         (BODY, '<actuator><motor joint="j" nsample="2000000000"/></actuator>', 1, "samples"),
     ],
 )  # fmt: skip
-def test_a_file_is_refused_at_its_element(
+def test_invalid_file_is_rejected_at_its_element(
     world: str, more: str, line: int | None, message: str, tmp_path: Path
 ) -> None:
     first = errors(written(tmp_path, world, more))[0]
@@ -71,7 +71,7 @@ def test_a_file_is_refused_at_its_element(
     assert line is None or first.line == line
 
 
-def test_an_element_of_an_included_file_is_named_there(tmp_path: Path) -> None:
+def test_error_in_an_included_file_names_that_file(tmp_path: Path) -> None:
     file = written(tmp_path, '<include file="part.xml"/>' + BODY)
     (tmp_path / "part.xml").write_text('<mujocoinclude>\n\n<body>\n<joint axis="0 0"/></body>\n'
                                        "</mujocoinclude>")  # fmt: skip
@@ -116,7 +116,7 @@ def test_an_element_of_an_included_file_is_named_there(tmp_path: Path) -> None:
          '<asset><mesh name="m" file="gone.stl"/></asset>', "mass-from-mesh"),
     ],
 )  # fmt: skip
-def test_what_is_left_out_is_said(world: str, more: str, code: str, tmp_path: Path) -> None:
+def test_omitted_elements_are_reported(world: str, more: str, code: str, tmp_path: Path) -> None:
     reading = read(written(tmp_path, world, more))
     assert code in [finding.code for finding in reading.findings]
     assert not errors(tmp_path / "m.xml")
@@ -133,7 +133,7 @@ NAMES = (
 )
 
 
-def test_mujoco_sees_no_path(tmp_path: Path) -> None:
+def test_mujoco_gets_no_paths(tmp_path: Path) -> None:
     world = f'{BODY}<flexcomp name="f" file="/secret.msh"/><geom type="mesh" mesh="m"/>'
     file = written(tmp_path, world + '<geom type="hfield" hfield="h" material="a"/>', NAMES)
     assert "secret" not in Document(file, Notes()).text()
@@ -141,7 +141,7 @@ def test_mujoco_sees_no_path(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
-def test_what_is_no_file_is_not_waited_for(tmp_path: Path) -> None:
+def test_pipe_is_rejected_without_waiting(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.stl")
     (found, *_) = errors(written(tmp_path, MESH, '<asset><mesh name="m" file="pipe.stl"/></asset>'))
     assert found.code == "mass-from-mesh"
@@ -150,24 +150,24 @@ def test_what_is_no_file_is_not_waited_for(tmp_path: Path) -> None:
 
 
 CRASHES = {
-    "import os; os.abort()": "MuJoCo crashes on it",
-    "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)": "MuJoCo crashes on it",
-    "raise SystemExit('ERROR: out of stack')": "MuJoCo crashes on it: ERROR: out of stack",
-    "raise MemoryError": "needs more than 1024 MiB",
-    "while True: pass": "longer than",
-    "import time; time.sleep(60)": "longer than 2 s",
-    "pass": "MuJoCo crashes on it",
+    "import os; os.abort()": "MuJoCo crashes on this file",
+    "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)": "MuJoCo crashes on this file",
+    "raise SystemExit('ERROR: out of stack')": "MuJoCo crashes on this file: ERROR: out of stack",
+    "raise MemoryError": "exceeds 1024 MiB of memory",
+    "while True: pass": "exceeds",
+    "import time; time.sleep(60)": "exceeds 2 s",
+    "pass": "MuJoCo crashes on this file",
 }
 
 
 @pytest.mark.parametrize("program", CRASHES)
 @pytest.mark.skipif(sys.platform == "win32", reason="exit codes are those of signals")
-def test_a_crash_of_the_compiler_is_one_line(
+def test_crash_of_the_compiler_is_reported_in_one_line(
     program: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "child.py").write_text(program)
     monkeypatch.setattr(compiled, "_PROGRAM", tmp_path / "child.py")
-    monkeypatch.setattr(compiled, "WAITING", 2.0)
+    monkeypatch.setattr(compiled, "MAX_RUN_TIME", 2.0)
     with pytest.raises(InputError, match=CRASHES[program]) as refused:
         read(written(tmp_path, BODY))
     assert "\n" not in str(refused.value)
@@ -179,11 +179,11 @@ def test_memory_and_time_of_the_compiler_are_limited(
     pytest.importorskip("resource", reason="this system has no limits of a process")
     monkeypatch.setattr(compiled, "MJCF_SECONDS", 1.0)
     many = "".join(f'<default class="c{k}"/>' for k in range(40_000))
-    with pytest.raises(InputError, match="longer than 1 s of processor time"):
+    with pytest.raises(InputError, match="exceeds 1 s of processor time"):
         read(written(tmp_path, BODY, f"<default>{many}</default>"))
     monkeypatch.undo()
     plate = '<asset><mesh name="m" builtin="plate" params="20000 20000"/></asset>'
-    with pytest.raises(InputError, match=r"MuJoCo crashes on it|needs more than"):
+    with pytest.raises(InputError, match=r"MuJoCo crashes on this file|exceeds 1024 MiB"):
         read(written(tmp_path, MESH, plate))
 
 
@@ -197,7 +197,7 @@ compiled.run_compiler({}, Path("x"))
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="sends a signal to a group")
-def test_an_interrupt_ends_the_compiler_at_once(tmp_path: Path) -> None:
+def test_interrupt_ends_the_compiler_at_once(tmp_path: Path) -> None:
     (tmp_path / "child.py").write_text(
         "import os, signal, sys, time; signal.signal(signal.SIGINT, signal.SIG_IGN)\n"
         f"open({str(tmp_path / 'pid')!r}, 'w').write(str(os.getpid())); time.sleep(60)\n"
@@ -214,16 +214,16 @@ def test_an_interrupt_ends_the_compiler_at_once(tmp_path: Path) -> None:
         os.kill(int((tmp_path / "pid").read_text()), 0)
 
 
-def test_without_mujoco_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_mujoco_suggests_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiled, "find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"pip install 'cardsflow\[mujoco\]'"):
         read(written(tmp_path, BODY))
 
 
-def test_nothing_is_written_beside_the_file(
+def test_no_files_are_written_next_to_the_model(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """MuJoCo writes a log if it is started unless it is kept from that."""
+    """By default MuJoCo writes a log file when it starts."""
     monkeypatch.chdir(tmp_path)
     errors(written(tmp_path, '<body pos="inf 0 0"><joint/><geom size=".1"/></body>'))
     assert [file.name for file in tmp_path.iterdir()] == ["m.xml"]

@@ -1,4 +1,4 @@
-"""Reader of what robots' own files have no words for: an SDF's plugin, a cardsflow.xml beside."""
+"""Reader of robot data that the robot file cannot hold, from its plugin or cardsflow.xml."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from ..reading.xml import Node, Notes, parse
 from .read import MuscleReader, read_surface, read_task_set
 
 DEFAULT_SET = "cardsflow"
-"""The name of the only cable set and task set in files that do not name them."""
+"""Name of the only cable set and task set in files that do not name them."""
 
 
 def read_extras(robot: Robot, model: Node, plugins: Sequence[Node], cable_set: str | None) -> Robot:
-    """Return the same robot with its cable sets, task sets, link ends and gravity.
+    """Return the robot with its cable sets, task sets, link ends and gravity.
 
     Args:
-        robot: The robot without them.
-        model: The element of the robot.
-        plugins: The elements that hold them; the cardsflow.xml next to the file is read where they
-            lack some.
-        cable_set: The cable set to make active; the file's own choice if None.
+        robot: The robot without this data.
+        model: Element of the robot.
+        plugins: Elements with the data. If they have no cable sets or no task sets, these are read
+            from the cardsflow.xml next to the robot file.
+        cable_set: Cable set to activate; the default of the file if None.
 
     Raises:
         InputError: The cardsflow.xml is not readable XML.
-        UnknownNameError: There is no such cable set.
+        UnknownNameError: The cable set does not exist.
     """
     cable_sets, task_sets = _children(plugins, "cable_set"), _children(plugins, "task_set")
-    sources = [*(() if _are_beside(plugins, model) else cardsflow_xml(model)), *plugins]
+    sources = [*(() if _are_from_cardsflow_xml(plugins, model) else cardsflow_xml(model)), *plugins]
     robot = _with_mesh_names(_with_ends(robot, plugins), plugins)
     for node in _children(plugins, "gravity"):
         robot = replace(robot, gravity=node.vector3())
@@ -61,13 +61,13 @@ def _children(nodes: Sequence[Node], tag: str) -> list[Node]:
     return [child for node in nodes for child in node.all(tag)]
 
 
-def _are_beside(plugins: Sequence[Node], model: Node) -> bool:
-    """Return whether they come from the cardsflow.xml next to the file."""
+def _are_from_cardsflow_xml(plugins: Sequence[Node], model: Node) -> bool:
+    """Return whether the elements come from the cardsflow.xml next to the robot file."""
     return any(plugin.file != model.file for plugin in plugins)
 
 
 def cardsflow_xml(model: Node) -> list[Node]:
-    """Return the root of the cardsflow.xml next to a robot's file; nothing if there is none."""
+    """Return the root of the cardsflow.xml next to a robot file; an empty list if none exists."""
     file = model.file.with_name("cardsflow.xml")
     if not file.exists():
         return []
@@ -91,7 +91,7 @@ def _with_ends(robot: Robot, plugins: Sequence[Node]) -> Robot:
 
 
 def _with_mesh_names(robot: Robot, plugins: Sequence[Node]) -> Robot:
-    """Return the robot with the names of meshes that SDF could not hold."""
+    """Return the robot with mesh names that SDF cannot hold."""
     names = {
         (node.attribute("link"), node.attribute("role"), node.attribute("as")): node.text
         for node in _children(plugins, "mesh_name")
@@ -116,7 +116,7 @@ def _with_named_cable_sets(
 
 
 def _with_muscles(robot: Robot, sources: Sequence[Node], muscles: MuscleReader) -> Robot:
-    """Return muscles from the first source that has any."""
+    """Return the robot with the muscles of the first source that contains muscles."""
     node = _first_with(sources, "myoMuscle")
     if node is None:
         return robot
@@ -175,7 +175,7 @@ def _with_named_task_sets(robot: Robot, nodes: Sequence[Node]) -> Robot:
 
 
 def _with_points(robot: Robot, sources: Sequence[Node]) -> Robot:
-    """Task frames from the first source that has end effectors, markers from that with markers."""
+    """Return the robot with end effectors and markers, each from the first source with any."""
     effectors, markers = (_first_with(sources, tag) for tag in ("endEffector", "marker"))
     sets, active = [], ""
     if effectors is not None:
@@ -187,7 +187,7 @@ def _with_points(robot: Robot, sources: Sequence[Node]) -> Robot:
 
 
 def _first_with(sources: Sequence[Node], tag: str) -> Node | None:
-    """Return the first source with such elements; those of another are left out with a warning."""
+    """Return the first source with such elements; report elements that are ignored."""
     found = [node for node in sources if node.all(tag)]
     for node in found[1:]:
         problem = f"<{tag}> of {found[0].file.name} line {found[0].line} is used, not these"
@@ -196,8 +196,8 @@ def _first_with(sources: Sequence[Node], tag: str) -> Node | None:
 
 
 def _active(nodes: Sequence[Node]) -> str:
-    """Return the name of the set that is marked as active; empty if none is."""
+    """Return the name of the set that is marked as active; empty if no set is marked."""
     active = [node for node in nodes if node.attribute("active", "false") in ("true", "1")]
     for node in active[1:]:
-        node.error("two-active-sets", f"{active[0].subject.name!r} is active already")
+        node.error("two-active-sets", f"{active[0].subject.name!r} is already active")
     return active[0].subject.name if active else ""
