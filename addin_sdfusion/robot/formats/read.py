@@ -43,7 +43,7 @@ __all__ = [
 ]
 
 IGNORED = frozenset({
-    # OpenSim: appearance, texts, and values without influence in OpenSim itself; for default
+    # OpenSim: appearance, texts, and values without influence in OpenSim; for default
     # activations there is the finding `start-left-out`
     "Appearance", "FrameGeometry", "credits", "default_activation", "defaults", "fixed",
     "force_units", "groups", "length_units", "method", "optimal_force", "prescribed_function",
@@ -52,7 +52,7 @@ IGNORED = frozenset({
     "allow_auto_disable", "cast_shadows", "enable_wind", "laser_retro", "max_contacts",
     "self_collide", "surface", "transparency",
 })  # fmt: skip
-"""Tags of elements that change nothing of a robot or its motion."""
+"""Tags of elements without influence on the robot and its motion."""
 
 Reader = Callable[[Path, str | None, Notes], Robot | None]
 

@@ -125,7 +125,7 @@ def _with_muscles(robot: Robot, sources: Sequence[Node], muscles: MuscleReader) 
 
 
 def _note_other_muscles(robot: Robot, sources: Sequence[Node]) -> None:
-    """Note muscles outside cable sets, as Gazebo reads them, that differ from those in use."""
+    """Report muscles outside cable sets, as Gazebo reads them, that differ from the used ones."""
     node = _first_with(sources, "myoMuscle")
     if node is None:
         return
@@ -137,7 +137,7 @@ def _note_other_muscles(robot: Robot, sources: Sequence[Node]) -> None:
 
 
 def _note_other_points(robot: Robot, sources: Sequence[Node]) -> None:
-    """Note points outside task sets, as Gazebo reads them, that differ from those in use."""
+    """Report points outside task sets, as Gazebo reads them, that differ from the used ones."""
     in_use = {frame for task_set in robot.task_sets for frame in task_set.frames}
     for tag in ("endEffector", "marker"):
         node = _first_with(sources, tag)

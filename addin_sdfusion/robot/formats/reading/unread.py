@@ -1,4 +1,4 @@
-"""Findings of elements that no reader has used, so that nothing in a file is lost silently."""
+"""Findings on elements that no reader uses, so that the loss of data is always reported."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ MAX_NAMES = 10
 
 
 def note_unread(notes: Notes, ignored: Collection[str]) -> None:
-    """Note elements that were not used, one warning for each kind of element.
+    """Report elements that were not used, one warning for each kind of element.
 
     An element below an unused one is not listed.
 
     Args:
-        notes: Notes of the reader, with the used elements; the warnings are added.
+        notes: Findings of the reader, with the used elements; warnings are added to them.
         ignored: Tags without influence on the robot's motion, such as colours.
     """
     for root in notes.roots:

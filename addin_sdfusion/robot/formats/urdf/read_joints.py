@@ -107,7 +107,7 @@ def _coordinate(node: Node, type_: str, actuated: bool) -> Coordinate:
     if coupling:  # the limits of the leading joint apply
         lower, upper = -math.inf, math.inf
         if actuated or 0.0 < effort < math.inf:
-            problem = "it follows another joint (<mimic>); its motor is ignored"
+            problem = "follows another joint (<mimic>); its motor is ignored"
             node.warning("motor-left-out", problem)
     return Coordinate(
         node.subject.name,
