@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from cardsflow_fmu.hardware.device.server import DeviceServer
     from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
     from cardsflow_fmu.ros.device_node import DeviceNode
-    from cardsflow_fmu.ros.scene_topics import Shown
+    from cardsflow_fmu.ros.scene_topics import ShownRobot
     from cardsflow_fmu.ros_interface.address import NodeAddress
 
 DEFAULT_ADDRESS = "udp://127.0.0.1:5005"
@@ -195,11 +195,11 @@ def _device(options: argparse.Namespace) -> int:
             return None
         from cardsflow_fmu.ros.device_node import DeviceNode
 
-        takes_commands = options.ros2 is not None
+        accepts_commands = options.ros2 is not None
         node = DeviceNode(
-            device, shown, settings, server.own_uri, address, key, report, takes_commands
+            device, shown, settings, server.own_uri, address, key, report, accepts_commands
         )
-        if takes_commands:
+        if accepts_commands:
             print_warning(
                 f"{options.ros2}: topics are not signed: anyone on the network can send commands"
             )
@@ -229,12 +229,12 @@ def _node_address(options: argparse.Namespace) -> NodeAddress | None:
 
 def _emulated(
     options: argparse.Namespace,
-) -> tuple[EmulatedRobot, HardwareSettings, Shown]:
+) -> tuple[EmulatedRobot, HardwareSettings, ShownRobot]:
     """Return the robot of an experiment or of robot files, with its hardware settings."""
     from cardsflow_fmu.experiment.experiment import Experiment
     from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
     from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
-    from cardsflow_fmu.ros.scene_topics import Shown
+    from cardsflow_fmu.ros.scene_topics import ShownRobot
 
     thing = options.thing
     if (thing / "experiment.toml").is_file() or thing.suffix in (".toml", ".json"):
@@ -245,10 +245,10 @@ def _emulated(
         experiment = Experiment.load(thing, settings_of(options.set))
         settings = _with_imperfections(options, experiment.hardware)
         own = settings.emulator
-        emulated = EmulatedRobot.of_experiment(
+        emulated = EmulatedRobot.from_experiment(
             experiment, motor_lag=own.motor_lag, sensors=own.sensors
         )
-        return emulated, settings, Shown.of(experiment)
+        return emulated, settings, ShownRobot.from_experiment(experiment)
     from addin_sdfusion.robot.formats.read import read
     from cardsflow_fmu.experiment.carried_files import mesh_roots
 
@@ -259,7 +259,7 @@ def _emulated(
     robot = read(thing, options.cable_set).require()
     step = 1e-3 if options.step is None else options.step
     emulated = EmulatedRobot(robot, step, motor_lag=own.motor_lag, sensors=own.sensors)
-    return emulated, settings, Shown(robot, thing.parent, mesh_roots(thing, [thing], ()))
+    return emulated, settings, ShownRobot(robot, thing.parent, mesh_roots(thing, [thing], ()))
 
 
 def _with_imperfections(options: argparse.Namespace, own: HardwareSettings) -> HardwareSettings:
@@ -357,7 +357,7 @@ def _serve(
         def stop() -> bool:
             status.update()
             if node is not None:
-                node.take_state()
+                node.sample_state()
             return bool(pressed) or time.monotonic() >= end
 
         with node or contextlib.nullcontext(), real_time_priority():

@@ -39,7 +39,7 @@ class Pace:
     def __exit__(self, *exception: object) -> None:
         self._conditions.close()
 
-    def judged(self, recording: Recording) -> Recording:
+    def with_final_check(self, recording: Recording) -> Recording:
         """Return the recording, with a failure if the run did not end as required."""
         return recording
 

@@ -78,7 +78,7 @@ def read_joint_states(path: Path, joints: Sequence[str] = ()) -> JointStates:
     for file in files:
         try:
             for message in messages(file, budget):
-                state = JointState.of(store.deserialize_cdr(message.content, TYPE))
+                state = JointState.from_message(store.deserialize_cdr(message.content, TYPE))
                 found[message.topic, state.names].add(message.time_ns, state)
                 if len(found) > _MAX_PUBLISHERS:
                     raise InputError(f"has more than {_MAX_PUBLISHERS} sets of joints")

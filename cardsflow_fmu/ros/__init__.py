@@ -1,1 +1,1 @@
-"""Messages of ROS 2: types, their bytes, and recordings that other tools open."""
+"""ROS 2: live topics of runs and devices, and recordings that other tools can open."""

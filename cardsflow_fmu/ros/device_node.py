@@ -1,4 +1,4 @@
-"""A device as a node: its states to be watched, and commands from a topic where asked for."""
+"""ROS node of a device, which publishes its states and optionally accepts commands."""
 
 from __future__ import annotations
 
@@ -24,41 +24,43 @@ from cardsflow_fmu.ros_interface.node import Node
 from cardsflow_fmu.ros_interface.rclpy_node import open_node
 from cardsflow_fmu.utils.arrays import FloatArray
 
-from .publisher import RunPublisher, quick_switches
-from .scene_topics import RATE, Shown
+from .publisher import RunPublisher, short_switch_interval
+from .scene_topics import RATE, ShownRobot
 
 
 class DeviceNode:
-    """A node next to a device, as a context.
+    """ROS node for a device, as a context manager.
 
-    The device keeps our protocol in front. A thread publishes what it measures; commands from the
-    topic, if they are taken, come to it by our protocol, from another thread.
+    The device still uses the hardware protocol. One thread publishes the measurements. If commands
+    are accepted, another thread sends the commands of the topic to the device by the hardware
+    protocol.
 
     Args:
         device: The device.
-        shown: Its robot.
-        settings: Of its hardware.
-        uri: Address at which the device is served.
-        address: Of the node.
-        key: The device's key; None without.
-        report: Takes a line for people.
-        takes_commands: Whether commands are taken from the topic; the address has a timeout then.
+        shown: Robot of the device.
+        settings: Hardware settings of the robot.
+        uri: Address of the device's server.
+        address: Address of the node.
+        key: Pre-shared key of the device, or None.
+        report: Function that is called with a line of text about the node.
+        accepts_commands: Whether commands are accepted from a topic. If so, the address must
+            specify a timeout.
 
     Raises:
-        InputError: This Python has no rclpy, its middleware cannot be started, or the robot has no
-            bounds to keep commands in.
+        InputError: This Python has no rclpy, the middleware cannot be started, or the robot has no
+            limits for the commands.
     """
 
     def __init__(
         self,
         device: Device,
-        shown: Shown,
+        shown: ShownRobot,
         settings: HardwareSettings,
         uri: str,
         address: NodeAddress,
         key: bytes | None,
         report: Callable[[str], object],
-        takes_commands: bool,
+        accepts_commands: bool,
     ) -> None:
         self._device, self._robot = device, shown.robot
         self._settings = settings.replaced(mode="realtime", link=uri)
@@ -68,7 +70,7 @@ class DeviceNode:
         self._switches = contextlib.ExitStack()
         self._next = 0.0
         self._state: FloatArray = device.robot.state()
-        topics = DeviceTopics(shown.robot, settings, address) if takes_commands else None
+        topics = DeviceTopics(shown.robot, settings, address) if accepts_commands else None
         self._node: Node = open_node(address)
         without = () if topics is None else (topics.states_topic.name,)
         self._publisher = RunPublisher(shown, self._node, has_clock=False, without=without)
@@ -84,25 +86,25 @@ class DeviceNode:
                 lambda: self._state,
                 report,
             )
-            self._make_session()  # what is wrong with the robot's bounds is said at once
-            self._tasks.append(threading.Thread(target=self._take_commands, name="commands"))
+            self._make_session()  # reports missing limits of the robot immediately
+            self._tasks.append(threading.Thread(target=self._run_commands, name="commands"))
 
     @property
     def description(self) -> str:
-        """One line about the node."""
+        """Description of the node in one line."""
         address, line = self._address, f"published as node {self._address}{self._publisher.remark}"
         if self._commands is None:
             return line
         topic = address.absolute(self._commands.topic.name)
-        return f"{line}; commands from {topic}, ramped down after {address.timeout:g} s without"
+        return f"{line}; commands from {topic} with a timeout of {address.timeout:g} s"
 
     @property
     def totals(self) -> dict[str, object]:
-        """What came on the topic of commands."""
-        return {} if self._commands is None else {"commands by ROS": self._commands.counters}
+        """Number of messages on the topic of commands; empty if commands are not accepted."""
+        return {} if self._commands is None else {"ROS commands": self._commands.counters}
 
-    def take_state(self) -> None:
-        """Take what the device measures, at an even rate; to be called between its steps."""
+    def sample_state(self) -> None:
+        """Sample the measurements of the device, at a fixed rate. Call it between device steps."""
         now = time.monotonic()
         if now < self._next:
             return
@@ -111,19 +113,19 @@ class DeviceNode:
         self._publisher.watch(self._names, np.concatenate([[time.time()], state])[np.newaxis])
 
     def _publish(self) -> None:
-        # a thread that holds Python's lock while others have its core would hold up the device
+        # Without priority, this thread could hold Python's lock while it waits for a core.
         with real_time_priority():
             self._publisher.run()
         if self._publisher.failure is not None:
             self._report(f"no longer published: {self._publisher.failure}")
 
-    def _take_commands(self) -> None:
+    def _run_commands(self) -> None:
         assert self._commands is not None
         try:
             self._commands.run(self._stop.is_set)
-        except Exception as error:  # of a thread: the device's watchdog has made it safe
+        except Exception as error:  # the device's watchdog brings the device to its safe state
             what = " ".join(str(error).split()) or type(error).__name__
-            self._report(f"commands by ROS are no longer taken: {what}")
+            self._report(f"ROS commands are no longer accepted: {what}")
 
     def _make_session(self) -> HardwareSession:
         settings, step = self._settings, self._device.step
@@ -132,7 +134,7 @@ class DeviceNode:
         return HardwareSession(self._robot, settings, link, handshake)
 
     def __enter__(self) -> Self:
-        self._switches.enter_context(quick_switches())
+        self._switches.enter_context(short_switch_interval())
         for task in self._tasks:
             task.start()
         return self

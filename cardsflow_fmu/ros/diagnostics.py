@@ -1,4 +1,4 @@
-"""Warnings of a run as ROS diagnostics: at its beginning, and where something changes."""
+"""Warnings and controller status of a run as ROS diagnostics."""
 
 from __future__ import annotations
 
@@ -17,14 +17,18 @@ TOPIC = Topic("/diagnostics", types.DIAGNOSTICS)
 
 _OK, _WARN, _ERROR = 0, 1, 2
 _FAULTS = {
-    "infeasible": (_ERROR, "no force within the bounds fits"),
-    "not_converged": (_WARN, "no force that fits was found, though there may be one"),
-    "limits_dropped": (_WARN, "no force within the bounds keeps the joint limits"),
+    "infeasible": (_ERROR, "infeasible: no forces within the limits produce the desired torques"),
+    "not_converged": (_WARN, "not converged: the force distribution found no solution"),
+    "limits_dropped": (_WARN, "no forces within the limits keep the joint limits"),
 }
 
 
 def run_diagnostics(run: RunData) -> Iterator[Batch]:
-    """A message of the run's warnings at its beginning, and one wherever a fault comes or goes."""
+    """Yield the diagnostics of a run.
+
+    The first message contains the warnings of the run. If the run has columns with controller
+    faults, a message contains their state at the beginning and after each change.
+    """
     if not len(run.rows):
         return
     time_ns = nanoseconds(run["time"])
@@ -33,17 +37,17 @@ def run_diagnostics(run: RunData) -> Iterator[Batch]:
         lines.append(f"incomplete run: {run.summary.get('error')}")
     status = _status("run", _WARN if lines else _OK, "; ".join(lines) or "complete", {})
     yield _message(time_ns[:1], [status])
-    known = [name for name in _FAULTS if name in run.names]
+    recorded = [name for name in _FAULTS if name in run.names]
     slack = [name for name in run.names if name.startswith("slack.")]
-    faults = np.nan_to_num(run.columns(known)) != 0.0 if known else np.zeros((0, 0))
+    faults = np.nan_to_num(run.columns(recorded)) != 0.0 if recorded else np.zeros((0, 0))
     changes = np.flatnonzero((faults[1:] != faults[:-1]).any(axis=1)) + 1
-    for k in [0, *changes.tolist()] if known else []:
-        now = faults[k].tolist()
-        found = [_FAULTS[name] for name, is_so in zip(known, now, strict=True) if is_so]
-        missing = {name: repr(float(run[name][k])) for name in slack} if found else {}
-        level = max((level for level, _ in found), default=_OK)
-        text = "; ".join(line for _, line in found) or "forces fit"
-        yield _message(time_ns[k : k + 1], [_status("controller", level, text, missing)])
+    for k in [0, *changes.tolist()] if recorded else []:
+        flags = faults[k].tolist()
+        active = [_FAULTS[name] for name, is_set in zip(recorded, flags, strict=True) if is_set]
+        shortfall = {name: repr(float(run[name][k])) for name in slack} if active else {}
+        level = max((level for level, _ in active), default=_OK)
+        text = "; ".join(line for _, line in active) or "feasible"
+        yield _message(time_ns[k : k + 1], [_status("controller", level, text, shortfall)])
 
 
 def _status(name: str, level: int, text: str, values: dict[str, str]) -> dict[str, object]:

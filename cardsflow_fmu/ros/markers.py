@@ -1,4 +1,4 @@
-"""Markers: cables coloured by their tension, task points, and the bodies of links."""
+"""Markers for RViz: cables coloured by tension, task points, and the bodies of links."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from .robot_frames import point_values, pose_values, urdf_frames
 
 _SPHERE, _CYLINDER, _LINE_STRIP, _TRIANGLES = 2, 3, 4, 11
-_LINE_WIDTH, _POINT_SIZE = 0.006, 0.03  # as parts of the robot's reach
+_LINE_WIDTH, _POINT_SIZE = 0.006, 0.03  # as fractions of the robot's reach
 
 
 def cable_markers(
@@ -29,22 +29,22 @@ def cable_markers(
     robot: Robot,
     paths: Sequence[MusclePath],
     tensions: FloatArray | None,
-    highest: float,
+    max_tension: float,
     reach: float,
 ) -> Iterator[Values]:
-    """A line strip for every muscle, coloured by its tension.
+    """Yield a line strip for each muscle, coloured by its tension.
 
     Args:
         time_ns: Times of K frames, shape (K,), in [ns].
         robot: The robot.
-        paths: The paths of its muscles.
-        tensions: Shape (K, m), in [N]; None if they are not known.
-        highest: The largest tension of the whole motion, in [N].
-        reach: Of the robot, in [m].
+        paths: Paths of the muscles.
+        tensions: Tensions, shape (K, m), in [N], or None if unknown.
+        max_tension: Maximum tension of the motion, in [N].
+        reach: Reach of the robot, in [m].
     """
     for k, (muscle, path) in enumerate(zip(robot.muscles, paths, strict=True)):
         pull = np.full(len(time_ns), np.nan) if tensions is None else tensions[:, k]
-        top = min(muscle.f_max, max(highest, muscle.f_min))
+        top = min(muscle.f_max, max(max_tension, muscle.f_min))
         yield {
             **_marker(header(time_ns, WORLD), "cables", k, _LINE_STRIP),
             "scale": {"x": _LINE_WIDTH * reach},
@@ -59,23 +59,24 @@ def task_markers(
     desired: Mapping[str, FloatArray],
     reach: float,
 ) -> Iterator[Values]:
-    """A sphere for every task point, and one at its reference.
+    """Yield a sphere for each end-effector point, and one for its reference.
 
     Args:
         time_ns: Times of K frames, shape (K,), in [ns].
         tasks: Positions by name, shape (K, 3) each, in [m].
-        desired: Desired positions by name; NaN for axes without a reference.
-        reach: Of the robot, in [m].
+        desired: Desired positions by name, shape (K, 3) each, in [m]; NaN for axes without a
+            reference.
+        reach: Reach of the robot, in [m].
     """
-    for k, (name, at) in enumerate(tasks.items()):
-        places = {"task points": (at, colours.TRAIL)}
+    for k, (name, position) in enumerate(tasks.items()):
+        spheres = {"task points": (position, colours.TRAIL)}
         if name in desired:
-            place = np.where(np.isnan(desired[name]), at, desired[name])
-            places["desired"] = place, colours.REFERENCE
-        for group, (place, colour) in places.items():
+            reference = np.where(np.isnan(desired[name]), position, desired[name])
+            spheres["desired"] = reference, colours.REFERENCE
+        for group, (centre, colour) in spheres.items():
             yield {
                 **_marker(header(time_ns, WORLD), group, k, _SPHERE),
-                "pose": {"position": point_values(place), "orientation": {"w": 1.0}},
+                "pose": {"position": point_values(centre), "orientation": {"w": 1.0}},
                 "scale": dict.fromkeys("xyz", _POINT_SIZE * reach),
                 "color": _colour(colour),
             }
@@ -84,20 +85,22 @@ def task_markers(
 def body_markers(
     time_ns: NDArray[np.int64], robot: Robot, stage: Stage, meshes: LinkMeshes
 ) -> Iterator[Values]:
-    """The bodies of links, each in its URDF frame: triangles of meshes and hulls, or cylinders.
+    """Yield markers for the bodies of links, in the URDF frames of the links.
+
+    Meshes and convex hulls are triangles; capsules are cylinders.
 
     Args:
         time_ns: Time of the markers, shape (1,), in [ns].
         robot: The robot.
-        stage: The robot at any joint positions.
-        meshes: Surfaces of its links.
+        stage: Scene of the robot at any joint positions.
+        meshes: Surfaces of the links.
     """
     poses = link_poses(robot, stage.motion.q[:1])
     frames = urdf_frames(robot)
     links = [shape for shape in stage.scene(0) if shape.group == s.LINKS]
     for k, shape in enumerate(links):
         if not isinstance(shape, s.MeshShape | s.Capsule):
-            continue  # the balls of joints
+            continue  # spheres that represent joints
         link = shape.key.rpartition("/")[0]
         T_frame_link = _inverse(frames[link])
         values: dict[str, Any] = {
@@ -128,7 +131,7 @@ def _inverse(T: FloatArray) -> FloatArray:
 
 
 def _between(T: FloatArray, start: FloatArray, end: FloatArray) -> tuple[FloatArray, float]:
-    """Return the pose of a cylinder between two points that T moves, and its length."""
+    """Return the pose and the length of a cylinder between two points transformed by T."""
     a, b = (T[:3, :3] @ point + T[:3, 3] for point in (start, end))
     length = float(np.linalg.norm(b - a))
     z = (b - a) / length if length else np.array([0.0, 0.0, 1.0])
@@ -151,5 +154,9 @@ def _marker(head: Values, group: str, number: int, kind: int) -> dict[str, Any]:
 
 
 def _colour(rgb: Any) -> dict[str, Any]:
-    """Red, green and blue from 0 to 255, each a number or an array, as a `ColorRGBA`."""
+    """Return the fields of a `ColorRGBA`.
+
+    Args:
+        rgb: Red, green and blue from 0 to 255, each a number or an array.
+    """
     return {name: value / 255.0 for name, value in zip("rgb", rgb, strict=True)} | {"a": 1.0}

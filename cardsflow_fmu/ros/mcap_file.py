@@ -1,4 +1,4 @@
-"""MCAP files of messages, by the package mcap; rosbag2, Foxglove and PlotJuggler open them."""
+"""MCAP files of ROS messages, which rosbag2, Foxglove and PlotJuggler can open."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ _QOS = """- history: {history}
 
 
 class McapWriter:
-    """A writer of messages into a stream, as a context that completes the file.
+    """Writer of messages, as a context manager that completes the file.
 
     Args:
-        stream: Where to.
-        topics: The topics.
+        stream: Stream to write to.
+        topics: Topics of the messages.
 
     Raises:
         InputError: A package of the extra `ros2` is missing.
@@ -72,12 +72,16 @@ class McapWriter:
         self._numbers = {topic: count() for topic in topics}
 
     def attach(self, files: Mapping[str, bytes]) -> None:
-        """Add files by their names."""
+        """Add files to the recording.
+
+        Args:
+            files: Contents by file name.
+        """
         for name, content in files.items():
             self._writer.add_attachment(0, 0, name, "application/octet-stream", content)
 
     def write(self, batches: Iterable[Batch]) -> None:
-        """Write messages in the order of their times."""
+        """Write messages, ordered by time."""
         found = list(batches)
         if not found:
             return
@@ -105,7 +109,7 @@ class McapWriter:
 
 
 def _qos(topic: Topic) -> str:
-    """How a topic was offered, as rosbag2 keeps it next to the topic."""
+    """Return the quality of service of a topic in the YAML format of rosbag2."""
     qos = {"history": "keep_last", "depth": 1, "durability": "transient_local"}
     if not topic.latched:
         qos = {"history": "keep_last", "depth": 10, "durability": "volatile"}
@@ -113,5 +117,5 @@ def _qos(topic: Topic) -> str:
 
 
 def _contents(rows: Bytes) -> Iterator[bytes]:
-    """Rows of bytes, shape (K, size), each as one object."""
+    """Return the rows of an array of bytes, shape (K, size), as bytes objects."""
     return iter(rows.view(np.dtype((np.void, rows.shape[1])))[:, 0].tolist())

@@ -1,4 +1,4 @@
-"""Bytes of many messages at once, of two that the package rosbags serialises."""
+"""Fast serialisation of many messages from two messages that the package rosbags serialises."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from .topics import Batch
 Bytes = NDArray[np.uint8]
 
 _BASE, _NAME = 1, 2
-"""Kinds of fields as rosbags numbers them: numbers and texts, messages; others are sequences."""
+"""Field kinds of rosbags: 1 for numbers and strings, 2 for messages. Other kinds are sequences."""
 _ZEROS = {"string": "", "bool": False, "float32": 0.0, "float64": 0.0}
 _BYTE_TYPES = ("octet", "byte", "char")
 _MARK = 0x3F
-"""A byte that no number of zeros has; eight or four of it are a number of every type."""
+"""A byte that differs from zero. Repeated, it forms a valid number of each type."""
 
 
 def message_rows(store: Any, batch: Batch) -> Bytes:
     """Return the bytes of a batch of messages, shape (K, size).
 
-    One message is serialised twice: its arrays all zero, and all of `_MARK`. The bytes that differ
-    are those of the arrays, in the order of the fields.
+    One message is serialised twice: with arrays of zeros, and with arrays of the byte `_MARK`. The
+    positions where both results differ contain the arrays, in the order of the fields.
 
     Args:
-        store: The message types, a `Typestore`.
+        store: Message types, a `Typestore`.
         batch: The messages.
     """
     count = len(batch.time_ns)
@@ -39,17 +39,17 @@ def message_rows(store: Any, batch: Batch) -> Bytes:
 
 
 class _Prototype:
-    """A message of a batch with one byte throughout its arrays.
+    """Message of a batch whose arrays are filled with one byte.
 
     Args:
-        store: The message types.
+        store: Message types.
         values: Fields of the batch.
         kind: Type of the message.
-        byte: The byte.
+        byte: Byte that fills the arrays.
 
     Attributes:
-        arrays: The arrays as the numbers that the message has, in the order of its fields.
-        content: The message's bytes.
+        arrays: Arrays of the batch in the number types of the message, in the order of its fields.
+        content: Bytes of the message.
     """
 
     def __init__(self, store: Any, values: Mapping[str, Any], kind: str, byte: int) -> None:
@@ -59,7 +59,7 @@ class _Prototype:
         self.content: Bytes = np.frombuffer(content, np.uint8)
 
     def _message(self, name: str, values: Mapping[str, Any]) -> Any:
-        """Return a message; fields that are left out are zero or empty."""
+        """Return a message. Missing fields are zero or empty."""
         fields = self._store.get_msgdef(name).fields
         return self._store.types[name](
             **{field: self._value(kind, values.get(field)) for field, kind in fields}
@@ -69,9 +69,9 @@ class _Prototype:
         """Return the value of a field.
 
         Args:
-            kind: What the field is, and of what: a number's or text's type; a message's name; the
-                kind of elements and their count.
-            value: Its value; None for zero or empty.
+            kind: Kind of the field, and its type: the type of a number or string, the name of a
+                message, or the kind and number of elements.
+            value: Value of the field, or None for zero or empty.
         """
         node, of = kind
         if node == _BASE:
@@ -92,7 +92,7 @@ class _Prototype:
         return [self._value(element, item) for item in ([None] * count if value is None else value)]
 
     def _numbers(self, kind: str, values: NDArray[Any]) -> NDArray[Any]:
-        """Return a row of marks in the place of an array's rows, shape (K, n)."""
+        """Store an array, shape (K, n), and return a row, shape (n,), filled with the byte."""
         array = np.ascontiguousarray(values, _number_type(kind))
         self.arrays.append(array)
         return np.frombuffer(self._byte * array[:1].nbytes, array.dtype)

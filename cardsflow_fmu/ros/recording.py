@@ -1,4 +1,4 @@
-"""Recordings of runs and of hardware, as MCAP with messages of ROS 2."""
+"""Conversion of runs and hardware recordings to MCAP files with ROS 2 messages."""
 
 from __future__ import annotations
 
@@ -22,29 +22,29 @@ from cardsflow_fmu.utils.overwrite import output_file
 from .diagnostics import TOPIC as DIAGNOSTICS
 from .diagnostics import run_diagnostics
 from .mcap_file import McapWriter
-from .scene_topics import SceneTopics, Shown
+from .scene_topics import SceneTopics, ShownRobot
 from .topics import RowTopics, nanoseconds
 
 SUFFIX = ".mcap"
 
 _NO_ROBOT = (
-    "the robot is not known: without description, frames, cables, efforts and rates of lengths; "
-    f"beside an {EXPERIMENT} they are there"
+    "the robot is unknown: the recording contains no description, frames, cables, efforts and "
+    f"rates of lengths; an {EXPERIMENT} in the same folder specifies the robot"
 )
 _EXTRA = {"age": "s", "round_trip_time": "s", "seq": "", "flags": ""}
-"""What a recording of hardware has next to the signals, with units."""
+"""Additional columns of a hardware recording, with units."""
 
 _BLOCK = 4096
-"""Rows whose messages are in memory at once."""
+"""Number of rows whose messages are in memory at the same time."""
 
 
-class Recorded(NamedTuple):
-    """What a recording holds.
+class McapRecording(NamedTuple):
+    """Summary of a written recording.
 
     Attributes:
-        file: The recording.
-        topics: Names of its topics.
-        notes: What of the run it does not hold, a line each.
+        file: File of the recording.
+        topics: Names of the topics.
+        notes: Lines about parts of the run that the recording does not contain.
     """
 
     file: Path
@@ -52,38 +52,45 @@ class Recorded(NamedTuple):
     notes: tuple[str, ...]
 
 
-def convert_run(path: str | Path, file: str | Path) -> Recorded:
-    """Write what a run has left as a recording.
+def convert_run(path: str | Path, file: str | Path) -> McapRecording:
+    """Convert the results of a run, or a hardware recording, to an MCAP file.
 
     Args:
-        path: The folder of a run, its table, or a hardware.rec.
-        file: The recording; one of ours is replaced.
+        path: Results folder of a run, its table, or a hardware.rec.
+        file: MCAP file to write. A file that this program has written is overwritten.
 
     Raises:
         InputError: There is no run, a package of the extra `ros2` is missing, or the file cannot be
             written.
     """
     require_ros("--to")
-    place = output_file(file, (SUFFIX,))
-    with _opened(Path(path)) as run:
-        return write_recording(run, place)
+    target = output_file(file, (SUFFIX,))
+    with _opened_run_data(Path(path)) as run:
+        return write_recording(run, target)
 
 
-@np.errstate(over="ignore", invalid="ignore")  # of a run that diverged
-def write_recording(run: RunData, file: Path) -> Recorded:
-    """Write a run as a recording; see `convert_run`.
+@np.errstate(over="ignore", invalid="ignore")  # a run may have diverged
+def write_recording(run: RunData, file: Path) -> McapRecording:
+    """Write a run as an MCAP file; see `convert_run`.
 
     Args:
-        run: The run; what needs its robot is left out if that is not known.
-        file: The recording.
+        run: The run. If its robot is unknown, topics that require the robot are omitted.
+        file: MCAP file to write.
+
+    Raises:
+        InputError: The run has no rows.
     """
     if not len(run.rows):
-        raise InputError("the run gave no rows: there is nothing to record")
+        raise InputError("the run has no rows to record")
     robot = run.experiment.robot if isinstance(run, ExperimentRunData) else None
     rows = RowTopics(run, robot)
-    scene = SceneTopics(Shown.of(run.experiment)) if isinstance(run, ExperimentRunData) else None
+    scene = (
+        SceneTopics(ShownRobot.from_experiment(run.experiment))
+        if isinstance(run, ExperimentRunData)
+        else None
+    )
     frames = scene.frame_rows(run) if scene else np.zeros(0, dtype=np.int64)
-    highest = scene.highest(run, frames) if scene else 0.0
+    max_tension = scene.max_tension(run, frames) if scene else 0.0
     topics = (*(scene.topics if scene else ()), *rows.topics, DIAGNOSTICS)
     with replace_file(file) as stream, McapWriter(stream, topics) as writer:
         if scene is not None:
@@ -94,16 +101,16 @@ def write_recording(run: RunData, file: Path) -> Recorded:
             end = min(first + _BLOCK, len(run.rows))
             last = int(nanoseconds(run["time"][end - 1 : end])[0])
             due = sum(int(batch.time_ns[0]) <= last for batch in diagnostics)
-            here = frames[slice(*np.searchsorted(frames, [first, end]))]
-            seen = scene.batches(run, here, highest) if scene else ()
-            writer.write(chain(diagnostics[:due], rows.batches(first, end), seen))
+            block_frames = frames[slice(*np.searchsorted(frames, [first, end]))]
+            scene_batches = scene.batches(run, block_frames, max_tension) if scene else ()
+            writer.write(chain(diagnostics[:due], rows.batches(first, end), scene_batches))
             del diagnostics[:due]
     notes = [str(finding) for finding in scene.findings] if scene else [_NO_ROBOT]
-    return Recorded(file, tuple(topic.name for topic in topics), tuple(notes))
+    return McapRecording(file, tuple(topic.name for topic in topics), tuple(notes))
 
 
 @contextlib.contextmanager
-def _opened(path: Path) -> Iterator[RunData]:
+def _opened_run_data(path: Path) -> Iterator[RunData]:
     if path.suffix != ".rec":
         with open_results(path) as run:
             yield run
@@ -112,19 +119,19 @@ def _opened(path: Path) -> Iterator[RunData]:
     if not (path.parent / EXPERIMENT).is_file():
         yield run
         return
-    with opened_run(path.parent) as own:
-        yield ExperimentRunData(**vars(run), experiment=own.experiment)
+    with opened_run(path.parent) as saved:
+        yield ExperimentRunData(**vars(run), experiment=saved.experiment)
 
 
 def hardware_run(recording: HardwareRecording) -> RunData:
-    """Return a recording of hardware as data of a run."""
-    about = recording.header
-    names = ("time", *about.command_names, *about.state_names, *_EXTRA)
-    units = ("s", *about.command_units, *about.state_units, *_EXTRA.values())
+    """Return a hardware recording as run data."""
+    header = recording.header
+    names = ("time", *header.command_names, *header.state_names, *_EXTRA)
+    units = ("s", *header.command_units, *header.state_units, *_EXTRA.values())
     extra = (recording.age, recording.round_trip, recording.seq, recording.flags)
     rows = np.column_stack([recording.t, recording.commands, recording.states, *extra])
     summary = {"status": "complete"}
     if recording.lost_bytes:
-        what = f"{recording.lost_bytes} bytes behind the last whole record are lost"
+        what = f"{recording.lost_bytes} bytes after the last valid record are lost"
         summary = {"status": "incomplete", "error": what}
     return RunData(names, rows, dict(zip(names, units, strict=True)), summary)

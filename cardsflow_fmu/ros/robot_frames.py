@@ -1,4 +1,4 @@
-"""The frames of a robot's URDF, as transforms from parent to child along a motion."""
+"""URDF frames of a robot, as transforms from parent to child along a motion."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from sim_dart.core.frames import transform
 
 
 def urdf_frames(robot: Robot) -> Mapping[str, FloatArray]:
-    """T_link_frame of every link by its name: where its URDF frame is, that of its joint.
+    """Return T_link_frame of each link: the pose of its URDF frame, which is the joint frame.
 
-    Of a robot that URDF does not hold, the frames are those of its links.
+    For a robot that URDF cannot represent, the frames are the link frames.
     """
     if robot.driven_joints:
         return {link.name: np.eye(4) for link in robot.links}
@@ -29,7 +29,7 @@ def urdf_frames(robot: Robot) -> Mapping[str, FloatArray]:
 
 
 def frame_transforms(robot: Robot, q: FloatArray) -> Iterator[tuple[str, str, FloatArray]]:
-    """Parent, child and T_parent_child of every URDF frame, shape (K, 4, 4).
+    """Yield parent, child and T_parent_child, shape (K, 4, 4), of each URDF frame.
 
     Args:
         robot: A valid robot.
@@ -51,24 +51,27 @@ def frame_transforms(robot: Robot, q: FloatArray) -> Iterator[tuple[str, str, Fl
 
 
 def point_values(position: FloatArray) -> Values:
-    """Positions, shape (K, 3), as a `Point` or a `Vector3`."""
+    """Return positions, shape (K, 3), as fields of a `Point` or a `Vector3`."""
     return dict(zip("xyz", position.T, strict=True))
 
 
 def quaternion_values(R: FloatArray) -> Values:
-    """Rotation matrices, shape (K, 3, 3), as a `Quaternion`; NaN where they are."""
-    quaternions, sound = np.full((len(R), 4), np.nan), np.isfinite(R).all(axis=(1, 2))
-    if sound.any():
-        quaternions[sound] = Rotation.from_matrix(R[sound]).as_quat()
+    """Return rotation matrices, shape (K, 3, 3), as fields of a `Quaternion`.
+
+    Quaternions of matrices that are not finite are NaN.
+    """
+    quaternions, is_finite = np.full((len(R), 4), np.nan), np.isfinite(R).all(axis=(1, 2))
+    if is_finite.any():
+        quaternions[is_finite] = Rotation.from_matrix(R[is_finite]).as_quat()
     return dict(zip("xyzw", quaternions.T, strict=True))
 
 
 def pose_values(T: FloatArray) -> Values:
-    """Poses, shape (K, 4, 4), as a `Pose`."""
+    """Return poses, shape (K, 4, 4), as fields of a `Pose`."""
     return {"position": point_values(T[:, :3, 3]), "orientation": quaternion_values(T[:, :3, :3])}
 
 
 def transform_values(time_ns: NDArray[np.int64], parent: str, child: str, T: FloatArray) -> Values:
-    """T_parent_child at K times, shape (K, 4, 4), as a `TransformStamped`."""
+    """Return T_parent_child at K times, shape (K, 4, 4), as fields of a `TransformStamped`."""
     moved = {"translation": point_values(T[:, :3, 3]), "rotation": quaternion_values(T[:, :3, :3])}
     return {"header": header(time_ns, parent), "child_frame_id": child, "transform": moved}

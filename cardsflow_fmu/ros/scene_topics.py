@@ -1,4 +1,4 @@
-"""The topics of a run for those who look at it: description, frames, cables and bodies."""
+"""Topics that visualise a run: robot description, frames, cables and bodies."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from .topics import Batch, nanoseconds
 Rows = NDArray[np.int64]
 
 RATE = 50.0
-"""Frames a second."""
+"""Frame rate, in [Hz]."""
 
 DESCRIPTION = Topic("/robot_description", types.TEXT, latched=True)
 BODIES = Topic("/robot_bodies", types.MARKERS, latched=True)
@@ -42,14 +42,14 @@ FRAMES = Topic("/tf", types.TRANSFORMS)
 CABLES = Topic("/cables", types.MARKERS)
 
 
-class Shown(NamedTuple):
-    """A robot that is looked at.
+class ShownRobot(NamedTuple):
+    """Robot to visualise.
 
     Attributes:
         robot: The robot.
-        folder: Folder of its files.
-        roots: Folders whose files may be read; see `carried_files`.
-        scene: What is around it; None for nothing.
+        folder: Folder of the robot's files.
+        roots: Folders with files that may be read; see `carried_files`.
+        scene: Surroundings of the robot, or None.
     """
 
     robot: Robot
@@ -58,30 +58,30 @@ class Shown(NamedTuple):
     scene: Scene | None = None
 
     @classmethod
-    def of(cls, experiment: Experiment) -> Self:
-        """That of an experiment, with its robot's files there."""
+    def from_experiment(cls, experiment: Experiment) -> Self:
+        """Return the robot of an experiment."""
         return cls(experiment.robot, experiment.folder, experiment.roots, experiment.scene)
 
 
 class SceneTopics:
-    """The topics of a robot that is looked at.
+    """Topics that visualise a robot.
 
     Args:
         shown: The robot.
 
     Attributes:
-        topics: Its topics.
-        meshes: The files of meshes that the robot's description names, by their places there.
-        findings: The meshes that are left out.
+        topics: The topics.
+        meshes: Contents of the mesh files, by their path in the robot description.
+        findings: Notes about omitted meshes and an omitted description.
     """
 
     topics = (DESCRIPTION, BODIES, FRAMES, CABLES)
 
-    def __init__(self, shown: Shown) -> None:
+    def __init__(self, shown: ShownRobot) -> None:
         self._robot = robot = shown.robot
         self._world = shown.scene
         self._link_meshes = link_meshes(robot, shown.folder, shown.roots)
-        self._stage = Stage(robot, Motion.still(_initial(robot)), self._link_meshes)
+        self._stage = Stage(robot, Motion.still(_initial_positions(robot)), self._link_meshes)
         carried = CarriedMeshes.of(robot, shown.folder)
         self.meshes = {
             name: mesh_bytes(file, [carried.folder]) for name, file in carried.files.items()
@@ -95,7 +95,11 @@ class SceneTopics:
             self.findings += URDF_ALONE.losses(robot)
 
     def first(self, time: FloatArray) -> Iterator[Batch]:
-        """The description and the bodies of links, once, at a time of shape (1,), in [s]."""
+        """Yield the robot description and the bodies of links.
+
+        Args:
+            time: Time of the messages, shape (1,), in [s].
+        """
         time_ns = nanoseconds(time)
         if self._urdf is not None:
             yield Batch(DESCRIPTION, time_ns, {"data": self._urdf})
@@ -103,27 +107,29 @@ class SceneTopics:
         yield Batch(BODIES, time_ns, {"markers": markers})
 
     def frame_rows(self, run: RunData) -> Rows:
-        """Return the rows of a run that make frames: at an even rate, without those of no position.
+        """Return the rows of a run to visualise, at a fixed rate.
+
+        Rows with joint positions that are not finite are omitted.
 
         Raises:
-            UnknownNameError: The run lacks a joint position.
+            UnknownNameError: The run does not contain a joint position.
         """
         rows = frame_rows(run["time"], RATE)
-        known = np.isfinite(run.columns(coordinate_signals("q", self._robot))[rows]).all(axis=1)
-        return rows[known]
+        is_finite = np.isfinite(run.columns(coordinate_signals("q", self._robot))[rows]).all(axis=1)
+        return rows[is_finite]
 
-    def highest(self, run: RunData, rows: Rows) -> float:
-        """Return the largest tension in some rows, in [N]; 0 if none is known."""
+    def max_tension(self, run: RunData, rows: Rows) -> float:
+        """Return the maximum tension in the given rows, in [N], or 0 if tensions are unknown."""
         tensions = motion_of(self._robot, run, rows).tensions if len(rows) else None
         return 0.0 if tensions is None else float(np.nanmax(tensions, initial=0.0))
 
-    def batches(self, run: RunData, rows: Rows, highest: float) -> Iterator[Batch]:
-        """Frames, cables and task points.
+    def batches(self, run: RunData, rows: Rows, max_tension: float) -> Iterator[Batch]:
+        """Yield frames, cables and task points.
 
         Args:
             run: The run.
-            rows: Rows with a position, of the frames.
-            highest: The tension at which colours end, in [N].
+            rows: Rows to visualise, from `frame_rows`.
+            max_tension: Tension at the end of the colour scale, in [N].
         """
         if not len(rows):
             return
@@ -140,11 +146,11 @@ class SceneTopics:
         tasks = {p.name: moved_point(poses[p.link], p.position) for p in task_points(robot)}
         reach = self._stage.reach
         markers = [
-            *cable_markers(time_ns, robot, paths, motion.tensions, highest, reach),
+            *cable_markers(time_ns, robot, paths, motion.tensions, max_tension, reach),
             *task_markers(time_ns, tasks, motion.y_d, reach),
         ]
         yield Batch(CABLES, time_ns, {"markers": markers})
 
 
-def _initial(robot: Robot) -> list[float]:
+def _initial_positions(robot: Robot) -> list[float]:
     return [min(max(c.initial, c.lower), c.upper) for c in robot.coordinates]

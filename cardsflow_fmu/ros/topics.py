@@ -1,4 +1,4 @@
-"""The topics of a run with a message a row: its columns as joint states and signals."""
+"""Topics with one message per row of a run: its columns as joint states and signals."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ TASK_REFERENCE = Topic("/task_reference", types.JOINT_STATE)
 SIGNALS = Topic("/signals", types.SIGNALS)
 
 _TICK_TIME = "solve_time"
-"""Signal with the time that a tick of the controller took, where the run measured it."""
-_LATEST = 2.0**63 - 1024.0
-"""The latest time that messages hold, in [ns]; later ones, and invalid ones, are clipped to it."""
+"""Signal with the computing time of a controller tick, if the run has measured it."""
+_MAX_TIME = 2.0**63 - 1024.0
+"""Maximum time of messages, in [ns]. Later and invalid times are clipped to it."""
 
 
 class Batch(NamedTuple):
-    """Messages of one topic that differ in their numbers alone.
+    """Messages of one topic that differ only in their numbers.
 
     Attributes:
         topic: The topic.
         time_ns: Times of K messages, shape (K,), in [ns].
-        values: Their fields; every array has K rows, all else is the same in all messages. An array
-            of shape (K, n, 3) is n points.
+        values: Fields of the messages. Arrays have K rows; all other values are equal in all
+            messages. An array of shape (K, n, 3) contains n points.
     """
 
     topic: Topic
@@ -48,20 +48,20 @@ class Batch(NamedTuple):
 
 
 def nanoseconds(time: FloatArray) -> NDArray[np.int64]:
-    """Times in [s] as whole [ns]."""
+    """Return times in [s] as integers in [ns]."""
     with np.errstate(over="ignore"):
-        whole = np.nan_to_num(np.rint(1e9 * time), nan=_LATEST)
-    times: NDArray[np.int64] = np.clip(whole, -_LATEST, _LATEST).astype(np.int64)
+        whole = np.nan_to_num(np.rint(1e9 * time), nan=_MAX_TIME)
+    times: NDArray[np.int64] = np.clip(whole, -_MAX_TIME, _MAX_TIME).astype(np.int64)
     return times
 
 
 class RowTopics:
-    """The topics with a message a row.
+    """Topics with one message per row.
 
     Args:
         run: The run.
-        robot: Its robot; None if that is not known: names are those of the columns then, and
-            efforts and rates of lengths, which need it, are left out.
+        robot: Robot of the run, or None if unknown. Without a robot, the names of the columns are
+            used, and efforts and rates of lengths are omitted.
     """
 
     def __init__(self, run: RunData, robot: Robot | None = None) -> None:
@@ -80,16 +80,16 @@ class RowTopics:
         self._tasks = self._names(("y",), None)
         self._task_references = self._names(("y_d",), None)
         self._signals = self._other_columns()
-        self._paths = _Paths(robot, self._columns) if robot is not None else None
+        self._paths = _PathMotion(robot, self._columns) if robot is not None else None
         tables = self._tables(_Rows(run, self._columns, slice(0)))
         self.topics = (*(table.topic for table in tables), *([SIGNALS] if self._signals else []))
 
     def replace(self, run: RunData) -> None:
-        """Take another run of the same columns."""
+        """Replace the run by another one with the same columns."""
         self._run = run
 
     def batches(self, first: int, end: int) -> Iterator[Batch]:
-        """The messages of the rows from `first` to before `end`, topic by topic."""
+        """Yield the messages of the rows from `first` to `end` (exclusive), topic by topic."""
         rows = _Rows(self._run, self._columns, slice(first, end))
         times = nanoseconds(rows.time)
         for table in self._tables(rows):
@@ -98,7 +98,7 @@ class RowTopics:
             yield self._signal_batch(rows, times)
 
     def _signal_batch(self, rows: _Rows, time_ns: NDArray[np.int64]) -> Batch:
-        """Return the columns that no topic of joint states has, and the times of ticks."""
+        """Return the messages with all other columns and the computing times of ticks."""
         names, values = list(self._signals), rows.columns(self._signals)
         ticks = None if SOLVE_TIME in self._columns else rows.tick_times()
         if ticks is not None:
@@ -108,49 +108,62 @@ class RowTopics:
         return Batch(SIGNALS, time_ns, fields)
 
     def _tables(self, rows: _Rows) -> list[_Table]:
-        """The topics of joint states; a tendon is a joint of position l, velocity l', effort f."""
+        """Return the topics of joint states.
+
+        For tendons, position is the length l, velocity is l', and effort is the force f.
+        """
         rates, efforts = self._paths.motion(rows) if self._paths is not None else (None, None)
         tables = [
             _Table(
                 JOINT_STATES,
                 self._joints,
-                rows.all("q", self._joints),
-                rows.known("qd", self._joints),
+                rows.prefixed("q", self._joints),
+                rows.prefixed_if_complete("qd", self._joints),
                 efforts,
             ),
             _Table(
                 JOINT_REFERENCE,
                 self._desired,
-                rows.all("q_d", self._desired),
-                rows.known("qd_d", self._desired),
+                rows.prefixed("q_d", self._desired),
+                rows.prefixed_if_complete("qd_d", self._desired),
             ),
-            _Table(JOINT_COMMANDS, self._motors, effort=rows.all(TORQUE, self._motors)),
+            _Table(JOINT_COMMANDS, self._motors, effort=rows.prefixed(TORQUE, self._motors)),
             _Table(
                 TENDON_STATES,
                 self._muscles,
-                rows.all("l", self._muscles),
+                rows.prefixed("l", self._muscles),
                 rates,
-                rows.first(("tension", "f"), self._muscles),
+                rows.first_available(("tension", "f"), self._muscles),
             ),
-            _Table(TENDON_COMMANDS, self._driven, effort=rows.all("f", self._driven)),
-            _Table(TASK_STATES, self._tasks, rows.all("y", self._tasks)),
-            _Table(TASK_REFERENCE, self._task_references, rows.all("y_d", self._task_references)),
+            _Table(TENDON_COMMANDS, self._driven, effort=rows.prefixed("f", self._driven)),
+            _Table(TASK_STATES, self._tasks, rows.prefixed("y", self._tasks)),
+            _Table(
+                TASK_REFERENCE, self._task_references, rows.prefixed("y_d", self._task_references)
+            ),
         ]
         return [table for table in tables if table.names]
 
     def _names(self, prefixes: Sequence[str], names: Sequence[str] | None) -> dict[str, str]:
-        """Return names of what has a column of one of the prefixes, by how columns have them."""
-        there = {
+        """Return the names of objects that have columns with one of the prefixes.
+
+        Args:
+            prefixes: Prefixes of the columns.
+            names: Names of all objects in the robot, or None if unknown.
+
+        Returns:
+            Names by the form in which columns contain them.
+        """
+        in_columns = {
             name.partition(".")[2]: name.partition(".")[2]
             for name in self._columns
             if name.partition(".")[0] in prefixes and "." in name
         }
-        if names is None or not there:
-            return there
+        if names is None or not in_columns:
+            return in_columns
         return {identifier(name): name for name in names}
 
     def _other_columns(self) -> list[str]:
-        """Return columns that no topic of joint states has."""
+        """Return the names of columns that no topic of joint states contains."""
         published = {"time"}
         measured = (MEASURED_TORQUE,) if self._robot is not None else ()
         for prefixes, names in (
@@ -166,12 +179,12 @@ class RowTopics:
 
 
 class _Table(NamedTuple):
-    """Joint states of one topic, a message a row.
+    """Joint states of one topic, with one message per row.
 
     Attributes:
         topic: The topic.
-        names: Names of the joints, by how columns have them.
-        position, velocity, effort: Shape (K, n) each; None if they are left out.
+        names: Names of the joints, by the form in which columns contain them.
+        position, velocity, effort: Values, shape (K, n) each, or None to omit them.
     """
 
     topic: Topic
@@ -189,51 +202,55 @@ class _Table(NamedTuple):
 
 
 class _Rows:
-    """Columns of some rows."""
+    """Columns in a range of rows."""
 
-    def __init__(self, run: RunData, places: Mapping[str, int], rows: slice) -> None:
-        self._run, self._places = run, places
+    def __init__(self, run: RunData, indices: Mapping[str, int], rows: slice) -> None:
+        self._run, self._indices = run, indices
         self._values = run.rows[rows]
-        self.time = self._values[:, places["time"]]
+        self.time = self._values[:, indices["time"]]
 
     def columns(self, names: Sequence[str]) -> FloatArray:
-        """Return columns by their whole names, NaN if there is none, shape (K, n)."""
-        found = np.full((len(self._values), len(names)), np.nan)
-        there = [k for k, name in enumerate(names) if name in self._places]
-        found[:, there] = self._values[:, [self._places[names[k]] for k in there]]
-        return found
+        """Return columns by their full names, shape (K, n). Missing columns are NaN."""
+        values = np.full((len(self._values), len(names)), np.nan)
+        available = [k for k, name in enumerate(names) if name in self._indices]
+        values[:, available] = self._values[:, [self._indices[names[k]] for k in available]]
+        return values
 
-    def all(self, prefix: str, names: Mapping[str, str]) -> FloatArray:
-        """Return the columns of a prefix, NaN if there is none, shape (K, n)."""
+    def prefixed(self, prefix: str, names: Mapping[str, str]) -> FloatArray:
+        """Return the columns with a prefix, shape (K, n). Missing columns are NaN."""
         return self.columns([f"{prefix}.{name}" for name in names])
 
-    def known(self, prefix: str, names: Mapping[str, str]) -> FloatArray | None:
-        """Return the columns of a prefix; None if one is missing."""
+    def prefixed_if_complete(self, prefix: str, names: Mapping[str, str]) -> FloatArray | None:
+        """Return the columns with a prefix, shape (K, n), or None if a column is missing."""
         columns = [f"{prefix}.{name}" for name in names]
-        return self.columns(columns) if set(columns) <= set(self._places) else None
+        return self.columns(columns) if set(columns) <= set(self._indices) else None
 
-    def first(self, prefixes: Sequence[str], names: Mapping[str, str]) -> FloatArray:
-        """For each name the column of the first prefix that there is, shape (K, n)."""
+    def first_available(self, prefixes: Sequence[str], names: Mapping[str, str]) -> FloatArray:
+        """Return for each name the column with the first existing prefix, shape (K, n)."""
         columns = [
-            next((f"{p}.{name}" for p in prefixes if f"{p}.{name}" in self._places), "")
+            next((f"{p}.{name}" for p in prefixes if f"{p}.{name}" in self._indices), "")
             for name in names
         ]
         return self.columns(columns)
 
     def tick_times(self) -> FloatArray | None:
-        """How long each row's tick took, NaN if there was none, in [s]; None if not measured."""
+        """Return the computing time of each row's tick, in [s], or None if not measured.
+
+        Rows without a tick are NaN.
+        """
         ticks = self._run.solve_times
         if not len(ticks) or not len(self.time):
             return None
-        known = np.full(len(self.time), np.nan)
-        times, own = nanoseconds(ticks[:, 0]), nanoseconds(self.time)
-        at = np.minimum(np.searchsorted(times, own), len(ticks) - 1)
-        known[times[at] == own] = ticks[at[times[at] == own], 1]
-        return known
+        durations = np.full(len(self.time), np.nan)
+        tick_ns, row_ns = nanoseconds(ticks[:, 0]), nanoseconds(self.time)
+        k = np.minimum(np.searchsorted(tick_ns, row_ns), len(ticks) - 1)
+        has_tick = tick_ns[k] == row_ns
+        durations[has_tick] = ticks[k[has_tick], 1]
+        return durations
 
 
-class _Paths:
-    """Muscle Jacobians along the motion."""
+class _PathMotion:
+    """Rates of muscle lengths and joint efforts along the motion."""
 
     def __init__(self, robot: Robot, columns: Mapping[str, int]) -> None:
         from sim_dart import MusclePaths
@@ -241,31 +258,34 @@ class _Paths:
         self._joints = {identifier(c.name): c.name for c in robot.coordinates}
         self._muscles = {identifier(m.name): m.name for m in robot.muscles}
         self._motors = {identifier(motor.name): motor.name for motor in robot.motors}
-        self._motor_places = [robot.coordinates.index(motor) for motor in robot.motors]
+        self._motor_indices = [robot.coordinates.index(motor) for motor in robot.motors]
         self._known = all(f"{p}.{name}" in columns for p in ("q", "qd") for name in self._joints)
         self._paths = MusclePaths(robot)
 
     def motion(self, rows: _Rows) -> tuple[FloatArray | None, FloatArray | None]:
-        """Rates of lengths l' = L q' and efforts -L' f + torques; None if q or q' is missing.
+        """Return rates of lengths and efforts, or None if q or qd is missing.
 
         Returns:
-            Shape (K, m), in [m/s], and shape (K, n), in [N·m] or [N].
+            Rates L qd, shape (K, m), in [m/s], and efforts -L^T f plus the torques of joint
+            motors, shape (K, n), in [N·m] or [N].
         """
         if not self._known:
             return None, None
-        q, qd = rows.all("q", self._joints), rows.all("qd", self._joints)
-        f = rows.first(("tension", "f"), self._muscles)
+        q, qd = rows.prefixed("q", self._joints), rows.prefixed("qd", self._joints)
+        f = rows.first_available(("tension", "f"), self._muscles)
         rates, efforts = np.full_like(f, np.nan), np.full_like(q, np.nan)
         for k in np.flatnonzero(np.isfinite(q).all(axis=1)):
             L = self._paths.evaluate(q[k]).jacobian
             rates[k] = L @ qd[k]
             efforts[k] = -L.T @ f[k]
-        efforts[:, self._motor_places] += rows.first((MEASURED_TORQUE, TORQUE), self._motors)
+        efforts[:, self._motor_indices] += rows.first_available(
+            (MEASURED_TORQUE, TORQUE), self._motors
+        )
         return rates, efforts
 
 
 def _units(robot: Robot) -> dict[str, str]:
-    """Return the units of a robot's commands and slack."""
+    """Return the units of the commands and slack signals of a robot."""
     return {
         **{port.name: port.unit for port in command_ports(robot, "output", "discrete")},
         **slack_signals(robot, "joint"),

@@ -1,1 +1,1 @@
-"""What the other rooms know of ROS 2: topics, messages, addresses, and a node by rclpy."""
+"""Interface to ROS 2: topics, messages, addresses, and nodes that use rclpy."""

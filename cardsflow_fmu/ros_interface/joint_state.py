@@ -1,4 +1,4 @@
-"""Joint states as plain data, to and from messages `sensor_msgs/JointState`."""
+"""Joint states, and their conversion from and to `sensor_msgs/JointState` messages."""
 
 from __future__ import annotations
 
@@ -10,29 +10,29 @@ from cardsflow_fmu.utils.arrays import FloatArray
 
 from .node import Values, header
 
-_NOTHING = np.zeros(0)
+_EMPTY = np.zeros(0)
 
 
 class JointState(NamedTuple):
-    """The states of joints, or of tendons: length, its rate and tension.
+    """States of joints, or of tendons: length, rate of the length, and tension.
 
     Attributes:
-        time_ns: Stamp of the message, in [ns].
-        frame: Its frame.
+        time_ns: Time stamp of the message, in [ns].
+        frame: Frame id of the message.
         names: Names of the joints.
-        position, velocity, effort: Shape (n,) each; (0,) if they are left out.
+        position, velocity, effort: Values, shape (n,) each, or shape (0,) if not specified.
     """
 
     time_ns: int
     frame: str
     names: tuple[str, ...]
-    position: FloatArray = _NOTHING
-    velocity: FloatArray = _NOTHING
-    effort: FloatArray = _NOTHING
+    position: FloatArray = _EMPTY
+    velocity: FloatArray = _EMPTY
+    effort: FloatArray = _EMPTY
 
     @classmethod
-    def of(cls, message: Any) -> Self:
-        """Return the state in a message of rclpy or of rosbags."""
+    def from_message(cls, message: Any) -> Self:
+        """Return the joint states in a message of rclpy or rosbags."""
         stamp = message.header.stamp
         fields = (message.position, message.velocity, message.effort)
         return cls(
@@ -44,7 +44,7 @@ class JointState(NamedTuple):
 
     @property
     def values(self) -> Values:
-        """The fields of the message."""
+        """Fields of the message."""
         return {
             "header": header(self.time_ns, self.frame),
             "name": self.names,

@@ -1,4 +1,4 @@
-"""Types of ROS 2 messages; those of recordings by the package rosbags."""
+"""Names of ROS 2 message types, and their definitions for recordings."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ _SIGNALS = Path(__file__).parent / "interfaces/cardsflow_msgs/msg/Signals.msg"
 
 
 def require_ros(key: str | None = None) -> None:
-    """Reject early what needs the extra `ros2`.
+    """Check that the packages of the extra `ros2` are installed.
 
     Args:
-        key: The option or setting that asks for it.
+        key: Option or setting that requires the packages, for the message.
 
     Raises:
-        InputError: A package of it is missing.
+        InputError: A package is missing.
     """
     require("recordings of ROS 2", "ros2", "mcap.writer", "rosbags.typesys", key=key)
 
 
 @functools.cache
 def type_store() -> Any:
-    """Return the message types of Jazzy and our own, as a `Typestore` of the package rosbags.
+    """Return the message types of ROS 2 Jazzy and cardsflow_msgs, as a `Typestore` of rosbags.
 
     Raises:
-        InputError: It is missing.
+        InputError: The package rosbags is missing.
     """
     require_ros()
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore

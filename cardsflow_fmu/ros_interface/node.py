@@ -1,4 +1,4 @@
-"""Topics, messages and nodes, as the other rooms use them."""
+"""Interfaces of topics, messages and nodes."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 Values = Mapping[str, Any]
-"""A message as plain data: its fields by name, nested ones as mappings; missing ones are zero."""
+"""Fields of a message by name. Nested messages are mappings, and missing fields are zero."""
 
 End = Literal["publisher", "subscriber"]
 
 
 class Topic(NamedTuple):
-    """A topic.
+    """ROS topic.
 
     Attributes:
-        name: Such as `/joint_states`.
-        type: Such as `sensor_msgs/msg/JointState`.
-        latched: Whether late subscribers get its last message, too.
+        name: Name, such as `/joint_states`.
+        type: Message type, such as `sensor_msgs/msg/JointState`.
+        latched: Whether late subscribers receive the last message too.
     """
 
     name: str
@@ -29,12 +29,12 @@ class Topic(NamedTuple):
 
 
 class Received(NamedTuple):
-    """A message that was received.
+    """Received message.
 
     Attributes:
         message: The message, with its fields as attributes.
-        publisher: Identity of the topic's only publisher; None if there are several.
-        sent_ns: When it was published, in [ns] since 1970; 0 if the middleware does not say.
+        publisher: Identity of the publisher, or None if the topic has several publishers.
+        sent_ns: Time of publication, in [ns] since 1970, or 0 if the middleware does not report it.
     """
 
     message: Any
@@ -43,53 +43,61 @@ class Received(NamedTuple):
 
 
 class Inbox(Protocol):
-    """The messages of a topic, the oldest first; of too many the oldest are dropped."""
+    """Interface of a queue of received messages. If the queue is full, the oldest are dropped."""
 
     def receive(self, until: float) -> Received | None:
-        """Return the next message; one that is there already is returned even after the deadline.
+        """Return the next message, or None if no message arrives before the deadline.
+
+        A message that has already arrived is returned even after the deadline.
 
         Args:
-            until: How long to wait, on the monotonic clock, in [s].
-
-        Returns:
-            None if there is none until then.
+            until: Deadline on the monotonic clock, in [s].
         """
 
 
 class Node(Protocol):
-    """A node, as a context that leaves the graph at its end."""
+    """Interface of a ROS node, as a context manager that closes the node."""
 
-    def knows(self, message_type: str) -> bool:
-        """Return whether this installation of ROS has a message type."""
+    def has_type(self, message_type: str) -> bool:
+        """Return whether a message type is installed."""
 
     def advertise(self, topic: Topic) -> None:
-        """Announce a topic that will be published."""
+        """Create a publisher for a topic."""
 
     def publish(self, topic: Topic, values: Values) -> None:
-        """Send a message of an advertised topic."""
+        """Publish a message on an advertised topic."""
 
     def subscribe(self, topic: Topic) -> Inbox:
-        """Receive the messages of a topic from now on."""
+        """Subscribe to a topic and return its queue of messages."""
 
     def types(self, topic: Topic, end: End) -> list[str]:
-        """Return the types with which other nodes publish a topic or subscribe to it, one each."""
+        """Return the message types of the publishers or subscribers of a topic in other nodes."""
 
     def close(self) -> None:
-        """Leave the graph."""
+        """Close the node."""
 
     def __enter__(self) -> Self:
-        """The node itself."""
+        """Return the node."""
 
     def __exit__(self, *exception: object) -> None:
-        """Leave the graph."""
+        """Close the node."""
 
 
 def header(time_ns: int | NDArray[np.int64], frame: str = "") -> Values:
-    """Return a time in [ns], or those of many messages, and a frame as `std_msgs/msg/Header`."""
+    """Return the fields of a `std_msgs/msg/Header`.
+
+    Args:
+        time_ns: Time of a message, or times of many messages, in [ns].
+        frame: Frame id.
+    """
     return {"stamp": stamp(time_ns), "frame_id": frame}
 
 
 def stamp(time_ns: int | NDArray[np.int64]) -> Values:
-    """Return a time in [ns], or those of many messages, as `builtin_interfaces/msg/Time`."""
-    seconds, rest = divmod(time_ns, 1_000_000_000)
-    return {"sec": seconds, "nanosec": rest}
+    """Return the fields of a `builtin_interfaces/msg/Time`.
+
+    Args:
+        time_ns: Time of a message, or times of many messages, in [ns].
+    """
+    seconds, nanoseconds = divmod(time_ns, 1_000_000_000)
+    return {"sec": seconds, "nanosec": nanoseconds}

@@ -1,4 +1,4 @@
-"""A node of ROS 2 by its own library, rclpy, over the middleware that the user has chosen."""
+"""ROS 2 node that uses rclpy, with the middleware that the user has configured."""
 
 from __future__ import annotations
 
@@ -23,35 +23,35 @@ from .node import End, Received, Topic, Values
 Parameter = bool | int | float | str | list[bool] | list[int] | list[float] | list[str]
 
 _DEPTH = 10
-_GRAPH_EVERY = 0.05
-"""Longest time for which the identity of a publisher is taken from before, in [s]."""
-_JOIN_WITHIN = 2.0
+_GRAPH_PERIOD = 0.05
+"""Maximum age of the stored identity of a publisher, in [s]."""
+_JOIN_TIMEOUT = 2.0
 _MAX_WAIT = 0.1
-"""Longest time for which a wait for messages holds up an interrupt of the program, in [s]."""
+"""Maximum time for which a wait for messages delays an interrupt of the program, in [s]."""
 _SEQUENCE = re.compile(r"sequence<(\w+)/(\w+)>")
 
 
 def open_node(address: NodeAddress, parameters: Mapping[str, Parameter] | None = None) -> RosNode:
-    """Open a node; it leaves the graph at its end, as a context."""
+    """Open a node, which is also a context manager that closes the node."""
     return RosNode(address, parameters or {})
 
 
 class RosNode:
-    """A node, as a context that leaves the graph at its end; see `Node`.
+    """ROS node, as a context manager that closes the node; see `Node`.
 
-    A thread of its own answers requests, so that nobody who publishes or steps waits for ROS.
-    Messages are taken by the thread that receives them.
+    A separate thread answers service requests, so that publishing and simulation steps do not wait
+    for ROS. The thread that calls `receive` reads messages from the middleware.
 
     Args:
         address: Name, namespace and domain of the node.
-        parameters: Its parameters, which are read-only.
+        parameters: Parameters of the node, which are read-only.
 
     Raises:
         InputError: This Python has no rclpy, or the middleware cannot be started.
     """
 
     def __init__(self, address: NodeAddress, parameters: Mapping[str, Parameter]) -> None:
-        rclpy = _rclpy()
+        rclpy = _import_rclpy()
         from rclpy.executors import SingleThreadedExecutor
         from rclpy.signals import SignalHandlerOptions
 
@@ -67,17 +67,18 @@ class RosNode:
             self._node: Any = rclpy.create_node(
                 address.node, namespace=address.namespace, context=self._context
             )
-        except Exception as error:  # of kinds that differ by middleware
+        except Exception as error:  # the exception type depends on the middleware
             rclpy.try_shutdown(context=self._context)
-            raise InputError(f"ROS 2 does not start: {_line(error)}", key=SCHEME) from None
+            what = f"ROS 2 cannot be started: {_error_line(error)}"
+            raise InputError(what, key=SCHEME) from None
         self._declare(parameters)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._thread = threading.Thread(target=self._spin, name="rclpy", daemon=True)
         self._thread.start()
 
-    def knows(self, message_type: str) -> bool:
-        """Return whether this installation of ROS has a message type."""
+    def has_type(self, message_type: str) -> bool:
+        """Return whether a message type is installed."""
         try:
             _message_class(message_type)
         except InputError:
@@ -85,40 +86,40 @@ class RosNode:
         return True
 
     def advertise(self, topic: Topic) -> None:
-        """Announce a topic that will be published.
+        """Create a publisher for a topic.
 
         Raises:
-            InputError: The package of its type is not installed.
+            InputError: The package of the message type is not installed.
         """
         kind = _message_class(topic.type)
         name = self._address.absolute(topic.name)
         self._publishers[topic] = self._node.create_publisher(kind, name, _qos(topic)), kind
 
     def publish(self, topic: Topic, values: Values) -> None:
-        """Send a message of an advertised topic."""
+        """Publish a message on an advertised topic."""
         publisher, kind = self._publishers[topic]
         message = kind()
         _fill(message, values)
         publisher.publish(message)
 
     def subscribe(self, topic: Topic) -> RosInbox:
-        """Receive the messages of a topic from now on.
+        """Subscribe to a topic and return its queue of messages.
 
         Raises:
-            InputError: The package of its type is not installed.
+            InputError: The package of the message type is not installed.
         """
         subscription = self._node.create_subscription(
             _message_class(topic.type),
             self._address.absolute(topic.name),
             lambda message: None,
-            # best effort matches publishers of either kind
+            # A best-effort subscription is compatible with reliable and best-effort publishers.
             _qos(topic, reliable=topic.latched),
-            callback_group=_not_executed(),
+            callback_group=_excluded_group(),
         )
         return RosInbox(self._node, subscription)
 
     def types(self, topic: Topic, end: End) -> list[str]:
-        """Return the types with which other nodes publish a topic or subscribe to it, one each."""
+        """Return the message types of the publishers or subscribers of a topic in other nodes."""
         name = self._address.absolute(topic.name)
         if end == "publisher":
             found = self._node.get_publishers_info_by_topic(name)
@@ -133,9 +134,9 @@ class RosNode:
         return types
 
     def close(self) -> None:
-        """Leave the graph."""
+        """Close the node."""
         self._executor.shutdown(timeout_sec=0.0)
-        self._thread.join(_JOIN_WITHIN)
+        self._thread.join(_JOIN_TIMEOUT)
         self._node.destroy_node()
         self._context.try_shutdown()
 
@@ -161,69 +162,75 @@ class RosNode:
 
 
 class RosInbox:
-    """The messages of a topic; see `Inbox`.
+    """Queue of received messages; see `Inbox`.
 
-    An executor of rclpy makes a set of all that it waits for again for every message, which takes
-    longer than the message's way. So `receive` has a set of its own, with the subscription alone.
+    An executor of rclpy creates a wait set of all its entities for each message, which takes longer
+    than the transport of the message. Therefore `receive` uses a wait set with only the
+    subscription.
 
     Args:
         node: Node of rclpy.
-        subscription: Subscription of it that no executor takes messages of.
+        subscription: Subscription of the node that no executor processes.
     """
 
     def __init__(self, node: Any, subscription: Any) -> None:
         from rclpy.impl.implementation_singleton import rclpy_implementation
 
         self._node, self._subscription = node, subscription
-        self._waits = rclpy_implementation.WaitSet(1, 0, 0, 0, 0, 0, node.context.handle)
+        self._wait_set = rclpy_implementation.WaitSet(1, 0, 0, 0, 0, 0, node.context.handle)
         self._publisher: Hashable = None
-        self._looked = -_GRAPH_EVERY
+        self._graph_time = -_GRAPH_PERIOD
 
     def receive(self, until: float) -> Received | None:
         """Return the next message; see `Inbox.receive`."""
-        subscription, waits = self._subscription, self._waits
+        subscription, wait_set = self._subscription, self._wait_set
         handle = subscription.handle
         with handle:
             while (taken := handle.take_message(subscription.msg_type, subscription.raw)) is None:
                 left = until - time.monotonic()
                 if left <= 0.0:
                     return None
-                waits.clear_entities()
-                waits.add_subscription(handle)
-                waits.wait(int(1e9 * min(left, _MAX_WAIT)))
+                wait_set.clear_entities()
+                wait_set.add_subscription(handle)
+                wait_set.wait(int(1e9 * min(left, _MAX_WAIT)))
         message, info = taken
         return Received(message, self._sole_publisher(), int(info["source_timestamp"] or 0))
 
     def _sole_publisher(self) -> Hashable:
-        """Identity of the topic's publisher; None if there are several.
+        """Return the identity of the topic's publisher, or None if there are several.
 
-        rclpy does not tell the publisher of a message, so it is taken from the graph.
+        rclpy does not report the publisher of a message, so that the ROS graph is queried.
         """
         if self._subscription.handle.get_publisher_count() > 1:
-            self._looked = -_GRAPH_EVERY
+            self._graph_time = -_GRAPH_PERIOD
             return None
         now = time.monotonic()
-        if now - self._looked >= _GRAPH_EVERY:
+        if now - self._graph_time >= _GRAPH_PERIOD:
             found = self._node.get_publishers_info_by_topic(self._subscription.topic_name)
             self._publisher = tuple(found[0].endpoint_gid) if len(found) == 1 else None
-            self._looked = now
+            self._graph_time = now
         return self._publisher
 
 
-def _rclpy() -> Any:
-    """Return the module rclpy, imported only where a node is opened."""
+def _import_rclpy() -> Any:
+    """Return the module rclpy. It is imported late, since it is optional.
+
+    Raises:
+        InputError: The module is not installed or cannot be loaded.
+    """
     try:
         return importlib.import_module("rclpy")
     except ImportError as error:
         version = ".".join(map(str, sys.version_info[:2]))
         if isinstance(error, ModuleNotFoundError) and error.name == "rclpy":
-            what = f"this Python {version} ({sys.executable}) does not have it"
+            what = f"it is not installed for this Python {version} ({sys.executable})"
         else:
-            what = f"it does not load ({str(error).splitlines()[0]})"
+            what = f"it cannot be loaded ({str(error).splitlines()[0]})"
         raise InputError(
-            f"topics of ROS 2 need rclpy: {what}; source the setup.bash of a distribution and run "
-            "cardsflow with that distribution's Python, or install the wheels ros-jazzy-rclpy and "
-            "ros-jazzy-rmw-fastrtps-cpp for Python 3.11; see docs/how_to/ros.md",
+            f"ROS 2 topics require rclpy: {what}; source the setup.bash of a ROS distribution and "
+            "run cardsflow with the Python of that distribution, or install the wheels "
+            "ros-jazzy-rclpy and ros-jazzy-rmw-fastrtps-cpp for Python 3.11; "
+            "see docs/how_to/ros.md",
             key=SCHEME,
         ) from None
 
@@ -231,23 +238,24 @@ def _rclpy() -> Any:
 @functools.cache
 def _message_class(name: str) -> type[Any]:
     """Return the class of a message type: `std_msgs/msg/String` -> `std_msgs.msg.String`."""
-    package, kind, own = name.split("/")
+    package, kind, type_name = name.split("/")
     try:
-        return getattr(importlib.import_module(f"{package}.{kind}"), own)  # type: ignore[no-any-return]
+        module = importlib.import_module(f"{package}.{kind}")
+        return getattr(module, type_name)  # type: ignore[no-any-return]
     except (ImportError, AttributeError):
-        what = f"this ROS 2 has no messages {name}: install the package {package}"
+        what = f"the message type {name} is not installed in this ROS 2: install {package}"
         raise InputError(what, key=SCHEME) from None
 
 
-def _not_executed() -> Any:
-    """Return a group for subscriptions that no executor takes messages of."""
+def _excluded_group() -> Any:
+    """Return a callback group whose subscriptions executors do not process."""
     from rclpy.callback_groups import CallbackGroup
 
-    class NotExecuted(CallbackGroup):  # type: ignore[misc]  # rclpy is not there for mypy
+    class ExcludedGroup(CallbackGroup):  # type: ignore[misc]  # mypy runs without rclpy
         def can_execute(self, entity: object) -> bool:
             return False
 
-    return NotExecuted()
+    return ExcludedGroup()
 
 
 def _qos(topic: Topic, *, reliable: bool = True) -> Any:
@@ -261,7 +269,7 @@ def _qos(topic: Topic, *, reliable: bool = True) -> Any:
 
 
 def _fill(message: Any, values: Values) -> None:
-    """Set the fields of a message of rclpy."""
+    """Set the fields of an rclpy message."""
     kind: Any = type(message)
     for field, value in values.items():
         if isinstance(value, Mapping):
@@ -269,7 +277,7 @@ def _fill(message: Any, values: Values) -> None:
             continue
         element = _elements(kind).get(field)
         if element is not None:
-            setattr(message, field, [_filled(element, one) for one in value])
+            setattr(message, field, [_new_message(element, item) for item in value])
         elif isinstance(value, np.ndarray):
             setattr(message, field, array("d", np.ascontiguousarray(value, np.float64).tobytes()))
         else:
@@ -278,14 +286,14 @@ def _fill(message: Any, values: Values) -> None:
 
 @functools.cache
 def _elements(kind: type[Any]) -> dict[str, type[Any]]:
-    """Return the messages that a message has sequences of, by their fields."""
+    """Return the message types of the elements of sequences in a message, by field."""
     fields = kind.get_fields_and_field_types().items()
     found = {field: _SEQUENCE.match(of) for field, of in fields}
     return {f: _message_class(f"{of[1]}/msg/{of[2]}") for f, of in found.items() if of is not None}
 
 
-def _filled(kind: type[Any], values: Values | NDArray[np.float64]) -> Any:
-    """Return a new message; a point may be an array of its coordinates."""
+def _new_message(kind: type[Any], values: Values | NDArray[np.float64]) -> Any:
+    """Return a new message. For a point, the values may be an array of its coordinates."""
     if isinstance(values, np.ndarray):
         x, y, z = values.tolist()
         return kind(x=x, y=y, z=z)
@@ -294,5 +302,5 @@ def _filled(kind: type[Any], values: Values | NDArray[np.float64]) -> Any:
     return message
 
 
-def _line(error: BaseException) -> str:
+def _error_line(error: BaseException) -> str:
     return " ".join(str(error).split()) or type(error).__name__

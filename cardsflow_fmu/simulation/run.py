@@ -258,7 +258,7 @@ def _run(
                 journal.begin(loop.names, loop.units, loop.count, summary)
             with pace:
                 begin = time.perf_counter()
-                recording = pace.judged(loop.run(progress, pace.pacer, watch, journal))
+                recording = pace.with_final_check(loop.run(progress, pace.pacer, watch, journal))
                 speed = Speed(time.perf_counter() - begin, begin - started)
     result = system.result(
         recording, finite(system.summary(recording, speed) | pace.report(recording))

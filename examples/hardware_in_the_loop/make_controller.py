@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cli.common import settings_of
-from cardsflow_fmu.hardware.protocol.handshake import halves
+from cardsflow_fmu.hardware.protocol.handshake import split_uint64
 from cardsflow_fmu.hardware.protocol.signals import hardware_signature
 from cardsflow_fmu.models.estimator import make_estimator
 from cardsflow_fmu.models.reference import make_reference
@@ -58,7 +58,7 @@ def header(experiment: Experiment, arrays: Mapping[str, ArrayLike], single: bool
     rows = [] if experiment.controller.space == "joint" else task_rows(robot)
     n, m, words = len(robot.coordinates), len(robot.muscles), np.frombuffer(own, "<u8")
     robot_size = core().core_size(np.frombuffer(blob).ctypes.data, len(blob), None, 0)
-    high, low = halves(hardware_signature(robot, experiment.hardware))
+    high, low = split_uint64(hardware_signature(robot, experiment.hardware))
     lines = [
         f"/* {robot.name}: written by make_controller.py */",
         "#include <math.h>",

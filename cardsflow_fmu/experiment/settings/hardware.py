@@ -216,7 +216,7 @@ class HardwareSettings(SafetySettings, LinkSettings):
         return self.mode == "realtime"
 
     @property
-    def goes_by_clock(self) -> bool:
+    def moves_in_real_time(self) -> bool:
         """Whether runs with the hardware take place in real time."""
         return self.is_paced and not self.is_emulated
 

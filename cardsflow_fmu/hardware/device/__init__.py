@@ -1,1 +1,1 @@
-"""The device's end of the hardware protocol."""
+"""Device side of the hardware protocol."""

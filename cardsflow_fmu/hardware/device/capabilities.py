@@ -1,4 +1,4 @@
-"""The capabilities of a device, and its answer to a handshake."""
+"""Capabilities of a device, and the check of a requested run against them."""
 
 from __future__ import annotations
 
@@ -13,20 +13,21 @@ from cardsflow_fmu.hardware.protocol.handshake import ErrorCode, Handshake
 from cardsflow_fmu.utils.arrays import FloatArray
 
 MAX_STEPS = 1000
-"""A set point in lockstep takes no more steps, so that a link cannot keep a device busy."""
+"""Maximum number of device steps per set point in lockstep, which bounds the computing time."""
 
 _ROUNDING = 1e-6
+"""Relative tolerance of the check for whole numbers of steps."""
 
 
 @dataclass(frozen=True, slots=True)
 class Capabilities:
-    """The capabilities of a device.
+    """Capabilities of a device.
 
     Attributes:
-        signature: Hash of its signals.
-        step: Its own step, in [s].
-        scale: A value in a frame is the SI value divided by this.
-        watchdog: Longest silence while running, in [s].
+        signature: Hash of the signals of the device.
+        step: Time step of the device, in [s].
+        scale: Scale of the values in frames. A value in a frame is the SI value divided by it.
+        watchdog: Watchdog timeout: maximum time between set points in a run, in [s].
         commands: Number of values of a set point.
         states: Number of values of a state.
 
@@ -47,8 +48,8 @@ class Capabilities:
                 what = f"must be a positive number, not {getattr(self, name)}"
                 raise InputError(f"a device's {name} {what}")
 
-    def refusal(self, request: Handshake) -> ErrorCode | None:
-        """Return the reason to reject a request; None if it can be met."""
+    def rejection(self, request: Handshake) -> ErrorCode | None:
+        """Return the reason to reject the requested run, or None if the device supports it."""
         if (request.commands, request.states) != (self.commands, self.states):
             return ErrorCode.PORTS
         if request.scale != self.scale:
@@ -56,32 +57,36 @@ class Capabilities:
         if request.signature != self.signature:
             return ErrorCode.PORTS
         if request.lockstep:
-            return None if self._are_whole_steps(request.step) else ErrorCode.STEP
-        short = self.agreed(request).watchdog < 2 * request.step
-        return ErrorCode.WATCHDOG if short else None
+            return None if self._is_multiple_of_step(request.step) else ErrorCode.STEP
+        is_too_short = self.run_parameters(request).watchdog < 2 * request.step
+        return ErrorCode.WATCHDOG if is_too_short else None
 
-    def agreed(self, request: Handshake) -> Handshake:
-        """The parameters of the run: those of the request, with the shorter watchdog of both."""
+    def run_parameters(self, request: Handshake) -> Handshake:
+        """Return the parameters of the run.
+
+        They equal the request, except that the watchdog is the shorter one of device and request.
+        """
         return request.with_watchdog(min(self.watchdog, request.watchdog or math.inf))
 
-    def _are_whole_steps(self, time: float) -> bool:
+    def _is_multiple_of_step(self, time: float) -> bool:
+        """Return whether a time is a whole number of device steps, from 1 to `MAX_STEPS`."""
         steps = min(time / self.step, MAX_STEPS + 1.0)
         whole = abs(steps - round(steps)) <= _ROUNDING * steps
         return whole and 1 <= round(steps) <= MAX_STEPS
 
 
 def bounds(value: ArrayLike, count: int, name: str) -> FloatArray:
-    """One bound for each command.
+    """Return the bounds of all commands, shape (count,).
 
     Args:
-        value: A number, or shape (count,).
+        value: One bound for all commands, or an array of shape (count,).
         count: Number of commands.
-        name: For messages.
+        name: Name of the bound, used in messages.
 
     Raises:
-        InputError: It is neither, or a number is NaN.
+        InputError: The shape is wrong, or a bound is NaN.
     """
     values = np.asarray(value, float)
     if np.isnan(values).any() or values.shape not in ((), (count,)):
-        raise InputError(f"a device's {name} must be one number or {count}, none of them NaN")
+        raise InputError(f"a device's {name} must be one number or {count} numbers, without NaN")
     return np.broadcast_to(values, (count,)).copy()

@@ -1,6 +1,6 @@
-"""The device's side of the protocol: its states, its peer, its watchdog.
+"""Device side of the protocol: run states, peer and watchdog.
 
-It has neither sockets nor clocks: frames, peers and times are arguments.
+A device uses neither sockets nor clocks: frames, peers and times are arguments.
 """
 
 from __future__ import annotations
@@ -26,7 +26,12 @@ from cardsflow_fmu.hardware.protocol.frame import (
     is_newer,
     pack,
 )
-from cardsflow_fmu.hardware.protocol.handshake import HELLO_VALUES, ErrorCode, Handshake, halves
+from cardsflow_fmu.hardware.protocol.handshake import (
+    HELLO_VALUES,
+    ErrorCode,
+    Handshake,
+    split_uint64,
+)
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .capabilities import Capabilities, bounds
@@ -34,10 +39,10 @@ from .capabilities import Capabilities, bounds
 State = Literal["idle", "ready", "running", "safe"]
 
 PEER_TIMEOUT = 1.0
-"""A run at rest without a new set point for longer may be taken over by another peer, in [s]."""
+"""Idle time after which another peer may replace a run in which the robot does not move, in [s]."""
 
-_REMEMBERED = 256
-"""Numbers of runs by which a device knows copies of their HELLO."""
+_MAX_REMEMBERED_RUNS = 256
+"""Number of stored run ids. A HELLO with a stored run id is a copy of an earlier frame."""
 
 _LOCKSTEP, _SAFE, _FAULT, _CLAMPED = map(int, (Flag.LOCKSTEP, Flag.SAFE, Flag.FAULT, Flag.CLAMPED))
 _HELLO, _SETPOINT, _STATE = (
@@ -45,11 +50,11 @@ _HELLO, _SETPOINT, _STATE = (
     Kind.SETPOINT,
     Kind.STATE,
 )
-_FOR_DEVICES = frozenset((_HELLO, _SETPOINT, Kind.STOP, Kind.PING))
+_DEVICE_KINDS = frozenset((_HELLO, _SETPOINT, Kind.STOP, Kind.PING))
 
 
 class DeviceRobot(Protocol):
-    """The robot behind a device.
+    """Interface of the robot that a device controls.
 
     Attributes:
         commands: Number of values of a command.
@@ -60,46 +65,50 @@ class DeviceRobot(Protocol):
     states: int
 
     def apply(self, command: FloatArray) -> None:
-        """Take the newest commands, shape (commands,), within bounds; to be copied if kept."""
+        """Apply the newest commands, shape (commands,), which are within bounds.
+
+        The caller reuses the array; copy it to store it.
+        """
 
     def advance(self, dt: float) -> None:
-        """Advance by dt, in [s]; hardware, which moves by itself, does nothing."""
+        """Advance the simulation by dt, in [s]. For real hardware this does nothing."""
 
     def state(self) -> FloatArray:
-        """q, qd, l and tension, shape (states,)."""
+        """Return q, qd, l and tension, shape (states,)."""
 
     def safe(self) -> None:
-        """Go to the safe state: least tensions, brakes."""
+        """Enter the safe state: minimum tensions, brakes."""
 
     def reset(self) -> None:
-        """Prepare for a new run; a simulated robot goes to its start state."""
+        """Prepare a new run. A simulated robot returns to its start state."""
 
 
 class Device:
-    """A device: answers frames, and commands its robot for one peer at a time.
+    """Device that answers frames and commands its robot for one peer at a time.
 
-    The states: "idle" before any run, "ready" when a run is agreed on and nothing may move yet,
-    "running" from the first set point on, "safe" after a stop, a watchdog timeout or a fault. Only
-    a new run leaves "safe".
+    The states are "idle" before the first run, "ready" after the handshake (the robot does not
+    move yet), "running" from the first set point, and "safe" after a stop, a watchdog timeout or a
+    fault. Only a new run leaves "safe".
 
     Args:
         robot: The robot.
-        signature: Hash of its signals; see `signature.port_signature`.
-        step: Its own step, in [s].
-        scale: A value in a frame is the SI value divided by this.
-        key: The pre-shared key; with one, unsigned frames are dropped.
-        watchdog: Longest time without a set point while running, in [s]; a link may request less.
+        signature: Hash of the signals of the robot; see `signature.port_signature`.
+        step: Time step of the device, in [s].
+        scale: Scale of the values in frames. A value in a frame is the SI value divided by it.
+        key: Pre-shared key, or None. With a key, unsigned frames are dropped.
+        watchdog: Watchdog timeout: maximum time between set points in a run, in [s]. A link may
+            request a shorter time.
         f_min, f_max: Bounds of the commands, numbers or shape (commands,), in SI units.
 
     Raises:
         InputError: A value is out of range.
 
     Attributes:
-        state: One of the four.
-        agreed: Parameters of the present run; None before any.
-        failure: Error of the robot; empty while it works. The first set point of another run, which
-            nobody can copy, clears it; a HELLO does not.
-        counters: Frames received, and frames dropped by reason.
+        state: "idle", "ready", "running" or "safe".
+        agreed: Parameters of the current run, or None before the first run.
+        failure: Error message of the robot, or empty. The first set point of a new run clears it.
+            A HELLO does not clear it, since an attacker can replay a HELLO but not a set point.
+        counters: Number of received frames, and number of dropped frames by reason.
     """
 
     def __init__(
@@ -130,7 +139,7 @@ class Device:
         self._keys = Keys(key)
         self._peer: Hashable = None
         self._run_id = self._nonce = self._seq = 0
-        self._begun: deque[int] = deque(maxlen=_REMEMBERED)
+        self._recent_runs: deque[int] = deque(maxlen=_MAX_REMEMBERED_RUNS)
         self._has_failed = False
         self._time = 0.0
         self._last_heard = -math.inf
@@ -141,34 +150,37 @@ class Device:
 
     @property
     def run_id(self) -> int:
-        """Number of the present run, 0 before any."""
+        """Id of the current run, or 0 before the first run."""
         return self._run_id
 
     @property
     def is_signed(self) -> bool:
-        """Whether it has a key, and drops what is not signed with it."""
+        """Whether the device has a key and drops frames without a valid signature."""
         return self._keys.pre_shared is not None
 
     @property
-    def goes_by_clock(self) -> bool:
-        """Whether the robot moves in real time: not in lockstep, nor before a set point."""
+    def moves_in_real_time(self) -> bool:
+        """Whether the robot currently moves in real time.
+
+        It does not in lockstep and before the first set point.
+        """
         moving = self.state == "running" or self.state == "safe"
         return moving and self.agreed is not None and not self.agreed.lockstep
 
     @property
     def next_deadline(self) -> float:
-        """When the watchdog expires if nothing comes, in [s]; infinite if it is off."""
+        """Time at which the watchdog expires, in [s], or infinity if the watchdog is off."""
         if self.state != "running" or self.agreed is None or self.agreed.lockstep:
             return math.inf
         return self._last_heard + self.agreed.watchdog
 
     def receive(self, data: bytes, peer: Hashable, now: float) -> list[bytes]:
-        """Process a frame; returns the answers, for the same peer.
+        """Process a frame and return the answers to the same peer.
 
         Args:
-            data: The bytes received.
-            peer: Their sender.
-            now: In [s], on a clock that does not jump.
+            data: The received bytes.
+            peer: Sender of the bytes.
+            now: Current time on a monotonic clock, in [s].
         """
         self.tick(now)
         self.counters["received"] += 1
@@ -176,7 +188,7 @@ class Device:
             frame = self._keys.unpack(data)
         except FrameError as error:
             return self._drop(error.reason)
-        if frame.kind not in _FOR_DEVICES:
+        if frame.kind not in _DEVICE_KINDS:
             return self._drop("type")
         if frame.kind is _HELLO:
             return self._answer_hello(frame, peer, now)
@@ -191,18 +203,18 @@ class Device:
         return [self._reply(Kind.PONG, frame, now, frame.values)]
 
     def tick(self, now: float) -> None:
-        """Check the watchdog at a time, in [s]."""
+        """Check the watchdog at the time `now`, in [s]."""
         if self.state == "running" and now > self.next_deadline:
             self.counters["watchdog"] += 1
             self.go_safe()
 
     def advance(self, dt: float) -> None:
-        """Advance the robot by dt, in [s], if it moves in real time."""
-        if self.goes_by_clock:
+        """Advance the robot by dt, in [s], if it currently moves in real time."""
+        if self.moves_in_real_time:
             self._advance(dt)
 
     def go_safe(self) -> None:
-        """Go to the safe state: on a watchdog timeout, on STOP, at the end of serving."""
+        """Enter the safe state, after a watchdog timeout, a STOP, or when the server ends."""
         self.state = "safe"
         try:
             self.robot.safe()
@@ -214,33 +226,36 @@ class Device:
         return []
 
     def _answer_hello(self, frame: Frame, peer: Hashable, now: float) -> list[bytes]:
-        """Agree on a run, or reject it."""
+        """Accept or reject a requested run."""
         if frame.run_id == 0:
             return self._drop("run")
-        request = Handshake.of_values(np.asarray(frame.values), bool(frame.flags & _LOCKSTEP))
+        request = Handshake.from_values(np.asarray(frame.values), bool(frame.flags & _LOCKSTEP))
         if request is None or len(frame.values) != HELLO_VALUES:
             return self._drop("hello")
-        known = frame.run_id == self._run_id and peer == self._peer
-        if known and self.state != "ready" and not self._has_failed:
-            return self._drop("stale")  # late, or a copy: the run is under way or over
-        if not known:
-            is_copy = frame.run_id in self._begun
-            refusal: ErrorCode | None = ErrorCode.BUSY
+        is_current_run = frame.run_id == self._run_id and peer == self._peer
+        if is_current_run and self.state != "ready" and not self._has_failed:
+            return self._drop("stale")  # a late frame or a copy: the run has already begun
+        if not is_current_run:
+            is_copy = frame.run_id in self._recent_runs
+            rejection: ErrorCode | None = ErrorCode.BUSY
             if self._is_free(peer, now, is_copy=is_copy):
-                refusal = self._capabilities.refusal(request)
-            if refusal is not None:
-                return self._refuse(refusal, frame, now)
+                rejection = self._capabilities.rejection(request)
+            if rejection is not None:
+                return self._reject(rejection, frame, now)
             self._begin(request, frame.run_id, peer)
-            # a copy, maybe by someone without the key, keeps nobody waiting
+            # A copied HELLO may come from an attacker without the key, so it must not block others.
             self._last_heard = -math.inf if is_copy else now
         state = self._read_state()
         if self.agreed is None or state is None or self._has_failed:
-            return self._refuse(ErrorCode.FAULT, frame, now)
-        values = [*self.agreed.values(), *halves(self._nonce), *state]
+            return self._reject(ErrorCode.FAULT, frame, now)
+        values = [*self.agreed.values(), *split_uint64(self._nonce), *state]
         return [self._reply(Kind.HELLO_ACK, frame, now, values)]
 
     def _is_free(self, peer: Hashable, now: float, *, is_copy: bool) -> bool:
-        """Return whether a new run may begin: never under one that moves the robot in real time."""
+        """Return whether a new run may begin.
+
+        A new run never replaces a run in which the robot moves in real time.
+        """
         if self.state == "idle" or self.state == "safe" or self.agreed is None:
             return True
         if self.state == "ready" and peer == self._peer:
@@ -249,11 +264,11 @@ class Device:
         return at_rest and not is_copy and now > self._last_heard + PEER_TIMEOUT
 
     def _begin(self, request: Handshake, run_id: int, peer: Hashable) -> None:
-        self.agreed = self._capabilities.agreed(request)
+        self.agreed = self._capabilities.run_parameters(request)
         self._run_id, self._peer = run_id, peer
         self._nonce = secrets.randbits(64)
-        self._keys = self._keys.of_run(run_id, self._nonce)
-        self._begun.append(run_id)
+        self._keys = self._keys.for_run(run_id, self._nonce)
+        self._recent_runs.append(run_id)
         self._seq, self._time, self._answer = 0, 0.0, b""
         self._has_failed = False
         self.state = "ready"
@@ -264,7 +279,7 @@ class Device:
             self._fail(str(error))
 
     def _answer_setpoint(self, frame: Frame, now: float) -> list[bytes]:
-        """Apply a set point, if it is new, and answer with the state."""
+        """Apply a set point if it is new, and answer with the state."""
         assert self.agreed is not None
         lockstep = self.agreed.lockstep
         if len(frame.values) != self.robot.commands:
@@ -274,7 +289,7 @@ class Device:
             return [self._answer]
         if not is_newer(frame.seq, self._seq):
             return self._drop("stale")
-        command = np.asarray(frame.values)  # finite, as all values of frames are
+        command = np.asarray(frame.values)  # `unpack` has rejected frames that are not finite
         if self.scale != 1.0:
             scaled = _scaled(command, self.scale)
             if scaled is None:
@@ -295,7 +310,7 @@ class Device:
         return [self._answer]
 
     def _command_robot(self, command: FloatArray) -> int:
-        """Apply the clamped command; returns the flag CLAMPED if it was out of bounds."""
+        """Apply the clamped command. Return the flag CLAMPED if the command was out of bounds."""
         within = self._command
         np.maximum(command, self._lower, out=within)
         np.minimum(within, self._upper, out=within)
@@ -316,7 +331,7 @@ class Device:
         self._time += dt
 
     def _state_frame(self, frame: Frame, flags: int, now: float) -> bytes:
-        """The answer to a set point: the robot's state, or the last one known if it has failed."""
+        """Return the answer to a set point: the newest state that could be read from the robot."""
         state = self._read_state()
         if state is not None:
             self._writer.values[:] = state
@@ -328,12 +343,15 @@ class Device:
             self._time,
             int(now * 1e9),
             frame.t_send_ns,
-            self._keys.of(_STATE),
+            self._keys.key_for(_STATE),
             are_finite=True,
         )
 
     def _read_state(self) -> FloatArray | None:
-        """The robot's state, scaled for a frame; None, and a fault, if it has no finite one."""
+        """Return the robot's state, scaled for a frame.
+
+        If the state cannot be read or is not finite, report a fault and return None.
+        """
         try:
             state = _scaled(self.robot.state(), 1 / self.scale)
         except CardsflowError as error:
@@ -363,23 +381,23 @@ class Device:
             flags |= _SAFE
         return flags | _FAULT if self._has_failed else flags
 
-    def _refuse(self, code: ErrorCode, frame: Frame, now: float) -> list[bytes]:
+    def _reject(self, code: ErrorCode, frame: Frame, now: float) -> list[bytes]:
         self.counters[code.name.lower()] += 1
         return [self._reply(Kind.ERROR, frame, now, [code])]
 
     def _reply(
         self, kind: Kind, to: Frame, now: float, values: Sequence[float] | FloatArray = ()
     ) -> bytes:
-        """Return an answer to a frame."""
+        """Return the bytes of an answer to a frame."""
         sent = int(now * 1e9)
         answer = Frame(
             kind, self._flags(), to.run_id, to.seq, self._time, sent, to.t_send_ns, values
         )
-        return pack(answer, self._keys.of(kind))
+        return pack(answer, self._keys.key_for(kind))
 
 
 def _scaled(values: FloatArray, factor: float) -> FloatArray | None:
-    """Return the values times a factor; None if one is not finite."""
+    """Return the values multiplied by a factor, or None if a result is not finite."""
     if factor != 1.0:
         with np.errstate(over="ignore"):
             values = values * factor

@@ -1,6 +1,6 @@
-"""A UDP server of a device, in real time with absolute deadlines, or in lockstep.
+"""UDP server of a device, in real time with absolute deadlines or in lockstep.
 
-One thread: between frames it checks the watchdog and advances the robot.
+The server uses one thread. Between frames it checks the watchdog and advances the robot.
 """
 
 from __future__ import annotations
@@ -15,72 +15,73 @@ from functools import partial
 from typing import Any, Protocol, Self
 
 from cardsflow_fmu.hardware.links.datagram_wait import AdaptiveReceiver
-from cardsflow_fmu.hardware.links.udp import resolved, udp_address
+from cardsflow_fmu.hardware.links.udp import resolve_host, udp_address
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.protocol.frame import MAX_BYTES
 
 from .device import Device
 
 _MAX_WAIT = 0.05
-"""Longest time between two checks of `stop`, in [s]."""
-_MAX_LEAP = 0.05
-"""Longest delay that is caught up with; what is beyond is left out, in [s]."""
+"""Maximum time between two checks of `stop`, in [s]."""
+_MAX_CATCH_UP = 0.05
+"""Maximum delay of the simulation that the server makes up, in [s]. Longer delays are skipped."""
 _MAX_FRAMES = 64
-"""Frames answered before the device is advanced again, so that a flood cannot starve it."""
+"""Maximum number of frames answered between two steps, so that a flood cannot stop the robot."""
 
 
 class Line(Protocol):
-    """A line to the device and back; see `faults.FaultyLine`."""
+    """Interface of a two-way line to a device; see `faults.FaultyLine`."""
 
     def send(self, data: bytes, peer: Hashable, now: float) -> None:
-        """Send a frame towards the device."""
+        """Send a frame to the device."""
 
     def due(self, now: float) -> list[tuple[bytes, Hashable]]:
-        """Return the answers due until now, with their peers."""
+        """Return the answers that have arrived by now, with their peers."""
 
     @property
     def next_due(self) -> float:
-        """When `due` has something to do next, in [s]."""
+        """Arrival time of the next frame in either direction, in [s]."""
 
 
 class DeviceServer:
-    """A device at a UDP address.
+    """Server of a device at a UDP address.
 
     Args:
         device: The device.
-        uri: udp://HOST:PORT to listen at; port 0 takes a free one; without host on loopback only.
-        line: Line between socket and device; none when None.
+        uri: Address to listen on, udp://HOST:PORT. Port 0 selects a free port. Without a host, the
+            server listens on the loopback interface only.
+        line: Line between socket and device, or None for a direct connection.
 
     Raises:
-        InputError: It is no such address.
-        HardwareError: The address cannot be listened at.
+        InputError: The address is invalid.
+        HardwareError: The server cannot listen on the address.
 
     Attributes:
         device: The device.
-        uri: Its address, with the port that was taken.
-        own_uri: The same for programs on this machine.
-        is_open: Whether other machines can reach it.
-        slipped: Time that was left out because the machine was too slow, in [s].
+        uri: Address of the server, with the selected port.
+        own_uri: Address of the server for programs on the same machine.
+        is_open: Whether other machines can reach the server.
+        slipped: Time that was skipped because the machine was too slow, in [s].
     """
 
     def __init__(self, device: Device, uri: str, *, line: Line | None = None) -> None:
         self.device, self._line = device, line
         host, port = udp_address(uri)
-        family, here = resolved(host, port, uri)
+        family, local_address = resolve_host(host, port, uri)
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
         try:
             self._socket.setblocking(False)
-            self._socket.bind(here)
+            self._socket.bind(local_address)
         except OSError as error:
             self._socket.close()
-            remedy = "is another device running there?"
+            remedy = "does another device use this address?"
             if error.errno == errno.EADDRNOTAVAIL:
-                remedy = "listen at an address of this machine; 0.0.0.0 is all of them"
-            what = f"cannot listen at {uri}: {error.strerror or error}"
+                remedy = "use an address of this machine, or 0.0.0.0 for all its addresses"
+            what = f"cannot listen on {uri}: {error.strerror or error}"
             raise HardwareError(f"{what}; {remedy}") from error
         address, port, *_ = self._socket.getsockname()
-        self.uri = f"udp://{_shown(host)}:{port}"
-        self.own_uri = f"udp://{_shown(_reached(address))}:{port}"
+        self.uri = f"udp://{_uri_host(host)}:{port}"
+        self.own_uri = f"udp://{_uri_host(_local_host(address))}:{port}"
         self.is_open = not ipaddress.ip_address(address.partition("%")[0]).is_loopback
         self.slipped = 0.0
         self._receiver = AdaptiveReceiver(
@@ -88,10 +89,10 @@ class DeviceServer:
         )
 
     def run(self, stop: Callable[[], object] = bool) -> None:
-        """Serve until `stop`, then leave the device in its safe state.
+        """Serve the device until `stop` returns a true value, then bring it to its safe state.
 
         Args:
-            stop: Called at least every 50 ms; a true result ends serving.
+            stop: Function that is called at least every 50 ms.
         """
         reached = time.monotonic()
         try:
@@ -101,15 +102,15 @@ class DeviceServer:
                 self.device.tick(now)
                 if self._line is not None:
                     self._send_all(self._line.due(now))
-                resting = not self.device.goes_by_clock
-                self._take_frames(self._next_event(reached))
-                if resting:  # what passed before the first set point is not the run's
+                is_at_rest = not self.device.moves_in_real_time
+                self._answer_frames(self._next_event(reached))
+                if is_at_rest:  # time before the first set point is not simulated
                     reached = time.monotonic()
         finally:
             self.device.go_safe()
 
     def close(self) -> None:
-        """Give the address back."""
+        """Close the socket."""
         self._socket.close()
 
     def __enter__(self) -> Self:
@@ -119,9 +120,9 @@ class DeviceServer:
         self.close()
 
     def _advance(self, reached: float, now: float) -> float:
-        """Advance the device by the steps that are due; returns the time that it has reached."""
+        """Advance the device by all due steps. Return the time up to which it is simulated."""
         device = self.device
-        if now - reached > max(_MAX_LEAP, 2 * device.step):
+        if now - reached > max(_MAX_CATCH_UP, 2 * device.step):
             if device.state == "running":
                 self.slipped += now - reached - device.step
             reached = now - device.step
@@ -134,21 +135,21 @@ class DeviceServer:
         """Return the time of the next step, watchdog check or delayed frame."""
         device = self.device
         event = min(time.monotonic() + _MAX_WAIT, device.next_deadline)
-        if device.goes_by_clock:
+        if device.moves_in_real_time:
             event = min(event, reached + device.step)
         return event if self._line is None else min(event, self._line.next_due)
 
-    def _take_frames(self, until: float) -> None:
+    def _answer_frames(self, until: float) -> None:
         """Answer frames until the next event."""
         device, state = self.device, self.device.state
         for _ in range(_MAX_FRAMES):
             try:
-                came = self._receiver.receive(until)
-            except OSError:  # an earlier answer had no receiver
+                received = self._receiver.receive(until)
+            except OSError:  # the system reports that an earlier answer was not delivered
                 continue
-            if came is None:
+            if received is None:
                 return
-            data, peer = came
+            data, peer = received
             now = time.monotonic()
             if self._line is None:
                 for answer in device.receive(data, peer, now):
@@ -166,16 +167,17 @@ class DeviceServer:
     def _send(self, data: bytes, peer: Any) -> None:
         try:
             self._socket.sendto(data, peer)
-        except OSError:  # no route, no buffer: as good as lost
+        except OSError:  # no route or no buffer: treat the frame as lost
             self.device.counters["not sent"] += 1
 
 
-def _shown(host: str) -> str:
+def _uri_host(host: str) -> str:
+    """Return the host as written in a URI, with brackets around an IPv6 address."""
     return f"[{host}]" if ":" in host else host
 
 
-def _reached(address: str) -> str:
-    """Return the address at which this machine reaches what listens at one."""
+def _local_host(address: str) -> str:
+    """Return the address by which programs on this machine reach a server."""
     return {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(address, address)
 
 
@@ -188,19 +190,19 @@ def serve(
     duration: float = math.inf,
     ready: Callable[[str], object] = lambda uri: None,
 ) -> None:
-    """Serve a device until `stop`, then leave it in its safe state.
+    """Serve a device until `stop` returns a true value, then bring it to its safe state.
 
     Args:
-        device: As for `DeviceServer`.
-        uri: As for `DeviceServer`.
-        stop: As for `DeviceServer.run`.
-        line: As for `DeviceServer`.
-        duration: Longest time, in [s].
-        ready: Called with the address, with the port that was taken, once it listens.
+        device: The device.
+        uri: Address to listen on; see `DeviceServer`.
+        stop: Function that is called at least every 50 ms.
+        line: Line between socket and device, or None for a direct connection.
+        duration: Maximum time to serve, in [s].
+        ready: Function that is called with the address of the server once the server listens.
 
     Raises:
-        InputError: It is no such address.
-        HardwareError: The address cannot be listened at.
+        InputError: The address is invalid.
+        HardwareError: The server cannot listen on the address.
     """
     with DeviceServer(device, uri, line=line) as server:
         ready(server.uri)

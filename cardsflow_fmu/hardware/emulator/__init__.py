@@ -1,1 +1,1 @@
-"""Emulated hardware: plant, sensors, drives, faults of a link."""
+"""Emulated hardware: plant, sensors, motors and link faults."""

@@ -1,11 +1,12 @@
-"""Motor models of an emulated robot: ideal force control, or set points of springs.
+"""Motor models of an emulated robot: ideal force control, or motors with series springs.
 
     force:     f = u
-    length:    f = K (l - l0) + D l',   l0 = l_0 + u/k,   or l0 = l_0 - r u/k of a spindle's angle
+    length:    f = K (l - l0) + D l',   l0 = l_0 + u/k,   or l0 = l_0 - r u/k for spindle angles
     velocity:  the same,                l0' = u/k,        or l0' = -r u/k
 
-with the command u and the symbols of `motors`, whose inverse this is. Tensions lie between 0 and
-f_max. A first-order lag follows: f' = (f_d - f)/T, in closed form over a step.
+u is the command. These models are the inverse of those in `motors`, which defines the other
+symbols. Tensions are between 0 and f_max. A first-order lag f' = (f_d - f)/T follows, solved in
+closed form over a step.
 """
 
 from __future__ import annotations
@@ -23,17 +24,17 @@ from controllers import SpringMotors
 
 
 class Drive(Protocol):
-    """A model of the motors of m muscles.
+    """Interface of a model of the motors of m muscles.
 
     Attributes:
-        lower, upper: Bounds of a command, shape (m,).
+        lower, upper: Bounds of the commands, shape (m,).
     """
 
     lower: FloatArray
     upper: FloatArray
 
     def calibrate(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
-        """Start with these forces, and set the origin of the encoders if it is not given.
+        """Initialise the motors with forces, and set the encoder origin if it is not specified.
 
         Args:
             lengths: l, shape (m,), in [m].
@@ -42,7 +43,13 @@ class Drive(Protocol):
         """
 
     def resume(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
-        """Start from forces that have been held; the arguments are as above."""
+        """Initialise the motors with the forces of the safe state.
+
+        Args:
+            lengths: l, shape (m,), in [m].
+            rates: l' = L qd, shape (m,), in [m/s].
+            forces: f, shape (m,), in [N].
+        """
 
     def tensions(
         self, command: FloatArray, lengths: FloatArray, rates: FloatArray, dt: float
@@ -50,53 +57,53 @@ class Drive(Protocol):
         """Return the tensions over the next dt, before the lag, shape (m,), in [N].
 
         Args:
-            command: Shape (m,).
+            command: Commands, shape (m,).
             lengths: l, shape (m,), in [m].
             rates: l' = L qd, shape (m,), in [m/s].
-            dt: In [s].
+            dt: Time step, in [s].
         """
 
 
 class ForceDrive:
-    """Ideal force control.
+    """Motors with ideal force control.
 
     Args:
-        f_min, f_max: Bounds, shape (m,), in [N].
+        f_min, f_max: Force limits, shape (m,), in [N].
 
     Attributes:
-        lower, upper: The same.
+        lower, upper: Force limits, shape (m,), in [N].
     """
 
     def __init__(self, f_min: FloatArray, f_max: FloatArray) -> None:
         self.lower, self.upper = f_min, f_max
 
     def calibrate(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
-        """No encoder."""
+        """Do nothing, since there is no encoder."""
 
     def resume(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
-        """No state."""
+        """Do nothing, since there is no state."""
 
     def tensions(
         self, command: FloatArray, lengths: FloatArray, rates: FloatArray, dt: float
     ) -> FloatArray:
-        """Return the command, within the bounds."""
+        """Return the commands, clipped to the force limits."""
         bounded: FloatArray = np.clip(command, self.lower, self.upper)
         return bounded
 
 
 class SpringDrive:
-    """Motors with commands l0, or its rates, and springs in series.
+    """Motors with springs in series; commands are set points l0 or their rates.
 
     Args:
-        settings: The motors; their command is a length or a velocity.
-        muscle_names: m names.
-        f_max: Largest force of a motor, shape (m,), in [N].
+        settings: Settings of the motors, whose command is a length or a velocity.
+        muscle_names: Names of the m muscles.
+        f_max: Maximum force of each motor, shape (m,), in [N].
 
     Raises:
         InputError: A constant is out of range; the message names the muscle.
 
     Attributes:
-        lower, upper: Bounds of a command: infinite, as the force is bounded.
+        lower, upper: Bounds of the commands. They are infinite, since the forces are limited.
     """
 
     def __init__(
@@ -111,41 +118,39 @@ class SpringDrive:
             damping=settings.damping or 0.0,
             spindle_radius=radius,
         )
-        self._metres = (-radius if settings.spindle_radius else 1.0) / scale
+        self._metres_per_unit = (-radius if settings.spindle_radius else 1.0) / scale
         self._offset = np.array(settings.offset or (0.0,) * m)
-        self._takes_start = settings.offset is None
-        self._takes_rates = settings.command == "velocity"
+        self._uses_start_as_origin = settings.offset is None
+        self._uses_rates = settings.command == "velocity"
         self._f_max = f_max
         self.upper = np.full(m, math.inf)
         self.lower = -self.upper
         self._set_points = np.zeros(m)
 
     def calibrate(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
-        """Set the springs' set points for the forces, and the encoders' origin if not given."""
+        """Set the set points of the springs, and the encoder origin if it is not specified."""
         self.resume(lengths, rates, forces)
-        if self._takes_start:
+        if self._uses_start_as_origin:
             self._offset = self._set_points
 
     def resume(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
-        """Set each spring's set point for its force."""
+        """Set the set point of each spring so that the spring has the given force."""
         self._set_points = self._springs.set_points(lengths, rates, forces)
 
     def tensions(
         self, command: FloatArray, lengths: FloatArray, rates: FloatArray, dt: float
     ) -> FloatArray:
-        """Return the forces of the springs at the set points at the end of dt."""
-        commanded = self._metres * command
+        """Return the spring forces for the set points at the end of the time step."""
+        commanded = self._metres_per_unit * command
         before = self._set_points
-        self._set_points = (
-            before + commanded * dt if self._takes_rates else self._offset + commanded
-        )
+        self._set_points = before + commanded * dt if self._uses_rates else self._offset + commanded
         forces = self._springs.forces(lengths, rates, self._set_points)
         bounded: FloatArray = np.minimum(forces, self._f_max)
         return bounded
 
 
 def make_drive(settings: MotorSettings, robot: Robot) -> Drive:
-    """Return the motors of a robot.
+    """Return the motor models of a robot.
 
     Raises:
         InputError: A constant is out of range; the message names the muscle.
@@ -157,7 +162,7 @@ def make_drive(settings: MotorSettings, robot: Robot) -> Drive:
 
 
 def force_bounds(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """f_min and f_max of a robot's muscles, shape (m,) each, in [N]."""
+    """Return f_min and f_max of the muscles, shape (m,) each, in [N]."""
     return (
         np.array([muscle.f_min for muscle in robot.muscles]),
         np.array([muscle.f_max for muscle in robot.muscles]),
@@ -165,7 +170,7 @@ def force_bounds(robot: Robot) -> tuple[FloatArray, FloatArray]:
 
 
 def torque_bounds(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """tau_min and tau_max of a robot's motors at joints, shape (motors,) each, in [N·m] or [N]."""
+    """Return tau_min and tau_max of the joint motors, shape (motors,) each, in [N·m] or [N]."""
     return (
         np.array([motor.tau_min for motor in robot.motors]),
         np.array([motor.tau_max for motor in robot.motors]),
@@ -173,13 +178,13 @@ def torque_bounds(robot: Robot) -> tuple[FloatArray, FloatArray]:
 
 
 class Lag:
-    """A first-order lag.
+    """First-order lag.
 
     Args:
-        time_constant: T, in [s]; 0 for none.
+        time_constant: Time constant T, in [s]; 0 for no lag.
 
     Raises:
-        InputError: It is negative or not finite.
+        InputError: The time constant is negative or not finite.
     """
 
     def __init__(self, time_constant: float) -> None:
@@ -188,7 +193,7 @@ class Lag:
         self._time_constant = time_constant
 
     def filter(self, value: FloatArray, target: FloatArray, dt: float) -> FloatArray:
-        """Return the output dt later, with a constant target; shape as given."""
+        """Return the output after dt with a constant target, in the shape of `value`."""
         if self._time_constant == 0:
             return target
         output: FloatArray = target + (value - target) * math.exp(-dt / self._time_constant)

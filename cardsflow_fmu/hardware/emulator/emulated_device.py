@@ -1,4 +1,4 @@
-"""The device of an emulated robot."""
+"""Device of an emulated robot."""
 
 from __future__ import annotations
 
@@ -13,22 +13,27 @@ from .emulator import EmulatedRobot
 def emulated_device(
     experiment: Experiment, settings: HardwareSettings, key: bytes | None = None
 ) -> Device:
-    """Return the emulated device of an experiment, as behind `loopback:` and `emulated:`.
+    """Return the emulated device of an experiment, for the links `loopback:` and `emulated:`.
 
     Args:
         experiment: The experiment.
-        settings: Its hardware, with the address that is used.
-        key: The pre-shared key; None for unsigned frames.
+        settings: Hardware settings of the experiment, with the address of the link.
+        key: Pre-shared key, or None for unsigned frames.
     """
     emulator = settings.emulator
-    robot = EmulatedRobot.of_experiment(
+    robot = EmulatedRobot.from_experiment(
         experiment, motor_lag=emulator.motor_lag, sensors=emulator.sensors
     )
     return device_of(robot, settings, key)
 
 
 def device_of(robot: EmulatedRobot, settings: HardwareSettings, key: bytes | None = None) -> Device:
-    """Return the device of an emulated robot, with the signals, scale and watchdog of the settings.
+    """Return the device of an emulated robot.
+
+    Args:
+        robot: The emulated robot.
+        settings: Hardware settings, which specify signals, scale and watchdog.
+        key: Pre-shared key, or None for unsigned frames.
 
     Raises:
         InputError: A value is out of range.

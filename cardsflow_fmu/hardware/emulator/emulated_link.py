@@ -1,8 +1,8 @@
-"""The link to an emulated robot in virtual time, as fast as it computes.
+"""Link to an emulated robot in virtual time, which runs as fast as the computer allows.
 
-Both sides are complete but for sockets: session, link and frames on one; faulty line, device,
-watchdog and robot on the other. Time passes only while the link waits, so that runs repeat exactly
-and a controller takes no time.
+Except for sockets, both sides are complete: session, link and frames on the controller side;
+faulty line, device, watchdog and robot on the device side. Virtual time advances only while the
+link waits. Therefore runs are repeatable, and the controller's computing time is zero.
 """
 
 from __future__ import annotations
@@ -18,37 +18,37 @@ from .faults import FaultyLine
 
 EMULATED = "emulated"
 PEER = "link"
-_BEGIN = 1.0
-_AFTER = 1e-9
-"""Time from a watchdog's deadline to its check, in [s]."""
+_START_TIME = 1.0
+_CHECK_DELAY = 1e-9
+"""Delay of the watchdog check after the watchdog's deadline, in [s]."""
 
 
 class EmulatedWorld:
-    """A clock, a device, and the line to it.
+    """Virtual clock, device, and the line to the device.
 
     Attributes:
         device: The device.
         line: The line.
-        now: The time, in [s].
-        answers: Frames from the device.
+        now: Virtual time, in [s].
+        answers: Frames from the device that the link has not received yet.
     """
 
     def __init__(self, device: Device, faults: Faults) -> None:
         self.device, self.line = device, FaultyLine(device, faults)
-        self.now = _BEGIN
+        self.now = _START_TIME
         self._steps = 0
         self.answers: deque[bytes] = deque()
 
     def monotonic(self) -> float:
-        """Return the time, in [s]."""
+        """Return the virtual time, in [s]."""
         return self.now
 
     def monotonic_ns(self) -> int:
-        """Return the time, in [ns]."""
+        """Return the virtual time, in [ns]."""
         return int(self.now * 1e9)
 
     def sleep(self, seconds: float) -> None:
-        """Let time pass, in [s]."""
+        """Advance the virtual time, in [s]."""
         self.wait(self.now + seconds, lambda: False)
 
     def send(self, data: bytes) -> None:
@@ -57,11 +57,11 @@ class EmulatedWorld:
         self._process()
 
     def wait(self, until: float, is_over: Callable[[], object]) -> None:
-        """Let time pass from one event to the next.
+        """Advance the virtual time from event to event.
 
         Args:
-            until: In [s].
-            is_over: Whether to stop waiting.
+            until: Time at which the wait ends, in [s].
+            is_over: Function that returns whether to end the wait early.
         """
         while not is_over():
             event = min(self._next_event(), until)
@@ -71,13 +71,13 @@ class EmulatedWorld:
                 return
 
     def _next_event(self) -> float:
-        deadline = self.device.next_deadline + _AFTER
+        deadline = self.device.next_deadline + _CHECK_DELAY
         return min(self._next_step, self.line.next_due, deadline)
 
     @property
     def _next_step(self) -> float:
-        """When the robot's next step ends; from a count, so that rounding does not add up."""
-        return _BEGIN + (self._steps + 1) * self.device.step
+        """End of the robot's next step, computed from a count to avoid accumulated rounding."""
+        return _START_TIME + (self._steps + 1) * self.device.step
 
     def _process(self) -> None:
         """Process all events that are due."""
@@ -93,11 +93,11 @@ class EmulatedWorld:
 
 
 class EmulatedLink(FramedLink):
-    """The link into an emulated world.
+    """Link to the device of an `EmulatedWorld`.
 
     Args:
-        world: The world.
-        key: The pre-shared key; unsigned frames when None.
+        world: The emulated world.
+        key: Pre-shared key, or None for unsigned frames.
 
     Raises:
         InputError: The key is too short.

@@ -1,4 +1,4 @@
-"""The emulated robot behind a device: the simulated plant with motors and sensors."""
+"""Emulated robot of a device: the simulated plant with motors and sensors."""
 
 from __future__ import annotations
 
@@ -19,38 +19,39 @@ from .drives import Drive, Lag, force_bounds, make_drive, torque_bounds
 from .sensors import Sensors
 
 _ROUNDING = 1e-6
-"""Part of a step by which a time may miss a whole number of steps."""
+"""Tolerance of the number of steps, for rounding errors."""
 
 
 class EmulatedRobot:
-    """A simulated robot with the interface of a device's robot.
+    """Simulated robot that implements `DeviceRobot`.
 
-    With ideal motors and sensors its states are exactly those of the plant's FMU.
+    With ideal motors and sensors, the states equal the states of the plant FMU exactly.
 
     Args:
-        robot: The robot as it is simulated.
-        step: Internal step, in [s].
-        q: Positions at the start, shape (n,), in [rad] or [m]; the robot's initial ones when None.
-        qd: Velocities at the start, shape (n,), in [rad/s] or [m/s]; zero when None.
-        disturbance: External forces; none when None.
-        motors: Settings or a model of the motors; ideal force control when None.
+        robot: The robot to simulate.
+        step: Internal time step, in [s].
+        q: Start positions, shape (n,), in [rad] or [m], or None for the initial positions of the
+            robot.
+        qd: Start velocities, shape (n,), in [rad/s] or [m/s], or None for zero.
+        disturbance: External forces, or None.
+        motors: Settings or model of the motors, or None for ideal force control.
         motor_lag: Time constant of the motors, in [s].
-        sensors: Errors of the sensors; perfect when None.
-        has_positions: Whether positions and velocities of joints are measured.
-        has_lengths: Whether path lengths are measured.
+        sensors: Errors of the sensors, or None for ideal sensors.
+        has_positions: Whether joint positions and velocities are measured.
+        has_lengths: Whether muscle lengths are measured.
         has_tensions: Whether tensions are measured.
-        safe_forces: Tensions of the safe state, a number or shape (m,), in [N]; f_min when None.
-            Motors at joints make no torque there.
+        safe_forces: Tensions in the safe state, a number or shape (m,), in [N], or None for f_min.
+            Joint motors have zero torque in the safe state.
 
     Raises:
         InputError: A value is out of range.
 
     Attributes:
         plant: The simulated plant.
-        drive: The motors.
-        commands: Number of commands: of the muscles, and of motors at joints behind them.
-        bounds: Least and largest commands, shape (commands,).
-        states: Number of state values: q, qd, l, tension and torque if they are measured.
+        drive: The motor model.
+        commands: Number of commands: first the muscles, then the joint motors.
+        bounds: Lower and upper bounds of the commands, shape (commands,) each.
+        states: Number of measured values of q, qd, l, tension and torque.
     """
 
     def __init__(
@@ -95,19 +96,19 @@ class EmulatedRobot:
         self.reset()
 
     @classmethod
-    def of_experiment(
+    def from_experiment(
         cls,
         experiment: Experiment,
         *,
         motor_lag: float = 0.0,
         sensors: SensorSettings | None = None,
     ) -> EmulatedRobot:
-        """Return the robot of an experiment, with its start, masses, disturbance and motors.
+        """Return the emulated robot of an experiment.
 
         Args:
-            experiment: The experiment.
+            experiment: The experiment, which specifies plant, start state, disturbance and motors.
             motor_lag: Time constant of the motors, in [s].
-            sensors: Errors of the sensors; perfect when None.
+            sensors: Errors of the sensors, or None for ideal sensors.
         """
         return cls(
             experiment.plant_robot,
@@ -125,11 +126,11 @@ class EmulatedRobot:
 
     @property
     def tension(self) -> FloatArray:
-        """Tension of every muscle, shape (m,), in [N]."""
+        """Tensions of the muscles, shape (m,), in [N]."""
         return self._tension.copy()
 
     def reset(self) -> None:
-        """Go to the start state; the motors hold the safe tensions."""
+        """Return to the start state, with the tensions of the safe state."""
         plant = self.plant
         plant.reset(*self._start)
         self._advances, self._remainder, self._failed = 0, 0.0, False
@@ -139,21 +140,23 @@ class EmulatedRobot:
         self.drive.calibrate(plant.muscle_lengths, self._rates(), self._tension)
 
     def apply(self, command: FloatArray) -> None:
-        """Take the newest commands, shape (commands,)."""
+        """Apply the newest commands, shape (commands,)."""
         if self._command is None:
             plant = self.plant
             self.drive.resume(plant.muscle_lengths, self._rates(), self._tension)
         self._command = command.copy()
 
     def safe(self) -> None:
-        """Hold the safe tensions until the next command."""
+        """Apply the tensions of the safe state until the next command."""
         self._command = None
 
     def advance(self, dt: float) -> None:
-        """Advance by dt, in [s]; the remainder beyond whole steps is kept for the next call.
+        """Advance the simulation by dt, in [s].
+
+        A remainder that is shorter than a step is added to the next call.
 
         Raises:
-            SimulationError: The state has diverged; from then on it does not advance.
+            SimulationError: The state has diverged. Further calls do nothing.
         """
         if self._failed:
             return
@@ -178,14 +181,14 @@ class EmulatedRobot:
             self._sensors.read(plant.q, plant.qd, plant.lengths_view, steps * step)
 
     def state(self) -> FloatArray:
-        """What is measured of q, qd, l, tension and torque, as last read, shape (states,)."""
+        """Return the newest measurement of q, qd, l, tension and torque, shape (states,)."""
         read = self._sensors
         rows = (read.q, read.qd, read.lengths, self._tension, self._torque)
         measured = zip(self._measured, rows, strict=True)
         return np.concatenate([np.zeros(0), *(row for is_measured, row in measured if is_measured)])
 
     def _desired_tensions(self) -> FloatArray:
-        """Return the input of the motors' lag, shape (m,)."""
+        """Return the tensions before the motor lag, shape (m,)."""
         if self._command is None:
             return self._safe_forces
         plant = self.plant
@@ -194,7 +197,7 @@ class EmulatedRobot:
         )
 
     def _desired_torques(self) -> FloatArray:
-        """Return the input of the lag of motors at joints."""
+        """Return the torques of the joint motors before the motor lag, shape (motors,)."""
         if self._command is None:
             return self._no_torque
         within: FloatArray = np.clip(self._command[self._m :], *self._torque_bounds)
@@ -205,10 +208,10 @@ class EmulatedRobot:
         return rates
 
     def _loads(self, dt: float) -> FloatArray | None:
-        """External forces over the next dt, as the reference's FMU has them at its start."""
+        """Return the external forces over the next dt, as the reference FMU outputs them."""
         disturbance, k = self._disturbance, self._advances
         if disturbance is None:
             return None
-        time = (k - 1) * dt + dt if k else 0.0  # rounded as the co-simulation does
-        acts = disturbance.begin <= time < disturbance.end
-        return np.ravel(disturbance.forces) if acts else None
+        time = (k - 1) * dt + dt if k else 0.0  # same rounding as in the co-simulation
+        is_active = disturbance.begin <= time < disturbance.end
+        return np.ravel(disturbance.forces) if is_active else None

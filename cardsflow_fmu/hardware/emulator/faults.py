@@ -1,7 +1,7 @@
-"""Faults of a line: loss, delay, reordering, duplication, damage, outages.
+"""Faults of a communication line: loss, delay, reordering, duplication, damage, outages.
 
-Times are arguments, so that tests need not wait. The same seed and the same frames at the same
-times give the same faults.
+Times are arguments, so that tests need not wait. Equal seeds, frames and times result in equal
+faults.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from typing import Protocol
 from cardsflow_fmu.experiment.settings.hardware import Faults
 
 _MAX_DAMAGED_BYTES = 8
-_RESIZED = 0.2
-"""Part of the damaged frames that are cut or lengthened instead of having bytes changed."""
-_MAX_HELD = 0.01
-"""Longest time that a frame waits to be overtaken, in [s]."""
+_RESIZED_FRACTION = 0.2
+"""Fraction of the damaged frames whose length changes. In the other ones, bytes change."""
+_MAX_HOLD_TIME = 0.01
+"""Maximum time for which a frame is delayed so that a later frame arrives first, in [s]."""
 
 
 class FaultyChannel:
     """One direction of a line.
 
     Args:
-        faults: The faults.
-        direction: Name of the direction, which has random numbers of its own.
+        faults: Probabilities and times of the faults.
+        direction: Name of the direction. It is part of the seed, so that directions differ.
 
     Attributes:
         counters: Number of frames sent, delivered, lost, duplicated, overtaken, damaged.
@@ -48,9 +48,9 @@ class FaultyChannel:
         """Send a frame.
 
         Args:
-            data: The frame.
-            peer: Where it comes from or goes to.
-            now: In [s].
+            data: Bytes of the frame.
+            peer: Sender or receiver of the frame.
+            now: Current time, in [s].
         """
         faults, chance = self._faults, self._random.random
         self.counters["sent"] += 1
@@ -61,25 +61,25 @@ class FaultyChannel:
             return
         if chance() < faults.corrupt:
             self.counters["damaged"] += 1
-            data = self._damaged(data)
+            data = self._damage(data)
         if self._held is None and chance() < faults.reorder:
             self.counters["overtaken"] += 1
             self._held = (now, data, peer)
             return
-        arrival = self._send_on(data, peer, now)
+        arrival = self._schedule(data, peer, now)
         if chance() < faults.duplicate:
             self.counters["duplicated"] += 1
-            self._send_on(data, peer, now)
+            self._schedule(data, peer, now)
         self._release(arrival)
 
     def due(self, now: float) -> list[tuple[bytes, Hashable]]:
-        """Return the frames due until now, with their peers, in the order of arrival.
+        """Return the frames that have arrived by now, with their peers, in order of arrival.
 
         Args:
-            now: In [s].
+            now: Current time, in [s].
         """
-        if self._held is not None and now >= self._held[0] + _MAX_HELD:
-            self._release(self._held[0] + _MAX_HELD)
+        if self._held is not None and now >= self._held[0] + _MAX_HOLD_TIME:
+            self._release(self._held[0] + _MAX_HOLD_TIME)
         frames = []
         while self._waiting and self._waiting[0][0] <= now:
             _, _, data, peer = heapq.heappop(self._waiting)
@@ -89,34 +89,34 @@ class FaultyChannel:
 
     @property
     def next_due(self) -> float:
-        """When the next frame arrives, in [s]; infinite if there is none."""
-        held = math.inf if self._held is None else self._held[0] + _MAX_HELD
+        """Arrival time of the next frame, in [s], or infinity if no frame is on the line."""
+        held = math.inf if self._held is None else self._held[0] + _MAX_HOLD_TIME
         return min(held, self._waiting[0][0] if self._waiting else math.inf)
 
     def _is_out(self, time: float) -> bool:
         return any(begin <= time < begin + length for begin, length in self._faults.outages)
 
-    def _send_on(self, data: bytes, peer: Hashable, now: float) -> float:
-        """Schedule a frame; returns when it arrives."""
+    def _schedule(self, data: bytes, peer: Hashable, now: float) -> float:
+        """Schedule the arrival of a frame. Return the arrival time, in [s]."""
         arrival = now + self._faults.delay + self._faults.jitter * self._random.random()
-        self._arrive(arrival, data, peer)
+        self._enqueue(arrival, data, peer)
         return arrival
 
-    def _arrive(self, arrival: float, data: bytes, peer: Hashable) -> None:
+    def _enqueue(self, arrival: float, data: bytes, peer: Hashable) -> None:
         self._order += 1
         heapq.heappush(self._waiting, (arrival, self._order, data, peer))
 
     def _release(self, arrival: float) -> None:
-        """Let the frame that was held back arrive right behind another."""
+        """Schedule the delayed frame, if there is one, after other frames with this arrival."""
         if self._held is not None:
             _, data, peer = self._held
             self._held = None
-            self._arrive(arrival, data, peer)
+            self._enqueue(arrival, data, peer)
 
-    def _damaged(self, data: bytes) -> bytes:
-        """Return the frame with other bytes, or another length; never the frame itself."""
+    def _damage(self, data: bytes) -> bytes:
+        """Return the frame with changed bytes or a changed length."""
         choose = self._random
-        if not data or choose.random() < _RESIZED:
+        if not data or choose.random() < _RESIZED_FRACTION:
             length = choose.choice([k for k in range(len(data) + 9) if k != len(data)])
             return (data + choose.randbytes(8))[:length]
         changed = bytearray(data)
@@ -127,17 +127,17 @@ class FaultyChannel:
 
 
 class Receiver(Protocol):
-    """The receiver of frames, such as a `Device`."""
+    """Interface of a receiver of frames, such as `Device`."""
 
     def receive(self, data: bytes, peer: Hashable, now: float) -> list[bytes]:
-        """Process a frame; returns the answers, for the same peer."""
+        """Process a frame and return the answers to the same peer."""
 
 
 class FaultyLine:
-    """A line to a device and back, with faults in both directions.
+    """Two-way line to a device, with faults in both directions.
 
     Attributes:
-        inward, outward: The two directions.
+        inward, outward: Directions to the device and from the device.
     """
 
     def __init__(self, device: Receiver, faults: Faults) -> None:
@@ -146,20 +146,20 @@ class FaultyLine:
         self.outward = FaultyChannel(faults, "outward")
 
     def send(self, data: bytes, peer: Hashable, now: float) -> None:
-        """Send a frame towards the device.
+        """Send a frame to the device.
 
         Args:
-            data: The frame.
-            peer: Its sender.
-            now: In [s].
+            data: Bytes of the frame.
+            peer: Sender of the frame.
+            now: Current time, in [s].
         """
         self.inward.send(data, peer, now)
 
     def due(self, now: float) -> list[tuple[bytes, Hashable]]:
-        """Deliver the frames due until now to the device; returns the answers due, with peers.
+        """Deliver arrived frames to the device. Return arrived answers, with their peers.
 
         Args:
-            now: In [s].
+            now: Current time, in [s].
         """
         for data, peer in self.inward.due(now):
             for answer in self._device.receive(data, peer, now):
@@ -168,10 +168,10 @@ class FaultyLine:
 
     @property
     def next_due(self) -> float:
-        """When the next frame is due in either direction, in [s]; infinite if there is none."""
+        """Arrival time of the next frame in either direction, in [s], or infinity."""
         return min(self.inward.next_due, self.outward.next_due)
 
     @property
     def counters(self) -> dict[str, dict[str, int]]:
-        """The counters of both directions."""
+        """Counters of both directions."""
         return {"inward": dict(self.inward.counters), "outward": dict(self.outward.counters)}

@@ -1,4 +1,4 @@
-"""The link to a device in this process."""
+"""Link to a device in the same process."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.links.framed_link import FramedLink
 
 _PEER = "loopback"
-_MAX_LEAP = 0.1
-"""Longest time that a device is advanced by at once, in [s]."""
+_MAX_CATCH_UP = 0.1
+"""Maximum time by which a device is advanced at once, in [s]."""
 
 
 class LoopbackLink(FramedLink):
-    """A link that advances its device by the time that has passed, or in lockstep.
+    """Link that advances its device by the elapsed time, or in lockstep.
 
     Args:
-        make_device: Makes the device; called once, at the first `open`.
-        key: The pre-shared key; unsigned frames when None.
-        timeout: How long `open` waits, in [s].
+        make_device: Function that creates the device. It is called once, at the first `open`.
+        key: Pre-shared key, or None for unsigned frames.
+        timeout: Maximum time for which `open` waits, in [s].
 
     Raises:
         InputError: The key is too short.
 
     Attributes:
-        device: The device; None before `open`.
+        device: The device, or None before `open`.
     """
 
     def __init__(
@@ -63,8 +63,8 @@ class LoopbackLink(FramedLink):
         return None
 
     def _advance(self, device: Device, now: float) -> None:
-        """Advance the device to the present, in whole steps of its own."""
-        steps = int(min(now - self._reached, _MAX_LEAP) / device.step)
+        """Advance the device to the current time, in whole steps of the device."""
+        steps = int(min(now - self._reached, _MAX_CATCH_UP) / device.step)
         for _ in range(steps):
             device.advance(device.step)
         left = now - self._reached - steps * device.step

@@ -1,4 +1,4 @@
-"""The sensors of an emulated robot: noise, offsets, encoder counts, finite differences."""
+"""Sensor models of an emulated robot: noise, offsets, encoder counts, finite differences."""
 
 from __future__ import annotations
 
@@ -12,15 +12,20 @@ from cardsflow_fmu.utils.arrays import FloatArray
 
 
 class Sensors:
-    """Sensors of n joints and m muscles, read together.
+    """Sensors of n coordinates and m muscles, which are sampled together.
+
+    Args:
+        settings: Errors of the sensors.
+        joints: Number of coordinates n.
+        muscles: Number of muscles m.
 
     Raises:
-        InputError: There is not an offset for each muscle.
+        InputError: The number of length offsets differs from the number of muscles.
 
     Attributes:
-        q: Positions as read, shape (n,), in [rad] or [m].
-        qd: Velocities, shape (n,), in [rad/s] or [m/s].
-        lengths: Path lengths and offsets, shape (m,), in [m].
+        q: Measured positions, shape (n,), in [rad] or [m].
+        qd: Measured velocities, shape (n,), in [rad/s] or [m/s].
+        lengths: Measured muscle lengths, which include the offsets, shape (m,), in [m].
     """
 
     def __init__(self, settings: SensorSettings, joints: int, muscles: int) -> None:
@@ -33,7 +38,9 @@ class Sensors:
         self.lengths = np.zeros(muscles)
 
     def reset(self, q: FloatArray, qd: FloatArray, lengths: FloatArray) -> None:
-        """Take the first reading, with the noise from its seed; differences are zero.
+        """Restart the noise from its seed, and take the first measurement.
+
+        Velocities from finite differences are zero.
 
         Args:
             q: True positions, shape (n,).
@@ -46,13 +53,13 @@ class Sensors:
             self.qd = np.zeros(len(q))
 
     def read(self, q: FloatArray, qd: FloatArray, lengths: FloatArray, dt: float) -> None:
-        """Take a reading, dt after the one before.
+        """Take a measurement.
 
         Args:
             q: True positions, shape (n,).
             qd: True velocities, shape (n,).
             lengths: True lengths, shape (m,).
-            dt: In [s].
+            dt: Time since the previous measurement, in [s].
         """
         before = self.q
         self._read(q, qd, lengths)
@@ -61,20 +68,23 @@ class Sensors:
 
     def _read(self, q: FloatArray, qd: FloatArray, lengths: FloatArray) -> None:
         settings = self._settings
-        self.q = _quantised(self._noisy(q), settings.joint_counts)
-        self.qd = self._noisy(qd)
-        self.lengths = _quantised(self._noisy(lengths) + self._offset, settings.length_counts)
+        self.q = _quantise(self._add_noise(q), settings.joint_counts)
+        self.qd = self._add_noise(qd)
+        self.lengths = _quantise(self._add_noise(lengths) + self._offset, settings.length_counts)
 
-    def _noisy(self, values: FloatArray) -> FloatArray:
-        """Return values with noise; a copy in any case."""
+    def _add_noise(self, values: FloatArray) -> FloatArray:
+        """Return a copy of the values with added noise."""
         if self._settings.noise == 0:
             return values.copy()
         noisy: FloatArray = values + self._random.normal(0.0, self._settings.noise, len(values))
         return noisy
 
 
-def _quantised(values: FloatArray, counts: float) -> FloatArray:
-    """Return values to the nearest count; as they are where counts are finer than floats."""
+def _quantise(values: FloatArray, counts: float) -> FloatArray:
+    """Return the values rounded to whole counts.
+
+    Values whose number of counts exceeds the floating-point range are returned unchanged.
+    """
     if math.isinf(counts):
         return values
     with np.errstate(over="ignore"):

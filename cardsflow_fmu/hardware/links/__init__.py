@@ -1,1 +1,1 @@
-"""Links to hardware: UDP and serial lines."""
+"""Links to hardware: UDP, serial lines and ROS 2 topics."""

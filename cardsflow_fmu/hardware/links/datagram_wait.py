@@ -1,8 +1,8 @@
-"""Waits for datagrams: busy polling where an answer is about due, blocking otherwise.
+"""Waits for datagrams: busy polling when an answer is expected soon, blocking otherwise.
 
-A blocked thread wakes up 10 to 40 µs late, often on a core that sleeps as well: as long as a device
-on this machine takes for its answer. Polling has the datagram within 1 µs but keeps a core busy. So
-polling is bounded in time, and backs off if it has failed.
+A blocked thread wakes up 10 to 40 µs late, since its core often sleeps too. A device on the same
+machine needs about as long to answer. Polling receives a datagram within 1 µs but occupies a core.
+Therefore the polling time is limited, and the receiver polls less often after unsuccessful polling.
 """
 
 from __future__ import annotations
@@ -17,46 +17,50 @@ from typing import Generic, TypeVar
 T = TypeVar("T")
 
 _MAX_POLL = 100e-6
-"""Longest polling in a wait, in [s]: a tenth of a core where a step takes 1 ms."""
+"""Maximum polling time of a wait, in [s]: 10 % of a core with a time step of 1 ms."""
 _MIN_POLL = 10e-6
+"""Minimum polling time of a wait, in [s]."""
 _POLL_FACTOR = 3.0
-"""Ratio of polling to the wait before."""
-_SOON = 200e-6
-"""Longest blocking wait after which the next one may poll, in [s]."""
+"""Ratio of the polling time to the duration of the previous wait."""
+_MAX_SHORT_WAIT = 200e-6
+"""Maximum duration of a blocking wait after which the next wait may poll, in [s]."""
 _MAX_BACKOFF = 512
-"""Most blocking waits between two that poll."""
+"""Maximum number of blocking waits between two waits that poll."""
 
 
 class AdaptiveReceiver(Generic[T]):
-    """Receives from a socket, one wait after the other.
+    """Receiver of datagrams from a socket that chooses between polling and blocking.
 
-    A wait polls if the datagram before came soon: a little longer than that took. If nothing has
-    come by then, perhaps because the other side needs the same core, it blocks, and so do the next
-    waits; twice as many each time, fewer after each success.
+    If the previous datagram arrived soon, the next wait polls a little longer than that wait. If no
+    datagram arrives in this time, the wait blocks: the other side may need the same core. The
+    following waits block too. Their number doubles with each failure and decreases with each
+    success.
 
     Args:
-        line: The socket, which does not block.
-        read: Reads a datagram from it.
-        cores: Number of cores, as polling needs a second one; counted when None.
+        line: Non-blocking socket.
+        read: Function that reads a datagram from the socket.
+        cores: Number of available cores, or None to determine it. Polling requires at least two.
     """
 
     def __init__(
         self, line: socket.socket, read: Callable[[], T], cores: int | None = None
     ) -> None:
         self._readers, self._read = [line], read
-        self._may_poll = (_cores() if cores is None else cores) > 1
+        self._may_poll = (_available_cores() if cores is None else cores) > 1
         self._is_polling = False
         self._poll_time = 0.0
         self._blocking_left, self._backoff = 0, 1
 
     def receive(self, until: float) -> T | None:
-        """Receive a datagram; None if there is none. One that is there already is always found.
+        """Return the next datagram, or None if no datagram arrives in time.
+
+        A datagram that has already arrived is returned even after the deadline.
 
         Args:
-            until: On the system's monotonic clock, in [s].
+            until: Deadline on the system's monotonic clock, in [s].
 
         Raises:
-            OSError: The system reports on an earlier datagram: there is no listener.
+            OSError: The system reports that an earlier datagram had no receiver.
         """
         begin = time.perf_counter()
         if not self._is_polling:
@@ -86,24 +90,24 @@ class AdaptiveReceiver(Generic[T]):
                 return None
             try:
                 datagram = self._read()
-            except BlockingIOError:  # the system has dropped a damaged datagram
+            except BlockingIOError:  # the system has dropped a damaged datagram after `select`
                 if remaining <= 0:
                     return None
             else:
                 took = time.perf_counter() - begin
-                if self._may_poll and took < _SOON:
+                if self._may_poll and took < _MAX_SHORT_WAIT:
                     self._is_polling = self._blocking_left == 0
                     self._blocking_left = max(self._blocking_left - 1, 0)
                     self._set_poll_time(took)
                 return datagram
 
     def _set_poll_time(self, wait: float) -> None:
-        """Set the polling of the next wait from the length of one, in [s]."""
+        """Set the polling time of the next wait from the duration of this wait, in [s]."""
         self._poll_time = min(_MIN_POLL + _POLL_FACTOR * wait, _MAX_POLL)
 
 
-def _cores() -> int:
-    """Return number of cores that this thread may use."""
+def _available_cores() -> int:
+    """Return the number of cores that this thread may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

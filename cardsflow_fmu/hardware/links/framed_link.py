@@ -1,4 +1,4 @@
-"""The link's side of the protocol, over any carrier of frames."""
+"""Controller side of the protocol, for any transport of frames."""
 
 from __future__ import annotations
 
@@ -27,38 +27,38 @@ from cardsflow_fmu.hardware.protocol.frame import (
 from cardsflow_fmu.hardware.protocol.handshake import (
     ACK_VALUES,
     HELLO_VALUES,
-    REFUSALS,
+    REJECTION_REASONS,
     ErrorCode,
     Handshake,
-    whole,
+    join_uint64,
 )
 from cardsflow_fmu.utils.arrays import FloatArray
 
-_HELLO_EVERY = 0.05
-_STOP_EVERY = 0.02
-_STOPS = 10
-_REPEAT_EVERY = 0.02
-"""In lock step a set point without answer is sent again after this time, in [s]."""
+_HELLO_PERIOD = 0.05
+_STOP_PERIOD = 0.02
+_MAX_STOPS = 10
+_REPEAT_PERIOD = 0.02
+"""Time after which an unanswered set point is sent again in lockstep, in [s]."""
 _MAX_FRAMES = 1000
-"""Most frames of an exchange, so that a flood cannot stall it."""
+"""Maximum number of frames that an exchange reads, so that a flood cannot block it."""
 _LOCKSTEP = int(Flag.LOCKSTEP)
 _SETPOINT, _STATE = Kind.SETPOINT, Kind.STATE
 
 
 class FramedLink(ABC):
-    """The base of all links; the derived classes send and receive bytes.
+    """Base class of links with frames. Derived classes send and receive bytes.
 
     Args:
-        uri: The address, for messages.
-        key: The pre-shared key; unsigned frames when None.
-        timeout: How long `open` waits, in [s].
-        clock: Clock of both ends.
+        uri: Address of the device, used in messages.
+        key: Pre-shared key, or None for unsigned frames.
+        timeout: Maximum time for which `open` waits, in [s].
+        clock: Clock of the link.
 
     Raises:
         InputError: The key is too short.
 
     Attributes:
-        uri: The address. The others are those of `HardwareLink`.
+        uri: Address of the device. `HardwareLink` describes the other attributes.
     """
 
     def __init__(
@@ -80,32 +80,32 @@ class FramedLink(ABC):
 
     @abstractmethod
     def _connect(self) -> None:
-        """Open the line.
+        """Open the transport.
 
         Raises:
-            HardwareError: It cannot be opened.
+            HardwareError: The transport cannot be opened.
         """
 
     @abstractmethod
     def _disconnect(self) -> None:
-        """Close the line; a second time does nothing."""
+        """Close the transport. Further calls do nothing."""
 
     @abstractmethod
     def _send(self, data: bytes) -> None:
-        """Send a frame; one that cannot be sent is lost, and counted."""
+        """Send a frame. If it cannot be sent, count it as lost."""
 
     @abstractmethod
     def _receive(self, deadline: float) -> bytes | None:
-        """Receive a frame; None if there is none until the deadline.
+        """Return the next frame, or None if no frame arrives before the deadline.
 
-        A frame that is there already is returned even after the deadline.
+        A frame that has already arrived is returned even after the deadline.
 
         Args:
-            deadline: On the link's clock, in [s].
+            deadline: End of the wait on the link's clock, in [s].
         """
 
     def open(self, handshake: Handshake) -> None:
-        """Agree with the device on a run; see `HardwareLink.open`."""
+        """Start a run by a handshake with the device; see `HardwareLink.open`."""
         self.close()
         self._connect()
         try:
@@ -115,74 +115,75 @@ class FramedLink(ABC):
             raise
 
     def _agree(self, handshake: Handshake) -> None:
-        """Repeat the HELLO until the device agrees."""
+        """Repeat the HELLO until the device accepts the run."""
         run_id = secrets.randbelow(0xFFFFFFFF) + 1
         end = self.clock.monotonic() + self._timeout
-        busy = False
+        is_busy = False
         while self.clock.monotonic() < end:
             flags = _LOCKSTEP if handshake.lockstep else 0
             sent = self.clock.monotonic_ns()
             frame = Frame(Kind.HELLO, flags, run_id, 0, 0.0, sent, 0, handshake.values())
             self._send(pack(frame, self._pre_shared.pre_shared))
-            until = min(self.clock.monotonic() + _HELLO_EVERY, end)
-            while (answer := self._next(self._pre_shared, run_id, until)) is not None:
+            until = min(self.clock.monotonic() + _HELLO_PERIOD, end)
+            while (answer := self._next_frame(self._pre_shared, run_id, until)) is not None:
                 if answer.kind is Kind.HELLO_ACK:
                     self._begin(handshake, answer)
                     return
                 if answer.kind is Kind.ERROR:
-                    busy = self._is_busy(answer) or busy
-        self._give_up(busy)
+                    is_busy = self._is_busy(answer) or is_busy
+        self._raise_not_accepted(is_busy)
 
-    def _give_up(self, busy: bool) -> None:
-        if busy:
+    def _raise_not_accepted(self, is_busy: bool) -> None:
+        """Raise the error for a run that the device has not accepted in time."""
+        if is_busy:
             raise HardwareError(
-                f"the device at {self.uri} rejected the run: {REFUSALS[ErrorCode.BUSY]}"
+                f"the device at {self.uri} rejected the run: {REJECTION_REASONS[ErrorCode.BUSY]}"
             )
-        remedy = "is it running, and is the address right?"
+        remedy = "is it running, and is the address correct?"
         if self.counters["signature"] or self.counters["unsigned"]:
-            remedy = "its frames have another signature: give both sides the same key file"
+            remedy = "its frames have a different signature: use the same key file on both sides"
         elif self._pre_shared.pre_shared is not None:
-            remedy = "is it running, is the address right, and has it the same key?"
+            remedy = "is it running, is the address correct, and does it use the same key?"
         raise HardwareError(
             f"no device answers at {self.uri} within {self._timeout:g} s: {remedy} "
-            "(a device with a key does not answer frames that are not signed with it)"
+            "(a device with a key ignores frames without a valid signature)"
         )
 
     def _is_busy(self, answer: Frame) -> bool:
-        """Return whether a refusal is temporary; raises if it is final."""
+        """Return True if the device is busy, and raise the error for any other rejection."""
         code = int(answer.values[0]) if len(answer.values) else 0
         if code == ErrorCode.BUSY:
             return True
-        known = code in REFUSALS
-        why = REFUSALS[ErrorCode(code)] if known else f"it gives the unknown reason {code}"
+        is_known = code in REJECTION_REASONS
+        why = REJECTION_REASONS[ErrorCode(code)] if is_known else f"unknown reason {code}"
         raise HardwareError(f"the device at {self.uri} rejected the run: {why}")
 
     def _begin(self, handshake: Handshake, answer: Frame) -> None:
-        """Start the agreed run."""
+        """Start the run that the device has accepted."""
         values = np.asarray(answer.values)
-        invalid = f"the device at {self.uri} answers the handshake with invalid values"
-        agreed = Handshake.of_values(values, bool(answer.flags & _LOCKSTEP))
+        invalid = f"the device at {self.uri} answered the handshake with invalid values"
+        agreed = Handshake.from_values(values, bool(answer.flags & _LOCKSTEP))
         if agreed is None or len(values) != ACK_VALUES + handshake.states:
             raise HardwareError(invalid)
         if agreed.with_watchdog(handshake.watchdog) != handshake:
             raise HardwareError(
-                f"the device at {self.uri} agrees to {agreed}, "
-                f"which is not what was asked: {handshake}"
+                f"the device at {self.uri} accepted other parameters than requested: "
+                f"{agreed} instead of {handshake}"
             )
-        nonce = whole(*map(float, values[HELLO_VALUES:ACK_VALUES]))
+        nonce = join_uint64(*map(float, values[HELLO_VALUES:ACK_VALUES]))
         if nonce is None:
             raise HardwareError(invalid)
         self.agreed, self.run_id = agreed, answer.run_id
         self.start_state = values[ACK_VALUES:] * handshake.scale
-        self._keys = self._pre_shared.of_run(answer.run_id, nonce)
-        self._key = self._keys.of(_SETPOINT)
+        self._keys = self._pre_shared.for_run(answer.run_id, nonce)
+        self._key = self._keys.key_for(_SETPOINT)
         self._writer = FrameWriter(handshake.commands)
         self._seq = self._newest_seq = 0
         self._newest_at = -math.inf
         self._moving = True
 
     def exchange(self, t: float, command: FloatArray, deadline: float) -> Exchange:
-        """Send a set point and wait for its answer; see `HardwareLink.exchange`."""
+        """Send a set point and wait for the answer; see `HardwareLink.exchange`."""
         agreed = self.agreed
         if agreed is None:
             raise HardwareError(f"the link to {self.uri} is not open")
@@ -191,22 +192,22 @@ class FramedLink(ABC):
         self._send(sent)
         newest: Frame | None = None
         until = (
-            min(deadline, self.clock.monotonic() + _REPEAT_EVERY) if agreed.lockstep else deadline
+            min(deadline, self.clock.monotonic() + _REPEAT_PERIOD) if agreed.lockstep else deadline
         )
         for _ in range(_MAX_FRAMES):
-            frame = self._next(self._keys, self.run_id, until)
+            frame = self._next_frame(self._keys, self.run_id, until)
             if frame is None:
                 now = self.clock.monotonic()
                 if now >= deadline:
                     break
                 self._send(sent)
                 self.counters["repeated"] += 1
-                until = min(deadline, now + _REPEAT_EVERY)
-            elif self._is_news(frame, agreed):
+                until = min(deadline, now + _REPEAT_PERIOD)
+            elif self._is_new_state(frame, agreed):
                 newest = frame
                 if frame.seq == seq:
                     break
-        return self._outcome(newest, agreed)
+        return self._exchange_result(newest, agreed)
 
     def _set_point(self, t: float, command: FloatArray, agreed: Handshake) -> bytes:
         writer = self._writer
@@ -215,8 +216,11 @@ class FramedLink(ABC):
         now = self.clock.monotonic_ns()
         return writer.pack(_SETPOINT, flags, self.run_id, self._seq, t, now, 0, self._key)
 
-    def _is_news(self, frame: Frame, agreed: Handshake) -> bool:
-        """Return whether a frame is a newer state than all before, of a set point that was sent."""
+    def _is_new_state(self, frame: Frame, agreed: Handshake) -> bool:
+        """Return whether a frame contains a newer state than all earlier frames.
+
+        The state must answer a set point of this run; other frames are counted as dropped.
+        """
         if frame.kind is not _STATE or len(frame.values) != agreed.states:
             self.counters["type" if frame.kind is not _STATE else "count"] += 1
             return False
@@ -226,7 +230,7 @@ class FramedLink(ABC):
         self._newest_seq, self._newest_at = frame.seq, self.clock.monotonic()
         return True
 
-    def _outcome(self, newest: Frame | None, agreed: Handshake) -> Exchange:
+    def _exchange_result(self, newest: Frame | None, agreed: Handshake) -> Exchange:
         age = self.clock.monotonic() - self._newest_at
         if newest is None:
             self.counters["missed"] += 1
@@ -236,8 +240,8 @@ class FramedLink(ABC):
         round_trip = self._newest_at - newest.echo_ns * 1e-9
         return Exchange(state, newest.seq, age, round_trip, newest.flags)
 
-    def _next(self, keys: Keys, run_id: int, deadline: float) -> Frame | None:
-        """Return the next valid frame of a run; others are dropped and counted."""
+    def _next_frame(self, keys: Keys, run_id: int, deadline: float) -> Frame | None:
+        """Return the next valid frame of a run, or None. Other frames are dropped and counted."""
         for _ in range(_MAX_FRAMES):
             data = self._receive(deadline)
             if data is None:
@@ -254,23 +258,23 @@ class FramedLink(ABC):
         return None
 
     def stop(self) -> bool:
-        """Stop the device; returns whether it has confirmed within 0.2 s."""
+        """Stop the device. Return whether it confirms the stop within 0.2 s."""
         if not self._moving:
             return False
         self._moving = False
-        key = self._keys.of(Kind.STOP)
-        for _ in range(_STOPS):
+        key = self._keys.key_for(Kind.STOP)
+        for _ in range(_MAX_STOPS):
             sent = self.clock.monotonic_ns()
             frame = Frame(Kind.STOP, 0, self.run_id, self._seq, 0.0, sent, 0, ())
             self._send(pack(frame, key))
-            until = self.clock.monotonic() + _STOP_EVERY
-            while (answer := self._next(self._keys, self.run_id, until)) is not None:
+            until = self.clock.monotonic() + _STOP_PERIOD
+            while (answer := self._next_frame(self._keys, self.run_id, until)) is not None:
                 if answer.kind is Kind.STOPPED:
                     return True
         return False
 
     def close(self) -> None:
-        """Stop the device if a run is under way, and close the line."""
+        """Stop the device if a run is in progress, and close the transport."""
         try:
             self.stop()
         finally:

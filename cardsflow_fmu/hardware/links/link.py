@@ -1,4 +1,4 @@
-"""The interface between a session and a link to hardware."""
+"""Interface between a session and a link to hardware."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from cardsflow_fmu.utils.arrays import FloatArray
 
 
 class HardwareLink(Protocol):
-    """A link to a device, for one run at a time.
+    """Interface of a link to a device, for one run at a time.
 
     Attributes:
-        run_id: Number of the run; 0 before `open`.
-        agreed: Parameters of the run; None before `open`.
-        start_state: The device's state when it agreed, shape (states,), in SI units.
-        clock: Clock of both ends.
+        run_id: Id of the run, or 0 before `open`.
+        agreed: Parameters of the run, or None before `open`.
+        start_state: State of the device when it accepted the run, shape (states,), in SI units.
+        clock: Clock of the link.
     """
 
     clock: Clock
@@ -28,26 +28,28 @@ class HardwareLink(Protocol):
 
     @property
     def counters(self) -> Mapping[str, int]:
-        """Number of frames sent, received, and dropped by reason."""
+        """Number of frames sent, received, and dropped (by reason)."""
 
     def open(self, handshake: Handshake) -> None:
-        """Agree with the device on a run; nothing moves before the first set point.
+        """Start a run by a handshake. The robot does not move before the first set point.
 
         Raises:
-            HardwareError: There is no answer in time, or the device rejects.
+            HardwareError: The device does not answer in time, or rejects the run.
         """
 
     def exchange(self, t: float, command: FloatArray, deadline: float) -> Exchange:
-        """Send a set point and wait for the state that answers it; losses do not raise.
+        """Send a set point and wait for the state that answers it.
+
+        A lost frame does not raise an error.
 
         Args:
             t: Time of the run, in [s].
-            command: Shape (commands,), in SI units.
-            deadline: End of the wait, on the link's clock, in [s].
+            command: Set point, shape (commands,), in SI units.
+            deadline: End of the wait on the link's clock, in [s].
         """
 
     def stop(self) -> bool:
-        """Stop the device; returns whether it has confirmed."""
+        """Stop the device. Return whether it confirms the stop."""
 
     def close(self) -> None:
-        """Stop the device if a run is under way, and close the line; may be repeated."""
+        """Stop the device if a run is in progress, and close the link. Further calls do nothing."""

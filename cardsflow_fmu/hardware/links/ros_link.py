@@ -1,8 +1,8 @@
-"""The link by topics of ROS 2: commands as messages, and states as they come.
+"""Link by ROS 2 topics: commands and states are messages.
 
-Topics have no handshake, no watchdog and no stop. So the names in messages take the place of the
-signature, and silence that of a stop: the other side has to bring the forces down where commands
-stay away for the time that both sides state.
+Topics have no handshake, no watchdog and no stop command. Therefore the names in messages replace
+the signature, and a timeout replaces the stop command: the robot must reduce its forces if it
+receives no command for the timeout, which both sides specify.
 """
 
 from __future__ import annotations
@@ -32,36 +32,36 @@ from cardsflow_fmu.ros_interface.node import End, Inbox, Node, Topic
 from cardsflow_fmu.ros_interface.rclpy_node import open_node
 from cardsflow_fmu.utils.arrays import FloatArray
 
-_LOOK_EVERY = 0.05
+_POLL_PERIOD = 0.05
 _MAX_MESSAGES = 100
-"""Most messages that are read at once, so that a flood stalls nothing."""
+"""Maximum number of messages read at once, so that a flood cannot block the link."""
 _NO_TIMEOUT = (
-    "a topic has no watchdog: state how long the robot may go on without commands, as "
-    "ros2://...?timeout=0.1, and the same at the robot's side; safest is our protocol, udp://..., "
-    "and --publish beside it"
+    "topics have no watchdog: specify the maximum time between commands, such as "
+    "ros2://...?timeout=0.1, and use the same time on the robot; the safest choice is the "
+    "CARDSFlow hardware protocol, udp://..., together with --publish"
 )
 
 
 class RosLink:
-    """A link by topics; see `HardwareLink`.
+    """Link by ROS 2 topics; see `HardwareLink`.
 
     Args:
-        uri: ros2://...?timeout=S
-        address: The same, read.
-        topics: The messages of the robot.
-        timeout: How long `open` waits, in [s].
+        uri: Address of the form ros2://...?timeout=S.
+        address: The parsed address.
+        topics: Topics and messages of the robot.
+        timeout: Maximum time for which `open` waits, in [s].
 
     Raises:
-        InputError: The address states no timeout.
+        InputError: The address specifies no timeout.
 
     Attributes:
-        silence: The stated timeout, in [s].
+        silence: Timeout of the address: maximum time between messages, in [s].
     """
 
     def __init__(
         self, uri: str, address: NodeAddress, topics: DeviceTopics, *, timeout: float = 5.0
     ) -> None:
-        self.uri, self._address, self._topics, self._waits = uri, address, topics, timeout
+        self.uri, self._address, self._topics, self._open_timeout = uri, address, topics, timeout
         silence = address.timeout
         if silence is None:
             raise InputError(_NO_TIMEOUT, key="hardware.link")
@@ -77,21 +77,24 @@ class RosLink:
         self._seq = 0
         self._newest_at = -math.inf
         self._begun_at: float | None = None
-        self._followed = False
+        self._was_running = False
 
     @property
     def counters(self) -> Counter[str]:
-        """Messages sent and received, and dropped by reason."""
+        """Number of messages sent, received, and dropped (by reason)."""
         return self._counters + self._reader.counters
 
     def open(self, handshake: Handshake) -> None:
-        """Wait for the robot's states and for its subscriber; see `HardwareLink.open`."""
+        """Wait for the robot to publish states and to subscribe to commands.
+
+        See `HardwareLink.open`.
+        """
         self.close()
         if handshake.lockstep:
-            what = "topics have no lock step: set hardware.mode = 'realtime', or use our protocol"
+            what = "topics do not support lockstep: set hardware.mode = 'realtime', or use udp://"
             raise HardwareError(f"no link to {self.uri}: {what}")
         if self.silence < 2.0 * handshake.step:
-            what = f"its timeout of {self.silence:g} s is shorter than two steps"
+            what = f"the timeout of {self.silence:g} s is shorter than two steps"
             raise HardwareError(f"no link to {self.uri}: {what}")
         self._node = node = open_node(self._address)
         try:
@@ -104,25 +107,30 @@ class RosLink:
             raise
         self.agreed, self.run_id = handshake, secrets.randbelow(0xFFFFFFFF) + 1
         self._seq, self._newest_at = 0, time.monotonic()
-        self._begun_at, self._followed = None, False
+        self._begun_at, self._was_running = None, False
 
     def _wait_for_robot(self, node: Node, inbox: Inbox) -> None:
-        """Wait for a state, and for one node that takes commands; reject other commanders."""
-        end = time.monotonic() + self._waits
+        """Wait for a state and for a node that subscribes to commands.
+
+        Raises:
+            HardwareError: No robot is found in time, or another node publishes commands.
+        """
+        end = time.monotonic() + self._open_timeout
         state, commands = None, self._topics.commands_topic
         while time.monotonic() < end:
-            state = self._next(inbox, min(time.monotonic() + _LOOK_EVERY, end)) or state
-            takers = node.types(commands, "subscriber").count(commands.type)
-            if state is not None and takers:
+            state = self._next_state(inbox, min(time.monotonic() + _POLL_PERIOD, end)) or state
+            subscribers = node.types(commands, "subscriber").count(commands.type)
+            if state is not None and subscribers:
                 if node.types(commands, "publisher"):
-                    what = "another node publishes commands; end that one first"
+                    what = "another node publishes commands; stop that node first"
                     raise HardwareError(f"no link to {self.uri}: {what}")
                 self.start_state = state[1]
                 return
-        raise HardwareError(f"no link to {self.uri} within {self._waits:g} s: {self._what(node)}")
+        missing = self._missing_part(node)
+        raise HardwareError(f"no link to {self.uri} within {self._open_timeout:g} s: {missing}")
 
-    def _what(self, node: Node) -> str:
-        """What is missing."""
+    def _missing_part(self, node: Node) -> str:
+        """Return a description of the missing or unsuitable topic."""
         states = self._topics.states_topic
         ends: list[tuple[Topic, End]] = [(states, "publisher")]
         ends += [(self._topics.commands_topic, "subscriber")]
@@ -130,17 +138,17 @@ class RosLink:
             name = self._address.absolute(topic.name)
             types = node.types(topic, end)
             if not types:
-                return f"{name} has no {end}; is the robot running, in this domain and namespace?"
+                return f"{name} has no {end}; does the robot run in this domain and namespace?"
             if topic.type not in types:
-                return f"{name} has the type {types[0]}, and is to have {topic.type}"
+                return f"{name} has the type {types[0]}, but must have the type {topic.type}"
         dropped = [reason for reason in REASONS if self._reader.counters[reason]]
         if not dropped:
-            return f"no messages come on {self._address.absolute(states.name)}"
+            return f"no messages arrive on {self._address.absolute(states.name)}"
         names = ", ".join(self._topics.states)
-        return f"{self._address.absolute(states.name)}: {REASONS[dropped[0]]}; needed are {names}"
+        return f"{self._address.absolute(states.name)}: {REASONS[dropped[0]]}; required: {names}"
 
-    def _next(self, inbox: Inbox, until: float) -> tuple[float, FloatArray] | None:
-        """Return the next state that counts, and when it came, or None until then."""
+    def _next_state(self, inbox: Inbox, until: float) -> tuple[float, FloatArray] | None:
+        """Return the arrival time and values of the next valid state, or None if none arrives."""
         for _ in range(_MAX_MESSAGES):
             message = inbox.receive(until)
             if message is None:
@@ -155,16 +163,16 @@ class RosLink:
         """Send a command and wait for the next state; see `HardwareLink.exchange`.
 
         Raises:
-            HardwareError: No state has come for the stated timeout, or nothing follows commands.
+            HardwareError: No state has arrived within the timeout, or the device ignores commands.
         """
         if self._node is None or self._inbox is None:
             raise HardwareError(f"the link to {self.uri} is not open")
         newest = None
         for _ in range(_MAX_MESSAGES):
-            came = self._next(self._inbox, -math.inf)
-            if came is None:
+            received = self._next_state(self._inbox, -math.inf)
+            if received is None:
                 break
-            newest = came
+            newest = received
         values = self._topics.command_values(time.time_ns(), command)
         sent = time.monotonic()
         self._node.publish(self._topics.commands_topic, values)
@@ -172,13 +180,13 @@ class RosLink:
         self._seq += 1
         if self._begun_at is None:
             self._begun_at = self._newest_at = sent
-        newest = self._next(self._inbox, deadline) or newest
+        newest = self._next_state(self._inbox, deadline) or newest
         if newest is None:
             age = time.monotonic() - self._newest_at
             self._counters["missed"] += 1
             if age > self.silence:
-                what = f"no state came for {self.silence:g} s"
-                raise HardwareError(f"the robot at {self.uri} is lost: {what}")
+                what = f"no state has arrived for {self.silence:g} s"
+                raise HardwareError(f"the robot at {self.uri} does not respond: {what}")
             return Exchange(None, self._seq - 1, age, math.nan, 0)
         self._newest_at, state = newest
         flags = self._flags(sent - self._begun_at)
@@ -187,26 +195,32 @@ class RosLink:
         return Exchange(state, self._seq, age, round_trip, flags)
 
     def _flags(self, since: float) -> int:
-        """What the frame of a state says of a device, as flags; that of other robots says nothing.
+        """Return the device flags that the frame id of the newest state specifies.
+
+        Only a CARDSFlow device uses the frame id for its status. For other robots there are no
+        flags.
 
         Args:
             since: Time since the first command, in [s].
+
+        Raises:
+            HardwareError: The device has ignored commands for longer than the timeout.
         """
         status = self._reader.frame
-        self._followed = self._followed or status == RUNNING
-        if self._followed:
+        self._was_running = self._was_running or status == RUNNING
+        if self._was_running:
             return int(Flag.SAFE) if status == SAFE else 0
         if status in (READY, SAFE) and since > self.silence:
-            what = f"it has not followed commands for {self.silence:g} s; see its messages"
+            what = f"it has ignored commands for {self.silence:g} s; see the messages of the device"
             raise HardwareError(f"the device at {self.uri} rejected the run: {what}")
         return 0
 
     def stop(self) -> bool:
-        """Nothing: the robot's side brings its forces down when commands stay away."""
+        """Do nothing, since the robot reduces its forces after the timeout."""
         return False
 
     def close(self) -> None:
-        """Leave the graph."""
+        """Close the node."""
         self.agreed = None
         node, self._node, self._inbox = self._node, None, None
         if node is not None:

@@ -1,4 +1,4 @@
-"""The link by a serial line: frames in COBS."""
+"""Link by a serial line, with COBS framing."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from .framed_link import FramedLink
 if TYPE_CHECKING:
     import serial
 
-_FORM = "a serial address is serial:///dev/ttyACM0?baud=2000000"
-_BAUD = 115200
+_FORM = "the form is serial:///dev/ttyACM0?baud=2000000"
+_DEFAULT_BAUD = 115200
 _CHUNK = 4096
 
 
 class SerialLink(FramedLink):
-    """Frames over a serial line, 8 data bits, no parity, one stop bit.
+    """Link by a serial line with 8 data bits, no parity and one stop bit.
 
     Args:
-        uri: serial:///dev/ttyACM0?baud=2000000; 115200 baud unless given.
-        key: The pre-shared key; unsigned frames when None.
-        timeout: How long `open` waits, in [s].
+        uri: Address of the form serial:///dev/ttyACM0?baud=2000000. The default is 115200 baud.
+        key: Pre-shared key, or None for unsigned frames.
+        timeout: Maximum time for which `open` waits, in [s].
 
     Raises:
-        InputError: The address or the key cannot be used.
+        InputError: The address or the key is invalid.
     """
 
     def __init__(self, uri: str, *, key: bytes | None = None, timeout: float = 2.0) -> None:
@@ -54,7 +54,7 @@ class SerialLink(FramedLink):
         except (OSError, ValueError) as error:
             raise HardwareError(f"no link to {self.uri}: {error}") from error
         self._line.reset_input_buffer()
-        self._is_whole = False  # a zero ends what was sent before
+        self._is_last_complete = False  # the next frame begins with a zero, which ends earlier data
         self._unstuffer = Unstuffer(MAX_BYTES)
         self._frames: deque[bytes] = deque()
 
@@ -66,13 +66,13 @@ class SerialLink(FramedLink):
     def _send(self, data: bytes) -> None:
         if self._line is None:
             return
-        stuffed = encode(data) if self._is_whole else b"\0" + encode(data)
+        stuffed = encode(data) if self._is_last_complete else b"\0" + encode(data)
         try:
             written = os.write(self._line.fileno(), stuffed)
-        except OSError:  # unplugged, or no buffer: as good as lost
+        except OSError:  # unplugged or no buffer: treat the frame as lost
             written = 0
-        self._is_whole = written == len(stuffed)
-        self.counters["sent" if self._is_whole else "not sent"] += 1
+        self._is_last_complete = written == len(stuffed)
+        self.counters["sent" if self._is_last_complete else "not sent"] += 1
 
     def _receive(self, deadline: float) -> bytes | None:
         while not self._frames:
@@ -85,7 +85,7 @@ class SerialLink(FramedLink):
         return self._frames.popleft()
 
     def _read(self, seconds: float) -> bytes:
-        """Return the bytes received, after a wait for some; empty if none come."""
+        """Wait for bytes and return them. Return no bytes if none arrive in time."""
         line = self._line
         if line is None:
             return b""
@@ -100,17 +100,17 @@ class SerialLink(FramedLink):
 
 
 def serial_address(uri: str) -> tuple[str, int]:
-    """Path and baud rate of serial:///dev/ttyACM0?baud=2000000.
+    """Return the path and the baud rate of an address such as serial:///dev/ttyACM0?baud=2000000.
 
     Raises:
-        InputError: It is no such address.
+        InputError: The address is invalid.
     """
     parts = urlsplit(uri)
     query = parse_qs(parts.query, keep_blank_values=True)
-    baud = query.pop("baud", [str(_BAUD)])[-1]
-    good = parts.scheme == "serial" and not parts.netloc and len(parts.path) > 1
-    if not good or query or parts.fragment or not re.fullmatch("[0-9]{1,10}", baud):
-        raise InputError(f"cannot use {uri!r}: {_FORM}")
+    baud = query.pop("baud", [str(_DEFAULT_BAUD)])[-1]
+    has_path = parts.scheme == "serial" and not parts.netloc and len(parts.path) > 1
+    if not has_path or query or parts.fragment or not re.fullmatch("[0-9]{1,10}", baud):
+        raise InputError(f"invalid serial address {uri!r}; {_FORM}")
     if not 0 < int(baud) < 2**31:
-        raise InputError(f"cannot use {baud} baud: {_FORM}")
+        raise InputError(f"invalid baud rate {baud}; {_FORM}")
     return parts.path, int(baud)

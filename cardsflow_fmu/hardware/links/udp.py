@@ -1,4 +1,4 @@
-"""The link by UDP: one connected socket, so that the system drops frames of other senders."""
+"""Link by UDP. The socket is connected, so that the system drops frames of other senders."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from cardsflow_fmu.hardware.protocol.frame import MAX_BYTES
 from .datagram_wait import AdaptiveReceiver
 from .framed_link import FramedLink
 
-_FORM = "an address by UDP is udp://HOST:PORT, such as udp://127.0.0.1:5005"
-_EVERYBODY = "255.255.255.255"
-_MAX_SELECTED = 1024
-"""`select` takes file descriptors below this."""
+_FORM = "the form is udp://HOST:PORT, such as udp://127.0.0.1:5005"
+_BROADCAST = "255.255.255.255"
+_MAX_DESCRIPTORS = 1024
+"""Limit of `select`, which supports only smaller file descriptors."""
 
 
 class UdpLink(FramedLink):
-    """Frames as datagrams.
+    """Link by UDP, with one frame per datagram.
 
     Args:
-        uri: udp://HOST:PORT
-        key: The pre-shared key; unsigned frames when None.
-        bind: Address of this machine to send from; when empty, the one of the route to the device:
-            loopback for a device on this machine.
-        timeout: How long `open` waits, in [s].
+        uri: Address of the form udp://HOST:PORT.
+        key: Pre-shared key, or None for unsigned frames.
+        bind: Address of this machine to send from. If empty, the system chooses the address of the
+            route to the device, which is loopback for a device on the same machine.
+        timeout: Maximum time for which `open` waits, in [s].
 
     Raises:
-        InputError: The address or the key cannot be used.
+        InputError: The address or the key is invalid.
     """
 
     def __init__(
@@ -42,21 +42,21 @@ class UdpLink(FramedLink):
         super().__init__(uri, key=key, timeout=timeout)
         self._host, self._port = udp_address(uri)
         if self._port == 0:
-            raise InputError(f"port 0 of {uri!r} cannot be sent to: {_FORM}")
+            raise InputError(f"invalid UDP address {uri!r}: the port must not be 0; {_FORM}")
         self._bind = bind
         self._socket: socket.socket | None = None
         self._receiver: AdaptiveReceiver[bytes] | None = None
 
     def _connect(self) -> None:
-        family, there = resolved(self._host, self._port, self.uri)
+        family, address = resolve_host(self._host, self._port, self.uri)
         line = socket.socket(family, socket.SOCK_DGRAM)
         try:
             line.setblocking(False)
             if self._bind:
                 line.bind((self._bind, 0))
-            line.connect(there)
-            if line.fileno() >= _MAX_SELECTED:
-                raise HardwareError("too many files are open in this process for another link")
+            line.connect(address)
+            if line.fileno() >= _MAX_DESCRIPTORS:
+                raise HardwareError(f"no link to {self.uri}: this process has too many open files")
         except OSError as error:
             line.close()
             raise HardwareError(f"no link to {self.uri}: {error.strerror or error}") from error
@@ -77,7 +77,7 @@ class UdpLink(FramedLink):
         try:
             self._socket.send(data)
             self.counters["sent"] += 1
-        except OSError:  # no listener, no route, no buffer: as good as lost
+        except OSError:  # no listener, no route or no buffer: treat the frame as lost
             self.counters["not sent"] += 1
 
     def _receive(self, deadline: float) -> bytes | None:
@@ -85,7 +85,7 @@ class UdpLink(FramedLink):
         while receiver is not None:
             try:
                 return receiver.receive(deadline)
-            except OSError:  # an earlier frame had no receiver
+            except OSError:  # the system reports that an earlier frame had no receiver
                 self.counters["refused"] += 1
                 if time.monotonic() >= deadline:
                     break
@@ -93,40 +93,40 @@ class UdpLink(FramedLink):
 
 
 def udp_address(uri: str) -> tuple[str, int]:
-    """Host and port of udp://HOST:PORT; without a host it is this machine's loopback.
+    """Return the host and the port of udp://HOST:PORT. The default host is 127.0.0.1.
 
     Raises:
-        InputError: It is no such address.
+        InputError: The address is invalid.
     """
     try:
         parts = urlsplit(uri)
         host, port = parts.hostname, parts.port
     except ValueError as error:
-        raise InputError(f"cannot use {uri!r}: {_FORM}") from error
+        raise InputError(f"invalid UDP address {uri!r}; {_FORM}") from error
     rest = parts.path.strip("/") or parts.query or parts.fragment or parts.username
     if parts.scheme != "udp" or port is None or rest:
-        raise InputError(f"cannot use {uri!r}: {_FORM}")
+        raise InputError(f"invalid UDP address {uri!r}; {_FORM}")
     return host or "127.0.0.1", port
 
 
-def resolved(host: str, port: int, uri: str) -> tuple[int, Any]:
-    """Family and address of a host.
+def resolve_host(host: str, port: int, uri: str) -> tuple[int, Any]:
+    """Return the address family and the socket address of a host.
 
     Raises:
-        HardwareError: It is unknown, or an address of many machines.
+        HardwareError: The host is unknown, or the address is a multicast or broadcast address.
     """
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
     except (OSError, UnicodeError) as error:
         why = getattr(error, "strerror", None) or error
-        raise HardwareError(f"no host {host!r}, in {uri}: {why}") from error
+        raise HardwareError(f"unknown host {host!r} in {uri}: {why}") from error
     family, _, _, _, address = found[0]
     number = _without_zone(str(address[0]))
-    if number == _EVERYBODY or ipaddress.ip_address(number).is_multicast:
-        raise HardwareError(f"{uri} is not the address of one machine")
+    if number == _BROADCAST or ipaddress.ip_address(number).is_multicast:
+        raise HardwareError(f"{uri} must be the address of one machine, not of a group")
     return family, address
 
 
 def _without_zone(host: str) -> str:
-    """Return an IPv6 address without its zone."""
+    """Return an IPv6 address without its zone identifier."""
     return host.partition("%")[0]

@@ -1,1 +1,1 @@
-"""The hardware protocol: frames, handshake, signatures, recordings."""
+"""Hardware protocol: frames, handshake, signatures and recordings."""

@@ -1,4 +1,4 @@
-"""The clock interface of real and of emulated time."""
+"""Clock interface for real and virtual time."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Protocol
 
 
 class Clock(Protocol):
-    """The part of the module `time` that links and sessions use."""
+    """Functions of the module `time` that links and sessions use."""
 
     def monotonic(self) -> float:
         """Return the time, in [s]."""
@@ -15,4 +15,4 @@ class Clock(Protocol):
         """Return the time, in [ns]."""
 
     def sleep(self, seconds: float, /) -> None:
-        """Let time pass, in [s]."""
+        """Wait for a time, in [s]."""

@@ -1,17 +1,17 @@
-"""Consistent overhead byte stuffing (COBS): frames on a byte line, each ended by a zero.
+"""Consistent overhead byte stuffing (COBS): frames in a byte stream, terminated by zeros.
 
-Each zero of a frame is replaced by the distance to the next one, so that a zero on the line is the
-end of a frame and nothing else, and a receiver that starts in the middle loses one frame at most.
+Each zero in a frame is replaced by the distance to the next zero. Therefore a zero in the stream
+always marks the end of a frame, and a receiver that starts in the middle loses at most one frame.
 """
 
 from __future__ import annotations
 
 _MAX_BLOCK = 254
-"""Longest stretch without a zero that one distance can encode."""
+"""Maximum number of bytes without a zero that one distance can encode."""
 
 
 def encode(frame: bytes) -> bytes:
-    """Return a frame as it goes over the line, its ending zero included."""
+    """Return the stuffed bytes of a frame, including the terminating zero."""
     line = bytearray()
     for stretch in frame.split(b"\0"):
         whole = len(stretch) // _MAX_BLOCK
@@ -25,7 +25,7 @@ def encode(frame: bytes) -> bytes:
 
 
 def decode(line: bytes) -> bytes | None:
-    """Return the frame between two zeros of the line; None if it is damaged."""
+    """Return the frame in the bytes between two zeros, or None if the bytes are damaged."""
     frame = bytearray()
     at = 0
     while at < len(line):
@@ -40,23 +40,23 @@ def decode(line: bytes) -> bytes | None:
 
 
 class Unstuffer:
-    """A decoder of the byte stream of a line.
+    """Decoder of a stuffed byte stream.
 
     Args:
-        most: Longest frame, in bytes; what is longer on the line is dropped.
+        max_bytes: Maximum length of a frame. Longer frames are dropped.
 
     Attributes:
-        damaged: How many stretches between two zeros were no frame.
+        damaged: Number of dropped frames.
     """
 
-    def __init__(self, most: int) -> None:
-        self._most = most + most // _MAX_BLOCK + 2
+    def __init__(self, max_bytes: int) -> None:
+        self._max_stuffed = max_bytes + max_bytes // _MAX_BLOCK + 2
         self._pending = bytearray()
         self._too_long = False
         self.damaged = 0
 
     def take(self, chunk: bytes) -> list[bytes]:
-        """Return the frames that end in a chunk of bytes."""
+        """Process the next bytes of the stream, and return the frames that end in them."""
         frames = []
         *ended, rest = chunk.split(b"\0")
         for stretch in ended:
@@ -72,7 +72,7 @@ class Unstuffer:
         return frames
 
     def _append(self, stretch: bytes) -> None:
-        if len(self._pending) + len(stretch) > self._most:
+        if len(self._pending) + len(stretch) > self._max_stuffed:
             self._too_long = True
             self._pending.clear()
         elif not self._too_long:

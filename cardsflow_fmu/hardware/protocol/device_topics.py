@@ -1,9 +1,11 @@
-"""The topics of ROS 2 that stand for a device: its commands, and its states.
+"""ROS 2 topics of a device: commands and states.
 
-States are `sensor_msgs/JointState`: of joints position, velocity and the measured torque of motors,
-of muscles length, its rate and tension. Commands are of the same type, with the forces of muscles
-and the torques of motors at joints as effort, by name; or those of ros2_control: the same numbers
-in this order as `std_msgs/Float64MultiArray`, for a forward_command_controller.
+States are `sensor_msgs/JointState` messages. For joints they contain position, velocity and
+measured motor torque; for muscles they contain length, rate of the length and tension.
+
+Commands are by default `sensor_msgs/JointState` messages too, with the muscle forces and the
+torques of joint motors as efforts. For a forward_command_controller of ros2_control, they are
+`std_msgs/Float64MultiArray` messages with the same numbers: first the muscles, then the motors.
 """
 
 from __future__ import annotations
@@ -24,48 +26,50 @@ Status = Literal["ready", "running", "safe"]
 READY: Status = "ready"
 RUNNING: Status = "running"
 SAFE: Status = "safe"
-"""What a device does, as the frame of its states."""
+"""Status of a device, which its state messages contain as frame id."""
 
 
 class _Part(NamedTuple):
-    """Where a part of a state vector is in a message: a field, and the names' places there."""
+    """Part of a state vector: field of the message, names, and their indices in the field."""
 
     field: str
     names: tuple[str, ...]
-    places: list[int]
+    indices: list[int]
 
 
 class DeviceTopics:
-    """The messages of one robot.
+    """Topics and messages of the hardware of a robot.
 
     Args:
         robot: The robot.
-        settings: Of its hardware.
-        address: Of the node; its `controller` makes them those of ros2_control.
+        settings: Hardware settings of the robot.
+        address: Address of the node. If it specifies a controller, the topics are those of
+            ros2_control.
 
     Raises:
-        InputError: Its motors take something else than forces, or a muscle has a joint's name.
+        InputError: The commands are not forces, positions are not measured, or a joint and a muscle
+            have the same name.
 
     Attributes:
         commands_topic, states_topic: The topics.
-        commands: Names in the order of a command: muscles, then motors at joints.
-        states: Names in the order of a state's message: joints, then muscles.
+        commands: Names in the order of a command: muscles, then joint motors.
+        states: Names in the order of a state message: joints, then muscles.
     """
 
     def __init__(
         self, robot: Robot, settings: HardwareSettings, address: NodeAddress | None = None
     ) -> None:
         if settings.motors.command != "force" or settings.scale != 1.0:
-            what = "commands by ROS are forces in N: leave out [hardware.motors] and the scale"
+            what = "ROS commands are forces in N; remove [hardware.motors] and hardware.scale"
             raise InputError(what, key="hardware.motors")
         if not settings.has_positions:
-            what = "robots by ROS tell their joints' positions: leave it out"
+            what = "a ROS link requires measured joint positions; remove this setting"
             raise InputError(what, key="hardware.has_positions")
         joints = tuple(c.name for c in robot.coordinates)
         muscles = tuple(muscle.name for muscle in robot.muscles)
         motors = tuple(motor.name for motor in robot.motors)
         for name in set(joints) & set(muscles):
-            what = f"a joint and a muscle are both named {name!r}, and messages of ROS have one"
+            what = f"a joint and a muscle are both named {name!r}; names in ROS must be unique"
             raise InputError(what, key=f"muscles.{name}")
         self.commands = (*muscles, *motors)
         self.states = (*joints, *muscles)
@@ -86,46 +90,53 @@ class DeviceTopics:
 
     @property
     def needed(self) -> dict[str, tuple[str, ...]]:
-        """Names whose numbers a state must have, by fields."""
+        """Names of the required values of a state message, for each field."""
         return {
             field: tuple(n for part in self._parts if part.field == field for n in part.names)
             for field in self._row
         }
 
     def command_values(self, time_ns: int, command: FloatArray) -> Values:
-        """Return the message of a command, shape (commands,), in [N] and [N·m]."""
+        """Return the fields of the message of a command, shape (commands,), in [N] and [N·m]."""
         if self.commands_topic.type == types.COMMANDS:
             return {"data": command}
         return JointState(time_ns, "", self.commands, effort=command).values
 
     def command_state(self, received: Received) -> JointState:
-        """A command that was received, as the efforts of joints; without names by their order."""
+        """Return a received command as a joint state with efforts.
+
+        A message without names contains the values in the order of `commands`.
+        """
         if self.commands_topic.type != types.COMMANDS:
-            return JointState.of(received.message)
+            return JointState.from_message(received.message)
         effort = np.asarray(received.message.data, dtype=np.float64)
         return JointState(received.sent_ns, "", self.commands, effort=effort)
 
     def state_values(
         self, time_ns: int, state: FloatArray, rates: FloatArray, status: str
     ) -> Values:
-        """Return the message of a state.
+        """Return the fields of the message of a state.
 
         Args:
-            time_ns: When it was measured, in [ns] since 1970.
-            state: q, qd and what is measured of l, tension and torque, shape (states,).
+            time_ns: Time of the measurement, in [ns] since 1970.
+            state: q, qd and the measured values of l, tension and torque, shape (states,).
             rates: l', shape (m,), in [m/s].
-            status: What the device does.
+            status: Status of the device.
         """
         first = 0
-        for field, names, places in self._parts:
-            self._row[field][places] = state[first : first + len(names)]
+        for field, names, indices in self._parts:
+            self._row[field][indices] = state[first : first + len(names)]
             first += len(names)
         if rates.size:
             self._row["velocity"][-len(rates) :] = rates
         return JointState(time_ns, status, self.states, **self._row).values
 
     def state(self, values: dict[str, FloatArray]) -> FloatArray:
-        """Return the state vector of what `TopicReader` has read by `needed`, shape (states,)."""
+        """Return the state vector, shape (states,).
+
+        Args:
+            values: Values that `TopicReader` returns for the names `needed`.
+        """
         ends = dict.fromkeys(values, 0)
         parts = []
         for field, names, _ in self._parts:

@@ -1,4 +1,4 @@
-"""The error of hardware at the other end of a link."""
+"""Error of the hardware at the other end of a link."""
 
 from __future__ import annotations
 
@@ -6,4 +6,4 @@ from addin_sdfusion.robot import SimulationError
 
 
 class HardwareError(SimulationError):
-    """Hardware does not answer, rejects, or has gone to its safe state."""
+    """The hardware does not answer, rejects a run, or has entered its safe state."""

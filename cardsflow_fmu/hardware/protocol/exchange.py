@@ -1,4 +1,4 @@
-"""The outcome of one exchange with a device: a set point sent, a state received."""
+"""Result of an exchange with a device: a set point is sent and a state is received."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ from cardsflow_fmu.utils.arrays import FloatArray
 
 
 class Exchange(NamedTuple):
-    """The outcome of a set point; a tuple, as one is made in every step.
+    """Result of an exchange. It is a tuple, since every step creates one.
 
     Attributes:
-        state: Newest state, shape (states,), in SI units; None if nothing new came.
-        seq: Sequence number of the set point that the newest state answers; 0 before any came.
-        age: Time since the newest state was received, in [s]; infinite before any came.
-        round_trip: From the sending of that set point until its state came, in [s]; NaN if nothing
-            new came.
-        device_flags: Flags of the newest state, bits of `frame.Flag`.
+        state: New state, shape (states,), in SI units, or None if no new state has arrived.
+        seq: Sequence number of the set point that the newest state answers, or 0 if no state has
+            arrived yet.
+        age: Time since the newest state arrived, in [s], or infinity if no state has arrived yet.
+        round_trip: Time from sending the set point to the arrival of its state, in [s], or NaN if
+            no new state has arrived.
+        device_flags: Flags of the new state, bits of `frame.Flag`.
     """
 
     state: FloatArray | None

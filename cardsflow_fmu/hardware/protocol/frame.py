@@ -1,14 +1,14 @@
-"""The frame between a simulation and a device: packing, unpacking, checksum, authentication.
+"""Frames between a simulation and a device: packing, unpacking, checksum, authentication.
 
-Little-endian; docs/reference/hardware_protocol.md describes it for firmware.
+All numbers are little-endian. docs/reference/hardware_protocol.md describes frames for firmware.
 
     0   u32  magic, b"CFHW"          24  u64  sender's monotonic clock, in [ns]
-    4   u8   version, 1              32  u64  that of the frame answered, 0 if none
+    4   u8   version, 1              32  u64  copy of bytes 24 to 31 of the answered frame, or 0
     5   u8   kind                    40  u16  n
     6   u16  flags                   42  u16  reserved, 0
-    8   u32  run                     44  u32  CRC-32 of the frame with this field 0
+    8   u32  run id                  44  u32  CRC-32 of the frame with this field 0
     12  u32  sequence number         48  n f64
-    16  f64  time of the run in [s]  then, if signed, 32 bytes HMAC-SHA256 of everything before
+    16  f64  time of the run in [s]  if signed: 32 bytes HMAC-SHA256 of all preceding bytes
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ _CHECKSUM = struct.Struct("<I")
 _CHECKSUM_AT = 44
 _KIND_AT = 5
 _NO_CHECKSUM = bytes(4)
-_LITTLE = np.dtype("<f8")
-_RUN = struct.Struct("<IQ")
+_FLOAT64 = np.dtype("<f8")
+_RUN_ID_AND_NONCE = struct.Struct("<IQ")
 
 
 class Kind(IntEnum):
-    """The kind of a frame."""
+    """Kind of a frame."""
 
     HELLO = 1
     HELLO_ACK = 2
@@ -61,16 +61,16 @@ class Kind(IntEnum):
 
 
 class Flag(IntFlag):
-    """The bits of a frame's flags; the others are 0 and are ignored."""
+    """Bits of the flags of a frame. Senders set the other bits to 0; receivers ignore them."""
 
     SIGNED = 1
     """An HMAC follows the values."""
     LOCKSTEP = 2
-    """The device takes one step for each set point."""
+    """The device advances by one step for each set point."""
     SAFE = 4
     """The device is in its safe state and does not follow set points."""
     FAULT = 8
-    """The robot behind the device has failed."""
+    """The robot of the device has failed."""
     CLAMPED = 16
     """The set point was out of bounds and has been clamped."""
 
@@ -82,11 +82,11 @@ _WITH_PRE_SHARED_KEY = frozenset((Kind.HELLO, Kind.HELLO_ACK, Kind.ERROR))
 
 
 class FrameError(HardwareError):
-    """A frame is not valid.
+    """A frame is invalid.
 
     Args:
-        reason: Why, in a word or two: "length", "magic", "version", "type", "checksum",
-            "signature", "unsigned" or "not finite".
+        reason: Reason: "length", "magic", "version", "type", "checksum", "signature", "unsigned" or
+            "not finite".
     """
 
     def __init__(self, reason: str) -> None:
@@ -95,17 +95,17 @@ class FrameError(HardwareError):
 
 
 class Frame(NamedTuple):
-    """One frame; a tuple, as one is made on each side of every exchange.
+    """Contents of a frame. It is a tuple, since both sides create one in every exchange.
 
     Attributes:
-        kind: Its kind.
-        flags: Bits of `Flag`; that of the signature is set by `pack`.
-        run_id: Number of the run, 32 bits.
+        kind: Kind of the frame.
+        flags: Bits of `Flag`. `pack` sets the bit of the signature.
+        run_id: Id of the run, 32 bits.
         seq: Sequence number, 32 bits.
         t_sim: Time of the run, in [s].
-        t_send_ns: The sender's monotonic clock, in [ns].
-        echo_ns: `t_send_ns` of the frame answered; 0 if none is.
-        values: Its values.
+        t_send_ns: Time of sending on the sender's monotonic clock, in [ns].
+        echo_ns: `t_send_ns` of the answered frame, or 0.
+        values: Values of the frame.
     """
 
     kind: Kind
@@ -123,12 +123,12 @@ def pack(frame: Frame, key: bytes | None = None) -> bytes:
 
     Args:
         frame: The frame.
-        key: Key of the signature; unsigned when None.
+        key: Key of the signature, or None for an unsigned frame.
 
     Raises:
-        FrameError: A number is not finite, or there are too many.
+        FrameError: A number is not finite, or there are too many values.
     """
-    values = np.asarray(frame.values, _LITTLE)
+    values = np.asarray(frame.values, _FLOAT64)
     if len(values) > MAX_VALUES:
         raise FrameError("length")
     writer = FrameWriter(len(values))
@@ -137,16 +137,16 @@ def pack(frame: Frame, key: bytes | None = None) -> bytes:
 
 
 class FrameWriter:
-    """A reusable buffer for frames of one length.
+    """Writer of frames with a fixed number of values, with a reusable buffer.
 
     Attributes:
-        values: Values of the next frame, shape (count,); to be written into.
+        values: Values of the next frame, shape (count,). The caller writes into this array.
     """
 
     def __init__(self, count: int) -> None:
         self._bytes = bytearray(HEADER_BYTES + 8 * count)
         self._count = count
-        self.values: FloatArray = np.frombuffer(self._bytes, _LITTLE, count, HEADER_BYTES)
+        self.values: FloatArray = np.frombuffer(self._bytes, _FLOAT64, count, HEADER_BYTES)
 
     def pack(
         self,
@@ -161,9 +161,20 @@ class FrameWriter:
         *,
         are_finite: bool = False,
     ) -> bytes:
-        """Return the bytes of a frame with the present values; the arguments are those of `Frame`.
+        """Return the bytes of a frame with the current values.
 
-        With `are_finite`, time and values are known to be finite and are not checked.
+        `Frame` describes the other arguments.
+
+        Args:
+            kind: Kind of the frame.
+            flags: Bits of `Flag`.
+            run_id: Id of the run.
+            seq: Sequence number.
+            t_sim: Time of the run, in [s].
+            t_send_ns: Time of sending, in [ns].
+            echo_ns: `t_send_ns` of the answered frame, or 0.
+            key: Key of the signature, or None for an unsigned frame.
+            are_finite: Whether time and values are already checked to be finite.
 
         Raises:
             FrameError: A number is not finite.
@@ -184,14 +195,14 @@ class FrameWriter:
 
 
 def unpack(data: bytes, key: bytes | None = None) -> Frame:
-    """Return the frame in some bytes; its values are an array that looks into them.
+    """Return the frame in the given bytes. The array of its values is a view of the bytes.
 
     Args:
-        data: The bytes, of one whole frame.
-        key: Key of its signature; it must be unsigned when None.
+        data: Bytes of one complete frame.
+        key: Key of the signature, or None. Without a key, the frame must be unsigned.
 
     Raises:
-        FrameError: It is not a frame, damaged, or not signed with this key.
+        FrameError: The bytes are not a frame, are damaged, or are not signed with this key.
     """
     if len(data) < HEADER_BYTES:
         raise FrameError("length")
@@ -217,7 +228,7 @@ def unpack(data: bytes, key: bytes | None = None) -> Frame:
         key is None or not hmac.compare_digest(hmac.digest(key, data[:end], "sha256"), data[end:])
     ):
         raise FrameError("signature")
-    values: FloatArray = np.frombuffer(data, _LITTLE, count, HEADER_BYTES)
+    values: FloatArray = np.frombuffer(data, _FLOAT64, count, HEADER_BYTES)
     if not (math.isfinite(t_sim) and all_finite(values)):
         raise FrameError("not finite")
     return Frame(_KINDS[kind], flags, run_id, seq, t_sim, sent, echo, values)
@@ -225,13 +236,13 @@ def unpack(data: bytes, key: bytes | None = None) -> Frame:
 
 @dataclass(frozen=True, slots=True)
 class Keys:
-    """The keys that frames of a run are signed with.
+    """Keys for signing the frames of a run.
 
-    The pre-shared key signs the handshake and refusals, the run's key everything else.
+    The pre-shared key signs the handshake and rejections. The run key signs all other frames.
 
     Attributes:
-        pre_shared: The key of both sides; None for unsigned frames.
-        run: The run's own key; None before there is a run.
+        pre_shared: Key that both sides share, or None for unsigned frames.
+        run: Key of the current run, or None before the first run.
 
     Raises:
         InputError: The pre-shared key is shorter than 16 bytes.
@@ -242,26 +253,26 @@ class Keys:
 
     def __post_init__(self) -> None:
         if self.pre_shared is not None and len(self.pre_shared) < MIN_KEY:
-            what = f"a key must have {MIN_KEY} bytes or more, not {len(self.pre_shared)}"
-            raise InputError(f"{what}; `head -c 32 /dev/urandom > key.bin` makes one")
+            what = f"a key must have at least {MIN_KEY} bytes, not {len(self.pre_shared)}"
+            raise InputError(f"{what}; create one with `head -c 32 /dev/urandom > key.bin`")
 
-    def of_run(self, run_id: int, nonce: int) -> Keys:
-        """Return the keys of a run; no frame of an earlier one is signed with them.
+    def for_run(self, run_id: int, nonce: int) -> Keys:
+        """Return the keys of a run. The run key differs from the keys of all other runs.
 
         Args:
-            run_id: Number that the link has chosen, 32 bits.
-            nonce: Number that the device has chosen, 64 bits.
+            run_id: Random number chosen by the link, 32 bits.
+            nonce: Random number chosen by the device, 64 bits.
         """
         if self.pre_shared is None:
             return self
-        key = hmac.digest(self.pre_shared, _RUN.pack(run_id, nonce), "sha256")
+        key = hmac.digest(self.pre_shared, _RUN_ID_AND_NONCE.pack(run_id, nonce), "sha256")
         return Keys(self.pre_shared, key)
 
-    def of(self, kind: int) -> bytes | None:
-        """Return the key for frames of a kind; None for unsigned ones.
+    def key_for(self, kind: int) -> bytes | None:
+        """Return the key for frames of a kind, or None for unsigned frames.
 
         Raises:
-            FrameError: It belongs to a run, and there is none.
+            FrameError: The frame requires a run key, but no run has begun.
         """
         if self.pre_shared is None or kind in _WITH_PRE_SHARED_KEY:
             return self.pre_shared
@@ -270,17 +281,22 @@ class Keys:
         return self.run
 
     def unpack(self, data: bytes) -> Frame:
-        """As `unpack`, with the key for the frame's kind."""
+        """Return the frame in the given bytes, verified with the key for its kind.
+
+        Raises:
+            FrameError: The bytes are not a frame, are damaged, or are not signed with this key.
+        """
         if self.pre_shared is None:
             return unpack(data)
-        return unpack(data, self.of(data[_KIND_AT]) if len(data) > _KIND_AT else self.pre_shared)
+        has_kind = len(data) > _KIND_AT
+        return unpack(data, self.key_for(data[_KIND_AT]) if has_kind else self.pre_shared)
 
 
 def all_finite(values: FloatArray) -> bool:
-    """Return whether no value is infinite or NaN; a few times as fast as a check of each."""
+    """Return whether all values are finite. It checks the sum first, which is faster."""
     return math.isfinite(sum(values.tolist())) or bool(np.isfinite(values).all())
 
 
 def is_newer(seq: int, than: int) -> bool:
-    """Return whether one sequence number comes after another, modulo 2^32."""
+    """Return whether one sequence number follows another, modulo 2^32."""
     return 0 < (seq - than) & 0xFFFFFFFF < 0x80000000

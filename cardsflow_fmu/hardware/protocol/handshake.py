@@ -1,4 +1,4 @@
-"""The handshake before a run: what both sides agree on, and the reasons of a refusal."""
+"""Handshake before a run: parameters of the run, and reasons to reject it."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from enum import IntEnum
 
 HELLO_VALUES = 7
 ACK_VALUES = HELLO_VALUES + 2
-"""The 7 values as agreed and the device's nonce; the device's state follows."""
+"""Number of values of a HELLO_ACK before the state: the values of a HELLO, and the nonce."""
 
-_HALF = 0x1_0000_0000
+_TWO_TO_32 = 0x1_0000_0000
 
 
 class ErrorCode(IntEnum):
-    """The reason of a refusal: the first value of an ERROR."""
+    """Reason to reject a run: the first value of an ERROR frame."""
 
     BUSY = 1
     PORTS = 2
@@ -26,32 +26,33 @@ class ErrorCode(IntEnum):
     FAULT = 7
 
 
-REFUSALS = {
-    ErrorCode.BUSY: "it is in use by another; end that run first",
-    ErrorCode.PORTS: "its signals differ: names, units, their order, or the kind of command; "
-    "give both sides the same robot and the same [hardware.motors]",
-    ErrorCode.SCALE: "it uses another scale; give both sides the same",
-    ErrorCode.STEP: "it cannot take this step; in lock step it must be its own, or up to "
-    "1000 whole ones",
-    ErrorCode.WATCHDOG: "its watchdog is shorter than two steps; take shorter steps, or give the "
-    "device a longer watchdog",
-    ErrorCode.MODE: "it does not support this mode; choose the other of realtime and lockstep",
-    ErrorCode.FAULT: "its robot has failed; look at the hardware",
+REJECTION_REASONS = {
+    ErrorCode.BUSY: "another run uses it; end that run first",
+    ErrorCode.PORTS: "its signals differ in names, units, order, or kind of command; "
+    "use the same robot and the same [hardware.motors] on both sides",
+    ErrorCode.SCALE: "it uses a different scale; set the same scale on both sides",
+    ErrorCode.STEP: "it does not support this time step; in lockstep the time step must be 1 to "
+    "1000 steps of the device",
+    ErrorCode.WATCHDOG: "its watchdog is shorter than two steps; reduce the time step, or set a "
+    "longer watchdog on the device",
+    ErrorCode.MODE: "it does not support this mode; use the other mode (realtime or lockstep)",
+    ErrorCode.FAULT: "its robot has failed; check the hardware",
 }
 
 
 @dataclass(frozen=True, slots=True)
 class Handshake:
-    """The parameters of a run.
+    """Parameters of a run.
 
     Attributes:
         signature: Hash of the signals, 64 bits; see `signature.port_signature`.
-        step: Time from one set point to the next, in [s].
-        scale: A value in a frame is the SI value divided by this.
-        watchdog: Without a command for so long the device goes to its safe state, in [s].
+        step: Time between set points, in [s].
+        scale: Scale of the values in frames. A value in a frame is the SI value divided by it.
+        watchdog: Time without a command after which the device enters its safe state, in [s].
         commands: Number of values of a set point.
         states: Number of values of a state.
-        lockstep: Whether the device takes a step for each set point, instead of going by its clock.
+        lockstep: Whether the device advances by one step for each set point. Otherwise the robot
+            moves in real time.
     """
 
     signature: int
@@ -63,9 +64,9 @@ class Handshake:
     lockstep: bool
 
     def values(self) -> list[float]:
-        """Return the values of a HELLO; the mode is a flag of the frame."""
+        """Return the values of a HELLO. They do not include the mode, which is a flag."""
         return [
-            *halves(self.signature),
+            *split_uint64(self.signature),
             self.step,
             self.scale,
             self.watchdog,
@@ -74,18 +75,18 @@ class Handshake:
         ]
 
     @classmethod
-    def of_values(cls, values: Iterable[float], lockstep: bool) -> Handshake | None:
-        """The handshake in a HELLO, or at the beginning of a HELLO_ACK; None if it is invalid.
+    def from_values(cls, values: Iterable[float], lockstep: bool) -> Handshake | None:
+        """Return the parameters in the values of a HELLO or a HELLO_ACK, or None if invalid.
 
         Args:
             values: At least 7 finite numbers.
-            lockstep: The frame's flag.
+            lockstep: Whether the flag LOCKSTEP of the frame is set.
         """
         numbers = [float(value) for value in values]
         if len(numbers) < HELLO_VALUES:
             return None
         high, low, step, scale, watchdog, commands, states = numbers[:HELLO_VALUES]
-        signature = whole(high, low)
+        signature = join_uint64(high, low)
         counts = (commands, states)
         if signature is None or not all(0 <= n < 2**16 and n == int(n) for n in counts):
             return None
@@ -94,17 +95,17 @@ class Handshake:
         return cls(signature, step, scale, watchdog, int(commands), int(states), lockstep)
 
     def with_watchdog(self, watchdog: float) -> Handshake:
-        """Return the same with another watchdog, in [s]."""
+        """Return a copy with another watchdog timeout, in [s]."""
         return replace(self, watchdog=watchdog)
 
 
-def halves(number: int) -> tuple[float, float]:
-    """Return a 64-bit number as two floats that hold 32 bits each, the higher first."""
-    return float(number // _HALF), float(number % _HALF)
+def split_uint64(number: int) -> tuple[float, float]:
+    """Return the upper and the lower 32 bits of a 64-bit number, as two floats."""
+    return float(number // _TWO_TO_32), float(number % _TWO_TO_32)
 
 
-def whole(high: float, low: float) -> int | None:
-    """Return the number of two halves; None if they are none."""
-    if not all(math.isfinite(x) and 0 <= x < _HALF and x == int(x) for x in (high, low)):
+def join_uint64(high: float, low: float) -> int | None:
+    """Return the 64-bit number with the given upper and lower 32 bits, or None if invalid."""
+    if not all(math.isfinite(x) and 0 <= x < _TWO_TO_32 and x == int(x) for x in (high, low)):
         return None
-    return int(high) * _HALF + int(low)
+    return int(high) * _TWO_TO_32 + int(low)

@@ -1,22 +1,25 @@
-"""Recordings of all exchanges with hardware, streamed, and readable after a run was killed.
+"""Recordings of all exchanges with hardware.
 
-Little-endian:
+A recording is written record by record, so that it is readable even if the process is killed. All
+numbers are little-endian:
 
     0   8 bytes   b"CFHWREC" and a zero
     8   u32       version, 1
     12  u32       length of the header in bytes
     16  u32       CRC-32 of the header
     20  header    JSON: names, units, signature, step, scale, run id, versions
-    then records of one length, 40 + 8 (commands + states) bytes each:
-    0   f64       t, time of the step's beginning in the run, in [s]
+
+Records of 40 + 8 (commands + states) bytes each follow:
+
+    0   f64       t, time of the run at the beginning of the step, in [s]
     8   f64       age of the newest state, in [s]
-    16  f64       round trip, in [s]; NaN when no answer came
+    16  f64       round trip time, in [s]; NaN if no answer has arrived
     24  u32       sequence number
-    28  u32       flags: the lower 16 bits are the device's; bit 16: no new state came
-    32  f64s      commands, then states, in SI units; states are NaN if none came
+    28  u32       flags: bits 0 to 15 are the device's; bit 16: no new state has arrived
+    32  f64s      commands, then states, in SI units; states are NaN if no state has arrived
     end u32       record number, from 0;  u32  CRC-32 of the record before this field
 
-A record that is cut off or damaged ends the recording: records before it are kept.
+Reading stops at the first truncated or damaged record and returns the records before it.
 """
 
 from __future__ import annotations
@@ -55,22 +58,22 @@ _MAX_HEADER = 2**20
 
 
 class Recorder:
-    """The writer of a recording, record by record; also a context that closes it.
+    """Writer of a recording, also a context manager that closes the file.
 
-    A record goes to the system at once, so that nothing is lost when the process is killed. A disk
-    that is full ends the recording and not the run: `failure` says why.
+    Each record is written without buffering, so that no record is lost if the process is killed. A
+    full disk ends the recording but not the run; `failure` contains the reason.
 
     Args:
-        file: The file; an earlier recording is replaced.
-        header: Its header.
+        file: The file to write. An existing recording is overwritten.
+        header: Header of the recording.
 
     Raises:
-        InputError: The file cannot be written, or is there and no recording.
+        InputError: The file cannot be written, or exists and is not a recording.
 
     Attributes:
         file: The file.
         records: Number of records written.
-        failure: Why nothing more is written; None while all is well.
+        failure: Reason why recording has ended early, or None.
     """
 
     def __init__(self, file: str | Path, header: RecordingHeader) -> None:
@@ -94,9 +97,9 @@ class Recorder:
         """Write a record.
 
         Args:
-            t: Time of the step's beginning, in [s].
+            t: Time of the run at the beginning of the step, in [s].
             command: Set point that was sent, shape (commands,), in SI units.
-            exchange: Its outcome.
+            exchange: Result of the exchange.
         """
         missed = exchange.state is None
         state = self._no_state if exchange.state is None else exchange.state
@@ -113,11 +116,11 @@ class Recorder:
         self.records += self._append(record)
 
     def close(self) -> None:
-        """Write no more; a second time does nothing."""
+        """Close the file. Further calls do nothing."""
         self._stream.close()
 
     def _append(self, data: bytes) -> bool:
-        """Write some bytes at once; returns whether all are written."""
+        """Write bytes without buffering. Return whether all bytes are written."""
         if self.failure is None and not self._stream.closed:
             try:
                 if self._stream.write(data) == len(data):
@@ -136,18 +139,18 @@ class Recorder:
 
 @dataclass(frozen=True)
 class HardwareRecording:
-    """A recording as read, one row an exchange.
+    """Contents of a recording, with one row per exchange.
 
     Attributes:
-        header: Its header.
-        t: Time of the step's beginning, shape (rows,), in [s].
+        header: Header of the recording.
+        t: Time of the run at the beginning of the step, shape (rows,), in [s].
         commands: Set points, shape (rows, commands), in SI units.
-        states: Shape (rows, states), in SI units; NaN if none came.
+        states: States, shape (rows, states), in SI units; NaN if no state has arrived.
         seq: Sequence numbers, shape (rows,).
         age: Age of the newest state, shape (rows,), in [s].
-        round_trip: Shape (rows,), in [s]; NaN if no answer came.
-        flags: Shape (rows,): the device's in the lower 16 bits, and `MISSED`.
-        lost_bytes: Bytes behind the last whole record: of one cut off, or damaged.
+        round_trip: Round trip times, shape (rows,), in [s]; NaN if no answer has arrived.
+        flags: Flags, shape (rows,): the device's flags in the lower 16 bits, and `MISSED`.
+        lost_bytes: Number of bytes after the last valid record, which are truncated or damaged.
     """
 
     header: RecordingHeader
@@ -169,10 +172,11 @@ def read_recording(file: str | Path) -> HardwareRecording:
     """Read a recording.
 
     Args:
-        file: A file of `Recorder`.
+        file: File that `Recorder` has written.
 
     Raises:
-        InputError: It is not a recording, of another version, or its header is damaged.
+        InputError: The file is not a recording, has an unsupported version, or has a damaged
+            header.
     """
     file = Path(file)
     data = read_file(file, limits.RECORDING)
@@ -186,7 +190,7 @@ def read_recording(file: str | Path) -> HardwareRecording:
             *((name, "<u4") for name in ("number", "checksum")),
         ]
     )
-    count = _whole_records(data, begin, rows.itemsize)
+    count = _count_valid_records(data, begin, rows.itemsize)
     table = np.frombuffer(data, rows, count, begin)
     return HardwareRecording(
         header=header,
@@ -198,25 +202,25 @@ def read_recording(file: str | Path) -> HardwareRecording:
     )
 
 
-def _whole_records(data: bytes, begin: int, length: int) -> int:
-    """Return number of records before the first that is cut off, damaged, or out of order."""
+def _count_valid_records(data: bytes, begin: int, length: int) -> int:
+    """Return the number of records before the first truncated, damaged or misplaced record."""
     view = memoryview(data)
-    most = (len(data) - begin) // length
-    for k in range(most):
+    count = (len(data) - begin) // length
+    for k in range(count):
         first, end = begin + k * length, begin + (k + 1) * length
         number, checksum = _ENDING.unpack_from(data, end - _ENDING.size)
         if number != k & 0xFFFFFFFF or checksum != zlib.crc32(view[first : end - 4]):
             return k
-    return most
+    return count
 
 
 def _read_header(data: bytes, file: Path) -> tuple[RecordingHeader, int]:
-    """Return the header, and where the records begin."""
+    """Return the header, and the position of the first record."""
     if len(data) < _PREAMBLE.size or not data.startswith(_MAGIC):
         raise InputError("is not a hardware recording", file=file)
     _, version, length, checksum = _PREAMBLE.unpack_from(data)
     if version != _VERSION:
-        what = f"is a recording of version {version}; this program reads version {_VERSION}"
+        what = f"has the unsupported version {version}; supported: {_VERSION}"
         raise InputError(what, file=file)
     begin = _PREAMBLE.size + length
     content = data[_PREAMBLE.size : begin]
@@ -225,15 +229,15 @@ def _read_header(data: bytes, file: Path) -> tuple[RecordingHeader, int]:
     try:
         return header_of(json.loads(content)), begin
     except (ValueError, TypeError, KeyError, RecursionError) as error:
-        what = f"its header is not understood: {' '.join(str(error).split())}"
+        what = f"its header is invalid: {' '.join(str(error).split())}"
         raise InputError(what, file=file) from None
 
 
 def _require_recording(file: Path) -> None:
-    """Reject to replace a file that is not a recording.
+    """Reject an existing file that is not a recording, so that it is not overwritten.
 
     Raises:
-        InputError: There is one.
+        InputError: The file exists and is not a recording.
     """
     if not file.exists():
         return
@@ -244,6 +248,9 @@ def _require_recording(file: Path) -> None:
 
 
 def is_recording(file: Path) -> bool:
-    """Whether a file begins as a recording does, or is empty, as of a run that was killed."""
+    """Return whether a file begins like a recording.
+
+    An empty file is a recording too: it remains if a process is killed early.
+    """
     with open_file(file, sys.maxsize) as stream:
         return stream.read(len(_MAGIC)) in (b"", _MAGIC)

@@ -1,4 +1,4 @@
-"""The header of a recording, and its plain data."""
+"""Header of a recording, and its conversion to JSON data."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ def _versions() -> dict[str, str]:
 
 @dataclass(frozen=True, slots=True)
 class RecordingHeader:
-    """The header of a recording.
+    """Header of a recording.
 
     Attributes:
         command_names: Names of the commands, such as `f.biceps`.
-        command_units: Their units.
+        command_units: Units of the commands.
         state_names: Names of the states, such as `q.elbow`.
-        state_units: Their units.
-        signature: Hash of the port list, 64 bits.
-        step: Step agreed with the device, in [s].
-        scale: Scale agreed with the device.
-        lockstep: Whether the device took a step for each command.
-        run_id: The run's number.
-        link: The link's address.
-        start_state: The state before the first exchange; empty if none is known.
-        created: When, as ISO 8601.
-        versions: Of CARDSFlow and what it rests on.
+        state_units: Units of the states.
+        signature: Hash of the signals, 64 bits.
+        step: Time step of the run, in [s].
+        scale: Scale of the values in frames.
+        lockstep: Whether the run was in lockstep.
+        run_id: Id of the run.
+        link: Address of the link.
+        start_state: State before the first exchange; empty if it is unknown.
+        created: Time of creation, as ISO 8601.
+        versions: Versions of CARDSFlow, Python and numpy.
     """
 
     command_names: tuple[str, ...]
@@ -72,33 +72,36 @@ class RecordingHeader:
 
 
 def header_data(header: RecordingHeader) -> dict[str, Any]:
-    """Return the header as plain data; the signature as text, as not every reader keeps 64 bits."""
+    """Return the header as JSON data.
+
+    The signature is text, since some JSON readers do not preserve integers of 64 bits.
+    """
     return {**asdict(header), "signature": f"{header.signature:016x}"}
 
 
 def header_of(data: dict[str, Any]) -> RecordingHeader:
-    """Return the header of plain data.
+    """Return the header of JSON data.
 
     Args:
-        data: What `header_data` gave.
+        data: Data as returned by `header_data`.
 
     Raises:
-        ValueError, TypeError, KeyError: It is not such a header.
+        ValueError, TypeError, KeyError: The data is not a valid header.
     """
-    values = {own.name: data[own.name] for own in fields(RecordingHeader)}
+    values = {item.name: data[item.name] for item in fields(RecordingHeader)}
     for name in ("command_names", "command_units", "state_names", "state_units"):
         values[name] = tuple(values[name])
         if not all(isinstance(text, str) for text in values[name]):
-            raise ValueError(f"{name} must be texts")
+            raise ValueError(f"{name} must be strings")
     values["signature"] = int(values["signature"], 16)
     values["start_state"] = tuple(map(float, values["start_state"]))
     header = RecordingHeader(**values)
     if not 0 < header.step < math.inf or not 0 < header.scale < math.inf:
-        raise ValueError("step and scale must be above 0")
+        raise ValueError("step and scale must be positive")
     names = (header.command_names, header.state_names)
     units = (header.command_units, header.state_units)
     if [len(row) for row in names] != [len(row) for row in units]:
-        raise ValueError("names and units must be of one number")
+        raise ValueError("the numbers of names and units must be equal")
     if not 0 < header.commands <= _MAX_SIGNALS or not 0 < header.states <= _MAX_SIGNALS:
         raise ValueError(f"there must be 1 to {_MAX_SIGNALS} commands and states")
     if len(header.start_state) not in (0, header.states):

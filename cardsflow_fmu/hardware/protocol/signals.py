@@ -1,4 +1,4 @@
-"""The signals between a robot's hardware and its controller: names and units, in order."""
+"""Signals between the hardware of a robot and its controller: names and units, in order."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Signals = list[tuple[str, str]]
 
 
 class HardwareSignals(NamedTuple):
-    """The signals to the hardware and back.
+    """Signals to and from the hardware.
 
     Attributes:
         commands: Name and unit of each value of a set point.
@@ -35,22 +35,22 @@ class HardwareSignals(NamedTuple):
 
 
 def hardware_signals(robot: Robot, settings: HardwareSettings) -> HardwareSignals:
-    """Return the signals of a robot: those of motors at joints behind those of the muscles.
+    """Return the signals of a robot. Signals of joint motors follow the signals of muscles.
 
     Raises:
-        InputError: A muscle takes something else than its force.
+        InputError: A muscle has a muscle law, so that its command is not a force.
     """
     require_forces(robot)
-    prefix, unit = _command(settings.motors)
+    prefix, unit = _command_prefix_and_unit(settings.motors)
     states: Signals = []
     for letter, per in (("q", ""), ("qd", "/s")) if settings.has_positions else ():
         units = (f"{c.unit}{per}" for c in robot.coordinates)
         states += zip(coordinate_signals(letter, robot), units, strict=True)
-    for measured, letter, its_unit in (
+    for is_measured, letter, state_unit in (
         (settings.has_lengths, "l", "m"),
         (settings.has_tensions, "tension", "N"),
     ):
-        states += [(name, its_unit) for name in muscle_signals(letter, robot) if measured]
+        states += [(name, state_unit) for name in muscle_signals(letter, robot) if is_measured]
     torques = [force_unit(motor) for motor in robot.motors]
     commands = [(name, unit) for name in muscle_signals(prefix, robot)]
     commands += zip(motor_signals(TORQUE, robot), torques, strict=True)
@@ -60,34 +60,34 @@ def hardware_signals(robot: Robot, settings: HardwareSettings) -> HardwareSignal
 
 
 def require_forces(robot: Robot, file: Path | None = None) -> None:
-    """Reject a robot with muscle models.
+    """Reject a robot with muscle laws.
 
     Args:
         robot: The robot.
-        file: File of the robot's settings, for the message.
+        file: File with the settings of the robot, used in the message.
 
     Raises:
-        InputError: It has one.
+        InputError: A muscle has a muscle law.
     """
     for k in modelled_muscles(robot):
         muscle = robot.muscles[k]
         raise InputError(
-            f"hardware takes forces, but muscle {muscle.name!r} has the law "
-            f"{muscle.model.kind!r}; leave the law out, and let [hardware.motors] map forces",
+            f"hardware requires force commands, but muscle {muscle.name!r} has the muscle law "
+            f"{muscle.model.kind!r}; remove the law and configure [hardware.motors]",
             file=file,
             key=f"muscles.{muscle.name}.model",
         )
 
 
 def hardware_signature(robot: Robot, settings: HardwareSettings) -> int:
-    """Return the signature of a robot's signals."""
+    """Return the signature of the signals of a robot; see `signature.port_signature`."""
     commands, states = hardware_signals(robot, settings)
     kind = settings.motors.command
     return port_signature(commands, states, command_kind=kind, scale=settings.scale)
 
 
-def _command(motors: MotorSettings) -> tuple[str, str]:
-    """First part of the commands' names, and their unit."""
+def _command_prefix_and_unit(motors: MotorSettings) -> tuple[str, str]:
+    """Return the prefix of the command names, and the unit of the commands."""
     if motors.command == "force":
         return "f", "N"
     letter, unit = ("theta", "rad") if motors.spindle_radius else ("l0", "m")

@@ -1,4 +1,4 @@
-"""The signature of a list of signals, equal on both sides of a link."""
+"""Signature of a list of signals, which must be equal on both sides of a link."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ def port_signature(
     command_kind: str = "force",
     scale: float = 1.0,
 ) -> int:
-    """Hash of a port list, 64 bits.
+    """Return the hash of a list of signals, 64 bits.
 
     Args:
         commands: Name and unit of each value of a set point, in order, such as ("f.biceps", "N").
         states: Name and unit of each value of a state, in order, such as ("q.elbow", "rad").
-        command_kind: Quantity that the motors take: "force", "length" or "velocity".
-        scale: A value in a frame is the SI value divided by this.
+        command_kind: Quantity that the motors control: "force", "length" or "velocity".
+        scale: Scale of the values in frames. A value in a frame is the SI value divided by it.
     """
     ports = [
         command_kind,

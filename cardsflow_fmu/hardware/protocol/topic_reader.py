@@ -1,8 +1,12 @@
-"""Checks of what comes on a topic, which has neither handshake nor signature.
+"""Checks of messages on a topic, which has neither handshake nor signature.
 
-A message counts if it has all names and no others, a finite number for each, a newer stamp than the
-one before, is not older than allowed, and is from the publisher of the first, which is the topic's
-only one.
+A message is valid if
+
+- it contains all required names (and, for commands, no other names),
+- it contains a finite number for each name,
+- its time stamp is newer than the time stamp of the previous message,
+- its delay is not too long, and
+- the topic has one publisher, which is also the publisher of the first message.
 """
 
 from __future__ import annotations
@@ -17,52 +21,54 @@ from cardsflow_fmu.ros_interface.joint_state import JointState
 from cardsflow_fmu.ros_interface.node import Received
 from cardsflow_fmu.utils.arrays import FloatArray
 
-_DRIFT = 1e-3
-"""How much faster one clock may run than the other: more is taken for a growing delay."""
+_MAX_CLOCK_DRIFT = 1e-3
+"""Maximum relative drift between two clocks. A larger drift is treated as a growing delay."""
 
 REASONS = {
-    "names": "messages have other names",
-    "count": "messages have numbers for some names only",
-    "not finite": "messages have numbers that are not finite",
-    "several": "several nodes publish: none of their messages counts",
+    "names": "messages have wrong names",
+    "count": "messages do not contain numbers for all names",
+    "not finite": "messages contain numbers that are not finite",
+    "several": "several nodes publish: all their messages are dropped",
     "publisher": "another node publishes now: its messages are dropped",
-    "stale": "messages have no newer stamps than those before",
-    "old": "messages come late",
-    "ended": "messages come from a node whose commands were ended: it has to begin anew",
+    "stale": "messages have time stamps that are not newer than the previous time stamp",
+    "old": "messages arrive too late",
+    "ended": "messages come from a node whose commands have ended: restart the node",
 }
 
 
 class TopicReader:
-    """Reads the messages of a topic.
+    """Reader and checker of the messages of a topic.
 
-    The clocks of both sides need not agree: the delay of a message is counted from the fastest one.
+    The clocks of both sides may differ: the delay of a message is relative to the fastest message.
 
     Args:
-        needed: Names whose numbers a message must have, by the fields `position`, `velocity`,
+        needed: Names of the required values for each of the fields `position`, `velocity` and
             `effort`.
-        longest: Largest delay, in [s].
-        only: Whether other names than these are rejected.
-        parse: The joint states in a message.
+        max_delay: Maximum delay, in [s].
+        only: Whether messages with other names are rejected.
+        parse: Function that converts a message to a joint state.
 
     Attributes:
-        counters: Messages received, and messages dropped by reason.
-        frame: The frame of the newest message that counts.
-        publisher: Whose messages count; None before any.
+        counters: Number of received messages, and number of dropped messages by reason.
+        frame: Frame id of the newest valid message.
+        publisher: Publisher whose messages are accepted, or None before the first message.
     """
 
     def __init__(
         self,
         needed: Mapping[str, tuple[str, ...]],
-        longest: float,
+        max_delay: float,
         *,
         only: bool = True,
-        parse: Callable[[Received], JointState] = lambda received: JointState.of(received.message),
+        parse: Callable[[Received], JointState] = lambda received: JointState.from_message(
+            received.message
+        ),
     ) -> None:
-        self._needed, self._longest, self._only = dict(needed), longest, only
+        self._needed, self._max_delay, self._only = dict(needed), max_delay, only
         self._all = {name for names in needed.values() for name in names}
         self._parse = parse
         self._names: tuple[str, ...] | None = None
-        self._places: dict[str, list[int]] = {}
+        self._indices: dict[str, list[int]] = {}
         self.counters: Counter[str] = Counter()
         self.frame = ""
         self.publisher: Hashable = None
@@ -70,10 +76,10 @@ class TopicReader:
         self.start()
 
     def start(self, *, ended: bool = False) -> None:
-        """Take messages of any publisher again.
+        """Accept messages of any publisher again.
 
         Args:
-            ended: Whether those of the present one are rejected from now on.
+            ended: Whether messages of the current publisher are rejected from now on.
         """
         if ended:
             self._ended = self.publisher
@@ -82,20 +88,22 @@ class TopicReader:
         self._offset, self._at = math.inf, 0.0
 
     def read(self, message: Received, now: float) -> dict[str, FloatArray] | None:
-        """The numbers of a message by fields, in the order of `needed`; None if it does not count.
+        """Return the numbers of a message for each field, or None if the message is invalid.
+
+        The numbers are in the order of `needed`.
 
         Args:
             message: The message.
-            now: When it came, on a clock that does not jump, in [s].
+            now: Time of arrival on a monotonic clock, in [s].
         """
         self.counters["received"] += 1
-        found = self._checked(message, now)
+        found = self._check(message, now)
         if isinstance(found, str):
             self.counters[found] += 1
             return None
         return found
 
-    def _checked(self, message: Received, now: float) -> dict[str, FloatArray] | str:
+    def _check(self, message: Received, now: float) -> dict[str, FloatArray] | str:
         """Return the numbers of a message, or the reason to drop it."""
         found = self._parse(message)
         if message.publisher is None:
@@ -116,37 +124,38 @@ class TopicReader:
         return values
 
     def _values(self, found: JointState) -> dict[str, FloatArray] | str:
-        if found.names != self._names and not self._take_names(found.names):
+        if found.names != self._names and not self._set_names(found.names):
             return "names"
         values = {}
-        for field, places in self._places.items():
+        for field, indices in self._indices.items():
             numbers = getattr(found, field)
-            if places and len(numbers) != len(found.names):
+            if indices and len(numbers) != len(found.names):
                 return "count"
-            values[field] = numbers[places].astype(float)
+            values[field] = numbers[indices].astype(float)
             if not np.isfinite(values[field]).all():
                 return "not finite"
         return values
 
-    def _take_names(self, names: tuple[str, ...]) -> bool:
-        """Find the places of the names that are needed; False if they are others."""
-        place = {name: k for k, name in enumerate(names)}
-        missing = not self._all <= set(place)
-        if missing or len(place) != len(names) or (self._only and len(names) != len(self._all)):
+    def _set_names(self, names: tuple[str, ...]) -> bool:
+        """Find the indices of the required names. Return whether the names are valid."""
+        index = {name: k for k, name in enumerate(names)}
+        is_incomplete = not self._all <= set(index)
+        has_others = self._only and len(names) != len(self._all)
+        if is_incomplete or len(index) != len(names) or has_others:
             return False
         self._names = names
-        self._places = {
-            field: [place[name] for name in names] for field, names in self._needed.items()
+        self._indices = {
+            field: [index[name] for name in names] for field, names in self._needed.items()
         }
         return True
 
     def _is_old(self, offset: float, now: float) -> bool:
-        """Return whether a message has taken longer than the fastest one by more than is allowed.
+        """Return whether the delay of a message, relative to the fastest message, is too long.
 
         Args:
-            offset: From its stamp to its coming: the clocks' offset and the delay, in [s].
-            now: In [s].
+            offset: Time of arrival minus time stamp: clock offset plus delay, in [s].
+            now: Current time, in [s].
         """
-        self._offset = min(self._offset + _DRIFT * (now - self._at), offset)
+        self._offset = min(self._offset + _MAX_CLOCK_DRIFT * (now - self._at), offset)
         self._at = now
-        return offset - self._offset > self._longest
+        return offset - self._offset > self._max_delay

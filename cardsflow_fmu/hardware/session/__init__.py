@@ -1,1 +1,1 @@
-"""The controller's end of the hardware protocol."""
+"""Controller side of the hardware protocol."""

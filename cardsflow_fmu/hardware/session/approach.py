@@ -1,4 +1,4 @@
-"""The approach of hardware: from where it is measured to where the reference begins."""
+"""Approach: motion from the measured positions of the hardware to the start of the reference."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ from .connect import measured_positions
 
 
 def with_approach(experiment: Experiment) -> Experiment:
-    """Return the experiment with an approach from the measured positions, if it asks for one.
+    """Return the experiment with an approach from the measured positions, if it specifies one.
 
-    The run is longer by the duration of the approach; an approach of the reference is replaced.
+    The duration of the run increases by the duration of the approach. An approach of the reference
+    is replaced.
 
     Raises:
         HardwareError: The hardware does not answer.
-        InputError: The reference is an external FMU, which begins where it begins.
+        InputError: The reference is an external FMU, whose start cannot be changed.
     """
     seconds = approach_time(experiment)
     if seconds is None:
@@ -40,16 +41,16 @@ def with_approach(experiment: Experiment) -> Experiment:
 
 
 def approach_time(experiment: Experiment) -> float | None:
-    """How long the approach from the measured positions takes, in [s]; None without one.
+    """Return the duration of the approach from the measured positions, in [s], or None.
 
     Raises:
-        InputError: The reference is an external FMU, which begins where it begins.
+        InputError: The reference is an external FMU, whose start cannot be changed.
     """
     seconds = experiment.hardware.approach
     if seconds is None or not experiment.hardware.use:
         return None
     if "reference" in experiment.fmus:
-        what = "cannot lead an external FMU to where the hardware is: leave it out"
+        what = "is not supported with an external FMU as reference; remove this setting"
         raise InputError(what, file=experiment.file, key="hardware.approach")
     return seconds
 

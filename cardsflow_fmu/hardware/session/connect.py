@@ -1,4 +1,4 @@
-"""Sessions with the hardware of an experiment, and the environment variables that FMUs read."""
+"""Sessions with the hardware of an experiment, and environment variables for FMUs."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ RECORDING = "CARDSFLOW_HARDWARE_RECORDING"
 
 @dataclass(frozen=True, slots=True)
 class Connection:
-    """The way of a run to its hardware, and its recording.
+    """Address, key file and recording of a run with hardware.
 
     Attributes:
-        link: Address of the hardware; the experiment's when empty.
-        key_file: File of the pre-shared key; the experiment's when None.
-        recording: File that takes every exchange; none is written when None.
+        link: Address of the hardware. If empty, the address of the experiment is used.
+        key_file: File of the pre-shared key. If None, the key file of the experiment is used.
+        recording: File for recording all exchanges, or None for no recording.
     """
 
     link: str = ""
@@ -52,14 +52,14 @@ class Connection:
 
     @classmethod
     def from_environment(cls) -> Connection:
-        """Return the connection of the environment variables, for FMUs."""
+        """Return the connection that the environment variables specify."""
         link, *files = (os.environ.get(name, "") for name in (LINK, KEY_FILE, RECORDING))
         key_file, recording = (Path(file) if file else None for file in files)
         return cls(link, key_file, recording)
 
     @contextmanager
     def exported(self) -> Iterator[None]:
-        """Set the environment variables for FMUs that are started meanwhile."""
+        """Set the environment variables for FMUs that start within the context."""
         files = {KEY_FILE: self.key_file, RECORDING: self.recording}
         given = {name: str(file.resolve()) for name, file in files.items() if file is not None}
         given |= {LINK: self.link} if self.link else {}
@@ -75,32 +75,33 @@ class Connection:
 
 
 def with_link(settings: HardwareSettings, file: Path, link: str) -> HardwareSettings:
-    """Return the settings with the address that is used.
+    """Return the hardware settings with the effective address of the hardware.
 
     Args:
-        settings: Settings of the hardware.
-        file: File of the settings, for messages.
-        link: The address; that of the settings, or of the environment, when empty.
+        settings: Hardware settings.
+        file: File of the settings, used in messages.
+        link: The address. If empty, the address of the settings or of the environment is used.
 
     Raises:
-        InputError: There is no address.
+        InputError: No address is specified.
     """
     link = link or settings.link or os.environ.get(LINK, "")
     if not link:
-        what = f"missing: say where the hardware is ({ADDRESSES}), or set {LINK}"
+        what = f"missing; specify the address of the hardware ({ADDRESSES}), or set {LINK}"
         raise InputError(what, file=file, key="hardware.link")
     return settings.replaced(link=link)
 
 
 def make_session(experiment: Experiment, connection: Connection | None = None) -> HardwareSession:
-    """Make a session with an experiment's hardware; `open` connects it.
+    """Create a session with the hardware of an experiment. Its method `open` connects it.
 
     Args:
         experiment: The experiment.
-        connection: Overrides of the experiment's settings; those of the environment when None.
+        connection: Values that replace settings of the experiment. If None, the environment
+            variables specify them.
 
     Raises:
-        InputError: There is no address, or the key cannot be read.
+        InputError: No address is specified, or the key cannot be read.
     """
     connection = connection or Connection.from_environment()
     settings = with_link(experiment.hardware, experiment.file, connection.link)
@@ -117,9 +118,9 @@ def make_session(experiment: Experiment, connection: Connection | None = None) -
         faults=settings.emulator.faults,
         make_topics=lambda address: DeviceTopics(robot, settings, address),
     )
-    if isinstance(link, RosLink):  # the time that it states counts, not a number of steps
-        most = math.ceil(link.silence / handshake.step)
-        settings = settings.replaced(max_missed=max(most, settings.max_missed))
+    if isinstance(link, RosLink):  # the timeout limits the missed states, not their number
+        max_missed = math.ceil(link.silence / handshake.step)
+        settings = settings.replaced(max_missed=max(max_missed, settings.max_missed))
     file = connection.recording
     make_recorder = (lambda: Recorder(file, _header(robot, settings, link))) if file else None
     pose = None if settings.has_positions else _fitted_pose(experiment)
@@ -127,32 +128,42 @@ def make_session(experiment: Experiment, connection: Connection | None = None) -
 
 
 def require_connectable(experiment: Experiment) -> None:
-    """Reject hardware that is driven and cannot be connected to; nothing is sent.
+    """Check the settings for the connection to the hardware without connecting.
 
-    An external hardware.fmu may know by itself where its hardware is.
+    An external hardware.fmu without an address is accepted, since it may contain the address.
 
     Args:
         experiment: The experiment.
 
     Raises:
-        InputError: The address is missing or wrong, the key cannot be read, a bound is missing.
+        InputError: The address is missing or invalid, the key cannot be read, or a bound is
+            missing.
     """
-    known = "hardware" in experiment.fmus and not experiment.hardware.link
-    if experiment.hardware.use and not known:
+    is_external = "hardware" in experiment.fmus and not experiment.hardware.link
+    if experiment.hardware.use and not is_external:
         make_session(experiment, Connection())
 
 
 def _fitted_pose(experiment: Experiment) -> FittedPose:
-    """By the offsets that the estimator knows of, from the start on."""
+    """Return the pose fit for hardware without joint positions, beginning at the start pose.
+
+    The estimator settings specify the length offsets.
+    """
     estimator, q = experiment.estimator, np.array(experiment.start.q)
     if estimator is None:
-        what = "without positions of joints the experiment needs an [estimator]"
+        what = "without measured joint positions the experiment requires an [estimator]"
         raise InputError(what, file=experiment.file, key="hardware.has_positions")
     return FittedPose(experiment.robot, q, np.array(estimator.offset), estimator.min_tension)
 
 
 def handshake_of(robot: Robot, settings: HardwareSettings, step: float) -> Handshake:
-    """Return the handshake for a robot, with a step in [s]."""
+    """Return the handshake for a robot.
+
+    Args:
+        robot: The robot.
+        settings: Hardware settings.
+        step: Time step of the run, in [s].
+    """
     n, m, motors = len(robot.coordinates), len(robot.muscles), len(robot.motors)
     return Handshake(
         signature=hardware_signature(robot, settings),
@@ -166,11 +177,11 @@ def handshake_of(robot: Robot, settings: HardwareSettings, step: float) -> Hands
 
 
 def measured_positions(experiment: Experiment) -> tuple[float, ...]:
-    """Return the positions q that an experiment's hardware measures, in [rad] or [m].
+    """Return the positions q that the hardware of an experiment measures, in [rad] or [m].
 
     Raises:
         HardwareError: The hardware does not answer.
-        InputError: There is no address.
+        InputError: No address is specified.
     """
     session = make_session(experiment, Connection())
     try:
@@ -181,7 +192,7 @@ def measured_positions(experiment: Experiment) -> tuple[float, ...]:
 
 
 def _header(robot: Robot, settings: HardwareSettings, link: HardwareLink) -> RecordingHeader:
-    """Return the header of a recording, from the handshake."""
+    """Return the header of a recording for the run that the link has started."""
     assert link.agreed is not None
     commands, states = hardware_signals(robot, settings)
     return RecordingHeader(

@@ -1,4 +1,4 @@
-"""The links that there are, by the scheme of their addresses."""
+"""Selection of the link type by the scheme of an address."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ def open_link(
     faults: Faults | None = None,
     make_topics: Callable[[NodeAddress], DeviceTopics] | None = None,
 ) -> HardwareLink:
-    """Make the link of an address; its `open` is the first to send anything.
+    """Create the link for an address. No data is sent before the link's `open` is called.
 
     Args:
-        uri: One of `ADDRESSES`.
-        key: The pre-shared key that frames are signed with; unsigned when None.
-        bind: Address of this machine to send from; found by the device's when empty.
-        make_device: Makes the device of loopback: and emulated:
-        faults: Faults of the line of emulated:; none when None.
-        make_topics: Makes the messages of ros2:
+        uri: An address of one of the forms in `ADDRESSES`.
+        key: Pre-shared key for signing frames, or None for unsigned frames.
+        bind: Address of this machine to send from. If empty, the system chooses it.
+        make_device: Function that creates the device of loopback: and emulated: links.
+        faults: Faults of the line of emulated: links, or None.
+        make_topics: Function that creates the topics of ros2: links.
 
     Raises:
-        InputError: The address cannot be understood, or what it is to do is impossible there.
+        InputError: The address is invalid, or the link does not support an argument.
     """
     scheme = uri.partition(":")[0]
     if scheme == "udp":
@@ -52,14 +52,14 @@ def open_link(
         return SerialLink(uri, key=key)
     if scheme == ROS:
         if make_topics is None:
-            raise InputError(f"{uri!r} requires the names of a robot")
+            raise InputError(f"{uri!r} requires the names of the robot's joints and muscles")
         if key is not None:
-            what = "messages of ROS are not signed: leave out the key, or use our protocol"
+            what = "ROS messages are not signed: remove the key, or use a udp:// address"
             raise InputError(what, key="hardware.key_file")
         address = node_address(uri)
         return RosLink(uri, address, make_topics(address))
     if uri not in ("loopback:", "emulated:"):
-        raise InputError(f"no hardware at {uri!r}: an address is one of {ADDRESSES}")
+        raise InputError(f"invalid hardware address {uri!r}; supported: {ADDRESSES}")
     if make_device is None:
         raise InputError(f"{scheme}: requires a device in this process")
     if scheme == "loopback":

@@ -1,4 +1,4 @@
-"""The pace of runs with hardware, which goes by its own clock, and the report on its exchanges."""
+"""Pacing of runs with hardware that moves in real time, and the report on its exchanges."""
 
 from __future__ import annotations
 
@@ -15,56 +15,57 @@ from cardsflow_fmu.utils.arrays import FloatArray
 
 
 class HardwarePace(Pace):
-    """The conditions for a run with hardware, as a context.
+    """Context for the timing of a run with hardware.
 
     Args:
         step: Communication step, in [s].
-        realtime: Whether to pace steps; those with hardware that goes by a clock pace themselves.
-        hardware: Settings of the hardware.
+        realtime: Whether to pace steps. Sessions with hardware in real time pace the steps
+            themselves.
+        hardware: Hardware settings.
     """
 
     def __init__(self, step: float, realtime: bool, hardware: HardwareSettings) -> None:
-        super().__init__(step, realtime and not hardware.goes_by_clock)
+        super().__init__(step, realtime and not hardware.moves_in_real_time)
         self._hardware = hardware
-        self._is_realtime = realtime or hardware.goes_by_clock
+        self._is_realtime = realtime or hardware.moves_in_real_time
 
-    def judged(self, recording: Recording) -> Recording:
-        """Return the recording, with a failure if the hardware was lost at the end.
+    def with_final_check(self, recording: Recording) -> Recording:
+        """Return the recording, with a failure if the hardware did not respond at the end.
 
-        Without a state for longer than the device's watchdog, the last commands may be lost.
+        If the newest state is older than the device's watchdog, the last commands may be lost.
         """
         if recording.failure is not None or not self._hardware.is_paced:
             return recording
-        silence = recording.columns.get("age", np.zeros(1))[-1]
-        if silence <= self._hardware.watchdog:
+        age = recording.columns.get("age", np.zeros(1))[-1]
+        if age <= self._hardware.watchdog:
             return recording
-        what = f"the hardware was lost at the end: the newest state is {silence:.3g} s old"
+        what = f"the hardware did not respond at the end: the newest state is {age:.3g} s old"
         return replace(recording, failure=HardwareError(what))
 
     def report(self, recording: Recording) -> dict[str, Any]:
-        """Return the part of the summary."""
+        """Return the entries for the summary of the run."""
         columns, lateness = recording.columns, np.array(recording.lateness)
-        if self._hardware.goes_by_clock:
+        if self._hardware.moves_in_real_time:
             lateness = columns.get("lateness", np.empty(0))[1:]
         return {
             **self._timeliness(lateness),
             "hardware": {
                 "link": self._hardware.link,
                 "mode": self._hardware.mode,
-                **_exchanges(columns),
+                **_exchange_statistics(columns),
             },
         }
 
 
-def _exchanges(columns: dict[str, FloatArray]) -> dict[str, Any]:
-    """Statistics of the hardware's diagnostics, if they are recorded."""
+def _exchange_statistics(columns: dict[str, FloatArray]) -> dict[str, Any]:
+    """Return statistics of missed exchanges, round trip times and ages, if they are recorded."""
     missed, trips = columns.get("missed", np.empty(0))[1:], columns.get("round_trip_time")
     if trips is None or not missed.size:
         return {"missed": None, "round_trip": None, "oldest_state": None, "unit": "s"}
-    median, most = np.quantile(trips[1:], [0.5, 0.99])
+    median, p99 = np.quantile(trips[1:], [0.5, 0.99])
     return {
         "missed": int(missed[-1]),
-        "round_trip": {"median": float(median), "p99": float(most), "max": float(trips[1:].max())},
+        "round_trip": {"median": float(median), "p99": float(p99), "max": float(trips[1:].max())},
         "oldest_state": float(columns["age"][1:].max()),
         "unit": "s",
     }

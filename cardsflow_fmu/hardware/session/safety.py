@@ -1,4 +1,4 @@
-"""Safety between controller and hardware: bounds, ramps, and limits that end a run."""
+"""Safety limits between controller and hardware: force limits, ramps, and limits that end a run."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from controllers.validation import smallest_forces
 
 
 class TripError(HardwareError):
-    """A safety limit was exceeded: the hardware has been stopped."""
+    """A state or force exceeds a safety limit, and the hardware has been stopped."""
 
 
 class Guard:
-    """The limits of forces and states.
+    """Limiter of forces, and monitor of safety limits.
 
         s = min(1, (t - t_0)/T),   f = f_0 + s (clip(f_d, f_min, f_max) - f_0)
 
-    with the desired force f_d, and f_0 that holds the robot at its start; then limited in rate.
-    Torques of motors at joints stand behind the muscles' forces; their least is no torque.
+    f_d is the desired force, and f_0 holds the robot at its start pose. In addition the rate of
+    f is limited. Arrays contain the muscle forces, followed by the torques of joint motors.
 
     Args:
-        robot: The robot, with the bounds of its forces and the limits of its joints.
+        robot: The robot, which specifies force limits and joint limits.
         settings: Ramps, rates and margins.
 
     Raises:
-        InputError: A muscle has no largest force, or a motor no largest torque.
+        InputError: A muscle has no maximum force, or a motor has no maximum torque.
 
     Attributes:
-        f_min, f_max: Bounds, shape (a,), in [N] and [N·m].
-        least: The smallest forces within them, shape (a,).
+        f_min, f_max: Force and torque limits, shape (a,), in [N] and [N·m].
+        resting_forces: f_min of the muscles and zero torques, shape (a,), in [N] and [N·m].
         forces: Forces of the last step, shape (a,), in [N] and [N·m].
     """
 
@@ -50,13 +50,13 @@ class Guard:
         self.f_min, self.f_max = actuator_bounds(robot)
         m = len(robot.muscles)
         for name in np.array(self._muscles)[~np.isfinite(self.f_max[:m])]:
-            what = "hardware needs the largest force that a muscle may be given"
+            what = "missing; hardware requires the maximum force of each muscle"
             raise InputError(what, key=f"muscles.{name}.f_max")
         bounded = np.isfinite(self.f_min[m:]) & np.isfinite(self.f_max[m:])
         for name in np.array(motors)[~bounded]:
-            what = "hardware needs the largest torque that a motor may be given either way"
+            what = "missing; hardware requires the maximum torque of each motor"
             raise InputError(what, key=f"robot.coordinates.{name}.tau_max")
-        self.least = smallest_forces(self.f_min, self.f_max)
+        self.resting_forces = smallest_forces(self.f_min, self.f_max)
         n = len(robot.coordinates)
         rates = [_array(settings.force_rate, m, np.inf)]
         rates.append(_array(settings.torque_rate, len(motors), np.inf))
@@ -67,28 +67,29 @@ class Guard:
         self._lower = np.array([c.lower for c in robot.coordinates]) - margin
         self._upper = np.array([c.upper for c in robot.coordinates]) + margin
         self._start = 0.0
-        self._rest = self.forces = self.least.copy()
+        self._rest = self.forces = self.resting_forces.copy()
 
     def start(self, t: float, rest: FloatArray) -> None:
-        """Begin the ramp, with every muscle at its f_min and no torque.
+        """Start the ramp. The initial forces are f_min, the initial torques are zero.
 
         Args:
-            t: In [s].
-            rest: f_0, shape (a,), in [N] and [N·m].
+            t: Time of the run, in [s].
+            rest: Forces f_0 that hold the robot, shape (a,), in [N] and [N·m].
         """
         self._start = t
         self._rest = np.clip(rest, self.f_min, self.f_max)
-        self.forces = self.least.copy()
+        self.forces = self.resting_forces.copy()
 
     def require_near(self, q: FloatArray, start: FloatArray) -> None:
-        """Reject a robot that is far from its start.
+        """Check that the robot is close to its start pose.
 
         Args:
             q: Measured positions, shape (n,), in [rad] or [m].
-            start: Positions at the start, shape (n,).
+            start: Start positions, shape (n,), in [rad] or [m].
 
         Raises:
-            HardwareError: It is too far; the message names the joint that is farthest.
+            HardwareError: The robot is too far away. The message names the joint with the largest
+                distance.
         """
         beyond = np.abs(q - start) - self._tolerance
         k = int(np.argmax(beyond))
@@ -96,21 +97,21 @@ class Guard:
             return
         c = self._coordinates[k]
         raise HardwareError(
-            f"joint {c.name!r} is at {q[k]:.4g} {c.unit}, and is to start at {start[k]:.4g} "
-            f"{c.unit}: farther than hardware.start_tolerance, {self._tolerance[k]:.4g} {c.unit}; "
-            "move the robot there, or set hardware.approach"
+            f"joint {c.name!r} is at {q[k]:.4g} {c.unit}, but the start position is {start[k]:.4g} "
+            f"{c.unit}; the difference exceeds hardware.start_tolerance, {self._tolerance[k]:.4g} "
+            f"{c.unit}: move the robot to its start position, or set hardware.approach"
         )
 
     def limit(self, t: float, h: float, desired: FloatArray) -> FloatArray:
-        """Return the forces over the step from t to t + h.
+        """Return the limited forces for the step from t to t + h.
 
         Args:
-            t: In [s].
-            h: In [s].
+            t: Time of the run, in [s].
+            h: Time step, in [s].
             desired: Forces and torques of the controller, shape (a,), in [N] and [N·m].
 
         Raises:
-            TripError: A force is not finite.
+            TripError: A desired force is not finite.
         """
         finite = np.isfinite(desired)
         if not finite.all():
@@ -120,42 +121,41 @@ class Guard:
         ramp = self._ramp(t)
         bounded = np.clip(desired, self.f_min, self.f_max)
         ramped = bounded if ramp == 1.0 else self._rest + ramp * (bounded - self._rest)
-        most = self._rates * h
-        self.forces = np.clip(ramped, self.forces - most, self.forces + most)
+        max_change = self._rates * h
+        self.forces = np.clip(ramped, self.forces - max_change, self.forces + max_change)
         return self.forces
 
     def ramp_down(self, h: float) -> Iterator[FloatArray]:
-        """Forces, step by step, from the last ones to the least.
+        """Yield forces that decrease step by step from the last forces to the resting forces.
 
         Args:
-            h: Length of a step, in [s].
+            h: Time step, in [s].
         """
-        top = self.forces - self.least
+        top = self.forces - self.resting_forces
         steps = int(np.ceil(self._settings.ramp_down / h - 1e-9))
-        for left in reversed(range(steps)):
-            self.forces = self.least + (left / steps) * top
+        for remaining in reversed(range(steps)):
+            self.forces = self.resting_forces + (remaining / steps) * top
             yield self.forces
 
     def check(self, q: FloatArray, tensions: FloatArray) -> None:
-        """End a run at a joint's or a tension's limit.
+        """Check joint limits and tension limits.
 
         Args:
             q: Positions, shape (n,), in [rad] or [m].
-            tensions: Shape (m,), in [N], or (0,) if none are measured.
+            tensions: Tensions, shape (m,), in [N], or shape (0,) if not measured.
 
         Raises:
-            TripError: The message names joint or muscle, the value and the limit.
+            TripError: A limit is exceeded. The message names the joint or muscle, the value and
+                the limit.
         """
         if (q < self._lower).any() or (q > self._upper).any():
-            self._trip_by_position(q)
+            self._raise_position_trip(q)
         if tensions.size and (tensions > self._max_tension).any():
             k = int(np.argmax(tensions - self._max_tension))
-            raise TripError(
-                f"muscle {self._muscles[k]!r} pulls with {tensions[k]:.4g} N, above its limit of "
-                f"{self._max_tension[k]:.4g} N"
-            )
+            what = f"the tension of muscle {self._muscles[k]!r} is {tensions[k]:.4g} N"
+            raise TripError(f"{what}, above its limit of {self._max_tension[k]:.4g} N")
 
-    def _trip_by_position(self, q: FloatArray) -> None:
+    def _raise_position_trip(self, q: FloatArray) -> None:
         k = int(np.argmax(np.maximum(self._lower - q, q - self._upper)))
         c = self._coordinates[k]
         side, limit = ("below", c.lower) if q[k] < self._lower[k] else ("above", c.upper)
@@ -166,18 +166,18 @@ class Guard:
         )
 
     def _ramp(self, t: float) -> float:
-        """Return the factor s at time t."""
+        """Return the ramp factor s at time t."""
         duration = self._settings.ramp_in
         return 1.0 if t - self._start >= duration else (t - self._start) / duration
 
 
 def actuator_bounds(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Bounds of the muscles' forces and, behind them, of the motors' torques, shape (a,) each."""
+    """Return lower and upper limits of muscle forces and then motor torques, shape (a,) each."""
     low = [*(m.f_min for m in robot.muscles), *(c.tau_min for c in robot.motors)]
     high = [*(m.f_max for m in robot.muscles), *(c.tau_max for c in robot.motors)]
     return np.array(low), np.array(high)
 
 
 def _array(values: tuple[float, ...], count: int, default: float) -> FloatArray:
-    """Return the values; the default everywhere if there are none."""
+    """Return the values as an array, or the default for each element if there are no values."""
     return np.array(values) if values else np.full(count, default)

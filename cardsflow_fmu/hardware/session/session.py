@@ -1,4 +1,4 @@
-"""A session with hardware: desired forces pass the guard, become commands, and states come back."""
+"""Session with hardware: limits desired forces, sends commands and receives states."""
 
 from __future__ import annotations
 
@@ -29,35 +29,36 @@ from .safety import Guard
 
 STARTING, RUNNING, HOLDING, STOPPED = range(4)
 
-_ANSWER = 0.6
-"""Part of a step that the wait for an answer may take; the rest is the controller's."""
-_SPARE = 0.5
-"""Longest delay of a ramp down, in [s]."""
+_ANSWER_FRACTION = 0.6
+"""Fraction of a step for the wait for an answer. The controller uses the remaining time."""
+_MAX_RAMP_DELAY = 0.5
+"""Maximum time by which a ramp down may take longer than specified, in [s]."""
 
 
 class HardwareSession:
-    """A run with hardware, step by step, that ends in the safe state.
+    """Run with hardware, which always ends in the safe state.
 
     Args:
         robot: The robot.
-        settings: Settings of the hardware.
-        link: The link to it; not open yet.
+        settings: Hardware settings.
+        link: Link to the hardware, which is not open yet.
         handshake: Parameters of the run.
-        make_recorder: Makes the recorder, once the link is open; nothing is recorded when None.
-        clock: Clock of both ends of the link.
-        pose: Follows the lengths where positions are not measured; else None.
+        make_recorder: Function that creates the recorder after the link is open, or None for no
+            recording.
+        clock: Clock of the link.
+        pose: Pose fit to the muscle lengths for robots without measured positions, or None.
 
     Attributes:
-        state: The newest state, shape (states,); what is measured is part of it.
-        q, qd: Shape (n,), in [rad] or [m], and per [s]; if they are not measured q is the pose
-            that fits the lengths best, and qd is 0.
-        lengths: l, shape (m,), in [m]; computed if they are not measured.
-        tensions: Shape (m,), in [N]; shape (0,) if they are not measured.
-        torques: Of motors at joints, in [N·m] or [N], likewise.
-        age: Time since the newest state was received, in [s].
-        missed: Number of exchanges that brought no new state.
-        round_trip: Of the newest answer, in [s]; 0 before the first.
-        lateness: How late the newest exchange began, in [s].
+        state: Newest state, shape (states,), with all measured values.
+        q, qd: Positions and velocities, shape (n,), in [rad] or [m], and per [s]. If positions are
+            not measured, q is the pose that best fits the lengths, and qd is 0.
+        lengths: Muscle lengths l, shape (m,), in [m]; computed from q if not measured.
+        tensions: Tensions, shape (m,), in [N], or shape (0,) if not measured.
+        torques: Torques of joint motors, in [N·m] or [N], or shape (0,) if not measured.
+        age: Time since the newest state arrived, in [s].
+        missed: Number of exchanges without a new state.
+        round_trip: Round trip time of the newest answer, in [s]; 0 before the first answer.
+        lateness: Delay of the start of the newest exchange, in [s].
         mode: STARTING, RUNNING, HOLDING or STOPPED.
     """
 
@@ -96,7 +97,7 @@ class HardwareSession:
         self.age = self.lateness = self.round_trip = 0.0
         self.missed = self._missed_in_a_row = 0
         self.mode = STARTING
-        self._rest = self._guard.least
+        self._rest = self._guard.resting_forces
         self._time = self._opened = 0.0
         self._ended = False
 
@@ -106,10 +107,10 @@ class HardwareSession:
         return self._handshake.step
 
     def open(self) -> None:
-        """Connect to the hardware, and read its state.
+        """Connect to the hardware and read its state.
 
         Raises:
-            HardwareError: It does not answer, or rejects.
+            HardwareError: The hardware does not answer, or rejects the run.
             InputError: The recording cannot be written.
         """
         self._link.open(self._handshake)
@@ -120,16 +121,20 @@ class HardwareSession:
             self._recorder = self._make_recorder()
 
     def require_near(self, q: FloatArray) -> None:
-        """Reject to start far from q, shape (n,); see `Guard.require_near`."""
+        """Check that the robot is close to the positions q, shape (n,), and within all limits.
+
+        Raises:
+            HardwareError: The robot is too far away or exceeds a limit; see `Guard`.
+        """
         self._guard.require_near(self.q, q)
         self._guard.check(self.q, self.tensions)
 
     def exchange(self, t: float, desired: FloatArray) -> None:
-        """Wait for time t, send the desired forces within the safety limits, read the newest state.
+        """Wait for time t, send the limited desired forces, and read the newest state.
 
         Args:
-            t: In [s].
-            desired: Shape (a,), in [N] and, of motors behind the muscles, [N·m].
+            t: Time of the run, in [s].
+            desired: Forces of the muscles and torques of the motors, shape (a,), in [N] and [N·m].
 
         Raises:
             HardwareError: The run cannot continue; the hardware has been stopped.
@@ -144,10 +149,10 @@ class HardwareSession:
             raise
 
     def end(self, *, ramp: bool = True) -> None:
-        """Bring the hardware to its safe state; once, and within a bounded time.
+        """Bring the hardware to its safe state within a bounded time. Further calls do nothing.
 
         Args:
-            ramp: Whether forces are ramped down before.
+            ramp: Whether to ramp forces down before.
         """
         if self._ended:
             return
@@ -162,7 +167,7 @@ class HardwareSession:
 
     def _exchange(self, t: float, desired: FloatArray) -> None:
         if self._ended:
-            raise HardwareError("the hardware has been stopped: a reset connects to it again")
+            raise HardwareError("the hardware has been stopped; reset to connect again")
         if self.mode == STARTING:
             self._start(t)
         self._time = t
@@ -175,23 +180,25 @@ class HardwareSession:
     def _start(self, t: float) -> None:
         self._guard.start(t, self._rest)
         self._motors.calibrate(self.lengths, self._rates(), self._guard.forces[: self._m])
-        if self._settings.goes_by_clock:
+        if self._settings.moves_in_real_time:
             self._priority.enter_context(real_time_priority())
         self.mode = RUNNING
 
     def _deadline(self) -> float:
-        """End of the wait for an answer, on the monotonic clock."""
-        allowed = _ANSWER * self.step if self._settings.is_paced else self._settings.timeout
+        """Return the end of the wait for an answer, on the link's clock, in [s]."""
+        allowed = (
+            _ANSWER_FRACTION * self.step if self._settings.is_paced else self._settings.timeout
+        )
         return self._clock.monotonic() + allowed
 
     def _send(self, t: float, forces: FloatArray, deadline: float) -> Exchange:
         command = forces
         if self._settings.motors.command != "force":
             m = self._m
-            of_muscles = self._motors.commands(
+            muscle_commands = self._motors.commands(
                 forces[:m], self.lengths, self._rates(), self.tensions, self.step
             )
-            command = np.concatenate([of_muscles, forces[m:]])
+            command = np.concatenate([muscle_commands, forces[m:]])
         exchange = self._link.exchange(t, command, deadline)
         if self._recorder is not None:
             self._recorder.write(t, command, exchange)
@@ -209,11 +216,11 @@ class HardwareSession:
         if not np.isnan(exchange.round_trip):
             self.round_trip = exchange.round_trip
         if exchange.state is not None and exchange.device_flags & Flag.FAULT:
-            raise HardwareError("the robot behind the device has failed; see the device's messages")
+            raise HardwareError("the robot of the device has failed; see the device's messages")
         if exchange.state is not None and exchange.device_flags & Flag.SAFE:
             agreed = self._link.agreed or self._handshake
-            what = f"no command came for {agreed.watchdog:g} s, or someone stopped it"
-            raise HardwareError(f"the device has gone to its safe state: {what}")
+            what = f"no command arrived for {agreed.watchdog:g} s, or it was stopped"
+            raise HardwareError(f"the device has entered its safe state: {what}")
         if exchange.state is not None:
             self._missed_in_a_row, self.mode = 0, RUNNING
             return
@@ -221,19 +228,19 @@ class HardwareSession:
         self._missed_in_a_row += 1
         self.mode = HOLDING
         if not self._settings.is_paced:
-            what = f"no answer within {self._settings.timeout:g} s, in lock step"
-            raise HardwareError(f"the hardware is lost: {what}")
+            what = f"no answer within {self._settings.timeout:g} s in lockstep"
+            raise HardwareError(f"the hardware does not respond: {what}")
         if self._missed_in_a_row > self._settings.max_missed:
-            age = f"the newest is {exchange.age:.3g} s old" if exchange.seq else "none came"
+            age = f"the newest is {exchange.age:.3g} s old" if exchange.seq else "none before"
             raise HardwareError(
-                f"the hardware is lost: no state in {self._missed_in_a_row} exchanges, {age}; "
-                f"hardware.max_missed is {self._settings.max_missed}"
+                f"the hardware does not respond: no state in {self._missed_in_a_row} exchanges "
+                f"({age}); hardware.max_missed is {self._settings.max_missed}"
             )
 
     def _ramp_down(self) -> None:
-        """Send forces that fall to the least, as long as exchanges succeed as in a run."""
+        """Ramp the forces down; stop early if exchanges fail or the ramp takes too long."""
         allowed = self._settings.max_missed if self._settings.is_paced else 0
-        end = self._clock.monotonic() + self._settings.safety.ramp_down + _SPARE
+        end = self._clock.monotonic() + self._settings.safety.ramp_down + _MAX_RAMP_DELAY
         t, lost = self._time, 0
         with suppress(CardsflowError, OSError):
             for forces in self._guard.ramp_down(self.step):

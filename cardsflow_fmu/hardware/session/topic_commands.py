@@ -1,9 +1,9 @@
-"""Commands from a topic of ROS 2 to a device, which has our protocol in front.
+"""Commands from a ROS 2 topic to a device that uses the hardware protocol.
 
-A topic has no watchdog. So commands pass the checks of `TopicReader` and the limits of a session,
-and reach the device by our protocol. Where they stay away for the stated timeout, the session ends:
-forces are ramped down, and the device goes to its safe state. Whose commands have ended has to
-begin again: with another publisher, as after a new start.
+A topic has no watchdog. Therefore `TopicReader` checks the commands, a session limits them, and the
+session sends them by the hardware protocol. If no command arrives within the timeout, the session
+ends: forces are ramped down, and the device enters its safe state. Afterwards, messages of the same
+publisher are rejected, so that its node must be restarted.
 """
 
 from __future__ import annotations
@@ -30,28 +30,29 @@ from sim_dart import MusclePaths
 
 from .session import HardwareSession
 
-_IDLE_EVERY = 0.02
-"""Time between two states while nobody commands, in [s]."""
+_IDLE_PERIOD = 0.02
+"""Time between published states while no node sends commands, in [s]."""
 _MAX_MESSAGES = 100
-"""Most messages that are read at once, so that a flood stalls nothing."""
-_LATE, _EARLY = 1.5, 0.5
-"""Parts of a step after which the last command is sent again, and before which none is."""
+"""Maximum number of messages read at once, so that a flood cannot block the device."""
+_RESEND_AFTER, _SEND_AFTER = 1.5, 0.5
+"""Fractions of a step after which the last command is repeated, and a new command is sent."""
 
 
 class TopicCommands:
-    """A device that takes commands from a topic.
+    """Bridge that sends the commands of a topic to a device.
 
     Args:
         robot: The robot.
-        topics: Its messages.
+        topics: Topics and messages of the robot.
         node: The node.
-        timeout: Longest time without a command, in [s].
-        make_session: Makes a session with the device, which is not open yet.
-        idle_state: The device's state while nobody commands, shape (states,).
-        report: Takes a line for people: beginnings, ends, what is dropped.
+        timeout: Maximum time between commands, in [s].
+        make_session: Function that creates a session with the device, which is not open yet.
+        idle_state: Function that returns the state of the device, shape (states,), while no node
+            sends commands.
+        report: Function that is called with a line of text when commands begin, end or are dropped.
 
     Attributes:
-        status: What the device does for this topic.
+        status: Status of the device: "ready", "running" or "safe".
     """
 
     def __init__(
@@ -80,28 +81,31 @@ class TopicCommands:
 
     @property
     def topic(self) -> Topic:
-        """The topic of commands."""
+        """Topic of the commands."""
         return self._topics.commands_topic
 
     @property
     def counters(self) -> dict[str, int]:
-        """Messages received, and dropped by reason."""
+        """Number of received messages, and number of dropped messages by reason."""
         return dict(self._reader.counters)
 
     def run(self, stop: Callable[[], object]) -> None:
-        """Pass commands on until `stop`, then bring the device to its safe state."""
+        """Send commands to the device until `stop` returns a true value.
+
+        Then bring the device to its safe state.
+        """
         try:
             while not stop():
                 if self._session is None:
                     self._wait()
                 else:
-                    self._follow(self._session)
+                    self._send_next_command(self._session)
         finally:
             if self._session is not None:
                 self._session.end()
 
-    def _newest(self, until: float) -> FloatArray | None:
-        """The newest command that counts, shape (commands,); None if there is none until then."""
+    def _newest_command(self, until: float) -> FloatArray | None:
+        """Return the newest valid command, shape (commands,), or None if none arrives in time."""
         newest = None
         for _ in range(_MAX_MESSAGES):
             message = self._inbox.receive(until)
@@ -112,12 +116,12 @@ class TopicCommands:
                 newest, until = values["effort"], -math.inf
         for reason in REASONS.keys() & self._reader.counters.keys() - self._reported:
             self._reported.add(reason)
-            self._report(f"commands by ROS: {REASONS[reason]}")
+            self._report(f"ROS commands: {REASONS[reason]}")
         return newest
 
     def _wait(self) -> None:
-        """Wait for a first command, and connect it with the device."""
-        command = self._newest(time.monotonic() + _IDLE_EVERY)
+        """Wait for a first command, and open a session with the device."""
+        command = self._newest_command(time.monotonic() + _IDLE_PERIOD)
         if command is None:
             self._publish(self._idle_state())
             return
@@ -125,26 +129,26 @@ class TopicCommands:
         try:
             session.open()
         except HardwareError as error:
-            self._report(f"commands by ROS are rejected: {error}")
+            self._report(f"ROS commands are rejected: {error}")
             self._reader.start(ended=True)
             return
         self._session, self._begun = session, time.monotonic()
         self._command, self._commanded = command, self._begun
         self._reported.clear()
-        self._report("commands by ROS begin")
+        self._report("ROS commands begin")
         self._exchange(session)
 
-    def _follow(self, session: HardwareSession) -> None:
-        """Pass on the next command, or the last one again; end where none came for too long."""
-        early = self._exchanged + _EARLY * session.step - time.monotonic()
+    def _send_next_command(self, session: HardwareSession) -> None:
+        """Send the next command, or repeat the last one. End the session after the timeout."""
+        early = self._exchanged + _SEND_AFTER * session.step - time.monotonic()
         if early > 0.0:
             time.sleep(early)
-        command = self._newest(self._exchanged + _LATE * session.step)
+        command = self._newest_command(self._exchanged + _RESEND_AFTER * session.step)
         now = time.monotonic()
         if command is not None:
             self._command, self._commanded = command, now
         elif now - self._commanded > self._timeout:
-            self._end(session, f"none came for {self._timeout:g} s: forces are ramped down")
+            self._end(session, f"none arrived for {self._timeout:g} s; forces are ramped down")
             return
         self._exchange(session)
 
@@ -159,7 +163,7 @@ class TopicCommands:
         self._publish(session.state)
 
     def _end(self, session: HardwareSession, why: str) -> None:
-        self._report(f"commands by ROS end: {why}")
+        self._report(f"ROS commands end: {why}")
         self._session, self.status = None, SAFE
         self._reader.start(ended=True)
         session.end()

@@ -254,14 +254,14 @@ def test_a_robot_without_an_experiment_with_motors_and_sensors_as_they_are(
         with Line(device.uri, recorded) as line:
             line.exchange(10)
             counts = line.state[[0, 1, 4, 5, 6, 7]] * 1000
-            with pytest.raises(HardwareError, match="it is in use by another"):
+            with pytest.raises(HardwareError, match="another run uses it"):
                 Line(device.uri, recorded, timeout=1.0).__enter__()
             assert line.exchange(2) & Flag.SAFE == 0
         assert device.end() == 0
     np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)
     assert np.all((line.state[8:] > 10.0) & (line.state[8:] < 12.0))
-    refused = [event["reason"] for event in device.events if event["state"] == "refused"]
-    assert refused == ["it is in use by another; end that run first"]
+    refused = [event["reason"] for event in device.events if event["state"] == "rejected"]
+    assert refused == ["another run uses it; end that run first"]
 
 
 @pytest.mark.slow
@@ -297,12 +297,12 @@ def test_a_device_ends_after_its_duration(cardsflow: CommandLine) -> None:
         (["device", ARM, "--listen", "tcp://127.0.0.1:5"], 2, "udp://HOST:PORT"),
         (["device", ARM, "--listen", "udp://127.0.0.1"], 2, "udp://HOST:PORT"),
         (["device", ARM, "--listen", "udp://127.0.0.1:99999"], 2, "udp://HOST:PORT"),
-        (["device", ARM, "--listen", "udp://no.such.invalid:5"], 1, "no host"),
-        (["device", str(EXAMPLES / "pneumatic_elbow")], 2, "has the law 'mckibben'; leave the law"),
+        (["device", ARM, "--listen", "udp://no.such.invalid:5"], 1, "unknown host"),
+        (["device", str(EXAMPLES / "pneumatic_elbow")], 2, "the muscle law 'mckibben'; remove"),
         (
             ["run", str(EXAMPLES / "hill_arm"), "--hardware", "loopback:"],
             2,
-            "hardware takes forces",
+            "hardware requires force commands",
         ),
         (["device", ARM, "--listen", "udp://192.0.2.1:5"], 1, "address of this machine"),
         (["device", ARM, "--loss", "1.5"], 2, "loss: must be from 0 to 1, not 1.5"),
@@ -332,13 +332,13 @@ def test_a_port_that_is_taken_is_one_line(cardsflow: CommandLine) -> None:
         taken.bind(("127.0.0.1", 0))
         uri = f"udp://127.0.0.1:{taken.getsockname()[1]}"
         line = cardsflow.refused("device", PLANAR_2R, "--listen", uri, code=1)
-    assert f"cannot listen at {uri}" in line
+    assert f"cannot listen on {uri}" in line
 
 
 def test_a_recording_without_states_is_no_device(tmp_path: Path, cardsflow: CommandLine) -> None:
     file = tmp_path / "hardware.rec"
     Recorder(file, RecordingHeader(("f",), ("N",), ("q",), ("rad",), 1, 1e-3)).close()
-    assert "no state has been recorded" in cardsflow.refused("replay-hardware", file, *FREE)
+    assert "contains no states to replay" in cardsflow.refused("replay-hardware", file, *FREE)
 
 
 @pytest.mark.slow
@@ -380,5 +380,5 @@ def test_a_change_is_reported_once() -> None:
     for _ in range(3):
         device.counters["busy"] += 1
         status.update()
-    assert [event.state for event in events] == ["refused"]
-    assert str(events[0]) == "run 00000000 refused: it is in use by another; end that run first"
+    assert [event.state for event in events] == ["rejected"]
+    assert str(events[0]) == "run 00000000 rejected: another run uses it; end that run first"

@@ -26,7 +26,7 @@ from support.hardware.hardware_fuzz import FRAMES, bad_frames, with_checksum
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.hardware.device.device import PEER_TIMEOUT, Device
 from cardsflow_fmu.hardware.protocol.frame import Flag, Frame, Keys, Kind, pack, unpack
-from cardsflow_fmu.hardware.protocol.handshake import ErrorCode, Handshake, whole
+from cardsflow_fmu.hardware.protocol.handshake import ErrorCode, Handshake, join_uint64
 
 PEER, OTHER = ("127.0.0.1", 4000), ("127.0.0.1", 4001)
 PULL = np.array([3.0, 20.0, 50.0])
@@ -51,7 +51,7 @@ class Talk:
     def frame(self, kind: Kind, values=(), *, seq: int = 0, flags: int = 0) -> bytes:
         sent = int(self.now * 1e9)
         frame = Frame(kind, flags, self.run, seq, 0.0, sent, 0, values)
-        return pack(frame, self.keys.of(kind))
+        return pack(frame, self.keys.key_for(kind))
 
     def send(self, data: bytes) -> list[Frame]:
         answers = self.device.receive(data, self.peer, self.now)
@@ -62,9 +62,9 @@ class Talk:
         flags = int(Flag.LOCKSTEP) if request.lockstep else 0
         (answer,) = self.send(self.frame(Kind.HELLO, request.values(), flags=flags))
         if answer.kind is Kind.HELLO_ACK:
-            nonce = whole(*map(float, answer.values[7:9]))
+            nonce = join_uint64(*map(float, answer.values[7:9]))
             assert nonce is not None
-            self.keys = self.keys.of_run(self.run, nonce)
+            self.keys = self.keys.for_run(self.run, nonce)
         return answer
 
     def pull(self, command=PULL, *, seq: int | None = None) -> list[Frame]:
@@ -87,7 +87,7 @@ def test_a_run_from_hello_to_stop(key: bytes | None) -> None:
     answer = talk.handshake()
     assert device.state == "ready"
     assert not robot.given
-    assert Handshake.of_values(answer.values[:7], False) == handshake()
+    assert Handshake.from_values(answer.values[:7], False) == handshake()
     np.testing.assert_array_equal(answer.values[9:], robot.state())
     (state,) = talk.pull()
     assert device.state == "running"

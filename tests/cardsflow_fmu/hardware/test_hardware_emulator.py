@@ -60,7 +60,7 @@ def test_an_ideal_emulated_robot_has_the_states_of_the_plant(
     result = simulated(name, changes)
     experiment = result.experiment
     robot = experiment.robot
-    emulated = EmulatedRobot.of_experiment(experiment)
+    emulated = EmulatedRobot.from_experiment(experiment)
     names = [
         *coordinate_signals("q", robot),
         *coordinate_signals("qd", robot),
@@ -78,7 +78,7 @@ def test_an_ideal_emulated_robot_has_the_states_of_the_plant(
 
 
 def test_a_new_run_has_the_start_of_the_first() -> None:
-    emulated = EmulatedRobot.of_experiment(Experiment.load(PLANAR_2R), motor_lag=0.01)
+    emulated = EmulatedRobot.from_experiment(Experiment.load(PLANAR_2R), motor_lag=0.01)
     runs = []
     for _ in range(2):
         emulated.reset()

@@ -271,7 +271,9 @@ def test_the_device_is_safe_within_its_watchdog_when_the_line_is_dead(
     """An outage of 200 ms: our side gives up after `max_missed`, the device by itself."""
     experiment = load()
     world = world_of(monkeypatch, experiment, Faults(outages=((0.1, 0.2),)))
-    with pytest.raises(RunError, match="the hardware is lost: no state in 11 exchanges") as error:
+    with pytest.raises(
+        RunError, match="the hardware does not respond: no state in 11 exchanges"
+    ) as error:
         simulate(experiment, coupling="direct")
     result = error.value.result
     assert result.summary["status"] == "incomplete"
@@ -290,7 +292,7 @@ def test_a_run_with_a_large_max_missed_ends_when_the_device_is_safe(
 ) -> None:
     experiment = load(max_missed=1000)
     world = world_of(monkeypatch, experiment, Faults(outages=((0.1, 0.2),)))
-    with pytest.raises(RunError, match="the device has gone to its safe state") as error:
+    with pytest.raises(RunError, match="the device has entered its safe state") as error:
         simulate(experiment, coupling="direct")
     assert error.value.result["time"][-1] == pytest.approx(0.3, abs=5e-3)
     again = simulate(experiment, coupling="direct")
@@ -319,7 +321,7 @@ def test_a_device_that_has_restarted_needs_a_new_run(
 ) -> None:
     experiment = load(**key_file)
     world = world_of(monkeypatch, experiment, Faults(), {0.1: World.restart})
-    with pytest.raises(RunError, match="the hardware is lost"):
+    with pytest.raises(RunError, match="the hardware does not respond"):
         simulate(experiment, coupling="direct")
     assert world.device.state == "idle"
     assert world.device.counters["signature" if key_file else "run"] >= 11

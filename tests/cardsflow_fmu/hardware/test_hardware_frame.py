@@ -171,16 +171,16 @@ def test_sequence_numbers_wrap_around(seq: int, ahead: int) -> None:
 
 def test_each_run_has_a_different_key() -> None:
     keys = Keys(KEY)
-    runs = [keys.of_run(run, nonce).run for run in (1, 2) for nonce in (1, 2)]
+    runs = [keys.for_run(run, nonce).run for run in (1, 2) for nonce in (1, 2)]
     assert len({*runs, KEY}) == 5
-    assert keys.of(Kind.HELLO) == KEY == keys.of_run(1, 1).of(Kind.ERROR)
+    assert keys.key_for(Kind.HELLO) == KEY == keys.for_run(1, 1).key_for(Kind.ERROR)
     with pytest.raises(FrameError, match="signature"):
-        keys.of(Kind.SETPOINT)
-    assert Keys().of_run(1, 1).of(Kind.SETPOINT) is None
+        keys.key_for(Kind.SETPOINT)
+    assert Keys().for_run(1, 1).key_for(Kind.SETPOINT) is None
 
 
 def test_a_short_key_is_refused() -> None:
-    with pytest.raises(InputError, match="16 bytes or more, not 15"):
+    with pytest.raises(InputError, match="at least 16 bytes, not 15"):
         Keys(KEY[:15])
 
 
@@ -269,7 +269,7 @@ def test_a_signature_depends_on_names_units_order_kind_and_scale() -> None:
 @given(st.integers(0, 2**64 - 1), st.booleans())
 def test_a_hello_reads_back(signature: int, lockstep: bool) -> None:
     handshake = Handshake(signature, 1e-3, 2.0, 0.02, 4, 12, lockstep)
-    assert Handshake.of_values(handshake.values(), lockstep) == handshake
+    assert Handshake.from_values(handshake.values(), lockstep) == handshake
 
 
 @pytest.mark.parametrize(
@@ -291,8 +291,8 @@ def test_invalid_values_are_no_handshake(change: dict[int, float]) -> None:
     values = Handshake(5, 1e-3, 1.0, 0.02, 4, 12, False).values()
     for k, value in change.items():
         values[k] = value
-    assert Handshake.of_values(values, False) is None
-    assert Handshake.of_values(values[:6], False) is None
+    assert Handshake.from_values(values, False) is None
+    assert Handshake.from_values(values[:6], False) is None
 
 
 def rows(after: str) -> list[list[str]]:

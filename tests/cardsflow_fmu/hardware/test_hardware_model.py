@@ -309,10 +309,10 @@ def test_the_state_of_hardware_cannot_be_saved() -> None:
 
 def test_hardware_without_an_address_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     model = HardwareModel(Experiment.load(PLANAR_2R))
-    with pytest.raises(InputError, match=r"hardware\.link: missing.*CARDSFLOW_HARDWARE_LINK"):
+    with pytest.raises(InputError, match=r"hardware\.link: missing; .*CARDSFLOW_HARDWARE_LINK"):
         model.initialize()
     monkeypatch.setenv("CARDSFLOW_HARDWARE_LINK", "pigeon://coop")
-    with pytest.raises(InputError, match="no hardware at 'pigeon://coop'"):
+    with pytest.raises(InputError, match="invalid hardware address 'pigeon://coop'"):
         model.initialize()
 
 
@@ -388,7 +388,7 @@ def test_missed_states_are_bridged_and_then_end_the_run() -> None:
 
 def test_a_device_that_is_safe_by_itself_ends_the_run() -> None:
     for flag, message in (
-        (Flag.SAFE, r"safe state: no command came for 0\.015 s"),
+        (Flag.SAFE, r"safe state: no command arrived for 0\.015 s"),
         (Flag.FAULT, "has failed"),
     ):
         one = session(SilentLink([True], int(flag)))
@@ -399,7 +399,7 @@ def test_a_device_that_is_safe_by_itself_ends_the_run() -> None:
 
 def test_a_missing_answer_in_lock_step_ends_the_run() -> None:
     one = session(SilentLink([False]), {"hardware.mode": "lockstep", "hardware.timeout": 0.5})
-    with pytest.raises(HardwareError, match=r"no answer within 0\.5 s, in lock step"):
+    with pytest.raises(HardwareError, match=r"no answer within 0\.5 s in lockstep"):
         one.exchange(0.0, HOLDING_FORCES)
 
 

@@ -98,7 +98,7 @@ def test_a_recording_without_records_is_valid(tmp_path: Path) -> None:
     write(tmp_path / "empty.rec", 0)
     recording = read_recording(tmp_path / "empty.rec")
     assert len(recording) == 0
-    with pytest.raises(InputError, match="no state has been recorded"):
+    with pytest.raises(InputError, match="contains no states to replay"):
         ReplayedRobot(recording)
 
 
@@ -182,18 +182,18 @@ def good() -> dict:
         (b"CFHWREC\0", "is not a hardware recording"),
         (b"time,q.a\n0.0,1.0\n0.1,2.0\n", "is not a hardware recording"),
         (altered(good(), magic=b"CFHWREX\0"), "is not a hardware recording"),
-        (altered(good(), version=2), "of version 2; this program reads version 1"),
+        (altered(good(), version=2), "has the unsupported version 2; supported: 1"),
         (altered(good())[:-1], "its header is damaged"),
         (altered(good())[:20] + b"x" + altered(good())[21:], "its header is damaged"),
-        (altered(b"\xff\xfe"), "its header is not understood"),
-        (altered("[" * 10), "its header is not understood"),
-        (altered(b"[" * 100_000), "its header is not understood"),
-        (altered({"step": 1.0}), "its header is not understood: 'command_names'"),
-        (altered(good() | {"step": 0.0}), "step and scale must be above 0"),
-        (altered(good() | {"step": "1"}), "its header is not understood"),
-        (altered(good() | {"signature": 3}), "its header is not understood"),
-        (altered(good() | {"state_names": [1]}), "state_names must be texts"),
-        (altered(good() | {"state_units": []}), "names and units must be of one number"),
+        (altered(b"\xff\xfe"), "its header is invalid"),
+        (altered("[" * 10), "its header is invalid"),
+        (altered(b"[" * 100_000), "its header is invalid"),
+        (altered({"step": 1.0}), "its header is invalid: 'command_names'"),
+        (altered(good() | {"step": 0.0}), "step and scale must be positive"),
+        (altered(good() | {"step": "1"}), "its header is invalid"),
+        (altered(good() | {"signature": 3}), "its header is invalid"),
+        (altered(good() | {"state_names": [1]}), "state_names must be strings"),
+        (altered(good() | {"state_units": []}), "the numbers of names and units must be equal"),
         (altered(good() | {"state_names": [], "state_units": []}), "1 to 65535"),
         (altered(good() | {"start_state": [1.0, 2.0]}), "start_state must have 1 numbers"),
     ],

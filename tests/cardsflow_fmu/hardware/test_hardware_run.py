@@ -324,8 +324,8 @@ def test_invalid_keys_are_refused_and_readable_ones_cause_a_warning(tmp_path: Pa
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({}, "hardware.link: missing: say where the hardware is"),
-        ({"hardware.link": "pigeon://coop"}, "no hardware at 'pigeon://coop'"),
+        ({}, "hardware.link: missing; specify the address"),
+        ({"hardware.link": "pigeon://coop"}, "invalid hardware address 'pigeon://coop'"),
         ({"hardware.link": "udp://127.0.0.1:9", "hardware.key_file": "none.key"}, "none.key"),
     ],
 )

@@ -89,7 +89,7 @@ def test_positions_beyond_limit_and_margin_trip() -> None:
 def test_tensions_beyond_their_limit_trip() -> None:
     one, q = guard(max_tension=(120.0, math.inf, 120.0, 120.0)), np.zeros(2)
     one.check(q, np.array([120.0, 1e6, 0.0, 0.0]))
-    with pytest.raises(TripError, match=r"'cable_3' pulls with 120\.5 N, above its limit of 120 N"):
+    with pytest.raises(TripError, match=r"'cable_3' is 120\.5 N, above its limit of 120 N"):
         one.check(q, np.array([0.0, 0.0, 120.5, 0.0]))
     guard().check(q, np.full(4, 1e9))
 
@@ -98,7 +98,7 @@ def test_a_start_that_is_far_is_refused() -> None:
     one = guard(start_tolerance=(0.1, 0.2))
     one.require_near(np.array([0.1, 0.2]), np.array([0.05, 0.0]))
     with pytest.raises(
-        HardwareError, match=r"'joint_2' is at 0\.5 rad, .* start at 0\.2 rad.* 0\.2"
+        HardwareError, match=r"'joint_2' is at 0\.5 rad, .* start position is 0\.2 rad.* 0\.2"
     ):
         one.require_near(np.array([0.05, 0.5]), np.array([0.0, 0.2]))
 

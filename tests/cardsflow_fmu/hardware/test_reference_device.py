@@ -152,8 +152,8 @@ def test_refusals(built: Path, tmp_path: Path) -> None:
         (Handshake(1, STEP, 1.0, 0.02, COMMANDS, STATES, False), "signals"),
         (Handshake(SIGNATURE, STEP, 1.0, 0.02, COMMANDS + 1, STATES, False), "signals"),
         (Handshake(SIGNATURE, STEP, 2.0, 0.02, COMMANDS, STATES, False), "scale"),
-        (handshake(step=1.5 * STEP, lockstep=True), "whole"),
-        (handshake(step=1e300, lockstep=True), "whole"),
+        (handshake(step=1.5 * STEP, lockstep=True), "time step"),
+        (handshake(step=1e300, lockstep=True), "time step"),
         (handshake(step=0.011), "watchdog"),
     ]
     with running(built, tmp_path) as uri, UdpLink(uri) as link:
@@ -162,7 +162,7 @@ def test_refusals(built: Path, tmp_path: Path) -> None:
                 link.open(request)
         link.open(handshake(lockstep=True))
         pull(link)
-        with pytest.raises(HardwareError, match="in use by another"):
+        with pytest.raises(HardwareError, match="another run uses it"):
             UdpLink(uri, timeout=1.0).open(handshake())
         assert pull(link).seq == 2
 

@@ -94,5 +94,5 @@ def test_a_cable_that_is_pulled_ends_the_run_and_the_device_is_safe(
             _, err = run.communicate(timeout=MAX_WAIT)
             said = lines_until(process, '"safe"')
     assert run.returncode != 0
-    assert "the hardware is lost: no state in" in err
+    assert "the hardware does not respond: no state in" in err
     assert "no command for 0.5 s" in said[-1]

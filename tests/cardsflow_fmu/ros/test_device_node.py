@@ -13,7 +13,7 @@ from support.ros.bus import Bus
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
 from cardsflow_fmu.ros import device_node
-from cardsflow_fmu.ros.scene_topics import Shown
+from cardsflow_fmu.ros.scene_topics import ShownRobot
 from cardsflow_fmu.ros.topics import JOINT_STATES
 from cardsflow_fmu.ros_interface.address import node_address
 
@@ -29,15 +29,15 @@ def test_what_a_device_measures_is_published(monkeypatch: pytest.MonkeyPatch) ->
     begin = time.time()
     with device_node.DeviceNode(
         emulated,
-        Shown.of(experiment),
+        ShownRobot.from_experiment(experiment),
         experiment.hardware,
         "udp://127.0.0.1:1",
         node_address("ros2://"),
         None,
         print,
-        takes_commands=False,
+        accepts_commands=False,
     ) as node:
-        node.take_state()
+        node.sample_state()
         message = inbox.receive(time.monotonic() + MAX_WAIT)
     assert message is not None
     state = message.message

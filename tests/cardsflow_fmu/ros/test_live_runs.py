@@ -17,8 +17,8 @@ from support.ros.bus import Bus
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cosim.signals.ports import coordinate_signals
-from cardsflow_fmu.ros.publisher import RunPublisher, parameters_of
-from cardsflow_fmu.ros.scene_topics import DESCRIPTION, Shown
+from cardsflow_fmu.ros.publisher import RunPublisher, node_parameters
+from cardsflow_fmu.ros.scene_topics import DESCRIPTION, ShownRobot
 from cardsflow_fmu.ros.topics import JOINT_STATES, TENDON_STATES
 from cardsflow_fmu.ros_interface.joint_state import JointState
 
@@ -37,14 +37,14 @@ def test_the_newest_row_is_published_once() -> None:
     joints, tendons, description = (
         bus.node().subscribe(topic) for topic in (JOINT_STATES, TENDON_STATES, DESCRIPTION)
     )
-    publisher = RunPublisher(Shown.of(EXPERIMENT), bus.node())
+    publisher = RunPublisher(ShownRobot.from_experiment(EXPERIMENT), bus.node())
     for count in (30, 50, 50):
         publisher.watch(run.names, run.rows[:count])
         publisher.send_newest()
     for row in (29, 49):
         came = joints.receive(time.monotonic())
         assert came is not None
-        state = JointState.of(came.message)
+        state = JointState.from_message(came.message)
         assert state.names == tuple(c.name for c in EXPERIMENT.robot.coordinates)
         np.testing.assert_array_equal(state.position, run.rows[row, 1:3])
         assert state.time_ns == round(1e9 * run["time"][row])
@@ -60,7 +60,7 @@ def test_the_newest_row_is_published_once() -> None:
 
 def test_topics_whose_messages_this_ros_lacks_are_left_out_and_named() -> None:
     bus, run = Bus(unknown=("tf2_msgs/msg/TFMessage", "cardsflow_msgs/msg/Signals")), rows_of
-    publisher = RunPublisher(Shown.of(EXPERIMENT), bus.node())
+    publisher = RunPublisher(ShownRobot.from_experiment(EXPERIMENT), bus.node())
     made = run(EXPERIMENT)
     publisher.watch((*made.names, "energy"), np.column_stack([made.rows, made["time"]]))
     publisher.send_newest()
@@ -71,7 +71,7 @@ def test_topics_whose_messages_this_ros_lacks_are_left_out_and_named() -> None:
 
 
 def test_parameters_are_the_settings_of_controller_and_run() -> None:
-    found = parameters_of(EXPERIMENT)
+    found = node_parameters(EXPERIMENT)
     assert found["controller.kp"] == [2000.0, 2000.0]
     assert found["controller.type"] == "joint_space"
     assert found["run.step"] == 1e-3
@@ -80,7 +80,7 @@ def test_parameters_are_the_settings_of_controller_and_run() -> None:
 
 def test_what_goes_wrong_in_publishing_ends_no_run() -> None:
     class Broken:
-        def knows(self, message_type: str) -> bool:
+        def has_type(self, message_type: str) -> bool:
             return True
 
         def advertise(self, topic: Any) -> None:
@@ -91,7 +91,7 @@ def test_what_goes_wrong_in_publishing_ends_no_run() -> None:
                 raise InputError("gone")
 
     run = rows_of(EXPERIMENT)
-    publisher = RunPublisher(Shown.of(EXPERIMENT), Broken())  # type: ignore[arg-type]
+    publisher = RunPublisher(ShownRobot.from_experiment(EXPERIMENT), Broken())  # type: ignore[arg-type]
     publisher.watch(run.names, run.rows)
     publisher.stop()
     publisher.run()
@@ -103,6 +103,6 @@ def test_without_rclpy_one_line_says_how_to_get_it(
 ) -> None:
     monkeypatch.setitem(sys.modules, "rclpy", None)
     line = cardsflow.refused("run", PLANAR_2R, "--publish", "ros2://", "-o", tmp_path / "out")
-    for what in ("topics of ROS 2 need rclpy", "source the setup.bash", "ros-jazzy-rclpy", "3.11"):
+    for what in ("ROS 2 topics require rclpy", "source the setup.bash", "ros-jazzy-rclpy", "3.11"):
         assert what in line
     assert not (tmp_path / "out").exists()

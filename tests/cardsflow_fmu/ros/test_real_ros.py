@@ -180,7 +180,7 @@ def test_a_run_drives_a_device_by_topics(ros: Environment, tmp_path: Path, contr
         assert done.returncode == 0, done.stderr
         assert json.loads(done.stdout)["status"] == "complete"
         said = lines_until(process, "none came for 4 s: forces are ramped down")
-        assert any("commands by ROS begin" in line for line in said)
+        assert any("ROS commands begin" in line for line in said)
     q = load_run(tmp_path / "out").columns([f"q.{name}" for name in JOINTS])
     assert np.isfinite(q).all()
     assert (q[-1] != q[0]).all()  # it was driven

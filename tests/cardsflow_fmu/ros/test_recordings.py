@@ -293,7 +293,7 @@ def test_results_without_their_robot_and_hardware_are_recorded_too(
             recorder.write(1e-3 * k, np.array([10.0 + k]), came)  # type: ignore[arg-type]
     code, _, err = cardsflow("convert", tmp_path / "hardware.rec", "--to", tmp_path / "h.mcap")
     assert code == 0
-    assert "the robot is not known" in err
+    assert "the robot is unknown" in err
     messages = messages_in(tmp_path / "h.mcap")
     np.testing.assert_array_equal(
         column(messages, "/joint_states", "position")[:, 0], [0.0, 0.1, 0.2, np.nan, 0.4]

@@ -86,7 +86,7 @@ def test_encoders_quantise() -> None:
 
 @pytest.mark.slow
 def test_an_outage_loses_the_hardware() -> None:
-    with pytest.raises(Exception, match="the hardware is lost"):
+    with pytest.raises(Exception, match="the hardware does not respond"):
         emulated(outages=[[0.2, 0.1]])
 
 

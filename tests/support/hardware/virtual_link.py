@@ -75,7 +75,7 @@ class World(EmulatedWorld):
         )
 
     def _make_device(self) -> Device:
-        self.robot = WatchedRobot.of_experiment(self.experiment)
+        self.robot = WatchedRobot.from_experiment(self.experiment)
         self.robot.now = lambda: self.now
         return device_of(self.robot, self.experiment.hardware, self.key)
 
@@ -92,7 +92,7 @@ class World(EmulatedWorld):
         while self._events and self._events[0][0] <= self.now:
             self._events.pop(0)[1](self)
         super()._process()
-        if self.device.goes_by_clock and self.device.state == "running":
+        if self.device.moves_in_real_time and self.device.state == "running":
             last, _ = self.robot.applied[-1]
             assert self.now - last <= self.device.watchdog + 1e-9
 

@@ -62,7 +62,7 @@ class BusNode:
     def __init__(self, bus: Bus) -> None:
         self._bus, self.identity = bus, next(bus.numbers)
 
-    def knows(self, message_type: str) -> bool:
+    def has_type(self, message_type: str) -> bool:
         return message_type not in self._bus.unknown
 
     def advertise(self, topic: Topic) -> None:
