@@ -30,7 +30,7 @@ REFUSED = {
     "mass": (POINTS + LINK + "mass = 1e308", "its mass matrix is not finite"),
     "far inertia": (POINTS + LINK + "iyy = 1e308", "some motion of its joints moves no mass"),
     "no address": (POINTS + "[hardware]\nuse = true", "hardware.link: missing"),
-    "address": (POINTS + HARDWARE + "'nobody'", "no hardware at 'nobody'"),
+    "address": (POINTS + HARDWARE + "'nobody'", "invalid hardware address 'nobody'"),
     "port": (POINTS + HARDWARE + "'udp://127.0.0.1:0'", "port 0 of"),
     "key": (POINTS + HARDWARE + "'loopback:'\nkey_file = 'none.key'", "none.key"),
     "input": (POINTS + "[wiring.plant]\n'w.hand.fx' = 0.0", "no input 'plant.w.hand.fx'"),
@@ -159,7 +159,7 @@ def test_the_address_of_hardware_in_an_external_fmu_is_an_address(
     text = file.read_text().replace("[fmus.plant]", "[fmus.hardware]")
     file.write_text(text + HARDWARE + "'nobody'\n")
     line = cardsflow.refused("run", file, "--coupling", "direct", "-o", tmp_path / "out")
-    assert "no hardware at 'nobody'" in line
+    assert "invalid hardware address 'nobody'" in line
     assert cardsflow("check", file)[::2] == (2, line)
     file.write_text(text + HARDWARE.replace("link = ", ""))
     assert "hardware.link" not in cardsflow("check", file)[2]
