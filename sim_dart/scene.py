@@ -1,7 +1,7 @@
 """Description of the scene around a robot: ground, objects, and collision shapes of links.
 
-Two bodies in contact have the smaller of their coefficients of friction and the geometric mean of
-their coefficients of restitution.
+A contact uses the smaller friction coefficient of both bodies, and the geometric mean of both
+coefficients of restitution.
 """
 
 from __future__ import annotations
@@ -15,23 +15,23 @@ from typing import Literal
 from addin_sdfusion.robot import IDENTITY, InputError, Pose, Vector3
 
 GROUND = "ground"
-"""The name of the ground among the bodies of a world."""
+"""Name of the ground in the list of bodies of a world."""
 
 MAX_DISTANCE = 1e6
-"""In [m], [m/s], [rad/s]: no body of ours is so far, large or fast, and ODE aborts beyond 1e15."""
+"""Largest size, distance and speed, in [m], [m/s], [rad/s]. ODE aborts for values over 1e15."""
 
 LinkGeometry = Literal["meshes", "capsules", "none"]
 FrictionLaw = Literal["pyramid", "cone"]
 FRICTION_EXCESS: dict[FrictionLaw, float] = {"pyramid": math.sqrt(2.0) - 1.0, "cone": 0.0}
-"""By which part of Coulomb's friction a law is too strong, at most."""
+"""Largest relative excess of the friction force over Coulomb's law."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sphere:
-    """A sphere about its frame's origin.
+    """Sphere with its centre at the frame origin.
 
     Attributes:
-        radius: In [m].
+        radius: Radius, in [m].
     """
 
     radius: float
@@ -42,10 +42,10 @@ class Sphere:
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """A box about its frame's origin.
+    """Box with its centre at the frame origin.
 
     Attributes:
-        size: Edges along x, y, z, in [m].
+        size: Edge lengths along x, y, z, in [m].
     """
 
     size: Vector3
@@ -57,11 +57,11 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Capsule:
-    """A cylinder along z with half spheres at its ends.
+    """Capsule along z with its centre at the frame origin.
 
     Attributes:
-        radius: In [m].
-        length: Of the cylinder alone, in [m].
+        radius: Radius, in [m].
+        length: Length of the cylindrical part, in [m].
     """
 
     radius: float
@@ -73,11 +73,11 @@ class Capsule:
 
 @dataclass(frozen=True, slots=True)
 class Cylinder:
-    """A cylinder along z, its middle at its frame's origin.
+    """Cylinder along z with its centre at the frame origin.
 
     Attributes:
-        radius: In [m].
-        length: In [m].
+        radius: Radius, in [m].
+        length: Length, in [m].
     """
 
     radius: float
@@ -89,11 +89,11 @@ class Cylinder:
 
 @dataclass(frozen=True, slots=True)
 class MeshShape:
-    """The convex hull of a triangle mesh.
+    """Convex hull of a triangle mesh.
 
     Attributes:
-        file: STL, OBJ, PLY, OFF, COLLADA or glTF.
-        scale: Factors along x, y, z that make metres of the file's units.
+        file: STL, OBJ, PLY, OFF, COLLADA or glTF file.
+        scale: Factors along x, y, z that convert the units of the file to metres.
     """
 
     file: Path
@@ -109,12 +109,12 @@ Shape = Sphere | Box | Capsule | Cylinder | MeshShape
 
 @dataclass(frozen=True, slots=True)
 class Ground:
-    """A level floor that has no ends: 1 km square, 10 m thick.
+    """Horizontal ground: a box of 1 km x 1 km with a thickness of 10 m.
 
     Attributes:
-        height: Of its upper face, in [m].
-        friction: Coefficient of Coulomb friction; the scene's when None.
-        restitution: The scene's when None.
+        height: Height of its upper face, in [m].
+        friction: Coefficient of Coulomb friction, or None for the value of the scene.
+        restitution: Coefficient of restitution, or None for the value of the scene.
     """
 
     height: float = 0.0
@@ -128,17 +128,17 @@ class Ground:
 
 @dataclass(frozen=True, slots=True)
 class SceneObject:
-    """A body next to the robot, free to move or fixed.
+    """Fixed or free object in the scene.
 
     Attributes:
-        name: Its name, unlike that of any link.
-        shape: Its form; its mass is spread evenly over it.
-        pose: Of its frame in the world, at the start.
-        mass: In [kg]; 0 for a fixed body.
-        velocity: Of its frame's origin at the start, world axes, in [m/s].
-        angular_velocity: Angular velocity at the start, world axes, in [rad/s].
-        friction: Coefficient of Coulomb friction; the scene's when None.
-        restitution: The scene's when None.
+        name: Name, different from all link names.
+        shape: Shape with uniform density.
+        pose: Initial pose in the world frame.
+        mass: Mass, in [kg]; 0 for a fixed body.
+        velocity: Initial velocity of the frame origin, world axes, in [m/s].
+        angular_velocity: Initial angular velocity, world axes, in [rad/s].
+        friction: Coefficient of Coulomb friction, or None for the value of the scene.
+        restitution: Coefficient of restitution, or None for the value of the scene.
     """
 
     name: str
@@ -161,25 +161,25 @@ class SceneObject:
         if not (math.isfinite(self.mass) and self.mass >= 0.0):
             raise InputError(f"mass must be 0 or a positive number in kg, not {self.mass!r}")
         if not self.mass and any((*self.velocity, *self.angular_velocity)):
-            raise InputError("a fixed body (mass 0) has no velocity; give it a mass")
+            raise InputError("a fixed body (mass 0) cannot have a velocity; set its mass")
         _check_surface(self.friction, self.restitution)
 
     @property
     def moves(self) -> bool:
-        """Whether it has a mass, and so moves."""
+        """Whether the object is free to move, that is, has a mass."""
         return self.mass > 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class LinkShape:
-    """A collision shape of a link, beside those of its own meshes.
+    """Additional collision shape of a link.
 
     Attributes:
         link: Name of the link.
-        shape: The form.
-        pose: In the link's frame.
-        friction: Coefficient of Coulomb friction; the scene's when None.
-        restitution: The scene's when None.
+        shape: The shape.
+        pose: Pose in the link frame.
+        friction: Coefficient of Coulomb friction, or None for the value of the scene.
+        restitution: Coefficient of restitution, or None for the value of the scene.
     """
 
     link: str
@@ -196,28 +196,31 @@ class LinkShape:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """The ground and objects around a robot, and the collision shapes of its links.
+    """Ground and objects around a robot, and the collision shapes of its links.
 
     Attributes:
-        ground: The floor; None for none.
-        objects: Bodies next to the robot.
-        friction: Coefficient of Coulomb friction of bodies without their own.
-        restitution: Of bodies without their own: 0 for none, 1 for a bounce without loss.
-        friction_law: `pyramid`, DART's rule: friction up to mu N along each of two axes, on level
-            ground the world's x and y: exact along these, between them too strong by up to the
-            root of two. `cone`: Coulomb's law in every direction; steps take 1.3 times as long with
-            single bodies on the ground, 7 times with a box in a grasp, 10 to 25 times with stacks.
-        links: What links collide with: the convex hulls of their collision meshes, capsules from
-            their joint to the next, or only `link_shapes`.
-        capsule_radius: Of such capsules, in [m].
-        link_shapes: Further forms of links.
-        mesh_folder: Folder of the links' meshes, which relative URIs refer to.
-        mesh_roots: Folders and files that meshes may lie in; see `mesh_files.lies_in`. Anywhere
-            when None.
-        self_collision: Whether links of one robot collide with one another; those that a joint
-            connects never do. Robots always collide with one another.
-        ignored: Pairs of links or objects that pass through one another.
-        reported: Links and objects whose contact forces are reported.
+        ground: The ground, or None.
+        objects: Objects in the scene.
+        friction: Default coefficient of Coulomb friction of all bodies.
+        restitution: Default coefficient of restitution of all bodies, from 0 (inelastic) to 1
+            (elastic).
+        friction_law: `pyramid` is the friction pyramid of DART. It limits the friction to mu N
+            along
+            each of two axes (world x and y on horizontal ground). It is exact along these axes and
+            up to 41 % too large between them. `cone` is Coulomb's law in every direction. With
+            `cone`, steps take 1.3 times as long for single bodies on the ground, 7 times for a
+            grasped box, and 10 to 25 times for stacks.
+        links: Collision shapes of links: convex hulls of their collision meshes (`meshes`),
+            capsules from joint to joint (`capsules`), or only `link_shapes` (`none`).
+        capsule_radius: Radius of these capsules, in [m].
+        link_shapes: Additional collision shapes of links.
+        mesh_folder: Folder of the link meshes, to which relative URIs refer.
+        mesh_roots: Folders and files in which meshes are allowed; see `mesh_files.lies_in`
+            (default: no restriction).
+        self_collision: Whether links of the same robot collide. Links that are connected by a joint
+            never collide. Links of different robots always collide.
+        ignored: Pairs of links or objects that do not collide.
+        reported: Names of links and objects whose contact forces are reported.
     """
 
     ground: Ground | None = None
@@ -240,7 +243,7 @@ class Scene:
 
     @property
     def moving_objects(self) -> tuple[SceneObject, ...]:
-        """The objects with a mass, in order."""
+        """The objects that are free to move, in order."""
         return tuple(item for item in self.objects if item.moves)
 
 

@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, settings
 
 from cardsflow_fmu.results.report import figures, run_figures
 from sim_dart.plant import plant
-from sim_dart.plant.settings import chosen_engine
+from sim_dart.plant.settings import select_engine
 
 settings.register_profile(
     "default",
@@ -131,7 +131,7 @@ def every_engine(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
     engine = str(request.param)
     monkeypatch.setattr(
         plant,
-        "chosen_engine",
-        lambda e, *parts: chosen_engine(engine if e == "auto" else e, *parts),
+        "select_engine",
+        lambda e, *parts: select_engine(engine if e == "auto" else e, *parts),
     )
     return engine

@@ -18,7 +18,7 @@ from cardsflow_fmu.experiment.config.key_path import set_value
 from cardsflow_fmu.experiment.config.multiples import require_multiple
 from cardsflow_fmu.experiment.config.table import Context
 from cardsflow_fmu.utils.multiples import MAX_STEPS, whole_duration
-from sim_dart.plant.settings import refuse_rk4
+from sim_dart.plant.settings import require_rk4_support
 from sim_dart.scene import Scene
 
 from .carried_files import mesh_roots, named_files, require_carried, require_closed, require_own
@@ -269,7 +269,7 @@ def _plant(
         raise context.error("plant.wrenches", what)
     if settings.integrator == "rk4":
         try:
-            refuse_rk4(settings.engine, scene, robot)
+            require_rk4_support(settings.engine, scene, robot)
         except InputError as error:
             raise context.error("plant.integrator", str(error)) from None
     if settings.engine == "core" and scene is not None:

@@ -18,7 +18,7 @@ from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import compile_blob
 from sim_dart.core.tasks import point_rows, task_rows
-from sim_dart.plant.settings import python_laws
+from sim_dart.plant.settings import custom_law_feature
 
 from .c_model import CModel
 from .native.fields import Counts, Fields, encode
@@ -123,7 +123,7 @@ class ControllerModel(CModel):
     @classmethod
     def missing(cls, experiment: Experiment) -> str | None:
         """Return a requirement of the experiment that C does not support, or None."""
-        return law_in_python(experiment) or python_laws(experiment.robot)
+        return law_in_python(experiment) or custom_law_feature(experiment.robot)
 
     @classmethod
     def file(cls, experiment: Experiment) -> bytes:

@@ -12,7 +12,7 @@ from cardsflow_fmu.experiment.experiment import Experiment
 from sim_dart import compile_blob
 from sim_dart.estimation.estimated_robot import estimated_robot
 from sim_dart.estimation.estimator import PoseEstimator
-from sim_dart.estimation.unit_places import unit_places
+from sim_dart.estimation.imu_frames import imu_frames
 
 from .c_model import CModel
 from .native.fields import Fields, encode
@@ -70,7 +70,7 @@ class EstimatorModel(CModel):
         settings, robot = estimator_settings(experiment), experiment.robot
         estimator = make_estimator(experiment)
         fields: Fields = sensor_indices(experiment) | {
-            "imu_frame": unit_places(robot, settings.inertial_units).frames,
+            "imu_frame": imu_frames(robot, settings.inertial_units).frames,
             "exact": settings.exact_transition,
             "delay": settings.delay(experiment.run.step),
         }

@@ -27,7 +27,7 @@ from sim_dart import CoreDynamics, compile_blob
 from sim_dart.core.blob import fixed_energy
 from sim_dart.core.tasks import point_rows, task_rows
 from sim_dart.core.wrench_points import wrench_points
-from sim_dart.plant.settings import core_lacks
+from sim_dart.plant.settings import unsupported_by_core
 
 from .c_model import CModel
 from .dart_plant import DartPlant
@@ -91,7 +91,7 @@ class PlantModel(CModel):
         """Return a requirement of the experiment that C does not support, or None."""
         if experiment.plant.engine == "dart":
             return 'the engine "dart"'
-        return core_lacks(experiment.scene, experiment.plant_robot)
+        return unsupported_by_core(experiment.scene, experiment.plant_robot)
 
     @classmethod
     def file(cls, experiment: Experiment) -> bytes:

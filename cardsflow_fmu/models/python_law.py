@@ -13,7 +13,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from controllers import OperationalSpaceSolution, Posture
 from controllers.qp.solver import DEFAULT_SOLVER
 from sim_dart import CoreDynamics, DartDynamics, control_dynamics
-from sim_dart.muscles.own_laws import OwnLaws
+from sim_dart.muscles.custom_laws import CustomLaws
 
 from .custom_law import CLASSES, Law, import_custom_law
 from .native.opened_model import OpenedModel
@@ -75,7 +75,7 @@ class PythonParts:
         self._opened = opened
         self._raised: BaseException | None = None
         self._law: Law | None = None
-        self._muscles = OwnLaws(experiment.robot)
+        self._muscles = CustomLaws(experiment.robot)
         n = len(experiment.robot.coordinates)
         law, muscles = _ControlLaw(), _MuscleFunctions()
         if law_in_python(experiment) is not None:

@@ -10,7 +10,7 @@ from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.estimator import EstimatorTable
 from sim_dart import compile_blob
 from sim_dart.estimation.estimated_robot import cable_compliances, estimated_robot
-from sim_dart.estimation.unit_places import unit_places
+from sim_dart.estimation.imu_frames import imu_frames
 
 from .c_model import CModel
 from .native.fields import Fields, encode
@@ -39,7 +39,7 @@ class SensorsModel(CModel):
         """Return the contents of the file `native.bin` of the model."""
         settings, robot = estimator_settings(experiment), experiment.plant_robot
         sensors = settings.sensor_settings(robot, experiment.run.step)
-        units = unit_places(robot, settings.inertial_units)
+        units = imu_frames(robot, settings.inertial_units)
         n, m, i = len(robot.coordinates), len(robot.muscles), len(settings.imus)
         fields: Fields = sensor_indices(experiment) | {
             "imu_frame": units.frames,

@@ -43,9 +43,9 @@ def _engines(experiment: Experiment, missing: Mapping[str, str], master: str) ->
     """Return the engines of plant and controller."""
     if master == "C":
         return {"plant": "native", "controller": "native"}
-    from sim_dart.plant.settings import chosen_engine
+    from sim_dart.plant.settings import select_engine
 
-    plant = chosen_engine(experiment.plant.engine, experiment.scene, experiment.plant_robot)
+    plant = select_engine(experiment.plant.engine, experiment.scene, experiment.plant_robot)
     controller = "dart" if experiment.controller.engine == "dart" else "core"
     found = {"plant": str(plant), "controller": controller}
     if (experiment.run.compute, experiment.run.coupling) == ("c", "fmu"):

@@ -1,1 +1,1 @@
-"""The C core: its library, the robot's blob, frames."""
+"""Python side of the C core: its library, the compiled robot (blob), and frames."""

@@ -1,4 +1,4 @@
-"""Types of numpy arrays, and checks of vectors that a caller gives."""
+"""Types of numpy arrays, and checks of vectors that are passed by a caller."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def vector(what: str, values: ArrayLike, size: int) -> FloatArray:
     """Return the values as a contiguous float array of shape (size,).
 
     Raises:
-        InputError: They have another shape or are no numbers.
+        InputError: The values have another shape or are not numbers.
     """
     try:
         array = np.ascontiguousarray(values, dtype=np.float64)
@@ -28,10 +28,12 @@ def vector(what: str, values: ArrayLike, size: int) -> FloatArray:
 
 
 def finite(what: str, values: ArrayLike, size: int) -> FloatArray:
-    """As `vector`, of finite numbers alone: DART answers others with the terms of an older state.
+    """Return the values as a contiguous float array of shape (size,), and require finite values.
+
+    DART does not report values that are not finite. It returns the terms of an older state.
 
     Raises:
-        InputError: They have another shape, are no numbers, or one is not finite.
+        InputError: The values have another shape, are not numbers, or are not finite.
     """
     array = vector(what, values, size)
     if not np.isfinite(array).all():

@@ -1,4 +1,4 @@
-"""Compilation of a robot to a blob, the flat numbers that the C core works on."""
+"""Compilation of a robot to a blob, the flat array of numbers that the C core reads."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .frames import MovingFrame, Place, moving_frames
 from .library import pack_blob
 from .loop_fields import closures, loop_fields
 from .path_fields import path_counts, path_fields
-from .refusals import refuse_uncomputed
+from .supported_features import require_supported_features
 from .variables import robot_variables, variable_counts, variable_fields
 
 Fields = dict[str, ArrayLike]
@@ -25,7 +25,7 @@ _MOTION = {"rotation": 0, "translation": 1}
 
 
 def _unit(axis: Vector3) -> FloatArray:
-    """Return the axis scaled to length 1: files hold rounded ones."""
+    """Return the axis scaled to length 1. Files contain rounded unit vectors."""
     unit: FloatArray = np.array(axis) / np.linalg.norm(axis)
     return unit
 
@@ -33,12 +33,12 @@ def _unit(axis: Vector3) -> FloatArray:
 def composite_inertias(
     robot: Robot, frames: list[MovingFrame], places: dict[str, Place]
 ) -> list[CompositeInertia]:
-    """Mass properties of every moving frame, and last of the links fixed to the world.
+    """Return the mass properties of every moving frame, then of the links fixed to the world.
 
     Args:
         robot: A valid robot.
         frames: From `moving_frames`.
-        places: From there.
+        places: From `moving_frames`.
     """
     bodies = [CompositeInertia() for _ in [*frames, None]]
     for link in robot.links:
@@ -48,13 +48,13 @@ def composite_inertias(
 
 
 def fixed_energy(robot: Robot) -> float:
-    """Potential energy of the weight of the links that do not move, in [J]; 0 at the origin."""
+    """Return the potential energy of the weight of fixed links, in [J]; 0 at the world's origin."""
     fixed = composite_inertias(robot, *moving_frames(robot))[-1]
     return -float(np.array(robot.gravity) @ (fixed.mass * fixed.centre))
 
 
 def _mass_fields(robot: Robot, frames: list[MovingFrame], places: dict[str, Place]) -> Fields:
-    """Mass properties of the moving frames."""
+    """Return the fields with the mass properties of the moving frames."""
     *bodies, _ = composite_inertias(robot, frames, places)
     return {
         "mass": [body.mass for body in bodies],
@@ -93,14 +93,14 @@ def compile_blob(robot: Robot, *, single: bool = False) -> bytes:
 
     Args:
         robot: A valid robot.
-        single: With numbers of single precision, for a core compiled with `CARDSFLOW_FLOAT`: a
-            microcontroller's, as a rule.
+        single: Use single precision, for a core compiled with `CARDSFLOW_FLOAT`, for example for a
+            microcontroller.
 
     Raises:
-        CardsflowError: A number is too large for single precision, or a muscle's path has what
-            is not computed yet.
+        CardsflowError: A number is too large for single precision, or a muscle path uses a feature
+            that the C core does not support.
     """
-    refuse_uncomputed(robot)
+    require_supported_features(robot)
     frames, places = moving_frames(robot)
     tasks = robot.task_frames
     variables = robot_variables(robot)

@@ -19,21 +19,21 @@ from .loop_fields import closures
 def close_loops(robot: Robot, q: ArrayLike | None = None, hold: Sequence[str] = ()) -> FloatArray:
     """Return the nearest pose in which all loops of a robot are closed, within its joints' limits.
 
-    A pose without gaps comes back as it is. Where a start leads into a dead end, others near it
-    are tried, always the same.
+    If the loops are closed at q, return q unchanged. If the search fails from q, it is repeated
+    from other start poses near q. These are the same in every call.
 
     Args:
         robot: The robot.
-        q: Where to begin, shape (n,), in [rad] or [m]; at the initial values when None.
-        hold: Names of coordinates that stay where they are.
+        q: Start pose, shape (n,), in [rad] or [m] (default: the initial values).
+        hold: Names of coordinates that keep their values.
 
     Returns:
-        Shape (n,), in [rad] or [m].
+        The closed pose, shape (n,), in [rad] or [m].
 
     Raises:
         RobotError: The robot is not valid.
-        InputError: They cannot be closed; the message names a joint and its gap.
-        UnknownNameError: There is no such coordinate.
+        InputError: The loops cannot be closed; the message contains a joint and its gap.
+        UnknownNameError: A coordinate does not exist.
     """
     names = [c.name for c in require_valid(robot).coordinates]
     for name in hold:
@@ -47,7 +47,18 @@ def close_loops(robot: Robot, q: ArrayLike | None = None, hold: Sequence[str] = 
 def closed_pose(
     robot: Robot, core: Core, q: FloatArray, held: FloatArray | None = None
 ) -> FloatArray:
-    """As `close_loops`, in a core that the robot is opened in, and that goes there."""
+    """Return the nearest closed pose, computed by an open core, and set the core to this pose.
+
+    Args:
+        robot: The robot.
+        core: Core that was created from this robot.
+        q: Start pose, shape (n,), in [rad] or [m].
+        held: 1 for coordinates that keep their values, 0 for the others, shape (n,) (default:
+            all zero).
+
+    Raises:
+        InputError: The loops cannot be closed.
+    """
     closed = q.copy()
     address = None if held is None else held.ctypes.data
     bad = core.close(core.handle, address, closed.ctypes.data)
@@ -55,18 +66,19 @@ def closed_pose(
         equations = closures(robot)
         gap = abs(core.array("closure_gap", len(equations))[bad - 1])
         equation = equations[bad - 1]
-        problem = f"its loop cannot be closed: it stays open by {gap:.2g} {equation.unit}"
-        raise InputError(f"joint {equation.loop.name!r}: {problem}, {_listed(robot, closed)}")
+        problem = f"its loop cannot be closed; the remaining gap is {gap:.2g} {equation.unit}"
+        raise InputError(f"joint {equation.loop.name!r}: {problem}, {_format_pose(robot, closed)}")
     return closed
 
 
 def closed_rates(core: Core, qd: FloatArray) -> FloatArray:
-    """Return the velocities nearest to some that keep the loops closed, at the last pose."""
+    """Return the velocities nearest to qd that keep the loops closed at the core's last pose."""
     rates = qd.copy()
     core.close_rates(core.handle, rates.ctypes.data)
     return rates
 
 
-def _listed(robot: Robot, q: FloatArray, most: int = 5) -> str:
+def _format_pose(robot: Robot, q: FloatArray, max_values: int = 5) -> str:
     values = [f"{c.name} = {x:.3g}" for c, x in zip(robot.coordinates, q, strict=True)]
-    return "at " + ", ".join(values[:most]) + (", ..." if len(values) > most else "")
+    ending = ", ..." if len(values) > max_values else ""
+    return "at " + ", ".join(values[:max_values]) + ending

@@ -1,4 +1,4 @@
-"""Mass properties of the links of one moving frame, as of a single body."""
+"""Combined mass properties of all links that are fixed to one moving frame."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .arrays import FloatArray
 
 
 class CompositeInertia:
-    """A rigid body made of several links.
+    """Mass properties of a rigid body that consists of several links.
 
     Attributes:
         mass: In [kg].
@@ -18,15 +18,15 @@ class CompositeInertia:
 
     def __init__(self) -> None:
         self.mass = 0.0
-        self._first = np.zeros(3)  # moments of mass about the frame's origin
+        self._first = np.zeros(3)  # first moments of mass about the frame's origin
         self._second = np.zeros((3, 3))
 
-    @np.errstate(over="ignore", invalid="ignore")  # the core rejects what is not finite
+    @np.errstate(over="ignore", invalid="ignore")  # the core rejects values that are not finite
     def add(self, inertia: Inertia, T_frame_link: FloatArray) -> None:
         """Add a link.
 
         Args:
-            inertia: Of the link, in its own frame.
+            inertia: Inertia of the link, in the link frame.
             T_frame_link: Pose of the link in the moving frame, shape (4, 4).
         """
         R, p = T_frame_link[:3, :3], T_frame_link[:3, 3]
@@ -37,18 +37,18 @@ class CompositeInertia:
 
     @property
     def centre(self) -> FloatArray:
-        """Centre of mass in the frame, shape (3,), in [m]; the origin if there is no mass."""
+        """Centre of mass in the frame, shape (3,), in [m]; the origin if the mass is 0."""
         return self._first / self.mass if self.mass else np.zeros(3)
 
     @property
     @np.errstate(over="ignore", invalid="ignore")
     def inertia(self) -> FloatArray:
-        """xx, yy, zz, xy, xz, yz about the centre of mass, shape (6,), in [kg·m²]."""
+        """Inertia xx, yy, zz, xy, xz, yz about the centre of mass, shape (6,), in [kg·m²]."""
         about = self._second - _shift(self.mass, self.centre)
         return about[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
 
 
 def _shift(mass: float, r: FloatArray) -> FloatArray:
-    """Return the inertia of a point mass, m (r·r 1 - r r'), shape (3, 3)."""
+    """Return the inertia of a point mass at r, m ((r·r) 1 - r r'), shape (3, 3)."""
     moved: FloatArray = mass * (r @ r * np.eye(3) - np.outer(r, r))
     return moved

@@ -1,4 +1,4 @@
-"""The moving frames of a robot: what is left of its tree when fixed joints are merged."""
+"""Moving frames of a robot: the nodes of its kinematic tree after fixed joints are merged."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ def inverse(T: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class Place:
-    """Where a link is fixed.
+    """Pose of a link in the moving frame to which it is fixed.
 
     Attributes:
-        frame: Index of the moving frame that carries the link, -1 for the world.
+        frame: Index of the moving frame to which the link is fixed, -1 for the world.
         T_frame_link: Pose of the link in that frame, shape (4, 4).
     """
 
@@ -42,7 +42,7 @@ class Place:
     T_frame_link: FloatArray
 
     def point(self, position: tuple[float, float, float]) -> FloatArray:
-        """Return a point of the link, shape (3,), in the moving frame."""
+        """Return a point given in the link frame in the moving frame, shape (3,), in [m]."""
         moved: FloatArray = (
             self.T_frame_link[:3, :3] @ np.array(position) + self.T_frame_link[:3, 3]
         )
@@ -51,12 +51,12 @@ class Place:
 
 @dataclass(frozen=True)
 class MovingFrame:
-    """A frame that one motion of a joint moves; the motion's axis passes through its origin.
+    """Frame that is moved by one motion of a joint. The axis of motion contains its origin.
 
     Attributes:
-        motion: The motion.
-        coordinate: Index of the variable that drives it, see `variables`; those of q are first.
-        parent: Index of the moving frame that it is fixed to at q = 0, -1 for the world.
+        motion: The rotation or translation.
+        coordinate: Index of the variable that drives the motion; see `variables`.
+        parent: Index of the parent frame, -1 for the world.
         T_parent_frame: Pose of the frame in the parent frame at q = 0, shape (4, 4).
     """
 
@@ -66,29 +66,29 @@ class MovingFrame:
     T_parent_frame: FloatArray
 
 
-def _held(motion: Motion, way: float) -> FloatArray:
-    """Return the transform of a motion that has gone a way, in [rad] or [m]."""
+def _displaced(motion: Motion, displacement: float) -> FloatArray:
+    """Return the transform of a motion at a constant displacement, in [rad] or [m]."""
     T = np.eye(4)
     axis = normalized(motion.axis)
     if motion.kind == "rotation":
-        T[:3, :3] = axis_rotation(axis, way)
+        T[:3, :3] = axis_rotation(axis, displacement)
     else:
-        T[:3, 3] = way * np.array(axis)
+        T[:3, 3] = displacement * np.array(axis)
     return T
 
 
 def moving_frames(robot: Robot) -> tuple[list[MovingFrame], dict[str, Place]]:
-    """Return the frames that move, parents first, and where every link is fixed."""
+    """Return the moving frames, parents first, and the place of every link by name."""
     frames: list[MovingFrame] = []
     places = {WORLD: Place(-1, np.eye(4))}
     variables = robot_variables(robot)
     for joint in robot.joints:
         parent = places[joint.parent]
         frame, T_frame_next = parent.frame, parent.T_frame_link @ transform(joint.T_parent_joint)
-        ways = zip(variables.driver[joint.name], variables.still[joint.name], strict=True)
-        for motion, (driver, still) in zip(joint.motions, ways, strict=True):
+        drivers, constants = variables.driver[joint.name], variables.constant[joint.name]
+        for motion, driver, displacement in zip(joint.motions, drivers, constants, strict=True):
             if driver is None:
-                T_frame_next = T_frame_next @ _held(motion, still)
+                T_frame_next = T_frame_next @ _displaced(motion, displacement)
                 continue
             frames.append(MovingFrame(motion, driver, frame, T_frame_next))
             frame, T_frame_next = len(frames) - 1, np.eye(4)

@@ -22,19 +22,19 @@ from .arrays import FloatArray, IntArray
 _SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 _HEADER = struct.Struct("<IIIIQ")
 _MAGIC = {False: 0x45524F43, True: 0x66524F43}
-"""Whether it is a blob of single precision: the header's first word."""
+"""First word of the header of a blob, by whether its numbers have single precision."""
 
 _REAL: dict[bool, np.dtype[Any]] = {False: np.dtype("<f8"), True: np.dtype("<f4")}
 
 
 @cache
 def library() -> ctypes.PyDLL:
-    """Return the loaded C core.
+    """Load and return the C core.
 
-    Loaded with the Python lock held during calls: they take microseconds.
+    Calls hold Python's global interpreter lock, since they take microseconds.
 
     Raises:
-        CardsflowError: The library is missing, or was compiled with other muscle laws.
+        CardsflowError: The library is missing or was compiled with other muscle laws.
     """
     root = Path(os.environ.get("CARDSFLOW_LIBRARY_DIR", Path(__file__).parents[2]))
     path = root / "sim_dart" / "lib" / f"cardsflow_core{_SUFFIX}"
@@ -86,7 +86,11 @@ def _padded(packed: bytes) -> bytes:
 
 
 def _reals(name: str, values: FloatArray, single: bool) -> NDArray[Any]:
-    """As a blob has them; a number that single precision cannot hold is rejected."""
+    """Return values in the number format of a blob.
+
+    Raises:
+        CardsflowError: A value is too large for single precision.
+    """
     with np.errstate(over="ignore"):
         packed: NDArray[Any] = values.astype(_REAL[single])
     lost = np.isfinite(values) & ~np.isfinite(packed)
@@ -98,12 +102,12 @@ def _reals(name: str, values: FloatArray, single: bool) -> NDArray[Any]:
 
 
 def pack_field(name: str, values: NDArray[Any], size: int) -> bytes:
-    """Return a field's numbers, padded to 8 bytes.
+    """Return the numbers of a field as bytes, padded to a multiple of 8.
 
     Args:
-        name: Of the field.
+        name: Name of the field, for messages.
         values: Its numbers, of any shape.
-        size: How many there must be.
+        size: Required number of values.
     """
     assert values.size == size, name
     return _padded(values.tobytes())
@@ -112,12 +116,12 @@ def pack_field(name: str, values: NDArray[Any], size: int) -> bytes:
 def pack_blob(
     counts: Mapping[str, int], fields: Mapping[str, ArrayLike], *, single: bool = False
 ) -> bytes:
-    """Pack a robot's numbers by the library's own layout text.
+    """Pack the numbers of a robot according to the layout that the library reports.
 
     Args:
-        counts: Number of dofs, muscles, points and tasks.
+        counts: Number of coordinates, muscles, points and task frames by name.
         fields: An array for every field, of any shape with the right number of elements.
-        single: With real numbers of single precision, for a core compiled with `CARDSFLOW_FLOAT`.
+        single: Use single precision, for a core compiled with `CARDSFLOW_FLOAT`.
 
     Raises:
         CardsflowError: A number is too large for single precision.
@@ -144,7 +148,7 @@ def pack_blob(
 
 
 def blob_reals(blob: bytes) -> FloatArray:
-    """The real numbers of a blob of double precision, field after field, shape (numbers,)."""
+    """Return the real numbers of a double-precision blob in the order of its fields, shape (k,)."""
     lines = [line.split() for line in library().core_layout().decode().splitlines()]
     names = [name for kind, name, *_ in lines if kind == "count"]
     counts = dict(
@@ -162,11 +166,11 @@ def blob_reals(blob: bytes) -> FloatArray:
 
 
 class Core:
-    """A robot opened in the C core.
+    """Instance of a robot in the C core.
 
-    The library's functions are attributes: `move` is core_move, `update_gravity` is core_gravity.
-    They are called with `handle` first and arrays as bytes (`array.tobytes()`), the cheapest form
-    of arguments.
+    The functions of the library are attributes: `move` calls core_move, `update_gravity` calls
+    core_gravity. Pass `handle` as first argument, and arrays as bytes (`array.tobytes()`), which is
+    the fastest way to pass them.
 
     Args:
         blob: From `pack_blob`.
@@ -191,19 +195,19 @@ class Core:
 
     def __getattr__(self, name: str) -> Any:
         function = getattr(library(), f"core_{name.removeprefix('update_')}")
-        setattr(self, name, function)  # found at once the next time
+        setattr(self, name, function)  # later look-ups do not call __getattr__
         return function
 
     def external_wrenches(self, frames: IntArray, points: FloatArray) -> FloatArray:
-        """Make wrenches act on points of moving frames, in every step from now on.
+        """Register points of moving frames on which external wrenches act in every later step.
 
         Args:
-            frames: The frame of each point, shape (k,); -1 for the world.
-            points: The points in their frames, shape (k, 3), in [m].
+            frames: Index of the frame of each point, shape (k,); -1 for the world.
+            points: Positions of the points in their frames, shape (k, 3), in [m].
 
         Returns:
-            A force and a moment on each, world axes, shape (k, 6), in [N] and [N·m]: zero, to be
-            written at any time between steps.
+            Force and moment on each point, world axes, shape (k, 6), in [N] and [N·m]. The array is
+            initially zero and can be written at any time between steps.
         """
         wrenches = np.zeros((len(frames), 6))
         self._wrenched = frames.astype(np.int32), np.array(points, dtype=np.float64), wrenches
@@ -213,13 +217,13 @@ class Core:
         return wrenches
 
     def array(self, name: str, *shape: int) -> FloatArray:
-        """Return a view of a result array, of the given shape; a later call changes it."""
+        """Return a result array as a view of the given shape. Later calls change its values."""
         length = ctypes.c_size_t()
         pointer = library().core_array(self.handle, name.encode(), ctypes.byref(length))
         assert pointer, name
         if not length.value:
             return np.empty(shape)
-        # a part of the memory itself, which lives as long as any view of it
+        # a slice of the memory object keeps this alive as long as any view exists
         address = ctypes.cast(pointer, ctypes.c_void_p).value or 0
         first = (address - self._memory.ctypes.data) // self._memory.itemsize
         return self._memory[first : first + length.value].reshape(shape)

@@ -1,4 +1,4 @@
-"""Fields of the blob about loop joints: the scalar equations that each of them holds."""
+"""Fields of the blob for loop joints: the scalar constraint equations of each loop joint."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ _POINT, _DIRECTION = 0, 1
 
 
 class Closure(NamedTuple):
-    """An equation u·(p_B - p_A) = 0 or u·v = 0, in the joint frames A and B of a loop joint.
+    """Constraint u·(p_B - p_A) = 0 or u·v = 0 in the joint frames A and B of a loop joint.
 
     Attributes:
         loop: The joint.
-        kind: Of a point or of a direction.
+        kind: Whether the equation constrains a point or a direction.
         u: Unit vector in A, shape (3,).
-        w: Of a direction: where v points in A when the loop is closed, shape (3,); zero for either
-            way.
-        v: Of a direction: the unit vector in B, shape (3,).
+        w: For a direction, the direction of v in A when the loop is closed, shape (3,); zero if
+            both signs are allowed.
+        v: For a direction, the unit vector in B, shape (3,).
     """
 
     loop: LoopJoint
@@ -37,12 +37,12 @@ class Closure(NamedTuple):
 
     @property
     def unit(self) -> str:
-        """Unit of its gap."""
+        """Unit of the gap of this equation."""
         return "m" if self.kind == _POINT else "rad"
 
 
 def closures(robot: Robot) -> list[Closure]:
-    """Return the equations of a robot's loop joints, joint after joint: points, then directions."""
+    """Return the equations of all loop joints, for each joint first points, then directions."""
     return [closure for loop in robot.loops for closure in _closures(loop)]
 
 
@@ -67,7 +67,10 @@ def _closures(loop: LoopJoint) -> Iterator[Closure]:
 
 
 def _basis(loop: LoopJoint) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Orthonormal, the first along the joint's axis, of a universal joint the second as well."""
+    """Return an orthonormal basis whose first vector is along the joint's first axis.
+
+    For a universal joint, the second vector is along the second axis.
+    """
     if not loop.axes:
         x, y, z = np.eye(3)
         return x, y, z
@@ -80,7 +83,7 @@ def _basis(loop: LoopJoint) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def loop_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLike]:
-    """Return the fields.
+    """Return the fields for loop joints by name.
 
     Args:
         robot: A valid robot.

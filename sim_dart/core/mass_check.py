@@ -1,4 +1,4 @@
-"""Check that a robot's mass matrix can be inverted, whatever the engine."""
+"""Check that the mass matrix of a robot is not singular."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from addin_sdfusion.robot import InputError, Robot
 from .arrays import FloatArray
 
 _SINGULAR = 1e-13
-_ROUNDING = 1e-15  # what is left of a zero next to the largest inertia of the same unit
+_ROUNDING = 1e-15  # rounding error of a zero, relative to the largest inertia of the same unit
 
 
 def massless_coordinates(robot: Robot, M: FloatArray) -> list[str]:
-    """Return the coordinates that move no mass, or none that the others do not move: M is singular.
+    """Return the names of coordinates that make the mass matrix singular.
 
-    By Cholesky's decomposition with pivots, of M with ones on its diagonal: what is left of a
-    coordinate's inertia when all with more are held.
+    These coordinates move no mass, or only mass that other coordinates move in the same way. They
+    are found by a Cholesky decomposition with pivoting of M, scaled to ones on its diagonal.
 
     Args:
         robot: The robot.
@@ -38,14 +38,14 @@ def massless_coordinates(robot: Robot, M: FloatArray) -> list[str]:
 
 
 def require_inertia(robot: Robot, M: FloatArray) -> None:
-    """Reject a robot that some motion does not move any mass of.
+    """Reject a robot that has a motion without any moving mass.
 
     Args:
-        robot: The robot, for the message.
+        robot: The robot.
         M: Its mass matrix at any position, shape (n, n).
 
     Raises:
-        InputError: The matrix is singular, or a number of it is too large to compute with.
+        InputError: The matrix is singular or not finite.
     """
     if not np.isfinite(M).all():
         raise InputError(
@@ -54,7 +54,7 @@ def require_inertia(robot: Robot, M: FloatArray) -> None:
         )
     if found := massless_coordinates(robot, M):
         raise InputError(
-            f"robot {robot.name!r}: its mass matrix is singular, because some motion of its "
-            f"joints moves no mass: {', '.join(found)}; set masses and inertias of the links "
-            f"there, or lock it: [robot.coordinates.{found[0]}] locked = true"
+            f"robot {robot.name!r}: its mass matrix is singular, because a motion of these "
+            f"coordinates moves no mass: {', '.join(found)}; set masses and inertias of their "
+            f"links, or lock a coordinate: [robot.coordinates.{found[0]}] locked = true"
         )

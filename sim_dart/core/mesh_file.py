@@ -1,4 +1,4 @@
-"""Triangles from files of meshes, read by trimesh."""
+"""Reader for the triangles of mesh files, based on trimesh."""
 
 from __future__ import annotations
 
@@ -16,31 +16,32 @@ from addin_sdfusion.robot.mesh_files import mesh_bytes
 def read_mesh(
     file: Path, roots: Iterable[Path] | None = None
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the triangles in a file, in its units.
+    """Return the triangles of a mesh file, in the units of the file.
 
     Args:
-        file: A mesh of a type that `mesh_problem` knows, whole in this file.
-        roots: Folders and files that it may lie in, as for `mesh_bytes`.
+        file: Mesh of a type that `mesh_problem` accepts. It must not refer to other files.
+        roots: Folders and files in which the mesh is allowed, as for `mesh_bytes`.
 
     Returns:
-        The corners, shape (n, 3), and the corners' indices of each triangle, shape (m, 3).
+        The corners, shape (n, 3), and the indices of the corners of each triangle, shape (m, 3).
 
     Raises:
-        InputError: It cannot be read, holds no triangles, or a corner that is nowhere near.
+        InputError: The file cannot be read, contains no triangles, or contains a corner that is
+            not finite or too far from the origin.
     """
-    import trimesh  # takes a second
+    import trimesh  # imported late, since the import takes a second
 
     data = mesh_bytes(file, roots)
     logging.getLogger("trimesh").setLevel(logging.CRITICAL)
     try:
         stream, kind = trimesh.util.wrap_as_stream(data), file.suffix.lstrip(".").lower()
-        with np.errstate(all="ignore"):  # of numbers that are rejected below
+        with np.errstate(all="ignore"):  # invalid numbers are rejected below
             mesh = trimesh.load_mesh(stream, file_type=kind, skip_materials=True)
             if isinstance(mesh, trimesh.Scene):
                 mesh = mesh.to_mesh()
         vertices = np.array(mesh.vertices, np.float64).reshape(-1, 3)
         faces = np.array(mesh.faces, np.int64).reshape(-1, 3)
-    except Exception as error:  # readers of damaged files raise anything
+    except Exception as error:  # readers raise errors of any type for damaged files
         reason = next(iter(str(error).splitlines()), "") or type(error).__name__
         raise InputError(f"cannot be read as a mesh: {reason}", file=file) from error
     if not len(faces):

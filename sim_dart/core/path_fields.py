@@ -1,4 +1,4 @@
-"""Fields of the blob about muscle paths: via points, surfaces, wraps and pulleys."""
+"""Fields of the blob for muscle paths: via points, wrap surfaces, wraps and pulleys."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _INSIDE = 2
 
 
 class PlacedWrap(NamedTuple):
-    """A wrap of a robot's muscle.
+    """A wrap with its muscle and its position on the path.
 
     Attributes:
         muscle: The muscle.
         wrap: The wrap.
-        point: The via point before it, counted over all muscles.
+        point: Index of the via point before the wrap, counted over all muscles.
     """
 
     muscle: Muscle
@@ -37,7 +37,7 @@ class PlacedWrap(NamedTuple):
 
 
 def ordered_wraps(robot: Robot) -> list[PlacedWrap]:
-    """Return the wraps of the active muscles in their order along the paths."""
+    """Return the wraps of the active muscles, in their order along the paths."""
     return [
         PlacedWrap(muscle, wrap, first + wrap.segment)
         for muscle, first in zip(robot.muscles, first_points(robot), strict=True)
@@ -46,17 +46,17 @@ def ordered_wraps(robot: Robot) -> list[PlacedWrap]:
 
 
 def pulley_muscles(robot: Robot) -> list[int]:
-    """Return the indices of the active muscles that come off a swivelling pulley."""
+    """Return the indices of the active muscles that start at a swivelling pulley."""
     return [k for k, muscle in enumerate(robot.muscles) if muscle.pulley is not None]
 
 
 def first_points(robot: Robot) -> list[int]:
-    """Return the first via point of each active muscle, counted over all muscles."""
+    """Return the index of the first via point of each active muscle, counted over all muscles."""
     return list(accumulate((len(muscle.via_points) for muscle in robot.muscles), initial=0))[:-1]
 
 
 def path_counts(robot: Robot) -> dict[str, int]:
-    """Return how many items each of the fields has."""
+    """Return the number of items of each field."""
     return {
         "points": sum(len(muscle.via_points) for muscle in robot.muscles),
         "surfaces": len(robot.wrap_surfaces),
@@ -68,11 +68,11 @@ def path_counts(robot: Robot) -> dict[str, int]:
 
 
 def path_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLike]:
-    """Return the fields.
+    """Return the fields for muscle paths by name.
 
     Args:
         robot: A valid robot.
-        places: Where its links are fixed.
+        places: Place of every link, from `moving_frames`.
     """
     points = [point for muscle in robot.muscles for point in muscle.via_points]
     return {
@@ -130,11 +130,11 @@ def _pulley_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, Array
 
 
 def _axis(place: Place, surface: WrapSurface, k: int) -> FloatArray:
-    """Return the x, y or z axis of a surface's pose in its moving frame."""
+    """Return the x, y or z axis (k = 0, 1, 2) of a surface in its moving frame."""
     return _turned(place, tuple(row[k] for row in rotation(surface.pose.rpy)))
 
 
 def _turned(place: Place, direction: tuple[float, ...]) -> FloatArray:
-    """Return a direction in a link as a unit vector in its moving frame."""
+    """Return a direction given in a link frame as a unit vector in the moving frame."""
     turned: FloatArray = place.T_frame_link[:3, :3] @ np.array(direction)
     return turned / np.linalg.norm(turned)

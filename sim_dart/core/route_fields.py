@@ -1,4 +1,4 @@
-"""Fields of the blob about paths that are more than points and wraps by our own rules."""
+"""Fields of the blob for conditional and moving via points, branches and other wrap rules."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from .frames import Place
 from .variables import robot_variables
 
 _RULES = ("taut", "mujoco", "opensim")
-"""As `enum rule` of layout.h."""
+"""Wrap rules in the order of `enum rule` of layout.h."""
 _MAX_COEFFICIENTS = 4
 
 
 class _Route(NamedTuple):
-    """A muscle with its number and the index of its first via point."""
+    """A muscle with its index and the index of its first via point."""
 
     number: int
     first: int
@@ -38,7 +38,7 @@ class _Route(NamedTuple):
 
 
 def route_counts(robot: Robot) -> dict[str, int]:
-    """Return how many items each of the fields has."""
+    """Return the number of items of each field."""
     points = [point for muscle in robot.muscles for point in muscle.via_points]
     moves = [move for point in points for move in point.moves]
     return {
@@ -52,14 +52,14 @@ def route_counts(robot: Robot) -> dict[str, int]:
 
 
 def route_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLike]:
-    """Return the fields.
+    """Return the fields by name.
 
     Args:
         robot: A valid robot.
-        places: Where its links are fixed.
+        places: Place of every link, from `moving_frames`.
 
     Raises:
-        CardsflowError: A muscle has what is not computed.
+        CardsflowError: A muscle path uses a feature that is not supported.
     """
     routes = list(_routes(robot))
     return {
@@ -85,12 +85,12 @@ def _routes(robot: Robot) -> Iterator[_Route]:
 
 
 def _wraps(muscle: Muscle) -> list[Wrap]:
-    """In the order of the blob."""
+    """Return the wraps of a muscle in the order of the blob."""
     return sorted(muscle.wraps, key=lambda wrap: wrap.segment)
 
 
 def _guided(robot: Robot) -> list[Wrap]:
-    """Return the wraps that a side point or a quadrant says the side of."""
+    """Return the wraps whose side is specified by a side point or a quadrant."""
     wraps = [wrap for muscle in robot.muscles for wrap in _wraps(muscle)]
     return [wrap for wrap in wraps if wrap.side_point is not None or wrap.quadrant != "all"]
 
@@ -165,19 +165,19 @@ def _move_fields(
 
 
 def _held_value(robot: Robot, name: str) -> float | None:
-    """Where a coordinate stands still; None for one that moves."""
+    """Return the value of a fixed coordinate, or None if the coordinate moves."""
     variables = robot_variables(robot)
     return None if name in variables.index else variables.initial[name]
 
 
 def _is_met(robot: Robot, when: PointCondition) -> bool:
-    """Return whether a point is always in use, as the coordinate of its condition is held."""
+    """Return whether the coordinate of a condition is fixed inside the condition's range."""
     at = _held_value(robot, when.coordinate)
     return at is not None and when.low <= at <= when.high
 
 
 def _ends(robot: Robot, muscle: Muscle, when: PointCondition) -> tuple[float, float]:
-    """The range of a condition; one that no value is in where the coordinate is held outside."""
+    """Return the range of a condition; an empty range if its coordinate is fixed outside of it."""
     at = _held_value(robot, when.coordinate)
     if at is None:
         return when.low, when.high
@@ -194,16 +194,16 @@ def _pieces(robot: Robot, move: PointMotion) -> tuple[Cubic, ...]:
     if not isinstance(function, Polynomial):
         return cubics(function)
     if len(function.coefficients) > _MAX_COEFFICIENTS:
-        problem = f"a via point that moves by a polynomial of {len(function.coefficients)} numbers"
+        problem = f"a via point with a polynomial of {len(function.coefficients)} coefficients"
         raise CardsflowError(
-            f"{problem} cannot be simulated; at most {_MAX_COEFFICIENTS} are supported"
+            f"{problem} is not supported in simulation; use at most {_MAX_COEFFICIENTS}"
         )
     a, b, c, d = (*function.coefficients, 0.0, 0.0, 0.0)[:_MAX_COEFFICIENTS]
     return ((0.0, a, b, c, d),)
 
 
 def _counted(robot: Robot, muscle: Muscle, name: str) -> int:
-    """Return the variable of a coordinate that a length counts."""
+    """Return the index of the variable of a coordinate that a muscle length depends on."""
     variables = robot_variables(robot)
     found = variables.index.get(name, variables.held.get(name))
     if found is None:
@@ -212,7 +212,7 @@ def _counted(robot: Robot, muscle: Muscle, name: str) -> int:
 
 
 def _coordinate(robot: Robot, muscle: Muscle, name: str) -> int:
-    """Return the variable of a coordinate; any, if it is held and what it gives is constant."""
+    """Return the index of the variable of a coordinate; 0 if the coordinate is fixed."""
     index = robot_variables(robot).index
     if not index:
         raise _held(muscle, name)
@@ -220,5 +220,5 @@ def _coordinate(robot: Robot, muscle: Muscle, name: str) -> int:
 
 
 def _held(muscle: Muscle, name: str) -> CardsflowError:
-    problem = f"its path depends on coordinate {name!r}, which is held"
-    return CardsflowError(f"muscle {muscle.name!r}: {problem}; this cannot be simulated yet")
+    problem = f"its path depends on the fixed coordinate {name!r}"
+    return CardsflowError(f"muscle {muscle.name!r}: {problem}; this is not supported in simulation")

@@ -1,4 +1,4 @@
-"""Task coordinates y: their rows among the values of task frames, and the bias of angles."""
+"""Task coordinates y: their rows in the values of the task frames, and the bias of angles."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ _ROWS = {axis: k for axes in (POSITIONS, ANGLES) for k, axis in enumerate(axes)}
 
 
 def task_rows(robot: Robot) -> list[int]:
-    """For every task coordinate, in order, its row among three values a task frame."""
+    """Return the row of every task coordinate in an array with three rows per task frame."""
     return [3 * k + _ROWS[axis] for k, frame in enumerate(robot.task_frames) for axis in frame.axes]
 
 
 def point_rows(robot: Robot) -> list[int]:
-    """Return the rows of the task frames that are points, among three rows a task frame."""
+    """Return the rows of the position task frames in an array with three rows per task frame."""
     frames = enumerate(robot.task_frames)
     return [3 * k + row for k, frame in frames if not frame.is_orientation for row in range(3)]
 
 
 def angle_bias(angles: FloatArray, w: FloatArray, w_bias: FloatArray) -> FloatArray:
-    """The part of (alpha'', beta'', gamma'') that does not depend on qdd, shape (3,), in [rad/s²].
+    """Return the part of (alpha'', beta'', gamma'') that is independent of qdd, in [rad/s²].
 
-    With E(alpha, beta) y' = w for the angles y, it is E^-1 (w_bias - E' y').
+    With E(alpha, beta) y' = w for the angles y, the bias is E^-1 (w_bias - E' y').
 
     Args:
         angles: alpha, beta, gamma of R = Rx(alpha) Ry(beta) Rz(gamma), shape (3,), in [rad].

@@ -1,7 +1,8 @@
-"""Variables of a robot: its coordinates q, and what follows them by functions, each in its place.
+"""Variables of a robot: its coordinates q and all values that are functions of q.
 
-x = phi(q): first q, then the coupled coordinates, each after those that it follows, then the angles
-and ways of motions that are driven by functions, or by a coordinate that drives another one too.
+x = phi(q) contains first q, then the coupled coordinates, each after the coordinates that it
+depends on. Last are the displacements of motions that are driven by a function, or by a coordinate
+that also drives another motion.
 """
 
 from __future__ import annotations
@@ -19,15 +20,15 @@ from addin_sdfusion.robot.model.robot import cached_on_robot
 from .arrays import FloatArray
 
 _POLYNOMIAL, _PIECES = 0, 1
-"""enum term of layout.h."""
+"""Values of `enum term` of layout.h."""
 
 
 @dataclass(frozen=True)
 class FunctionTerm:
-    """A function that a variable is a sum of.
+    """A function of one variable. The value of another variable is a sum of such terms.
 
     Attributes:
-        source: Index of the variable that it is of.
+        source: Index of the variable that is the argument of the function.
         function: The function.
     """
 
@@ -40,20 +41,20 @@ class Variables:
     """The variables of a robot.
 
     Attributes:
-        coordinates: Those that are coordinates, in order; the first are q.
-        terms: Of each variable, in order; none of q.
-        driver: The variable that drives each motion, by the names of the joints; None if it
-            stands still.
-        still: How far each motion goes that stands still, by the names of the joints.
-        index: The variable of each coordinate that moves, by name.
-        held: The variable of each that stands still and that the length of a muscle counts.
-        initial: The value of every coordinate at the start, in [rad] or [m], by name.
+        coordinates: The variables that are coordinates, in order; the first are q.
+        terms: The terms of each variable, in order; empty for q.
+        driver: Index of the variable that drives each motion, by joint name; None if the motion is
+            constant.
+        constant: Displacement of each constant motion, by joint name.
+        index: Index of the variable of each moving coordinate, by name.
+        held: Index of the variable of each fixed coordinate that a muscle length depends on.
+        initial: Initial value of every coordinate, in [rad] or [m], by name.
     """
 
     coordinates: tuple[Coordinate, ...]
     terms: tuple[tuple[FunctionTerm, ...], ...]
     driver: dict[str, tuple[int | None, ...]]
-    still: dict[str, tuple[float, ...]]
+    constant: dict[str, tuple[float, ...]]
     index: dict[str, int]
     held: dict[str, int]
     initial: dict[str, float]
@@ -73,18 +74,18 @@ def robot_variables(robot: Robot) -> Variables:
     values = all_values(robot, {c.name: c.initial for c in robot.coordinates})
     terms: list[tuple[FunctionTerm, ...]] = [() for _ in robot.coordinates]
     terms += [_coupling(c, index, values) for c in coupled]
-    driver, still = {}, {}
+    driver, constant = {}, {}
     direct: set[int] = set()
     for joint in robot.joints:
         drivers = [_driver(joint, motion, index, terms, direct) for motion in joint.motions]
         driver[joint.name] = tuple(drivers)
-        still[joint.name] = tuple(_still(joint, motion, values) for motion in joint.motions)
+        constant[joint.name] = tuple(_constant(joint, motion, values) for motion in joint.motions)
     counted = {t.coordinate for m in robot.muscles for t in m.terms if t.coordinate not in index}
     held = {}
     for name in sorted(counted) if index else ():
         held[name] = len(terms)
         terms.append((FunctionTerm(0, Polynomial((values[name],))),))
-    return Variables(coordinates, tuple(terms), driver, still, index, held, values)
+    return Variables(coordinates, tuple(terms), driver, constant, index, held, values)
 
 
 def _driver(
@@ -94,7 +95,7 @@ def _driver(
     terms: list[tuple[FunctionTerm, ...]],
     direct: set[int],
 ) -> int | None:
-    """Return the variable of a motion, which may be a new one."""
+    """Return the index of the variable that drives a motion; append a variable if necessary."""
     if motion.is_fixed:
         return None
     own = index.get(joint.coordinates[motion.coordinate].name)
@@ -107,7 +108,7 @@ def _driver(
     return len(terms) - 1
 
 
-def _still(joint: Joint, motion: Motion, values: dict[str, float]) -> float:
+def _constant(joint: Joint, motion: Motion, values: dict[str, float]) -> float:
     if motion.is_fixed:
         return motion.way(0.0)
     return motion.way(values[joint.coordinates[motion.coordinate].name])
@@ -116,7 +117,7 @@ def _still(joint: Joint, motion: Motion, values: dict[str, float]) -> float:
 def _coupling(
     c: Coordinate, index: dict[str, int], values: dict[str, float]
 ) -> tuple[FunctionTerm, ...]:
-    """What a coordinate follows; of those that stand still, a constant."""
+    """Return the terms of a coupled coordinate; fixed coordinates are combined to a constant."""
     moving = [
         FunctionTerm(index[term.coordinate], term.function)
         for term in c.coupling
@@ -130,7 +131,7 @@ def _coupling(
 
 
 def variable_fields(variables: Variables) -> dict[str, ArrayLike]:
-    """Return the fields of the blob about variables."""
+    """Return the fields of the blob for variables."""
     terms = [term for group in variables.terms for term in group]
     numbers = [_numbers(term.function) for term in terms]
     more = [0.0] * (len(variables.terms) - len(variables.coordinates))
@@ -151,7 +152,7 @@ def variable_fields(variables: Variables) -> dict[str, ArrayLike]:
 
 
 def variable_counts(variables: Variables) -> dict[str, int]:
-    """Return how many items these fields have."""
+    """Return the number of items of these fields."""
     terms = [term for group in variables.terms for term in group]
     return {
         "variables": len(variables.terms),
@@ -162,7 +163,7 @@ def variable_counts(variables: Variables) -> dict[str, int]:
 
 
 def _limit_forces(variables: Variables) -> list[tuple[int, tuple[float, ...]]]:
-    """Return the variable of each limit force, and its numbers."""
+    """Return the index of the variable of each limit force, and its parameters."""
     return [
         (k, astuple(c.limit_force))
         for k, c in enumerate(variables.coordinates)
@@ -175,17 +176,17 @@ def _kind(function: Function) -> int:
 
 
 def _numbers(function: Function) -> FloatArray:
-    """Return a row a coefficient or a piece."""
+    """Return the numbers of a function, one row per coefficient or piece."""
     if isinstance(function, Polynomial):
         return np.array(function.coefficients, dtype=float)
     return np.array(cubics(function), dtype=float)
 
 
 def variable_values(variables: Variables, q: FloatArray) -> FloatArray:
-    """Return all variables at many q.
+    """Return all variables at several poses.
 
     Args:
-        variables: Of a robot.
+        variables: The variables of a robot.
         q: Shape (K, n), in [rad] or [m].
 
     Returns:

@@ -1,4 +1,4 @@
-"""Points of a robot where external wrenches act: task points for loads, origins of links."""
+"""Points of a robot where external loads and wrenches act."""
 
 from __future__ import annotations
 
@@ -14,18 +14,21 @@ from .frames import moving_frames
 
 
 def wrench_points(robot: Robot, wrenched: Sequence[str]) -> tuple[NDArray[np.int32], FloatArray]:
-    """Where loads and wrenches act: first the task frames that are points, then links' origins.
+    """Return the points where loads and wrenches act.
+
+    Loads act at the task frames that are points, wrenches at the origins of links. The points of
+    the loads are first.
 
     Args:
         robot: A valid robot.
-        wrenched: Names of the links that take wrenches.
+        wrenched: Names of the links on which external wrenches act.
 
     Returns:
-        The moving frame of each point, shape (k,), -1 for the world; and the points in their
-        frames, shape (k, 3), in [m].
+        Index of the moving frame of each point, shape (k,), -1 for the world; and the positions in
+        these frames, shape (k, 3), in [m].
 
     Raises:
-        UnknownNameError: There is no such link.
+        UnknownNameError: A link does not exist.
     """
     _, places = moving_frames(robot)
     known = [link.name for link in robot.links]

@@ -1,4 +1,4 @@
-"""DART: skeletons, worlds, contacts.
+"""DART engine: skeletons, worlds and contacts.
 
-Functions import `dartpy` where they use it: it takes a fifth of a second, and most runs do without.
+Functions import `dartpy` late, since the import takes 0.2 s and most runs do not need it.
 """

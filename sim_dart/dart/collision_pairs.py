@@ -1,4 +1,4 @@
-"""Pairs of links without collisions: those that a joint connects."""
+"""Pairs of links that never collide because a joint connects them."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from .skeleton_group import trees
 
 
 def connected(robot: Robot) -> set[frozenset[str]]:
-    """Pairs of links, or of a link and `WORLD`, that are one rigid body or share a joint.
+    """Return the pairs of links, or of a link and `WORLD`, that are fixed or share a joint.
 
-    Links that fixed joints hold together count as one body, so the neighbours of one are those of
-    all. Trees are robots of their own: links of two of them are never connected.
+    Links that are connected by fixed joints form one body with common neighbours. Each kinematic
+    tree is treated as a separate robot, so links of different trees are never connected.
     """
     pairs: set[frozenset[str]] = set()
     for tree in trees(robot):
@@ -20,7 +20,7 @@ def connected(robot: Robot) -> set[frozenset[str]]:
 
 
 def _connected_in(tree: Robot) -> set[frozenset[str]]:
-    head = {WORLD: WORLD}  # the first link of the rigid body that a link belongs to
+    head = {WORLD: WORLD}  # first link of the rigid body of each link
     for joint in tree.joints:
         head[joint.child] = joint.child if joint.motions else head[joint.parent]
     bodies: dict[str, list[str]] = {}

@@ -1,4 +1,4 @@
-"""Contacts in a world: bodies, points, forces."""
+"""Contacts in a world: bodies, points and forces."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from sim_dart.core.arrays import FloatArray
 
 
 class Contact(NamedTuple):
-    """A point where two bodies touch.
+    """Contact point of two bodies.
 
     Attributes:
         first, second: Names of the bodies: links, objects, or the ground.
-        point: In the world, shape (3,), in [m].
+        point: Position in the world frame, shape (3,), in [m].
         depth: Penetration depth, in [m].
-        force: On the first body, world axes, shape (3,), in [N]; the opposite acts on the second.
+        force: Force on the first body, world axes, shape (3,), in [N]. The opposite force acts on
+            the second body.
     """
 
     first: str
@@ -28,11 +29,11 @@ class Contact(NamedTuple):
 
 
 def read_contacts(result: Any, owners: Mapping[Any, str]) -> list[Contact]:
-    """Return the contacts that DART has found.
+    """Return the contacts of a collision result of DART.
 
     Args:
-        result: A result of collisions.
-        owners: Name of the body that each shape of DART belongs to.
+        result: Collision result of DART.
+        owners: Name of the body of each shape node of DART.
     """
     return [
         Contact(
@@ -47,12 +48,12 @@ def read_contacts(result: Any, owners: Mapping[Any, str]) -> list[Contact]:
 
 
 def contact_forces(result: Any, rows: Mapping[Any, int], count: int) -> FloatArray:
-    """The force of all contacts on each of several bodies, shape (count, 3), world axes, in [N].
+    """Return the sum of contact forces on each body, world axes, shape (count, 3), in [N].
 
     Args:
-        result: A result of collisions.
-        rows: The row of the body that each shape of DART belongs to, `count` for all others.
-        count: Number of the bodies.
+        result: Collision result of DART.
+        rows: Row of the body of each shape node of DART, `count` for all other bodies.
+        count: Number of bodies.
     """
     contacts = result.getContacts()
     forces = np.zeros((count + 1, 3))

@@ -1,4 +1,4 @@
-"""The world of a plant without a scene."""
+"""World of a plant without a scene."""
 
 from __future__ import annotations
 
@@ -10,33 +10,33 @@ from .contacts import Contact
 
 
 class EmptyWorld:
-    """A world without objects and contacts; see `world.World`.
+    """World without objects and contacts; see `world.World`.
 
     Attributes:
-        has_contacts: Whether there can be contacts.
-        time: For messages, in [s].
+        has_contacts: Always false.
+        time: Current time for messages, in [s].
     """
 
     has_contacts = False
     time = 0.0
 
     def reset(self) -> None:
-        """Do nothing: there are no objects."""
+        """Do nothing, since no objects exist."""
 
     def contacts(self) -> list[Contact]:
-        """None."""
+        """Return an empty list."""
         return []
 
     def contact_forces(self) -> FloatArray:
-        """None, shape (0, 3)."""
+        """Return an array of shape (0, 3)."""
         return np.empty((0, 3))
 
     def object_poses(self) -> FloatArray:
-        """None, shape (0, 7)."""
+        """Return an array of shape (0, 7)."""
         return np.empty((0, 7))
 
     def take_friction_error(self) -> FloatArray:
-        """None, shape (0,)."""
+        """Return an array of shape (0,)."""
         return np.empty(0)
 
     def get_state(self) -> FloatArray:
@@ -44,4 +44,4 @@ class EmptyWorld:
         return np.empty(0)
 
     def set_state(self, state: FloatArray) -> None:
-        """Do nothing: the state is empty."""
+        """Do nothing, since the state is empty."""

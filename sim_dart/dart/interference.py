@@ -1,4 +1,4 @@
-"""Smallest distances between muscles, and of muscles from links that they do not belong to."""
+"""Smallest distances between muscles, and between muscles and links."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from .link_shapes import link_shapes
 from .meshes import convex_hull
 from .skeleton import build_skeleton
 
-_SAME = 1e-9  # in [m]: ends nearer than this are one point
+_SAME = 1e-9  # in [m]; end points at a smaller distance are treated as equal
 _NARROWINGS = 40
-_FACES = 64  # of a prism in place of a cylinder: its edges stand out by 0.12 % of the radius
+_FACES = 64  # of the prism that replaces a cylinder and exceeds its radius by up to 0.12 %
 
 
 class Nearest(NamedTuple):
-    """Smallest distance of a muscle from another, or from a link.
+    """Smallest distance of a muscle from another muscle or a link.
 
     Attributes:
         muscle: Name of the muscle.
-        other: Name of the other muscle, or of the link.
-        is_link: Whether the other one is a link.
-        distance: Smallest distance, in [m]; to a link negative if the muscle is inside.
-        sample: Index of the posture.
+        other: Name of the other muscle or link.
+        is_link: Whether `other` is a link.
+        distance: Smallest distance, in [m]; negative if the muscle is inside of the link.
+        sample: Index of the posture with the smallest distance.
     """
 
     muscle: str
@@ -44,15 +44,16 @@ class Nearest(NamedTuple):
 
 
 class Interference:
-    """Distances of the muscles and links of a robot.
+    """Distances between the muscles and links of a robot.
 
-    A muscle is compared with links that none of its via points is on; one without a path, whose
-    length follows coordinates alone, meets nothing. A link is the convex hull of
-    its collision meshes and its shapes, or capsules from joint to joint.
+    A muscle is compared with all links that have none of its via points. Muscles without a path,
+    whose length is only a function of coordinates, are skipped. The shape of a link consists of
+    the convex hulls of its collision meshes and its collision shapes, or of capsules from joint to
+    joint.
 
     Args:
-        robot: The robot; its active cable set counts.
-        scene: What its links are made of.
+        robot: The robot. Its active cable set is used.
+        scene: Scene with the collision shapes of the links.
 
     Raises:
         RobotError: The robot is not valid.
@@ -114,7 +115,7 @@ class Interference:
 
 
 class _Solid:
-    """A shape, as far as a line's distance from it goes: a cylinder is a prism about it."""
+    """Shape for distance queries. A cylinder is replaced by a circumscribed prism."""
 
     def __init__(self, shape: Shape, T_link_shape: FloatArray) -> None:
         self._T_link_shape = T_link_shape
@@ -140,10 +141,10 @@ class _Solid:
             self._offsets = np.einsum("ij,ij->i", self._normals, corners)
 
     def distance(self, T_world_link: FloatArray, line: FloatArray) -> float:
-        """From the nearest point of a line, shape (k, 3), in [m]; negative inside.
+        """Return the distance to a polyline of shape (k, 3), in [m]; negative inside.
 
-        From a hull it is that from the nearest of its faces' planes: the distance itself inside and
-        before a face, less before an edge.
+        For a hull, the distance to the planes of its faces is used. It is exact inside and in front
+        of a face, and a lower bound in front of an edge.
         """
         T = np.linalg.inv(T_world_link @ self._T_link_shape)
         points = line @ T[:3, :3].T + T[:3, 3]
@@ -156,7 +157,7 @@ class _Solid:
 
 
 def _lowest_maximum(a: FloatArray, b: FloatArray) -> float:
-    """The smallest over 0 <= t <= 1 of the largest of (1 - t) a + t b: a convex function of t."""
+    """Return the minimum over 0 <= t <= 1 of max((1 - t) a + t b), a convex function of t."""
     low, high = 0.0, 1.0
     for _ in range(_NARROWINGS):
         left, right = low + (high - low) / 3.0, high - (high - low) / 3.0
@@ -170,17 +171,17 @@ def _lowest_maximum(a: FloatArray, b: FloatArray) -> float:
 def segment_distances(
     p: FloatArray, p_end: FloatArray, r: FloatArray, r_end: FloatArray
 ) -> FloatArray:
-    """Distances of pairs of segments, shape (k,), in [m].
+    """Return the distances of pairs of segments, shape (k,), in [m].
 
-    The distance is the smallest of |p + s u - r - t v| over the unit square: where the lines come
-    nearest, if that is inside it, or else on one of its four edges, where one end is nearest to the
-    other segment.
+    The distance is the minimum of |p + s u - r - t v| for s and t from 0 to 1. It is reached at the
+    nearest points of both lines if these are inside of the segments, otherwise at an end point of a
+    segment.
 
     Args:
-        p: Where the first segments begin, shape (k, 3), in [m].
-        p_end: Where they end.
-        r: Where the second ones begin.
-        r_end: Where they end.
+        p: Start points of the first segments, shape (k, 3), in [m].
+        p_end: End points of the first segments.
+        r: Start points of the second segments.
+        r_end: End points of the second segments.
     """
     u, v, w = p_end - p, r_end - r, p - r
     uu, uv, vv = _dot(u, u), _dot(u, v), _dot(v, v)
@@ -204,7 +205,7 @@ def segment_distances(
 
 
 def _point_distances(point: FloatArray, start: FloatArray, way: FloatArray) -> FloatArray:
-    """Distances of points from the segments start + t way, 0 <= t <= 1, shape (k,)."""
+    """Return the distances of points from segments start + t way, 0 <= t <= 1, shape (k,)."""
     length = _dot(way, way)
     t = _dot(point - start, way) / np.where(length > 0, length, 1.0)
     gap = point - start - np.clip(t, 0.0, 1.0)[:, None] * way
@@ -215,7 +216,7 @@ def _point_distances(point: FloatArray, start: FloatArray, way: FloatArray) -> F
 def _share_an_end(
     p: FloatArray, p_end: FloatArray, r: FloatArray, r_end: FloatArray
 ) -> NDArray[np.bool_]:
-    """Which pairs of segments begin or end at the same point: muscles with a common attachment."""
+    """Return flags of the pairs of segments with a common end point, as at shared attachments."""
     pairs = ((p, r), (p, r_end), (p_end, r), (p_end, r_end))
     shared: NDArray[np.bool_] = np.logical_or.reduce(
         [_dot(a - b, a - b) < _SAME**2 for a, b in pairs]

@@ -1,4 +1,4 @@
-"""Collision shapes of a robot's links: their own, hulls of their meshes, capsules, given ones."""
+"""Collision shapes of links: shapes and hulls of the robot, capsules, and shapes of a scene."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from addin_sdfusion.robot import Link, Pose, Robot, UnknownNameError, Vector3
 from addin_sdfusion.robot.mesh_files import allowed_mesh_file
 from sim_dart.scene import Box, Capsule, Cylinder, LinkShape, MeshShape, Scene, Sphere
 
-_SHORT = 1e-9  # in [m]: a segment shorter than this has no direction
+_SHORT = 1e-9  # in [m]; shorter segments have no direction
 
 
 def link_shapes(robot: Robot, scene: Scene) -> list[LinkShape]:
@@ -19,11 +19,11 @@ def link_shapes(robot: Robot, scene: Scene) -> list[LinkShape]:
 
     Args:
         robot: A valid robot.
-        scene: With its settings for links.
+        scene: Scene with the settings for links.
 
     Raises:
-        UnknownNameError: A shape names a link that does not exist.
-        InputError: A mesh lies outside of the scene's `mesh_roots`.
+        UnknownNameError: The link of a shape does not exist.
+        InputError: A mesh is outside of the `mesh_roots` of the scene.
     """
     names = [link.name for link in robot.links]
     for shape in scene.link_shapes:
@@ -55,7 +55,7 @@ _KINDS: dict[str, Callable[[tuple[float, ...]], Box | Sphere | Cylinder]] = {
 
 
 def _capsules(robot: Robot, link: Link, radius: float) -> Iterator[LinkShape]:
-    """From the joint that carries the link to the joints that it carries, and to its far end."""
+    """Generate capsules from the parent joint of a link to its child joints and its far end."""
     begin = next(j.T_child_joint.position for j in robot.joints if j.child == link.name)
     ends = [j.T_parent_joint.position for j in robot.joints if j.parent == link.name]
     if link.end is not None and link.end not in ends:
@@ -67,7 +67,7 @@ def _capsules(robot: Robot, link: Link, radius: float) -> Iterator[LinkShape]:
 
 
 def between(begin: Vector3, end: Vector3) -> Pose:
-    """Return a pose in the middle of two points, its z axis from one to the other."""
+    """Return the pose in the middle of two points, with the z axis from the first to the second."""
     direction = np.subtract(end, begin)
     x, y, z = direction / np.linalg.norm(direction)
     a, b, c = (0.5 * np.add(begin, end)).tolist()

@@ -1,4 +1,4 @@
-"""Forces and torques on links from outside, as generalised forces."""
+"""Generalised forces of external wrenches on links."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from .skeleton import Skeleton
 
 
 class LinkWrenches:
-    """J_b(q)^T w of several links.
+    """Sum of J_b(q)'w over several links.
 
     Args:
         skeleton: The robot in DART.
         links: Names of the links.
 
     Raises:
-        UnknownNameError: There is no such link.
+        UnknownNameError: A link does not exist.
     """
 
     def __init__(self, skeleton: Skeleton, links: Sequence[str]) -> None:
@@ -45,26 +45,26 @@ class LinkWrenches:
 
     @property
     def size(self) -> int:
-        """Number of values: six a link."""
+        """Number of values, six per link."""
         return 6 * len(self._bodies)
 
     def torques(self, wrenches: FloatArray) -> FloatArray:
-        """Generalised forces, shape (n,), at the skeleton's present positions.
+        """Return the generalised forces at the current positions of the skeleton, shape (n,).
 
         Args:
-            wrenches: For each link a force and a torque at the origin of its frame, world axes,
-                shape (6 k,), in [N] and [N·m].
+            wrenches: Force and torque at the frame origin of each link, world axes, shape (6 k,),
+                in [N] and [N·m].
         """
         total = np.zeros(self._n)
         rows = wrenches.reshape(-1, 6)
         for body, columns, wrench in zip(self._bodies, self._columns, rows, strict=True):
             if columns.size:
-                J = body.getWorldJacobian(np.zeros(3))  # angular rows, then linear ones
+                J = body.getWorldJacobian(np.zeros(3))  # rows: angular, then linear
                 total[columns] += J[:3].T @ wrench[3:] + J[3:].T @ wrench[:3]
         return self._skeleton.vector(total)
 
 
 def _moving(body: Any) -> list[int]:
-    """Which degrees of freedom of its skeleton move a body."""
+    """Return the indices of the degrees of freedom that move a body."""
     count = body.getNumDependentGenCoords()
     return [body.getDependentGenCoordIndex(k) for k in range(count)]

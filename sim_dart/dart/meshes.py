@@ -1,4 +1,4 @@
-"""Triangle meshes for collisions: read by trimesh, scaled, made convex."""
+"""Convex hulls of triangle meshes for collisions."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from sim_dart.scene import MAX_DISTANCE
 if TYPE_CHECKING:
     import trimesh  # takes a second
 
-_MAX_FACES = 2000  # of a hull: more cost time at every contact, and nobody sees them
+_MAX_FACES = 2000  # of a hull; finer hulls make contacts slow
 _FLAT = 1e-9
 _MAX_CORNERS = _MAX_FACES // 2 + 2
 _MANY_POINTS = 20_000
-"""From here on hulls that are too fine are looked for first: computing one takes gigabytes."""
+"""For more points, too fine hulls are rejected early, since computing them takes gigabytes."""
 
 _BODY = """<robot name="hull"><link name="hull">
 <inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
@@ -35,11 +35,11 @@ def load_mesh(file: Path, scale: ArrayLike = (1.0, 1.0, 1.0)) -> trimesh.Trimesh
     """Return a triangle mesh, in metres.
 
     Args:
-        file: As `read_mesh` takes it.
-        scale: Factors along x, y, z that make metres of the file's units.
+        file: Mesh file; see `read_mesh`.
+        scale: Factors along x, y, z that convert the units of the file to metres.
 
     Raises:
-        InputError: It cannot be read, or holds no triangles.
+        InputError: The file cannot be read or contains no triangles.
     """
     import trimesh
 
@@ -51,21 +51,21 @@ def convex_hull(file: Path, scale: ArrayLike = (1.0, 1.0, 1.0)) -> trimesh.Trime
     """Return the convex hull of a mesh.
 
     Args:
-        file: As `read_mesh` takes it.
-        scale: Factors along x, y, z that make metres of the file's units.
+        file: Mesh file; see `read_mesh`.
+        scale: Factors along x, y, z that convert the units of the file to metres.
 
     Raises:
-        InputError: It cannot be read, is flat or too large, or its hull is too fine.
+        InputError: The mesh cannot be read, is flat or too large, or its hull is too fine.
     """
     mesh = load_mesh(file, scale)
     if _has_fine_hull(np.asarray(mesh.vertices)):
         what = f"its convex hull has more than {_MAX_FACES} triangles"
         raise InputError(f"{what}; simplify the mesh", file=file)
-    with _naming(file, "has no convex hull with a volume"):
+    with _naming(file, "its convex hull cannot be computed"):
         hull: trimesh.Trimesh = mesh.convex_hull
         flat = not hull.volume > _FLAT * float(np.max(hull.extents)) ** 3
     if flat:
-        raise InputError("is flat: its convex hull has no volume", file=file)
+        raise InputError("is flat; its convex hull has no volume", file=file)
     if not np.abs(hull.bounds).max() <= MAX_DISTANCE:
         raise InputError(f"reaches farther than {MAX_DISTANCE:g} m; check its scale", file=file)
     if len(hull.faces) > _MAX_FACES:
@@ -75,10 +75,10 @@ def convex_hull(file: Path, scale: ArrayLike = (1.0, 1.0, 1.0)) -> trimesh.Trime
 
 
 def _has_fine_hull(points: FloatArray) -> bool:
-    """Whether more corners are seen than the finest hull has: the furthest points of many ways.
+    """Return whether the hull of points has too many corners, tested in many directions.
 
     Args:
-        points: Shape (k, 3), no two the same.
+        points: Distinct points, shape (k, 3).
     """
     if len(points) < _MANY_POINTS:
         return False
@@ -86,15 +86,15 @@ def _has_fine_hull(points: FloatArray) -> bool:
     columns = np.ascontiguousarray(points.T)
     for ways in range(1, _MAX_CORNERS // 4):
         seen.update(np.argmax(drawn.normal(size=(8, 3)) @ columns, axis=1).tolist())
-        if len(seen) < ways:  # an eighth: soon there are no others
+        if len(seen) < ways:  # few new corners: further directions find hardly any
             return False
     return len(seen) > _MAX_CORNERS
 
 
 def dart_mesh(hull: trimesh.Trimesh) -> Any:
-    """Return a mesh as a shape of DART.
+    """Create a mesh shape of DART.
 
-    DART takes meshes from files alone: one is written aside, and gone when this returns.
+    DART reads meshes only from files, so a temporary file is used.
 
     Args:
         hull: A mesh in metres.
@@ -118,7 +118,7 @@ def _obj(mesh: trimesh.Trimesh) -> str:
 
 @contextmanager
 def _naming(file: Path, problem: str) -> Iterator[None]:
-    """Raise errors of trimesh, which are of any type, as InputError with the file's name."""
+    """Convert errors of trimesh, which have any type, to InputError with the file name."""
     try:
         yield
     except Exception as error:

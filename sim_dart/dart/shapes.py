@@ -1,4 +1,4 @@
-"""Shapes of a scene as shapes of DART, with their size and mass properties."""
+"""Conversion of shapes of a scene to shapes of DART, with size and mass properties."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from .meshes import convex_hull, dart_mesh
 
 @dataclass(frozen=True)
 class SolidShape:
-    """A shape as DART takes it.
+    """Solid shape of DART with its properties.
 
     Attributes:
         dart: The shape of DART.
-        centre: Middle of its bounding box in the shape's frame, shape (3,), in [m].
-        half: Half the edges of that box, shape (3,), in [m].
-        thinnest: Half of its smallest thickness, in [m].
-        com: Centre of its volume, shape (3,), in [m].
-        gyration: Moments and products of inertia about it, for a mass of 1, shape (3, 3), in [m²].
-        is_cylinder: Whether it is a cylinder, which ODE keeps apart less well.
+        centre: Centre of the bounding box in the shape frame, shape (3,), in [m].
+        half: Half edge lengths of the bounding box, shape (3,), in [m].
+        thinnest: Half of the smallest thickness, in [m].
+        com: Centre of mass in the shape frame, shape (3,), in [m].
+        gyration: Inertia matrix about the centre of mass for a mass of 1, shape (3, 3), in [m²].
+        is_cylinder: Whether the shape is a cylinder, which ODE separates less reliably.
     """
 
     dart: Any
@@ -39,7 +39,7 @@ class SolidShape:
 
 
 def solid_shape(shape: Shape) -> SolidShape:
-    """Return a shape of a scene as DART takes it.
+    """Create the solid shape of DART for a shape of a scene.
 
     Args:
         shape: The shape.
@@ -90,7 +90,7 @@ class Surface:
 
     Attributes:
         friction: Coefficient of Coulomb friction.
-        restitution: Of two bodies that both have it.
+        restitution: Coefficient of restitution between two bodies with this value.
     """
 
     friction: float
@@ -98,7 +98,7 @@ class Surface:
 
 
 def surface(scene: Scene, friction: float | None, restitution: float | None) -> Surface:
-    """Return a body's own friction and restitution, or the scene's if it has none."""
+    """Return friction and restitution of a body, with the values of the scene as default."""
     return Surface(
         scene.friction if friction is None else friction,
         scene.restitution if restitution is None else restitution,
@@ -106,18 +106,18 @@ def surface(scene: Scene, friction: float | None, restitution: float | None) -> 
 
 
 def attach(body: Any, solid: SolidShape, pose: Pose, rough: Surface) -> Any:
-    """Make a shape collide for a body.
+    """Attach a collision shape to a body.
 
-    DART multiplies restitutions, so each body carries the root of its own.
+    DART multiplies the restitutions of both bodies, so each body has the square root of its value.
 
     Args:
         body: The body of DART.
         solid: The shape.
-        pose: In the body's frame.
-        rough: Its friction and restitution.
+        pose: Pose of the shape in the body frame.
+        rough: Friction and restitution.
 
     Returns:
-        The node of DART, which contacts name.
+        The shape node of DART, to which contacts refer.
     """
     import dartpy
 

@@ -1,4 +1,4 @@
-"""A robot as a skeleton of DART, in the order of the robot's coordinates."""
+"""Skeleton of DART for a robot, with values in the order of the robot's coordinates."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ _CREATE = {
     "rotation": "createRevoluteJointAndBodyNodePair",
     "translation": "createPrismaticJointAndBodyNodePair",
 }
-_NEXT_TO_NOTHING = 1e-300  # in [kg]: adds nothing to any sum; DART complains of a zero
+_NEGLIGIBLE_MASS = 1e-300  # in [kg]; negligible in all sums, since DART prints a warning for zero
 
 
 class Skeleton:
-    """A robot in DART, read and written in the order of its coordinates.
+    """Robot in DART. All values are in the order of the robot's coordinates.
 
     Args:
-        dart: The dartpy Skeleton; every joint is a chain of single motions.
-        bodies: The body of each link.
-        order: For every coordinate, the index of DART's degree of freedom.
+        dart: The dartpy Skeleton. Every joint is a chain of one-dimensional joints.
+        bodies: Body of each link, by name.
+        order: Index of the degree of freedom of DART for every coordinate.
 
     Attributes:
         get_positions, get_velocities: Return q and qd, shape (n,), as new arrays.
-        set_positions, set_velocities, set_forces: Take an array of shape (n,).
+        set_positions, set_velocities, set_forces: Set values from an array of shape (n,).
     """
 
     def __init__(self, dart: Any, bodies: dict[str, Any], order: list[int]) -> None:
@@ -45,19 +45,19 @@ class Skeleton:
 
     @property
     def darts(self) -> list[Any]:
-        """The skeletons of DART that it is made of."""
+        """The skeletons of DART."""
         return [self.dart]
 
     def vector(self, values: FloatArray) -> FloatArray:
-        """Numbers by DART's degree of freedom, shape (n,), in the order of the coordinates."""
+        """Reorder values of DART's degrees of freedom to the coordinates, shape (n,)."""
         return values if self._order is None else values[self._order]
 
     def matrix(self, values: FloatArray) -> FloatArray:
-        """As `vector`, for shape (n, n)."""
+        """Reorder a matrix of DART's degrees of freedom to the coordinates, shape (n, n)."""
         return values if self._order is None else values[np.ix_(self._order, self._order)]
 
     def _getter(self, get: Callable[[], FloatArray]) -> Callable[[], FloatArray]:
-        """DART's own function where the orders are equal, without a call between."""
+        """Return a getter in the order of the coordinates, DART's own if both are equal."""
         order = self._order
         return get if order is None else lambda: get()[order]
 
@@ -69,17 +69,17 @@ class Skeleton:
 
 
 def build_skeleton(robot: Robot) -> Skeleton:
-    """Return the robot in DART.
+    """Create the skeleton of a robot.
 
     Args:
         robot: A valid robot.
 
     Raises:
-        InputError: Its mass matrix is singular.
+        InputError: The mass matrix is singular.
     """
     import dartpy
 
-    _refuse_driven(robot)
+    _reject_driven(robot)
     skeleton = dartpy.dynamics.Skeleton(robot.name)
     skeleton.setGravity(np.array(robot.gravity))
     bodies: dict[str, Any] = {WORLD: None}
@@ -92,9 +92,9 @@ def build_skeleton(robot: Robot) -> Skeleton:
     return Skeleton(skeleton, bodies, [dofs.index(c.name) for c in robot.coordinates])
 
 
-def _refuse_driven(robot: Robot) -> None:
-    """Reject what DART's joints do not have."""
-    what = "are simulated by the core alone, not by DART"
+def _reject_driven(robot: Robot) -> None:
+    """Reject features of joints that DART does not support."""
+    what = "are only supported by the engine 'core', not by DART"
     for joint in robot.driven_joints:
         raise InputError(f"joint {joint.name!r}: functions, couplings and locks {what}")
     for c in robot.coordinates:
@@ -103,7 +103,7 @@ def _refuse_driven(robot: Robot) -> None:
 
 
 def _add_joint(skeleton: Any, parent: Any, joint: Joint) -> Any:
-    """Add a joint as a chain of single motions; returns the body at its end."""
+    """Add a joint as a chain of one-dimensional joints, and return the body at its end."""
     if not joint.motions:
         dart_joint, body = skeleton.createWeldJointAndBodyNodePair(parent)
         dart_joint.setName(joint.name)
@@ -135,7 +135,7 @@ def _isometry(pose: Pose) -> Any:
 
 
 def _set_coordinate(dart_joint: Any, coordinate: Coordinate) -> None:
-    """Name; damping, spring and friction; limits if there are any, as inelastic stops."""
+    """Set name, damping, spring, friction, and limits as inelastic stops."""
     dart_joint.setDofName(0, coordinate.name, True)
     dart_joint.setDampingCoefficient(0, coordinate.damping)
     if coordinate.stiffness:
@@ -150,10 +150,10 @@ def _set_coordinate(dart_joint: Any, coordinate: Coordinate) -> None:
 
 
 def _set_inertia(body: Any, link: Link) -> None:
-    """Set through the body: an Inertia object complains of zero moments on the console."""
+    """Set the inertia through the body, since an Inertia object warns about zero moments."""
     inertia = link.inertia
     body.setName(link.name)
-    body.setMass(inertia.mass or _NEXT_TO_NOTHING)
+    body.setMass(inertia.mass or _NEGLIGIBLE_MASS)
     body.setLocalCOM(np.array(inertia.com))
     body.setMomentOfInertia(
         inertia.ixx, inertia.iyy, inertia.izz, inertia.ixy, inertia.ixz, inertia.iyz
@@ -162,5 +162,5 @@ def _set_inertia(body: Any, link: Link) -> None:
 
 def _make_massless(body: Any, name: str) -> None:
     body.setName(name)
-    body.setMass(_NEXT_TO_NOTHING)
+    body.setMass(_NEGLIGIBLE_MASS)
     body.setMomentOfInertia(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

@@ -1,7 +1,8 @@
-"""A robot, or several, as one DART skeleton for every tree of joints.
+"""Group of DART skeletons, one for every kinematic tree.
 
-Contacts couple all of a skeleton's joints, and their cost grows with the square of their number:
-twenty robots in contact as one skeleton cost some hundred times one, as twenty some fifteen times.
+Contacts couple all joints of a skeleton, and their cost grows with the square of the number of
+joints. Twenty robots in contact are about 100 times as slow as one robot if they are one skeleton,
+and about 15 times as slow if they are twenty skeletons.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from .skeleton import Skeleton, build_skeleton
 
 
 def trees(robot: Robot) -> list[Robot]:
-    """The robot's trees, each as a robot without muscles, in the order of their first joints."""
+    """Return each kinematic tree as a robot without muscles, in the order of their first joints."""
     root = {WORLD: ""}
     for joint in robot.joints:
         root[joint.child] = joint.child if joint.parent == WORLD else root[joint.parent]
@@ -35,7 +36,7 @@ def trees(robot: Robot) -> list[Robot]:
 
 
 def build_skeletons(robot: Robot) -> Skeleton:
-    """Return the robot in DART, a skeleton a tree.
+    """Create the skeletons of a robot, one for every kinematic tree.
 
     Args:
         robot: A valid robot.
@@ -52,17 +53,17 @@ def build_skeletons(robot: Robot) -> Skeleton:
 
 
 class SkeletonGroup(Skeleton):
-    """Several skeletons, read and written as one.
+    """Several skeletons with the interface of one.
 
     Args:
         parts: The skeletons.
-        order: For every coordinate of the whole, its index among those of the parts in a row.
+        order: Index of every coordinate of the robot in the concatenated coordinates of the parts.
     """
 
     def __init__(self, parts: Sequence[Skeleton], order: list[int]) -> None:
         bodies = {name: body for part in parts for name, body in part.bodies.items()}
         self._parts = list(parts)
-        super().__init__(_Row(parts), bodies, order)
+        super().__init__(_ConcatenatedSkeletons(parts), bodies, order)
 
     @property
     def darts(self) -> list[Any]:
@@ -70,8 +71,8 @@ class SkeletonGroup(Skeleton):
         return [dart for part in self._parts for dart in part.darts]
 
 
-class _Row:
-    """The functions of a dartpy Skeleton that are used of several in a row."""
+class _ConcatenatedSkeletons:
+    """Interface of a dartpy Skeleton for several concatenated skeletons."""
 
     def __init__(self, parts: Sequence[Skeleton]) -> None:
         self._parts = list(parts)

@@ -1,10 +1,10 @@
-"""Bound on the speeds of bodies, above which one could pass through another between two steps.
+"""Check for tunnelling: fast bodies that could pass through each other between two steps.
 
-DART searches for contacts at the steps alone. Two bodies that approach at the speed v overlap by up
-to v h when DART finds their contact, and separate again to the same side as long as that is less
-than a part of their thickness: 0.6 of the sum of both half thicknesses; for a cylinder, which ODE
-keeps apart less well, half of the smaller half thickness. Below that nothing passes; above it, and
-near enough to meet within the step, the run ends here, not with a body on the wrong side.
+DART detects contacts only at steps. Two bodies with approach speed v overlap by up to v h when DART
+detects their contact. They separate to the correct side if this overlap is less than 0.6 of the sum
+of both half thicknesses. ODE separates cylinders less reliably. For these the bound is half of the
+smaller half thickness. If two bodies exceed this bound and are near enough to collide within the
+step, the simulation stops with an error.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ _OF_A_CYLINDER = 0.5
 
 @dataclass(frozen=True)
 class WatchedBody:
-    """A body that collides.
+    """Body that is checked for tunnelling.
 
     Attributes:
-        name: Its name.
+        name: Name.
         body: The body of DART.
-        shapes: Its shapes with their poses in the body's frame.
-        moves: Whether it can move at all.
+        shapes: Shapes with their poses in the body frame.
+        moves: Whether the body can move.
     """
 
     name: str
@@ -43,12 +43,12 @@ class WatchedBody:
 
     @property
     def thinnest(self) -> float:
-        """Half of the smallest thickness of its shapes, in [m]."""
+        """Half of the smallest thickness of all shapes, in [m]."""
         return min(solid.thinnest for solid, _ in self.shapes)
 
     @property
     def radius(self) -> float:
-        """Of a sphere about its frame's origin that holds it all, in [m]."""
+        """Radius of the bounding sphere about the frame origin, in [m]."""
         return max(
             float(np.linalg.norm(_middle(solid, pose)) + np.linalg.norm(solid.half))
             for solid, pose in self.shapes
@@ -56,18 +56,18 @@ class WatchedBody:
 
     @property
     def has_cylinder(self) -> bool:
-        """Whether one of its shapes is a cylinder."""
+        """Whether any shape is a cylinder."""
         return any(solid.is_cylinder for solid, _ in self.shapes)
 
 
 @dataclass(frozen=True)
 class TooFast:
-    """Two bodies that could pass through one another.
+    """Pair of bodies that could pass through each other.
 
     Attributes:
-        first, second: Their names; the first is the faster one.
-        speed: Bound on the approach of their points, in [m/s].
-        step: A step that is short enough, in [s].
+        first, second: Names of the bodies; the first is the faster one.
+        speed: Bound on the approach speed of their points, in [m/s].
+        step: A sufficiently small step, in [s].
     """
 
     first: str
@@ -77,12 +77,12 @@ class TooFast:
 
 
 class SpeedWatch:
-    """Check of all pairs of bodies that collide.
+    """Tunnelling check for all pairs of bodies that can collide.
 
     Args:
         bodies: The bodies.
-        ignored: Pairs of names that pass through one another anyway.
-        step: In [s].
+        ignored: Pairs of names that do not collide.
+        step: Step, in [s].
     """
 
     def __init__(
@@ -95,10 +95,10 @@ class SpeedWatch:
         self._bounds = self._pair_bounds(ignored)
         smallest = self._bounds.min(initial=np.inf)
         self._harmless = 0.5 * smallest / step
-        """Speed of points below which no two bodies approach too fast, in [m/s]."""
+        """Speed of points below which no pair of bodies is too fast, in [m/s]."""
 
     def too_fast(self) -> TooFast | None:
-        """The first two bodies that could pass through one another in a step; None if none can."""
+        """Return the first pair that could pass through each other in a step, or None."""
         twists = np.array([body.getSpatialVelocity() for body in self._movers]).reshape(-1, 6)
         turning = np.sqrt(np.einsum("ij,ij->i", twists[:, :3], twists[:, :3]))
         moving = np.sqrt(np.einsum("ij,ij->i", twists[:, 3:], twists[:, 3:]))
@@ -108,7 +108,7 @@ class SpeedWatch:
         return self._worst_pair(speeds)
 
     def _pair_bounds(self, ignored: Collection[frozenset[str]]) -> FloatArray:
-        """Largest approach of two bodies in a step, shape (movers, bodies), in [m]."""
+        """Return the allowed approach of pairs in a step, shape (movers, bodies), in [m]."""
         bounds = np.full((len(self._movers), len(self._bodies)), np.inf)
         for i in range(len(self._movers)):
             for j in range(i + 1, len(self._bodies)):
@@ -130,7 +130,7 @@ class SpeedWatch:
 
 
 def _middle(solid: SolidShape, pose: Pose) -> FloatArray:
-    """Return the middle of a shape in its body's frame, shape (3,), in [m]."""
+    """Return the centre of a shape in the body frame, shape (3,), in [m]."""
     T = transform(pose)
     middle: FloatArray = T[:3, :3] @ solid.centre + T[:3, 3]
     return middle
@@ -143,12 +143,12 @@ def _bound(one: WatchedBody, other: WatchedBody) -> float:
 
 
 def _gap(one: WatchedBody, other: WatchedBody) -> float:
-    """Return a lower bound on the distance of two bodies, in [m]; may be negative."""
+    """Return a lower bound on the distance of two bodies, in [m]; can be negative."""
     return max(_clearance(one, other), _clearance(other, one))
 
 
 def _clearance(ball: WatchedBody, boxes: WatchedBody) -> float:
-    """From the sphere that holds one body to the boxes that hold the other's shapes, in [m]."""
+    """Return the distance of the bounding sphere of a body from the bounding boxes of another."""
     centre = np.append(ball.body.getWorldTransform().translation(), 1.0)
     T_world_body = boxes.body.getWorldTransform().matrix()
     nearest = np.inf

@@ -1,11 +1,12 @@
-"""The world of a robot in DART: ground, objects, contacts.
+"""World of a robot in DART: ground, objects and contacts.
 
-Contacts are found by ODE, which alone of DART's engines rests, slides and bounces spheres, boxes,
-capsules, cylinders and meshes as they are: FCL makes spheres of capsules, DART's own lets meshes
-fall through one another, Bullet makes sliding cylinders and meshes spin. DART computes a contact's
-force without the damping of joints, which makes the force of a link pressed by a damped joint too
-small by h d / m. A body that hits another at the speed v is up to v h deep in it after that step,
-and comes out by 1 mm/s.
+ODE detects contacts. It is the only collision detector of DART that simulates resting, sliding and
+bouncing of all shapes correctly: FCL replaces capsules by spheres, meshes fall through each other
+with DART's detector, and sliding cylinders and meshes spin with Bullet.
+
+DART computes contact forces without joint damping. Therefore the contact force of a link that is
+pressed by a damped joint is too small by a factor of up to h d / m. After a collision at speed v,
+the overlap is up to v h. It decreases by 1 mm/s.
 """
 
 from __future__ import annotations
@@ -36,26 +37,26 @@ from .skeleton import Skeleton
 from .tunnelling import SpeedWatch, WatchedBody
 
 _GROUND_EDGE, _GROUND_DEPTH = 1000.0, 10.0  # in [m]
-_MAX_OVERLAP = 1e-3  # in [m]: bodies deeper in each other would fly apart at the start
-_SWEEPS, _TOLERANCE = 200, 1e-6  # of the solver with friction cones
+_MAX_OVERLAP = 1e-3  # in [m]; bodies with a larger overlap would fly apart at the start
+_SWEEPS, _TOLERANCE = 200, 1e-6  # of the solver for friction cones
 
 
 class World:
-    """A scene and a robot in it, in DART.
+    """Robot in a scene, in DART.
 
     Args:
         skeleton: The robot in DART.
         robot: The robot.
         step: Length of a step, in [s].
-        scene: Ground, objects and shapes of links; None for no collisions at all.
+        scene: Ground, objects and link shapes, or None for no collisions.
 
     Raises:
-        InputError: The scene does not fit the robot, or a mesh cannot be used.
-        UnknownNameError: The scene names a link or object that does not exist.
+        InputError: The scene does not match the robot, or a mesh cannot be used.
+        UnknownNameError: The scene refers to a link or object that does not exist.
 
     Attributes:
-        step: One step. Raises SimulationError when an object is lost, or moves so fast that it
-            could pass through another.
+        step: Function that simulates one step. It raises SimulationError if an object leaves the
+            simulated space, or is so fast that it could pass through another.
     """
 
     step: Callable[[], None]
@@ -80,12 +81,12 @@ class World:
 
     @property
     def has_contacts(self) -> bool:
-        """Whether there can be contacts."""
+        """Whether contacts are simulated."""
         return bool(self._bodies)
 
     @property
     def time(self) -> float:
-        """Time for messages, in [s]."""
+        """Current time for messages, in [s]."""
         return float(self._dart.getTime())
 
     @time.setter
@@ -93,38 +94,38 @@ class World:
         self._dart.setTime(value)
 
     def reset(self) -> None:
-        """Put the objects at their start, with the robot at its own.
+        """Reset the objects to their initial states, with the robot at its initial state.
 
         Raises:
-            InputError: Two bodies are deep in each other, or one is far away.
+            InputError: Two bodies overlap, or a body is too far away.
         """
         for item, dart in self._objects:
             _place(dart, item)
         if self._cones is not None:
             self._cones.resetStats()
         if self.has_contacts:
-            self._refuse_far()
-            self._refuse_overlap()
+            self._reject_far_bodies()
+            self._reject_overlap()
 
     def contacts(self) -> list[Contact]:
-        """Return every point of contact, with its force, as of the last step."""
+        """Return all contacts of the last step with their forces."""
         return read_contacts(self._dart.getLastCollisionResult(), self._owners)
 
     def contact_forces(self) -> FloatArray:
-        """The sum of the contacts' forces on each reported body, shape (k, 3), world axes, in [N].
+        """Return the sum of contact forces on each reported body, world axes, shape (k, 3), in [N].
 
-        Forces of the last step: those that act from its beginning to its end.
+        The forces are constant over the last step.
         """
         return contact_forces(self._dart.getLastCollisionResult(), self._rows, self._reported)
 
     def take_friction_error(self) -> FloatArray:
-        """How well Coulomb's law was solved for since this was last asked, with friction cones.
+        """Return the error of the solver for friction cones since the last call, and reset it.
 
         Returns:
-            The largest speed by which a contact breaks the law, in [m/s]; and 1 where a step's
-            contact forces did not converge to 1e-6 m/s, 0 else. Shape (2,); (0,) with pyramids,
-            whose solver does not tell. DART's solver of pyramids follows where this one gives no
-            answer, and is not in the speed.
+            Shape (2,): the largest violation of Coulomb's law at a contact as a speed, in [m/s];
+            and 1 if the contact forces of any step did not converge to 1e-6 m/s, otherwise 0.
+            Shape (0,) with friction pyramids, whose solver does not report errors. If the solver
+            for cones fails, DART uses its solver for pyramids, whose error is not included.
         """
         if self._cones is None:
             return np.empty(0)
@@ -133,20 +134,20 @@ class World:
         return np.array([stats.maxViolation, stats.numConverged < stats.numSolves], np.float64)
 
     def object_poses(self) -> FloatArray:
-        """Position and orientation of the objects that move, shape (k, 7).
+        """Return position and orientation of the free objects, shape (k, 7).
 
-        x, y, z in [m], and the unit quaternion w, x, y, z of the rotation, w not negative.
+        Columns are x, y, z in [m], and the unit quaternion w, x, y, z with w >= 0.
         """
         return np.array([_pose(dart) for _, dart in self._objects]).reshape(-1, 7)
 
     def get_state(self) -> FloatArray:
-        """Return positions and velocities of the objects that move, shape (12 k,)."""
+        """Return positions and velocities of the free objects, shape (12 k,)."""
         return np.array(
             [[*dart.getPositions(), *dart.getVelocities()] for _, dart in self._objects]
         ).reshape(-1)
 
     def set_state(self, state: FloatArray) -> None:
-        """Go back to a state from `get_state`."""
+        """Restore a state from `get_state`."""
         for (_, dart), values in zip(self._objects, state.reshape(-1, 12), strict=True):
             dart.resetAccelerations()
             dart.setPositions(values[:6])
@@ -158,26 +159,26 @@ class World:
             raise SimulationError(
                 f"at t = {self.time:.6g} s {fast.first!r} could pass through {fast.second!r}: they "
                 f"approach at up to {fast.speed:.3g} m/s, and contacts are only detected at "
-                f"steps; use a plant step of {fast.step:.2g} s or less"
+                f"steps; use a plant step of at most {fast.step:.2g} s"
             )
         self._dart.step()
         for item, dart in self._objects:
             state = np.concatenate([dart.getPositions(), dart.getVelocities()])
             if not np.abs(state).max() < MAX_DISTANCE:
-                self._refuse_lost(item, state)
+                self._reject_lost(item, state)
 
-    def _refuse_lost(self, item: SceneObject, state: FloatArray) -> None:
+    def _reject_lost(self, item: SceneObject, state: FloatArray) -> None:
         where = ", ".join(f"{value:.3g}" for value in state[3:6])
         raise SimulationError(
             f"at t = {self.time:.6g} s object {item.name!r} is at ({where}) m with a velocity of "
-            f"{np.linalg.norm(state[9:]):.3g} m/s: it left the simulated space; use a smaller "
-            "step, or place it clear of other bodies"
+            f"{np.linalg.norm(state[9:]):.3g} m/s, outside of the simulated space; use a smaller "
+            "step, or place the object so that it does not overlap other bodies"
         )
 
     def _add_scene(self, robot: Robot, scene: Scene) -> None:
         import dartpy
 
-        _refuse_many(len(scene.objects))
+        _reject_too_many(len(scene.objects))
         solver = self._dart.getConstraintSolver()
         solver.setCollisionDetector(dartpy.collision.OdeCollisionDetector())
         if scene.friction_law == "cone":
@@ -188,12 +189,12 @@ class World:
         for item in scene.objects:
             self._add_object(scene, item)
         self._add_links(robot, scene)
-        _refuse_many(len(self._bodies))
+        _reject_too_many(len(self._bodies))
         ignored = connected(robot) | {frozenset(self._known(pair)) for pair in scene.ignored}
         ignored |= {pair - {WORLD} | {GROUND} for pair in ignored if WORLD in pair}
         if not scene.self_collision:
             ignored |= self._within_robots()
-        self._let_pass(ignored)
+        self._ignore_pairs(ignored)
         reported = self._known(scene.reported)
         rows = {name: k for k, name in enumerate(reported)}
         self._reported = len(rows)
@@ -230,7 +231,7 @@ class World:
     def _add(
         self, name: str, dart: Any, shape: Shape, pose: Pose, rough: Surface, *, moves: bool = False
     ) -> SolidShape:
-        """Add a body of one shape, free to move or fixed to the world."""
+        """Add a body with one shape that is free or fixed to the world."""
         import dartpy
 
         if moves:
@@ -261,14 +262,14 @@ class World:
             self._bodies[link] = WatchedBody(link, body, tuple(solids), moves)
 
     def _known(self, names: tuple[str, ...]) -> tuple[str, ...]:
-        """Return the names, if all are of bodies that collide."""
+        """Return the names after checking that all are names of bodies that collide."""
         for name in names:
             if name not in self._bodies:
                 raise UnknownNameError("link or object that collides", name, self._bodies)
         return names
 
     def _within_robots(self) -> set[frozenset[str]]:
-        """Return all pairs of links of one tree."""
+        """Return all pairs of links of the same kinematic tree."""
         members: dict[str, list[str]] = {}
         for name, watched in self._bodies.items():
             if name in self._skeleton.bodies:
@@ -277,7 +278,7 @@ class World:
             frozenset((a, b)) for tree in members.values() for a in tree for b in tree if a != b
         }
 
-    def _let_pass(self, ignored: set[frozenset[str]]) -> None:
+    def _ignore_pairs(self, ignored: set[frozenset[str]]) -> None:
         for dart in self._skeleton.darts:
             dart.enableSelfCollisionCheck()
         passing = self._dart.getConstraintSolver().getCollisionOption().collisionFilter
@@ -285,15 +286,15 @@ class World:
             if all(name in self._bodies for name in pair):
                 passing.addBodyNodePairToBlackList(*(self._bodies[name].body for name in pair))
 
-    def _refuse_far(self) -> None:
-        """Reject what the search for contacts ends the process with."""
+    def _reject_far_bodies(self) -> None:
+        """Reject bodies that are so far away that ODE would abort the process."""
         for name, watched in self._bodies.items():
             away = float(np.abs(watched.body.getWorldTransform().translation()).max())
             if not away <= MAX_DISTANCE:
-                what = f"{name!r} is {away:.3g} m away at the start; contacts are found"
-                raise InputError(f"{what} within {MAX_DISTANCE:g} m")
+                what = f"{name!r} is {away:.3g} m away at the start; contacts are detected"
+                raise InputError(f"{what} only within {MAX_DISTANCE:g} m")
 
-    def _refuse_overlap(self) -> None:
+    def _reject_overlap(self) -> None:
         import dartpy
 
         result = dartpy.collision.CollisionResult()
@@ -303,12 +304,12 @@ class World:
             if contact.depth > _MAX_OVERLAP:
                 raise InputError(
                     f"{contact.first!r} and {contact.second!r} overlap by {contact.depth:.3g} m at "
-                    "the start; move one, or ignore contacts between them (ignored)"
+                    "the start; move one of them, or add both to `ignored`"
                 )
 
 
 def _empty_world(robot: Robot, step: float) -> Any:
-    """Return a DART world; resting bodies are never put to sleep."""
+    """Create a DART world in which resting bodies are not deactivated."""
     import dartpy
 
     world = dartpy.simulation.World()
@@ -321,9 +322,10 @@ def _empty_world(robot: Robot, step: float) -> Any:
 
 
 def _cone_solver() -> Any:
-    """Nonsmooth Gauss-Seidel.
+    """Create the solver for friction cones, nonsmooth Gauss-Seidel.
 
-    DART's other solver for cones does not converge for a stack in so much time, and lets it creep.
+    The other solver for cones in DART does not converge for a stack in the same time, so that the
+    stack creeps.
     """
     import dartpy
 
@@ -333,7 +335,7 @@ def _cone_solver() -> Any:
 
 
 def _place(dart: Any, item: SceneObject) -> None:
-    """Put an object where it starts."""
+    """Set an object to its initial pose and velocity."""
     import dartpy
 
     T = dartpy.math.Isometry3(transform(item.pose))
@@ -351,8 +353,8 @@ def _pose(dart: Any) -> FloatArray:
     return np.concatenate([T.translation(), quaternion if turn.w() >= 0 else -quaternion])
 
 
-def _refuse_many(bodies: int) -> None:
-    """Reject a world all pairs of whose bodies could not be looked at."""
+def _reject_too_many(bodies: int) -> None:
+    """Reject a world with too many bodies for checking all pairs."""
     if bodies > limits.BODIES:
-        what = f"{bodies} bodies can touch one another, more than {limits.BODIES}"
+        what = f"{bodies} bodies can collide, more than the maximum of {limits.BODIES}"
         raise InputError(f"{what}; remove objects or collision shapes of links")

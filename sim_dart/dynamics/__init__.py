@@ -1,1 +1,1 @@
-"""Dynamics for controllers."""
+"""Robot dynamics for controllers."""

@@ -1,4 +1,4 @@
-"""Dynamics of a robot for controllers, whichever engine computes them."""
+"""Base class of robot dynamics for controllers, independent of the engine."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from sim_dart.muscles.paths import MusclePaths
 
 
 class RobotDynamics(ABC):
-    """The terms of M qdd + C + G = -L'f + A tau of a robot.
+    """Terms of the equations of motion M qdd + C + G = -L'f + A tau of a robot.
 
-    Joint damping is not part of these terms; `damping` gives it apart. All methods take q, joint
-    positions, shape (n,), in [rad] or [m], and some qd, joint velocities, shape (n,), in [rad/s] or
-    [m/s]; they raise InputError for another shape or values that are not finite. Every array
-    returned is the caller's own.
+    Joint damping is not part of these terms; see `damping`. The methods accept joint positions q,
+    shape (n,), in [rad] or [m], and joint velocities qd, shape (n,), in [rad/s] or [m/s]. They
+    raise InputError for another shape or values that are not finite. All returned arrays are
+    copies.
 
     Args:
-        robot: The robot; its active cable set and operational space count.
+        robot: The robot. Its active cable set and operational space are used.
 
     Raises:
         RobotError: The robot is not valid.
@@ -35,13 +35,13 @@ class RobotDynamics(ABC):
         n: Number of coordinates.
         m: Number of muscles.
         motor_names: Names of the coordinates that have motors, in the order of q.
-        f_min, f_max: Bounds of the muscles' forces, in [N], and behind them of the motors' torques,
-            in [N·m] or [N], shape (m + motors,).
+        f_min, f_max: Force limits of the muscles, in [N], followed by the torque limits of the
+            motors, in [N·m] or [N], shape (m + motors,).
         damping: Viscous joint damping, shape (n,), in [N·m·s/rad] or [N·s/m].
         q_min, q_max: Joint limits, shape (n,), in [rad] or [m]; infinite if unlimited.
-        actuation: A, which gives motors of the joints their coordinates, shape (n, actuated).
-        task_names: k names, in the order of y, such as `hand.x`.
-        task_angles: Which task coordinates are angles, shape (k,).
+        actuation: Matrix A, which maps motor torques to coordinates, shape (n, motors).
+        task_names: Names of the k task coordinates, in the order of y, such as `hand.x`.
+        task_angles: Flags of the task coordinates that are angles, shape (k,).
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -71,19 +71,19 @@ class RobotDynamics(ABC):
         self._task_rows = task_rows(robot)
 
     def mass_matrix(self, q: ArrayLike) -> FloatArray:
-        """M(q), shape (n, n), in [kg·m²] for revolute and [kg] for prismatic coordinates."""
+        """Return M(q), shape (n, n), in [kg·m²] for rotations and [kg] for translations."""
         return self._mass_matrix(finite("q", q, self.n))
 
     def coriolis(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
-        """C(q, qd), the velocity terms as a vector, shape (n,), in [N·m] or [N]."""
+        """Return C(q, qd), the vector of velocity terms, shape (n,), in [N·m] or [N]."""
         return self._coriolis(finite("q", q, self.n), finite("qd", qd, self.n))
 
     def gravity(self, q: ArrayLike) -> FloatArray:
-        """G(q) = dV/dq, of the weight and of the joints' springs, shape (n,), in [N·m] or [N]."""
+        """Return G(q) = dV/dq of the weight and the joint springs, shape (n,), in [N·m] or [N]."""
         return self._gravity(finite("q", q, self.n))
 
     def task_bias(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
-        """J'(q, qd) qd, shape (k,), in [m/s²] or [rad/s²]."""
+        """Return the bias J'(q, qd) qd of the task, shape (k,), in [m/s²] or [rad/s²]."""
         return self._frame_biases(finite("q", q, self.n), finite("qd", qd, self.n))[self._task_rows]
 
     @abstractmethod
@@ -97,14 +97,14 @@ class RobotDynamics(ABC):
 
     @abstractmethod
     def _frame_biases(self, q: FloatArray, qd: FloatArray) -> FloatArray:
-        """J' qd with three values a task frame."""
+        """Return J' qd with three values per task frame."""
 
     def loop_jacobian(self, q: ArrayLike) -> FloatArray:
-        """J(q) of the loop joints, which hold J qd = 0, shape (c, n): rows depend on each other."""
+        """Return J(q) of the loop constraints J qd = 0, shape (c, n). Rows may be dependent."""
         return self._closures(q, np.zeros(self.n))[0].copy()
 
     def loop_bias(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
-        """J'(q, qd) qd of the loop joints, shape (c,): J qdd = -J' qd keeps them closed."""
+        """Return J'(q, qd) qd of the loop constraints J qdd = -J' qd, shape (c,)."""
         return self._closures(q, finite("qd", qd, self.n))[1].copy()
 
     def _closures(self, q: ArrayLike, qd: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -116,38 +116,38 @@ class RobotDynamics(ABC):
 
     @property
     def cable_slip(self) -> CableSlip | None:
-        """Which way cables rub, which `actuator_jacobian` goes by; None without friction."""
+        """Slip states that `actuator_jacobian` uses, or None without cable friction."""
         return CableSlip(self._paths) if self._paths.has_friction else None
 
     def muscle_lengths(self, q: ArrayLike) -> FloatArray:
-        """l(q), shape (m,), in [m]."""
+        """Return the path lengths l(q), shape (m,), in [m]."""
         return self._paths.evaluate(q).lengths.copy()
 
     def muscle_jacobian(self, q: ArrayLike) -> FloatArray:
-        """L(q) = dl/dq, shape (m, n), in [m/rad] or [m/m]."""
+        """Return the muscle Jacobian L(q) = dl/dq, shape (m, n), in [m/rad] or [m/m]."""
         return self._paths.evaluate(q).jacobian.copy()
 
     def actuator_jacobian(self, q: ArrayLike) -> FloatArray:
-        """L(q), and behind it a row for each motor, shape (m + motors, n).
+        """Return L(q) followed by a row for each motor, shape (m + motors, n).
 
-        Forces of the muscles and torques of the motors, f, make the generalised force -L'f. Cables
-        with friction have P(q) in the place of L, by which they pull; see `cable_slip`.
+        With f, the muscle forces followed by the motor torques, the generalised force is -L'f.
+        With cable friction, P(q) of `MusclePaths.pulling` replaces L(q); see `cable_slip`.
         """
         L = self._paths.pulling(q)
         return np.concatenate([L, -self.actuation.T]) if self.motor_names else L.copy()
 
     def task_position(self, q: ArrayLike) -> FloatArray:
-        """Task coordinates y(q), shape (k,), in [m] or [rad]: the active frames' axes, in order."""
+        """Return the task coordinates y(q), shape (k,), in [m] or [rad]."""
         return self._paths.task_position(q)
 
     def task_jacobian(self, q: ArrayLike) -> FloatArray:
-        """J(q) = dy/dq, shape (k, n): y' = J q' for positions and angles alike."""
+        """Return the task Jacobian J(q) = dy/dq for positions and angles, shape (k, n)."""
         return self._paths.task_jacobian(q)
 
     def point_jacobian(self, q: ArrayLike) -> FloatArray:
-        """Linear Jacobians of the task frames that are points, shape (3 p, n), world axes.
+        """Return the linear Jacobians of the position task frames, world axes, shape (3 p, n).
 
-        Its transpose makes generalised forces of forces on these points, whichever of their axes
-        count in y.
+        The transpose maps forces on these points to generalised forces. All three axes of a point
+        are included, even if y contains only some of them.
         """
         return self._paths.point_jacobian(q)

@@ -1,4 +1,4 @@
-"""Dynamics of a robot from the C core alone."""
+"""Robot dynamics computed by the C core."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from .base import RobotDynamics
 
 
 class CoreDynamics(RobotDynamics):
-    """Dynamics of a robot from the C core; equal to `DartDynamics`, and faster.
+    """Dynamics of a robot, computed by the C core. Results equal `DartDynamics`, but are faster.
 
-    M by composite bodies, C and G by Newton and Euler's equations, in world axes about the origin
-    of each frame. For arguments, errors and attributes see `DartDynamics`.
+    The composite rigid body algorithm computes M, and the Newton-Euler equations compute C and G,
+    in world axes about the origin of each frame. For errors and attributes see `RobotDynamics`.
 
     Args:
-        robot: As there.
-        may_be_singular: Whether a robot is taken that some motion does not move any mass of.
+        robot: The robot. Its active cable set and operational space are used.
+        may_be_singular: Accept a robot whose mass matrix is singular.
     """
 
     def __init__(self, robot: Robot, *, may_be_singular: bool = False) -> None:
@@ -37,20 +37,22 @@ class CoreDynamics(RobotDynamics):
         self._qdd, self._biases = core.array("qdd", n), core.array("task_bias", 3 * k)
         forces = any(c.limit_force for c in robot.coordinates)
         forces |= any(law_of(muscle.model).sags for muscle in robot.muscles)
-        self._has_more = forces or bool(robot.driven_joints)  # in G, and not of q's springs alone
+        # whether G has terms other than weight and springs of q
+        self._has_more = forces or bool(robot.driven_joints)
         self._armature = np.array([c.armature for c in robot.coordinates]).tobytes()
         if not may_be_singular:
             require_inertia(robot, self.mass_matrix([c.initial for c in robot.coordinates]))
 
     def acceleration(self, q: ArrayLike, qd: ArrayLike, torques: ArrayLike) -> FloatArray:
-        """Solve M qdd + C + G = tau for qdd, shape (n,), by articulated bodies if it can.
+        """Solve M qdd + C + G = tau for qdd, shape (n,), in [rad/s²] or [m/s²].
 
-        With loops M qdd + C + G = tau + J'p, p such that they stay closed: J qdd = -J' qd.
+        With loops, solve M qdd + C + G = tau + J'p with constraint forces p so that the loops stay
+        closed, J qdd = -J' qd. The articulated body algorithm is used if possible.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
             qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
-            torques: tau, all generalised forces, shape (n,), in [N·m] or [N].
+            torques: Sum of all generalised forces tau, shape (n,), in [N·m] or [N].
         """
         at, rates = finite("q", q, self.n), finite("qd", qd, self.n)
         tau = finite("torques", torques, self.n)
@@ -72,14 +74,14 @@ class CoreDynamics(RobotDynamics):
 
     @property
     def dependent(self) -> BoolArray:
-        """Which coordinates follow from the others, shape (n,); `IndependentDynamics` has some."""
+        """Flags of dependent coordinates, shape (n,). Only `IndependentDynamics` has some."""
         return np.zeros(self.n, dtype=np.bool_)
 
     def closed(self, q: ArrayLike) -> FloatArray:
-        """The pose in which the loops are closed that dependent coordinates bring, shape (n,).
+        """Return the pose with closed loops for the independent coordinates of q, shape (n,).
 
         Raises:
-            InputError: They cannot be closed.
+            InputError: The loops cannot be closed.
         """
         return finite("q", q, self.n).copy()
 

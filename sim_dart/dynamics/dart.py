@@ -1,4 +1,4 @@
-"""Dynamics of a robot from DART, with muscle paths and tasks from the C core."""
+"""Robot dynamics computed by DART, with muscle paths and tasks from the C core."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from .base import RobotDynamics
 
 
 class DartDynamics(RobotDynamics):
-    """Dynamics of a robot, from DART (M, C, G, task bias) and the C core (l, L, y, J).
+    """Dynamics of a robot from DART (M, C, G, task bias) and the C core (l, L, y, J).
 
-    It owns its skeleton, so a controller never disturbs a plant.
+    Each instance has its own skeleton, so a controller does not change the state of a plant.
 
     Args:
-        robot: The robot; its active cable set and operational space count.
+        robot: The robot. Its active cable set and operational space are used.
 
     Raises:
         RobotError: The robot is not valid.
@@ -50,13 +50,13 @@ class DartDynamics(RobotDynamics):
         return np.array([self._frame_bias(frame) for frame in self.robot.task_frames]).reshape(-1)
 
     def _frame_bias(self, frame: TaskFrame) -> FloatArray:
-        """Return the three values of a task frame in J' qd, at DART's present state."""
+        """Return the three values of a task frame in J' qd, at the current state of DART."""
         dart, body = self._skeleton.dart, self._skeleton.bodies[frame.link]
         velocities = dart.getVelocities()
         if not frame.is_orientation:
             J_rate = dart.getLinearJacobianDeriv(body, np.array(frame.position))
             return np.asarray(J_rate @ velocities, dtype=np.float64)
-        from scipy.spatial.transform import Rotation  # takes half a second
+        from scipy.spatial.transform import Rotation  # imported late, since it takes 0.5 s
 
         angles = Rotation.from_matrix(body.getWorldTransform().rotation()).as_euler("XYZ")
         w = dart.getAngularJacobian(body) @ velocities

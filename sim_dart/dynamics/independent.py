@@ -1,15 +1,15 @@
-"""Dynamics of a robot with loops by its independent coordinates.
+"""Dynamics of a robot with loops in its independent coordinates.
 
-Loops hold J qdd = -J' qd. With I the independent coordinates and D the others,
+The loop constraints are J qdd = -J' qd. With independent coordinates I and dependent ones D,
 
     qdd_D = -J_D⁻¹ (J_I qdd_I + J' qd),   qdd = N qdd_I + c,   J N = 0,
 
-and N' takes the constraint forces out of M qdd + C + G + D qd = -L'f + J'p, whatever they are:
+and N' eliminates the constraint forces p from M qdd + C + G + D qd = -L'f + J'p:
 
     N'M N qdd_I + N'(C + G + D qd + M c) = -(L N)'f.
 
-The terms keep the size of the robot: rows and columns of dependent coordinates are 0, and 1 on the
-diagonal of M.
+All arrays keep the size of the robot. Rows and columns of dependent coordinates are 0, and their
+diagonal elements of M are 1.
 """
 
 from __future__ import annotations
@@ -28,26 +28,27 @@ from sim_dart.core.library import Core
 
 from .core import CoreDynamics
 
-_SHARE = 1e-8  # the least pivot, of the largest: what the C core takes as well
-_NONE = 1e-12  # a Jacobian of loops as small as this is none
-_POSES = 24  # that a choice of coordinates is judged at
-_POOR = 1e-3  # the least singular value of J_D that a choice is made for, of the largest of J
+_SHARE = 1e-8  # smallest accepted pivot, relative to the largest, as in the C core
+_NONE = 1e-12  # loop Jacobians below this value are treated as zero
+_POSES = 24  # number of poses at which a choice of coordinates is evaluated
+_POOR = 1e-3  # smallest acceptable singular value of J_D, relative to the largest of J
 
 
 class IndependentDynamics(CoreDynamics):
-    """Dynamics of a robot whose loops make coordinates follow from the others.
+    """Dynamics of a robot with loops, reduced to independent coordinates.
 
-    M, C, G, L and the tasks' J and J' qd are those of the motion equation without constraint
-    forces; damping is in C, limits are left of the independent coordinates only. Positions and
-    velocities are those of all coordinates, with closed loops.
+    M, C, G, L and the J and J' qd of the task belong to the reduced equations of motion without
+    constraint forces. C includes damping. Only independent coordinates have joint limits. The
+    arguments q and qd contain all coordinates and must satisfy the loop constraints.
 
     Args:
         robot: The robot, with loops.
-        dependent: Which coordinates follow from the others, shape (n,); chosen when None.
+        dependent: Flags of the dependent coordinates, shape (n,) (default: selected
+            automatically).
         may_be_singular: See `CoreDynamics`.
 
     Raises:
-        InputError: The dependent coordinates do not follow from the others.
+        InputError: The loops do not determine the dependent coordinates.
     """
 
     def __init__(
@@ -69,100 +70,100 @@ class IndependentDynamics(CoreDynamics):
 
     @property
     def dependent(self) -> BoolArray:
-        """Which coordinates follow from the others, shape (n,)."""
+        """Flags of the dependent coordinates, shape (n,)."""
         return self._dependent
 
     def closed(self, q: ArrayLike) -> FloatArray:
-        """Return the pose in which the loops are closed by the dependent coordinates, shape (n,).
+        """Return the pose with closed loops for the independent coordinates of q, shape (n,).
 
         Raises:
-            InputError: They cannot be closed.
+            InputError: The loops cannot be closed.
         """
         held = (~self._dependent).astype(float)
         return closed_pose(self.robot, self._core, finite("q", q, self.n), held)
 
     def free_motion(self, q: ArrayLike) -> FloatArray:
-        """N(q), shape (n, n), whose columns of dependent coordinates are 0.
+        """Return N(q), shape (n, n). Columns of dependent coordinates are 0.
 
         Raises:
-            SimulationError: A coordinate does not follow from the independent ones at this pose.
+            SimulationError: The loops do not determine a dependent coordinate at this pose.
         """
-        self._go(q)
+        self._update(q)
         return self._N.copy()
 
     def free_bias(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
-        """c(q, qd), shape (n,), in [rad/s²] or [m/s²]."""
-        self._go(q, qd)
+        """Return c(q, qd), shape (n,), in [rad/s²] or [m/s²]."""
+        self._update(q, qd)
         return self._c.copy()
 
     def complete(self, q: ArrayLike, qd: ArrayLike, qdd: FloatArray) -> FloatArray:
-        """N qdd + c: the accelerations of all coordinates, shape (n,), in [rad/s²] or [m/s²]."""
-        self._go(q, qd)
+        """Return the accelerations of all coordinates, N qdd + c, in [rad/s²] or [m/s²]."""
+        self._update(q, qd)
         all_of_them = finite("qdd", qdd, self.n).copy()
         self._core.complete(self._handle, all_of_them.ctypes.data)
         return all_of_them
 
     def mass_matrix(self, q: ArrayLike) -> FloatArray:
-        """N'M N, and 1 for dependent coordinates, shape (n, n)."""
+        """Return N'M N, with 1 on the diagonal for dependent coordinates, shape (n, n)."""
         M = super().mass_matrix(q)
-        self._go(q)
+        self._update(q)
         self._core.independent_mass(self._handle, self._flags.ctypes.data, M.ctypes.data)
         return M
 
     def coriolis(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
-        """N'(C + M c + D qd), shape (n,), in [N·m] or [N]."""
+        """Return N'(C + M c + D qd), shape (n,), in [N·m] or [N]."""
         h = super().coriolis(q, qd) + self._all_damping * finite("qd", qd, self.n)
         M = super().mass_matrix(q)
-        self._go(q, qd)
+        self._update(q, qd)
         self._core.independent_bias(self._handle, self.n, M.ctypes.data, h.ctypes.data)
-        return self._narrowed(h)
+        return self._reduce(h)
 
     def gravity(self, q: ArrayLike) -> FloatArray:
-        """N'G, shape (n,), in [N·m] or [N]."""
+        """Return N'G, shape (n,), in [N·m] or [N]."""
         return self._rows(q, super().gravity(q))
 
     def load(self, q: ArrayLike, w: ArrayLike) -> FloatArray:
-        """N'w of a generalised load, shape (n,), in [N·m] or [N]."""
+        """Return N'w for a generalised load w, shape (n,), in [N·m] or [N]."""
         return self._rows(q, finite("w", w, self.n))
 
     def muscle_jacobian(self, q: ArrayLike) -> FloatArray:
-        """L N, shape (m, n), in [m/rad] or [m/m]."""
+        """Return L N, shape (m, n), in [m/rad] or [m/m]."""
         return self._rows(q, super().muscle_jacobian(q))
 
     def actuator_jacobian(self, q: ArrayLike) -> FloatArray:
-        """L N, and behind it a row for each motor, shape (m + motors, n)."""
+        """Return L N followed by a row for each motor, shape (m + motors, n)."""
         return self._rows(q, super().actuator_jacobian(q))
 
     def task_jacobian(self, q: ArrayLike) -> FloatArray:
-        """J N of the tasks, shape (k, n)."""
+        """Return J N of the task, shape (k, n)."""
         return self._rows(q, super().task_jacobian(q))
 
     def task_bias(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
-        """J' qd + J c of the tasks, shape (k,), in [m/s²] or [rad/s²]."""
+        """Return J' qd + J c of the task, shape (k,), in [m/s²] or [rad/s²]."""
         bias, J = super().task_bias(q, qd), np.ascontiguousarray(super().task_jacobian(q))
-        self._go(q, qd)
+        self._update(q, qd)
         self._core.independent_bias(self._handle, len(J), J.ctypes.data, bias.ctypes.data)
         return bias
 
     def point_jacobian(self, q: ArrayLike) -> FloatArray:
-        """J N of the task frames that are points, shape (3 p, n)."""
+        """Return J N of the position task frames, shape (3 p, n)."""
         return self._rows(q, super().point_jacobian(q))
 
-    def _go(self, q: ArrayLike, qd: ArrayLike | None = None) -> None:
-        """Find N and c at a state."""
+    def _update(self, q: ArrayLike, qd: ArrayLike | None = None) -> None:
+        """Compute N and c at a state."""
         core, rates = self._core, np.zeros(self.n) if qd is None else finite("qd", qd, self.n)
         core.move(self._handle, finite("q", q, self.n).tobytes())
         bad = core.free_motion(self._handle, self._flags.ctypes.data, rates.tobytes())
         if bad:
-            problem = "does not follow from the independent coordinates at this pose"
-            raise SimulationError(f"where loops close, {self.coordinate_names[bad - 1]} {problem}")
+            problem = "is not determined by the independent coordinates of the closed loops"
+            raise SimulationError(f"{self.coordinate_names[bad - 1]} {problem} at this pose")
 
     def _rows(self, q: ArrayLike, rows: FloatArray) -> FloatArray:
-        """Return rows N: of a Jacobian, or of a generalised force."""
-        self._go(q)
-        return self._narrowed(np.array(rows))
+        """Return the product of N with rows of a Jacobian or with a generalised force."""
+        self._update(q)
+        return self._reduce(np.array(rows))
 
-    def _narrowed(self, rows: FloatArray) -> FloatArray:
+    def _reduce(self, rows: FloatArray) -> FloatArray:
         count = rows.size // self.n
         self._core.independent_rows(self._handle, count, rows.ctypes.data)
         return rows
@@ -171,11 +172,11 @@ class IndependentDynamics(CoreDynamics):
 def control_dynamics(
     robot: Robot, dependent: ArrayLike | None = None, *, may_be_singular: bool = False
 ) -> CoreDynamics:
-    """The dynamics that a controller of a robot needs: by independent coordinates with loops.
+    """Return the dynamics of a robot for a controller, in independent coordinates if it has loops.
 
     Args:
         robot: The robot.
-        dependent: Which coordinates follow from the others; chosen when None.
+        dependent: Flags of the dependent coordinates (default: selected automatically).
         may_be_singular: See `CoreDynamics`.
     """
     if not robot.loops:
@@ -184,22 +185,22 @@ def control_dynamics(
 
 
 def dependent_coordinates(
-    robot: Robot, among: Collection[str] = (), never: Collection[str] = ()
+    robot: Robot, required: Collection[str] = (), excluded: Collection[str] = ()
 ) -> tuple[bool, ...]:
-    """Coordinates that follow from the others, by loops: as well as can be, wherever the robot is.
+    """Select the coordinates that the loops determine from the others.
 
-    Sets that are good in one pose are compared at poses all over the limits.
+    Candidate sets are compared by their conditioning at several poses within the joint limits.
 
     Args:
         robot: A valid robot.
-        among: Names of some that are to be dependent in any case.
-        never: Names of some that are not to be.
+        required: Names of coordinates that must be dependent.
+        excluded: Names of coordinates that must be independent.
 
     Returns:
-        n flags; none is set without loops.
+        n flags, all false without loops.
 
     Raises:
-        InputError: There is no such set.
+        InputError: No such set exists.
     """
     names = [c.name for c in robot.coordinates]
     if not robot.loops:
@@ -207,25 +208,29 @@ def dependent_coordinates(
     core = CoreDynamics(robot, may_be_singular=True)
     jacobians = [core.loop_jacobian(q) for q in islice(_closed_poses(robot), _POSES)]
     if not jacobians:
-        raise InputError(f"robot {robot.name!r}: no pose near its initial one closes its loops")
+        raise InputError(f"robot {robot.name!r}: its loops cannot be closed near the initial pose")
     rank = max(int(np.linalg.matrix_rank(J, 1e-7 * np.linalg.norm(J))) for J in jacobians)
-    if not among and max(np.linalg.norm(J) for J in jacobians) <= _NONE:
-        return (False,) * len(names)  # loops of what is rigid anyway
-    preference = np.array([2.0 * (name in among) - 1.0 * (name in never) for name in names])
-    sets = {tuple(sorted(_picked(J, rank, preference))) for J in jacobians}
-    best = max(sorted(sets), key=lambda chosen: _quality(jacobians, chosen))
-    asked = {names.index(n) for n in among if n in names}
-    barred = {names.index(n) for n in never if n in names}
-    if _quality(jacobians[:1], best) <= _SHARE or not asked <= set(best) or barred & set(best):
-        which = [f"{n} dependent" for n in among] + [f"{n} independent" for n in never]
+    if not required and max(np.linalg.norm(J) for J in jacobians) <= _NONE:
+        return (False,) * len(names)  # the loops contain only fixed bodies
+    preference = np.array([2.0 * (name in required) - 1.0 * (name in excluded) for name in names])
+    sets = {tuple(sorted(_select_columns(J, rank, preference))) for J in jacobians}
+    best = max(sorted(sets), key=lambda chosen: _conditioning(jacobians, chosen))
+    required_indices = {names.index(n) for n in required if n in names}
+    excluded_indices = {names.index(n) for n in excluded if n in names}
+    if (
+        _conditioning(jacobians[:1], best) <= _SHARE
+        or not required_indices <= set(best)
+        or excluded_indices & set(best)
+    ):
+        which = [f"{n} dependent" for n in required] + [f"{n} independent" for n in excluded]
         chosen = f" with {', '.join(which)}" if which else ""
-        problem = "its loops make others follow" if which else "its loops are in a singular pose"
-        raise InputError(f"there are no independent coordinates{chosen}: {problem}")
+        problem = "the loops do not allow it" if which else "the loops are in a singular pose"
+        raise InputError(f"no set of independent coordinates exists{chosen}: {problem}")
     return tuple(k in best for k in range(len(names)))
 
 
 def _closed_poses(robot: Robot) -> list[FloatArray]:
-    """Closed poses: that next to the initial one first, then others within the limits."""
+    """Return poses with closed loops: first near the initial pose, then within the limits."""
     initial = np.array([c.initial for c in robot.coordinates])
     core, rng, poses = Core(compile_blob(robot)), np.random.default_rng(0), []
     low = np.array([max(c.lower, c.initial - 1.5) for c in robot.coordinates])
@@ -240,8 +245,8 @@ def _closed_poses(robot: Robot) -> list[FloatArray]:
     return poses
 
 
-def _picked(J: FloatArray, rank: int, preference: FloatArray) -> list[int]:
-    """Return columns of J that are as far from depending on each other as a greedy choice finds."""
+def _select_columns(J: FloatArray, rank: int, preference: FloatArray) -> list[int]:
+    """Select well-conditioned columns of J by a greedy search."""
     left, chosen = J.copy(), list[int]()
     for _ in range(rank):
         sizes = np.linalg.norm(left, axis=0)
@@ -257,8 +262,8 @@ def _picked(J: FloatArray, rank: int, preference: FloatArray) -> list[int]:
     return chosen
 
 
-def _quality(jacobians: Sequence[FloatArray], chosen: Sequence[int]) -> float:
-    """How far J_D is from singular: at the first pose, if it is poor there, else at the worst."""
+def _conditioning(jacobians: Sequence[FloatArray], chosen: Sequence[int]) -> float:
+    """Return the conditioning of J_D at the first pose if it is poor there, else at the worst."""
     values = []
     for J in jacobians:
         sizes = np.linalg.svd(J[:, list(chosen)], compute_uv=False)

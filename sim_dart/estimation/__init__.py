@@ -1,1 +1,1 @@
-"""Estimation of a robot's state from its muscles."""
+"""Estimation of the state of a robot from measurements of its muscles."""

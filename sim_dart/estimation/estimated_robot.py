@@ -1,4 +1,4 @@
-"""The robot as an estimator knows it."""
+"""Robot model of the estimator."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ _ELASTIC = ("elastic_cable", "series_elastic_motor")
 
 
 def estimated_robot(robot: Robot) -> Robot:
-    """Return the robot with its driven muscles as ideal cables, and without joint limits.
+    """Return the robot with ideal cables as driven muscles, and without joint limits.
 
-    Tensions are measured, so that laws of driven muscles are not needed; passive ones keep theirs.
-    An estimate that noise has put beyond a limit would be thrown back by it; what a limit pushes
-    with is a load to the estimator.
+    Tensions are measured, so the laws of driven muscles are not needed. Passive muscles keep their
+    laws. Joint limits are removed, since a limit would change the velocity if noise moves the
+    estimate beyond it. The estimator treats forces of joint limits as loads.
     """
     muscles = (
         muscle if is_passive else replace(muscle, model=CableModel())
@@ -29,14 +29,14 @@ def estimated_robot(robot: Robot) -> Robot:
 
 
 def passive_muscles(robot: Robot) -> BoolArray:
-    """Which muscles have no command, and so no motor and no sensor, shape (m,)."""
+    """Return flags of muscles without command, motor and sensor, shape (m,)."""
     return np.array([law_of(muscle.model).command is None for muscle in robot.muscles], dtype=bool)
 
 
 def cable_compliances(robot: Robot) -> FloatArray:
-    """1/k of elastic cables and 0 of all others, shape (m,), in [m/N].
+    """Return the compliance 1/k of elastic cables, 0 for other muscles, shape (m,), in [m/N].
 
-    The length that a motor has paid out is the path's less the stretch, f/k.
+    The length at the motor is the path length minus the stretch f/k.
     """
     return np.array(
         [

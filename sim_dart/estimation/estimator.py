@@ -1,4 +1,4 @@
-"""The estimator of a robot's state from its muscles, in C."""
+"""Pose estimator of a robot (extended Kalman filter), implemented in C."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core, library
 
 from .estimated_robot import cable_compliances, estimated_robot, passive_muscles
-from .settings import EstimatorSettings, InertialUnit, arrays
-from .unit_places import unit_places
+from .imu_frames import imu_frames
+from .settings import EstimatorSettings, Imu, arrays
 
 STATUSES = ("waiting", "tracking", "ambiguous", "no pose matches", "unobservable", "diverged")
-"""What an estimator says of itself, by its number."""
+"""Names of the status values of the estimator, in the order of their numbers."""
 
 _RANGE = np.pi
-"""Where a coordinate without limits is searched, to both sides of its start."""
+"""Search range of coordinates without limits on both sides of their start values."""
 
 
 @cache
@@ -51,34 +51,35 @@ def _bound() -> Any:
 
 
 class PoseEstimator:
-    """An extended Kalman filter for q, qd and unknown loads w, on the robot's own dynamics.
+    """Extended Kalman filter for q, qd and unknown loads w, based on the dynamics of the robot.
 
-    M qdd + C + G + w = -L'f, where w is a generalised load, as controllers take a known one. See
-    `sim_dart/csrc/estimator/estimator.h` for the equations.
+    The model is M qdd + C + G + w = -L'f with the generalised load w. For the equations see
+    `sim_dart/csrc/estimator/estimator.h`.
 
     Args:
-        robot: The robot as it is believed to be.
-        settings: Noises and limits.
-        start: Pose at the start, or the first one that a search begins from, shape (n,), in [rad]
-            or [m]; the robot's initial one when None.
-        units: Gyroscopes and accelerometers on links that move.
+        robot: Model of the robot.
+        settings: Sensor noise and limits.
+        start: Start pose, or first start pose of a search, shape (n,), in [rad] or [m] (default:
+            the initial pose of the robot).
+        imus: IMUs on moving links.
 
     Raises:
         RobotError: The robot is not valid.
         InputError: A setting does not fit the robot.
-        UnknownNameError: There is no such link.
+        UnknownNameError: A link does not exist.
 
     Attributes:
-        lengths: At the motors, shape (m,), in [m]; to be written before a tick, as the next ones
-            are; NaN for a reading that is missing.
-        tensions: Shape (m,), in [N].
-        torques: Of motors at joints, shape (n,), in [N·m] or [N].
-        encoders: Shape (n,), in [rad] or [m].
-        gyroscope, accelerometer: Shape (units, 3), in [rad/s] and [m/s²], in the units' own axes.
-        q, qd, w: The estimate, shape (n,) each. Views: a tick changes them.
-        biases: Of gyroscopes and accelerometers, shape (units, 2, 3).
-        sd: Standard deviations, first of q, qd and w, then of biases, shape (3 n + 6 units,).
-        covariance: Of all these, shape (3 n + 6 units, 3 n + 6 units).
+        lengths: Measured muscle lengths at the motors, shape (m,), in [m]. Write this and the
+            following measurements before a tick, with NaN for missing values.
+        tensions: Measured tensions, shape (m,), in [N].
+        torques: Torques of joint motors, shape (n,), in [N·m] or [N].
+        encoders: Measured joint positions, shape (n,), in [rad] or [m].
+        gyroscope, accelerometer: Measurements in the IMU frame, shape (IMUs, 3), in [rad/s] and
+            [m/s²].
+        q, qd, w: The estimate, shape (n,) each, as views.
+        biases: Biases of gyroscopes and accelerometers, shape (IMUs, 2, 3).
+        sd: Standard deviations of q, qd, w and the biases, shape (3 n + 6 IMUs,).
+        covariance: Covariance of q, qd, w and the biases, shape (3 n + 6 IMUs, 3 n + 6 IMUs).
     """
 
     def __init__(
@@ -86,14 +87,14 @@ class PoseEstimator:
         robot: Robot,
         settings: EstimatorSettings | None = None,
         start: ArrayLike | None = None,
-        units: Sequence[InertialUnit] = (),
+        imus: Sequence[Imu] = (),
     ) -> None:
         require_valid(robot)
         self.robot, self.settings = robot, settings or EstimatorSettings()
         self._core = Core(compile_blob(estimated_robot(robot)))
-        n, m, i = len(robot.coordinates), len(robot.muscles), len(units)
+        n, m, i = len(robot.coordinates), len(robot.muscles), len(imus)
         c = self._c = _bound()
-        self._frames, rotations, positions = unit_places(robot, units)
+        self._frames, rotations, positions = imu_frames(robot, imus)
         self._memory = np.empty(-(-c.estimator_size(self._core.handle, i) // 8))
         address = self._memory.ctypes.data
         self._handle = ctypes.c_void_p(
@@ -118,7 +119,7 @@ class PoseEstimator:
         self.reset()
 
     def array(self, name: str, *shape: int) -> FloatArray:
-        """Return a view of an array of the C library, see estimator.h, of the given shape."""
+        """Return an array of the C library (see estimator.h) as a view of the given shape."""
         length = ctypes.c_size_t()
         pointer = self._c.estimator_array(self._handle, name.encode(), ctypes.byref(length))
         assert pointer, name
@@ -128,35 +129,35 @@ class PoseEstimator:
 
     @property
     def size(self) -> int:
-        """Bytes of working memory next to the robot's."""
+        """Size of the working memory without the memory of the robot, in bytes."""
         return self._memory.nbytes
 
     @property
     def valid(self) -> bool:
-        """Whether the last estimate is one: it is tracking, within the settings' limits."""
+        """Whether the estimator is tracking and the estimate is within all limits."""
         return bool(self._valid[0])
 
     @property
     def status(self) -> str:
-        """One of `STATUSES`."""
+        """Status of the estimator, one of `STATUSES`."""
         return STATUSES[int(self._status[0])]
 
     @property
     def innovation(self) -> float:
-        """Mean square of the last readings' innovations over their variance; 1 is as expected."""
+        """Mean square of the last normalised innovations; the expected value is 1."""
         return float(self._innovation[0])
 
     @property
     def used(self) -> int:
-        """How many readings the last tick took."""
+        """Number of measurements that the last tick used."""
         return int(self._used[0])
 
     def reset(self) -> None:
-        """Back to the start."""
+        """Reset the estimator to its initial state."""
         self._c.estimator_reset(self._handle)
 
     def tick(self, h: float, steps: int = 1) -> bool:
-        """Advance by steps of h [s] and take the measurements that have been written.
+        """Advance by steps of h [s] and update the estimate with the written measurements.
 
         Returns:
             Whether the estimate is valid.
@@ -165,30 +166,32 @@ class PoseEstimator:
         return self.valid
 
     def find(self) -> str:
-        """Search the first pose from the measurements that have been written; the status."""
-        self._take_tensions()
+        """Search the start pose from the written measurements, and return the status."""
+        self._use_measured_tensions()
         return STATUSES[self._c.estimator_find(self._handle)]
 
     def get_state(self) -> FloatArray:
-        """Return all that the estimator remembers, for `set_state`."""
+        """Return the complete state of the estimator, for `set_state`."""
         return self._remembered.copy()
 
     def set_state(self, state: FloatArray) -> None:
-        """Go back to a state from `get_state`."""
+        """Restore a state from `get_state`."""
         self._remembered[:] = state
 
     def path_lengths(self, q: ArrayLike) -> FloatArray:
-        """l(q) of the model, shape (m,), in [m]."""
+        """Return the path lengths l(q) of the model, shape (m,), in [m]."""
         self._core.move(self._core.handle, vector("q", q, len(self.q)).tobytes())
         return self._core.array("lengths", len(self.lengths)).copy()
 
     def home(self, q: ArrayLike, lengths: ArrayLike, tensions: ArrayLike) -> FloatArray:
-        """Set the lengths' offsets by readings at a known pose; the pose's error goes into them.
+        """Set the length offsets from measurements at a known pose.
+
+        An error of the pose causes an error of the offsets.
 
         Args:
             q: The pose, shape (n,), in [rad] or [m].
-            lengths: At the motors, mean of some readings, shape (m,), in [m].
-            tensions: Shape (m,), in [N]. A muscle that is slack keeps its offset.
+            lengths: Lengths at the motors, mean of several measurements, shape (m,), in [m].
+            tensions: Measured tensions, shape (m,), in [N]. Slack muscles keep their offsets.
 
         Returns:
             The offsets, shape (m,), in [m].
@@ -200,14 +203,16 @@ class PoseEstimator:
         offset[taut] = (found - self.path_lengths(q) + compliance * pulls)[taut]
         return offset.copy()
 
-    def _take_tensions(self) -> None:
+    def _use_measured_tensions(self) -> None:
         m = len(self.tensions)
         self.array("last_tensions", m)[:] = np.maximum(np.nan_to_num(self.tensions), 0.0)
 
     def _use_exact_transition(self) -> None:
         size = self._c.core_transition_size(self._core.handle)
         if not size:
-            raise CardsflowError("this C core has no derivatives; set exact_transition = false")
+            raise CardsflowError(
+                "this C core does not support derivatives; set exact_transition = false"
+            )
         self._transition = np.empty(-(-size // 8))
         handle = self._c.core_transition_open(self._core.handle, self._transition.ctypes.data)
         function = ctypes.cast(self._c.core_transition_fill, ctypes.c_void_p)

@@ -1,4 +1,4 @@
-"""The pose that fits the lengths of muscles best, from one reading to the next."""
+"""Pose that best fits measured muscle lengths."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ _MAX_STEP = 0.2
 _SMALL = 1e-7
 _DAMPING = 1e-8
 _MAX_ERROR = 10.0
-"""In [m]: what a broken sensor says may be any number, and steps are clipped anyway."""
+"""Limit of length errors, in [m], since a defective sensor can report any value."""
 
 
 class FittedPose:
-    """Gauss and Newton's method for min |l - b - l(q)|^2 over muscles that are taut.
+    """Minimisation of |l - b - l(q)|^2 over all taut muscles by the Gauss-Newton method.
 
-    It has no dynamics: what an estimator makes of the same lengths is several times better. It
-    shows where a robot is, and serves limits that end a run.
+    The fit is used for display and for limits that stop a run. It does not use dynamics. A pose
+    estimator with the same lengths is several times as accurate.
 
     Args:
         robot: The robot.
-        q: Where to begin, shape (n,), in [rad] or [m].
-        offsets: b, shape (m,), in [m].
-        slack: Muscles with less tension are left out, in [N].
+        q: Start pose, shape (n,), in [rad] or [m].
+        offsets: Length offsets b, shape (m,), in [m].
+        slack: Tension below which a muscle is ignored, in [N].
 
     Attributes:
-        q: The pose, shape (n,); changed in place.
+        q: The pose, shape (n,), changed in place.
     """
 
     def __init__(self, robot: Robot, q: FloatArray, offsets: FloatArray, slack: float) -> None:
@@ -37,11 +37,11 @@ class FittedPose:
         self._paths, self._offsets, self._slack = MusclePaths(robot), offsets, slack
 
     def follow(self, lengths: FloatArray, tensions: FloatArray) -> None:
-        """Take a reading.
+        """Update the pose with new measurements.
 
         Args:
-            lengths: Shape (m,), in [m].
-            tensions: Shape (m,), in [N].
+            lengths: Measured lengths, shape (m,), in [m].
+            tensions: Measured tensions, shape (m,), in [N].
         """
         taut = tensions >= self._slack
         for _ in range(_ITERATIONS):

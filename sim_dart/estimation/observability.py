@@ -1,4 +1,4 @@
-"""Observability of a robot's pose from its sensors: the rank of their derivatives by q."""
+"""Observability of the pose of a robot: the rank of the Jacobian of its sensors."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from .estimated_robot import passive_muscles
 from .settings import EstimatorSettings
 
 _RANK = 1e-6
-"""A singular value below that share of the largest one is none: no sensor is that good."""
+"""Singular values below this fraction of the largest one are treated as zero."""
 
 
 @dataclass(frozen=True)
 class Observability:
-    """How well one reading of lengths and encoders tells the pose, over K poses.
+    """Observability of K poses from one measurement of lengths and encoders.
 
     Attributes:
-        sd: Of each coordinate, from one reading of all, shape (K, n), in [rad] or [m]; infinite
-            where the readings leave it open.
-        rank: At each pose, shape (K,).
-        critical: Muscles that leave the rank below n at some pose when they are slack together,
-            as few as can be, one or two of them; empty if any two may be slack.
+        sd: Standard deviation of each coordinate, shape (K, n), in [rad] or [m]; infinite if the
+            coordinate is not observable.
+        rank: Rank at each pose, shape (K,).
+        critical: Smallest set of one or two muscles that make a pose unobservable if they are
+            slack; empty if no such set exists.
     """
 
     sd: FloatArray
@@ -36,22 +36,22 @@ class Observability:
 
     @property
     def is_observable(self) -> bool:
-        """Whether each pose is observable while all muscles are taut."""
+        """Whether all poses are observable if all muscles are taut."""
         return bool((self.rank == self.sd.shape[1]).all())
 
 
 def observability(robot: Robot, poses: FloatArray, settings: EstimatorSettings) -> Observability:
-    """What lengths and encoders tell of some poses.
+    """Compute the observability of poses from muscle lengths and encoders.
 
-    Inertial units are left out: of a pose at rest they tell the direction of gravity alone.
+    IMUs are ignored. At rest they measure only the direction of gravity.
 
     Args:
         robot: The robot.
-        poses: Shape (K, n), in [rad] or [m].
-        settings: Noises of the sensors.
+        poses: Poses, shape (K, n), in [rad] or [m].
+        settings: Settings with the sensor noise.
 
     Raises:
-        InputError: There is no pose.
+        InputError: No pose is given.
     """
     n, m = len(robot.coordinates), len(robot.muscles)
     if not len(poses):
@@ -70,7 +70,7 @@ def observability(robot: Robot, poses: FloatArray, settings: EstimatorSettings) 
 
 
 def _weights(noise: object, size: int) -> FloatArray:
-    """1/noise; 0 if nothing is measured."""
+    """Return 1/noise, and 0 for values that are not measured."""
     sd = np.broadcast_to(np.asarray(noise, dtype=float), size)
     measured = (sd > 0) & np.isfinite(sd)
     weights = np.zeros(size)
@@ -79,7 +79,7 @@ def _weights(noise: object, size: int) -> FloatArray:
 
 
 def _rank_and_deviations(J: FloatArray) -> tuple[int, FloatArray]:
-    """Return the rank, and the standard deviation of each coordinate."""
+    """Return the rank and the standard deviation of each coordinate."""
     _, s, V = np.linalg.svd(J, full_matrices=True)
     n = J.shape[1]
     s = np.concatenate([s, np.zeros(n - len(s))])

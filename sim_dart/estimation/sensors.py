@@ -1,4 +1,4 @@
-"""Sensors of a robot, in C: noise, resolution, offsets, delay."""
+"""Simulated sensors of a robot, implemented in C: noise, resolution, offsets and delay."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core, library
 
 from .estimated_robot import cable_compliances, estimated_robot
-from .settings import InertialUnit
-from .unit_places import unit_places
+from .imu_frames import imu_frames
+from .settings import Imu
 
 CHANNELS = ("length", "tension", "torque", "encoder", "gyroscope", "accelerometer")
-"""Kinds of readings, in their order."""
+"""Kinds of measurements, in the order of the channels."""
 
 MAX_DELAY = 100_000
-"""In readings, as sensors.c has it."""
+"""Largest delay in measurements, as in sensors.c."""
 
 
 @dataclass(frozen=True)
 class SensorSettings:
-    """How good sensors are.
+    """Errors of simulated sensors.
 
-    Each is a number for all readings, or an array of shape (channels,) in the order of `CHANNELS`:
-    m lengths and m tensions, n torques and n encoders, three axes of each gyroscope, and of each
-    accelerometer. Units are those of the readings: [m], [N], [N·m], [rad], [rad/s], [m/s²].
+    Each attribute is a number for all channels, or an array of shape (channels,) in the order of
+    `CHANNELS`: m lengths, m tensions, n torques, n encoders, three axes of each gyroscope and three
+    axes of each accelerometer. Units are [m], [N], [N·m], [rad], [rad/s] and [m/s²].
 
     Attributes:
-        noise: Standard deviation of normally distributed noise.
-        resolution: 0 for none.
-        offset: Added to the true value.
-        stuck: Time from which a channel repeats itself, in [s].
-        delay: In readings, of all channels.
-        seed: Of the noise.
+        noise: Standard deviation of Gaussian noise.
+        resolution: Resolution, 0 for no rounding.
+        offset: Offset that is added to the true value.
+        stuck: Time after which a channel keeps its last value, in [s].
+        delay: Delay of all channels, as a number of measurements.
+        seed: Random seed of the noise.
     """
 
     noise: ArrayLike = 0.0
@@ -69,29 +69,30 @@ def _bound() -> Any:
 
 
 class RobotSensors:
-    """What sensors read of a robot; see `sim_dart/csrc/sensors/sensors.h`.
+    """Simulated sensors of a robot; see `sim_dart/csrc/sensors/sensors.h`.
 
     Args:
-        robot: The robot as it is.
-        settings: How good they are.
-        units: Inertial units on links that move.
+        robot: The simulated robot.
+        settings: Errors of the sensors.
+        imus: IMUs on moving links.
 
     Raises:
         InputError: A setting does not fit the robot.
-        UnknownNameError: There is no such link.
+        UnknownNameError: A link does not exist.
 
     Attributes:
-        q, qd: The true state, shape (n,); to be written before a reading, as the next ones are.
-        tensions: Shape (m,), in [N].
-        torques: Of motors at joints, shape (n,).
-        readings: Shape (channels,); a view, which a reading changes.
+        q, qd: Ground truth of the state, shape (n,). Write this and the next two attributes before
+            each measurement.
+        tensions: True tensions, shape (m,), in [N].
+        torques: Torques of joint motors, shape (n,), in [N·m] or [N].
+        readings: Measurements, shape (channels,), as a view.
     """
 
     def __init__(
         self,
         robot: Robot,
         settings: SensorSettings | None = None,
-        units: Sequence[InertialUnit] = (),
+        imus: Sequence[Imu] = (),
     ) -> None:
         settings = settings or SensorSettings()
         if not 0 <= settings.delay <= MAX_DELAY:
@@ -99,8 +100,8 @@ class RobotSensors:
                 f"delay must be from 0 to {MAX_DELAY} measurements: {settings.delay!r}"
             )
         self._robot, self._core = robot, Core(compile_blob(estimated_robot(robot)))
-        n, m, i = len(robot.coordinates), len(robot.muscles), len(units)
-        c, self._places = _bound(), unit_places(robot, units)
+        n, m, i = len(robot.coordinates), len(robot.muscles), len(imus)
+        c, self._places = _bound(), imu_frames(robot, imus)
         self._c = c
         sizes = i, settings.delay
         self._memory = np.empty(-(-c.sensors_size(self._core.handle, *sizes) // 8))
@@ -131,7 +132,7 @@ class RobotSensors:
         self.reset()
 
     def array(self, name: str, *shape: int) -> FloatArray:
-        """Return a view of an array of the C library, see sensors.h, of the given shape."""
+        """Return an array of the C library (see sensors.h) as a view of the given shape."""
         length = ctypes.c_size_t()
         pointer = self._c.sensors_array(self._handle, name.encode(), ctypes.byref(length))
         assert pointer, name
@@ -140,11 +141,11 @@ class RobotSensors:
         return self._memory[first : first + length.value].reshape(shape)
 
     def reset(self) -> None:
-        """Back to the first reading."""
+        """Reset the sensors to the first measurement."""
         self._c.sensors_reset(self._handle)
 
     def read(self, h: float) -> None:
-        """Read, h [s] after the last reading.
+        """Measure, h [s] after the last measurement.
 
         Raises:
             SimulationError: The true state is not finite.
@@ -152,12 +153,12 @@ class RobotSensors:
         bad = self._c.sensors_read(self._handle, h)
         if bad:
             name = self._robot.coordinates[bad - 1].name
-            raise SimulationError(f"sensors cannot read: {name} or its rate is not finite")
+            raise SimulationError(f"sensors: {name} or its rate is not finite")
 
     def get_state(self) -> FloatArray:
-        """Return all that they remember, for `set_state`."""
+        """Return the complete state of the sensors, for `set_state`."""
         return self._remembered.copy()
 
     def set_state(self, state: FloatArray) -> None:
-        """Go back to a state from `get_state`."""
+        """Restore a state from `get_state`."""
         self._remembered[:] = state

@@ -1,4 +1,4 @@
-"""Settings of an estimator: its sensors, and how well the robot's model is known."""
+"""Settings of an estimator: sensor noise, model errors and limits."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from addin_sdfusion.robot import InputError, Pose
 
 
 @dataclass(frozen=True)
-class InertialUnit:
-    """A gyroscope and an accelerometer on a link.
+class Imu:
+    """IMU (inertial measurement unit) on a link, with gyroscope and accelerometer.
 
     Attributes:
-        link: The link's name.
-        pose: Of the unit in the link.
+        link: Name of the link.
+        pose: Pose of the IMU in the link frame.
     """
 
     link: str
@@ -29,34 +29,36 @@ class InertialUnit:
 class EstimatorSettings:
     """Standard deviations and limits of an estimator.
 
-    A number counts for all joints, muscles or units; an array for each of them. What has the noise
-    0 or infinity is not measured.
+    A number applies to all joints, muscles or IMUs, an array contains a value for each of them. A
+    quantity with noise 0 or infinity is not measured.
 
     Attributes:
-        length_noise: Of a reading of a muscle's length, in [m].
-        encoder_noise: Of a joint's encoder, in [rad] or [m].
-        gyroscope_noise: In [rad/s].
-        accelerometer_noise: In [m/s²].
-        offset: b of l_m = l - c f + b, in [m].
-        compliance: c, in [m/N]; None for what the robot's elastic cables have.
-        min_tension: A muscle with less tension is left out, in [N].
-        gate: A reading farther from what is expected, in standard deviations, is left out.
-        acceleration_noise: Density of white noise on accelerations, in [rad/s²/√Hz].
-        load_drift: Density of white noise on the unknown loads' rate, in [N·m/√s]; 0 if the
-            model is exact.
-        gyroscope_drift, accelerometer_drift: The same of biases, in [rad/s/√s] and [m/s²/√s].
+        length_noise: Standard deviation of measured muscle lengths, in [m].
+        encoder_noise: Standard deviation of joint encoders, in [rad] or [m].
+        gyroscope_noise: Standard deviation of gyroscopes, in [rad/s].
+        accelerometer_noise: Standard deviation of accelerometers, in [m/s²].
+        offset: Length offset b of l_m = l - c f + b, in [m].
+        compliance: Compliance c, in [m/N], or None for the compliance of the robot's cables.
+        min_tension: Tension below which a muscle length is ignored, in [N].
+        gate: Largest innovation of a measurement that is used, in standard deviations.
+        acceleration_noise: Density of white noise of accelerations, in [rad/s²/√Hz].
+        load_drift: Density of white noise of the rate of unknown loads, in [N·m/√s]; 0 for an exact
+            model.
+        gyroscope_drift, accelerometer_drift: Density of white noise of the rates of biases, in
+            [rad/s/√s] and [m/s²/√s].
         exact_transition: Use the exact derivative of the step as transition matrix; otherwise
             [I hI; 0 I].
-        find_start: Whether the first pose is searched, from the first measurements alone.
-        start_candidates: Poses that the search begins from.
-        start_sd: Of the pose at the start if it is known, in [rad] or [m].
-        start_speed_sd: Of the velocities, in [rad/s] or [m/s].
-        start_load_sd: Of the unknown loads, in [N·m] or [N].
-        gyroscope_bias_sd, accelerometer_bias_sd: In [rad/s] and [m/s²].
-        max_sd: Of a coordinate, beyond which an estimate is not valid, in [rad] or [m].
-        max_innovation: Mean square of innovations over their variance, likewise.
-        innovation_time: Over which that is averaged, in [s]; an estimate without any reading for
-            so long is not valid.
+        find_start: Search the start pose from the first measurements.
+        start_candidates: Number of start poses of the search.
+        start_sd: Standard deviation of a known start pose, in [rad] or [m].
+        start_speed_sd: Standard deviation of the start velocities, in [rad/s] or [m/s].
+        start_load_sd: Standard deviation of the unknown loads at the start, in [N·m] or [N].
+        gyroscope_bias_sd, accelerometer_bias_sd: Standard deviations of biases at the start, in
+            [rad/s] and [m/s²].
+        max_sd: Largest standard deviation of a coordinate for a valid estimate, in [rad] or [m].
+        max_innovation: Largest mean square of normalised innovations for a valid estimate.
+        innovation_time: Averaging time of the innovations, in [s]. An estimate without any
+            measurement for this time is not valid.
     """
 
     length_noise: ArrayLike = 1e-4
@@ -84,10 +86,10 @@ class EstimatorSettings:
     innovation_time: float = 0.05
 
     def __post_init__(self) -> None:
-        """Reject what is not a number, or negative.
+        """Check that all settings are numbers in their ranges.
 
         Raises:
-            InputError: With the setting's name.
+            InputError: A setting is negative or not a number. The message contains its name.
         """
         for one in fields(self):
             value = getattr(self, one.name)

@@ -10,13 +10,14 @@ from .paths import MusclePaths
 
 
 class CableSlip:
-    """A copy of the states s of a robot's bends, which follows the joints.
+    """Slip states s of the bends of a robot's cables, updated from joint positions.
 
-    The direction of friction comes from the way that a cable has gone, over fractions of a
-    millimetre, not from the sign of a rate: noise far below that way does not turn it.
+    The slip direction changes with the displacement of the cable, over fractions of a millimetre,
+    and not with the sign of its velocity. Measurement noise below this displacement does not
+    change the direction.
 
     Args:
-        paths: The paths whose `pulling` goes by it.
+        paths: The muscle paths whose `pulling` uses the slip states.
     """
 
     def __init__(self, paths: MusclePaths) -> None:
@@ -28,20 +29,20 @@ class CableSlip:
 
     @property
     def states(self) -> FloatArray:
-        """Slip direction of each bend, s from -1 to 1, shape (bends,): a view."""
+        """Slip direction s of each bend, from -1 to 1, shape (bends,), as a view."""
         return self._slips
 
     def reset(self) -> None:
-        """Forget: neither way, anywhere."""
+        """Set all slip directions to 0."""
         self._slips[:] = 0.0
         self._last = None
 
     def lose(self) -> None:
-        """Forget where the joints are, as when a state is lost: the next one is no way."""
+        """Discard the last position, so that the next `follow` causes no slip."""
         self._last = None
 
     def follow(self, q: FloatArray) -> None:
-        """Go on to where the joints are now.
+        """Update the slip states to new joint positions.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
@@ -52,13 +53,13 @@ class CableSlip:
         self._last = np.array(q)
 
     def get_state(self) -> FloatArray:
-        """Return the states, whether a position is known, and the position."""
+        """Return the slip states, a flag whether a last position exists, and this position."""
         known = self._last is not None
         last = np.zeros(self._n) if self._last is None else self._last
         return np.concatenate([self._slips, [float(known)], last])
 
     def set_state(self, state: FloatArray) -> None:
-        """Go back to a state from `get_state`."""
+        """Restore a state from `get_state`."""
         count = self._slips.size
         self._slips[:] = state[:count]
         self._last = np.array(state[count + 1 :]) if state[count] else None

@@ -1,4 +1,4 @@
-"""Bends of cables with friction, as the C core counts them."""
+"""Number of bends of cables with friction."""
 
 from __future__ import annotations
 
@@ -7,19 +7,22 @@ from addin_sdfusion.robot.model.muscle_laws import law_of
 
 
 def bends(muscle: Muscle) -> int:
-    """Return how many bends a cable has that states of friction belong to.
+    """Return the number of bends with a friction state; 0 for a muscle without friction.
 
     Args:
-        muscle: The muscle; one without friction has none.
+        muscle: The muscle.
     """
     return len(muscle.bend_friction)
 
 
 def stretches(muscle: Muscle) -> int:
-    """How many of them have a state of stretch besides: all of a cable that stretches all along."""
+    """Return the number of bends with a stretch state.
+
+    All bends of a cable with distributed elasticity have one.
+    """
     return bends(muscle) if law_of(muscle.model).stretches else 0
 
 
 def has_cable_friction(robot: Robot) -> bool:
-    """Return whether friction changes the tension of any active muscle."""
+    """Return whether an active muscle has cable friction."""
     return any(bends(muscle) for muscle in robot.muscles)

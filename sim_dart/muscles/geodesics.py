@@ -1,4 +1,4 @@
-"""Lines along geodesics of ellipsoids, for drawing."""
+"""Points along geodesics of ellipsoids, for drawing."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ import numpy as np
 from sim_dart.core.arrays import FloatArray
 
 _STEP = 0.1
-"""Of a drawn line, over the least half axis."""
+"""Distance of drawn points, relative to the shortest half axis."""
 _MAX_STEPS = 200
 _MISS = 1e-3
-"""How far from its end a geodesic may come, over the least half axis, before it is none."""
+"""Largest error of the end of a geodesic, relative to the shortest half axis."""
 
 
 class PlacedEllipsoid(NamedTuple):
-    """An ellipsoid where it is.
+    """An ellipsoid with its pose in the world.
 
     Attributes:
-        centre: In the world, shape (3,), in [m].
-        R_world_ellipsoid: Its axes as columns, shape (3, 3).
-        half_axes: Along x, y and z, shape (3,), in [m].
+        centre: Position of its centre in the world, shape (3,), in [m].
+        R_world_ellipsoid: Rotation matrix with its axes as columns, shape (3, 3).
+        half_axes: Half axes along x, y and z, shape (3,), in [m].
     """
 
     centre: FloatArray
@@ -33,29 +33,29 @@ class PlacedEllipsoid(NamedTuple):
 def geodesic_line(
     egg: PlacedEllipsoid, touch: FloatArray, lift: FloatArray, direction: FloatArray, length: float
 ) -> list[FloatArray]:
-    """Return points along a geodesic, both ends included, in the world.
+    """Return points along a geodesic, including both ends, in the world frame.
 
     Args:
         egg: The ellipsoid.
-        touch: Where it begins, on the surface, or inside, which shrinks the ellipsoid.
-        lift: Where it ends.
-        direction: In which it begins, a unit vector.
-        length: In [m].
+        touch: Start point, shape (3,), in [m]. A point inside of the ellipsoid shrinks it.
+        lift: End point, shape (3,), in [m].
+        direction: Direction at the start, a unit vector, shape (3,).
+        length: Length of the geodesic, in [m].
     """
     R, least = egg.R_world_ellipsoid, float(egg.half_axes.min())
     steps = min(_MAX_STEPS, max(1, math.ceil(length / (_STEP * least))))
     begin, end = R.T @ (touch - egg.centre), R.T @ (lift - egg.centre)
     r = egg.half_axes * np.linalg.norm(begin / egg.half_axes)
-    points = _followed(r, begin, R.T @ direction, length / steps, steps)
+    points = _integrate_geodesic(r, begin, R.T @ direction, length / steps, steps)
     if np.linalg.norm(points[-1] - end) > _MISS * least:
-        points = _straight_seen_from_centre(r, begin, end, steps)
+        points = _central_projection(r, begin, end, steps)
     return [touch, *(egg.centre + R @ point for point in points[:-1]), lift]
 
 
-def _followed(
+def _integrate_geodesic(
     r: FloatArray, x: FloatArray, v: FloatArray, h: float, steps: int
 ) -> list[FloatArray]:
-    """By Runge and Kutta's rule: x'' = -(v'Av) / |Ax|^2 Ax with A = diag(1/r^2)."""
+    """Integrate x'' = -(v'Av) / |Ax|^2 Ax with A = diag(1/r^2) by the Runge-Kutta method."""
     A, points = 1.0 / (r * r), []
 
     def bend(x: FloatArray, v: FloatArray) -> FloatArray:
@@ -76,7 +76,7 @@ def _followed(
     return points
 
 
-def _straight_seen_from_centre(
+def _central_projection(
     r: FloatArray, begin: FloatArray, end: FloatArray, steps: int
 ) -> list[FloatArray]:
     a, b = begin / r, end / r

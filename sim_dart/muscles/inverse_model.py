@@ -1,4 +1,4 @@
-"""Inverse model of a robot's muscles for controllers: reachable tensions, and their commands."""
+"""Inverse model of a robot's muscles for controllers: reachable tensions and their commands."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from .laws import MuscleLaws, Reach
 
 
 class MuscleDrive:
-    """The muscles of a robot as its controller knows them, apart from any plant.
+    """Inverse model of the muscles of a robot, independent of a plant.
 
     Args:
-        robot: A valid robot; its active cable set counts.
+        robot: A valid robot. Its active cable set is used.
 
     Attributes:
-        states: Number of states that the muscles' laws have.
+        states: Number of states of the muscle laws.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -35,17 +35,17 @@ class MuscleDrive:
     def set_state(
         self, q: ArrayLike, qd: ArrayLike, states: ArrayLike, slips: ArrayLike = ()
     ) -> None:
-        """Set the state that the other calls start from.
+        """Set the state that the other methods use.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
             qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
-            states: Of the muscles, shape (s,), muscle after muscle.
-            slips: Which way cables with friction rub, shape (bends,), see `CableSlip`; neither way
-                if it is empty.
+            states: States of the muscle laws, shape (s,), in the order of the muscles.
+            slips: Slip directions of cables with friction, shape (bends,), see `CableSlip`; 0 if
+                empty.
 
         Raises:
-            InputError: A value is not finite, or the shape is wrong.
+            InputError: A value is not finite or the shape is wrong.
         """
         self._move(q)
         self._qd = finite("qd", qd, self._n)
@@ -57,17 +57,18 @@ class MuscleDrive:
         self._laws.set_states(found)
 
     def tensions(self, commands: FloatArray) -> FloatArray:
-        """Tensions at that state, shape (m,), in [N].
+        """Return the tensions at the current state, shape (m,), in [N].
 
         Args:
-            commands: Shape (m,), each in the unit of its law.
+            commands: Muscle commands, shape (m,), each in the unit of its muscle law.
         """
         return self._laws.drive(self._qd, commands).copy()
 
     def reach(self, period: float) -> Reach:
-        """Return the tensions that the muscles can reach.
+        """Return the range of tensions that the muscles can reach.
 
-        A passive muscle has one alone; that of an ideal cable has no bound.
+        The range of a passive muscle is a single value. The range of an ideal cable has no upper
+        bound.
 
         Args:
             period: Time to reach them, in [s].
@@ -75,32 +76,32 @@ class MuscleDrive:
         return self._laws.reach(period)
 
     def commands(self, forces: FloatArray, horizon: float, period: float = 0.0) -> FloatArray:
-        """Return the commands that lead to these tensions, or to the nearest ones.
+        """Return the commands that lead to the given tensions, or to the nearest reachable ones.
 
         Args:
-            forces: Shape (m,), in [N].
+            forces: Desired tensions, shape (m,), in [N].
             horizon: Time to reach them, in [s].
-            period: Until the next commands, in [s]; the horizon if 0.
+            period: Time until the next commands, in [s]; 0 for the horizon.
 
         Returns:
-            Shape (m,), each in the unit of its law; 0 for passive muscles.
+            Commands, shape (m,), each in the unit of its muscle law; 0 for passive muscles.
         """
         return self._laws.invert(forces, horizon, period).copy()
 
     def resting_reach(self, q: ArrayLike) -> Reach:
-        """Return the tensions that muscles can hold at rest at q, shape (n,), in [rad] or [m]."""
+        """Return the range of tensions at rest at q, shape (n,), in [rad] or [m]."""
         self._move(q)
         return self._laws.resting_reach()
 
     def resting_commands(self, q: ArrayLike, tensions: FloatArray) -> FloatArray:
-        """Return the commands with which muscles at rest hold these tensions, or the nearest ones.
+        """Return the commands that hold the given tensions at rest, or the nearest reachable ones.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
-            tensions: Shape (m,), in [N].
+            tensions: Desired tensions, shape (m,), in [N].
 
         Returns:
-            Shape (m,), each in the unit of its law; 0 for passive muscles.
+            Commands, shape (m,), each in the unit of its muscle law; 0 for passive muscles.
         """
         self._move(q)
         return self._laws.resting_commands(tensions)

@@ -1,4 +1,4 @@
-"""Tensions of a robot's muscles from their commands: the muscle laws, in the C core."""
+"""Muscle laws in the C core: tensions of a robot's muscles from their commands."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from addin_sdfusion.robot.model.muscle_laws import command_range, law_of, states
 from sim_dart.core.arrays import BoolArray, FloatArray, vector
 from sim_dart.core.library import Core
 
+from .custom_laws import CustomLaws
 from .friction import bends, stretches
-from .own_laws import OwnLaws
 
 Curve = Literal[
     "active_force_length", "force_velocity", "passive_force_length", "tendon_force_length"
@@ -24,11 +24,11 @@ _HALVINGS = 60
 
 
 class Reach(NamedTuple):
-    """Tensions that muscles can reach.
+    """Range of tensions that muscles can reach.
 
     Attributes:
-        low: The smallest, shape (m,), in [N].
-        high: The largest, shape (m,), in [N]; infinite for ideal cables.
+        low: Smallest tensions, shape (m,), in [N].
+        high: Largest tensions, shape (m,), in [N]; infinite for ideal cables.
     """
 
     low: FloatArray
@@ -36,43 +36,44 @@ class Reach(NamedTuple):
 
 
 class MuscleLaws:
-    """The muscle laws of a robot's active muscles, at the pose to which the core was moved last.
+    """Muscle laws of a robot's active muscles, evaluated at the last pose of the core.
 
-    A command beyond the range of its law acts as the nearest one in it; that of a passive muscle is
-    ignored. Commands have shape (m,), each in its law's unit, qd has shape (n,), in [rad/s] or
-    [m/s], and states have shape (S,): another shape or a value that is not finite is an InputError.
+    A command outside the range of its muscle law is clipped to this range. The command of a passive
+    muscle is ignored. Commands have shape (m,), each in the unit of its law. qd has shape (n,), in
+    [rad/s] or [m/s]. States have shape (S,). All methods raise InputError for another shape or for
+    values that are not finite.
 
-    A step of a simulation is
+    A simulation step calls
 
         core.move(q);  laws.drive(qd, u);  ... qd' from laws.torques ...
         laws.update_rates(qd');  laws.advance(u, h)
 
     Args:
         robot: A valid robot.
-        core: That robot's core, shared with its other users.
+        core: The core of this robot, which can be shared.
 
     Attributes:
-        passive: Which muscles take no command, shape (m,).
-        modelled: Which muscles have another law than `ideal`, shape (m,).
-        state_names: Names of the states, such as `activation.biceps`, S of them. Behind those
-            of laws are those of cables with friction, of the first bend `stretch_1.biceps`: by how
-            much what lies behind it is stretched, of cables that stretch all along; then
-            `slip_1.biceps`: its slip direction.
-        state_units: Their units.
-        command_names: What each command is, such as `excitation`; empty for a passive muscle.
-        command_units: Their units; empty for a passive muscle.
+        passive: Flags of muscles without command, shape (m,).
+        modelled: Flags of muscles with another law than `ideal`, shape (m,).
+        state_names: Names of the S states, such as `activation.biceps`. After the states of the
+            laws follow the states of cables with friction: `stretch_1.biceps`, the stretch of the
+            cable after the first bend (only with distributed elasticity), and `slip_1.biceps`, the
+            slip direction at the first bend.
+        state_units: Units of the states.
+        command_names: Quantity of each command, such as `excitation`; empty for a passive muscle.
+        command_units: Units of the commands; empty for a passive muscle.
         command_low: Smallest commands, shape (m,).
         command_high: Largest commands, shape (m,); infinite for ideal cables.
-        own: Custom those, in Python.
-        states: States of the laws, shape (S,): a view, which may be written.
-        state_rates: Their time derivatives, from `update_state_rates`; a view.
-        rates: l' = L qd, shape (m,), in [m/s]; a view.
-        tensions: f of the last `drive`, shape (m,), in [N]; a view. Never negative, but for
-            springs that push.
-        far_tensions: What friction makes of them at the last via points, shape (m,), in [N]; a
+        custom: The custom muscle laws in Python.
+        states: States, shape (S,), as a view that can be written.
+        state_rates: Time derivatives of the states, from `update_state_rates`, as a view.
+        rates: Path velocities l' = L qd, shape (m,), in [m/s], as a view.
+        tensions: Tensions f of the last `drive`, shape (m,), in [N], as a view. Only springs that
+            can push have negative values.
+        far_tensions: Tensions at the last via points, after friction, shape (m,), in [N], as a
             view.
-        torques: -L^T f of the last `drive`, with friction -P^T f, shape (n,), in [N.m] or [N]; a
-            view.
+        torques: Generalised forces -L'f of the last `drive`, with friction -P'f, shape (n,), in
+            [N·m] or [N], as a view.
     """
 
     def __init__(self, robot: Robot, core: Core) -> None:
@@ -80,8 +81,8 @@ class MuscleLaws:
         m, n = len(muscles), len(robot.coordinates)
         laws = [law_of(muscle.model) for muscle in muscles]
         states = [(state, muscle) for muscle in muscles for state in states_of(muscle.model)]
-        stretched = _of_bends("stretch", robot, stretches)
-        slips = _of_bends("slip", robot, bends)
+        stretched = _bend_state_names("stretch", robot, stretches)
+        slips = _bend_state_names("slip", robot, bends)
         ranges = np.array([command_range(muscle.model) for muscle in muscles]).reshape(m, 2)
         commands = [law.command for law in laws]
         self.passive: BoolArray = np.array([c is None for c in commands], dtype=np.bool_)
@@ -103,17 +104,17 @@ class MuscleLaws:
         self._low, self._high = core.array("force_low", m), core.array("force_high", m)
         self._commands = core.array("commands", m)
         self._names = tuple(muscle.name for muscle in muscles)
-        self.own = OwnLaws(robot)
+        self.custom = CustomLaws(robot)
         self._lengths = core.array("lengths", m)
         self._core, self._handle, self._m, self._n = core, core.handle, m, n
 
     def start(self, commands: ArrayLike) -> None:
-        """Set the states to those of muscles at rest, with these commands for long."""
+        """Set the states to the equilibrium at rest with the given commands."""
         u = self._vector("commands", commands)
         self._check(self._core.start(self._handle, u.tobytes()), "command", u)
 
     def set_states(self, states: ArrayLike) -> None:
-        """Set the states, for example to measured ones."""
+        """Set the states, for example to measured values."""
         values = vector("states", states, self.states.size)
         if not np.isfinite(values).all():
             name = self.state_names[int(np.argmin(np.isfinite(values)))]
@@ -121,12 +122,12 @@ class MuscleLaws:
         self.states[:] = values
 
     def update_rates(self, qd: ArrayLike) -> FloatArray:
-        """Path velocities l' = L qd."""
+        """Compute and return the path velocities l' = L qd, shape (m,), in [m/s]."""
         self._core.update_rates(self._handle, vector("qd", qd, self._n).tobytes())
         return self.rates
 
     def drive(self, qd: ArrayLike, commands: ArrayLike) -> FloatArray:
-        """Rates, tensions and torques; the tensions are returned."""
+        """Compute path velocities, tensions and torques, and return the tensions."""
         u = self._vector("commands", commands)
         rates = vector("qd", qd, self._n).tobytes()
         inner = self.inner_commands(u, rates)
@@ -134,80 +135,83 @@ class MuscleLaws:
         return self.tensions
 
     def inner_commands(self, commands: FloatArray, rates: bytes) -> FloatArray:
-        """Return the commands as the core takes them: tensions for custom laws.
+        """Return the commands for the core. For custom laws these are tensions.
 
         Args:
-            commands: Shape (m,), each in the unit of its law.
+            commands: Muscle commands, shape (m,), each in the unit of its law.
             rates: The joint velocities, shape (n,), as bytes.
         """
-        if not self.own:
+        if not self.custom:
             return commands
         self._core.update_rates(self._handle, rates)
-        return self.own.forces(commands, self._lengths, self.rates)
+        return self.custom.forces(commands, self._lengths, self.rates)
 
     def update_state_rates(self, commands: ArrayLike) -> FloatArray:
-        """Time derivatives of the states, at the last rates.
+        """Compute and return the time derivatives of the states at the last path velocities.
 
-        They can be much faster than a step: `advance` is made for that, explicit rules are not.
+        The dynamics of the states can be stiff. Explicit integration rules are not suitable; use
+        `advance` instead.
         """
         u = self._vector("commands", commands)
         self._check(self._core.update_law_rates(self._handle, u.tobytes()), "command", u)
         return self.state_rates
 
     def advance(self, commands: ArrayLike, h: float) -> None:
-        """Go on with the states, while every path lengthens with its last rate.
+        """Integrate the states over a time step with constant commands and path velocities.
 
         Args:
-            commands: Constant meanwhile.
-            h: How long, in [s].
+            commands: Muscle commands, shape (m,).
+            h: Time step, in [s].
         """
         u = self._vector("commands", commands)
         self._check(self._core.advance(self._handle, u.tobytes(), h), "command", u)
 
     def reach(self, h: float) -> Reach:
-        """Smallest and largest tensions that can be had after a time, at the last rates.
+        """Return the range of tensions that can be reached within a time step.
 
-        They are those of the smallest and the largest command. A law without states acts at once:
-        its tensions are those of now. A passive muscle has one tension. An ideal cable has 0 and
-        infinity. The states stay.
+        The path velocities are those of the last call of `drive` or `update_rates`.
+        The range corresponds to the smallest and the largest command. A law without states acts
+        immediately. The range of a passive muscle is a single value, the range of an ideal cable is
+        0 to infinity. The states do not change.
 
         Args:
-            h: After how long, in [s].
+            h: Time, in [s].
 
         """
         self._core.reach(self._handle, h)
-        self.own.reach(self._low, self._high, self._lengths, self.rates)
+        self.custom.reach(self._low, self._high, self._lengths, self.rates)
         return Reach(self._low.copy(), self._high.copy())
 
     def invert(self, forces: ArrayLike, h: float, period: float = 0.0) -> FloatArray:
-        """Return the commands that lead to these tensions, or to the nearest ones within `reach`.
+        """Return the commands that lead to the given tensions, or to the nearest within `reach`.
 
-        A command is held meanwhile, but for that of a drive that holds a position: this is expected
-        to move along with its path, every period.
+        Commands are assumed to be constant during h. The command of a position-controlled drive is
+        assumed to follow the velocity of its path in every period.
 
         Args:
             forces: Desired tensions, shape (m,), in [N].
-            h: After how long, in [s].
-            period: Until the next command, in [s]; h if 0.
+            h: Time to reach them, in [s].
+            period: Time until the next command, in [s]; 0 for h.
 
         Returns:
-            Commands, shape (m,), in each law's unit; 0 for passive muscles. A view.
+            Commands, shape (m,), each in the unit of its law; 0 for passive muscles. This is a
+            view.
         """
         f = self._vector("forces", forces)
         self._check(self._core.invert(self._handle, f.tobytes(), h, period or h), "force", f)
-        self.own.invert(self._commands, f, self._lengths, self.rates)
+        self.custom.invert(self._commands, f, self._lengths, self.rates)
         return self._commands
 
     def resting_commands(self, tensions: FloatArray) -> FloatArray:
-        """Return the commands with which muscles at rest hold these tensions, or the nearest ones.
+        """Return the commands that hold the given tensions at rest, or the nearest reachable ones.
 
-        The path velocities are taken as zero; the muscles' states change.
+        The path velocities are set to zero. The states of the muscles change.
 
         Args:
-            tensions: Shape (m,), in [N].
+            tensions: Desired tensions, shape (m,), in [N].
 
         Returns:
-            Shape (m,), each in the unit of its law; 0 for passive muscles.
+            Commands, shape (m,), each in the unit of its law; 0 for passive muscles.
         """
         least = self.command_low
         bounded = np.isfinite(self.command_high)
@@ -222,9 +226,9 @@ class MuscleLaws:
         return strong
 
     def resting_reach(self) -> Reach:
-        """Smallest and largest tensions that muscles can hold at rest.
+        """Return the range of tensions that muscles can hold at rest.
 
-        The path velocities are taken as zero; the muscles' states change.
+        The path velocities are set to zero. The states of the muscles change.
         """
         bounded = np.isfinite(self.command_high)
         least = self._resting(self.command_low)
@@ -233,29 +237,29 @@ class MuscleLaws:
         return Reach(np.minimum(least, most), np.maximum(least, most))
 
     def _resting(self, commands: FloatArray) -> FloatArray:
-        """Tensions in equilibrium with constant commands at rest."""
+        """Return the tensions in equilibrium at rest with constant commands."""
         self.start(commands)
         return self.drive(np.zeros(self._n), commands).copy()
 
     def curve(self, muscle: str, name: Curve, x: ArrayLike, slope: bool = False) -> FloatArray:
-        """Return a curve of a muscle of Hill's type, or its slope.
+        """Evaluate a curve of a Hill-type muscle, or its slope.
 
         Args:
-            muscle: The muscle's name.
-            name: Which curve.
-            x: Fibre length over the optimal one, tendon length over its slack length, or fibre
-                velocity over the largest contraction velocity, positive while lengthening.
+            muscle: Name of the muscle.
+            name: Name of the curve.
+            x: Fibre length over optimal fibre length, tendon length over tendon slack length, or
+                fibre velocity over maximum contraction velocity (positive for lengthening).
             slope: Whether to return dy/dx.
 
         Raises:
-            InputError: The muscle's law has no such curve.
+            InputError: The muscle law does not have this curve.
         """
         index = self._names.index(muscle)
         points = np.asarray(x, dtype=np.float64)
         word = name.encode()
         values = [self._core.curve(self._handle, index, word, p, slope) for p in points.reshape(-1)]
         if np.isnan(values).any():
-            raise InputError(f"muscle {muscle!r} has no curve {name!r}")
+            raise InputError(f"muscle {muscle!r} does not have a curve {name!r}")
         return np.array(values).reshape(points.shape)
 
     def _vector(self, what: str, values: ArrayLike) -> FloatArray:
@@ -267,5 +271,5 @@ class MuscleLaws:
             raise InputError(f"{what} {values[bad - 1]} of muscle {name!r} is not finite")
 
 
-def _of_bends(what: str, robot: Robot, count: Callable[[Muscle], int]) -> list[str]:
+def _bend_state_names(what: str, robot: Robot, count: Callable[[Muscle], int]) -> list[str]:
     return [f"{what}_{k}.{m.name}" for m in robot.muscles for k in range(1, count(m) + 1)]

@@ -1,4 +1,4 @@
-"""Shapes of muscle paths: lines for drawing, and the forces on links along them."""
+"""Geometry of muscle paths: lines for drawing, and the forces of muscles on links."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from sim_dart.muscles.geodesics import PlacedEllipsoid, geodesic_line
 
 _NUMBERS = 22
 _IN_USE = 0.5
-"""The share from which on a via point is drawn as a part of its path."""
+"""Smallest activation of a via point with which it is drawn."""
 ARC_STEP = math.radians(5.0)
-"""Largest angle between two points of a drawn arc, in [rad]."""
+"""Largest angle between neighbouring points of a drawn arc, in [rad]."""
 
 
 class PointForces(NamedTuple):
-    """The forces of muscles on links, in the world frame.
+    """Forces of muscles on links, in the world frame.
 
     Attributes:
         muscles: Index of the muscle of each force, shape (k,).
-        links: The link that each acts on.
-        points: Where it acts, shape (k, 3), in [m].
-        forces: Shape (k, 3), in [N].
+        links: Name of the link on which each force acts.
+        points: Points of application, shape (k, 3), in [m].
+        forces: Forces, shape (k, 3), in [N].
     """
 
     muscles: np.ndarray
@@ -38,7 +38,7 @@ class PointForces(NamedTuple):
 
 
 class _Contact(NamedTuple):
-    """Contact of a muscle with a surface or a pulley: see `core_trace` in core.h."""
+    """Contact of a muscle with a wrap surface or a pulley; see `core_trace` in core.h."""
 
     link: str
     begin: FloatArray
@@ -55,11 +55,11 @@ class _Contact(NamedTuple):
 
 
 class PathShapes:
-    """The shapes of a robot's muscle paths at the core's last q.
+    """Geometry of the muscle paths of a robot at the last q of the core.
 
     Args:
         robot: The robot.
-        core: It, opened in the C core.
+        core: The core of this robot.
     """
 
     def __init__(self, robot: Robot, core: Core) -> None:
@@ -88,17 +88,17 @@ class PathShapes:
         self._pulley_numbers = core.array("pulley_contacts", len(self._pulleys), _NUMBERS)
 
     def lines(self) -> list[FloatArray]:
-        """A line through each muscle's path, shape (k, 3), in [m]; arcs as points close by."""
+        """Return a polyline along each muscle path, shape (k, 3), in [m]."""
         return [
             np.array(list(self._line(first, muscle, by_segment))).reshape(-1, 3)
             for first, muscle, by_segment in self._paths()
         ]
 
     def forces(self, tensions: FloatArray) -> PointForces:
-        """Return the muscles' forces on links, in pairs, one pair a straight part of a path.
+        """Return the forces of the muscles on links, one pair per straight segment of a path.
 
         Args:
-            tensions: f, shape (m,), in [N].
+            tensions: Tensions f, shape (m,), in [N].
         """
         rows = [
             (k, link, point, tensions[k] * direction)
@@ -115,7 +115,7 @@ class PathShapes:
         )
 
     def _paths(self) -> Iterator[tuple[int, Muscle, dict[int, list[_Contact]]]]:
-        """Each muscle with its first point and its contacts by the point before them."""
+        """Iterate over the muscles: first point, muscle, and contacts by the point before them."""
         self._core.trace(self._core.handle)
         contacts: dict[int, list[_Contact]] = {}
         for k, numbers in zip(self._pulleys, self._pulley_numbers, strict=True):
@@ -151,8 +151,8 @@ class PathShapes:
     def _pulls(
         self, first: int, muscle: Muscle, contacts: dict[int, list[_Contact]]
     ) -> Iterator[tuple[str, FloatArray, FloatArray]]:
-        """Link, point and direction of the pulls on it."""
-        for i, j, share in self._ways(first, muscle):
+        """Iterate over the unit forces of a muscle on links: link, point and direction."""
+        for i, j, share in self._segments(first, muscle):
             here, there = muscle.via_points[i].link, muscle.via_points[j].link
             A, B = self._points[first + i].copy(), self._points[first + j].copy()
             touched = [c for c in contacts.get(first + i, ()) if c.angle]
@@ -165,8 +165,8 @@ class PathShapes:
             for link, point, direction in _span_pulls(here, A, touched, there, B):
                 yield link, point, share * direction
 
-    def _ways(self, first: int, muscle: Muscle) -> Iterator[tuple[int, int, float]]:
-        """The ways of a path from point to point, and what their lengths count by."""
+    def _segments(self, first: int, muscle: Muscle) -> Iterator[tuple[int, int, float]]:
+        """Iterate over the segments of a path: both point indices and the weight of the length."""
         share, divisor = self._shares[first : first + len(muscle.via_points)], 1.0
         divisors = {branch.point: branch.divisor for branch in muscle.branches}
         for i in range(len(share)):
@@ -183,25 +183,27 @@ class PathShapes:
 def _span_pulls(
     here: str, A: FloatArray, touched: list[_Contact], there: str, B: FloatArray
 ) -> Iterator[tuple[str, FloatArray, FloatArray]]:
-    """The pulls at the ends of the spans between two via points with contacts between them."""
+    """Iterate over the unit forces at the ends of all spans between two via points."""
     if not touched[0].is_pulley:
         yield here, A, touched[0].entering
     for c in touched:
         if not c.is_pulley:
-            yield c.link, _on_line(c.touch, c.begin, c.entering), -c.entering
-        yield c.link, _on_line(c.lift, c.end, c.leaving), c.leaving
+            yield c.link, _point_on_force_line(c.touch, c.begin, c.entering), -c.entering
+        yield c.link, _point_on_force_line(c.lift, c.end, c.leaving), c.leaving
     yield there, B, -touched[-1].leaving
 
 
-def _on_line(preferred: FloatArray, point: FloatArray, direction: FloatArray) -> FloatArray:
-    """The preferred point if it is on the line of a force, else the other point of that line."""
+def _point_on_force_line(
+    preferred: FloatArray, point: FloatArray, direction: FloatArray
+) -> FloatArray:
+    """Return the preferred point if it is on the line of a force, otherwise the other point."""
     aside = np.cross(preferred - point, direction)
     near = np.linalg.norm(aside) <= 1e-14 * np.linalg.norm(preferred - point)
     return preferred if near else point
 
 
 def _arc(contact: _Contact) -> Iterator[FloatArray]:
-    """Points from the touch to the lift, both included; one where a cable runs inside a surface."""
+    """Generate points from touch to lift, including both; one point if these are equal."""
     if np.array_equal(contact.touch, contact.lift):
         yield contact.touch
         return
@@ -231,9 +233,9 @@ def _contact(
 
 
 def _pulley_contact(link: str, numbers: FloatArray, radius: float) -> _Contact:
-    """Return a pulley's centre lies across the direction in which the cable comes on."""
+    """Return a contact with a pulley. Its centre is perpendicular to the incoming cable."""
     contact = _contact(link, numbers, np.zeros(3), is_pulley=True)
-    if np.array_equal(contact.lift, contact.end) and contact.angle:  # the end is inside
+    if np.array_equal(contact.lift, contact.end) and contact.angle:  # the cable ends inside it
         chord = float(np.linalg.norm(contact.lift - contact.touch))
         radius = chord / (2 * math.sin(contact.angle / 2))
     across = np.cross(contact.axis, contact.entering)

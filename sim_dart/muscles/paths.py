@@ -1,4 +1,4 @@
-"""Muscle path lengths l and muscle Jacobian L = dl/dq at q, from the C core."""
+"""Muscle path lengths l and muscle Jacobian L = dl/dq, computed by the C core."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from .path_shapes import PathShapes, PointForces
 
 
 class PathState(NamedTuple):
-    """Lengths and Jacobian at one q. Views: the next evaluation changes them.
+    """Lengths and Jacobian at one q, as views that the next evaluation overwrites.
 
     Attributes:
-        lengths: l, shape (m,), in [m].
-        jacobian: L = dl/dq, shape (m, n), in [m/rad] or [m/m]; positive where a muscle lengthens.
+        lengths: Path lengths l, shape (m,), in [m].
+        jacobian: L = dl/dq, shape (m, n), in [m/rad] or [m/m]; positive if the muscle lengthens.
     """
 
     lengths: FloatArray
@@ -31,28 +31,27 @@ class PathState(NamedTuple):
 
 
 class MusclePaths:
-    """The muscle paths of a robot's active cable set.
+    """Muscle paths of the active cable set of a robot.
 
-    All methods take q, joint positions, shape (n,), in [rad] or [m], and raise InputError for
+    All methods accept joint positions q, shape (n,), in [rad] or [m], and raise InputError for
     another shape.
 
     Args:
         robot: The robot.
-        count_turns: Whether cables over cylinders remember how often they have turned, as on a
-            spindle: l then depends on the calls before. Between two calls a cable must turn by
-            less than half a turn.
+        count_turns: Count the turns of cables around cylinders, for example on a spindle. Then l
+            depends on earlier calls. Between two calls a cable must turn by less than half a turn.
 
     Raises:
         RobotError: The robot is not valid.
 
     Attributes:
-        core: The robot in the C core.
-        has_friction: Whether friction changes tensions along cables.
-        coordinates: n.
+        core: The core of this robot.
+        has_friction: Whether any cable has friction.
+        coordinates: Number of coordinates n.
         bends: Number of bends with friction.
-        law_states: Number of states of the muscles' laws.
-        turning: Where turns are counted, the turning angle of each wrap, in [rad], NaN before the
-            first call. A view that may be saved and written back.
+        law_states: Number of states of the muscle laws.
+        turning: Turning angle of each wrap if turns are counted, in [rad], NaN before the first
+            call. The view can be saved and restored.
     """
 
     def __init__(self, robot: Robot, *, count_turns: bool = False) -> None:
@@ -80,14 +79,15 @@ class MusclePaths:
         self._task_jacobian = self._core.array("task_jacobian", 3 * k, n)
 
     def evaluate(self, q: ArrayLike) -> PathState:
-        """Return lengths and Jacobian at q, as views that the next call changes."""
+        """Return lengths and Jacobian at q, as views that the next call overwrites."""
         self._move(self._handle, vector("q", q, self._n).tobytes())
         return self._state
 
     def pulling(self, q: ArrayLike) -> FloatArray:
-        """P(q), in the place of L in tau = -P'f, as a view that the next call changes.
+        """Return P(q) of tau = -P'f, shape (m, n), as a view that the next call overwrites.
 
-        P is L without friction, and with it what `CableSlip` knows of where cables slide.
+        Without cable friction P equals L. With friction, P includes the force ratios at the bends,
+        which depend on the slip states of `CableSlip`.
         """
         L = self.evaluate(q).jacobian
         if not self.has_friction:
@@ -96,15 +96,15 @@ class MusclePaths:
         return self._pulling
 
     def path_points(self, q: ArrayLike) -> list[FloatArray]:
-        """Return a line through each muscle's path, for drawing: arrays of shape (k, 3), in [m]."""
+        """Return a polyline along each muscle path for drawing, each of shape (k, 3), in [m]."""
         self.evaluate(q)
         return self._shapes.lines()
 
     def point_forces(self, q: ArrayLike, forces: ArrayLike) -> PointForces:
-        """Return forces of the muscles on links at via points, surfaces and pulleys, world axes.
+        """Return the forces of the muscles on links at via points, wrap surfaces and pulleys.
 
-        Their power is that of -L'f. They come in pairs that cancel: two for every straight part of
-        a path, along it.
+        The forces are in world axes. Their power equals the power of -L'f. Every straight segment
+        of a path has two opposite forces along the segment.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
@@ -115,20 +115,20 @@ class MusclePaths:
         return self._shapes.forces(tensions)
 
     def task_position(self, q: ArrayLike) -> FloatArray:
-        """Task coordinates y(q), shape (k,), in [m] or [rad]: the active frames' axes, in order."""
+        """Return the task coordinates y(q), shape (k,), in [m] or [rad]."""
         self.evaluate(q)
         return self._task_values[self._task_rows]
 
     def task_jacobian(self, q: ArrayLike) -> FloatArray:
-        """J = dy/dq, shape (k, n): rows in [m] or [rad] per [rad] or [m]."""
+        """Return J = dy/dq, shape (k, n), rows in [m] or [rad] per [rad] or [m]."""
         return self._frame_jacobian(q)[self._task_rows]
 
     def point_jacobian(self, q: ArrayLike) -> FloatArray:
-        """Linear Jacobians of the task frames that are points, shape (3 p, n), world axes."""
+        """Return the linear Jacobians of the position task frames, world axes, shape (3 p, n)."""
         return self._frame_jacobian(q)[self._point_rows]
 
     def _frame_jacobian(self, q: ArrayLike) -> FloatArray:
-        """Three rows a task frame, as a view that the next call changes."""
+        """Return the Jacobian of all task frames, three rows per frame, as a view."""
         self.evaluate(q)
         self._core.update_task_jacobian(self._handle)
         return self._task_jacobian

@@ -1,1 +1,1 @@
-"""The plant: mechanism, integrators, energy."""
+"""Plant: mechanism, integrators and energy balance."""

@@ -1,4 +1,4 @@
-"""A robot whose bodies are in the C core, and its integrator there."""
+"""Mechanism and integrators in the C core."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from .mechanism import ExternalForces, Mechanism, Momentum
 
 
 class CoreMechanism(Mechanism):
-    """A robot at a state, in the C core.
+    """State of a robot in the C core.
 
     Args:
-        robot: A valid robot, with nothing that the core lacks; see `engine`.
-        wrenched: Names of the links that take wrenches.
+        robot: A valid robot without features that the core does not support.
+        wrenched: Names of the links on which external wrenches act.
 
     Raises:
         InputError: Its mass matrix is singular.
-        UnknownNameError: There is no such link.
+        UnknownNameError: A link does not exist.
     """
 
     def __init__(self, robot: Robot, *, wrenched: Sequence[str] = ()) -> None:
@@ -48,20 +48,20 @@ class CoreMechanism(Mechanism):
         require_inertia(robot, self._M)
 
     def set_state(self, q: FloatArray, qd: FloatArray) -> None:
-        """Go to a state; see `Mechanism.set_state`."""
+        """Set the state; see `Mechanism.set_state`."""
         self.update(q, qd)
         self._own_q[:], self._own_qd[:] = q, qd
 
     def closed(self, q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the state nearest to one in which the robot's loops are closed, and stay so.
+        """Return the nearest state with closed loops and velocities that keep them closed.
 
         Raises:
-            InputError: They cannot be closed.
+            InputError: The loops cannot be closed.
         """
         return closed_pose(self.robot, self.core, q), closed_rates(self.core, qd)
 
     def set_external(self, external: ExternalForces | None) -> bytes | None:
-        """Set loads and wrenches of the next steps; the torques as the core takes them."""
+        """Set the loads and wrenches of the next steps, and return the torques for the core."""
         if self._is_loaded:
             self._external[:] = 0.0
             self._is_loaded = False
@@ -77,41 +77,41 @@ class CoreMechanism(Mechanism):
         """Copy q and qd from the core after a step."""
         self.q, self.qd = self._own_q.copy(), self._own_qd.copy()
 
-    def refuse_step(self, answer: int, commands: FloatArray) -> None:
-        """Raise the error of a step's answer other than 0.
+    def raise_step_error(self, answer: int, commands: FloatArray) -> None:
+        """Raise the error for a nonzero return value of a step.
 
         Raises:
-            DivergedError: The state is not finite any more.
-            InputError: A command is not.
+            DivergedError: The state is no longer finite.
+            InputError: A command is not finite.
         """
         if answer < 0:
-            self.refuse_command(-answer - 1, commands)
+            self.raise_command_error(-answer - 1, commands)
         if answer <= len(self._own_q):
-            self.refuse_state(answer - 1, self._own_q, self._own_qd)
+            self.raise_state_error(answer - 1, self._own_q, self._own_qd)
         self.check_muscles()
 
     def energies(self) -> tuple[float, float]:
-        """Kinetic and potential energy; see `Mechanism.energies`."""
+        """Return kinetic and potential energy; see `Mechanism.energies`."""
         self.core.update_energies(self._handle, self.qd.tobytes())
         kinetic, weight, springs = self._energies.tolist()
         return kinetic, weight + self._fixed_energy + springs
 
     def momentum(self) -> Momentum:
-        """Linear and angular momentum in the world."""
+        """Return the linear and angular momentum in the world frame."""
         self.core.update_energies(self._handle, self.qd.tobytes())
         linear, angular = self._momenta.copy()
         return Momentum(linear, angular)
 
 
 class CoreSteps:
-    """An integrator of the C core: everything of a step in one call.
+    """Integrator in the C core, which computes a step in a single call.
 
     Args:
-        mechanism: What to move.
-        rule: `euler`, semi-implicit; or `rk4`, the classical rule of fourth order.
-        step: h, in [s].
-        substeps: Steps of the rule in one; everything but commands and loads is evaluated again.
-        balance: Energy balance to add the work to; None for none.
+        mechanism: The mechanism to integrate.
+        rule: `euler` (semi-implicit Euler) or `rk4` (Runge-Kutta of fourth order).
+        step: Length of a step h, in [s].
+        substeps: Number of substeps per step. Only commands and loads are constant over them.
+        balance: Energy balance to which the work is added, or None.
     """
 
     def __init__(
@@ -136,7 +136,7 @@ class CoreSteps:
             self._handle, commands.tobytes(), torques, self._step, self._substeps
         )
         if answer:
-            mechanism.refuse_step(answer, commands)
+            mechanism.raise_step_error(answer, commands)
         if self._balance is not None:
             self._balance.work += self._work
         mechanism.read_state()

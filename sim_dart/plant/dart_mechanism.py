@@ -1,4 +1,4 @@
-"""A robot whose bodies are in DART."""
+"""Mechanism in DART."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from .mechanism import DivergedError, ExternalForces, Mechanism, Momentum
 
 
 class DartMechanism(Mechanism):
-    """A robot at a state, in DART.
+    """State of a robot in DART.
 
     Args:
         robot: A valid robot.
-        apart: Whether each of its trees is a skeleton of its own: contacts cost less then.
-        wrenched: Names of the links that take wrenches.
+        apart: Use one skeleton per kinematic tree, which makes contacts faster.
+        wrenched: Names of the links on which external wrenches act.
 
     Attributes:
-        skeleton: Its bodies.
-        muscle_torques: -L'f at the last evaluation, shape (n,), in [N·m] or [N]; a view.
-        outer_torques: A tau + J_p'w, likewise.
+        skeleton: The skeleton, or group of skeletons, of the robot.
+        muscle_torques: -L'f of the last evaluation, shape (n,), in [N·m] or [N], as a view.
+        outer_torques: A tau + J_p'w of the last evaluation, shape (n,), as a view.
     """
 
     def __init__(self, robot: Robot, *, apart: bool = False, wrenched: Sequence[str] = ()) -> None:
@@ -45,11 +45,11 @@ class DartMechanism(Mechanism):
         self._task_jacobian = self.core.array("task_jacobian", 3 * k, n)
 
     def forces(self, commands: FloatArray, external: ExternalForces | None) -> FloatArray:
-        """-L'f + A tau + J_p'w at the present state, shape (n,); may be a view.
+        """Return -L'f + A tau + J_p'w at the current state, shape (n,), possibly as a view.
 
         Args:
-            commands: Of every muscle, shape (m,).
-            external: External forces; None for none.
+            commands: Muscle commands, shape (m,).
+            external: External forces, or None.
 
         Raises:
             InputError: A command is not finite.
@@ -62,7 +62,7 @@ class DartMechanism(Mechanism):
             inner = self.laws.inner_commands(commands, qd)
             bad = self.core.drive(self._handle, qd, inner.tobytes())
         if bad:
-            self.refuse_command(bad - 1, commands)
+            self.raise_command_error(bad - 1, commands)
         if external is None:
             return self.muscle_torques
         outer = external.torques
@@ -74,27 +74,27 @@ class DartMechanism(Mechanism):
                 outer = outer + self._link_wrenches.torques(external.wrenches)
             self.outer_torques = outer
             total: FloatArray = self.muscle_torques + outer
-        if not np.isfinite(total).all():  # DART would ignore it
+        if not np.isfinite(total).all():  # DART does not check this
             worst = int(np.flatnonzero(~np.isfinite(total))[0])
             name = self.robot.coordinates[worst].name
             raise DivergedError(f"the force or torque on {name} is {total[worst]}")
         return total
 
     def set_state(self, q: FloatArray, qd: FloatArray) -> None:
-        """Go to a state; see `Mechanism.set_state`."""
+        """Set the state; see `Mechanism.set_state`."""
         self.update(q, qd)
         self.skeleton.dart.resetAccelerations()
         self.skeleton.set_positions(q)
         self.skeleton.set_velocities(qd)
 
     def advance_muscles(self, commands: FloatArray, qd: FloatArray, h: float) -> float:
-        """Integrate the muscles' states over h, with the path velocities at qd.
+        """Integrate the states of the muscles over h with the path velocities at qd.
 
         Returns:
-            The work of cables' friction, in [J].
+            The work of cable friction, in [J].
 
         Raises:
-            DivergedError: A state is not finite any more.
+            DivergedError: A state is no longer finite.
         """
         self.core.update_rates(self._handle, qd.tobytes())
         self._work[:] = 0.0
@@ -103,14 +103,14 @@ class DartMechanism(Mechanism):
         return float(self._work[3])
 
     def energies(self) -> tuple[float, float]:
-        """Kinetic and potential energy; see `Mechanism.energies`."""
+        """Return kinetic and potential energy; see `Mechanism.energies`."""
         dart = self.skeleton.dart
         weight = -dart.getMass() * (np.array(self.robot.gravity) @ dart.getCOM())
         springs = 0.5 * self._stiffness @ (self.q - self._rest) ** 2
         return float(dart.computeKineticEnergy()), float(weight + springs)
 
     def momentum(self) -> Momentum:
-        """Linear and angular momentum in the world."""
+        """Return the linear and angular momentum in the world frame."""
         linear, angular = np.zeros(3), np.zeros(3)
         skeleton = self.skeleton.dart
         for k in range(skeleton.getNumBodyNodes()):

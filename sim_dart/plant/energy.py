@@ -1,7 +1,7 @@
-"""Energy balance of a plant: its energies and momenta, and the work done on it.
+"""Energy balance of a plant: its energies and the work done on it.
 
-kinetic + potential - work of muscles - of external forces - of damping is constant, apart from what
-joint stops, friction and contacts dissipate, and from the integrator's error.
+Kinetic plus potential energy minus the work of muscles, external forces and damping is constant,
+except for dissipation by joint stops, friction and contacts, and for integration errors.
 """
 
 from __future__ import annotations
@@ -20,12 +20,13 @@ class Energy(NamedTuple):
     """Energies of a robot and the work done on it since the reset, in [J].
 
     Attributes:
-        kinetic: 1/2 qd'M qd.
-        potential: Of its weight, zero at the world's origin, and of its joints' springs.
-        muscle_work: Of the muscles, the energy that they and presliding cables store included.
-        outer_work: Of motors of joints and of loads.
-        damping_work: Of the joints' damping; never positive.
-        friction_work: Of the friction of cables; never positive.
+        kinetic: Kinetic energy 1/2 qd'M qd.
+        potential: Potential energy of the weight, zero at the world origin, and of joint springs.
+        muscle_work: Work of the muscles. It includes energy stored in muscles and in cables that
+            do not slip yet.
+        outer_work: Work of joint motors, loads and wrenches.
+        damping_work: Work of joint damping; never positive.
+        friction_work: Work of cable friction; never positive.
     """
 
     kinetic: float
@@ -37,13 +38,13 @@ class Energy(NamedTuple):
 
 
 class EnergyBalance:
-    """Work done on a robot, summed over steps.
+    """Sum of the work done on a robot over all steps.
 
     Args:
         robot: The robot.
 
     Attributes:
-        work: Of muscles, of external forces, of damping, of cables' friction, shape (4,), in [J].
+        work: Work of muscles, external forces, damping and cable friction, shape (4,), in [J].
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -51,15 +52,16 @@ class EnergyBalance:
         self._damping = np.array([c.damping for c in robot.coordinates])
 
     def add_step(self, h: float, mechanism: DartMechanism, loaded: bool, qd: FloatArray) -> None:
-        """Add the work of a semi-implicit step: forces of its beginning, mean of its velocities.
+        """Add the work of a semi-implicit Euler step.
 
-        With a constant mass matrix that is the step's change of the kinetic energy, exactly.
+        The work is computed from the forces at the beginning of the step and the mean of both
+        velocities. With a constant mass matrix it equals the change of the kinetic energy.
 
         Args:
             h: Length of the step, in [s].
-            mechanism: The robot at the step's beginning, its forces evaluated.
+            mechanism: The mechanism at the beginning of the step, with evaluated forces.
             loaded: Whether external forces act.
-            qd: Velocities at the step's end, shape (n,).
+            qd: Velocities at the end of the step, shape (n,).
         """
         mean = 0.5 * (mechanism.qd + qd)
         outer = mechanism.outer_torques @ mean if loaded else 0.0

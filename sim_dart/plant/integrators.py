@@ -1,14 +1,17 @@
-"""Integrators of a plant: what they have in common, and semi-implicit Euler on DART.
+"""Integrators of a plant: their common interface, and semi-implicit Euler in DART.
 
-Semi-implicit Euler, DART's own rule: qd+ = qd + h M^-1 (-L'f + ... - C - G - D qd - ...), then
-q+ = q + h qd+. Contacts and joint limits hold as of the step's end; damping and springs of joints
-are implicit, so that they are stable with any step; the error is of first order in h. DART stops
-those joints that would pass their limits without any stop; one that only the stop of another
-drives into its own is beyond it for a step. The core's step (`core_mechanism`) holds all at once.
-Coulomb friction of joints is an impulse of at most h times its force or torque, which brings the
-velocity at the step's end to zero if it can.
+DART uses semi-implicit Euler: qd+ = qd + h M^-1 (-L'f + ... - C - G - D qd - ...), then
+q+ = q + h qd+. The error is of first order in h. Contacts and joint limits are satisfied at the end
+of a step. Joint damping and joint springs are implicit and therefore stable for any step.
 
-The core has the Runge-Kutta rule of fourth order, too: see `csrc/integrators/runge_kutta.c`.
+DART stops the joints that would exceed their limits if no joint were stopped. If the stop of one
+joint drives another joint beyond its limit, this joint exceeds the limit for one step. The step of
+the core (`core_mechanism`) enforces all limits simultaneously.
+
+Coulomb friction of a joint is an impulse of at most h times the friction force or torque. The joint
+sticks at the end of the step if this impulse suffices.
+
+The core also has the Runge-Kutta rule of fourth order; see `csrc/integrators/runge_kutta.c`.
 """
 
 from __future__ import annotations
@@ -24,30 +27,30 @@ from .mechanism import ExternalForces
 
 
 class Integrator(Protocol):
-    """Moves a mechanism."""
+    """Interface of integrators of a mechanism."""
 
     def step(self, commands: FloatArray, external: ExternalForces | None) -> None:
-        """Move on by the plant's step.
+        """Advance the mechanism by one step of the plant.
 
         Args:
-            commands: Of every muscle, shape (m,), held.
-            external: External forces, held; None for none.
+            commands: Muscle commands, constant over the step, shape (m,).
+            external: External forces, constant over the step, or None.
 
         Raises:
             InputError: A command is not finite.
-            DivergedError: The state is not finite any more.
+            DivergedError: The state is no longer finite.
         """
 
 
 class SemiImplicitEuler:
-    """DART's rule, with contacts and limits.
+    """Semi-implicit Euler integrator of DART, with contacts and joint limits.
 
     Args:
-        mechanism: What to move.
-        world: Its world, with a step of h over substeps.
-        step: h, in [s].
-        substeps: Steps of the world in one; muscles are evaluated again at each.
-        balance: Energy balance to add the work to; None for none.
+        mechanism: The mechanism to integrate.
+        world: Its world, with a step of h / substeps.
+        step: Length of a step h, in [s].
+        substeps: Number of world steps per step. Muscles are evaluated in each of them.
+        balance: Energy balance to which the work is added, or None.
     """
 
     def __init__(
@@ -71,7 +74,7 @@ class SemiImplicitEuler:
 
     def step(self, commands: FloatArray, external: ExternalForces | None) -> None:
         """See `Integrator.step`."""
-        if self._is_plain:  # the fast path of most plants
+        if self._is_plain:  # fast path that most plants use
             self._set_forces(self._forces(commands, external))
             self._world_step()
             self._update(self._get_positions(), self._get_velocities())

@@ -1,4 +1,4 @@
-"""A robot at a state, its muscles in the C core, its bodies in an engine: what integrators move."""
+"""Base class of mechanisms: the state of a robot that an integrator advances."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from sim_dart.muscles.laws import MuscleLaws
 
 
 class DivergedError(Exception):
-    """A state that is not finite or out of bounds; the plant catches it and adds the time."""
+    """State that is not finite or out of bounds. The plant adds the time and raises again."""
 
 
 class ExternalForces(NamedTuple):
-    """Forces and torques on a robot that are not its muscles', constant over a step.
+    """Forces and torques on a robot other than its muscle forces, constant over a step.
 
     Attributes:
-        torques: A tau, shape (n,), in [N·m] or [N].
-        loads: w, forces on the task frames that are points, shape (3 p,), in [N]; None for none.
-        wrenches: On the links that take them, shape (6 k,), in [N] and [N·m]; None for none.
+        torques: Motor torques A tau, shape (n,), in [N·m] or [N].
+        loads: Forces w on the position task frames, shape (3 p,), in [N], or None.
+        wrenches: Wrenches on links, shape (6 k,), in [N] and [N·m], or None.
     """
 
     torques: FloatArray
@@ -37,11 +37,11 @@ class ExternalForces(NamedTuple):
 
 
 class Momentum(NamedTuple):
-    """Momentum of a robot in the world.
+    """Momentum of a robot in the world frame.
 
     Attributes:
-        linear: Shape (3,), in [N·s].
-        angular: About the world's origin, shape (3,), in [N·m·s].
+        linear: Linear momentum, shape (3,), in [N·s].
+        angular: Angular momentum about the world origin, shape (3,), in [N·m·s].
     """
 
     linear: FloatArray
@@ -49,21 +49,22 @@ class Momentum(NamedTuple):
 
 
 class Mechanism(ABC):
-    """A robot at a state.
+    """State of a robot, with its muscles in the C core and its bodies in an engine.
 
     Args:
         robot: A valid robot.
-        wrenched: Names of the links that take wrenches.
+        wrenched: Names of the links on which external wrenches act.
 
     Attributes:
         robot: The robot.
-        core: Its muscle paths.
-        laws: How its muscles' tensions follow from their commands; None if all are ideal cables
-            without friction, whose commands are their tensions.
-        q, qd: Where it is, shape (n,).
-        lengths, jacobian: l and L there; views.
-        load_size: Number of values in the loads: three a task frame that is a point.
-        wrench_size: Number of values in the wrenches: six a link that takes one.
+        core: The muscle paths.
+        laws: The muscle laws, or None if all muscles are ideal cables without friction. The
+            commands
+            of such cables are their tensions.
+        q, qd: Joint positions and velocities, shape (n,).
+        lengths, jacobian: l and L at q, as views.
+        load_size: Number of values of the loads, three per position task frame.
+        wrench_size: Number of values of the wrenches, six per link.
     """
 
     q: FloatArray
@@ -87,55 +88,55 @@ class Mechanism(ABC):
 
     @abstractmethod
     def set_state(self, q: FloatArray, qd: FloatArray) -> None:
-        """Go to a state; the arrays become the mechanism's own.
+        """Set the state. The mechanism keeps references to the arrays.
 
         Raises:
-            DivergedError: It is not finite, or beyond all bounds; nothing has moved then.
+            DivergedError: The state is not finite or out of bounds. The mechanism is unchanged.
         """
 
     @abstractmethod
     def energies(self) -> tuple[float, float]:
-        """Kinetic energy 1/2 qd'M qd and potential energy, in [J].
+        """Return the kinetic energy 1/2 qd'M qd and the potential energy, in [J].
 
-        The potential one is that of the weight, zero at the world's origin, and of joint springs.
+        The potential energy includes the weight, zero at the world origin, and joint springs.
         """
 
     @abstractmethod
     def momentum(self) -> Momentum:
-        """Linear and angular momentum in the world."""
+        """Return the linear and angular momentum in the world frame."""
 
     @property
     def muscle_states(self) -> FloatArray:
-        """The muscles' states, shape (s,); a view."""
+        """States of the muscles, shape (s,), as a view."""
         return np.empty(0) if self.laws is None else self.laws.states
 
     def update(self, q: FloatArray, qd: FloatArray) -> None:
-        """Evaluate muscles and tasks at a state; the arrays become the mechanism's own.
+        """Evaluate muscles and tasks at a state. The mechanism keeps references to the arrays.
 
         Raises:
-            DivergedError: It is not finite, or beyond all bounds; nothing has moved then.
+            DivergedError: The state is not finite or out of bounds. The mechanism is unchanged.
         """
         bad = self._move(self._handle, q.tobytes(), qd.tobytes())
         if bad:
-            self.refuse_state(bad - 1, q, qd)
+            self.raise_state_error(bad - 1, q, qd)
         self.q, self.qd = q, qd
 
-    def refuse_state(self, k: int, q: FloatArray, qd: FloatArray) -> None:
+    def raise_state_error(self, k: int, q: FloatArray, qd: FloatArray) -> None:
         """Raise DivergedError for coordinate k of a state."""
         name = self.robot.coordinates[k].name
         raise DivergedError(f"{name} is {q[k]} with velocity {qd[k]}")
 
-    def refuse_command(self, k: int, commands: FloatArray) -> None:
+    def raise_command_error(self, k: int, commands: FloatArray) -> None:
         """Raise InputError for the command of muscle k."""
         what = "force" if self.laws is None else "command"
         name = self.robot.muscles[k].name
         raise InputError(f"{what} {commands[k]} of muscle {name!r} is not finite")
 
     def check_muscles(self) -> None:
-        """Reject states of muscles that are not finite.
+        """Check that the states of all muscles are finite.
 
         Raises:
-            DivergedError: One is not.
+            DivergedError: A state is not finite.
         """
         laws = self.laws
         if laws is None or np.isfinite(laws.states).all():

@@ -1,9 +1,10 @@
-"""The plant: a robot pulled by its muscles, in the C core or in a DART world.
+"""Plant: simulation of a robot with muscles, in the C core or in a DART world.
 
-M(q) qdd + C + G + D qd = -L(q)^T f + A tau + J_p(q)^T w, with the tensions f as the muscles' laws
-make them of commands, lengths, speeds and states of their own; by semi-implicit Euler steps, or, in
-the core, of fourth order: see `integrators`. L, J_p and f are evaluated again at
-every step. Joint limits are inelastic stops. Joints that close loops hold exactly, in the core.
+The plant integrates M(q) qdd + C + G + D qd = -L(q)'f + A tau + J_p(q)'w. The muscle laws compute
+the tensions f from commands, path lengths, path velocities and muscle states. The integrator is
+semi-implicit Euler, or Runge-Kutta of fourth order in the core; see `integrators`. L, J_p and f are
+evaluated in every step. Joint limits are inelastic stops. The core satisfies the constraints of
+loop joints exactly.
 """
 
 from __future__ import annotations
@@ -26,35 +27,44 @@ from .dart_mechanism import DartMechanism
 from .energy import Energy, EnergyBalance
 from .integrators import Integrator, SemiImplicitEuler
 from .mechanism import DivergedError, ExternalForces, Mechanism, Momentum
-from .settings import Engine, Rule, check_step, chosen_engine, refuse_loops_in_dart, refuse_rk4
+from .settings import (
+    Engine,
+    Rule,
+    check_step,
+    reject_loops_in_dart,
+    require_rk4_support,
+    select_engine,
+)
 
 
 class Plant:
-    """A simulated robot.
+    """Simulated robot.
 
     Args:
-        robot: The robot; its active cable set counts.
+        robot: The robot. Its active cable set is used.
         step: Length of a step, in [s].
-        integrator: `euler`, semi-implicit; or `rk4`, of fourth order, with the engine `core`.
-        substeps: Steps of the integrator in a step of the plant, with commands held; a million at
-            most.
-        energy: Whether the work done on the robot is summed up, for `energy`.
-        scene: The scene around the robot, for contacts; None for none.
-        wrenched: Names of the links that take external wrenches.
-        engine: `core`, the C core, for robots without contacts; `dart`; or `auto` for the core
-            if it can. Both give the same motion, but for rounding, and where a stop drives
-            another joint into its own: see `integrators`. The core is faster.
+        integrator: `euler` (semi-implicit Euler) or `rk4` (Runge-Kutta of fourth order, only with
+            the engine `core`).
+        substeps: Number of integrator steps per plant step, with constant commands, at most one
+            million.
+        energy: Whether to sum up the work done on the robot for `energy`.
+        scene: The scene around the robot, for contacts, or None.
+        wrenched: Names of the links on which external wrenches act.
+        engine: `core` for the C core, which does not support contacts; `dart` for DART; `auto` for
+            the core if possible, otherwise DART. Both engines compute the same motion up to
+            rounding, except if the stop of one joint drives another joint to its limit; see
+            `integrators`. The core is faster.
 
     Raises:
         RobotError: The robot is not valid.
-        InputError: A setting is wrong, or integrator or engine do not fit the robot.
+        InputError: A setting is invalid, or the integrator or engine does not support the robot.
 
     Attributes:
         robot: The robot.
-        engine: What computes it: `core` or `dart`.
+        engine: The selected engine, `core` or `dart`.
         q: Joint positions, shape (n,), in [rad] or [m].
         qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
-        world: Its world: objects and contacts.
+        world: The world with objects and contacts.
     """
 
     q: FloatArray
@@ -80,9 +90,9 @@ class Plant:
         self._n, self._m = len(robot.coordinates), len(robot.muscles)
         self._actuated = [k for k, c in enumerate(robot.coordinates) if c.actuated]
         self._balance = EnergyBalance(robot) if energy else None
-        self.engine = chosen_engine(engine, scene, robot)
+        self.engine = select_engine(engine, scene, robot)
         if integrator == "rk4":
-            refuse_rk4(self.engine, scene, robot)
+            require_rk4_support(self.engine, scene, robot)
         self._mechanism: Mechanism
         self._integrator: Integrator
         self.world: World | EmptyWorld
@@ -91,7 +101,7 @@ class Plant:
             self._mechanism, self.world = mechanism, EmptyWorld()
             self._integrator = CoreSteps(mechanism, integrator, step, substeps, self._balance)
         else:
-            refuse_loops_in_dart(robot, scene)
+            reject_loops_in_dart(robot, scene)
             self._build_in_dart(substeps, scene, wrenched)
         self._laws = self._mechanism.laws
         self._task_rows = task_rows(robot)
@@ -100,7 +110,7 @@ class Plant:
         self.reset()
 
     def _build_in_dart(self, substeps: int, scene: Scene | None, wrenched: Sequence[str]) -> None:
-        """Make mechanism, world and integrator in DART."""
+        """Create the mechanism, world and integrator in DART."""
         mechanism = DartMechanism(self.robot, apart=scene is not None, wrenched=wrenched)
         world = World(mechanism.skeleton, self.robot, self._step / substeps, scene)
         self._mechanism, self.world = mechanism, world
@@ -119,32 +129,32 @@ class Plant:
 
     @property
     def muscle_lengths(self) -> FloatArray:
-        """Path lengths l at the present q, shape (m,), in [m]."""
+        """Path lengths l at the current q, shape (m,), in [m]."""
         return self._mechanism.lengths.copy()
 
     @property
     def lengths_view(self) -> FloatArray:
-        """As `muscle_lengths`, but a view that the next step changes."""
+        """Path lengths l as a view that the next step overwrites, shape (m,), in [m]."""
         return self._mechanism.lengths
 
     @property
     def muscle_jacobian(self) -> FloatArray:
-        """L = dl/dq at the present q, shape (m, n), in [m/rad] or [m/m]."""
+        """L = dl/dq at the current q, shape (m, n), in [m/rad] or [m/m]."""
         return self._mechanism.jacobian.copy()
 
     @property
     def task_position(self) -> FloatArray:
-        """Task coordinates y at the present q, shape (k,), in [m] or [rad]."""
+        """Task coordinates y at the current q, shape (k,), in [m] or [rad]."""
         return self._task_values[self._task_rows]
 
     @property
     def commands(self) -> FloatArray:
-        """The commands last held, shape (m,), each in the unit of its muscle's law."""
+        """The last commands, shape (m,), each in the unit of its muscle law."""
         return self._commands.copy()
 
     @property
     def tensions(self) -> FloatArray:
-        """Tensions f at the present state with the commands last held, shape (m,), in [N]."""
+        """Tensions f at the current state with the last commands, shape (m,), in [N]."""
         if self._laws is None:
             return np.maximum(self._commands, 0.0)
         self._laws.drive(self.qd, self._commands)
@@ -152,18 +162,18 @@ class Plant:
 
     @property
     def far_tensions(self) -> FloatArray:
-        """What friction makes of `tensions` at the last via points, shape (m,), in [N]."""
+        """Tensions at the last via points, after cable friction, shape (m,), in [N]."""
         tensions = self.tensions
         return tensions if self._laws is None else self._laws.far_tensions.copy()
 
     @property
     def muscle_states(self) -> FloatArray:
-        """The muscles' own states, shape (s,), in the order of `muscle_state_names`."""
+        """States of the muscles, shape (s,), in the order of `muscle_state_names`."""
         return self._mechanism.muscle_states.copy()
 
     @property
     def muscle_state_names(self) -> tuple[str, ...]:
-        """Such as `activation.biceps`; none if all muscles are ideal cables."""
+        """Names such as `activation.biceps`; empty if all muscles are ideal cables."""
         return () if self._laws is None else self._laws.state_names
 
     @property
@@ -171,20 +181,20 @@ class Plant:
         """Energies and the work done since the reset, in [J].
 
         Raises:
-            InputError: The plant does not record its energy.
+            InputError: The plant was created without `energy=True`.
         """
         if self._balance is None:
-            raise InputError("this plant records no energy; create it with energy=True")
+            raise InputError("this plant does not record its energy; create it with energy=True")
         return Energy(*self._mechanism.energies(), *self._balance.work.tolist())
 
     @property
     def momentum(self) -> Momentum:
-        """Linear and angular momentum of the robot in the world."""
+        """Linear and angular momentum of the robot in the world frame."""
         return self._mechanism.momentum()
 
     @property
     def command_range(self) -> tuple[FloatArray, FloatArray]:
-        """The smallest and the largest commands that act, each of shape (m,); see `step`."""
+        """Smallest and largest effective commands, each of shape (m,); see `step`."""
         if self._laws is None:
             return np.zeros(self._m), np.full(self._m, np.inf)
         return self._laws.command_low, self._laws.command_high
@@ -195,13 +205,13 @@ class Plant:
         qd: ArrayLike | None = None,
         commands: ArrayLike | None = None,
     ) -> None:
-        """Go to time 0 and a state, or to the one nearest to it in which all loops are closed.
+        """Set the time to 0 and set the state, or the nearest state with closed loops.
 
         Args:
-            q: Joint positions, shape (n,), in [rad] or [m]; the robot's initial ones when None.
-            qd: Joint velocities, shape (n,), in [rad/s] or [m/s]; zero when None.
-            commands: What every muscle has been at rest with for long, shape (m,), each in the unit
-                of its law; those that make f_min when None.
+            q: Joint positions, shape (n,), in [rad] or [m] (default: initial positions).
+            qd: Joint velocities, shape (n,), in [rad/s] or [m/s] (default: 0).
+            commands: Commands with which the muscles are in equilibrium at rest, shape (m,), each
+                in the unit of its law (default: commands for the tensions f_min).
 
         Raises:
             InputError: A value is not finite, the shape is wrong, or loops cannot be closed.
@@ -235,20 +245,20 @@ class Plant:
         """Advance by one step with constant commands.
 
         Args:
-            commands: Of every muscle, shape (m,): of an ideal cable its tension, in [N]; of other
-                laws the command of the law, in its unit. A cable cannot push: a negative tension
-                acts as zero; any other command beyond its law's range as the nearest one in it, and
-                that of a passive muscle as nothing. f_min and f_max are bounds of the controller
-                alone.
-            torques: tau, one for every actuated coordinate, in [N·m] or [N]; zero when None.
-            loads: w, external forces on the task frames that are points, x, y, z of each in
-                world axes, shape (3 p,), in [N]; zero when None.
-            wrenches: For every link that takes one a force and a torque at its frame's origin,
-                world axes, shape (6 k,), in [N] and [N·m]; zero when None.
+            commands: Muscle commands, shape (m,). The command of an ideal cable is its tension, in
+                [N]. Other commands have the unit of their muscle law. Commands are clipped to the
+                range of their law, for example negative tensions to 0. Commands of passive muscles
+                are ignored. The plant does not apply f_min and f_max; these are limits of the
+                controller.
+            torques: Motor torque tau of every actuated coordinate, in [N·m] or [N] (default: 0).
+            loads: External forces w on the position task frames, world axes, shape (3 p,), in [N]
+                (default: 0).
+            wrenches: External force and torque at the origin of the frame of every link in
+                `wrenched`, world axes, shape (6 k,), in [N] and [N·m] (default: 0).
 
         Raises:
-            InputError: A command is not finite, or the shape is wrong.
-            SimulationError: The state has diverged; the message names robot, time and coordinate.
+            InputError: A command is not finite or the shape is wrong.
+            SimulationError: The state diverged. The message contains robot, time and coordinate.
         """
         u = vector("commands", commands, self._m)
         external = self._external(torques, loads, wrenches)
@@ -281,19 +291,19 @@ class Plant:
         return ExternalForces(tau, loads, wrenches)
 
     def get_state(self) -> FloatArray:
-        """The whole state: steps since the reset, q, qd, states of muscles, work, objects."""
+        """Return the complete state: steps since the reset, q, qd, muscles, work and objects."""
         work = () if self._balance is None else (self._balance.work,)
         x = self._mechanism.muscle_states
         return np.concatenate([[self._ticks], self.q, self.qd, x, *work, self.world.get_state()])
 
     def set_state(self, state: ArrayLike) -> None:
-        """Go back to a state from `get_state`.
+        """Restore a state from `get_state`.
 
         Args:
-            state: As from there.
+            state: The state.
 
         Raises:
-            InputError: A value is not finite, or the shape is wrong.
+            InputError: A value is not finite or the shape is wrong.
         """
         n, x = self._n, self._mechanism.muscle_states
         works = 0 if self._balance is None else self._balance.work.size
@@ -301,7 +311,7 @@ class Plant:
         values = vector("state", state, int(ends[-1]) + self.world.get_state().size)
         ticks, q, qd, states, work, objects = np.split(values, ends)
         if not (np.isfinite(ticks[0]) and ticks[0] >= 0):
-            raise InputError(f"state: {ticks[0]} is not a number of steps")
+            raise InputError(f"state: number of steps must be a whole number, not {ticks[0]}")
         finite("the muscles' states", states, x.size)
         finite("work", work, works)
         finite("state of objects", objects, objects.size)
@@ -312,13 +322,13 @@ class Plant:
             self._balance.work[:] = work
 
     def hold(self, commands: ArrayLike) -> None:
-        """Set the commands that `tensions` and `commands` refer to, without a step.
+        """Set the commands without a step, which updates `tensions` and `commands`.
 
         Args:
             commands: As for `step`.
 
         Raises:
-            InputError: One is not finite, or the shape is wrong.
+            InputError: A command is not finite or the shape is wrong.
         """
         self._commands = finite("commands", commands, self._m)
 
@@ -327,7 +337,7 @@ class Plant:
         try:
             self._mechanism.set_state(q, qd)
         except DivergedError as error:
-            raise InputError(f"a state is not finite, or beyond 1e9: {error}") from None
+            raise InputError(f"the state must be finite and at most 1e9: {error}") from None
         self._ticks = ticks
         self.world.time = self.time
         self.q, self.qd = q, qd

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from sim_dart.scene import Scene
 
 Engine = Literal["auto", "core", "dart"]
-"""`core` for trees without contacts; `dart` for all; `auto` for the core if it can."""
+"""`core` for the C core, without contacts; `dart`; `auto` for the core if possible."""
 
 ENGINES: tuple[Engine, ...] = get_args(Engine)
 
@@ -23,19 +23,19 @@ Rule = Literal["euler", "rk4"]
 _USE_EULER = 'use integrator = "euler"'
 
 MAX_SUBSTEPS = 1_000_000
-"""The bound of native plants too."""
+"""Largest number of substeps, also in native plants."""
 
 
 def check_step(step: float, integrator: str, substeps: int) -> None:
-    """Reject settings out of range.
+    """Check the settings of a plant.
 
     Raises:
-        InputError: One is wrong.
+        InputError: A setting is out of range.
     """
     if not _is_number(step) or not (np.isfinite(step) and step > 0):
-        raise InputError(f"the plant's step must be a positive time in s, not {step!r}")
+        raise InputError(f"the step of the plant must be a positive time in s, not {step!r}")
     if integrator not in get_args(Rule):
-        raise InputError(f"integrator {integrator!r} is not one of {', '.join(get_args(Rule))}")
+        raise InputError(f"unknown integrator {integrator!r}; known: {', '.join(get_args(Rule))}")
     is_whole = _is_number(substeps) and 1 <= substeps <= MAX_SUBSTEPS
     if not is_whole or substeps != int(substeps):
         raise InputError(
@@ -44,86 +44,86 @@ def check_step(step: float, integrator: str, substeps: int) -> None:
 
 
 def _is_number(value: object) -> bool:
-    """Return whether it is one that a float can be."""
+    """Return whether a value is a number that can be converted to float."""
     try:
         return isinstance(value, Real) and abs(float(value)) >= 0.0
     except OverflowError:
         return False
 
 
-def chosen_engine(engine: str, scene: Scene | None, robot: Robot) -> Literal["core", "dart"]:
+def select_engine(engine: str, scene: Scene | None, robot: Robot) -> Literal["core", "dart"]:
     """Return the engine that computes a plant.
 
     Args:
         engine: An engine, or `auto`.
-        scene: The scene around the robot; None for none.
+        scene: The scene around the robot, or None.
         robot: The robot.
 
     Raises:
-        InputError: The engine is `core`, and the core lacks something that the plant needs.
-        UnknownNameError: There is no such engine.
+        InputError: The engine is `core`, which does not support a feature of the plant.
+        UnknownNameError: The engine does not exist.
     """
     if engine not in ENGINES:
         raise UnknownNameError("engine", engine, ENGINES)
-    lacking = core_lacks(scene, robot)
-    if engine == "core" and lacking is not None:
-        raise InputError(f'the engine "core" has no {lacking}; use engine = "dart"')
-    return "dart" if engine == "dart" or lacking is not None else "core"
+    unsupported = unsupported_by_core(scene, robot)
+    if engine == "core" and unsupported is not None:
+        raise InputError(f'the engine "core" does not support {unsupported}; use engine = "dart"')
+    return "dart" if engine == "dart" or unsupported is not None else "core"
 
 
-def refuse_loops_in_dart(robot: Robot, scene: Scene | None) -> None:
-    """Reject a robot with loops where DART is to compute it.
+def reject_loops_in_dart(robot: Robot, scene: Scene | None) -> None:
+    """Reject a robot with loops, which DART does not support.
 
     Args:
         robot: The robot.
-        scene: The scene around it; None for none.
+        scene: The scene around the robot, or None.
 
     Raises:
-        InputError: It has loops.
+        InputError: The robot has loops.
     """
     if robot.loops:
-        lacking = core_lacks(scene, robot)
-        why = 'not the engine "dart"' if lacking is None else f"which has no {lacking}"
-        problem = f'closes a loop, which the engine "core" alone computes, {why}'
+        unsupported = unsupported_by_core(scene, robot)
+        why = 'not the engine "dart"' if unsupported is None else f"but not with {unsupported}"
+        problem = f'closes a loop, which only the engine "core" supports, {why}'
         raise InputError(f"joint {robot.loops[0].name!r}: {problem}")
 
 
-def refuse_rk4(engine: str, scene: Scene | None, robot: Robot) -> None:
-    """Reject what the integrator `rk4` does not have.
+def require_rk4_support(engine: str, scene: Scene | None, robot: Robot) -> None:
+    """Check that the integrator `rk4` supports a plant.
 
     Args:
         engine: The engine.
-        scene: The scene around the robot; None for none.
+        scene: The scene around the robot, or None.
         robot: The robot.
 
     Raises:
-        InputError: The C core, which alone has `rk4`, does not compute the plant; or it has
-            friction that no explicit rule can hold at rest: Coulomb friction jumps with the sign of
-            the velocity, friction of cables turns round within a fraction of a millimetre.
+        InputError: The C core, which `rk4` requires, does not support the plant, or the plant has
+            friction. Explicit rules cannot integrate friction: Coulomb friction is discontinuous,
+            and cable friction changes its direction within a fraction of a millimetre.
     """
-    lacking = core_lacks(scene, robot) or ('the engine "dart"' if engine == "dart" else None)
-    if lacking is not None:
-        raise InputError(f"rk4 does not support {lacking}; {_USE_EULER}")
+    unsupported = unsupported_by_core(scene, robot) or (
+        'the engine "dart"' if engine == "dart" else None
+    )
+    if unsupported is not None:
+        raise InputError(f"rk4 does not support {unsupported}; {_USE_EULER}")
     cables = [muscle.name for muscle in robot.muscles if muscle.bend_friction]
     rough = [c.name for c in robot.coordinates if c.friction]
-    for kind, names in (("friction of cables", cables), ("Coulomb friction", rough)):
+    for kind, names in (("cable friction", cables), ("Coulomb friction", rough)):
         if names:
-            raise InputError(
-                f"rk4 does not support {kind}, and {', '.join(names)} has some; {_USE_EULER}"
-            )
+            raise InputError(f"rk4 does not support {kind} (of {', '.join(names)}); {_USE_EULER}")
 
 
-def core_lacks(scene: Scene | None, robot: Robot) -> str | None:
-    """Return a feature of the plant that the C core does not have, in words; None if it has all.
+def unsupported_by_core(scene: Scene | None, robot: Robot) -> str | None:
+    """Return the description of a feature that the C core does not support, or None.
 
     Args:
-        scene: The scene around the robot; None for none.
+        scene: The scene around the robot, or None.
         robot: The robot.
     """
-    return python_laws(robot) if scene is None else "worlds with contacts"
+    return custom_law_feature(robot) if scene is None else "worlds with contacts"
 
 
-def python_laws(robot: Robot) -> str | None:
-    """Return the muscles whose laws are in Python, in words, or None."""
-    own = {m.model.custom.name: m.name for m in robot.muscles if m.model.custom is not None}
-    return next((f"muscle laws in Python ({law} of {name})" for law, name in own.items()), None)
+def custom_law_feature(robot: Robot) -> str | None:
+    """Return the description of a muscle with a custom law in Python, or None."""
+    laws = {m.model.custom.name: m.name for m in robot.muscles if m.model.custom is not None}
+    return next((f"muscle laws in Python ({law} of {name})" for law, name in laws.items()), None)

@@ -103,7 +103,7 @@ WRONG = {
     "nobody": ({"controller.dependent.nobody": True}, "nobody"),
     "none-independent": (
         {f"controller.dependent.{name}": True for name in ("crank", "coupler", "rocker")},
-        "there are no independent coordinates",
+        "no set of independent coordinates exists",
     ),
     "dart": ({"controller.engine": "dart"}, "closes a loop, which requires engine = 'core'"),
     "law": ({"controller.type": "lyapunov"}, "for a robot with closed loops, not 'lyapunov'"),

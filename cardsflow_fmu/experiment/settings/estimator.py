@@ -27,7 +27,7 @@ from cardsflow_fmu.experiment.config.table import (
 )
 from cardsflow_fmu.utils.multiples import whole_steps
 from sim_dart.estimation.sensors import MAX_DELAY, SensorSettings
-from sim_dart.estimation.settings import EstimatorSettings, InertialUnit
+from sim_dart.estimation.settings import EstimatorSettings, Imu
 
 CALIBRATED = "calibrated"
 """Value of `offset` that selects the offsets found by `cardsflow calibrate`."""
@@ -179,9 +179,9 @@ class EstimatorTable(Table):
     sensors: SensorsTable = setting("noise and resolution of the simulated sensors", {})
 
     @property
-    def inertial_units(self) -> tuple[InertialUnit, ...]:
+    def inertial_units(self) -> tuple[Imu, ...]:
         """The IMUs with their poses on the links."""
-        return tuple(InertialUnit(imu.link, Pose(imu.position, imu.rpy)) for imu in self.imus)
+        return tuple(Imu(imu.link, Pose(imu.position, imu.rpy)) for imu in self.imus)
 
     @property
     def links(self) -> tuple[str, ...]:

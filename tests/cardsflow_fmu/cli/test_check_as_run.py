@@ -28,7 +28,7 @@ START_SPEED = "[start]\nq = [0.1, 0.1]\nqd = [1e200, 0.0]"
 REFUSED = {
     "masses": (POINTS + "[plant]\nmass_scale = 1e-308", "plant.mass_scale: link"),
     "mass": (POINTS + LINK + "mass = 1e308", "its mass matrix is not finite"),
-    "far inertia": (POINTS + LINK + "iyy = 1e308", "some motion of its joints moves no mass"),
+    "far inertia": (POINTS + LINK + "iyy = 1e308", "a motion of these coordinates moves no mass"),
     "no address": (POINTS + "[hardware]\nuse = true", "hardware.link: missing"),
     "address": (POINTS + HARDWARE + "'nobody'", "invalid hardware address 'nobody'"),
     "port": (POINTS + HARDWARE + "'udp://127.0.0.1:0'", "port 0 of"),

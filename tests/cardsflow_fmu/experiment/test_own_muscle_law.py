@@ -151,7 +151,7 @@ def test_loading_runs_nothing(folder: Path) -> None:
         (["build", "--compute", "c"], "does not support muscle laws in Python (Elastic of cable_"),
         (
             ["run", "--coupling", "direct", "--set", "plant.engine=core"],
-            'the engine "core" has no muscle laws in Python (Elastic',
+            'the engine "core" does not support muscle laws in Python (Elastic',
         ),
     ],
 )

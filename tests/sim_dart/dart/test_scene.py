@@ -82,7 +82,7 @@ UNFIT = {
     "far ground": (Scene(Ground(-1e6)), r"'ground' is 1e\+06 m away at the start"),
     "more than all pairs of": (
         Scene(objects=tuple(SceneObject(f"o{k}", BALL) for k in range(500)), links="capsules"),
-        r"50\d bodies can touch one another, more than 500",
+        r"50\d bodies can collide, more than the maximum of 500",
     ),
     "in each other": (
         Scene(objects=(SceneObject("a", BALL, mass=1.0), SceneObject("b", Box((1, 1, 1))))),
@@ -186,7 +186,7 @@ BAD_MESHES = {
         trimesh.exchange.stl.export_stl(
             trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
         ),
-        "has no convex hull with a volume",
+        "its convex hull cannot be computed",
     ),
 }
 

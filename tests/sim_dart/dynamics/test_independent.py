@@ -92,22 +92,22 @@ def test_loops_that_hold_anyway_make_nothing_follow() -> None:
     np.testing.assert_allclose(dynamics.coriolis(q, q), tree.coriolis(q, q), atol=1e-15)
 
 
-def test_a_choice_can_be_asked_for() -> None:
-    assert dependent_coordinates(four_bar(), never=["crank"]) == (False, True, True)
-    assert dependent_coordinates(four_bar(), among=["crank"])[0]
+def test_required_and_excluded_coordinates_are_respected() -> None:
+    assert dependent_coordinates(four_bar(), excluded=["crank"]) == (False, True, True)
+    assert dependent_coordinates(four_bar(), required=["crank"])[0]
     with pytest.raises(InputError, match="crank dependent, coupler dependent, rocker dependent"):
-        dependent_coordinates(four_bar(), among=["crank", "coupler", "rocker"])
+        dependent_coordinates(four_bar(), required=["crank", "coupler", "rocker"])
     with pytest.raises(InputError, match="crank independent, coupler independent"):
-        dependent_coordinates(four_bar(), never=["crank", "coupler"])
+        dependent_coordinates(four_bar(), excluded=["crank", "coupler"])
 
 
-def test_loops_that_never_close_are_refused() -> None:
+def test_loops_that_cannot_be_closed_are_rejected() -> None:
     far = with_loop(four_bar(), T_child_joint=Pose((5.0, 0.0, 0.0)))
     with pytest.raises(InputError, match="loop cannot be closed"):
         dependent_coordinates(far)
 
 
-def test_a_pose_where_the_others_do_not_say_is_named() -> None:
+def test_singular_pose_is_reported() -> None:
     """With crank and coupler in line, the rocker says nothing of their rates."""
     robot = four_bar((0.2, 0.5, 0.4, 0.5))
     dynamics = IndependentDynamics(robot, [True, True, False])
@@ -116,5 +116,5 @@ def test_a_pose_where_the_others_do_not_say_is_named() -> None:
     crank = np.arccos((0.5**2 + reach**2 - 0.4**2) / (2 * 0.5 * reach))
     q = np.array([-crank, 0.0, -(np.pi - rocker)])
     assert np.abs(close_loops(robot, q) - q).max() <= 1e-9
-    with pytest.raises(SimulationError, match="does not follow from the independent coordinates"):
+    with pytest.raises(SimulationError, match="is not determined by the independent coordinates"):
         dynamics.free_motion(q)

@@ -31,14 +31,14 @@ from sim_dart import CoreDynamics
 from sim_dart.core.arrays import FloatArray
 from sim_dart.estimation.estimator import PoseEstimator
 from sim_dart.estimation.observability import observability
-from sim_dart.estimation.settings import EstimatorSettings, InertialUnit
+from sim_dart.estimation.settings import EstimatorSettings, Imu
 
 SEEDS, TICKS = 50, 20
 START = np.array([1.45, 0.1, -0.1, -1.2])
 ELBOW = ("motor9", "motor10")
 UNITS = [
-    InertialUnit("upper_arm_left", Pose((0.01, 0.02, 0.03), (0.3, 0.2, 0.1))),
-    InertialUnit("lower_arm_left", Pose((0.05, 0.0, 0.1), (0.0, 1.0, 0.0))),
+    Imu("upper_arm_left", Pose((0.01, 0.02, 0.03), (0.3, 0.2, 0.1))),
+    Imu("lower_arm_left", Pose((0.05, 0.0, 0.1), (0.0, 1.0, 0.0))),
 ]
 """Of chi squared with 600 and more degrees of freedom, 95 % are within 1.96 times its deviation."""
 
@@ -304,7 +304,7 @@ def test_what_does_not_fit_is_refused(arm: Robot) -> None:
     with pytest.raises(InputError, match="length_noise must be one number or 11"):
         PoseEstimator(arm, EstimatorSettings(length_noise=(1e-3, 2e-3)))
     with pytest.raises(UnknownNameError, match="no link 'hand'"):
-        PoseEstimator(arm, units=[InertialUnit("hand")])
+        PoseEstimator(arm, imus=[Imu("hand")])
     with pytest.raises(InputError, match="start must have shape"):
         PoseEstimator(arm, start=[0.0])
 

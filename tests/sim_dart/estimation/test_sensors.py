@@ -10,11 +10,11 @@ from support.robots.robots import EXAMPLES
 from addin_sdfusion.robot import InputError, Pose, Robot, SimulationError, read_robot
 from sim_dart.core.arrays import FloatArray
 from sim_dart.estimation.sensors import RobotSensors, SensorSettings
-from sim_dart.estimation.settings import InertialUnit
+from sim_dart.estimation.settings import Imu
 from sim_dart.muscles.paths import MusclePaths
 
 START, STEP = np.array([1.45, 0.1, -0.1, -1.2]), 1e-3
-UNITS = [InertialUnit("lower_arm_left", Pose((0.05, 0.0, 0.1), (0.0, 1.0, 0.0)))]
+UNITS = [Imu("lower_arm_left", Pose((0.05, 0.0, 0.1), (0.0, 1.0, 0.0)))]
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +70,7 @@ def test_readings_are_the_truth_rounded_late_and_stuck(arm: Robot) -> None:
 
 def test_units_read_what_differences_say(arm: Robot) -> None:
     """After a step from one velocity to another; and gravity alone at rest."""
-    sensors = RobotSensors(arm, units=UNITS)
+    sensors = RobotSensors(arm, imus=UNITS)
     q, before, after = START, np.zeros(4), np.array([0.5, -0.8, 1.1, 0.7]) * 1e-3
     oracle = UnitReadings(arm, UNITS)
     sensors.q[:], sensors.qd[:] = q, before

@@ -217,7 +217,7 @@ def test_wrong_input_is_named() -> None:
         laws.invert([0.0, math.nan], 1e-3)
     with pytest.raises(InputError, match=r"state 'activation.m1' is not finite"):
         laws.set_states([0.0, math.nan])
-    with pytest.raises(InputError, match="'m0' has no curve 'force_velocity'"):
+    with pytest.raises(InputError, match="'m0' does not have a curve 'force_velocity'"):
         laws.curve("m0", "force_velocity", 0.0)
 
 

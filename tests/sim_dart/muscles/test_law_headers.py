@@ -38,8 +38,8 @@ def test_conditions_are_those_of_the_table(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("law", "c_file", "what"),
     [
-        (_law(), "", "no C file has TENSION_LAW(one)"),
-        (_law(), SOUND + "TENSION_LAW(two) = {0};\n", "no module has the law 'two'"),
+        (_law(), "", "no C file defines TENSION_LAW(one)"),
+        (_law(), SOUND + "TENSION_LAW(two) = {0};\n", "no module defines the law 'two'"),
         (_law(rules=(Rule("c > 0"),)), SOUND, "one: 'c > 0' is not a formula: c is neither"),
         (_law(rules=(Rule("k >"),)), SOUND, "one: 'k >' is not a formula"),
         (_law(rules=(Rule("k ** 2 > 1"),)), SOUND, "one: 'k ** 2 > 1' is not a formula"),

@@ -143,7 +143,9 @@ def test_paths_that_are_not_computed_are_refused() -> None:
         (Muscle("m", (A, replace(MIDDLE, when=when), B), f_max=1.0, pulley=pulley), "pulley"),
         (Muscle("m", (A, B), f_max=1.0, wraps=(Wrap("egg", 0),)), "ellipsoid 'egg'"),
     ):
-        with pytest.raises(CardsflowError, match=f"^muscle 'm': .*{what}.* cannot be simulated"):
+        with pytest.raises(
+            CardsflowError, match=f"^muscle 'm': .*{what}.* is not supported in simulation"
+        ):
             MusclePaths(carriage([muscle], [ball, egg]))
 
 

@@ -379,7 +379,7 @@ def test_a_motor_with_a_spring_pulls_at_the_driven_end() -> None:
 def test_what_friction_is_not_for_is_named() -> None:
     """A rule, a law."""
     robot, _ = corners()
-    with pytest.raises(InputError, match="rk4 does not support friction of cables"):
+    with pytest.raises(InputError, match="rk4 does not support cable friction"):
         Plant(robot, integrator="rk4")
     spring = CableModel("passive_spring", (("K", 1.0),))
     muscle = replace(robot.muscles[0], model=spring, f_max=0.0)

@@ -17,7 +17,7 @@ from sim_dart.core.arrays import FloatArray
 from sim_dart.core.library import Core
 from sim_dart.estimation.estimated_robot import estimated_robot
 from sim_dart.estimation.estimator import PoseEstimator
-from sim_dart.estimation.settings import EstimatorSettings, InertialUnit
+from sim_dart.estimation.settings import EstimatorSettings, Imu
 
 from .inertial import UnitReadings
 from .robots import EXAMPLES
@@ -36,7 +36,7 @@ class Truth:
         settings: EstimatorSettings,
         start: FloatArray,
         seed: int,
-        units: list[InertialUnit] | None = None,
+        units: list[Imu] | None = None,
     ) -> None:
         self.random, self._settings = np.random.default_rng(seed), settings
         self._core = Core(compile_blob(estimated_robot(robot)))
@@ -94,7 +94,7 @@ class Drawn(NamedTuple):
 
 
 def draw_flower(
-    settings: EstimatorSettings, units: list[InertialUnit], mass_scale: float, seed: int = 0
+    settings: EstimatorSettings, units: list[Imu], mass_scale: float, seed: int = 0
 ) -> Drawn:
     """The example of Roboy's arm with an estimator in the loop; unbiased sensors.
 

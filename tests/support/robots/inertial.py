@@ -9,7 +9,7 @@ from sim_dart import compile_blob
 from sim_dart.core.arrays import FloatArray
 from sim_dart.core.frames import moving_frames, transform
 from sim_dart.core.library import Core
-from sim_dart.estimation.settings import InertialUnit
+from sim_dart.estimation.settings import Imu
 
 _D = 1e-4  # in [s]
 
@@ -17,7 +17,7 @@ _D = 1e-4  # in [s]
 class UnitReadings:
     """Angular velocity and specific force of units on links, in their own axes."""
 
-    def __init__(self, robot: Robot, units: list[InertialUnit]) -> None:
+    def __init__(self, robot: Robot, units: list[Imu]) -> None:
         self._core, self._units = Core(compile_blob(robot)), units
         self._places = moving_frames(robot)[1]
         self._rotation = self._core.array("frame_rotation", -1, 3, 3)
@@ -29,7 +29,7 @@ class UnitReadings:
         return np.array([self._of(unit, q, qd, qdd) for unit in self._units])
 
     def _of(
-        self, unit: InertialUnit, q: FloatArray, qd: FloatArray, qdd: FloatArray
+        self, unit: Imu, q: FloatArray, qd: FloatArray, qdd: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         before, now, after = (
             self._pose(unit, q + qd * t + 0.5 * qdd * t * t) for t in (-_D, 0.0, _D)
@@ -40,7 +40,7 @@ class UnitReadings:
         w = 0.5 * np.array([W[2, 1] - W[1, 2], W[0, 2] - W[2, 0], W[1, 0] - W[0, 1]])
         return w, R.T @ (a - self._gravity)
 
-    def _pose(self, unit: InertialUnit, q: FloatArray) -> FloatArray:
+    def _pose(self, unit: Imu, q: FloatArray) -> FloatArray:
         self._core.move(self._core.handle, np.ascontiguousarray(q).tobytes())
         place, T = self._places[unit.link], np.eye(4)
         T[:3, :3], T[:3, 3] = self._rotation[place.frame], self._origin[place.frame]

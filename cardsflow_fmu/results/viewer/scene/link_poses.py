@@ -49,7 +49,7 @@ def motor_axes(robot: Robot, q: FloatArray, poses: Poses) -> list[tuple[FloatArr
     x, held = variable_values(variables, q), np.zeros(len(q))
     for joint in robot.joints:
         T = poses[joint.parent] @ transform(joint.T_parent_joint)
-        drivers = zip(variables.driver[joint.name], variables.still[joint.name], strict=True)
+        drivers = zip(variables.driver[joint.name], variables.constant[joint.name], strict=True)
         for motion, (driver, still) in zip(joint.motions, drivers, strict=True):
             T = T @ motion_transforms(motion, x[:, driver] if driver is not None else held + still)
             if driver is not None:

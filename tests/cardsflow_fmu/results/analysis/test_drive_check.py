@@ -75,7 +75,7 @@ def test_loops_that_cannot_be_closed(
     with pytest.raises(InputError, match="loop cannot be closed") as refused:
         Plant(robot)
     assert str(refused.value) in said
-    assert f"joint 'closing': its loop cannot be closed: it stays open by {gap}" in said
+    assert f"joint 'closing': its loop cannot be closed; the remaining gap is {gap}" in said
 
 
 def test_a_loop_of_no_length_is_an_error_before_anything_is_closed() -> None:

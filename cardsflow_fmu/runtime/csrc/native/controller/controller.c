@@ -266,7 +266,7 @@ static int step(struct model *model)
     native_independent_load(c, robot, c->q, c->qd, robot->load);
     const int status = control_loop_tick(c->loop, period, c->q, c->qd, c->reference, robot->load);
     if (c->undetermined) {
-        text_set(&model->error, "%s does not follow from the independent coordinates of the closed loops at this pose",
+        text_set(&model->error, "%s is not determined by the independent coordinates of the closed loops at this pose",
                  native->ports->ports[c->q - native->values + c->undetermined - 1].name);
         c->undetermined = 0;
         return 1;

@@ -180,7 +180,7 @@ static int use_exact_transition(struct estimator_model *s, const core *c, struct
     const size_t size = core_transition_size(c);
     core_transition *transition = NULL;
     if (!size) {
-        text_set(error, "this library has no derivatives: set exact_transition = false");
+        text_set(error, "this C core does not support derivatives; set exact_transition = false");
         return 1;
     }
     if ((s->transition = malloc(size)) != NULL)

@@ -65,7 +65,7 @@ static int step(struct model *model)
         s->true_torques[of->motors[i]] = s->torques[i];
     const int bad = sensors_read(s->sensors, native->clock[1]);
     if (bad) {
-        text_set(&model->error, "sensors cannot read: %s or its rate is not finite",
+        text_set(&model->error, "sensors: %s or its rate is not finite",
                  native->ports->ports[s->q - native->values + bad - 1].name);
         return 1;
     }

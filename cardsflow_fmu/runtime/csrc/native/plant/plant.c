@@ -100,7 +100,7 @@ static int initialize(struct model *model)
             return 1;
         }
     if (!(plant->step[0] > 0 && plant->step[0] < 1e9)) {
-        text_set(&model->error, "the plant's step must be a positive time in s, not %.17g", plant->step[0]);
+        text_set(&model->error, "the step of the plant must be a positive time in s, not %.17g", plant->step[0]);
         return 1;
     }
     plant->ticks = 0;
