@@ -90,7 +90,7 @@ def static_optimisation(robot: Robot, motion: Motion, *, passive: bool = False) 
     Raises:
         InputError: A muscle has no activation, or no f_max.
     """
-    low = np.array([_min_activation(muscle) for muscle in robot.muscles])
+    a_min = np.array([_min_activation(muscle) for muscle in robot.muscles])
     dynamics = control_dynamics(robot)
     terms = motion_terms(dynamics, motion)
     L = terms.L[:, : len(robot.muscles)]
@@ -100,10 +100,10 @@ def static_optimisation(robot: Robot, motion: Motion, *, passive: bool = False) 
     arms = np.abs(L).max(axis=(0, 1), initial=0.0)
     driven = arms > _MIN_ARM * arms.max(initial=0.0)
     A, demanded = (L * active_force[:, :, None])[:, :, driven], tau[:, driven]
-    found = distribute(A, demanded, low, 1.0)
+    found = distribute(A, demanded, a_min, 1.0)
     a, infeasible = np.array(found.forces), ~found.solved
     if infeasible.any():
-        a[infeasible] = _with_reserves(A[infeasible], demanded[infeasible], low)
+        a[infeasible] = _with_reserves(A[infeasible], demanded[infeasible], a_min)
     reserves = tau + np.einsum("tmn,tm->tn", L, active_force * a)
     reserves[np.ix_(~infeasible, driven)] = 0.0
     names = np.array(terms.coordinate_names)
@@ -183,14 +183,14 @@ def _tensions(robot: Robot, motion: Motion, states: float, commands: FloatArray)
     return found
 
 
-def _with_reserves(A: FloatArray, tau: FloatArray, low: FloatArray) -> FloatArray:
+def _with_reserves(A: FloatArray, tau: FloatArray, a_min: FloatArray) -> FloatArray:
     """Return activations with reserve actuators at all coordinates, shape (T, m)."""
     n = tau.shape[1]
     both_signs = np.concatenate([RESERVE * np.eye(n), -RESERVE * np.eye(n)])
     rows = np.concatenate([A, np.broadcast_to(both_signs, (len(A), 2 * n, n))], axis=1)
-    low = np.concatenate([low, np.zeros(2 * n)])
-    high = np.concatenate([np.ones_like(low), np.full(2 * n, np.inf)])
-    return np.asarray(distribute(rows, tau, low, high).forces[:, : len(low)])
+    low = np.concatenate([a_min, np.zeros(2 * n)])
+    high = np.concatenate([np.ones_like(a_min), np.full(2 * n, np.inf)])
+    return np.asarray(distribute(rows, tau, low, high).forces[:, : len(a_min)])
 
 
 def activation_files(found: Activations) -> dict[str, str]:
