@@ -1,1 +1,1 @@
-"""The command line, a module a command."""
+"""Command line; each module contains one or several commands."""

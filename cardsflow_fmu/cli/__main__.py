@@ -1,4 +1,4 @@
-"""`python -m cardsflow_fmu.cli`: the command line where no script is installed."""
+"""Command line as `python -m cardsflow_fmu.cli`, without an installed script."""
 
 import sys
 

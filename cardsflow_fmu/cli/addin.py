@@ -14,9 +14,9 @@ from .common import (
     add_json,
     add_output,
     add_settings,
+    parse_settings,
     print_files,
     print_findings,
-    settings_of,
 )
 from .parser import Commands
 from .terminal.progress import show_progress
@@ -156,7 +156,9 @@ def _import_cad(options: argparse.Namespace) -> int:
     tables = Tables(**given) if given else None
     try:
         with show_progress("import-cad"):
-            exported = import_cad(options.design, folder, settings_of(options.set), tables, **time)
+            exported = import_cad(
+                options.design, folder, parse_settings(options.set), tables, **time
+            )
         findings, files = exported.findings, exported.files
     except RobotError as error:
         findings, files = error.findings, ()

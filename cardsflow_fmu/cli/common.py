@@ -39,7 +39,13 @@ def add_json(parser: argparse.ArgumentParser, what: str = "the result") -> None:
 
 
 def add_output(parser: argparse.ArgumentParser, what: str, **options: Any) -> None:
-    """Add `-o`; `options` are those of `add_argument`, `what` includes the default."""
+    """Add `-o`.
+
+    Args:
+        parser: The parser.
+        what: Description of the output.
+        options: Options of `add_argument`, such as `required` and `default`.
+    """
     if options.get("required"):
         what += " (required)"
     elif "default" in options:
@@ -109,7 +115,7 @@ def print_findings(
 def finding_lines(
     findings: Iterable[Finding], verbose: bool = False, rest: str = "--verbose"
 ) -> Iterator[tuple[Finding, str]]:
-    """Yield findings with their lines; findings that repeat share the line of the first one.
+    """Yield findings with their lines; repeated findings of one kind share one line.
 
     Args:
         findings: The findings in their order.
@@ -146,8 +152,8 @@ def print_result(text: str) -> None:
         print_coloured(line)
 
 
-def settings_of(words: Sequence[str]) -> dict[str, Any]:
-    """Return `KEY=VALUE` words as settings; a value is TOML, or otherwise a string."""
+def parse_settings(words: Sequence[str]) -> dict[str, Any]:
+    """Convert `KEY=VALUE` words to settings. A value that is not valid TOML is a string."""
     settings: dict[str, Any] = {}
     for word in words:
         parts = split_setting(word)
@@ -172,8 +178,8 @@ def add_experiment(parser: argparse.ArgumentParser, others: str = "") -> None:
     add_settings(parser)
 
 
-def experiment_of(options: argparse.Namespace) -> Experiment:
+def load_experiment(options: argparse.Namespace) -> Experiment:
     """Load the experiment of the options of `add_experiment`."""
     from cardsflow_fmu.experiment.experiment import Experiment
 
-    return Experiment.load(options.experiment, settings_of(options.set))
+    return Experiment.load(options.experiment, parse_settings(options.set))

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.json_text import json_text
 
-from .common import FAILED, GOOD, add_cable_set, add_json, add_settings, settings_of
+from .common import FAILED, GOOD, add_cable_set, add_json, add_settings, parse_settings
 from .parser import Commands
 from .terminal.messages import print_warning
 
@@ -87,7 +87,7 @@ def add_replay(commands: Commands) -> None:
         _replay,
         "Replay a hardware recording as a device.",
         "cardsflow replay-hardware results/hardware.rec --listen udp://127.0.0.1:5005",
-        "The device sends the recorded states, whatever the commands are. It runs until Ctrl-C.",
+        "The device sends the recorded states and ignores the commands. It runs until Ctrl-C.",
     )
     parser.add_argument("recording", type=Path, help="the hardware.rec of a run")
     _add_serving(parser)
@@ -184,9 +184,9 @@ def _device(options: argparse.Namespace) -> int:
     from cardsflow_fmu.hardware.emulator.emulated_device import device_of
 
     address = _node_address(options)
-    robot, settings, shown = _emulated(options)
+    robot, settings, shown = _emulated_robot(options)
     if options.watchdog is not None:
-        settings = settings.replaced(watchdog=options.watchdog * 1e-3)
+        settings = settings.copy_with(watchdog=options.watchdog * 1e-3)
     key = _key(options, settings.key_file)
     device = device_of(robot, settings, key)
 
@@ -227,7 +227,7 @@ def _node_address(options: argparse.Namespace) -> NodeAddress | None:
     return address
 
 
-def _emulated(
+def _emulated_robot(
     options: argparse.Namespace,
 ) -> tuple[EmulatedRobot, HardwareSettings, ShownRobot]:
     """Return the robot of an experiment or of robot files, with its hardware settings."""
@@ -242,19 +242,19 @@ def _emulated(
             if getattr(options, option) is not None:
                 what = f"is only for robots; for an experiment use --set {key}=..."
                 raise InputError(what, key=f"--{option.replace('_', '-')}")
-        experiment = Experiment.load(thing, settings_of(options.set))
-        settings = _with_imperfections(options, experiment.hardware)
+        experiment = Experiment.load(thing, parse_settings(options.set))
+        settings = _apply_imperfections(options, experiment.hardware)
         own = settings.emulator
         emulated = EmulatedRobot.from_experiment(
             experiment, motor_lag=own.motor_lag, sensors=own.sensors
         )
         return emulated, settings, ShownRobot.from_experiment(experiment)
     from addin_sdfusion.robot.formats.read import read
-    from cardsflow_fmu.experiment.carried_files import mesh_roots
+    from cardsflow_fmu.experiment.packed_files import mesh_roots
 
     if options.set:
         raise InputError("is only for experiments; this is a robot", key="--set")
-    settings = _with_imperfections(options, HardwareSettings())
+    settings = _apply_imperfections(options, HardwareSettings())
     own = settings.emulator
     robot = read(thing, options.cable_set).require()
     step = 1e-3 if options.step is None else options.step
@@ -262,9 +262,9 @@ def _emulated(
     return emulated, settings, ShownRobot(robot, thing.parent, mesh_roots(thing, [thing], ()))
 
 
-def _with_imperfections(options: argparse.Namespace, own: HardwareSettings) -> HardwareSettings:
+def _apply_imperfections(options: argparse.Namespace, own: HardwareSettings) -> HardwareSettings:
     """Return the settings with the imperfections of robot and link from the options."""
-    return own.replaced(emulator=_imperfections(options, own.emulator))
+    return own.copy_with(emulator=_imperfections(options, own.emulator))
 
 
 def _imperfections(options: argparse.Namespace, own: EmulatorSettings) -> EmulatorSettings:

@@ -85,7 +85,7 @@ def copy_example(name: str, folder: Path) -> tuple[list[Path], list[Path]]:
     if target.exists():
         raise InputError("already exists; choose another folder", file=target)
     created, existing = [], []
-    for used in _with_used(name):
+    for used in _with_dependencies(name):
         target = folder / used
         if target.exists():
             existing.append(target)
@@ -100,10 +100,10 @@ def copy_example(name: str, folder: Path) -> tuple[list[Path], list[Path]]:
     return created, existing
 
 
-def _with_used(name: str) -> list[str]:
+def _with_dependencies(name: str) -> list[str]:
     """Return an example and all examples that its files refer to."""
     names = [name]
-    for used in names:  # grows inside the loop
+    for used in names:  # the loop appends to this list
         for file in sorted((examples_folder() / used).rglob("*")):
             if file.suffix not in (".toml", ".py") or "results" in file.parts:
                 continue

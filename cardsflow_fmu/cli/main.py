@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command.
 
     Args:
-        arguments: Words after `cardsflow`; those of the process when None.
+        arguments: Words after `cardsflow` (default: arguments of the process).
 
     Returns:
         The exit code; see `EXIT_CODES`.
@@ -93,7 +93,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _flush_output() -> bool:
-    """Flush stdout; return whether everything was written, which a full disk prevents."""
+    """Flush stdout; return false if this fails, for example because the disk is full."""
     try:
         sys.stdout.flush()
         return True

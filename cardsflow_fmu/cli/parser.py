@@ -19,8 +19,8 @@ BAD_INPUT = 2
 class Parser(argparse.ArgumentParser):
     """Parser of a command.
 
-    It suggests the nearest option or value for an unknown one, and shows the command's own usage
-    with every usage error. Options cannot be abbreviated.
+    For an unknown option or value, it suggests the most similar one. Usage errors include the usage
+    of the command. Options cannot be abbreviated.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -31,11 +31,11 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
-        """Parse words; an unknown one is an error here, so that the usage is that of the command.
+        """Parse words; an unknown word is an error of this command, with the usage of this command.
 
         Args:
-            args: The words; those of the process when None.
-            namespace: Where to store the options.
+            args: The words (default: arguments of the process).
+            namespace: Object that receives the options (default: a new one).
         """
         words = list(sys.argv[1:] if args is None else args)
         self._check_options(words)
@@ -118,7 +118,7 @@ class Commands:
             "-q",
             "--quiet",
             action="store_true",
-            help="print no progress, notes and warnings (default: off)",
+            help="do not print progress, notes and warnings (default: off)",
         )
         self._common.add_argument(
             "--debug", action="store_true", help="print the traceback of an error (default: off)"
@@ -136,14 +136,14 @@ class Commands:
         example: str,
         details: str = "",
     ) -> Parser:
-        """Add a command; returns its parser.
+        """Add a command and return its parser.
 
         Args:
             name: The command.
             run: Function of the parsed options that returns the exit code.
-            text: One line that says what the command does.
+            text: One sentence that describes the command.
             example: A command line.
-            details: Further sentences for the help text of the command.
+            details: Additional sentences for the help text of the command.
         """
         description = f"{text} {details}".strip()
         parser = self._add(name, text, example, description=description, parents=[self._common])

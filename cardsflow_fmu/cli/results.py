@@ -101,10 +101,10 @@ def _plot(options: argparse.Namespace) -> int:
         file = plot(
             result, options.output, options.panels, options.columns, overwrite=options.overwrite
         )
-        signs = missing_characters(result)
-    if signs and file.suffix.lower() != ".svg":
+        characters = missing_characters(result)
+    if characters and file.suffix.lower() != ".svg":
         print_warning(
-            f"the font of the figure lacks {signs!r} and shows boxes; an .svg keeps the text"
+            f"the font of the figure does not contain {characters!r}; boxes replace them; use .svg"
         )
     print_files([file], options.json)
     return GOOD

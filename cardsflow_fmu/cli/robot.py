@@ -23,8 +23,8 @@ from .common import (
     add_overwrite,
     add_robot,
     add_verbose,
-    experiment_of,
     finding_lines,
+    load_experiment,
     print_files,
     print_findings,
 )
@@ -55,7 +55,7 @@ def add_check(commands: Commands) -> None:
         "--for",
         dest="format",
         metavar="FORMAT",
-        help="also list what a conversion to this format would reject or lose: "
+        help="also list the losses and errors of a conversion to this format: "
         f"{_FORMATS} (default: none)",
     )
     _add_repair(parser)
@@ -191,7 +191,7 @@ def _check(options: argparse.Namespace) -> int:
         reading = readings[0]
         findings = [finding for one in readings for finding in one.findings]
     sound = not any(finding.is_error for finding in findings)
-    failure = _opening_error(experiment) if sound else None
+    failure = _start_error(experiment) if sound else None
     if sound and failure is None:
         findings += _drive_findings(reading, experiment)
         with show_progress("check"):
@@ -225,7 +225,7 @@ def _experiment(path: Path) -> Experiment | None:
     return Experiment.load(path) if path.suffix == ".toml" or inside else None
 
 
-def _opening_error(experiment: Experiment | None) -> CardsflowError | None:
+def _start_error(experiment: Experiment | None) -> CardsflowError | None:
     """Return the error that would end a run of the experiment before its first step."""
     if experiment is None:
         return None
@@ -258,7 +258,7 @@ def _motion_findings(options: argparse.Namespace, reading: Reading) -> list[Find
 
 
 def _losses(options: argparse.Namespace, reading: Reading) -> list[Finding]:
-    """Return what the format of --for cannot represent."""
+    """Return findings about features that the format of --for cannot represent."""
     if options.format is None:
         return []
     from addin_sdfusion.robot.formats.convert import format_of, losses_in
@@ -333,7 +333,7 @@ def _size(options: argparse.Namespace) -> int:
     from cardsflow_fmu.results.analysis.sizing_report import describe_sizes
 
     with show_progress("size"):
-        sizes = size(experiment_of(options), margin=options.margin)
+        sizes = size(load_experiment(options), margin=options.margin)
     print(json_text(sizes, indent=1) if options.json else describe_sizes(sizes))
     return FAILED if sizes["impossible_points"] else GOOD
 
@@ -357,7 +357,7 @@ def _activations(options: argparse.Namespace) -> int:
     contents, summary = activation_files(found), activation_summary(found)
     for name, text in contents.items():
         if not options.overwrite:
-            _require_own_file(options.output / name, text.partition("\n")[0])
+            _require_activations_file(options.output / name, text.partition("\n")[0])
     print_findings(reading.findings)
     if not options.json:
         print(describe_activations(summary))
@@ -370,11 +370,11 @@ def _activations(options: argparse.Namespace) -> int:
     return FAILED if summary["infeasible"] else GOOD
 
 
-def _require_own_file(file: Path, title: str) -> None:
-    """Check that `activations` wrote a file, if it exists.
+def _require_activations_file(file: Path, title: str) -> None:
+    """Check that an existing file was written by `activations`.
 
     Raises:
-        InputError: Another program or a person wrote it.
+        InputError: The file was not written by `activations`.
     """
     with contextlib.suppress(FileNotFoundError, NotADirectoryError), file.open("rb") as stream:
         if stream.readline(100).strip() != title.encode():

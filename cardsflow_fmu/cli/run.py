@@ -16,15 +16,15 @@ from .common import (
     add_json,
     add_output,
     add_verbose,
-    experiment_of,
+    load_experiment,
+    parse_settings,
     print_files,
     print_result,
-    settings_of,
 )
 from .parser import Commands
 from .terminal.messages import print_note, print_warning
 from .terminal.progress import show_progress
-from .view import add_live_options, reject_view, watched
+from .view import add_live_options, live_watch, reject_view
 
 if TYPE_CHECKING:
     from cardsflow_fmu.experiment.experiment import Experiment
@@ -72,8 +72,8 @@ def add_run(commands: Commands) -> None:
     parser.add_argument(
         "--as-script",
         action="store_true",
-        help="print a Python script of the run, which uses only FMPy if it couples FMUs; run "
-        "nothing (default: off)",
+        help="print a Python script of the run instead of running it; the script only uses FMPy if "
+        "it couples FMUs (default: off)",
     )
     parser.add_argument(
         "--view",
@@ -97,7 +97,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.hardware is not None:
         options.set += [f"hardware.link={json_text(options.hardware)}", "hardware.use=true"]
     options.set += [f"run.{key}={value}" for key, value in _engine(options).items()]
-    experiment = experiment_of(options)
+    experiment = load_experiment(options)
     if experiment.hardware.use:
         from cardsflow_fmu.hardware.session.connect import require_connectable
 
@@ -108,7 +108,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.as_script:
         return _print_script(options, experiment)
     try:
-        with watched(experiment, options) as (watch, replay):
+        with live_watch(experiment, options) as (watch, replay):
             with show_progress("run", "steps") as update:
                 steps = experiment.run.steps
                 result = run(
@@ -128,7 +128,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _print_observability(experiment: Experiment) -> None:
-    """Print which poses of the reference the estimator cannot observe."""
+    """Print a note about unobservable poses of the reference."""
     if experiment.estimator is None:
         return
     from cardsflow_fmu.results.analysis import observable
@@ -147,7 +147,7 @@ def _run_system(options: argparse.Namespace) -> int:
     if engine := _engine(options):
         what = f"contains built FMUs; --{next(iter(engine))} is only for experiments"
         raise InputError(what, file=options.experiment)
-    settings = settings_of(options.set)
+    settings = parse_settings(options.set)
     if options.hardware is not None:
         # hardware.fmu creates the device of a loopback or an emulator itself
         if not options.hardware.startswith(("loopback:", "emulated:")):
@@ -200,7 +200,7 @@ def _print_script(options: argparse.Namespace, experiment: Experiment | None = N
         print_warning(
             f"a script with only FMPy does not support {missing}; this script uses cardsflow_fmu"
         )
-    settings = settings_of(options.set)
+    settings = parse_settings(options.set)
     print(run_script(path, output, settings, realtime=options.realtime), end="")
     return GOOD
 
@@ -265,7 +265,7 @@ def _build(options: argparse.Namespace) -> int:
     from cardsflow_fmu.results.engines import python_reasons, system_engines
     from cardsflow_fmu.simulation.build import SYSTEM_FILE, build
 
-    experiment = experiment_of(options)
+    experiment = load_experiment(options)
     with show_progress("build"):
         files = build(
             experiment,

@@ -1,4 +1,4 @@
-"""Python scripts that do the same as `cardsflow run`: with only FMPy, or with this package."""
+"""Python scripts for the same run as `cardsflow run`: with only FMPy, or with this package."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _FMPY = files("cardsflow_fmu.simulation") / "cosimulate.txt"
 
 
 def missing_in_fmpy(experiment: Experiment, realtime: bool) -> str | None:
-    """Return a feature of the experiment that a script with only FMPy lacks, or None.
+    """Return a feature of the experiment that a script with only FMPy does not support, or None.
 
     Args:
         experiment: The experiment.
@@ -80,7 +80,7 @@ def run_script(
 
     Args:
         experiment: An experiment.toml, its folder, or an .ssp file.
-        output: Folder for the results; that of the experiment when None.
+        output: Folder for the results (default: as in the experiment).
         settings: Changed values by full key.
         realtime: Whether the run is in real time.
     """

@@ -123,7 +123,7 @@ def _note(findings: Sequence[Finding]) -> None:
 
 
 @contextlib.contextmanager
-def watched(
+def live_watch(
     experiment: Experiment, options: argparse.Namespace
 ) -> Iterator[tuple[Watch | None, Callable[[Result], None]]]:
     """Provide functions that show and publish a run, and that replay it until Ctrl-C.
@@ -140,16 +140,16 @@ def watched(
 
     with contextlib.ExitStack() as stack:
         if options.publish is not None:
-            watches.append(stack.enter_context(_published(experiment, options.publish)))
+            watches.append(stack.enter_context(_publish(experiment, options.publish)))
         replay: Callable[[Result], None] = lambda result: None  # noqa: E731
         if options.view:
-            follow, replay = stack.enter_context(_drawn(experiment, options))
+            follow, replay = stack.enter_context(_live_view(experiment, options))
             watches.append(follow)
         yield watch if watches else None, replay
 
 
 @contextlib.contextmanager
-def _published(experiment: Experiment, uri: str) -> Iterator[Watch]:
+def _publish(experiment: Experiment, uri: str) -> Iterator[Watch]:
     from cardsflow_fmu.ros.publisher import published
     from cardsflow_fmu.ros_interface.address import node_address
 
@@ -158,7 +158,7 @@ def _published(experiment: Experiment, uri: str) -> Iterator[Watch]:
 
 
 @contextlib.contextmanager
-def _drawn(
+def _live_view(
     experiment: Experiment, options: argparse.Namespace
 ) -> Iterator[tuple[Watch, Callable[[Result], None]]]:
     from cardsflow_fmu.results.viewer import view

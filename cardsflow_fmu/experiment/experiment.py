@@ -16,8 +16,8 @@ from cardsflow_fmu.cosim.signals.roles import ESTIMATOR, HARDWARE, ROLES, SENSOR
 from cardsflow_fmu.utils.key_file import key_warning
 from sim_dart.muscles.friction import has_cable_friction
 
-from .carried_files import left_out, mesh_roots
-from .reader import read_carried_experiment, read_experiment
+from .packed_files import mesh_roots, omitted_meshes
+from .reader import read_experiment, read_packed_experiment
 from .settings.controller import ControllerSettings
 from .settings.estimator import EstimatorTable
 from .settings.hardware import HardwareSettings
@@ -51,8 +51,8 @@ class Experiment:
         plant: Settings of the plant.
         controller: Settings of the controller.
         run: Settings of the co-simulation.
-        wiring: Outputs, or constant numbers, of inputs that are not connected to the output of the
-            same name: `controller.q.elbow` -> `plant.q.elbow`.
+        wiring: Output or constant number by input, for inputs that are not connected to the output
+            with the same name: `controller.q.elbow` -> `plant.q.elbow`.
         fmus: External FMUs that replace plant, controller or reference, by role.
         robot_overrides: Changes of the robot; see `robot_overrides`.
         scene: Ground and objects around the robot; None without any.
@@ -114,13 +114,13 @@ class Experiment:
         return replace(own, order=(*own.order[:at], *self.roles[len(ROLES) :], *own.order[at:]))
 
     @property
-    def feeding(self) -> EstimatorTable | None:
+    def feedback_estimator(self) -> EstimatorTable | None:
         """Estimator that provides the state to the controller; None: the ground truth."""
         return self.estimator if self.estimator is not None and self.estimator.feedback else None
 
     @property
     def roots(self) -> tuple[Path, ...]:
-        """Folders and files that may be packed; see `carried_files`."""
+        """Folders and files that may be packed; see `packed_files`."""
         return mesh_roots(
             self.file, [self.robot_path, *(p.files[0] for p in self.parts)], self.named
         )
@@ -138,7 +138,7 @@ class Experiment:
                 false for settings from an untrusted file.
 
         Raises:
-            InputError: Something in it is wrong; the message names file and key.
+            InputError: The experiment is invalid; the message names file and key.
         """
         return Experiment(**read_experiment(Path(path), settings or {}, names_files=names_files))
 
@@ -152,11 +152,11 @@ class Experiment:
         Raises:
             InputError: The experiment is invalid, or names files outside of the folder.
         """
-        return Experiment(**read_carried_experiment(folder / EXPERIMENT_FILE))
+        return Experiment(**read_packed_experiment(folder / EXPERIMENT_FILE))
 
     @cached_property
     def plant_robot(self) -> Robot:
-        """The robot of the plant, with scaled masses and friction.
+        """Robot of the plant, with scaled masses and friction.
 
         Raises:
             InputError: The robot with scaled masses or friction is invalid.
@@ -165,30 +165,30 @@ class Experiment:
         if any(scale != 1.0 for scale in frictions):
             pairs = zip(robot.muscles, frictions, strict=True)
             robot = robot.with_muscles([muscle.with_friction_scaled(k) for muscle, k in pairs])
-            self._require(robot, "plant.friction_scale")
+            self._check_robot(robot, "plant.friction_scale")
         if any(scale != 1.0 for scale in masses):
             links = tuple(
                 replace(link, inertia=link.inertia.scaled(scale))
                 for link, scale in zip(robot.links, masses, strict=True)
             )
             robot = replace(robot, links=links)
-            self._require(robot, "plant.mass_scale")
+            self._check_robot(robot, "plant.mass_scale")
         return robot
 
-    def _require(self, robot: Robot, key: str) -> None:
+    def _check_robot(self, robot: Robot, key: str) -> None:
         """Check a robot that a setting has changed."""
         wrong = next((finding for finding in check(robot) if finding.is_error), None)
         if wrong is not None:
             raise InputError(str(wrong).removeprefix("error: "), file=self.file, key=key)
 
     def warnings(self) -> list[str]:
-        """Return warnings on gains, key files, cables and meshes, one line each."""
+        """Return warnings about gains, key files, cables and meshes, one line each."""
         file = self.hardware.key_file if self.hardware.use else None
         key = None if file is None else key_warning(file, "hardware.key_file")
         robots = self.parts or (self,)
-        meshes = [line for it in robots for line in left_out(it.robot, it.folder, self.roots)]
+        meshes = [line for it in robots for line in omitted_meshes(it.robot, it.folder, self.roots)]
         cables = [] if self.hardware.use else not_simulated(self.robot)
-        found = (self._gain_warning(), self._idle_friction(), key, *cables, *meshes)
+        found = (self._gain_warning(), self._friction_warning(), key, *cables, *meshes)
         return [warning for warning in found if warning is not None]
 
     @property
@@ -196,18 +196,18 @@ class Experiment:
         """Folder of the main file of the robot."""
         return self.robot_path.parent
 
-    def _idle_friction(self) -> str | None:
-        """Warn about cable friction without effect."""
-        rough = any(muscle.friction for muscle in self.robot.muscles)
+    def _friction_warning(self) -> str | None:
+        """Return a warning about cable friction that has no effect, or None."""
+        is_set = any(muscle.friction for muscle in self.robot.muscles)
         has_friction = has_cable_friction(self.robot)
-        if rough and not has_friction:
+        if is_set and not has_friction:
             return "cable friction has no effect: no cable with friction is bent between its ends"
         if not has_friction and any(scale != 1.0 for scale in self.plant.friction_scale):
             return "plant.friction_scale has no effect: no muscle has friction"
         return None
 
     def _gain_warning(self) -> str | None:
-        """Warn about gains that make the sampled control loop unstable."""
+        """Return a warning about gains that make the sampled control loop unstable, or None."""
         from controllers.analysis.gains import sampling_warning
 
         controller = self.controller

@@ -50,7 +50,7 @@ class JointStates(NamedTuple):
 
 
 def is_recording(path: Path) -> bool:
-    """Return whether a path has the type of a ROS 2 recording or is a rosbag2 folder."""
+    """Return whether a path is a ROS 2 recording, judged by its suffix, or a rosbag2 folder."""
     with contextlib.suppress(OSError, ValueError):
         if (path / _FOLDER_FILE).is_file():
             return True
@@ -71,7 +71,7 @@ def read_joint_states(path: Path, joints: Sequence[str] = ()) -> JointStates:
         InputError: There are no joint states, a file is damaged, or a package of the extra `ros2`
             is missing.
     """
-    files = [path] if path.is_file() else _files_of(path)
+    files = [path] if path.is_file() else _recording_files(path)
     found: dict[tuple[str, tuple[str, ...]], _Publisher] = defaultdict(_Publisher)
     require_ros()
     budget, store = Budget(), type_store()
@@ -94,15 +94,15 @@ def read_joint_states(path: Path, joints: Sequence[str] = ()) -> JointStates:
     if TOPIC not in topics and len(topics) > 1:
         what = f"has joint states in {', '.join(topics)}, but not in {TOPIC}"
         raise InputError(what, file=path)
-    own = TOPIC if TOPIC in topics else topics[0]
-    publishers = {names: rows for (topic, names), rows in found.items() if topic == own}
+    topic_used = TOPIC if TOPIC in topics else topics[0]
+    publishers = {names: rows for (topic, names), rows in found.items() if topic == topic_used}
     named = (names for names in publishers if names and set(joints) <= set(names))
     names = next(named, next(iter(publishers)))
     return publishers[names].states(names, path)
 
 
 class _Publisher:
-    """Rows of one publisher; its messages have the same joints."""
+    """Joint states of one publisher; all messages have the same joints."""
 
     def __init__(self) -> None:
         self._stamps, self._recorded = array("q"), array("q")
@@ -121,7 +121,7 @@ class _Publisher:
         order = np.argsort(times, kind="stable")
         time, shape = times[order], (len(times), len(names))
         q = self._q.table(shape, path)[order]
-        qd = self._qd.table(shape, path)[order] if self._qd.are_there else None
+        qd = self._qd.table(shape, path)[order] if self._qd.is_complete else None
         return JointStates(names, (time - time[0]) / 1e9, q, qd)
 
 
@@ -137,7 +137,7 @@ class _Rows:
         self._widths.add(len(row))
 
     @property
-    def are_there(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether every message has a row."""
         return 0 not in self._widths
 
@@ -149,12 +149,12 @@ class _Rows:
         return np.frombuffer(self._numbers).reshape(shape)
 
 
-def _files_of(folder: Path) -> list[Path]:
+def _recording_files(folder: Path) -> list[Path]:
     """Return the files of a rosbag2 folder."""
     if not folder.is_dir():
         raise InputError("is neither a file nor a folder", file=folder)
-    there = [file for file in folder.iterdir() if file.suffix.lower() in RECORDINGS]
-    if not there:
+    files = [file for file in folder.iterdir() if file.suffix.lower() in RECORDINGS]
+    if not files:
         packed = [file.name for file in folder.iterdir() if file.suffix.lower() == ".zstd"]
         what = f"its files are compressed, such as {packed[0]}" if packed else "no files"
         hint = (
@@ -163,4 +163,4 @@ def _files_of(folder: Path) -> list[Path]:
             else f"it must contain {' or '.join(RECORDINGS)}"
         )
         raise InputError(f"is an unsupported rosbag2 folder: {what}; {hint}", file=folder)
-    return sorted(there, key=lambda file: (len(file.name), file.name))
+    return sorted(files, key=lambda file: (len(file.name), file.name))

@@ -1,4 +1,4 @@
-"""Coordinates without a reference, which closed loops or springs move."""
+"""Coordinates without a reference: closed loops or springs determine their motion."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from sim_dart.dynamics.independent import control_dynamics, dependent_coordinate
 
 
 def with_dependent(data: Mapping[str, Any], robot: Robot, file: Path) -> Mapping[str, Any]:
-    """Return the data with controller.dependent for every coordinate.
+    """Set controller.dependent for every coordinate of a robot with closed loops.
 
     Args:
         data: The content of an experiment file.
@@ -21,15 +21,18 @@ def with_dependent(data: Mapping[str, Any], robot: Robot, file: Path) -> Mapping
 
     Raises:
         InputError: No coordinate is independent, or the engine does not support loops.
+
+    Returns:
+        The data with the flags.
     """
     controller = data.get("controller")
-    said = controller.get("dependent", {}) if isinstance(controller, Mapping) else None
-    if not (isinstance(controller, Mapping) and isinstance(said, Mapping)):
-        return data  # the reader of the whole file rejects it
-    names, words = [c.name for c in robot.coordinates], said
-    said = {n: value for n, value in words.items() if n in names and isinstance(value, bool)}
+    given = controller.get("dependent", {}) if isinstance(controller, Mapping) else None
+    if not (isinstance(controller, Mapping) and isinstance(given, Mapping)):
+        return data  # invalid; the reader of the whole file reports it
+    names, flags = [c.name for c in robot.coordinates], given
+    given = {n: value for n, value in flags.items() if n in names and isinstance(value, bool)}
     if not robot.loops:
-        for name in (name for name, value in said.items() if value):
+        for name in (name for name, value in given.items() if value):
             problem = f"{name} is not part of a closed loop"
             raise InputError(problem, file=file, key=f"controller.dependent.{name}")
         return data
@@ -39,18 +42,18 @@ def with_dependent(data: Mapping[str, Any], robot: Robot, file: Path) -> Mapping
     try:
         chosen = dependent_coordinates(
             robot,
-            [name for name, value in said.items() if value],
-            [name for name, value in said.items() if not value],
+            [name for name, value in given.items() if value],
+            [name for name, value in given.items() if not value],
         )
     except InputError as error:
         error.file, error.key = file, "controller.dependent"
         raise
-    flags = {**words, **dict(zip(names, chosen, strict=True))}
+    flags = {**flags, **dict(zip(names, chosen, strict=True))}
     return {**data, "controller": {**controller, "dependent": flags}}
 
 
 def closing_dynamics(data: Mapping[str, Any], robot: Robot) -> CoreDynamics | None:
-    """Return dynamics that close the loops of poses; None without loops."""
+    """Return dynamics for closing the loops of poses; None for a robot without loops."""
     flags = data["controller"].get("dependent", {})
     if not robot.loops or not isinstance(flags, Mapping):
         return None
@@ -59,14 +62,14 @@ def closing_dynamics(data: Mapping[str, Any], robot: Robot) -> CoreDynamics | No
 
 
 def with_resting_points(data: Mapping[str, Any], robot: Robot) -> Any:
-    """Return the reference; in its points, coordinates without reference may be omitted."""
+    """Return the reference with positions for coordinates that its points may omit."""
     reference, controller = data.get("reference", {}), data["controller"]
     points = reference.get("points") if isinstance(reference, Mapping) else None
     free = [controller.get(key) for key in ("passive", "dependent")]
-    left = [own for own in free if isinstance(own, Mapping)]
-    if not left or not isinstance(points, list):
+    tables = [table for table in free if isinstance(table, Mapping)]
+    if not tables or not isinstance(points, list):
         return reference
-    resting = {name for own in left for name, value in own.items() if value is True}
+    resting = {name for table in tables for name, value in table.items() if value is True}
     rest = {c.name: c.initial for c in robot.coordinates if c.name in resting}
     filled = [
         {**point, "q": rest | point["q"]}

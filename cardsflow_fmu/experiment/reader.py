@@ -1,4 +1,4 @@
-"""Reader of experiments: first single tables, then checks with the robot."""
+"""Reader of experiments: it reads the tables, then the robot, then checks all names."""
 
 from __future__ import annotations
 
@@ -21,8 +21,14 @@ from cardsflow_fmu.utils.multiples import MAX_STEPS, whole_duration
 from sim_dart.plant.settings import require_rk4_support
 from sim_dart.scene import Scene
 
-from .carried_files import mesh_roots, named_files, require_carried, require_closed, require_own
 from .loops import closing_dynamics, with_dependent, with_resting_points
+from .packed_files import (
+    mesh_roots,
+    named_files,
+    require_archive_files,
+    require_archive_paths,
+    require_packable,
+)
 from .renamed_settings import reject_renamed, rename_old_keys
 from .settings.controller import read_controller
 from .settings.controller_types import control_type
@@ -34,7 +40,7 @@ from .settings.loads import complete_wiring, read_disturbance
 from .settings.muscles import with_muscle_settings
 from .settings.names import robot_names
 from .settings.plant import PlantSettings
-from .settings.robots import combined, read_parts, read_robot
+from .settings.robots import combine_robots, read_parts, read_robot
 from .settings.run import RunSettings
 from .start import read_reference
 
@@ -70,7 +76,7 @@ def read_experiment(
     return experiment_settings(data, file, named)
 
 
-def read_carried_experiment(file: Path) -> dict[str, Any]:
+def read_packed_experiment(file: Path) -> dict[str, Any]:
     """Read and check an experiment in an unpacked archive with all its files.
 
     Old keys of earlier versions are accepted.
@@ -79,11 +85,11 @@ def read_carried_experiment(file: Path) -> dict[str, Any]:
         InputError: The experiment is invalid, or names files outside of the archive.
     """
     data = read_settings(file)
-    require_closed(data, file)
+    require_archive_paths(data, file)
     rename_old_keys(data)
     found = experiment_settings(data, file)
     for own in (found["robot_files"], *(part.files for part in found.get("parts", ()))):
-        require_carried(own, file.parent)
+        require_archive_files(own, file.parent)
     return found
 
 
@@ -113,19 +119,19 @@ def experiment_settings(
 ) -> dict[str, Any]:
     """Return the attributes of an `Experiment` from the content of a file."""
     context = Context(file)
-    data = _with_gains(data)
+    data = _add_default_gains(data)
     tables = ExperimentTables.read(data, context)
-    robots, in_file = _robots(tables, context, named)
+    robots, in_file = _read_robots(tables, context, named)
     robot = with_muscle_settings(robots["robot"], tables.muscles, context)
     data = with_dependent(data, robot, file)
     context = Context(file, robot_names(robot))
     mains = [robots["robot_path"], *(part.files[0] for part in robots.get("parts", ()))]
     roots = mesh_roots(file, mains, named)
     if tables.reference is not None and tables.reference.file is not None:
-        require_own(tables.reference.file, roots, "reference.file")
+        require_packable(tables.reference.file, roots, "reference.file")
     for muscle in robot.muscles:
         if muscle.model.custom is not None:
-            require_own(Path(muscle.model.custom.file), roots, f"muscles.{muscle.name}.model")
+            require_packable(Path(muscle.model.custom.file), roots, f"muscles.{muscle.name}.model")
     law, custom_space = tables.controller.type, tables.controller.custom_space
     start, reference = read_reference(
         with_resting_points(data, robot),
@@ -140,21 +146,21 @@ def experiment_settings(
     context = Context(file, robot_names(robot, reference.space))
     run = tables.run
     if run.duration is None:
-        run = run.replaced(duration=whole_duration(reference.duration, run.step))
+        run = run.copy_with(duration=whole_duration(reference.duration, run.step))
     require_multiple(run.duration, run.step, "run.step", file=file, key="run.duration")
     disturbance = read_disturbance(data.get("disturbance", {}), context)
     world = {}
     if data.get("world"):
-        world = _world(tables, robot, mains[0].parent, roots, context)
-    plant = _plant(data.get("plant", {}), context, robot, run, world.get("scene"))
+        world = _read_world(tables, robot, mains[0].parent, roots, context)
+    plant = _read_plant(data.get("plant", {}), context, robot, run, world.get("scene"))
     hardware = read_hardware(data.get("hardware", {}), context, run.step)
     folder = mains[0].parent if tables.robots is None else None
-    estimator = _estimator(data.get("estimator"), tables, context, robot, folder, run)
+    estimator = _read_estimator(data.get("estimator"), tables, context, robot, folder, run)
     if hardware.use and not hardware.has_positions:
         _require_estimate(estimator, context)
     wiring = complete_wiring(tables.wiring, robot, disturbance, plant)
     if estimator is not None:
-        wiring = _estimation(robot, estimator, hardware) | wiring
+        wiring = _estimator_wiring(robot, estimator, hardware) | wiring
     return {
         "file": file,
         **robots,
@@ -174,7 +180,7 @@ def experiment_settings(
     }
 
 
-def _estimator(
+def _read_estimator(
     data: Any,
     tables: ExperimentTables,
     context: Context,
@@ -197,19 +203,19 @@ def _require_estimate(estimator: EstimatorTable | None, context: Context) -> Non
     key = "hardware.has_positions"
     if estimator is None or not estimator.feedback:
         raise context.error(key, "false requires an [estimator] with feedback = true")
-    if estimator.encoded:
+    if estimator.encoder_indices:
         what = "false excludes encoders; remove estimator.encoder_noise"
         raise context.error(key, what)
 
 
-def _estimation(
+def _estimator_wiring(
     robot: Robot, estimator: EstimatorTable, hardware: HardwareSettings
 ) -> dict[str, str | float]:
     """Return the connections of the estimator."""
     return dict(
         estimation_wiring(
             robot,
-            estimator.encoded,
+            estimator.encoder_indices,
             feeds=estimator.feedback,
             has_hardware=hardware.use,
             has_tensions=hardware.has_tensions,
@@ -217,8 +223,8 @@ def _estimation(
     )
 
 
-def _with_gains(data: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Add default gains for custom controllers in Python or as FMU."""
+def _add_default_gains(data: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the data with default gains for custom controllers in Python or as FMU."""
     own, fmus = data.get("controller", {}), data.get("fmus")
     if not isinstance(own, Mapping):
         return data
@@ -229,34 +235,38 @@ def _with_gains(data: Mapping[str, Any]) -> Mapping[str, Any]:
     return {**data, "controller": {**_GAINS, **own}}
 
 
-def _robots(
+def _read_robots(
     tables: ExperimentTables, context: Context, named: tuple[Path, ...]
 ) -> tuple[dict[str, Any], list[str]]:
-    """Read [robot], or combine [[robots]]; also return all coordinates before locking."""
+    """Read [robot], or combine [[robots]].
+
+    Returns:
+        Attributes of the `Experiment`, and the names of all coordinates in the robot file.
+    """
     if tables.robots is None:
         reading, robot = read_robot(tables.robot, context)
         own: dict[str, Any] = {"robot_overrides": tables.robot.overrides}
     else:
         own = {"parts": read_parts(tables.robots, context)}
-        reading, robot = combined(own["parts"], context, named)
+        reading, robot = combine_robots(own["parts"], context, named)
     own |= {"robot": robot, "robot_path": reading.files[0], "robot_files": reading.files}
     return own, [] if tables.robot is None else [c.name for c in reading.require().coordinates]
 
 
-def _world(
+def _read_world(
     tables: ExperimentTables,
     robot: Robot,
     folder: Path,
     roots: tuple[Path, ...],
     context: Context,
 ) -> dict[str, Any]:
-    from .scene import make_scene  # imports DART, which only scenes need
+    from .scene import make_scene  # imports DART, which is only required for scenes
 
     scene, world = make_scene(tables.world, robot, folder.resolve(), roots, context)
     return {"scene": scene, "world": world}
 
 
-def _plant(
+def _read_plant(
     data: Mapping[str, Any], context: Context, robot: Robot, run: RunSettings, scene: Scene | None
 ) -> PlantSettings:
     settings = PlantSettings.read({"step": run.step, **data}, context, "plant")

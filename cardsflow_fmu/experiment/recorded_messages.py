@@ -21,14 +21,14 @@ TYPE = "sensor_msgs/msg/JointState"
 _MAX_BYTES = limits.MIB
 """Maximum size of a message, enough for thousands of joints."""
 
-_TABLES = (
+_QUERY = (
     "SELECT topics.name, messages.timestamp, messages.data FROM messages "
     "JOIN topics ON messages.topic_id = topics.id "
     "WHERE topics.type = ? AND topics.serialization_format = 'cdr' AND length(messages.data) < ?"
 )
-_COMPUTED = "SELECT count(*) FROM pragma_table_xinfo(?) WHERE hidden"
+_COMPUTED_COLUMNS = "SELECT count(*) FROM pragma_table_xinfo(?) WHERE hidden"
 _OPERATIONS, _ROUNDS = 1_000_000, 300
-"""SQLite instructions per progress call, and maximum number of calls."""
+"""Number of SQLite instructions per progress call, and maximum number of calls."""
 
 _MAGIC = b"\x89MCAP0\r\n"
 _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 2, 3, 4, 5, 6
@@ -37,7 +37,13 @@ _MESSAGE_HEAD = struct.Struct("<HIQQ")
 
 
 class Message(NamedTuple):
-    """A message: topic, time of recording in [ns], bytes."""
+    """Message of a recording.
+
+    Attributes:
+        topic: Name of the topic.
+        time_ns: Time of recording, in [ns].
+        content: Serialized message.
+    """
 
     topic: str
     time_ns: int
@@ -45,24 +51,24 @@ class Message(NamedTuple):
 
 
 class Budget:
-    """Remaining limits on the size of a recording."""
+    """Limits on the size of a recording; counts what is already read."""
 
     def __init__(self) -> None:
-        self._unpacked, self._bytes = limits.RECORDING, limits.ARRAYS
+        self._unpack_chunks, self._bytes = limits.RECORDING, limits.ARRAYS
         self._records, self._messages = count(1), count(1)
 
-    def unpack(self, size: int) -> None:
+    def count_bytes(self, size: int) -> None:
         """Count the bytes of a chunk."""
-        self._unpacked -= size
-        if self._unpacked < 0:
+        self._unpack_chunks -= size
+        if self._unpack_chunks < 0:
             raise InputError(f"unpacked it {limits.too_large(limits.RECORDING)}")
 
-    def take_record(self) -> None:
+    def count_record(self) -> None:
         """Count a record of any message type."""
         if next(self._records) > limits.RECORDS:
             raise InputError(f"has more than {limits.RECORDS} messages")
 
-    def take(self, message: Message) -> None:
+    def count_message(self, message: Message) -> None:
         """Count a message with joint states."""
         self._bytes -= len(message.content)
         if next(self._messages) > limits.JOINT_STATES or self._bytes < 0:
@@ -75,10 +81,13 @@ class Budget:
 
 
 def messages(file: Path, budget: Budget) -> Iterator[Message]:
-    """Yield the messages with joint states; damaged files raise errors of any type."""
+    """Yield the messages with joint states.
+
+    Damaged files raise errors of any type.
+    """
     read = _mcap_messages if file.suffix.lower() == ".mcap" else _database_messages
     for message in read(file, budget):
-        budget.take(message)
+        budget.count_message(message)
         yield message
 
 
@@ -95,29 +104,29 @@ def _database_messages(file: Path, _: Budget) -> Iterator[Message]:
         rounds = count(1)
         database.set_progress_handler(lambda: next(rounds) > _ROUNDS, _OPERATIONS)
         for table in ("topics", "messages"):
-            if database.execute(_COMPUTED, (table,)).fetchone()[0]:
+            if database.execute(_COMPUTED_COLUMNS, (table,)).fetchone()[0]:
                 raise InputError(f"its table {table} has computed columns")
-        database.set_authorizer(_reads_tables)
-        yield from map(Message._make, database.execute(_TABLES, (TYPE, _MAX_BYTES)))
+        database.set_authorizer(_authorize)
+        yield from map(Message._make, database.execute(_QUERY, (TYPE, _MAX_BYTES)))
 
 
-def _reads_tables(
+def _authorize(
     action: int, _: str | None, name: str | None, __: str | None, view: str | None
 ) -> int:
-    """Return whether a part of a query reads plain tables, for the SQLite authorizer."""
+    """Allow only reading plain tables; authorizer of SQLite."""
     is_read = view is None and action in (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ)
     is_length = action == sqlite3.SQLITE_FUNCTION and name == "length"
     return sqlite3.SQLITE_OK if is_read or is_length else sqlite3.SQLITE_DENY
 
 
 def _mcap_messages(file: Path, budget: Budget) -> Iterator[Message]:
-    """Yield the messages of an MCAP file, also without its end (mcap.dev/spec)."""
+    """Yield the messages of an MCAP file (mcap.dev/spec); the file may be truncated."""
     types: dict[int, str] = {}
     topics: dict[int, str] = {}
     with open_file(file, limits.RECORDING) as stream:
         if stream.read(len(_MAGIC)) != _MAGIC:
             raise ValueError("it is not an MCAP file")
-        for kind, content in _unpacked(stream, budget):
+        for kind, content in _unpack_chunks(stream, budget):
             if kind == _SCHEMA:
                 (own,) = struct.unpack_from("<H", content)
                 types[own], _ = _text(content, 2)
@@ -132,8 +141,8 @@ def _mcap_messages(file: Path, budget: Budget) -> Iterator[Message]:
                     yield Message(topics[channel], time_ns, content[_MESSAGE_HEAD.size :])
 
 
-def _unpacked(stream: BinaryIO, budget: Budget) -> Iterator[tuple[int, bytes]]:
-    """Yield records with their kind; chunks are replaced by their records."""
+def _unpack_chunks(stream: BinaryIO, budget: Budget) -> Iterator[tuple[int, bytes]]:
+    """Yield kind and content of all records, including the records in chunks."""
     for kind, content in _records(stream, budget):
         if kind == _FOOTER:
             return
@@ -142,8 +151,8 @@ def _unpacked(stream: BinaryIO, budget: Budget) -> Iterator[tuple[int, bytes]]:
             continue
         _, _, size, checksum = _CHUNK_HEAD.unpack_from(content)
         compression, end = _text(content, _CHUNK_HEAD.size)
-        budget.unpack(size)
-        data = _decompressed(compression, memoryview(content)[end + 8 :], size)
+        budget.count_bytes(size)
+        data = _decompress(compression, memoryview(content)[end + 8 :], size)
         if checksum not in (0, zlib.crc32(data)):
             raise ValueError("a checksum is wrong")
         yield from _records(io.BytesIO(data), budget)
@@ -152,7 +161,7 @@ def _unpacked(stream: BinaryIO, budget: Budget) -> Iterator[tuple[int, bytes]]:
 def _records(stream: BinaryIO, budget: Budget) -> Iterator[tuple[int, bytes]]:
     """Yield kind and content of the records; an incomplete last record is ignored."""
     while len(head := stream.read(_RECORD.size)) == _RECORD.size:
-        budget.take_record()
+        budget.count_record()
         kind, length = _RECORD.unpack(head)
         if length > limits.RECORDING:
             raise ValueError("a record exceeds the maximum file size")
@@ -168,7 +177,7 @@ def _text(content: bytes, place: int) -> tuple[str, int]:
     return content[place + 4 : end].decode(), end
 
 
-def _decompressed(compression: str, data: memoryview, size: int) -> bytes:
+def _decompress(compression: str, data: memoryview, size: int) -> bytes:
     """Return the content of a chunk, limited to its declared size."""
     if not compression:
         return bytes(data)

@@ -1,4 +1,4 @@
-"""Recorded motions: columns by name from CSV, NumPy or OpenSim files, joint states, or rows."""
+"""Reader of recorded motions: CSV, NumPy and OpenSim files, ROS 2 recordings, or rows."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FILE_TYPES = (".csv", ".npy", ".npz", *OPENSIM, *RECORDINGS)
 _UNITS = {"s": 1.0, "ms": 1e-3, "rad": 1.0, "deg": math.pi / 180.0, "m": 1.0, "mm": 1e-3}
 _LETTERS: Mapping[Space, str] = {"joint": "q", "operational": "y"}
 _ENDINGS = ("", "d", "dd")
-_TOO_MANY = f"has more than {limits.MOTION_VALUES} numbers"
+_TOO_MANY_NUMBERS = f"has more than {limits.MOTION_VALUES} numbers"
 
 Columns = Mapping[str, FloatArray]
 
@@ -54,7 +54,7 @@ def read_motion(
 
     Args:
         file: The file.
-        spaces: Sets of coordinates; the first set with all columns is used.
+        spaces: Names of joint and task coordinates; the first set with all columns is used.
         noise: Noise of the positions, see `recorded_trajectory`.
         lengths: Names of coordinates that are lengths.
 
@@ -82,7 +82,7 @@ def read_recorded(
             columns = joint_columns(read_opensim_table(file), lengths)
         else:
             columns = _numpy_columns(file, spaces)
-        return _recorded(columns, spaces, noise, file.name)
+        return _parse_columns(columns, spaces, noise, file.name)
     except InputError as error:
         error.what = f"{file.name}: {error.what}"
         raise
@@ -115,7 +115,7 @@ def motion_of_rows(rows: Any, spaces: Mapping[Space, Names], noise: float | None
     Args:
         rows: Shape (m, 1 + n), or more columns with velocities and accelerations; or a structured
             array.
-        spaces: Sets of coordinates; the first set is used.
+        spaces: Names of joint or task coordinates; the first set is used.
         noise: Noise of the positions, see `recorded_trajectory`.
 
     Raises:
@@ -125,15 +125,15 @@ def motion_of_rows(rows: Any, spaces: Mapping[Space, Names], noise: float | None
         array = np.asarray(rows)
     except ValueError:
         raise InputError("must be rows of equal length") from None
-    return _recorded(_named(array, spaces), spaces, noise, "samples")[1]
+    return _parse_columns(_columns_of_array(array, spaces), spaces, noise, "samples")[1]
 
 
 def _numpy_columns(file: Path, spaces: Mapping[Space, Names]) -> Columns:
     if file.suffix.lower() == ".npy":
         array = _array(read_file(file, limits.ARRAYS))
         if _count(array) > limits.MOTION_VALUES:
-            raise InputError(_TOO_MANY)
-        return _named(array, spaces)
+            raise InputError(_TOO_MANY_NUMBERS)
+        return _columns_of_array(array, spaces)
     with opened_archive(file, "NumPy file") as archive:
         entries = archive.infolist()
         if sum(entry.file_size for entry in entries) > limits.ARRAYS:
@@ -142,7 +142,7 @@ def _numpy_columns(file: Path, spaces: Mapping[Space, Names]) -> Columns:
             entry.filename.removesuffix(".npy"): _array(archive.read(entry)) for entry in entries
         }
     if sum(map(_count, arrays.values())) > limits.MOTION_VALUES:
-        raise InputError(_TOO_MANY)
+        raise InputError(_TOO_MANY_NUMBERS)
     columns: dict[str, FloatArray] = {}
     for name, array in arrays.items():
         numbers = _numbers(array, name)
@@ -162,7 +162,7 @@ def _numpy_columns(file: Path, spaces: Mapping[Space, Names]) -> Columns:
 
 
 def _count(array: np.ndarray[Any, Any]) -> int:
-    """Return an upper bound of the count of numbers in an array, with all fields."""
+    """Return an upper bound of the number of values in an array, including all fields."""
     kind = array.dtype
     fields = [kind[name].shape for name in kind.names or ()]
     return array.size * sum(map(math.prod, fields or [()]))
@@ -187,8 +187,8 @@ def _array(data: bytes) -> np.ndarray[Any, Any]:
         raise InputError(f"is not a valid NumPy file: {what}"[:300]) from None
 
 
-def _named(array: np.ndarray[Any, Any], spaces: Mapping[Space, Names]) -> Columns:
-    """Return the columns of one array, by its field names or by order."""
+def _columns_of_array(array: np.ndarray[Any, Any], spaces: Mapping[Space, Names]) -> Columns:
+    """Return the columns of an array, by field name or by order."""
     if array.dtype.names is not None:
         return {name: _numbers(array[name], name) for name in array.dtype.names}
     space, own = next(iter(spaces.items()))
@@ -208,7 +208,7 @@ def _numbers(array: np.ndarray[Any, Any], name: str) -> FloatArray:
     return np.asarray(array, dtype=np.float64)
 
 
-def _recorded(
+def _parse_columns(
     columns: Columns, spaces: Mapping[Space, Names], noise: float | None, name: str
 ) -> tuple[FloatArray, Trajectory]:
     """Return the times of the rows, and the motion from 0."""
@@ -217,7 +217,7 @@ def _recorded(
     columns = _in_si(columns)
     if "time" not in columns:
         raise UnknownNameError("column", "time", columns)
-    rows = np.stack(list(columns.values()), axis=1) if _of_one_length(columns) else None
+    rows = np.stack(list(columns.values()), axis=1) if _have_equal_length(columns) else None
     if rows is None:
         raise InputError("has columns of different lengths")
     require_table(list(columns), rows, None, what="table of numbers")
@@ -237,7 +237,7 @@ def _recorded(
     return times, recorded_trajectory(moved, q, qd, qdd, noise=noise, name=name, space=space)
 
 
-def _of_one_length(columns: Columns) -> bool:
+def _have_equal_length(columns: Columns) -> bool:
     return len({column.shape for column in columns.values()}) == 1
 
 
@@ -261,22 +261,22 @@ def _in_si(columns: Columns) -> dict[str, FloatArray]:
 
 def _space(columns: Columns, spaces: Mapping[Space, Names]) -> Space:
     """Return the first set of coordinates with all position columns."""
-    lacking: dict[Space, list[str]] = {}
+    missing: dict[Space, list[str]] = {}
     for space, own in spaces.items():
         letter = _LETTERS[space]
-        lacking[space] = [
+        missing[space] = [
             name for name in own.names if name not in columns and f"{letter}.{name}" not in columns
         ]
-        if own.names and not lacking[space]:
+        if own.names and not missing[space]:
             return space
     space = next(iter(spaces))
-    first = lacking[space][0]
+    first = missing[space][0]
     known = [f"{_LETTERS[each]}.{name}" for each, own in spaces.items() for name in own.names]
-    what = f"has no column {_LETTERS[space]}.{first} or {first}; it has {_shortened(list(columns))}"
-    raise InputError(f"{what}; the robot has {_shortened(known)}")
+    what = f"has no column {_LETTERS[space]}.{first} or {first}; it has {_shorten(list(columns))}"
+    raise InputError(f"{what}; the robot has {_shorten(known)}")
 
 
-def _shortened(names: Sequence[str], most: int = 12) -> str:
+def _shorten(names: Sequence[str], most: int = 12) -> str:
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return ", ".join(names[:most]) + more
 

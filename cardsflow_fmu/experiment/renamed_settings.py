@@ -1,4 +1,4 @@
-"""Old keys of settings with their new names."""
+"""Renamed settings: errors for old keys, and conversion of old experiment files."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from cardsflow_fmu.experiment.config.key_path import PathError, indexed
+from cardsflow_fmu.experiment.config.key_path import PathError, split_index
 
 RENAMED_SETTINGS = {
     "estimator.exact": "estimator.exact_transition",
@@ -21,7 +21,7 @@ RENAMED_SETTINGS = {
     "hardware.tension_max": "hardware.max_tension",
     "world.objects.spin": "world.objects.angular_velocity",
 }
-"""New key by old key, without the indices of rows. Only the last part of a key differs."""
+"""New key by old key, without indices of rows. Only the last part of a key differs."""
 
 
 def reject_renamed(data: Mapping[str, Any], file: Path) -> None:
@@ -38,7 +38,7 @@ def reject_renamed(data: Mapping[str, Any], file: Path) -> None:
     for old, new in RENAMED_SETTINGS.items():
         *path, last = old.split(".")
         for table in _tables(data, path):
-            if any(indexed(name)[0] == last for name in table):
+            if any(split_index(name)[0] == last for name in table):
                 errors.append(PathError(f"was renamed to {new}", file=file, key=old))
     if errors:
         first, *others = errors
@@ -64,7 +64,7 @@ def rename_old_keys(data: dict[str, Any]) -> None:
 
 
 def _tables(data: Any, path: Sequence[str]) -> Iterator[dict[str, Any]]:
-    """Yield the tables at a path; each row of an array of tables."""
+    """Yield the tables at a path, including each row of an array of tables."""
     if isinstance(data, list):
         for row in data:
             yield from _tables(row, path)
@@ -72,5 +72,5 @@ def _tables(data: Any, path: Sequence[str]) -> Iterator[dict[str, Any]]:
         yield data
     elif isinstance(data, dict):
         for name, inner in data.items():
-            if indexed(name)[0] == path[0]:
+            if split_index(name)[0] == path[0]:
                 yield from _tables(inner, path[1:])

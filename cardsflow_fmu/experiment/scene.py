@@ -25,7 +25,7 @@ from sim_dart.scene import (
     Sphere,
 )
 
-from .carried_files import require_own
+from .packed_files import require_packable
 from .settings.world import (
     SIZES,
     GroundSettings,
@@ -57,7 +57,7 @@ def make_scene(
     for key in ("objects", "shapes"):
         for k, own in enumerate(getattr(settings, key)):
             if own.file is not None:
-                require_own(own.file, roots, f"world.{key}[{k}].file")
+                require_packable(own.file, roots, f"world.{key}[{k}].file")
     ground, objects, link_shapes = settings.ground, [], []
     for k, own in enumerate(settings.objects):
         with context.at(f"world.objects[{k}]"):
@@ -82,8 +82,8 @@ def make_scene(
             settings.self_collision,
             settings.ignore,
         )
-    contacts = _checked_names(settings, scene, robot, context)
-    return replace(scene, reported=contacts), settings.replaced(contacts=contacts)
+    contacts = _check_names(settings, scene, robot, context)
+    return replace(scene, reported=contacts), settings.copy_with(contacts=contacts)
 
 
 def _object(own: ObjectSettings) -> SceneObject:
@@ -111,14 +111,14 @@ def _with_sdf(settings: WorldSettings, sdf: Path, context: Context) -> WorldSett
         if finding.is_error:
             raise InputError(finding.message, file=finding.file, line=finding.line)
     with context.at("world.sdf"):
-        static = [_static(own) for own in world.objects]
-    settings = settings.replaced(objects=(*settings.objects, *static), sdf=None)
+        static = [_static_object(own) for own in world.objects]
+    settings = settings.copy_with(objects=(*settings.objects, *static), sdf=None)
     if world.ground is None or "ground" in settings.model_fields_set:
         return settings
-    return settings.replaced(ground=GroundSettings(height=world.ground))
+    return settings.copy_with(ground=GroundSettings(height=world.ground))
 
 
-def _static(thing: StaticObject) -> ObjectSettings:
+def _static_object(thing: StaticObject) -> ObjectSettings:
     x = thing.sizes
     sizes: dict[str, Any] = {
         "sphere": {"radius": x[0]},
@@ -139,7 +139,7 @@ def _static(thing: StaticObject) -> ObjectSettings:
     return ObjectSettings(**{key: value for key, value in own.items() if value is not None})
 
 
-def _checked_names(
+def _check_names(
     settings: WorldSettings, scene: Scene, robot: Robot, context: Context
 ) -> tuple[str, ...]:
     """Return the names of bodies with reported contacts; check all names of the table."""

@@ -1,4 +1,4 @@
-"""Start of reference and robot: named trajectories and inverse kinematics."""
+"""Reference and initial state of an experiment."""
 
 from __future__ import annotations
 
@@ -46,25 +46,25 @@ def read_reference(
         dynamics: Dynamics that close the loops of the start pose; None without loops.
     """
     table = ReferenceTable.read(data, context, "reference")
-    curve = _curve(table, space, context, robot_path, in_file, robot)
+    curve = _read_curve(table, space, context, robot_path, in_file, robot)
     space = curve.space if isinstance(curve, Trajectory) else "operational"
-    first, approach = _first(curve), table.approach
+    first, approach = _first_point(curve), table.approach
     if approach is None:
-        return _start(start, context, robot, curve, first, dynamics=dynamics), ReferenceSettings(
-            space, curve
-        )
+        return _read_start(
+            start, context, robot, curve, first, dynamics=dynamics
+        ), ReferenceSettings(space, curve)
     if approach.start is not None:
         size = len(_names(space, context).names)
         if len(approach.start) != size:
             what = f"must be a list of {size} numbers, not {list(approach.start)!r}"
             raise context.error("reference.approach.start", what)
-        settings = _start(
+        settings = _read_start(
             start, context, robot, curve, approach.start, at_rest=True, dynamics=dynamics
         )
     else:
-        settings = _start(start, context, robot, curve, None, dynamics=dynamics)
+        settings = _read_start(start, context, robot, curve, None, dynamics=dynamics)
         begin = settings.q if space == "joint" else _task_position(robot, settings.q)
-        approach = approach.replaced(start=begin)
+        approach = approach.copy_with(start=begin)
     if space == "operational":
         with context.at("reference"):
             _inverse_kinematics(robot, first, settings.q, tolerance=_REACHABLE)
@@ -76,14 +76,14 @@ def _names(space: Space, context: Context) -> Names:
     return context.names["coordinate" if space == "joint" else "task coordinate"]
 
 
-def _first(curve: Trajectory | FlowerSettings) -> tuple[float, ...]:
+def _first_point(curve: Trajectory | FlowerSettings) -> tuple[float, ...]:
     """Return the first point of the reference."""
     if isinstance(curve, Trajectory):
         return curve.points[0].q
     return tuple(c + curve.radius * u for c, u in zip(curve.centre, curve.axes[0], strict=True))
 
 
-def _curve(
+def _read_curve(
     table: ReferenceTable,
     space: Space,
     context: Context,
@@ -133,14 +133,14 @@ def _named_trajectory(
         raise
     size, rows = len(trajectory.points[0].q), _names(trajectory.space, context)
     if trajectory.space == "joint" and size == len(in_file):
-        return _of_coordinates(trajectory, [in_file.index(name) for name in rows.names])
+        return _select_coordinates(trajectory, [in_file.index(name) for name in rows.names])
     if size != len(rows.names):
         what = f"{name!r} moves {size} {rows.kind}s, the robot has {len(rows.names)}"
         raise context.error(key, what)
     return trajectory
 
 
-def _of_coordinates(trajectory: Trajectory, left: Sequence[int]) -> Trajectory:
+def _select_coordinates(trajectory: Trajectory, left: Sequence[int]) -> Trajectory:
     """Return the trajectory without locked coordinates."""
 
     def of(row: tuple[float, ...]) -> tuple[float, ...]:
@@ -153,7 +153,7 @@ def _of_coordinates(trajectory: Trajectory, left: Sequence[int]) -> Trajectory:
     return replace(trajectory, points=points)
 
 
-def _start(
+def _read_start(
     data: Mapping[str, Any],
     context: Context,
     robot: Robot,
@@ -171,7 +171,7 @@ def _start(
         start = StartSettings.read(
             data, replace(context, defaults={"q": begin, "qd": rates}), "start"
         )
-        for error in start.meaningless(["q", "qd"]):
+        for error in start.inapplicable_keys(["q", "qd"]):
             error.file, error.key = context.file, f"start.{error.key}"
             raise error
         q = start.q

@@ -21,7 +21,7 @@ Form = Mapping[str, Any]
 _OTHER_TABLES = ("start", "disturbance", "world", "robots", "wiring", "fmus", "hardware")
 """Tables that a first experiment does not contain."""
 
-_TOP = (
+_INTRODUCTION = (
     "{}: {}. Simulate it with `cardsflow run`. Lines with `#` show further settings and their "
     "defaults. `cardsflow schema` prints a JSON Schema for editors."
 )
@@ -80,7 +80,10 @@ def experiment_text(
     motion = draft.motion
     moving = [c for c in robot.coordinates if c.name not in draft.locked]
     lines = [
-        *(f"# {line}" for line in wrap(_TOP.format(" ".join(robot.name.split()), draft.what), 96)),
+        *(
+            f"# {line}"
+            for line in wrap(_INTRODUCTION.format(" ".join(robot.name.split()), draft.what), 96)
+        ),
         *(f"# {line}" for note in draft.notes for line in wrap(note, 96)),
         "",
         "[robot]",
@@ -90,7 +93,7 @@ def experiment_text(
         *_locked(robot, draft),
         *_muscles(robot, draft, tables["muscles"]),
         "",
-        f"[reference]  # {_meaning(reference)}",
+        f"[reference]  # {_description(reference)}",
         *_motion(draft, moving, reference),
         "",
         "[controller]",
@@ -100,13 +103,13 @@ def experiment_text(
         *_line("period", draft.period, controller),
         *_dependent(draft),
         *(f"# passive.{toml_key(name)} = true" for name in draft.springs),
-        *_defaults(controller, {"ki"}),
+        *_default_lines(controller, {"ki"}),
         *_line("observer", draft.observer, controller, used=draft.observer > 0.0),
-        *_defaults(controller, {"delay", "predict", "muscle_horizon", "engine"}),
+        *_default_lines(controller, {"delay", "predict", "muscle_horizon", "engine"}),
         "",
         "[plant]",
         *_line("step", draft.step, plant),
-        *_defaults(
+        *_default_lines(
             plant, {"mass_scale", "friction_scale", "integrator", "engine", "substeps", "energy"}
         ),
         "",
@@ -114,10 +117,10 @@ def experiment_text(
         *_line("step", draft.step, run),
         *_line("duration", motion.points[-1].time, run),
         *_line("output", "results", run),
-        *_defaults(run, {"format", "compute", "coupling", "scheme"}),
+        *_default_lines(run, {"format", "compute", "coupling", "scheme"}),
         "",
         "# Other tables:",
-        *(f"# [{name}]  {_meaning(tables[name])}" for name in _OTHER_TABLES),
+        *(f"# [{name}]  {_description(tables[name])}" for name in _OTHER_TABLES),
     ]
     return "\n".join(lines) + "\n"
 
@@ -163,11 +166,11 @@ def _muscles(robot: Robot, draft: ExperimentDraft, form: Form) -> Iterator[str]:
         return
     muscle, keys = robot.muscles[0], form["additionalProperties"]
     yield ""
-    yield f"# {_meaning(form)}"
+    yield f"# {_description(form)}"
     if draft.f_max:
         yield "[muscles]"
         yield from (f"# {line}" for line in wrap(draft.f_max_reason, 96))
-        for name, value in _by_pattern(robot, draft.f_max).items():
+        for name, value in _merge_equal_values(robot, draft.f_max).items():
             yield f"{toml_key(name)}.f_max = {value!r}  # [N]"
         return
     yield f"# [muscles.{toml_key(muscle.name)}]"
@@ -176,8 +179,8 @@ def _muscles(robot: Robot, draft: ExperimentDraft, form: Form) -> Iterator[str]:
     yield from _line("f_max", f_max, keys, used=False)
 
 
-def _by_pattern(robot: Robot, values: Mapping[str, float]) -> Mapping[str, float]:
-    """Return one pattern for all muscles if they share a value."""
+def _merge_equal_values(robot: Robot, values: Mapping[str, float]) -> Mapping[str, float]:
+    """Return a single pattern if all muscles have the same value, otherwise all values."""
     names = {muscle.name for muscle in robot.muscles}
     shared = len(set(values.values())) == 1 and names == set(values) and len(names) > 1
     if not shared or EVERY_OTHER in names:
@@ -185,29 +188,29 @@ def _by_pattern(robot: Robot, values: Mapping[str, float]) -> Mapping[str, float
     return {EVERY_OTHER: next(iter(values.values()))}
 
 
-def _defaults(form: Form, keys: set[str]) -> Iterator[str]:
-    """Yield commented lines of settings with their defaults."""
+def _default_lines(form: Form, keys: set[str]) -> Iterator[str]:
+    """Yield commented-out lines of settings with their defaults."""
     for key, own in form["properties"].items():
         if key in keys:
             yield from _line(key, own["default"], form, used=False)
 
 
 def _line(key: str, value: Any, form: Form, *, used: bool = True) -> Iterator[str]:
-    """Yield the line of a setting, with its description."""
+    """Yield the line of a setting, with its description as comment."""
     own: Mapping[str, Any] = form["properties"][key]
     if isinstance(value, str) and not value:
         return
-    setting = f"{'' if used else '# '}{key} = {_toml(value)}"
-    words = own.get("description", "")
+    setting = f"{'' if used else '# '}{key} = {_to_toml(value)}"
+    description = own.get("description", "")
     if "enum" in own:
-        words = f"{', '.join(own['enum'])}; {words}"
-    yield f"{setting:<31} # {words}"
+        description = f"{', '.join(own['enum'])}; {description}"
+    yield f"{setting:<31} # {description}"
 
 
-def _meaning(form: Form) -> str:
+def _description(form: Form) -> str:
     return str(form["description"])
 
 
-def _toml(value: Any) -> str:
+def _to_toml(value: Any) -> str:
     """Return a value as TOML; strings, numbers and lists have the same form as in JSON."""
     return json_text(value, ensure_ascii=False).replace("\x7f", "\\u007f")

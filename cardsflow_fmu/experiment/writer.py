@@ -8,15 +8,15 @@ from typing import Any
 from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.json_text import json_text
 
-from .carried_files import (
+from .experiment import EXPERIMENT_FILE, Experiment
+from .packed_files import (
     Files,
     collision_meshes,
-    require_own,
+    require_packable,
     robot_files,
     robot_folder,
     world_meshes,
 )
-from .experiment import EXPERIMENT_FILE, Experiment
 from .settings.custom_law import CustomLaw
 from .settings.hardware import hardware_data
 from .settings.muscles import muscle_data
@@ -73,7 +73,7 @@ def experiment_resources(experiment: Experiment, *, with_hardware: bool = False)
         Content, or a file to copy, by path below the resources of the FMU.
 
     Raises:
-        InputError: A file may not be packed; see `carried_files`.
+        InputError: A file may not be packed; see `packed_files`.
     """
     data = experiment_data(experiment)
     files: Files = {}
@@ -92,16 +92,16 @@ def experiment_resources(experiment: Experiment, *, with_hardware: bool = False)
         files |= meshes
     if (law := experiment.controller.custom_law) is not None:
         carried = f"controller/{law.file.name}"
-        files[carried] = require_own(law.file, experiment.roots, "controller.type")
+        files[carried] = require_packable(law.file, experiment.roots, "controller.type")
         data["controller"]["type"] = str(law._replace(file=Path(carried)))
-    files |= _own_muscle_laws(data["muscles"], experiment)
+    files |= _custom_muscle_laws(data["muscles"], experiment)
     if with_hardware:
         data["hardware"] = hardware_data(experiment.hardware, experiment.robot)
     files[EXPERIMENT_FILE] = json_text(data, indent=1, sort_keys=True).encode()
     return files
 
 
-def _own_muscle_laws(muscles: dict[str, Any], experiment: Experiment) -> Files:
+def _custom_muscle_laws(muscles: dict[str, Any], experiment: Experiment) -> Files:
     """Return the files of custom muscle laws, and update their paths in the data."""
     files: Files = {}
     for name, row in muscles.items():

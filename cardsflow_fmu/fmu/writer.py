@@ -13,7 +13,7 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu.cosim.signals.dependencies import Dependencies
 from cardsflow_fmu.cosim.signals.ports import Port
 from cardsflow_fmu.cosim.signals.variables import array_variables, scalar_variables
-from cardsflow_fmu.runtime.carried_module import carried_files
+from cardsflow_fmu.runtime.carried_module import packed_files
 from cardsflow_fmu.runtime.library import find_platform, library_path, this_platform
 from cardsflow_fmu.runtime.model import FmuModel
 from cardsflow_fmu.runtime.model_file import (
@@ -119,7 +119,7 @@ def write_fmu(
 def _python_files(model_class: type[FmuModel], ports: Sequence[Port]) -> dict[str, bytes]:
     """Return the files from which Python creates the model."""
     record = ModelFile(__version__, class_path(model_class), ports_digest(ports))
-    carried = carried_files(model_class)
+    carried = packed_files(model_class)
     files = {f"resources/{name}": contents_of(source) for name, source in carried.items()}
     return files | {f"resources/{MODEL_FILE}": record.encode()}
 

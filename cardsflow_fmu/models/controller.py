@@ -96,7 +96,7 @@ class ControllerModel(CModel):
     def groups(experiment: Experiment) -> Groups:
         """Return the variables for an experiment in named groups."""
         settings = experiment.controller
-        fed = experiment.feeding is not None
+        fed = experiment.feedback_estimator is not None
         return controller_groups(
             experiment.robot,
             settings.space,
@@ -154,8 +154,10 @@ def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
         "start_forces": [] if begin is None else begin.forces,
         "start_commands": [] if begin is None else begin.commands,
         "observer": controller.observer,
-        "ramp_down": experiment.feeding.ramp_down if experiment.feeding else 0.0,
-        "ramp_in": experiment.feeding.ramp_in if experiment.feeding else 0.0,
+        "ramp_down": experiment.feedback_estimator.ramp_down
+        if experiment.feedback_estimator
+        else 0.0,
+        "ramp_in": experiment.feedback_estimator.ramp_in if experiment.feedback_estimator else 0.0,
         "q_start": experiment.start.q,
         "dependent": controller.dependent,
         "array_names": np.frombuffer(names, np.uint8),

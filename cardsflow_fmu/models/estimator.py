@@ -51,7 +51,7 @@ class EstimatorModel(CModel):
         assert settings.offset is not None  # set when an experiment is read
         return estimator_groups(
             experiment.robot,
-            settings.encoded,
+            settings.encoder_indices,
             settings.links,
             experiment.start.q,
             settings.offset,

@@ -26,7 +26,7 @@ class SensorsModel(CModel):
     def groups(experiment: Experiment) -> Groups:
         """Return the variables for an experiment in named groups."""
         settings = estimator_settings(experiment)
-        return sensor_groups(experiment.robot, settings.encoded, settings.links)
+        return sensor_groups(experiment.robot, settings.encoder_indices, settings.links)
 
     @classmethod
     def dependencies(cls, experiment: Experiment) -> Dependencies:
@@ -72,5 +72,5 @@ def sensor_indices(experiment: Experiment) -> Fields:
     return {
         "measured": measured_muscles(robot),
         "motors": [j for j, coordinate in enumerate(robot.coordinates) if coordinate.actuated],
-        "encoded": estimator_settings(experiment).encoded,
+        "encoded": estimator_settings(experiment).encoder_indices,
     }

@@ -12,8 +12,8 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.cosim.recording import Recording
-from cardsflow_fmu.experiment.carried_files import robot_folder, visual_meshes
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.packed_files import robot_folder, visual_meshes
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.utils.archive import archive_bytes, contents_of, unpack_archive
 from cardsflow_fmu.utils.csv_table import read_csv

@@ -63,7 +63,7 @@ class DeviceNode:
         accepts_commands: bool,
     ) -> None:
         self._device, self._robot = device, shown.robot
-        self._settings = settings.replaced(mode="realtime", link=uri)
+        self._settings = settings.copy_with(mode="realtime", link=uri)
         self._address, self._key, self._report = address, key, report
         self._names = ("time", *(n for n, _ in hardware_signals(shown.robot, settings).states))
         self._stop = threading.Event()

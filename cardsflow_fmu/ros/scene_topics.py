@@ -48,7 +48,7 @@ class ShownRobot(NamedTuple):
     Attributes:
         robot: The robot.
         folder: Folder of the robot's files.
-        roots: Folders with files that may be read; see `carried_files`.
+        roots: Folders with files that may be read; see `packed_files`.
         scene: Surroundings of the robot, or None.
     """
 

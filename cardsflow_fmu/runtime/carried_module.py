@@ -19,7 +19,7 @@ from .model import FmuModel
 _FOLDER = "python"
 
 
-def carried_files(model_class: type[FmuModel]) -> dict[str, Path]:
+def packed_files(model_class: type[FmuModel]) -> dict[str, Path]:
     """Return the module of a class as a resource by path; empty for classes in packages."""
     name = model_class.__module__
     file = getattr(sys.modules.get(name), "__file__", None)

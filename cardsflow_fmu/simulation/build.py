@@ -8,9 +8,9 @@ from pathlib import Path
 from addin_sdfusion.robot.files import write_files
 from cardsflow_fmu.cosim.signals.muscles import modelled_muscles
 from cardsflow_fmu.cosim.signals.roles import ESTIMATOR, HARDWARE, ROLES, SENSORS
-from cardsflow_fmu.experiment.carried_files import require_own
-from cardsflow_fmu.experiment.config.table import checked
+from cardsflow_fmu.experiment.config.table import validated
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.packed_files import require_packable
 from cardsflow_fmu.experiment.settings.run import Compute
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.fmu.description import FmiVersion
@@ -18,7 +18,7 @@ from cardsflow_fmu.fmu.platforms import libraries_for
 from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.by_role import C_MODELS, missing_in_c, model_class, model_in_c
 from cardsflow_fmu.runtime.library import find_platform, prebuilt_libraries, this_platform
-from cardsflow_fmu.simulation.ssp.from_experiment import experiment_system, with_plant
+from cardsflow_fmu.simulation.ssp.from_experiment import experiment_system, replace_plant
 from cardsflow_fmu.simulation.ssp.writer import write_ssp
 from cardsflow_fmu.utils.archive import contents_of
 from cardsflow_fmu.utils.folder_lock import made_folder
@@ -63,23 +63,23 @@ def build(
         InputError: The folder cannot be written, an external FMU does not match or may not be
             packed, or `compute` is `c` and a model has no C version.
     """
-    native: bool | None = checked(Compute, compute or experiment.run.compute, "compute") == "c"
+    native: bool | None = validated(Compute, compute or experiment.run.compute, "compute") == "c"
     if compute is None and native:
         native = None
     for fmu in experiment.fmus.values():
-        require_own(fmu.file, experiment.roots, fmu.key)
+        require_packable(fmu.file, experiment.roots, fmu.key)
     with temporary_folder() as scratch:
-        names = [name for name in _buildable(experiment) if name in C_MODELS or not native]
-        kinds = {native_or_not(experiment, name, native) for name in names}
+        names = [name for name in _model_names(experiment) if name in C_MODELS or not native]
+        kinds = {is_native(experiment, name, native) for name in names}
         libraries: Libraries = {kind: _libraries(platforms, scratch, kind) for kind in kinds}
         if fmi == "2.0" and platforms is None:
-            libraries = _of_fmi_2(libraries)
+            libraries = _fmi_2_libraries(libraries)
         files = build_fmus(experiment, scratch, names, fmi, arrays, libraries, native)
         inner = files
         if fmi != "2.0":
             folder_2 = scratch / "inner"
             folder_2.mkdir()
-            libraries = _of_fmi_2(libraries)
+            libraries = _fmi_2_libraries(libraries)
             inner = build_fmus(experiment, folder_2, names, libraries=libraries, native=native)
         system = _build_system(experiment, inner, scratch)
         contents = {path.name: contents_of(path) for path in (*files.values(), system)}
@@ -88,14 +88,14 @@ def build(
     return dict(zip(files, written[: len(files)], strict=True))
 
 
-def _buildable(experiment: Experiment) -> list[str]:
+def _model_names(experiment: Experiment) -> list[str]:
     """Return the names of all models; without hardware for robots with muscle laws."""
     names = list(ROLES) if experiment.estimator is None else [*ROLES, SENSORS, ESTIMATOR]
     return names if modelled_muscles(experiment.robot) else [*names, HARDWARE]
 
 
-def native_or_not(experiment: Experiment, name: str, native: bool | None) -> bool:
-    """Return whether a model is built in C; arguments as for `build`."""
+def is_native(experiment: Experiment, name: str, native: bool | None) -> bool:
+    """Return whether a model is built in C."""
     return missing_in_c(experiment, name) is None if native is None else native
 
 
@@ -112,7 +112,7 @@ def _libraries(
     return libraries_for([this_platform().tuple, *prebuilt_libraries()], folder, native=True)
 
 
-def _of_fmi_2(libraries: Libraries) -> Libraries:
+def _fmi_2_libraries(libraries: Libraries) -> Libraries:
     """Return the libraries of platforms that FMI 2.0 supports."""
     return {
         kind: files and {name: file for name, file in files.items() if find_platform(name).fmi2}
@@ -166,11 +166,11 @@ def build_fmus(
 
 def _build_system(experiment: Experiment, fmus: Mapping[str, Path], folder: Path) -> Path:
     """Build the .ssp from FMI 2.0 FMUs with scalars and external FMUs."""
-    tables = {name: model_class(name).table(experiment) for name in _buildable(experiment)}
+    tables = {name: model_class(name).table(experiment) for name in _model_names(experiment)}
     files = {**fmus} | {name: fmu.file for name, fmu in experiment.fmus.items()}
     system = experiment_system(experiment, files, tables)
     sources = {f"resources/{name}.fmu": file for name, file in files.items()}
     variants = {}
     if HARDWARE in files:
-        variants[HARDWARE] = with_plant(system, f"resources/{HARDWARE}.fmu")
+        variants[HARDWARE] = replace_plant(system, f"resources/{HARDWARE}.fmu")
     return write_ssp(folder / SYSTEM_FILE, system, sources, variants)

@@ -1,4 +1,4 @@
-"""Search for a first experiment of a robot: test runs of drafts, from gentle to more cautious."""
+"""Search for a first experiment of a robot by test runs of drafts, with decreasing motions."""
 
 from __future__ import annotations
 
@@ -101,49 +101,52 @@ class DraftSearch:
     robot_path: Path
     cable_set: str | None
 
-    def best(self) -> tuple[ExperimentDraft, TestRun | None]:
+    def find_best(self) -> tuple[ExperimentDraft, TestRun | None]:
         """Return the best draft and its test run; None if the native models do not support it."""
-        held: dict[str, str] = {}
-        tried: list[tuple[ExperimentDraft, TestRun, FirstMotion]] = []
+        undriven: dict[str, str] = {}
+        test_runs: list[tuple[ExperimentDraft, TestRun, FirstMotion]] = []
         work = 0.0
         for _ in range(_MAX_LOCKED + 1):
-            first, crossing = len(tried), []
+            first, colliding = len(test_runs), []
             for scale in _SCALES:
-                motion = first_motion(self.robot, scale, held)
+                motion = first_motion(self.robot, scale, undriven)
                 if not motion.start:
                     break
                 for draft in self._drafts(motion):
-                    due = self._work(draft)
-                    if tried and due and (due > _MAX_WORK or work + due > _MAX_TOTAL_WORK):
+                    work_of_draft = self._work(draft)
+                    if (
+                        test_runs
+                        and work_of_draft
+                        and (work_of_draft > _MAX_WORK or work + work_of_draft > _MAX_TOTAL_WORK)
+                    ):
                         break
-                    if due and any(draft.period > one[0].period for one in tried):
+                    if work_of_draft and any(draft.period > run[0].period for run in test_runs):
                         continue  # drafts with many muscles and a shorter period failed before
-                    work += due
+                    work += work_of_draft
                     test_run = self.run_test(draft)
                     if test_run is None:
                         return self._with_notes(draft, motion, None), None
-                    tried.append((draft, test_run, motion))
+                    test_runs.append((draft, test_run, motion))
                     if not test_run.is_good:
                         continue
                     if not self._collisions(motion):
                         return self._with_force_limits(draft, test_run, motion)
-                    crossing.append(
-                        (draft, test_run, motion)
-                    )  # muscles collide: try a shorter motion
+                    # muscles collide: try a shorter motion
+                    colliding.append((draft, test_run, motion))
                     break
-            if crossing:
-                return self._with_force_limits(*crossing[0])
-            if len(tried) == first:
+            if colliding:
+                return self._with_force_limits(*colliding[0])
+            if len(test_runs) == first:
                 break
-            worst = min(tried[first:], key=lambda one: one[1].rank)[1].worst
-            held[worst] = "it did not track the reference in a test run"
-        if not tried:
+            worst = min(test_runs[first:], key=lambda run: run[1].rank)[1].worst
+            undriven[worst] = "it did not track the reference in a test run"
+        if not test_runs:
             raise self._no_pose_error(motion)
-        draft, test_run, motion = min(tried, key=lambda one: one[1].rank)
+        draft, test_run, motion = min(test_runs, key=lambda run: run[1].rank)
         return self._with_notes(draft, motion, test_run), test_run
 
     def _work(self, draft: ExperimentDraft) -> float:
-        """Return steps and ticks of a test run times the muscles with a law; 0 without laws."""
+        """Return the number of steps and ticks times the number of muscles with a muscle law."""
         ticks = DURATION / draft.step + DURATION / draft.period
         return len(modelled_muscles(self.robot)) * ticks
 
@@ -302,9 +305,9 @@ class DraftSearch:
         return new_collisions(motion.robot, folder.resolve(), postures)
 
     def _no_pose_error(self, motion: FirstMotion) -> InputError:
-        words = "; ".join(f"{name}: {why}" for name, why in list(motion.reasons.items())[:8])
+        problems = "; ".join(f"{name}: {why}" for name, why in list(motion.reasons.items())[:8])
         return InputError(
-            f"robot {self.robot.name!r}: the muscles cannot hold the robot in any pose: {words}",
+            f"robot {self.robot.name!r}: the muscles cannot hold the robot in any pose: {problems}",
             file=self.robot_path,
         )
 

@@ -42,7 +42,7 @@ DEFAULT_PARAMETERS = (
 """Patterns of the parameters that are identified by default."""
 
 _DESIGN_SHARE = 0.6
-"""Expected part of the time for the design; the rest is its refinement and the test run."""
+"""Expected share of the design in the computation time."""
 
 _MAX_MOTIONS = 6
 _MAX_ERROR = 0.05
@@ -50,8 +50,8 @@ _MAX_ERROR = 0.05
 
 
 @dataclass(frozen=True)
-class Excited:
-    """Written excitation experiment.
+class ExcitationFiles:
+    """Excitation experiment that was written to a folder.
 
     Attributes:
         files: Experiment, motion and report.
@@ -72,13 +72,13 @@ def excite(
     duration: float = DURATION,
     speed: float = SPEED,
     progress: Callable[[int, int], None] | None = None,
-) -> Excited:
+) -> ExcitationFiles:
     """Write an experiment with a motion from which a calibration identifies parameters.
 
     Args:
         robot: Robot file or its folder.
-        free: Patterns of the parameters; see `sim_dart.calibration.parameters.GROUPS`
-            (default when empty: `DEFAULT_PARAMETERS`).
+        free: Patterns of the parameters; see `sim_dart.calibration.parameters.GROUPS`. If it is
+            empty, `DEFAULT_PARAMETERS` is used.
         folder: New or empty folder of experiment.toml, motion.csv and the report.
         cable_set: Name of the cable set (default: as in the robot file).
         duration: Duration of the motion, in [s].
@@ -88,12 +88,12 @@ def excite(
     Raises:
         InputError: The robot cannot be read or moved, or has none of the parameters.
         RobotError: The robot is invalid.
-        CardsflowError: Every test run failed. Nothing is written.
+        CardsflowError: Every test run failed. No file is written.
     """
     with new_folder(folder, "excitation"):
         found, findings = read_movable(robot, cable_set, folder)
         search = DraftSearch(found, Path(robot), cable_set)
-        first, _ = search.best()
+        first, _ = search.find_best()
         if first.locked:
             name, (_, why) = next(iter(first.locked.items()))
             raise InputError(
@@ -110,8 +110,12 @@ def excite(
             speed,
             progress=None if progress is None else _design_progress(progress),
         )
-        design, draft, test_run = _largest_tracked(search, first, islice(designed, _MAX_MOTIONS))
-        text = described(design, test_run, _next(folder, robot, free or DEFAULT_PARAMETERS))
+        design, draft, test_run = _largest_trackable_motion(
+            search, first, islice(designed, _MAX_MOTIONS)
+        )
+        text = describe_excitation(
+            design, test_run, _next_commands(folder, robot, free or DEFAULT_PARAMETERS)
+        )
         written = replace(draft, file=MOTION)
         path = path_from(folder, Path(robot))
         contents = {
@@ -119,11 +123,11 @@ def excite(
             MOTION: _table(found, design),
             REPORT: text + "\n",
         }
-        return Excited(write_files(folder, contents), text, findings)
+        return ExcitationFiles(write_files(folder, contents), text, findings)
 
 
 def _design_progress(progress: Callable[[int, int], None]) -> Callable[[int, int], None]:
-    """Return a function that reports the progress of the design as a part of all work."""
+    """Return a function that reports the progress of the design as a fraction of the total work."""
     return lambda done, total: progress(done, round(total / _DESIGN_SHARE))
 
 
@@ -133,7 +137,7 @@ def _with_force_limits(robot: Robot, draft: ExperimentDraft) -> Robot:
     return robot.with_muscles(muscles) if draft.f_max else robot
 
 
-def _largest_tracked(
+def _largest_trackable_motion(
     search: DraftSearch, first: ExperimentDraft, designed: Iterable[Excitation]
 ) -> tuple[Excitation, ExperimentDraft, TestRun | None]:
     """Return the first motion whose test run passes; the motions are sorted by size.
@@ -173,7 +177,7 @@ def _table(robot: Robot, design: Excitation) -> str:
     return csv_text(["time", *coordinate_signals("q", robot)], rows)
 
 
-def _next(folder: Path, robot: str | Path, free: Sequence[str]) -> list[str]:
+def _next_commands(folder: Path, robot: str | Path, free: Sequence[str]) -> list[str]:
     """Return the commands of the next steps."""
     patterns = ", ".join(free)
     return [
@@ -183,7 +187,7 @@ def _next(folder: Path, robot: str | Path, free: Sequence[str]) -> list[str]:
     ]
 
 
-def described(design: Excitation, test_run: TestRun | None, next_: Sequence[str]) -> str:
+def describe_excitation(design: Excitation, test_run: TestRun | None, next_: Sequence[str]) -> str:
     """Return the report on a motion.
 
     Args:
@@ -191,10 +195,11 @@ def described(design: Excitation, test_run: TestRun | None, next_: Sequence[str]
         test_run: Result of its test run; None without a test run.
         next_: Lines with the commands of the next steps.
     """
-    seen, m = identifiable(design), design.motion
+    is_known, m = identifiable(design), design.motion
     forces = design.forces
     lines = [
-        f"{len(seen)} parameters; a recording of the motion identifies {seen.sum()} of them",
+        f"{len(is_known)} parameters; a recording of the motion identifies {is_known.sum()} of "
+        "them",
         f"motion      {m.times[-1]:g} s, up to {np.abs(m.qd).max():.3g} rad/s or m/s, forces "
         f"{forces.min():.4g} to {forces.max():.4g} N",
         f"sampling    every {1e3 * READ:g} ms, noise {1e3 * NOISE:g} mrad or mm; the predicted "
@@ -203,8 +208,8 @@ def described(design: Excitation, test_run: TestRun | None, next_: Sequence[str]
     if test_run is not None:
         lines.append(f"test run    tracking error up to {test_run.error:.2g} {test_run.unit}")
     lines += [*next_, "", "predicted                                              sd     prior"]
-    for one, sd, is_seen in zip(design.parameters, design.sd, seen, strict=True):
-        mark = "" if is_seen else "  unidentifiable: determined by its prior"
+    for one, sd, known in zip(design.parameters, design.sd, is_known, strict=True):
+        mark = "" if known else "  unidentifiable: determined by its prior"
         lines.append(f"{one.name:47s} {sd:9.2g} {one.sd:9.2g} {one.unit}{mark}")
     lines += unidentifiable_lines(design)
     return "\n".join([*lines, *(f"WARNING {note}" for note in design.notes)])

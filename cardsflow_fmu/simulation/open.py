@@ -61,7 +61,7 @@ class OpenExperiment:
     Attributes:
         experiment: The experiment, including the approach motion of hardware.
         loop: Loop that steps the participants.
-        contents: Further files of the results folder, by name; empty without a folder.
+        contents: Other files of the results folder, by name; empty without a folder.
         streamed: Names of files that participants write into the folder.
         observed: Observability of the reference poses; see `analysis.observable`.
     """
@@ -130,7 +130,7 @@ def open_experiment(
 
         driven = with_approach(experiment)
     if prepared is None and experiment.run.coupling == "fmu":
-        fmus = _built(experiment, driven, scratch, fmi, arrays)
+        fmus = _build_fmus(experiment, driven, scratch, fmi, arrays)
     contents: Contents = {}
     if folder is not None:
         contents |= {fmu.file.name: contents_of(fmu.file) for fmu in fmus.values()}
@@ -145,11 +145,11 @@ def open_experiment(
             participants: dict[str, Participant] = {}
             for role in reversed(
                 driven.roles
-            ):  # the plant last, because hardware does not wait long
+            ):  # the plant is last, because hardware only waits for a short time
                 with contextlib.nullcontext() if connection is None else connection.exported():
-                    participant = _started(driven, role, scratch, fmus, connection)
+                    participant = _start_participant(driven, role, scratch, fmus, connection)
                 stack.callback(participant.close)
-                participants[role] = _adapted(driven, role, participant)
+                participants[role] = _adapt(driven, role, participant)
             loop = _master(driven, participants)
         observed = {} if driven.estimator is None else observed_poses(driven)
         yield OpenExperiment(driven, loop, contents, streamed, observed)
@@ -181,13 +181,13 @@ def require_openable(experiment: Experiment) -> None:
     with temporary_folder() as scratch, contextlib.ExitStack() as stack:
         participants: dict[str, Participant] = {}
         for role in reversed(experiment.roles):
-            participant = _idle(experiment, role, scratch)
+            participant = _placeholder(experiment, role, scratch)
             stack.callback(participant.close)
-            participants[role] = _adapted(experiment, role, participant)
+            participants[role] = _adapt(experiment, role, participant)
         _master(experiment, participants)
 
 
-def _built(
+def _build_fmus(
     experiment: Experiment, driven: Experiment, folder: Path, fmi: FmiVersion, arrays: bool
 ) -> dict[str, PreparedFmu]:
     """Build the FMUs of an experiment; `driven` includes the approach motion of hardware."""
@@ -214,7 +214,7 @@ def _connection(experiment: Experiment, folder: Path | None) -> Connection | Non
     return Connection(hardware.link, hardware.key_file, recording)
 
 
-def _started(
+def _start_participant(
     experiment: Experiment,
     role: str,
     scratch: Path,
@@ -235,7 +235,7 @@ def _started(
     return DirectParticipant(role, model_class(name)(experiment))
 
 
-def _idle(experiment: Experiment, role: str, scratch: Path) -> Participant:
+def _placeholder(experiment: Experiment, role: str, scratch: Path) -> Participant:
     """Return the participant of a role; third-party code is replaced by its inputs and outputs."""
     name = experiment.model_of(role)
     if (external := experiment.fmus.get(name)) is not None:
@@ -247,7 +247,7 @@ def _idle(experiment: Experiment, role: str, scratch: Path) -> Participant:
     return IdleParticipant(role, model_class(name).table(experiment))
 
 
-def _adapted(experiment: Experiment, role: str, participant: Participant) -> Participant:
+def _adapt(experiment: Experiment, role: str, participant: Participant) -> Participant:
     """Adapt an external FMU to the names and units of the experiment."""
     name = experiment.model_of(role)
     external = experiment.fmus.get(name)

@@ -18,13 +18,13 @@ from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.cosim.signals.roles import HARDWARE
 from cardsflow_fmu.cosim.signals.units import conversion, variable_units
 from cardsflow_fmu.experiment.config.multiples import require_multiple
-from cardsflow_fmu.experiment.config.table import Context, checked
+from cardsflow_fmu.experiment.config.table import Context, validated
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
 from cardsflow_fmu.results.engines import system_engines
 from cardsflow_fmu.results.files import EXPERIMENT, RECORDING_FILE, Contents
 from cardsflow_fmu.results.summary import Speed, summarize_system
-from cardsflow_fmu.simulation.ssp.carried_experiment import system_experiment, system_hardware
-from cardsflow_fmu.simulation.ssp.reader import archive_named, read_system, unpack_ssp
+from cardsflow_fmu.simulation.ssp.packed_experiment import system_experiment, system_hardware
+from cardsflow_fmu.simulation.ssp.reader import name_archive_in_errors, read_system, unpack_ssp
 from cardsflow_fmu.simulation.ssp.settings import SystemRunSettings
 from cardsflow_fmu.simulation.ssp.system import Component, System
 
@@ -42,7 +42,7 @@ class OpenSsp:
         scheme: Name of the coupling scheme.
         engine: Engines of plant and controller.
         hardware: Hardware of the run; None without hardware, or if unknown.
-        contents: Further files of the results folder, by name; empty without a folder.
+        contents: Other files of the results folder, by name; empty without a folder.
         streamed: Names of files that FMUs write into the folder.
     """
 
@@ -96,14 +96,14 @@ def open_ssp(
     streamed = [RECORDING_FILE] if folder is not None and variant == HARDWARE else []
     recording = folder / RECORDING_FILE if folder is not None and streamed else None
     with (
-        _reached(hardware, recording),
-        archive_named(path, scratch / "system") as unpacked,
+        _hardware_address(hardware, recording),
+        name_archive_in_errors(path, scratch / "system") as unpacked,
     ):
         unpack_ssp(path, unpacked)
         system = read_system(unpacked, variant)
         driven = _hardware(path) if variant == HARDWARE else None
         step, steps, coupling = _run_settings(runs, system, path)
-        parameters = _given(values, system, path)
+        parameters = _start_value_settings(values, system, path)
         files = {c.name: unpacked / c.source for c in system.components}
         with _participants(system, files, scratch, parameters) as participants:
             loop = Master(
@@ -128,7 +128,7 @@ def open_ssp(
 
 
 @contextlib.contextmanager
-def _reached(hardware: str, recording: Path | None) -> Iterator[None]:
+def _hardware_address(hardware: str, recording: Path | None) -> Iterator[None]:
     """Provide the address of the hardware to FMUs that are started in the context."""
     if not hardware and recording is None:
         yield
@@ -167,7 +167,9 @@ def _run_settings(
     return run.step, round(run.duration / run.step), coupling
 
 
-def _given(values: Mapping[str, Any], system: System, path: Path) -> dict[str, dict[str, float]]:
+def _start_value_settings(
+    values: Mapping[str, Any], system: System, path: Path
+) -> dict[str, dict[str, float]]:
     """Return the start values in the settings, by component."""
     given: dict[str, dict[str, float]] = {}
     known = [component.name for component in system.components]
@@ -175,7 +177,7 @@ def _given(values: Mapping[str, Any], system: System, path: Path) -> dict[str, d
         component, _, variable = key.partition(".")
         if component not in known or not variable:
             raise UnknownNameError("component", component, known, file=path, key=key)
-        given.setdefault(component, {})[variable] = checked(float, value, key, path)
+        given.setdefault(component, {})[variable] = validated(float, value, key, path)
     return given
 
 

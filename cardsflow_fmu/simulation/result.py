@@ -54,7 +54,7 @@ class SystemResult(RunData):
         try:
             import pandas as pd
         except ImportError:
-            what = f"needs pandas: {install('pandas')}"
+            what = f"requires pandas: {install('pandas')}"
             raise InputError(what, key="to_pandas") from None
         frame = pd.DataFrame(self.rows, columns=list(self.names)).set_index("time")
         frame.attrs["units"] = dict(self.units)

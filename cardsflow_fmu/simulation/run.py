@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 R = TypeVar("R", bound=SystemResult, covariant=True)
 
-_INSTEAD = "give compute='c' or 'python', and coupling='fmu' or 'direct'"
+_HINT = "give compute='c' or 'python', and coupling='fmu' or 'direct'"
 
 
 class RunError(SimulationError):
@@ -61,7 +61,7 @@ class OpenSystem(Protocol[R]):
         loop: Loop that steps the participants.
         step: Communication step, in [s].
         hardware: Hardware of the run; None without hardware, or if unknown.
-        contents: Further files of the results folder, by name; empty without a folder.
+        contents: Other files of the results folder, by name; empty without a folder.
         streamed: Names of files that participants write into the folder.
     """
 
@@ -83,7 +83,7 @@ class OpenSystem(Protocol[R]):
         """Return the result of a recording."""
 
 
-@refuse_arguments(through=_INSTEAD)
+@refuse_arguments(through=_HINT)
 def run(
     experiment: Experiment,
     output: str | Path | None = None,
@@ -105,18 +105,18 @@ def run(
         compute: `c` for models in C where possible, `python` for models that a Python process
             hosts (default: `run.compute` of the experiment).
         coupling: `fmu` for a co-simulation of FMUs; `direct` for models without FMUs, in one C loop
-            if all of them are in C (default: `run.coupling` of the experiment).
-        realtime: Run in real time; runs with hardware always do.
+            if all models are in C (default: `run.coupling` of the experiment).
+        realtime: Whether to run in real time. Runs with hardware are always in real time.
         progress: Called regularly with the number of completed steps.
         watch: Called regularly with the column names and the rows so far.
-        started: `time.perf_counter()` at the start of the program; now when None.
+        started: `time.perf_counter()` at the start of the program (default: current time).
 
     Returns:
         The result, with the files that were written.
 
     Raises:
         HardwareError: The hardware does not answer, or is not at the start pose.
-        InputError: The output folder cannot be used; nothing has been written.
+        InputError: The output folder cannot be used. No file is written.
         RunError: The run ended early; its result so far is written and marked incomplete.
     """
     from .open import open_experiment  # imports all models, which an .ssp does not need
@@ -153,12 +153,12 @@ def run_system(
         settings: `variant`, `run.step`, `run.duration`, `run.scheme`, `run.order`, and start
             values such as `plant.q_start.elbow`.
         hardware: Address of the hardware (default: from the environment or the .ssp).
-        realtime: Run in real time.
+        realtime: Whether to run in real time.
         progress: Called regularly with the number of completed steps.
-        started: `time.perf_counter()` at the start of the program; now when None.
+        started: `time.perf_counter()` at the start of the program (default: current time).
 
     Raises:
-        InputError: The file cannot be run; nothing has been written.
+        InputError: The file cannot be run. No file is written.
         RunError: The run ended early; its result so far is written and marked incomplete.
     """
     from .open_ssp import open_ssp  # imports FMPy, which takes a second
@@ -168,7 +168,7 @@ def run_system(
         return _run(opening, folder, realtime, progress, started=started)
 
 
-@refuse_arguments(through=_INSTEAD)
+@refuse_arguments(through=_HINT)
 def simulate(
     experiment: Experiment,
     *,
@@ -224,10 +224,10 @@ def _with_settings(
     """
     own = experiment.run
     compute, coupling = compute or own.compute, coupling or own.coupling
-    RunSettings(compute=compute, coupling=coupling)  # checks them
+    RunSettings(compute=compute, coupling=coupling)  # checks the values
     if realtime and coupling == "direct":
         compute = "python"  # the C loop does not support real time
-    return replace(experiment, run=own.replaced(compute=compute, coupling=coupling))
+    return replace(experiment, run=own.copy_with(compute=compute, coupling=coupling))
 
 
 @contextlib.contextmanager
@@ -237,7 +237,9 @@ def _folders(output: str | Path) -> Iterator[tuple[OutputFolder, Path]]:
         yield folder, scratch
 
 
-@np.errstate(over="ignore", invalid="ignore")  # every row is checked for finite values
+@np.errstate(
+    over="ignore", invalid="ignore"
+)  # a check of every row reports values that are not finite
 def _run(
     opening: AbstractContextManager[OpenSystem[R]],
     folder: OutputFolder | None,
@@ -280,7 +282,7 @@ def _pace(system: OpenSystem[R], realtime: bool) -> Pace:
 
 
 def _write(result: SystemResult, written: list[str], folder: OutputFolder) -> None:
-    """Write summary and figures, all or none; other files are already written."""
+    """Write summary and figures: all files, or none on an error."""
     contents: Contents = {}
     form = result.experiment.run.format if isinstance(result, Result) else "csv"
     if form == "csv":

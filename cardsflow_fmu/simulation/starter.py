@@ -12,14 +12,14 @@ from addin_sdfusion.robot.checks.not_simulated import NOT_SIMULATED
 from addin_sdfusion.robot.files import file_error, is_folder, write_files
 from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.mesh_files import lies_in
-from cardsflow_fmu.experiment.carried_files import mesh_roots
+from cardsflow_fmu.experiment.packed_files import mesh_roots
 from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML
 from cardsflow_fmu.experiment.template import experiment_text
 
 from .draft_search import DraftSearch, TestRun
 
 _NOTED = ("no-force-limit", "initial-outside-limits", *NOT_SIMULATED)
-"""Codes of findings that the notes of the experiment cover."""
+"""Codes of findings that are included in the notes of the experiment."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ def init(
     found, findings = read_movable(robot, cable_set, file.parent)
     path = path_from(file.parent, Path(robot))
     try:
-        draft, test_run = DraftSearch(found, Path(robot), cable_set).best()
+        draft, test_run = DraftSearch(found, Path(robot), cable_set).find_best()
     except InputError as error:
         error.file = error.file or Path(robot)
         raise

@@ -88,7 +88,7 @@ def estimator_lines(experiment: Experiment, single: bool) -> list[str]:
     blob = compile_blob(robot)
     words = np.frombuffer(compile_blob(robot, single=True) if single else blob, "<u8")
     size = core().core_size(np.frombuffer(blob).ctypes.data, len(blob), None, 0)
-    encoded = [float(j in settings.encoded) for j in range(len(robot.coordinates))]
+    encoded = [float(j in settings.encoder_indices) for j in range(len(robot.coordinates))]
     arrays = {f"observer.{name}": estimator.array(name, -1) for name in OF_ESTIMATOR}
     return [
         "#define ESTIMATED 1",

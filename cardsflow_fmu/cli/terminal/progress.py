@@ -16,7 +16,7 @@ PERIOD = 10.0
 
 _REFRESH = 0.5
 _DELAY = 1.0
-"""Time before a bar appears, in [s]: short work shows none."""
+"""Time before a bar appears, in [s]; short work has no bar."""
 
 
 class Update(Protocol):
@@ -31,7 +31,7 @@ class ProgressLines:
 
     Args:
         command: The command, such as `excite`.
-        unit: Name of the unit of work, in the plural; nothing to show a percentage.
+        unit: Name of the unit of work, in the plural. Empty to show a percentage.
         clock: Returns the time in [s].
     """
 
@@ -83,7 +83,7 @@ def show_progress(command: str, unit: str = "") -> Iterator[Update]:
 
     Args:
         command: The command, such as `excite`.
-        unit: Name of the unit of work, in the plural; nothing to show a percentage.
+        unit: Name of the unit of work, in the plural. Empty to show a percentage.
     """
     if is_quiet():
         yield lambda done, total, failed=0: None
@@ -92,7 +92,7 @@ def show_progress(command: str, unit: str = "") -> Iterator[Update]:
             yield update
     else:
         lines = ProgressLines(command, unit)
-        with _repeated(lines.print_if_due):
+        with _call_repeatedly(lines.print_if_due):
             yield lines.update
 
 
@@ -119,12 +119,12 @@ def _bar(command: str, unit: str) -> Iterator[Update]:
             if time.monotonic() - begin >= _DELAY:
                 bar.refresh()
 
-        with _repeated(refresh):
+        with _call_repeatedly(refresh):
             yield update
 
 
 @contextmanager
-def _repeated(function: Callable[[], object]) -> Iterator[None]:
+def _call_repeatedly(function: Callable[[], object]) -> Iterator[None]:
     """Call a function every `_REFRESH` in a thread, inside the context."""
     ended = threading.Event()
 

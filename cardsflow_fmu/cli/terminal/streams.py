@@ -29,10 +29,10 @@ class PrintableStream:
 
     Args:
         stream: The stream to write to.
-        is_needed: Whether a failed write is an error. A closed pipe, such as one of `head`, is not.
+        is_needed: Whether a failed write is an error. A closed pipe is never an error.
 
     Attributes:
-        inner: The stream itself, for progress bars, which need control characters.
+        inner: The wrapped stream, for progress bars, which require control characters.
     """
 
     def __init__(self, stream: TextIO, *, is_needed: bool) -> None:
@@ -49,7 +49,7 @@ class PrintableStream:
         return len(text)
 
     def flush(self) -> None:
-        """Write what is buffered."""
+        """Write the buffered text."""
         with self._tolerate_closed():
             self.inner.flush()
 

@@ -14,7 +14,7 @@ _OUTPUT_ERRORS = ("must end in", "cannot be written")
 
 
 def suggest_file(error: CardsflowError) -> str:
-    """Return a suggestion for an error about an input file that does not exist, else nothing."""
+    """Return a suggestion for an input file that does not exist, otherwise an empty text."""
     if not isinstance(error, InputError) or error.file is None:
         return ""
     if any(words in error.what for words in _OUTPUT_ERRORS):

@@ -14,24 +14,24 @@ from addin_sdfusion.robot import InputError, UnknownNameError
 from addin_sdfusion.robot.json_text import json_text
 
 EVERY_OTHER = "*"
-"""Key for all other names in a table by name."""
+"""Key of the value for all names that a table does not contain."""
 
 T = TypeVar("T")
 
 _QUOTED = r""""(?:[^"\\]|\\.)*"|'[^']*'"""
-_PART = re.compile(rf"""(?P<quoted>{_QUOTED})|(?P<bare>[^."'][^."]*)""")
+_PART = re.compile(rf"""(?P<quote_toml>{_QUOTED})|(?P<bare>[^."'][^."]*)""")
 _SETTING = re.compile(rf"""(?P<key>(?>{_QUOTED}|[^."'=][^.=]*|\.)+)=(?P<value>.*)""", re.DOTALL)
 _PLAIN = re.compile(r"""[^\s."'=\x00-\x1f\x7f][^."=\x00-\x1f\x7f]*""")
-_NO_PATH = """must be names separated by dots; quote names with dots or quotes as in TOML"""
+_INVALID_KEY = "must be names separated by dots; quote names with dots or quotes as in TOML"
 _INDEXED = re.compile(r"(?P<name>.+)\[(?P<index>[0-9]{1,9})\]")
 
 
 class PathError(InputError):
-    """A key contains a value that is not a table, or an index beyond the end of a list."""
+    """Error of a key: a part is not a table, or an index is beyond the end of a list."""
 
 
 def split_path(key: str) -> list[str]:
-    """Split a full key into parts. Names with dots are quoted: `controller.kp."hand.x"`.
+    """Split a full key into parts. Names with dots are quote_toml: `controller.kp."hand.x"`.
 
     Args:
         key: The full key, with quotes as in TOML: "..." with escapes, '...' without.
@@ -43,40 +43,42 @@ def split_path(key: str) -> list[str]:
     while True:
         match = _PART.match(key, position)
         if match is None:
-            raise InputError(_NO_PATH, key=key)
-        parts.append(match["bare"] if match["quoted"] is None else _unquoted(match["quoted"], key))
+            raise InputError(_INVALID_KEY, key=key)
+        parts.append(
+            match["bare"] if match["quote_toml"] is None else _unquote(match["quote_toml"], key)
+        )
         position = match.end()
         if position == len(key):
             return parts
         if key[position] != ".":
-            raise InputError(_NO_PATH, key=key)
+            raise InputError(_INVALID_KEY, key=key)
         position += 1
 
 
-def _unquoted(text: str, key: str) -> str:
+def _unquote(text: str, key: str) -> str:
     try:
         return str(tomllib.loads(f"name = {text}")["name"])
     except tomllib.TOMLDecodeError:
-        raise InputError(_NO_PATH, key=key) from None
+        raise InputError(_INVALID_KEY, key=key) from None
 
 
 def join_path(parts: Iterable[str]) -> str:
     """Join parts to a full key."""
-    return ".".join(part if _PLAIN.fullmatch(part) else quoted(part) for part in parts)
+    return ".".join(part if _PLAIN.fullmatch(part) else quote_toml(part) for part in parts)
 
 
-def quoted(text: str) -> str:
+def quote_toml(text: str) -> str:
     """Return a TOML string in double quotes."""
     return json_text(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def split_setting(word: str) -> tuple[str, str] | None:
-    """Split `KEY=VALUE`; quoted names may contain `=`. Return None for other words."""
+    """Split `KEY=VALUE`; quote_toml names may contain `=`. Return None for other words."""
     match = _SETTING.fullmatch(word)
     return None if match is None else (match["key"], match["value"])
 
 
-def indexed(part: str) -> tuple[str, int | None]:
+def split_index(part: str) -> tuple[str, int | None]:
     """Split a part such as `position[2]` into name and index; None without index."""
     match = _INDEXED.fullmatch(part)
     return (part, None) if match is None else (match["name"], int(match["index"]))
@@ -87,7 +89,7 @@ def is_pattern(name: str) -> bool:
     return "*" in name or "?" in name
 
 
-def by_name(
+def expand_names(
     tables: Mapping[str, T], kind: str, names: Collection[str], key: str
 ) -> list[tuple[str, str, T]]:
     """Expand patterns such as `motor*` to names; tables of single names come last.
@@ -156,19 +158,19 @@ def _set(data: dict[str, Any], path: list[str], key: str, value: Any, file: Path
 
 
 def _set_last(data: dict[str, Any], part: str, key: str, value: Any, file: Path) -> None:
-    name, index = indexed(part)
-    there = data.get(name)
-    if index is None or not isinstance(there, list):
+    name, index = split_index(part)
+    elements = data.get(name)
+    if index is None or not isinstance(elements, list):
         data[part] = copy.deepcopy(value)
         return
-    if index >= len(there):
-        raise PathError(f"{name!r} has {len(there)} elements", file=file, key=key)
-    there[index] = copy.deepcopy(value)
+    if index >= len(elements):
+        raise PathError(f"{name!r} has {len(elements)} elements", file=file, key=key)
+    elements[index] = copy.deepcopy(value)
 
 
 def _row(data: Mapping[str, Any], part: str, key: str, file: Path) -> Any:
     """Return the row of an array of tables for a part such as `objects[0]`; otherwise None."""
-    name, index = indexed(part)
+    name, index = split_index(part)
     rows = data.get(name)
     if index is None or not isinstance(rows, list):
         return None

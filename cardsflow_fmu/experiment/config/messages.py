@@ -31,41 +31,41 @@ class SettingError(ValueError):
         super().__init__("; ".join(error.what for error in self.errors))
 
 
-def explained(
+def settings_error(
     error: ValidationError, model: type[BaseModel], file: Path | None = None, key: str = ""
 ) -> InputError:
-    """Return all errors of a table as one error, unknown keys first."""
+    """Convert a pydantic error to an error that lists all errors of a table, unknown keys first."""
     found = [
         (each["type"] != "extra_forbidden", one)
-        for each in _without_consequences(error.errors(include_url=False))
-        for one in _errors(each, model)
+        for each in _drop_consequential_errors(error.errors(include_url=False))
+        for one in _convert_error(each, model)
     ]
     first, *others = [one for _, one in sorted(found, key=lambda pair: pair[0])]
     for one in (first, *others):
         one.file = file
-        one.key = joined(key, one.key)
+        one.key = join_keys(key, one.key)
     first.more = tuple(others)
     return first
 
 
-def keyed(error: ValidationError, keys: Sequence[str]) -> SettingError:
-    """Return the errors of list elements, with given keys instead of indices."""
+def element_errors(error: ValidationError, keys: Sequence[str]) -> SettingError:
+    """Convert a pydantic error of list elements; given keys replace the indices."""
     found = []
     for each in error.errors(include_url=False):
         row, *place = each["loc"]
-        for one in _errors({**each, "loc": place}, BaseModel):
-            one.key = joined(keys[int(row)], one.key)
+        for one in _convert_error({**each, "loc": place}, BaseModel):
+            one.key = join_keys(keys[int(row)], one.key)
             found.append(one)
     return SettingError(*found)
 
 
-def hint(key: str, given: Iterable[str]) -> str:
-    """Return a suggestion if a given key resembles a missing key."""
+def spelling_hint(key: str, given: Iterable[str]) -> str:
+    """Return a suggestion for a missing key if a given key is similar."""
     near = difflib.get_close_matches(key, given, n=1, cutoff=0.5)
     return f"; did you misspell it as {near[0]!r}?" if near else ""
 
 
-def joined(key: str, inner: str | None) -> str | None:
+def join_keys(key: str, inner: str | None) -> str | None:
     """Join the full key of a table and a key in it."""
     if not key or not inner:
         return key or inner or None
@@ -80,10 +80,10 @@ def key_of(place: Iterable[str | int]) -> str:
     return key
 
 
-def _without_consequences(errors: Sequence[Any]) -> list[Any]:
-    """Remove errors that follow from others.
+def _drop_consequential_errors(errors: Sequence[Any]) -> list[Any]:
+    """Remove errors that are consequences of other errors.
 
-    These are missing keys of tables with unknown keys, which may be misspelt, and short lists with
+    An unknown key may be the misspelt name of a missing key. A list may be too short because it has
     invalid elements.
     """
     misspelt = {e["loc"][:-1] for e in errors if e["type"] == "extra_forbidden"}
@@ -96,30 +96,30 @@ def _without_consequences(errors: Sequence[Any]) -> list[Any]:
     ]
 
 
-def _errors(error: Mapping[str, Any], model: type[BaseModel]) -> list[InputError]:
+def _convert_error(error: Mapping[str, Any], model: type[BaseModel]) -> list[InputError]:
     """Convert a pydantic error; keys are relative to the model."""
     place, value = error["loc"], error["input"]
     key, own = key_of(place), error.get("ctx", {}).get("error")
     if isinstance(own, SettingError):
         for one in own.errors:
-            one.key = joined(key, one.key)
+            one.key = join_keys(key, one.key)
         return own.errors
     if error["type"] == "extra_forbidden":
         known = keys_of(_table_at(model, place[:-1]))
         return [UnknownNameError("key", str(place[-1]), known, key=key)]
     if error["type"] == "literal_error":
-        return [_no_choice(value, _field_at(model, place), key)]
+        return [_choice_error(value, _field_at(model, place), key)]
     if error["type"] == "float_type" and isinstance(value, dict):
         return [PathError("must be a number, not a table", key=key)]
     if error["type"] in ("tuple_type", "too_short"):
-        rows = _rows(_field_at(model, place).annotation)
-        least = {1: f"at least one {rows[:-1]}", 2: f"at least two {rows}"}
-        what = least[error["ctx"]["min_length"]] if error["type"] == "too_short" else rows
+        rows = _element_kind(_field_at(model, place).annotation)
+        minimum = {1: f"at least one {rows[:-1]}", 2: f"at least two {rows}"}
+        what = minimum[error["ctx"]["min_length"]] if error["type"] == "too_short" else rows
         return [InputError(f"must be a list of {what}, not {value!r}", key=key)]
-    return [InputError(_words(error), key=key)]
+    return [InputError(_describe(error), key=key)]
 
 
-def _no_choice(value: Any, field: FieldInfo, key: str) -> InputError:
+def _choice_error(value: Any, field: FieldInfo, key: str) -> InputError:
     choices = _choices(field.annotation)
     is_named = isinstance(choices[0], str)
     if not is_named or not isinstance(value, str) or not value:
@@ -129,13 +129,13 @@ def _no_choice(value: Any, field: FieldInfo, key: str) -> InputError:
     return UnknownNameError(kind, value, choices, key=key)
 
 
-def _words(error: Mapping[str, Any]) -> str:
+def _describe(error: Mapping[str, Any]) -> str:
     value, ctx = error["input"], error.get("ctx", {})
     bound = ctx.get("gt", ctx.get("ge", ctx.get("le")))
     match error["type"]:
         case "missing":
             given = value if isinstance(value, dict) else ()
-            return f"missing{hint(error['loc'][-1], given)}"
+            return f"missing{spelling_hint(error['loc'][-1], given)}"
         case "float_type" if type(value) is int:
             return "must be a finite number, not inf"
         case "float_type" | "int_type" if not isinstance(value, float):
@@ -186,7 +186,7 @@ def _field_at(model: type[BaseModel], place: Sequence[str | int]) -> FieldInfo:
     return next(f for name, f in table.model_fields.items() if place[-1] in (f.alias, name))
 
 
-def _rows(annotation: Any) -> str:
+def _element_kind(annotation: Any) -> str:
     """Return the kind of the elements of a list, for messages."""
     row = (*get_args(annotation), Any)[0]
     while get_origin(row) is Annotated:

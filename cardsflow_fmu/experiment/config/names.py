@@ -18,9 +18,9 @@ from pydantic_core import CoreSchema, core_schema
 from addin_sdfusion.robot import InputError, UnknownNameError
 
 from .key_path import EVERY_OTHER
-from .messages import SettingError, hint, keyed
+from .messages import SettingError, element_errors, spelling_hint
 
-_NOT_GIVEN: tuple[float, ...] = ()
+_NOT_SET: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Names:
 
 @dataclass(frozen=True)
 class Symbol:
-    """C array of a setting, in the metadata of its field."""
+    """Name of the C array of a setting, in the metadata of its field."""
 
     name: str | None
 
@@ -68,7 +68,7 @@ def named_setting(
         symbol: Name of the C array, see `Table.arrays` (default: none).
     """
     own: Any = Field(
-        ... if default is ... else _NOT_GIVEN,
+        ... if default is ... else _NOT_SET,
         description=meaning,
         alias=alias,
         json_schema_extra={"default": None if default is ... else default},
@@ -79,7 +79,7 @@ def named_setting(
 
 
 class _NamedValues:
-    """The validator of `named_setting`."""
+    """Validator of `named_setting`."""
 
     def __init__(self, names: str, default: Any, others: Any, word: str | None) -> None:
         self._names, self._default, self._others, self._word = names, default, others, word
@@ -101,24 +101,24 @@ class _NamedValues:
     def _read(self, value: Any, handler: ValidatorFunctionWrapHandler, info: Any) -> Any:
         if self._word is not None and value in (self._word, None):
             return None
-        known: Names | None = info.context.names[self._names] if _is_named(info) else None
+        known: Names | None = info.context.names[self._names] if _has_names(info) else None
         if value == {} and self._default is not ...:
-            value = _NOT_GIVEN
-        if value == _NOT_GIVEN and isinstance(value, tuple):
-            return self._by_default(known, info)
+            value = _NOT_SET
+        if value == _NOT_SET and isinstance(value, tuple):
+            return self._default_values(known, info)
         if isinstance(value, dict):
-            numbers = dict(zip(value, _checked(handler, value.values(), value), strict=True))
-            return tuple(numbers.values()) if known is None else self._spread(numbers, known, info)
+            numbers = dict(zip(value, _validate(handler, value.values(), value), strict=True))
+            return tuple(numbers.values()) if known is None else self._expand(numbers, known, info)
         if isinstance(self._others, tuple):
             raise SettingError(f"must be a table, not {value!r}")
         if not isinstance(value, list | tuple):
-            (number,) = _checked(handler, [value], [""])
+            (number,) = _validate(handler, [value], [""])
             return (number,) * (1 if known is None else len(known.names))
         if known is not None and len(value) != len(known.names):
             raise SettingError(f"must have {len(known.names)} values, one per {known.kind}")
-        return _checked(handler, value, [f"[{k}]" for k in range(len(value))])
+        return _validate(handler, value, [f"[{k}]" for k in range(len(value))])
 
-    def _by_default(self, known: Names | None, info: Any) -> tuple[Any, ...]:
+    def _default_values(self, known: Names | None, info: Any) -> tuple[Any, ...]:
         if known is None:
             return ()
         default = info.context.defaults.get(info.field_name, self._default)
@@ -126,8 +126,8 @@ class _NamedValues:
             return default
         return () if default is None else (default,) * len(known.names)
 
-    def _spread(self, numbers: Mapping[str, Any], known: Names, info: Any) -> tuple[Any, ...]:
-        """Return a value for every name, from a table with names, groups, and `*`."""
+    def _expand(self, numbers: Mapping[str, Any], known: Names, info: Any) -> tuple[Any, ...]:
+        """Return a value for every name from a table with names, groups, and `*`."""
         together = {**{name: [name] for name in known.names}, EVERY_OTHER: known.names}
         together = {**known.groups, **together}
         errors: list[InputError] = [
@@ -144,22 +144,24 @@ class _NamedValues:
             spread = dict(zip(known.names, usual, strict=True)) | spread
         elif not errors and (usual is None or usual is ...):
             missing = [name for name in known.names if name not in spread]
-            errors += [InputError(f"missing{hint(name, numbers)}", key=name) for name in missing]
+            errors += [
+                InputError(f"missing{spelling_hint(name, numbers)}", key=name) for name in missing
+            ]
         if errors:
             raise SettingError(*errors)
         return tuple(spread.get(name, usual) for name in known.names)
 
 
-def _is_named(info: Any) -> bool:
+def _has_names(info: Any) -> bool:
     return info.context is not None and info.context.names is not None
 
 
-def _checked(
+def _validate(
     handler: ValidatorFunctionWrapHandler, values: Iterable[Any], keys: Iterable[str]
 ) -> tuple[Any, ...]:
     """Validate values; errors have the keys of the values."""
     try:
         checked: tuple[Any, ...] = handler(tuple(values))
     except ValidationError as error:
-        raise keyed(error, list(keys)) from None
+        raise element_errors(error, list(keys)) from None
     return checked

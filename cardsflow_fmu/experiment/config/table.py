@@ -29,7 +29,7 @@ from pydantic_core import CoreSchema, core_schema
 from addin_sdfusion.robot import InputError, UnknownNameError
 
 from .file import MAX_INTEGER, TOO_LONG
-from .messages import SettingError, explained
+from .messages import SettingError, settings_error
 from .names import Names, Symbol
 
 T = TypeVar("T", bound="Table")
@@ -41,8 +41,8 @@ class Context:
 
     Attributes:
         file: File of the table; paths are relative to its folder.
-        names: Names by kind, for settings by name; None if the robot is not read yet. Then only the
-            form of settings by name is checked.
+        names: Names by kind, for settings by name. None before the robot is read; then the names
+            are not checked.
         defaults: Defaults from other tables, by setting.
     """
 
@@ -61,7 +61,7 @@ class Context:
 
     @contextlib.contextmanager
     def at(self, key: str) -> Iterator[None]:
-        """Add file and full key to errors of the context."""
+        """Add file and full key to errors that are raised in the context."""
         try:
             yield
         except InputError as error:
@@ -87,7 +87,7 @@ class Table(BaseModel):
         try:
             super().__init__(**settings)
         except ValidationError as error:
-            raise explained(error, type(self)) from None
+            raise settings_error(error, type(self)) from None
 
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]  # also for tables inside
 
@@ -106,14 +106,14 @@ class Table(BaseModel):
         try:
             return cls.model_validate(data, context=context)
         except ValidationError as error:
-            raise explained(error, cls, context.file, key) from None
+            raise settings_error(error, cls, context.file, key) from None
 
-    def replaced(self, **changes: Any) -> Self:
-        """Return a copy with other values; not checked."""
+    def copy_with(self, **changes: Any) -> Self:
+        """Return a copy with other values, without validation."""
         return self.model_copy(update=changes)
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
-        """Return the table as plain data that reads back as the same.
+        """Return the table as plain data; reading the data returns an equal table.
 
         Args:
             leave_out: Keys to omit, in addition to keys without a finite value.
@@ -152,10 +152,10 @@ class Table(BaseModel):
         Raises:
             SettingError: Another key is set.
         """
-        if errors := self.meaningless(allowed):
+        if errors := self.inapplicable_keys(allowed):
             raise SettingError(*errors)
 
-    def meaningless(self, allowed: Iterable[str]) -> list[InputError]:
+    def inapplicable_keys(self, allowed: Iterable[str]) -> list[InputError]:
         """Return an error for each key that is set but does not apply."""
         keys = {name: own.alias or name for name, own in type(self).model_fields.items()}
         fitting = list(allowed)
@@ -164,7 +164,7 @@ class Table(BaseModel):
         return [UnknownNameError("key", keys[name], known, key=keys[name]) for name in given]
 
 
-def checked(kind: Any, value: Any, key: str, file: Path | None = None) -> Any:
+def validated(kind: Any, value: Any, key: str, file: Path | None = None) -> Any:
     """Validate a value as a key of a table.
 
     Args:
@@ -179,7 +179,7 @@ def checked(kind: Any, value: Any, key: str, file: Path | None = None) -> Any:
     try:
         return _adapter(kind).validate_python(value)
     except ValidationError as error:
-        raise explained(error, Table, file, key) from None
+        raise settings_error(error, Table, file, key) from None
 
 
 @functools.cache
@@ -220,14 +220,14 @@ def setting(
         kind: Name of a choice, for messages (default: the key).
         symbol: Name of the C array, see `Table.arrays` (default: none).
     """
-    checked = default not in (None, "", math.inf)
-    own = Field(default, description=meaning, alias=alias, title=kind, validate_default=checked)
+    validated = default not in (None, "", math.inf)
+    own = Field(default, description=meaning, alias=alias, title=kind, validate_default=validated)
     own.metadata.append(Symbol(symbol))
     return own
 
 
 def _whole(value: Any) -> Any:
-    """Convert numbers without a fraction to integers."""
+    """Convert floating-point numbers without a fraction to integers."""
     if isinstance(value, float) and value.is_integer():
         value = int(value)
     if isinstance(value, int) and abs(value) > MAX_INTEGER:
@@ -272,19 +272,19 @@ class Numbers:
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
-        return core_schema.no_info_before_validator_function(self._listed, handler(source))
+        return core_schema.no_info_before_validator_function(self._to_tuple, handler(source))
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> Any:
         count, item = self._count, {"type": "number" if self._what == "numbers" else "string"}
         return {"type": "array", "items": item, "minItems": count, "maxItems": count}
 
-    def _listed(self, value: Any) -> tuple[Any, ...]:
+    def _to_tuple(self, value: Any) -> tuple[Any, ...]:
         if not isinstance(value, list | tuple) or len(value) != self._count:
             raise SettingError(f"must be a list of {self._count} {self._what}, not {value!r}")
         return tuple(value)
 
 
-class Short:
+class ShortForm:
     """Annotation of a table or list that has a short form.
 
     Args:
@@ -305,7 +305,7 @@ class Short:
         return {"anyOf": [self._schema, *inner.get("anyOf", [inner])]}
 
 
-OR_FALSE = Short(lambda value: None if value is False else value, {"const": False})
+OR_FALSE = ShortForm(lambda value: None if value is False else value, {"const": False})
 """Annotation of an optional value: false for None."""
 
 Positive = Annotated[float, Field(gt=0)]
@@ -316,7 +316,7 @@ Fraction = Annotated[
     WithJsonSchema({"type": "number", "minimum": 0, "maximum": 1}),
 ]
 AS_WHOLE = BeforeValidator(_whole)
-"""Annotation of an integer: numbers without a fraction are accepted. It follows the bounds."""
+"""Annotation of an integer: numbers without a fraction are accepted. It must follow the bounds."""
 Whole = Annotated[int, AS_WHOLE]
 Text = Annotated[str, Field(min_length=1)]
 File = Annotated[Path, _File()]

@@ -54,7 +54,7 @@ EXACT = "exact"
 INFINITY = "infinity"
 """Value of the infinity norm in files."""
 MAX_HORIZON = 1e6
-"""In [s]. A horizon of 1e300 s would overflow the predicted forces."""
+"""Maximum prediction horizon, in [s]. Much larger values would overflow the predicted forces."""
 
 
 def _solver(name: str) -> str:
@@ -167,7 +167,7 @@ class ControllerSettings(Table):
         "muscle", "preferred force, in N", 0.0, symbol="f_p"
     )
     passive: tuple[bool, ...] = named_setting(
-        "coordinate", "leave the coordinate to its spring and damper", False
+        "coordinate", "the coordinate is not controlled; its spring and damper move it", False
     )
     dependent: tuple[bool, ...] = named_setting(
         "coordinate",
@@ -265,9 +265,9 @@ class ControllerSettings(Table):
         """
         arrays = self.arrays(_TASK_KEYS if self.tasks is None else ())
         none = (0.0,) * len(self.motor_weights)
-        for name, behind in {"H_f": self.motor_weights, "f_p": none, "H_r": none}.items():
+        for name, motor_values in {"H_f": self.motor_weights, "f_p": none, "H_r": none}.items():
             if name in arrays:
-                arrays[name] += behind
+                arrays[name] += motor_values
         native = self.space == "joint" and self.custom_law is None
         law = number_of(str(self.type)) if native else 0
         return arrays | {"law": law, "passive": self.uncontrolled}
@@ -316,7 +316,7 @@ def read_controller(
     )
     if settings.uncontrolled and all(settings.uncontrolled):
         raise context.error(
-            "controller.passive", "must leave at least one coordinate to the controller"
+            "controller.passive", "at least one coordinate must not be passive or dependent"
         )
     require_multiple(
         settings.period, run.step, "run.step", file=context.file, key="controller.period"
@@ -325,4 +325,4 @@ def read_controller(
         return settings
     own = settings.custom_law._replace(file=context.file.parent / settings.custom_law.file)
     own.require()
-    return settings.replaced(type=str(own))
+    return settings.copy_with(type=str(own))

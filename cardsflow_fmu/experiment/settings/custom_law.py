@@ -1,4 +1,4 @@
-"""References of settings to custom control and muscle laws; the files are not executed here."""
+"""Settings that refer to custom control laws and muscle laws; the files are not executed here."""
 
 from __future__ import annotations
 

@@ -189,7 +189,7 @@ class EstimatorTable(Table):
         return tuple(imu.link for imu in self.imus)
 
     @property
-    def encoded(self) -> list[int]:
+    def encoder_indices(self) -> list[int]:
         """Indices of the coordinates with an encoder."""
         return [j for j, noise in enumerate(self.encoder_noise) if noise > 0]
 

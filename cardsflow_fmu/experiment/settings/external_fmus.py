@@ -11,10 +11,10 @@ from addin_sdfusion.robot import UnknownNameError
 from cardsflow_fmu.cosim.external_fmu import ExternalFmu
 from cardsflow_fmu.cosim.signals.units import KNOWN_UNITS
 from cardsflow_fmu.experiment.config.messages import SettingError
-from cardsflow_fmu.experiment.config.table import File, Short, Table, Text, setting
+from cardsflow_fmu.experiment.config.table import File, ShortForm, Table, Text, setting
 
 
-def _existing(file: Path) -> Path:
+def _require_existing(file: Path) -> Path:
     try:
         exists = file.is_file()
     except OSError:  # such as a name that is too long
@@ -27,7 +27,9 @@ def _existing(file: Path) -> Path:
 class ExternalFmuSettings(Table):
     """External FMU."""
 
-    path: Annotated[File, AfterValidator(_existing)] = setting("FMU file, relative to this file")
+    path: Annotated[File, AfterValidator(_require_existing)] = setting(
+        "FMU file, relative to this file"
+    )
     inputs: dict[str, Text] = setting("variable of the FMU by input port", {})
     outputs: dict[str, Text] = setting("variable of the FMU by output port", {})
     units: dict[str, Text] = setting("units of variables for which the FMU specifies none", {})
@@ -49,18 +51,18 @@ def _as_table(fmu: Any) -> Any:
     return {"path": fmu} if isinstance(fmu, str) else fmu
 
 
-_Fmu = Annotated[ExternalFmuSettings, Short(_as_table, {"type": "string", "minLength": 1})]
-_WORDS = "path of an FMU, or a table with path and name maps"
+_Fmu = Annotated[ExternalFmuSettings, ShortForm(_as_table, {"type": "string", "minLength": 1})]
+_DESCRIPTION = "path of an FMU, or a table with path and name maps"
 
 
 class FmusSettings(Table):
     """External FMUs instead of plant, controller, reference, estimator or hardware."""
 
-    plant: _Fmu = setting(_WORDS, None)
-    controller: _Fmu = setting(_WORDS, None)
-    reference: _Fmu = setting(_WORDS, None)
-    estimator: _Fmu = setting(_WORDS, None)
-    hardware: _Fmu = setting(_WORDS, None)
+    plant: _Fmu = setting(_DESCRIPTION, None)
+    controller: _Fmu = setting(_DESCRIPTION, None)
+    reference: _Fmu = setting(_DESCRIPTION, None)
+    estimator: _Fmu = setting(_DESCRIPTION, None)
+    hardware: _Fmu = setting(_DESCRIPTION, None)
 
     @property
     def by_role(self) -> dict[str, ExternalFmu]:

@@ -30,7 +30,7 @@ CommandKind = Literal["force", "length", "velocity"]
 Mode = Literal["realtime", "lockstep"]
 
 MAX_RAMP_DOWN = 3.0
-"""In [s]. FMI importers kill a worker process that has not ended after about 5 s."""
+"""Maximum duration, in [s]. FMI importers kill worker processes that do not end within 5 s."""
 
 _WATCHDOG, _WATCHDOG_STEPS = 0.02, 5
 _CHANCE = "probability that a frame is {}, from 0 to 1"
@@ -40,7 +40,7 @@ _Seed = Annotated[int, Field(ge=0), AS_WHOLE]
 class MotorSettings(Table):
     """Motor commands; see `motors.MotorMap`."""
 
-    command: CommandKind = setting("quantity that the motors are commanded with", "force")
+    command: CommandKind = setting("quantity that the motors receive as command", "force")
     stiffness: tuple[Positive, ...] = named_setting("muscle", "spring stiffness, in N/m", None)
     damping: tuple[FromZero, ...] = named_setting("muscle", "spring damping, in N·s/m", 0.0)
     spindle_radius: tuple[Positive, ...] = named_setting(
@@ -212,12 +212,12 @@ class HardwareSettings(SafetySettings, LinkSettings):
 
     @property
     def is_paced(self) -> bool:
-        """Whether the hardware moves on without commands, in real time."""
+        """Whether the hardware runs in real time and does not wait for commands."""
         return self.mode == "realtime"
 
     @property
     def moves_in_real_time(self) -> bool:
-        """Whether runs with the hardware take place in real time."""
+        """Whether runs with the hardware are in real time."""
         return self.is_paced and not self.is_emulated
 
     def states(self, coordinates: int, muscles: int, motors: int = 0) -> int:
@@ -255,9 +255,9 @@ def read_hardware(data: Mapping[str, Any], context: Context, step: float) -> Har
 
 
 def hardware_data(settings: HardwareSettings, robot: Robot) -> dict[str, Any]:
-    """Return the settings of the hardware FMU as plain data that reads back as the same.
+    """Return the settings of the hardware FMU as plain data.
 
-    The data does not contain whether and how runs use the FMU, and no path of a key file.
+    The data omits settings on the use of the FMU in runs, and the path of the key file.
     """
     data = settings.data(["use", "key_file", "approach", "emulator"])
     for key in ("link", "bind"):

@@ -44,14 +44,14 @@ Source = Annotated[
     WrapValidator(_source),
     WithJsonSchema({"anyOf": [{"type": "string", "minLength": 1}, {"type": "number"}]}),
 ]
-_WORDS = "output of another participant, or a number, by input"
+_DESCRIPTION = "output of another participant, or a number, by input"
 
 
 class WiringSettings(Table):
     """Connections of inputs to outputs with other names, or to numbers."""
 
-    plant: dict[str, Source] = setting(_WORDS, {})
-    controller: dict[str, Source] = setting(_WORDS, {})
+    plant: dict[str, Source] = setting(_DESCRIPTION, {})
+    controller: dict[str, Source] = setting(_DESCRIPTION, {})
 
 
 def read_disturbance(data: dict[str, Any], context: Context) -> DisturbanceSettings | None:

@@ -29,15 +29,15 @@ from addin_sdfusion.robot.model.laws.law import Parameter
 from addin_sdfusion.robot.model.muscle import CableModel, CustomMuscleLaw
 from addin_sdfusion.robot.model.muscle_laws import PRESETS
 from cardsflow_fmu.cosim.signals.units import SI_UNITS
-from cardsflow_fmu.experiment.config.key_path import by_name
-from cardsflow_fmu.experiment.config.messages import SettingError, joined
-from cardsflow_fmu.experiment.config.table import Context, FromZero, Short, Table, setting
+from cardsflow_fmu.experiment.config.key_path import expand_names
+from cardsflow_fmu.experiment.config.messages import SettingError, join_keys
+from cardsflow_fmu.experiment.config.table import Context, FromZero, ShortForm, Table, setting
 
 from .custom_law import CUSTOM_LAW_FORM, CustomLaw
 
 PATH, F_MAX = "path", "f_max"
 HILL_FROM_PATH = "hill_from_path"
-"""Preset of a Hill-type muscle whose fibres have their optimal length at the pose."""
+"""Preset of a Hill-type muscle with optimal fibre length at the pose."""
 
 _HILL_FROM_PATH = {
     "kind": "hill_degroote2016",
@@ -47,7 +47,7 @@ _HILL_FROM_PATH = {
 }
 
 
-class _Relative:
+class _NumberOrExpression:
     """Validator of a parameter that is a number or an expression.
 
     Args:
@@ -75,15 +75,17 @@ class _Relative:
         return value
 
 
-_RELATIVE = {
-    "m": _Relative(rf"(\d+\.?\d* )?{PATH}", f'a multiple of the path length, such as "0.6 {PATH}"'),
-    "N": _Relative(F_MAX, f'"{F_MAX}"'),
+_EXPRESSIONS = {
+    "m": _NumberOrExpression(
+        rf"(\d+\.?\d* )?{PATH}", f'a multiple of the path length, such as "0.6 {PATH}"'
+    ),
+    "N": _NumberOrExpression(F_MAX, f'"{F_MAX}"'),
 }
 """Validators by the unit of the parameter."""
 
 
 def _parameters() -> dict[str, Any]:
-    """Return the parameters of all laws; a lower bound applies if all these laws share it."""
+    """Return the parameters of all laws; a parameter has a lower bound if all its laws share it."""
     found: dict[str, Parameter] = {}
     bounds: dict[str, set[float | None]] = {}
     for law in MUSCLE_LAWS.values():
@@ -97,8 +99,8 @@ def _parameters() -> dict[str, Any]:
         extra: Any = {} if low is None or others else {"minimum": low}
         meaning = own.meaning + ("" if own.unit == "1" else f", in {own.unit}")
         kind: Any = Annotated[float, Field(json_schema_extra=extra)]
-        if own.unit in _RELATIVE:
-            kind = Annotated[kind, _RELATIVE[own.unit]]
+        if own.unit in _EXPRESSIONS:
+            kind = Annotated[kind, _EXPRESSIONS[own.unit]]
         settings[name] = (kind, setting(meaning, None))
     return settings
 
@@ -155,11 +157,11 @@ class MuscleSettings(Table):
 
     f_min: FromZero = setting("minimum force, in N", None)
     f_max: float = setting("maximum force, in N", None)
-    model: Annotated[LawSettings, Short(_as_table, _NAMES)] = setting(
+    model: Annotated[LawSettings, ShortForm(_as_table, _NAMES)] = setting(
         "muscle law: name of a law or preset, or a table with parameters", None
     )
     friction: Annotated[float, Field(ge=0, le=MAX_FRICTION)] = setting(
-        "friction coefficient mu of the cable at via points and wrap surfaces without their own",
+        "friction coefficient mu of the cable, for via points and wrap surfaces that specify none",
         None,
     )
     presliding: Annotated[float, Field(gt=0, le=MAX_PRESLIDING)] = setting(
@@ -176,7 +178,7 @@ def with_muscle_settings(
     """Return the robot with the force limits, laws and friction of the experiment."""
     muscles = {muscle.name: muscle for muscle in robot.muscles}
     try:
-        tables = by_name(settings, "muscle", muscles, "muscles")
+        tables = expand_names(settings, "muscle", muscles, "muscles")
     except InputError as error:
         error.file = context.file
         raise
@@ -184,14 +186,14 @@ def with_muscle_settings(
     keys: dict[str, str] = {}
     for key, name, changes in tables:
         own = {field: getattr(changes, field) for field in changes.model_fields_set}
-        together[name] = together.get(name, MuscleSettings()).replaced(**own)
+        together[name] = together.get(name, MuscleSettings()).copy_with(**own)
         keys[name] = key
     lengths = _PathLengths(robot)
     for name, changes in together.items():
         try:
-            muscles[name] = _changed(muscles[name], changes, lengths, context.file.parent)
+            muscles[name] = _apply_settings(muscles[name], changes, lengths, context.file.parent)
         except InputError as error:
-            error.file, error.key = error.file or context.file, joined(keys[name], error.key)
+            error.file, error.key = error.file or context.file, join_keys(keys[name], error.key)
             raise
     changed = robot.with_muscles(list(muscles.values()))
     wrong = next((finding for finding in check(changed) if finding.is_error), None)
@@ -233,7 +235,7 @@ class _PathLengths:
 
 
 def muscle_data(muscle: Muscle) -> dict[str, Any]:
-    """Return the table [muscles.<name>] of a muscle, which reads back as the same."""
+    """Return the table [muscles.<name>] of a muscle; reading it returns an equal muscle."""
     data: dict[str, Any] = {"f_min": muscle.f_min}
     if muscle.friction or muscle.bend_friction:
         data |= {"friction": muscle.friction, "presliding": muscle.presliding}
@@ -247,7 +249,7 @@ def muscle_data(muscle: Muscle) -> dict[str, Any]:
     return data
 
 
-def _changed(
+def _apply_settings(
     muscle: Muscle, changes: MuscleSettings, lengths: _PathLengths, folder: Path
 ) -> Muscle:
     f_min = muscle.f_min if changes.f_min is None else changes.f_min
@@ -259,21 +261,21 @@ def _changed(
         given = changes.model.data()
         own = CustomLaw.of(given.get("kind", ""))
         if own is not None:
-            model = _own_model(own._replace(file=folder / own.file), given)
+            model = _custom_model(own._replace(file=folder / own.file), given)
         else:
             if "parameters" in given:
                 what = (
                     f"is only for custom laws ({CUSTOM_LAW_FORM}); set parameters as keys of model"
                 )
                 raise InputError(what, key="model.parameters")
-            given = _in_numbers(given, replace(muscle, f_max=f_max), changes, lengths)
+            given = _resolve_expressions(given, replace(muscle, f_max=f_max), changes, lengths)
             model = _model(given, muscle.model)
     given = {"friction": changes.friction, "presliding": changes.presliding}
     friction = {key: value for key, value in given.items() if value is not None}
     return replace(muscle, f_min=f_min, f_max=f_max, model=model, **friction)
 
 
-def _in_numbers(
+def _resolve_expressions(
     given: dict[str, Any], muscle: Muscle, changes: MuscleSettings, lengths: _PathLengths
 ) -> dict[str, Any]:
     """Return the parameters with numbers instead of expressions in path length and f_max."""
@@ -311,11 +313,11 @@ def _model(given: dict[str, Any], own: CableModel) -> CableModel:
             raise UnknownNameError("key", name, ["preset", "kind", *known], key=f"model.{name}")
     parameters = dict(base.parameters) | given
     for parameter in MUSCLE_LAWS[kind].parameters:
-        _check(parameter, parameters.get(parameter.name, parameter.default), kind)
+        _check_parameter(parameter, parameters.get(parameter.name, parameter.default), kind)
     return CableModel(kind, tuple(parameters.items()))
 
 
-def _own_model(law: CustomLaw, given: Mapping[str, Any]) -> CableModel:
+def _custom_model(law: CustomLaw, given: Mapping[str, Any]) -> CableModel:
     """Return a custom law; its file is read but not executed."""
     for name in given:
         if name not in ("kind", "parameters"):
@@ -363,7 +365,7 @@ def _targets(line: ast.Assign | ast.AnnAssign) -> list[ast.expr]:
     return line.targets if isinstance(line, ast.Assign) else [line.target]
 
 
-def _check(parameter: Parameter, value: float | None, kind: str) -> None:
+def _check_parameter(parameter: Parameter, value: float | None, kind: str) -> None:
     """Check that a parameter exists and is within its bounds."""
     key = f"model.{parameter.name}"
     if value is None:

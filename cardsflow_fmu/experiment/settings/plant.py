@@ -23,7 +23,7 @@ Engine = Literal["auto", "core", "dart"]
 """Implementation of the dynamics of plant or controller; see `sim_dart.plant.engine`."""
 
 MAX_SUBSTEPS = 1_000_000
-"""Equals the limit in `sim_dart.plant.plant`, which this module must not import."""
+"""Maximum number of substeps; the same as in `sim_dart.plant.plant`, which is not imported here."""
 
 
 class PlantSettings(Table):

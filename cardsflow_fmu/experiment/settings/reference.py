@@ -135,7 +135,9 @@ class ReferenceTable(Table):
         errors: list[InputError] = []
         for k, point in enumerate(self.points):
             blends = ["blend_time"] if self.spline == "parabolic_blend" and k else []
-            found: list[InputError] = point.meaningless(["time", *self.rows.values(), *blends])
+            found: list[InputError] = point.inapplicable_keys(
+                ["time", *self.rows.values(), *blends]
+            )
             missing = [key for key in (self.letter, *blends) if not getattr(point, key)]
             found += [InputError("missing", key=key) for key in sorted(missing)]
             for error in found:
@@ -215,7 +217,7 @@ class ReferenceSettings:
         return own + (self.approach.duration if self.approach else 0.0)
 
     def data(self) -> dict[str, Any]:
-        """Return plain data that reads back as the same."""
+        """Return the settings as plain data; reading the data returns equal settings."""
         approach = {} if self.approach is None else {"approach": self.approach.data()}
         if isinstance(self.curve, FlowerSettings):
             return {"flower": self.curve.data(), **approach}

@@ -65,9 +65,9 @@ class RobotPart:
     """Robot in an experiment with several robots, and its files.
 
     Attributes:
-        name: Its name.
-        robot: The robot as it was read, with its active sets and gravity.
-        pose: Pose of its world frame in the common world frame.
+        name: Name of the robot.
+        robot: The robot, with its active sets, gravity and changes.
+        pose: Pose of the world frame of the robot in the common world frame.
         files: All files of the robot, the main file first.
         overrides: Changes by the experiment; see `robot_overrides`.
     """
@@ -84,8 +84,11 @@ class RobotPart:
         return self.files[0].parent
 
 
-def _without_detours(path: Path) -> Path:
-    """Return the path without `folder/..`, for messages; unchanged if symbolic links differ."""
+def _simplify_path(path: Path) -> Path:
+    """Return the path without `folder/..`, for messages.
+
+    The path is returned unchanged if symbolic links make the two paths differ.
+    """
     short = Path(os.path.normpath(path))
     try:
         return short if short.samefile(path) else path
@@ -98,7 +101,7 @@ def read_robot(
 ) -> tuple[Reading, Robot]:
     """Return the robot of [robot], and the result of reading its files."""
     try:
-        path = _without_detours(context.file.parent / settings.path)
+        path = _simplify_path(context.file.parent / settings.path)
         reading = read(path, settings.cable_set)
     except UnknownNameError as error:
         context.require(f"{key}.cable_set", "cable set", error.name, error.known)
@@ -139,7 +142,7 @@ def read_parts(rows: Sequence[PartSettings], context: Context) -> tuple[RobotPar
     return tuple(parts)
 
 
-def combined(
+def combine_robots(
     parts: Sequence[RobotPart], context: Context, named: tuple[Path, ...] = ()
 ) -> tuple[Reading, Robot]:
     """Combine all robots into one; each may use its own meshes and explicitly named files."""

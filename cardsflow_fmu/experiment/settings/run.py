@@ -28,7 +28,7 @@ class RunSettings(Table):
     recording: RecordingFormat = setting("additional recording with ROS 2 messages", "none")
     compute: Compute = setting("language of the models: C where possible, or Python", "c")
     coupling: ModelCoupling = setting(
-        "run the models as FMUs, or directly: in one C loop if all of them are in C", "fmu"
+        "run the models as FMUs, or directly: in one C loop if all models are in C", "fmu"
     )
     scheme: Scheme = setting(
         "coupling scheme: order in which participants compute a step", "sampled"
@@ -65,5 +65,5 @@ class RunSettings(Table):
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
         """Return the settings that FMUs contain: not output, formats, compute and coupling."""
-        of_a_run = ("output", "format", "recording", "compute", "coupling")
-        return super().data([*of_a_run, *([] if self.order else ["order"]), *leave_out])
+        omitted = ("output", "format", "recording", "compute", "coupling")
+        return super().data([*omitted, *([] if self.order else ["order"]), *leave_out])

@@ -16,7 +16,7 @@ from cardsflow_fmu.experiment.config.table import (
     Listed,
     Numbers,
     Positive,
-    Short,
+    ShortForm,
     Table,
     Text,
     Vector3,
@@ -38,10 +38,10 @@ SIZES: dict[str, tuple[str, ...]] = {
     "cylinder": ("radius", "length"),
     "mesh": ("file", "scale"),
 }
-"""The keys of each shape."""
+"""Keys of each shape."""
 
 
-def _three(scale: Any) -> Any:
+def _per_axis(scale: Any) -> Any:
     return scale if isinstance(scale, list | tuple) else [scale] * 3
 
 
@@ -64,7 +64,7 @@ class GroundSettings(_Surface):
     height: float = setting("height of the ground, in m", 0.0)
 
 
-class _PlacedShape(_Surface):
+class _ShapeWithPose(_Surface):
     """Shape with a pose."""
 
     shape: ShapeName = setting("kind of shape")
@@ -72,7 +72,7 @@ class _PlacedShape(_Surface):
     length: Positive = setting("length of a capsule or cylinder, in m", None)
     size: Sizes = setting("edge lengths of a box, in m", None)
     file: File = setting("file of a mesh, relative to this file", None)
-    scale: Annotated[Sizes, Short(_three, {"type": "number"})] = setting(
+    scale: Annotated[Sizes, ShortForm(_per_axis, {"type": "number"})] = setting(
         "scale of a mesh: one factor, or one per axis", 1.0
     )
     position: Vector3 = setting("position of the centre, in m", _ORIGIN)
@@ -82,7 +82,7 @@ class _PlacedShape(_Surface):
     def _check_sizes(self) -> Self:
         others, sizes = self._others, SIZES[self.shape]
         errors: list[InputError] = [
-            *self.meaningless(key for key in type(self).model_fields if key not in others),
+            *self.inapplicable_keys(key for key in type(self).model_fields if key not in others),
             *(InputError("missing", key=key) for key in sizes if getattr(self, key) is None),
         ]
         if self.file is not None and not self.file.is_file():
@@ -93,17 +93,17 @@ class _PlacedShape(_Surface):
 
     @property
     def _others(self) -> list[str]:
-        """The keys of other shapes."""
+        """Keys of other shapes."""
         own = SIZES[self.shape]
         return [key for keys in SIZES.values() for key in keys if key not in own]
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
         """Return the table as plain data, without a pose at the origin and keys of other shapes."""
-        nowhere = ["position", "rpy"] if not any((*self.position, *self.rpy)) else []
-        return super().data([*leave_out, *nowhere, *self._others])
+        pose_keys = ["position", "rpy"] if not any((*self.position, *self.rpy)) else []
+        return super().data([*leave_out, *pose_keys, *self._others])
 
 
-class ObjectSettings(_PlacedShape):
+class ObjectSettings(_ShapeWithPose):
     """Free or fixed body in the world."""
 
     name: Text = setting("name of the object")
@@ -112,7 +112,7 @@ class ObjectSettings(_PlacedShape):
     angular_velocity: Vector3 = setting("initial angular velocity, in rad/s", _ORIGIN)
 
 
-class LinkShapeSettings(_PlacedShape):
+class LinkShapeSettings(_ShapeWithPose):
     """Additional collision shape of a link."""
 
     link: Text = setting("link that has the shape")
@@ -121,11 +121,11 @@ class LinkShapeSettings(_PlacedShape):
 class WorldSettings(Table):
     """Ground, objects and contacts."""
 
-    ground: Annotated[GroundSettings | None, Short(_ground, {"type": "boolean"})] = setting(
+    ground: Annotated[GroundSettings | None, ShortForm(_ground, {"type": "boolean"})] = setting(
         "ground: true, false, or a table", False
     )
-    friction: FromZero = setting("friction coefficient of bodies without their own", 1.0)
-    restitution: Fraction = setting("coefficient of restitution of bodies without their own", 0.0)
+    friction: FromZero = setting("default friction coefficient of bodies", 1.0)
+    restitution: Fraction = setting("default coefficient of restitution of bodies", 0.0)
     friction_law: FrictionLaw = setting(
         "cone: Coulomb friction; pyramid: faster, but up to 41 % too strong between x and y",
         "pyramid",

@@ -36,7 +36,7 @@ def with_approach(experiment: Experiment) -> Experiment:
         experiment,
         start=StartSettings(q=q, qd=(0.0,) * len(q)),
         reference=replace(reference, approach=ApproachSettings(duration=seconds, start=begin)),
-        run=run.replaced(duration=run.duration + seconds - before),
+        run=run.copy_with(duration=run.duration + seconds - before),
     )
 
 

@@ -89,7 +89,7 @@ def with_link(settings: HardwareSettings, file: Path, link: str) -> HardwareSett
     if not link:
         what = f"missing; specify the address of the hardware ({ADDRESSES}), or set {LINK}"
         raise InputError(what, file=file, key="hardware.link")
-    return settings.replaced(link=link)
+    return settings.copy_with(link=link)
 
 
 def make_session(experiment: Experiment, connection: Connection | None = None) -> HardwareSession:
@@ -120,7 +120,7 @@ def make_session(experiment: Experiment, connection: Connection | None = None) -
     )
     if isinstance(link, RosLink):  # the timeout limits the missed states, not their number
         max_missed = math.ceil(link.silence / handshake.step)
-        settings = settings.replaced(max_missed=max(max_missed, settings.max_missed))
+        settings = settings.copy_with(max_missed=max(max_missed, settings.max_missed))
     file = connection.recording
     make_recorder = (lambda: Recorder(file, _header(robot, settings, link))) if file else None
     pose = None if settings.has_positions else _fitted_pose(experiment)

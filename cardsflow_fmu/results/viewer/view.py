@@ -10,7 +10,7 @@ from pathlib import Path
 
 from addin_sdfusion.robot import Finding, InputError
 from addin_sdfusion.robot.formats.read import read
-from cardsflow_fmu.experiment.carried_files import left_out
+from cardsflow_fmu.experiment.packed_files import omitted_meshes
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
 from cardsflow_fmu.results.saved_run import is_run, opened_run
 from cardsflow_fmu.utils.overwrite import output_file, write_output
@@ -81,7 +81,7 @@ def robot_act(
     start = [min(max(c.initial, c.lower), c.upper) for c in robot.coordinates]
     folder = reading.files[0].parent
     meshes = link_meshes(robot, folder)
-    hidden = left_out(robot, folder, [folder])
+    hidden = omitted_meshes(robot, folder, [folder])
     return Act(Stage(robot, Motion.still(start), meshes), robot.name, tuple(hidden))
 
 

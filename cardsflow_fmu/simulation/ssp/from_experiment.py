@@ -40,18 +40,18 @@ def experiment_system(
             giver, output = source.split(".", 1)
             connections.append(_connection(by_role[giver], output, by_role[role], input_))
         elif source != 0.0:
-            by_role[role].hold(input_, source)
+            by_role[role].set_start_value(input_, source)
     return System(
         experiment.name,
         tuple(part.component({c.target for c in connections}) for part in parts),
         tuple(connections),
-        # other importers step all FMUs with one step, which must be the controller period
+        # other importers use one step for all FMUs, which must be the controller period
         experiment.controller.period,
         experiment.run.duration,
     )
 
 
-def with_plant(system: System, source: str) -> System:
+def replace_plant(system: System, source: str) -> System:
     """Return the system with another FMU as plant, such as the hardware FMU.
 
     Args:
@@ -71,7 +71,10 @@ def _connection(source: _Part, output: str, target: _Part, input_: str) -> Conne
         change = conversion(source.unit("output", output), target.unit("input", input_))
     except InputError as error:
         raise InputError(f"{route}: {error.what}", key="wiring") from None
-    ends = (source.name, source.own("output", output)), (target.name, target.own("input", input_))
+    ends = (
+        (source.name, source.variable("output", output)),
+        (target.name, target.variable("input", input_)),
+    )
     return Connection(*ends, change)
 
 
@@ -106,25 +109,25 @@ class _Part:
         self.input_names = tuple(self._own["input"])
         self.output_names = tuple(self._own["output"])
 
-    def own(self, side: str, port: str) -> str:
+    def variable(self, side: str, port: str) -> str:
         """Return the variable of the FMU for a port."""
         return self._own[side][port]
 
     def unit(self, side: str, port: str) -> Unit | None:
         """Return the unit of the variable of a port."""
-        return self._units.get(self.own(side, port))
+        return self._units.get(self.variable(side, port))
 
-    def hold(self, port: str, value: float) -> None:
+    def set_start_value(self, port: str, value: float) -> None:
         """Set the start value of an input."""
-        self._held.append(Parameter(self.own("input", port), value))
+        self._held.append(Parameter(self.variable("input", port), value))
 
-    def component(self, fed: Collection[tuple[str, str]]) -> Component:
+    def component(self, connected: Collection[tuple[str, str]]) -> Component:
         """Return the FMU as a component of a system.
 
         Args:
-            fed: Connected inputs. Other inputs have no connectors, because FMPy would connect them.
+            connected: Connected inputs. Other inputs have no connectors; FMPy would connect them.
         """
-        inputs = [name for name in self._side("input") if (self.name, name) in fed]
+        inputs = [name for name in self._side("input") if (self.name, name) in connected]
         connectors = [
             *(self._connector(name, "input") for name in inputs),
             *(self._connector(name, "output") for name in self._side("output")),

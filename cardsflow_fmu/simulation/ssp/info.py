@@ -8,7 +8,7 @@ from typing import Any
 from cardsflow_fmu.utils.temporary import temporary_folder
 from cardsflow_fmu.utils.text_table import table
 
-from .reader import archive_named, read_system, unpack_ssp
+from .reader import name_archive_in_errors, read_system, unpack_ssp
 from .system import Component
 
 
@@ -19,7 +19,7 @@ def system_info(path: str | Path) -> dict[str, Any]:
         InputError: The file cannot be read or uses unsupported features.
     """
     path = Path(path)
-    with temporary_folder() as scratch, archive_named(path, scratch) as folder:
+    with temporary_folder() as scratch, name_archive_in_errors(path, scratch) as folder:
         unpack_ssp(path, folder)
         system = read_system(folder)
         variants = sorted(file.stem for file in folder.glob("*.ssd"))

@@ -30,11 +30,11 @@ def read_parameters(element: Any, folder: Path, file: Path) -> list[Parameter]:
     values: dict[str, Parameter] = {}
     for bindings in children(element, "ParameterBindings"):
         for binding in children(bindings, "ParameterBinding"):
-            values |= {p.name: p for p in _bound(binding, folder, file)}
+            values |= {p.name: p for p in _bound_parameters(binding, folder, file)}
     return list(values.values())
 
 
-def _bound(binding: Any, folder: Path, file: Path) -> list[Parameter]:
+def _bound_parameters(binding: Any, folder: Path, file: Path) -> list[Parameter]:
     if children(binding, "ParameterMapping") or binding.get("sourceBase", "SSD") != "SSD":
         what = "parameter mappings and sources inside components are not supported"
         raise InputError(what, file=file, line=binding.sourceline)

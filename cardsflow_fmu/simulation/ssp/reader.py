@@ -37,7 +37,7 @@ def unpack_ssp(path: Path, folder: Path) -> Path:
 
 
 @contextmanager
-def archive_named(path: Path, folder: Path) -> Iterator[Path]:
+def name_archive_in_errors(path: Path, folder: Path) -> Iterator[Path]:
     """Replace unpacked files by their archive in errors of the context.
 
     Args:
@@ -75,7 +75,7 @@ def read_system(folder: Path, variant: str | None = None) -> System:
     if len(set(names)) < len(names):
         raise InputError("two components have the same name", file=file)
     parameters = read_parameters(system, file.parent, file)
-    components = [_with_parameters(c, system_parameters=parameters) for c in components]
+    components = [_add_system_parameters(c, system_parameters=parameters) for c in components]
     unknown = {p.name.split(".", 1)[0] for p in parameters} - set(names)
     if unknown:
         raise UnknownNameError("component", sorted(unknown)[0], names, file=file)
@@ -137,8 +137,8 @@ def _connector(element: Any, units: dict[str, Unit], file: Path) -> Connector:
     return Connector(element.get("name") or "", kind, name, units[unit] if unit else None)
 
 
-def _with_parameters(component: Component, *, system_parameters: list[Any]) -> Component:
-    """Return a component with its parameters from the system, which come first."""
+def _add_system_parameters(component: Component, *, system_parameters: list[Any]) -> Component:
+    """Return a component with the parameters of the system, followed by its own parameters."""
     lead = f"{component.name}."
     own = [
         replace(p, name=p.name.removeprefix(lead))
@@ -165,7 +165,7 @@ def _experiment(root: Any, file: Path) -> tuple[float | None, float | None]:
 
 
 def _connections(system: Any, components: list[Component], file: Path) -> Iterator[Connection]:
-    """Return the connections between components; connectors of the system are ignored."""
+    """Yield the connections between components; connectors of the system are ignored."""
     known = {(c.name, one.name): one for c in components for one in c.connectors}
     fed: set[tuple[str, str]] = set()
     for group in children(system, "Connections"):

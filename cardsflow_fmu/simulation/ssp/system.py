@@ -45,10 +45,10 @@ class Component:
     """FMU of a system.
 
     Attributes:
-        name: Its name in the system.
-        source: Path of the FMU below the archive's root.
-        connectors: Its inputs and outputs.
-        parameters: Its start values.
+        name: Name in the system.
+        source: Path of the FMU in the archive.
+        connectors: Inputs and outputs.
+        parameters: Start values.
     """
 
     name: str
@@ -76,7 +76,7 @@ class System:
     """System of connected FMUs.
 
     Attributes:
-        name: Its name.
+        name: Name of the system.
         components: The FMUs.
         connections: Connections of outputs to inputs.
         step: Communication step, in [s]; None if not specified.

@@ -35,7 +35,7 @@ def write_ssp(
         path: The .ssp file to write.
         system: The system of SystemStructure.ssd.
         fmus: The FMUs by path in the archive.
-        variants: Further systems in the archive, by name of their .ssd.
+        variants: Other systems in the archive, by name of their .ssd.
 
     Returns:
         The path.
@@ -54,7 +54,7 @@ def write_ssp(
 
 
 def _parameter_file(component: Component) -> str:
-    """Return the path of a parameter set; variants may have different FMUs of the same name."""
+    """Return the path of a parameter set, unique for each FMU of the variants."""
     return f"{component.source.removesuffix('.fmu')}.ssv"
 
 
@@ -142,7 +142,7 @@ def _add_units(root: ET.Element, prefix: str, units: Iterable[Unit | None]) -> N
 
 
 def _add_experiment(root: ET.Element, system: System) -> None:
-    """Return start time, stop time, and the step in the form that libcosim reads."""
+    """Add start time, stop time, and the step as an annotation for libcosim."""
     experiment = ET.SubElement(root, "ssd:DefaultExperiment", startTime="0.0")
     if system.stop_time is not None:
         experiment.set("stopTime", repr(system.stop_time))

@@ -9,7 +9,7 @@ from typing import Any
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.cosim.signals.ports import task_names
-from cardsflow_fmu.experiment.config.key_path import indexed, split_path
+from cardsflow_fmu.experiment.config.key_path import split_index, split_path
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.robot_overrides import ALIASES, KINDS, is_parameters
 from cardsflow_fmu.experiment.settings.hardware import hardware_data
@@ -63,7 +63,7 @@ def _tables(experiment: Experiment) -> dict[str, Any]:
 
 def _inner(value: Any, part: str, experiment: Experiment) -> Any:
     """What stands in a value under a part of a path; None if there is nothing."""
-    name, index = indexed(part)
+    name, index = split_index(part)
     found: Any
     if dataclasses.is_dataclass(value):
         found = getattr(value, ALIASES.get(name, name), None)

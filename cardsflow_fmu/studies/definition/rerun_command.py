@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from addin_sdfusion.robot.json_text import json_text
-from cardsflow_fmu.experiment.config.key_path import quoted
+from cardsflow_fmu.experiment.config.key_path import quote_toml
 
 from .sampling import Run
 from .study import Study
@@ -45,9 +45,9 @@ def toml_value(value: Any) -> str:
         return f"[{', '.join(map(toml_value, value))}]"
     if isinstance(value, float):
         return repr(value)
-    return quoted(value) if isinstance(value, str) else json_text(value)
+    return quote_toml(value) if isinstance(value, str) else json_text(value)
 
 
 def _key(name: str) -> str:
     bare = name.replace("_", "").replace("-", "").isalnum() and name.isascii()
-    return name if bare else quoted(name)
+    return name if bare else quote_toml(name)

@@ -19,7 +19,7 @@ from cardsflow_fmu.experiment.config.table import (
     File,
     Listed,
     Pair,
-    Short,
+    ShortForm,
     Table,
     Text,
     Vector3,
@@ -104,7 +104,7 @@ class VarySettings(Table):
         Listed,
         Field(min_length=1),
         AfterValidator(_paths),
-        Short(_listed, {"type": "string", "minLength": 1}),
+        ShortForm(_listed, {"type": "string", "minLength": 1}),
     ] = setting("full key in the experiment, or several; * for all names", alias="path")
     name: Text = setting("in tables and figures (default: the path)", None)
     together: bool = setting("whether all names of * take the same value", False)

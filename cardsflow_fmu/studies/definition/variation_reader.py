@@ -10,7 +10,7 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from cardsflow_fmu.cosim.signals.ports import task_names
-from cardsflow_fmu.experiment.config.key_path import EVERY_OTHER, indexed, join_path, split_path
+from cardsflow_fmu.experiment.config.key_path import EVERY_OTHER, join_path, split_index, split_path
 from cardsflow_fmu.experiment.config.table import Context
 from cardsflow_fmu.experiment.experiment import Experiment
 
@@ -57,7 +57,7 @@ def _require_order(paths: Sequence[str], context: Context) -> None:
             raise context.error("vary", what)
         parts = split_path(path)
         before |= {join_path(parts[:k]) for k in range(1, len(parts))}
-        name, index = indexed(parts[-1])
+        name, index = split_index(parts[-1])
         if index is not None:
             before.add(join_path([*parts[:-1], name]))
 

@@ -74,15 +74,15 @@ def with_parameters_of(base: Experiment, experiment: Experiment) -> Experiment:
     ]
     if same_gains:
         known = base.controller
-        controller = controller.replaced(kp=known.kp, kd=known.kd, period=known.period)
+        controller = controller.copy_with(kp=known.kp, kd=known.kd, period=known.period)
     same_start = len(base.start.q) == len(experiment.start.q)
     return replace(
         experiment,
         robot=robot.with_muscles(bounded),
         controller=controller,
-        plant=plant.replaced(step=base.plant.step),
+        plant=plant.copy_with(step=base.plant.step),
         start=base.start if same_start else experiment.start,
-        run=experiment.run.replaced(output=base.run.output),
+        run=experiment.run.copy_with(output=base.run.output),
     )
 
 

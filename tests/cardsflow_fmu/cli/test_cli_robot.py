@@ -146,7 +146,7 @@ def test_all_that_a_format_refuses_is_listed(tmp_path: Path, cardsflow: CommandL
     code, out, err = cardsflow("convert", tmp_path / "robot", "--to", "caspr", "-o", tmp_path / "x")
     assert (code, out, (tmp_path / "x").exists()) == (2, "", False)
     *listed, message = err.splitlines()
-    assert message.endswith("(and 1 more: `cardsflow check --for caspr` lists all)")
+    assert message.endswith("(and 1 more; `cardsflow check --for caspr` lists all)")
     code, out, _ = cardsflow("check", tmp_path / "robot", "--for", "caspr")
     assert code == 1
     assert set(listed) <= set(out.splitlines())

@@ -103,5 +103,7 @@ def test_the_driven_joint_follows_while_the_passive_one_swings(
 def test_invalid_passive_coordinate_is_rejected(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"passive: requires .* 'joint_space' .*, not 'lyapunov'"):
         experiment(tmp_path, **{"controller.type": "lyapunov"})
-    with pytest.raises(InputError, match=r"controller\.passive: must leave at least one"):
+    with pytest.raises(
+        InputError, match=r"controller\.passive: at least one coordinate must not be passive"
+    ):
         experiment(tmp_path, **{"controller.passive.q": True})

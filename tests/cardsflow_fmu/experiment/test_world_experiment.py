@@ -46,7 +46,7 @@ def test_experiment_without_world_has_no_world_ports() -> None:
 def test_empty_world_does_not_change_results() -> None:
     """In the same engine, which a world chooses."""
     alone = load()
-    in_dart = replace(alone, plant=alone.plant.replaced(engine="dart"))
+    in_dart = replace(alone, plant=alone.plant.copy_with(engine="dart"))
     plain = simulate(in_dart, coupling="direct")
     world = simulate(load({"friction": 0.5}), coupling="direct")
     assert world.names == plain.names

@@ -29,7 +29,7 @@ FORCES = st.lists(st.floats(-1e6, 1e6), min_size=4, max_size=4).map(np.array)
 
 
 def guard(**settings: Any) -> Guard:
-    made = Guard(ROBOT, SafetySettings().replaced(**settings))
+    made = Guard(ROBOT, SafetySettings().copy_with(**settings))
     made.start(1.0, REST)
     return made
 

@@ -98,7 +98,7 @@ def test_signs_that_the_font_lacks_are_named(
     monkeypatch.chdir(tmp_path)
     code, _, err = cardsflow("plot", file, "-o", "a.png")
     assert code == 0
-    assert err.startswith("cardsflow: warning: the font of the figure lacks '関節")
+    assert err.startswith("cardsflow: warning: the font of the figure does not contain '関節")
     assert len(err.splitlines()) == 1
     assert cardsflow("plot", file, "-o", "a.svg")[::2] == (0, "")
     texts = ElementTree.parse(tmp_path / "a.svg").getroot().itertext()

@@ -11,7 +11,7 @@ from support.small_studies import PLANAR
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.cli.common import settings_of
+from cardsflow_fmu.cli.common import parse_settings
 from cardsflow_fmu.experiment.config.key_path import (
     PathError,
     join_path,
@@ -39,7 +39,7 @@ def test_paths_come_apart_as_they_were_joined(parts: list[str]) -> None:
 def test_words_of_the_command_line_hold_any_name(name: str) -> None:
     key = join_path(["links", name, "mass"])
     assert split_setting(f"{key}={toml_value({name: name})}") == (key, toml_value({name: name}))
-    assert settings_of([f"{key}={toml_value({name: name})}"]) == {key: {name: name}}
+    assert parse_settings([f"{key}={toml_value({name: name})}"]) == {key: {name: name}}
 
 
 def test_quotes_are_as_in_toml() -> None:

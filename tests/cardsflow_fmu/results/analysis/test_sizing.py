@@ -136,7 +136,7 @@ def test_a_motion_in_operational_space_is_followed() -> None:
 def test_a_reference_out_of_reach_is_reported_with_its_time() -> None:
     experiment = Experiment.load(LEFT_ARM)
     assert isinstance(experiment.reference.curve, FlowerSettings)
-    far = experiment.reference.curve.replaced(radius=3.0)
+    far = experiment.reference.curve.copy_with(radius=3.0)
     reference = replace(experiment.reference, curve=far, approach=None)
     with pytest.raises(
         InputError, match=r"reference: at 0 s no configuration reaches hand\.x 3\.45"

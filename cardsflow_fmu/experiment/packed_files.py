@@ -1,7 +1,7 @@
 """Files that are packed with an experiment into FMUs, .ssp files and results.
 
-Experiments and robots may be untrusted. Only files in their folders
-and files that the user has named explicitly are packed, and mesh files must contain meshes.
+Experiments and robots may be untrusted. Therefore only files in their folders and files that the
+user has named explicitly are packed, and mesh files must contain meshes.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def mesh_roots(file: Path, robots: Iterable[Path], named: Iterable[Path]) -> tup
     return (file.parent, *(robot.parent for robot in robots), *named)
 
 
-def require_own(file: Path, roots: Sequence[Path], key: str | None = None) -> Path:
+def require_packable(file: Path, roots: Sequence[Path], key: str | None = None) -> Path:
     """Check that a file may be packed.
 
     Args:
@@ -74,15 +74,15 @@ def require_own(file: Path, roots: Sequence[Path], key: str | None = None) -> Pa
     return file
 
 
-def require_closed(data: Mapping[str, Any], file: Path) -> None:
-    """Check that an experiment in an archive only names files of the archive.
+def require_archive_paths(data: Mapping[str, Any], file: Path) -> None:
+    """Check that all paths of an experiment in an archive refer to files in the archive.
 
     Args:
         data: The content of the experiment file.
         file: The file, for messages.
 
     Raises:
-        InputError: A path is absolute or contains `..`, or there are external FMUs or a key file.
+        InputError: A path is absolute, contains `..`, or leads to a file outside of the archive.
     """
     for key, path in _paths(data):
         if not isinstance(path, str):
@@ -96,24 +96,24 @@ def require_closed(data: Mapping[str, Any], file: Path) -> None:
             raise InputError(what, file=file, key=key)
 
 
-def require_carried(own: Iterable[Path], folder: Path) -> None:
+def require_archive_files(files: Iterable[Path], folder: Path) -> None:
     """Check that all files of a robot are in the unpacked archive.
 
     Args:
-        own: The files of the robot.
+        files: The files of the robot.
         folder: Folder of the unpacked archive.
 
     Raises:
         InputError: A file is outside of the folder.
     """
-    for file in own:
+    for file in files:
         if not lies_in(file, [folder]):
             what = "is used by a robot in an archive, but is outside of the archive"
             raise InputError(what, file=file)
 
 
 def _paths(data: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Return the paths in an experiment, by key."""
+    """Yield key and value of each path in an experiment."""
     yield "robot.path", _table(data, "robot").get("path")
     for key, rows, entry in (
         ("robots", data.get("robots"), "path"),
@@ -150,7 +150,9 @@ def robot_folder(place: str, own: Sequence[Path]) -> str:
         place: Path of the robot in the archive.
         own: The files, the main file first.
     """
-    return PurePosixPath(place, *_plain(own[0]).parent.relative_to(_common(own)).parts).as_posix()
+    return PurePosixPath(
+        place, *_normalized(own[0]).parent.relative_to(_common_folder(own)).parts
+    ).as_posix()
 
 
 def robot_files(place: str, own: Sequence[Path], roots: Sequence[Path]) -> Files:
@@ -164,17 +166,17 @@ def robot_files(place: str, own: Sequence[Path], roots: Sequence[Path]) -> Files
     Raises:
         InputError: A file or the target of a link is outside of the allowed folders.
     """
-    common = _common([require_own(file, roots) for file in own])
-    return {f"{place}/{_plain(file).relative_to(common).as_posix()}": file for file in own}
+    common = _common_folder([require_packable(file, roots) for file in own])
+    return {f"{place}/{_normalized(file).relative_to(common).as_posix()}": file for file in own}
 
 
-def _common(own: Sequence[Path]) -> Path:
+def _common_folder(own: Sequence[Path]) -> Path:
     """Return the common folder of all files of a robot."""
-    return Path(os.path.commonpath([_plain(file).parent for file in own]))
+    return Path(os.path.commonpath([_normalized(file).parent for file in own]))
 
 
-def _plain(file: Path) -> Path:
-    """Return a path without `..`."""
+def _normalized(file: Path) -> Path:
+    """Return an absolute path without `..`."""
     return Path(os.path.normpath(file.absolute()))
 
 
@@ -208,16 +210,16 @@ def visual_meshes(place: str, robot: Robot, folder: Path, roots: Sequence[Path])
         folder: The folder of the robot.
         roots: As for `lies_in`.
     """
-    taken: dict[str, Path] = {}
+    packed: dict[str, Path] = {}
     for _, mesh in _meshes(robot, "visual"):
         file = mesh_file(mesh.uri, folder, roots)
-        if is_file(file) and refusal(file, roots) is None:
-            taken.setdefault(packed_name(mesh.uri), file)
-    return {f"{place}/{name}": mesh_bytes(file, roots) for name, file in taken.items()}
+        if is_file(file) and packing_problem(file, roots) is None:
+            packed.setdefault(packed_name(mesh.uri), file)
+    return {f"{place}/{name}": mesh_bytes(file, roots) for name, file in packed.items()}
 
 
-def left_out(robot: Robot, folder: Path, roots: Sequence[Path]) -> list[str]:
-    """Describe the existing visual meshes that are not packed, one line each with the reason.
+def omitted_meshes(robot: Robot, folder: Path, roots: Sequence[Path]) -> list[str]:
+    """Describe the existing visual meshes that may not be packed, one line each with the reason.
 
     Args:
         robot: The robot.
@@ -230,7 +232,7 @@ def left_out(robot: Robot, folder: Path, roots: Sequence[Path]) -> list[str]:
         file = mesh_file(mesh.uri, folder, roots)
         if not is_file(file):
             continue
-        reason = refusal(file, roots)
+        reason = packing_problem(file, roots)
         if reason is None and names.setdefault(packed_name(mesh.uri), file) != file:
             reason = f"has the name {packed_name(mesh.uri)!r} of another mesh; rename it"
         if reason is not None:
@@ -238,8 +240,8 @@ def left_out(robot: Robot, folder: Path, roots: Sequence[Path]) -> list[str]:
     return list(lines)
 
 
-def refusal(file: Path, roots: Sequence[Path]) -> str | None:
-    """Return why an existing mesh may not be packed; None if it may."""
+def packing_problem(file: Path, roots: Sequence[Path]) -> str | None:
+    """Return the reason why an existing mesh may not be packed; None if it may be packed."""
     if not lies_in(file, roots):
         return OUTSIDE
     state = file.stat()
@@ -248,7 +250,13 @@ def refusal(file: Path, roots: Sequence[Path]) -> str | None:
 
 @functools.lru_cache(maxsize=1024)
 def _content_problem(file: Path, changed: int, size: int) -> str | None:
-    """Return why a file is not a valid mesh; cached while the file is unchanged."""
+    """Return the reason why a file is not a valid mesh, or None.
+
+    Args:
+        file: The file.
+        changed: Time of the last change; the result is cached while it is the same.
+        size: Size of the file, in bytes.
+    """
     try:
         mesh_bytes(file, [file])
     except InputError as error:
@@ -278,7 +286,7 @@ def world_meshes(world: Mapping[str, Any], roots: Sequence[Path]) -> tuple[dict[
 
 
 def _meshes(robot: Robot, role: str) -> Iterator[tuple[str, Mesh]]:
-    """Return the meshes of a role with the names of their links."""
+    """Yield the meshes of a role with the names of their links."""
     for link in robot.links:
         for mesh in link.meshes:
             if mesh.role == role:

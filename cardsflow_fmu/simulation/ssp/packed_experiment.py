@@ -31,7 +31,7 @@ def system_experiment(path: Path) -> bytes | None:
     Returns:
         The archive; None without an FMU of CARDSFlow.
     """
-    for files in _all_carried(path, first="plant.fmu"):
+    for files in _packed_files_of_fmus(path, first="plant.fmu"):
         return archive_bytes(files)
     return None
 
@@ -42,41 +42,41 @@ def system_hardware(path: Path) -> HardwareSettings | None:
     Returns:
         The settings; None without a hardware FMU of CARDSFlow.
     """
-    for files in _all_carried(path, first=f"{HARDWARE}.fmu"):
+    for files in _packed_files_of_fmus(path, first=f"{HARDWARE}.fmu"):
         with temporary_folder() as scratch:
             archive = scratch / "experiment.zip"
             archive.write_bytes(archive_bytes(files))
             try:
                 if HARDWARE not in json.loads(files[EXPERIMENT_FILE]):
                     continue
-                folder = unpack_archive(archive, scratch / "it", "archive", "an experiment")
+                folder = unpack_archive(archive, scratch / "experiment", "archive", "an experiment")
                 return Experiment.from_resources(folder).hardware
             except (CardsflowError, ValueError, TypeError):
                 continue
     return None
 
 
-def _all_carried(path: Path, first: str) -> Iterator[dict[str, bytes]]:
+def _packed_files_of_fmus(path: Path, first: str) -> Iterator[dict[str, bytes]]:
     """Yield the experiment files of FMUs; the FMU of the given name comes first."""
     try:
         with opened_archive(path, ".ssp") as system:
             fmus = [entry for entry in system.infolist() if entry.filename.endswith(".fmu")]
             fmus.sort(key=lambda entry: (not entry.filename.endswith(first), entry.filename))
             for fmu in fmus:
-                files = _carried(entry_bytes(system, fmu, limits.INNER_FMU))
+                files = _packed_files(entry_bytes(system, fmu, limits.INNER_FMU))
                 if files:
                     yield files
     except InputError:
         return
 
 
-def _carried(fmu: bytes) -> dict[str, bytes]:
+def _packed_files(fmu: bytes) -> dict[str, bytes]:
     """Return the experiment and robot files in an FMU; empty without an experiment."""
     with inner_archive(fmu) as archive:
         entries = {
             entry.filename.removeprefix(_RESOURCES): entry
             for entry in archive.infolist()
-            if entry.filename.startswith(_RESOURCES) and _is_of_experiment(entry.filename)
+            if entry.filename.startswith(_RESOURCES) and _is_experiment_file(entry.filename)
         }
         if EXPERIMENT_FILE not in entries:
             return {}
@@ -85,6 +85,6 @@ def _carried(fmu: bytes) -> dict[str, bytes]:
         return {name: archive.read(entry) for name, entry in entries.items()}
 
 
-def _is_of_experiment(name: str) -> bool:
+def _is_experiment_file(name: str) -> bool:
     parts = PurePosixPath(name).parts[1:]
     return parts == (EXPERIMENT_FILE,) or (len(parts) > 1 and parts[0] in _PARTS)

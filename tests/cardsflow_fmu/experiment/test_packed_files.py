@@ -20,7 +20,7 @@ from addin_sdfusion.robot.formats.mjcf.write import write_mjcf
 from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.mesh_files import OUTSIDE
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.experiment.carried_files import require_closed, robot_files, robot_folder
+from cardsflow_fmu.experiment.packed_files import require_archive_paths, robot_files, robot_folder
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.results.saved_run import experiment_archive
 from cardsflow_fmu.results.viewer.scene.meshes import link_meshes
@@ -269,7 +269,7 @@ def test_experiment_in_an_archive_only_names_files_of_the_archive(
 ) -> None:
     file = tmp_path / "experiment.json"
     with pytest.raises(InputError, match=rf"{key}.* outside of the archive") as caught:
-        require_closed({key: value}, file)
+        require_archive_paths({key: value}, file)
     assert caught.value.file == file
     file.write_text(json.dumps({key: value}))
     with pytest.raises(InputError, match="outside of the archive"):
