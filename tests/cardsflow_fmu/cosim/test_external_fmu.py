@@ -197,7 +197,7 @@ def test_our_fmus_need_no_map(tmp_path: Path, version: FmiVersion) -> None:
     assert math.isfinite(result.summary["tracking"]["rms"])
 
 
-def test_a_coupling_is_part_of_the_carried_experiment() -> None:
+def test_a_coupling_is_part_of_the_packed_experiment() -> None:
     order = ("reference", "controller", "plant")
     settings = {"run.scheme": "gauss_seidel", "run.order": list(order)}
     data = experiment_data(Experiment.load(PLANAR_2R, settings))["run"]
