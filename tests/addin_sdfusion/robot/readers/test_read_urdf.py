@@ -99,7 +99,7 @@ def test_motor_of_a_mimic_joint_is_ignored_with_a_warning(tmp_path: Path) -> Non
     reading = read(of_text(tmp_path, MIMIC.format(links=LINKS)))
     assert [c.name for c in reading.require().motors] == ["a"]
     (finding,) = [f for f in reading.findings if f.code == "motor-left-out"]
-    assert "coordinate 'b': it follows another joint (<mimic>)" in finding.message
+    assert "coordinate 'b': follows another joint (<mimic>)" in finding.message
 
 
 def test_motors_that_a_cardsflow_xml_removes_are_reported(tmp_path: Path) -> None:
