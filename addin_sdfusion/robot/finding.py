@@ -14,7 +14,7 @@ _MAX_MESSAGE = 2000
 
 
 def truncate(message: str, length: int = _MAX_MESSAGE) -> str:
-    """Return a message, shortened to a maximum number of characters."""
+    """Return a message, short_repr to a maximum number of characters."""
     return message if len(message) <= length else f"{message[:length]} ..."
 
 

@@ -188,7 +188,7 @@ def format_of(
     if not trajectories:
         return format_
     if name == "caspr":
-        return _caspr_with(trajectories)
+        return _caspr_with_trajectories(trajectories)
     names = ", ".join(repr(trajectory.name) for trajectory in trajectories)
 
     def losses(robot: Robot) -> list[Finding]:
@@ -199,24 +199,25 @@ def format_of(
     return format_._replace(losses=losses)
 
 
-def _caspr_with(trajectories: Sequence[Trajectory]) -> Format:
+def _caspr_with_trajectories(trajectories: Sequence[Trajectory]) -> Format:
     """Return CASPR with those trajectories that match the robot."""
 
-    def unfit(robot: Robot) -> list[Finding]:
+    def mismatches(robot: Robot) -> list[Finding]:
         return [f for f in trajectory_losses(robot, trajectories) if f.is_error]
 
-    def fitting(robot: Robot) -> list[Trajectory]:
-        left_out = {finding.subject.name for finding in unfit(robot)}
+    def matching(robot: Robot) -> list[Trajectory]:
+        left_out = {finding.subject.name for finding in mismatches(robot)}
         return [trajectory for trajectory in trajectories if trajectory.name not in left_out]
 
     def losses(robot: Robot) -> list[Finding]:
         lost = [
-            replace(f, severity="warning", message=f"{f.message}; omitted") for f in unfit(robot)
+            replace(f, severity="warning", message=f"{f.message}; omitted")
+            for f in mismatches(robot)
         ]
-        return [*caspr_losses(robot, fitting(robot)), *lost]
+        return [*caspr_losses(robot, matching(robot)), *lost]
 
     def write(robot: Robot, folder: Path) -> list[Path]:
-        return write_caspr(robot, folder, trajectories=fitting(robot))
+        return write_caspr(robot, folder, trajectories=matching(robot))
 
     return FORMATS["caspr"]._replace(losses=losses, write=write)
 

@@ -28,35 +28,35 @@ def of_links(has: Callable[[Link], Any]) -> Finder:
         has: Function that returns whether a link has the feature. A returned dictionary defines
             the placeholders of the message. A returned tuple defines `{count}` by its length.
     """
-    return lambda robot: _places("link", robot.links, has)
+    return lambda robot: _find_places("link", robot.links, has)
 
 
 def of_joints(has: Callable[[Joint], Any]) -> Finder:
     """Return a finder of the joints that have a feature; see `of_links`."""
-    return lambda robot: _places("joint", robot.joints, has)
+    return lambda robot: _find_places("joint", robot.joints, has)
 
 
 def of_coordinates(has: Callable[[Coordinate], Any]) -> Finder:
     """Return a finder of coordinates, also locked and coupled ones; see `of_links`."""
-    return lambda robot: _places("coordinate", robot.all_coordinates, has)
+    return lambda robot: _find_places("coordinate", robot.all_coordinates, has)
 
 
 def of_muscles(has: Callable[[Muscle], Any]) -> Finder:
     """Return a finder of muscles of the active cable set; see `of_links`."""
-    return lambda robot: _places("muscle", robot.muscles, has)
+    return lambda robot: _find_places("muscle", robot.muscles, has)
 
 
 def of_robot(has: Callable[[Robot], Any]) -> Finder:
     """Return a finder that tests the whole robot; a returned list defines `{names}`."""
-    return lambda robot: _places("robot", [robot], has)
+    return lambda robot: _find_places("robot", [robot], has)
 
 
 def of_surfaces(has: Callable[[WrapSurface], Any]) -> Finder:
     """Return a finder of the wrap surfaces that have a feature; see `of_links`."""
-    return lambda robot: _places("wrap_surface", robot.wrap_surfaces, has)
+    return lambda robot: _find_places("wrap_surface", robot.wrap_surfaces, has)
 
 
-def _places(kind: str, parts: Iterable[Any], has: Callable[[Any], Any]) -> Iterator[Found]:
+def _find_places(kind: str, parts: Iterable[Any], has: Callable[[Any], Any]) -> Iterator[Found]:
     for part in parts:
         found = has(part)
         if found:
@@ -250,13 +250,13 @@ ELLIPSOIDS = Feature(
 _RULES = "{format} has no {what}; it uses its native wrapping rules over {names}"
 OPENSIM_WRAPS = Feature(
     "wraps by OpenSim's rules",
-    of_muscles(lambda m: _by_rule(m, "opensim")),
+    of_muscles(lambda m: _surfaces_by_rule(m, "opensim")),
     "wrap-rule-left-out",
     _RULES,
 )
 MUJOCO_WRAPS = Feature(
     "wraps by MuJoCo's rules",
-    of_muscles(lambda m: _by_rule(m, "mujoco")),
+    of_muscles(lambda m: _surfaces_by_rule(m, "mujoco")),
     "wrap-rule-left-out",
     _RULES,
 )
@@ -353,7 +353,7 @@ def _joint_names(robot: Robot) -> list[str]:
     ]
 
 
-def _by_rule(muscle: Muscle, rule: str) -> list[str]:
+def _surfaces_by_rule(muscle: Muscle, rule: str) -> list[str]:
     """Return the wrap surfaces of the wraps that follow the rules of a program."""
     return [wrap.surface for wrap in muscle.wraps if wrap.rule == rule]
 

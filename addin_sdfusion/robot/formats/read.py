@@ -25,7 +25,7 @@ from .kinds import WHAT, Kind, holds_robot, kind_of, robot_file
 from .mjcf.read import read_mjcf
 from .opensim.read import read_osim
 from .reading.unread import note_unread
-from .reading.xml import ABSOLUTE, Notes, shortened
+from .reading.xml import ABSOLUTE, Notes, short_repr
 from .sdf.read import read_sdf
 from .urdf.read import read_urdf
 
@@ -122,7 +122,7 @@ def _files_outside(main: Path, files: Sequence[Path], name: str) -> Iterator[Fin
         named = Path(os.path.relpath(outside[0], main.parent)).as_posix()
         problem = (
             f"{len(outside)} of its files are outside its folder (links are followed), such "
-            f"as {shortened(named)}; written robots contain their content, but FMUs and results "
+            f"as {short_repr(named)}; written robots contain their content, but FMUs and results "
             "contain only files inside the folder of the experiment"
         )
         found = warning(Subject("robot", name), "files-outside", problem)

@@ -64,7 +64,7 @@ class Case:
     Args:
         robot: The robot.
         start: Where it begins, at rest.
-        shortened: By which part its cables are shorter than at the start, and how it swings.
+        short_repr: By which part its cables are shorter than at the start, and how it swings.
         stiffness: Of its cables, in [N/m]; None for none.
     """
 
@@ -72,14 +72,14 @@ class Case:
         self,
         robot: Robot,
         start: Sequence[float],
-        shortened: tuple[float, float] = (0.0, 0.0),
+        short_repr: tuple[float, float] = (0.0, 0.0),
         stiffness: float | None = None,
     ) -> None:
         self.robot = robot if stiffness is None else elastic(robot, stiffness)
         self.dynamics = DartDynamics(self.robot)
         self.q = np.array(start)
         self.stiffness = stiffness
-        self._mean, self._swing = shortened
+        self._mean, self._swing = short_repr
         self._length = self.dynamics.muscle_lengths(start)
         self._phases = np.arange(len(self.robot.muscles))
 

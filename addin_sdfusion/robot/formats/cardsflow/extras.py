@@ -38,7 +38,7 @@ def read_extras(robot: Robot, model: Node, plugins: Sequence[Node], cable_set: s
     for node in _children(plugins, "gravity"):
         robot = replace(robot, gravity=node.vector3())
     surfaces = [
-        read_surface(node.about(Subject("wrap_surface", node.attribute("name"))))
+        read_surface(node.with_subject(Subject("wrap_surface", node.attribute("name"))))
         for node in _children(plugins, "wrap_surface")
     ]
     muscles = MuscleReader([link.name for link in robot.links], surfaces)
@@ -109,7 +109,7 @@ def _with_mesh_names(robot: Robot, plugins: Sequence[Node]) -> Robot:
 def _with_named_cable_sets(
     robot: Robot, nodes: Sequence[Node], chosen: str | None, muscles: MuscleReader
 ) -> Robot:
-    nodes = [node.about(Subject("cable_set", node.attribute("id"))) for node in nodes]
+    nodes = [node.with_subject(Subject("cable_set", node.attribute("id"))) for node in nodes]
     active = _active(nodes) if chosen is None else chosen
     sets = tuple(muscles.cable_set(node, node.subject.name, active) for node in nodes)
     return replace(robot, cable_sets=sets, cable_set=active)
@@ -168,7 +168,7 @@ def _require_cable_set(chosen: str, robot: Robot, model: Node) -> None:
 
 
 def _with_named_task_sets(robot: Robot, nodes: Sequence[Node]) -> Robot:
-    nodes = [node.about(Subject("task_set", node.attribute("id"))) for node in nodes]
+    nodes = [node.with_subject(Subject("task_set", node.attribute("id"))) for node in nodes]
     active = _active(nodes)
     sets = tuple(read_task_set(node, node.subject.name, active) for node in nodes)
     return replace(robot, task_sets=sets, task_set=active)

@@ -31,7 +31,7 @@ from ...model.robot import ANGLES, WORLD, Axis, TaskFrame, TaskSet
 from ..reading.actuator import read_actuator
 from ..reading.functions import read_function
 from ..reading.unique_names import with_unique_names
-from ..reading.xml import Node, shortened
+from ..reading.xml import Node, short_repr
 from .wraps import WRAP_TYPES
 from .write import INSIDE, WRAP_STATES
 
@@ -76,7 +76,7 @@ class MuscleReader:
         )
         for node in nodes:
             subject = member("muscle", node.attribute("name"), name, active)
-            muscles.append(self._muscle(node.about(subject)))
+            muscles.append(self._muscle(node.with_subject(subject)))
         return CableSet(name, tuple(muscles))
 
     def _muscle(self, node: Node) -> Muscle:
@@ -121,7 +121,7 @@ class MuscleReader:
             kind = node.attribute("type")
             if node.has("type") and kind != "FIXPOINT" and kind not in SHAPES:
                 known = ", ".join(("FIXPOINT", *SHAPES))
-                problem = f"via point type {shortened(kind)} is not supported (supported: {known})"
+                problem = f"via point type {short_repr(kind)} is not supported (supported: {known})"
                 node.error("unsupported-via-point", problem)
             yield _Step(node, link, node.vector3(), SHAPES.get(kind))
 
@@ -171,7 +171,7 @@ def read_surface(node: Node) -> WrapSurface:
     shape = node.attribute("shape")
     if node.has("shape") and shape not in get_args(WrapShape):
         known = ", ".join(get_args(WrapShape))
-        node.error("unsupported-wrap-shape", f"shape {shortened(shape)} is not one of {known}")
+        node.error("unsupported-wrap-shape", f"shape {short_repr(shape)} is not one of {known}")
     x, y, z, *angles = node.numbers(6)
     roll, pitch, yaw = angles
     return WrapSurface(
@@ -199,7 +199,7 @@ def read_task_set(parent: Node, name: str, active: str, tag: str = "endEffector"
     for i, node in enumerate(nodes):
         called = node.attribute("name", f"{tag.lower()}{i}")
         subject = member("task_frame", called, name, active)
-        frames.append(_task_frame(node.about(subject), called))
+        frames.append(_task_frame(node.with_subject(subject), called))
     return TaskSet(name, tuple(frames))
 
 
@@ -220,7 +220,7 @@ def _state(node: Node) -> tuple[Literal[-1, 0, 1], int]:
     """Return the side and the turns of a wrap; states 0 and 1 mean the shorter path."""
     state = node.attribute("state", WRAP_STATES[0])
     if state not in WRAP_STATES:
-        node.error("bad-number", f"state {shortened(state)} must be 0, 1 or 2")
+        node.error("bad-number", f"state {short_repr(state)} must be 0, 1 or 2")
     if state == WRAP_STATES[2] and not node.has("side"):
         problem = "state 2, the longer path, is read as the shorter path; add side=1 or side=-1"
         node.warning("wrap-state-left", f"{problem}, the sense of rotation about the z axis")
@@ -231,7 +231,7 @@ def _side(node: Node) -> Literal[-1, 0, 1]:
     """Return the side of a wrap; 0 also for a wrap inside its surface."""
     side = node.attribute("side", "0")
     if side not in SIDES and side != INSIDE:
-        node.error("bad-number", f"side {shortened(side)} must be -1, 0, 1 or {INSIDE}")
+        node.error("bad-number", f"side {short_repr(side)} must be -1, 0, 1 or {INSIDE}")
     return SIDES.get(side, 0)
 
 
@@ -265,7 +265,7 @@ def _known_word(node: Node, name: str, known: tuple[str, ...]) -> str:
     """Return the word in an attribute; the first known word if the attribute is not set."""
     word = node.attribute(name, known[0])
     if word not in known:
-        node.error("bad-word", f"{name} {shortened(word)} is not one of {', '.join(known)}")
+        node.error("bad-word", f"{name} {short_repr(word)} is not one of {', '.join(known)}")
         return known[0]
     return word
 
@@ -318,7 +318,7 @@ def _cable_model(node: Node) -> CableModel:
     kind = child.attribute("kind")
     if child.has("kind") and kind not in get_args(CableKind):
         known = ", ".join(get_args(CableKind))
-        child.error("unsupported-cable", f"kind {shortened(kind)} is not one of {known}")
+        child.error("unsupported-cable", f"kind {short_repr(kind)} is not one of {known}")
         return CableModel()
     rows = [(name, values[0]) for name, values in _parameters(child) if len(values) == 1]
     return CableModel(kind or "ideal", tuple(rows))
@@ -330,7 +330,7 @@ def _base_pulley(node: Node) -> BasePulley | None:
         return None
     kind = child.attribute("kind")
     if child.has("kind") and kind not in ("rotating", "screw"):
-        child.error("unsupported-pulley", f"kind {shortened(kind)} is neither rotating nor screw")
+        child.error("unsupported-pulley", f"kind {short_repr(kind)} is neither rotating nor screw")
     screw = kind == "screw"
     return BasePulley("screw" if screw else "rotating", tuple(_parameters(child)))
 

@@ -62,11 +62,11 @@ def wrap_elements(node: ElementTree.Element, muscle: Muscle) -> None:
     for wrap in muscle.wraps:
         side = INSIDE if wrap.inside else str(wrap.side)
         words = {"segment": str(wrap.segment), "side": side, "turns": str(wrap.turns)}
-        words |= _rule_words(wrap) | _friction_words(wrap)
+        words |= _rule_attributes(wrap) | _friction_attributes(wrap)
         element(node, "wrap", surface=wrap.surface, **words)
 
 
-def _rule_words(wrap: Wrap) -> dict[str, str]:
+def _rule_attributes(wrap: Wrap) -> dict[str, str]:
     """Return the attributes of a wrap by the rules of another program; empty for our rules."""
     if wrap.rule == "taut":
         return {}
@@ -111,11 +111,11 @@ class _Step:
 
     def __init__(self, point: ViaPoint, **attributes: str) -> None:
         self.point = point
-        words = {"type": "FIXPOINT", **_condition_words(point), **_friction_words(point)}
+        words = {"type": "FIXPOINT", **_condition_attributes(point), **_friction_attributes(point)}
         self.attributes = attributes or words
 
 
-def _condition_words(point: ViaPoint) -> dict[str, str]:
+def _condition_attributes(point: ViaPoint) -> dict[str, str]:
     when = point.when
     if when is None:
         return {}
@@ -123,12 +123,12 @@ def _condition_words(point: ViaPoint) -> dict[str, str]:
     return {"coordinate": when.coordinate} | {k: numbers([x]) for k, x in values.items()}
 
 
-def _friction_words(bend: ViaPoint | Wrap) -> dict[str, str]:
+def _friction_attributes(bend: ViaPoint | Wrap) -> dict[str, str]:
     return {} if bend.friction is None else {"friction": numbers([bend.friction])}
 
 
 def _wrap_step(robot: Robot, muscle: Muscle, wrap: Wrap, surface: WrapSurface) -> _Step:
-    more = _friction_words(wrap)
+    more = _friction_attributes(wrap)
     if surface.length != math.inf:
         more["length"] = numbers([surface.length])
     state = WRAP_STATES[0]

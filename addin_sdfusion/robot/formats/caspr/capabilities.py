@@ -26,7 +26,7 @@ from ..capability import (
     rejected,
 )
 from ..features import Words, of_joints, of_links, of_muscles, of_robot
-from .joints import CASPR_JOINTS, caspr_word
+from .joints import CASPR_JOINTS, caspr_joint_type
 from .trajectory_losses import NOT_AN_ID, XML_ID, trajectory_losses
 from .write_tasks import task_items
 
@@ -60,7 +60,7 @@ def _names(joint: Joint, given: str) -> Iterator[tuple[str, str]]:
 
 
 def _has_other_motions(joint: Joint) -> bool:
-    return joint.type != "fixed" and caspr_word(joint.motions) is None
+    return joint.type != "fixed" and caspr_joint_type(joint.motions) is None
 
 
 def _is_turned(joint: Joint) -> bool:
@@ -122,7 +122,7 @@ def _names_for(tag: str, names: Sequence[str]) -> Words:
     return {"tag": tag, "names": ", ".join(names)} if names else {}
 
 
-def _is_off_base(muscle: Muscle) -> bool:
+def _has_pulley_off_base(muscle: Muscle) -> bool:
     return muscle.pulley is not None and [p.link for p in muscle.via_points[:1]] != [WORLD]
 
 
@@ -258,7 +258,7 @@ CASPR = Capabilities(
                 "pulleys that are not at the base",
                 "pulley-not-at-base",
                 "CASPR requires pulleys at the base; attach the first via point to it",
-                of_muscles(_is_off_base),
+                of_muscles(_has_pulley_off_base),
             ),
             rejected(
                 "pulleys without numbers that CASPR requires",

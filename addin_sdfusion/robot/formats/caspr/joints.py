@@ -65,7 +65,7 @@ CASPR_AXIS_JOINTS: dict[str, MotionKind] = {"R_AXIS": "rotation", "P_AXIS": "tra
 """Joint types whose axis is defined in the file, and the kind of their motion."""
 
 
-def caspr_word(motions: tuple[Motion, ...]) -> str | None:
+def caspr_joint_type(motions: tuple[Motion, ...]) -> str | None:
     """Return CASPR's name of the joint type with these motions, or None if none exists."""
     for word, joint in CASPR_JOINTS.items():
         if joint.motions == motions:

@@ -14,7 +14,7 @@ from ...model.pose import Pose, Vector3
 from ...model.robot import WORLD, Inertia, Link, Robot
 from ...model.rotations import normalized, point_inertia
 from ..reading.unique_names import with_unique_names
-from ..reading.xml import Node, Notes, parse, shortened
+from ..reading.xml import Node, Notes, parse, short_repr
 from .joints import CASPR_AXIS_JOINTS, CASPR_JOINTS, CasprJoint
 from .read_cables import read_cables
 from .read_tasks import read_operational_spaces
@@ -39,7 +39,7 @@ def read_caspr(bodies: Path, cable_set: str | None, notes: Notes) -> Robot | Non
     """
     name = bodies.name.removesuffix(BODIES)
     subject = Subject("robot", name)
-    root = parse(bodies, subject, notes).about(subject)
+    root = parse(bodies, subject, notes).with_subject(subject)
     group = _links_group(root)
     if group is None:
         return None
@@ -96,9 +96,9 @@ def _links_and_joints(group: Node) -> tuple[list[Link], list[Joint]]:
     for i, node in enumerate(nodes, start=1):
         if node.tag != "link_rigid":
             node.error("unexpected-element", f"<{node.tag}> in <links>; CASPR expects <link_rigid>")
-        node = node.about(Subject("link", node.attribute("name")))
+        node = node.with_subject(Subject("link", node.attribute("name")))
         if node.attribute("num") != str(i):
-            problem = f"num {shortened(node.attribute('num'))} must be {i}"
+            problem = f"num {short_repr(node.attribute('num'))} must be {i}"
             node.error("wrong-number", f"{problem}; number the links 1, 2, ... in order")
         links.append(_link(node))
         joints.append(_joint(node, i, links))
@@ -126,7 +126,7 @@ def _inertia(physical: Node, mass: float, com: Vector3) -> Inertia:
         shift = {a + b: rows[i][j] for i, a in enumerate("xyz") for j, b in enumerate("xyz")}
         entries = {tag: value - shift[tag] for tag, value in entries.items()}
     elif reference != "com":
-        node.error("bad-reference", f"ref {shortened(reference)} must be 'com' or 'joint'")
+        node.error("bad-reference", f"ref {short_repr(reference)} must be 'com' or 'joint'")
     return Inertia(mass, com, **{f"i{tag}": value for tag, value in entries.items()})
 
 
@@ -139,7 +139,7 @@ def _joint(link: Node, number: int, links: list[Link]) -> Joint:
     child = link.subject.name
     if node is None:
         return Joint(name, parent, child, T_parent_joint=T_parent_joint)
-    node = node.about(Subject("joint", name))
+    node = node.with_subject(Subject("joint", name))
     motions, suffixes = _motions(node)
     coordinates = _coordinates(node, name, motions, suffixes)
     return Joint(name, parent, child, motions, coordinates, T_parent_joint)
@@ -153,7 +153,7 @@ def _motions(node: Node) -> CasprJoint:
         axis = normalized(node.vector_attribute("axis"))
         return CasprJoint((Motion(CASPR_AXIS_JOINTS[word], axis),), ("",))
     known = ", ".join([*CASPR_JOINTS, *CASPR_AXIS_JOINTS])
-    node.error("unsupported-joint", f"unsupported joint type {shortened(word)}; known: {known}")
+    node.error("unsupported-joint", f"unsupported joint type {short_repr(word)}; known: {known}")
     return CASPR_JOINTS["R_X"]
 
 
@@ -168,7 +168,7 @@ def _coordinates(
     coordinates = []
     for unit, suffix, lower, upper, initial in zip(units, suffixes, *columns, strict=True):
         name = f"{joint}_{suffix}" if suffix else joint
-        node.about(Subject("coordinate", name))
+        node.with_subject(Subject("coordinate", name))
         coordinates.append(Coordinate(name, lower, upper, initial, unit=unit, actuated=actuated))
     return tuple(coordinates)
 

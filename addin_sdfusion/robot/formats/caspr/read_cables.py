@@ -12,7 +12,7 @@ from ...model.muscle import BasePulley, CableModel, CableSet, Muscle, ViaPoint
 from ...model.robot import WORLD, Link
 from ...model.rotations import add
 from ..reading.unique_names import with_unique_names
-from ..reading.xml import Node, shortened
+from ..reading.xml import Node, short_repr
 from .read_links import link_by_number
 
 FORCES = ("force_min", "force_max")
@@ -33,7 +33,8 @@ def read_cables(
         root.error("not-caspr", f"<{root.tag}> is not CASPR's <cables>")
         return (), ""
     nodes = [
-        node.about(Subject("cable_set", node.attribute("id"))) for node in root.all("cable_set")
+        node.with_subject(Subject("cable_set", node.attribute("id")))
+        for node in root.all("cable_set")
     ]
     active = _active(root, [node.subject.name for node in nodes], chosen)
     cable_sets = []
@@ -92,7 +93,7 @@ def _cable_set(node: Node, links: Sequence[Link], active: str) -> CableSet:
     muscles = []
     for cable in with_unique_names(node.all(), partial(member, "muscle", of=name, active=active)):
         subject = member("muscle", cable.attribute("name"), name, active)
-        muscles.append(_muscle(cable.about(subject), links))
+        muscles.append(_muscle(cable.with_subject(subject), links))
     return CableSet(name, tuple(muscles))
 
 
@@ -139,7 +140,7 @@ def _path(cable: Node, links: Sequence[Link]) -> tuple[tuple[ViaPoint, ...], Bas
     """Return the via points of a cable, and the pulley at the first one or None."""
     reference = cable.attribute("attachment_reference")
     if cable.has("attachment_reference") and reference not in ("com", "joint"):
-        problem = f"attachment_reference {shortened(reference)} must be 'com' or 'joint'"
+        problem = f"attachment_reference {short_repr(reference)} must be 'com' or 'joint'"
         cable.error("bad-reference", problem)
     group = cable.required("attachments")
     points: list[ViaPoint] = []

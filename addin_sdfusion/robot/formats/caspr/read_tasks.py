@@ -10,7 +10,7 @@ from ...errors import UnknownNameError
 from ...finding import Subject, member
 from ...model.robot import WORLD, Axis, Link, TaskFrame, TaskSet
 from ..reading.unique_names import with_unique_names
-from ..reading.xml import ZERO, Node, shortened
+from ..reading.xml import ZERO, Node, short_repr
 from .read_links import link_by_number
 
 
@@ -28,7 +28,7 @@ def read_operational_spaces(root: Node, links: Sequence[Link]) -> tuple[tuple[Ta
         root.error("not-caspr", f"<{root.tag}> is not CASPR's <operational_spaces>")
         return (), ""
     nodes = [
-        node.about(Subject("task_set", node.attribute("id")))
+        node.with_subject(Subject("task_set", node.attribute("id")))
         for node in root.all("operational_set")
     ]
     nodes = [node for node in nodes if _has_items(node)]
@@ -62,8 +62,8 @@ def _task_set(node: Node, links: Sequence[Link], active: str) -> TaskSet:
     items = node.all(*CASPR_TASKS)
     for item in with_unique_names(items, partial(member, "task_frame", of=name, active=active)):
         subject = member("task_frame", item.attribute("name"), name, active)
-        for frame in _task_frames(item.about(subject), links):
-            item.about(member("task_frame", frame.name, name, active))
+        for frame in _task_frames(item.with_subject(subject), links):
+            item.with_subject(member("task_frame", frame.name, name, active))
             frames.append(frame)
     return TaskSet(name, tuple(frames))
 
@@ -94,6 +94,6 @@ def _axes(node: Node) -> tuple[Axis, ...]:
     letters = axes.attribute("active_axes") if axes else ""
     allowed = CASPR_TASKS[node.tag]
     if axes and not set(letters) <= set(allowed):
-        problem = f"active_axes {shortened(letters)}: use only {', '.join(allowed)}, each once"
+        problem = f"active_axes {short_repr(letters)}: use only {', '.join(allowed)}, each once"
         axes.error("bad-task-axes", problem)
     return tuple(CASPR_AXES[letter] for letter in letters if letter in allowed)

@@ -13,7 +13,7 @@ from ...finding_builders import label
 from ...limits import MIB, TRAJECTORY
 from ...mesh_files import lies_in
 from ...model.trajectory import Space, Spline, Trajectory, TrajectoryPoint
-from ..reading.xml import Node, Notes, parse, shortened
+from ..reading.xml import Node, Notes, parse, short_repr
 from .read import BODIES
 from .traj_file import read_samples
 
@@ -117,7 +117,9 @@ def _ignored(name: str, error: InputError) -> Finding:
 
 def _valid_trajectory(node: Node, space: Space, notes: Notes) -> Trajectory:
     """Return the trajectory of an element; raise InputError on its first error."""
-    trajectory = _trajectory(node.about(Subject("trajectory", node.attribute("id", ""))), space)
+    trajectory = _trajectory(
+        node.with_subject(Subject("trajectory", node.attribute("id", ""))), space
+    )
     for finding in notes.findings:
         raise InputError(finding.message, file=finding.file, line=finding.line)
     return trajectory
@@ -176,7 +178,7 @@ def _samples_file(node: Node) -> Path:
     name = node.attribute("filename")
     path = PurePosixPath(name.replace("\\", "/"))
     if not path.name or path.is_absolute() or ".." in path.parts or "\0" in name:
-        what = f"filename {shortened(name)} must be relative to this folder, without '..'"
+        what = f"filename {short_repr(name)} must be relative to this folder, without '..'"
         raise InputError(what, file=node.file, line=node.line)
     file = node.file.parent / path
     if not file.is_file():
@@ -191,7 +193,7 @@ def _samples_file(node: Node) -> Path:
 def _points(node: Node, spline: Spline, letter: str) -> tuple[TrajectoryPoint, ...]:
     definition = node.attribute("time_definition")
     if definition not in ("relative", "absolute"):
-        problem = f"time_definition {shortened(definition)} must be 'relative' or 'absolute'"
+        problem = f"time_definition {short_repr(definition)} must be 'relative' or 'absolute'"
         node.error("bad-time", problem)
     group = node.required("points")
     items = group.all("point") if group else []

@@ -10,7 +10,7 @@ from ...errors import InputError
 from ...files import read_file
 from ...limits import TRAJECTORY
 from ...model.trajectory import TrajectoryPoint
-from ..reading.xml import NUMBER, shortened
+from ..reading.xml import NUMBER, short_repr
 from .write_trajectories import TIME_TOLERANCE
 
 WORDS = ("t", "p", "v", "a")
@@ -62,7 +62,9 @@ def _sample(text: str, file: Path, line: int) -> TrajectoryPoint:
     tokens = text.strip().split(",")
     places = [i for i, token in enumerate(tokens) if token in WORDS]
     if tuple(tokens[i] for i in places) != WORDS or places[:2] != [0, 2]:
-        what = f"{shortened(text)} is not 't,<time>,p,<positions>,v,<velocities>,a,<accelerations>'"
+        what = (
+            f"{short_repr(text)} is not 't,<time>,p,<positions>,v,<velocities>,a,<accelerations>'"
+        )
         raise InputError(what, file=file, line=line)
     (time,), p, v, a = (
         tuple(_number(token, file, line) for token in tokens[start + 1 : end])
@@ -75,5 +77,5 @@ def _number(text: str, file: Path, line: int) -> float:
     text = text.strip(" \t")
     value = float(text) if NUMBER.fullmatch(text) else math.nan
     if not math.isfinite(value):
-        raise InputError(f"{shortened(text)} is not a finite number", file=file, line=line)
+        raise InputError(f"{short_repr(text)} is not a finite number", file=file, line=line)
     return value

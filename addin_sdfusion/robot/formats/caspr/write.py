@@ -25,7 +25,7 @@ from ..writing.file_names import file_stem
 from ..writing.plain_paths import with_plain_paths
 from ..writing.xml_text import document, element, numbers
 from .capabilities import caspr_losses
-from .joints import CASPR_AXIS_JOINTS, caspr_word
+from .joints import CASPR_AXIS_JOINTS, caspr_joint_type
 from .write_tasks import task_items
 from .write_trajectories import traj_file, traj_text, write_trajectory
 
@@ -122,7 +122,7 @@ def _link(links: ElementTree.Element, link: Link, joint: Joint, numbered: dict[s
 
 
 def _joint_attributes(joint: Joint) -> dict[str, str]:
-    word = caspr_word(joint.motions)
+    word = caspr_joint_type(joint.motions)
     assert word is not None
     axis = {"axis": numbers(joint.motions[0].axis)} if word in CASPR_AXIS_JOINTS else {}
     actuated = {"actuated": "true"} if any(q.actuated for q in joint.coordinates) else {}

@@ -15,13 +15,13 @@ from ..capability import Capabilities, Finder, Found, Row, changed, kept, omitte
 from ..features import Words, of_coordinates, of_links, of_muscles, of_robot
 from ..writing import wrap_ends
 from ..writing.plain_paths import with_markers
-from .write_bodies import MAX_NESTED, Mover, coordinate_order, movers, too_deep
-from .write_constraints import EQUALITIES, STEP, has_friction, is_held
-from .write_inertia import missing, written_inertias
+from .write_bodies import MAX_NESTED, MotionJoint, chains_too_deep, coordinate_order, motion_joints
+from .write_constraints import EQUALITIES, STEP, has_friction, is_supported
+from .write_inertia import missing_inertia, written_inertias
 from .write_muscles import LAWS
 from .write_tendons import first_wraps
 
-HELD = ("branches", "terms")
+PATH_FEATURES = ("branches", "terms")
 """Path features that MuJoCo's tendons support."""
 
 MeshFiles = Mapping[str, str | Path]
@@ -67,43 +67,49 @@ def mesh_rows(files: MeshFiles) -> tuple[Row, ...]:
     )
 
 
-def _without_home(robot: Robot) -> Iterator[Found]:
-    made = movers(robot)
+def _coordinates_without_joint(robot: Robot) -> Iterator[Found]:
+    made = motion_joints(robot)
     for joint in robot.joints:
-        homes = {mover.coordinate.name for mover in made[joint.name] if mover.is_home}
+        homes = {
+            motion_joint.coordinate.name
+            for motion_joint in made[joint.name]
+            if motion_joint.is_home
+        }
         for c in joint.coordinates:
             if c.name not in homes:
                 yield Found(Subject("joint", joint.name), {"coordinate": c.name})
 
 
-def _beyond_quartics(robot: Robot) -> Iterator[Found]:
+def _unsupported_functions(robot: Robot) -> Iterator[Found]:
     """Report couplings and motions whose functions MuJoCo does not support."""
     for c in robot.all_coordinates:
         functions = [term.function for term in c.coupling]
-        if len(functions) > 1 or not all(map(is_held, functions)):
+        if len(functions) > 1 or not all(map(is_supported, functions)):
             yield Found(Subject("coordinate", c.name))
     for joint, followers in _following_motions(robot):
-        if not _are_held(followers):
+        if not _are_supported(followers):
             yield Found(Subject("joint", joint))
 
 
-def _as_joints(robot: Robot) -> Iterator[Found]:
+def _motions_as_joints(robot: Robot) -> Iterator[Found]:
     for joint, followers in _following_motions(robot):
-        if _are_held(followers):
-            names = ", ".join(repr(mover.name) for mover in followers)
+        if _are_supported(followers):
+            names = ", ".join(repr(motion_joint.name) for motion_joint in followers)
             yield Found(Subject("joint", joint), {"names": names})
 
 
-def _following_motions(robot: Robot) -> Iterator[tuple[str, list[Mover]]]:
+def _following_motions(robot: Robot) -> Iterator[tuple[str, list[MotionJoint]]]:
     """Yield each joint with the motions that follow one of its coordinates, if any."""
-    for joint, made in movers(robot).items():
-        followers = [mover for mover in made if mover.name and not mover.is_home]
+    for joint, made in motion_joints(robot).items():
+        followers = [
+            motion_joint for motion_joint in made if motion_joint.name and not motion_joint.is_home
+        ]
         if followers:
             yield joint, followers
 
 
-def _are_held(followers: list[Mover]) -> bool:
-    return all(is_held(mover.motion.function) for mover in followers)
+def _are_supported(followers: list[MotionJoint]) -> bool:
+    return all(is_supported(motion_joint.motion.function) for motion_joint in followers)
 
 
 def _is_soft(robot: Robot) -> bool:
@@ -111,20 +117,22 @@ def _is_soft(robot: Robot) -> bool:
 
 
 def _different_order(robot: Robot) -> Words:
-    order = [mover.coordinate for mover in coordinate_order(robot) if mover.is_home]
+    order = [
+        motion_joint.coordinate for motion_joint in coordinate_order(robot) if motion_joint.is_home
+    ]
     names = ", ".join(coordinate.name for coordinate in order)
     return {} if order == list(robot.all_coordinates) else {"order": names}
 
 
 def _impossible_inertias(robot: Robot) -> Iterator[Found]:
     for link, _ in written_inertias(robot):
-        if missing(link.inertia) is None:
+        if missing_inertia(link.inertia) is None:
             yield Found(Subject("link", link.name))
 
 
 def _increased_inertias(robot: Robot) -> Iterator[Found]:
     for link, _ in written_inertias(robot):
-        if by := missing(link.inertia):
+        if by := missing_inertia(link.inertia):
             yield Found(Subject("link", link.name), {"by": by})
 
 
@@ -196,21 +204,21 @@ MJCF = Capabilities(
             features.DRIVEN_JOINTS,
             "driven-joint",
             "no joint in MuJoCo can represent coordinate {coordinate!r} directly; write sdf",
-            _without_home,
+            _coordinates_without_joint,
             only="without a motion that is the coordinate",
         ),
         rejected(
             features.DRIVEN_JOINTS,
             "driven-joint",
             "MuJoCo couples joints only in pairs, by polynomials of degree 4; write sdf",
-            _beyond_quartics,
+            _unsupported_functions,
             only="other than by polynomials of degree 4 of one coordinate",
         ),
         changed(
             features.DRIVEN_JOINTS,
             "motion-as-joint",
             "motions that follow a coordinate become separate joints: {names}",
-            _as_joints,
+            _motions_as_joints,
             only="others",
         ),
         changed(
@@ -233,7 +241,7 @@ MJCF = Capabilities(
             "chains of more than 480 links",
             "too-many-nested",
             f"MuJoCo supports chains of at most {MAX_NESTED} links; this link exceeds the limit",
-            too_deep,
+            chains_too_deep,
         ),
         rejected(
             "physically impossible inertias",

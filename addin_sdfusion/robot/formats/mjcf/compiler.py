@@ -214,7 +214,9 @@ def _table(model: Any, kind: str, fields: Sequence[str], elements: Sequence[Any]
         name = f"{kind}_{field}"
         values = getattr(model, name).tolist()
         words = ENUMERATIONS.get(name)
-        columns[field] = values if words is None else [_word(words(v).name) for v in values]
+        columns[field] = (
+            values if words is None else [_enumerator_word(words(v).name) for v in values]
+        )
     rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     for row, element in zip(rows, elements, strict=False):
         row |= {"name": element.name, "line": _line(element.info)}
@@ -224,7 +226,7 @@ def _table(model: Any, kind: str, fields: Sequence[str], elements: Sequence[Any]
     return rows
 
 
-def _word(name: str) -> str:
+def _enumerator_word(name: str) -> str:
     """Return the word of an enumerator, such as `hinge` for mjJNT_HINGE."""
     return name.partition("_")[2].lower()
 
@@ -237,7 +239,7 @@ def _line(info: str) -> int:
 
 def _option(option: Any) -> Answer:
     disabled = [
-        _word(name)
+        _enumerator_word(name)
         for name, bit in mujoco.mjtDisableBit.__members__.items()
         if name != "mjNDISABLE" and option.disableflags & bit.value
     ]
@@ -280,17 +282,17 @@ class _LengthSearch:
 
     def placements(self, actuator: int) -> int:
         """Return the number of bodies that `range_of` places."""
-        count = max(len(self._movers(actuator)), 1)
+        count = max(len(self._joints_of_target(actuator)), 1)
         return int(2 * 2 * SWEEPS * count * GRID * self._model.nbody)
 
     def range_of(self, actuator: int) -> list[float] | None:
         """Return the minimum and maximum length; None if a joint that changes it has no range."""
-        movers = self._movers(actuator)
+        joints = self._joints_of_target(actuator)
         on_path = self._is_spatial(actuator)
-        ranges = [self._ends(joint, on_path) for joint in movers]
+        ranges = [self._ends(joint, on_path) for joint in joints]
         if not np.isfinite(ranges).all():
             return None
-        address = self._model.jnt_qposadr[movers]
+        address = self._model.jnt_qposadr[joints]
         ends = []
         for sign in (1.0, -1.0):
             best_q = self._model.qpos0.copy()
@@ -325,7 +327,7 @@ class _LengthSearch:
             step(self._model, self._data)
         return float(self._data.actuator_length[actuator] / self._model.actuator_gear[actuator][0])
 
-    def _movers(self, actuator: int) -> list[int]:
+    def _joints_of_target(self, actuator: int) -> list[int]:
         """Return the free hinges and slides that change the length of an actuator's target."""
         model, target = self._model, self._model.actuator_trnid[actuator][0]
         if model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_TENDON:

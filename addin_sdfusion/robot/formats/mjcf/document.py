@@ -17,7 +17,7 @@ from ...files import open_file
 from ...finding import Subject
 from ...limits import MESH
 from ...mesh_files import is_file, mesh_file
-from ..reading.xml import ABSOLUTE, Node, Notes, parse, shortened
+from ..reading.xml import ABSOLUTE, Node, Notes, parse, short_repr
 
 MAX_INCLUDED = 100
 """Maximum number of included files."""
@@ -55,7 +55,7 @@ class Document:
         root = parse(file, Subject("robot", file.stem), notes, mend=_as_xml)
         if root.tag != "mujoco":
             raise InputError(f"<{root.tag}> is not <mujoco>", file=file, line=root.line)
-        self.root = root.about(Subject("robot", root.attribute("model", "") or file.stem))
+        self.root = root.with_subject(Subject("robot", root.attribute("model", "") or file.stem))
         self._record_elements(self.root)
         self._resolve_includes()
         self.mesh_files: dict[str, Path] = {}
@@ -216,7 +216,7 @@ class Document:
             node.element.attrib.pop("material", "")
             for name, value in node.element.attrib.items():
                 if _NAN.search(str(value)) and name != "name":
-                    problem = f"{name!s} {shortened(str(value))} is not a finite number"
+                    problem = f"{name!s} {short_repr(str(value))} is not a finite number"
                     node.error("bad-number", problem)
 
     def _numbered_lines(self) -> list[etree._Element]:
@@ -244,7 +244,7 @@ def note_absolute(node: Node, name: str) -> None:
     """Report a file that is given by an absolute path."""
     if Path(name.removeprefix("file://")).is_absolute():
         problem = (
-            f"{shortened(name)} is an absolute path, which is invalid elsewhere; use a path "
+            f"{short_repr(name)} is an absolute path, which is invalid elsewhere; use a path "
             "relative to the folder of this file"
         )
         node.warning(ABSOLUTE, problem)

@@ -114,7 +114,7 @@ def _name_elements(compiled: Compiled) -> None:
 
 def _link(document: Document, compiled: Compiled, number: int) -> Link:
     body = compiled.bodies[number]
-    document.node_at(body["line"]).about(Subject("link", body["name"]))
+    document.node_at(body["line"]).with_subject(Subject("link", body["name"]))
     geoms = [row for row in compiled.geoms if row["bodyid"] == number]
     meshes = [mesh for row in geoms for mesh in _meshes(document, compiled, row)]
     shapes = [_shape(row) for row in geoms if _is_shape(row)]
@@ -236,7 +236,7 @@ def _note_missing_masses(document: Document, compiled: Compiled, joints: Sequenc
         ]
         if not files:
             continue
-        node = document.node_at(body["line"]).about(Subject("link", body["name"]))
+        node = document.node_at(body["line"]).with_subject(Subject("link", body["name"]))
         listed = ", ".join(map(repr, dict.fromkeys(files[:5])))
         problem = f"its mass comes from meshes that do not exist or are not read: {listed}"
         if moving[body["name"]]:

@@ -70,7 +70,7 @@ def _motions(
     node = document.node_at(row["line"])
     if row["type"] in ANGLES:
         return _quaternion_joint(compiled, row, node, start)
-    node = node.about(Subject("coordinate", row["name"]))
+    node = node.with_subject(Subject("coordinate", row["name"]))
     coordinate = _coordinate(compiled, row, node)
     ref = coordinate.initial
     function = linear(1.0, -ref) if ref else ITSELF
@@ -145,7 +145,7 @@ def _quaternion_joint(
         kind = "rotation" if k >= count - 3 else "translation"
         motion = Motion(kind, AXES[k % 3], start + k)  # type: ignore[arg-type]
         coordinate = f"{name}_{word}"
-        node.about(Subject("coordinate", coordinate))
+        node.with_subject(Subject("coordinate", coordinate))
         motions.append(motion)
         coordinates.append(
             Coordinate(
@@ -156,7 +156,7 @@ def _quaternion_joint(
                 armature=dof["armature"],
             )
         )
-    about = node.about(Subject("joint", name))
+    about = node.with_subject(Subject("joint", name))
     about.warning(
         "angles-for-quaternion",
         f"a {row['type']} joint rotates by Rx(alpha) Ry(beta) Rz(gamma) here, relative to its "

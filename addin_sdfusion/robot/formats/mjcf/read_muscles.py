@@ -87,7 +87,7 @@ class MuscleReader:
             self._add_resistance(row, joint)
             if is_muscle(row):
                 name = self._names.give(row["name"] or f"actuator_{number + 1}")
-                node = node.about(Subject("muscle", name))
+                node = node.with_subject(Subject("muscle", name))
                 terms = (CoordinateTerm(joint, 1.0),)
                 yield Muscle(name, (), model=_law(row, node), terms=terms)
             else:
@@ -103,7 +103,7 @@ class MuscleReader:
 
     def _on_tendon(self, row: Row, node: Node, path: Muscle) -> Muscle:
         name = self._names.give(row["name"] or path.name)
-        node = node.about(Subject("muscle", name))
+        node = node.with_subject(Subject("muscle", name))
         muscle = replace(path, name=name)
         if is_muscle(row):
             return replace(muscle, model=_law(row, node))
@@ -159,7 +159,7 @@ class MuscleReader:
                 name = self._surface(self._compiled.geoms[item])
                 wraps.append(Wrap(name, len(points) - 1, rule="mujoco", side_point=side))
         name = row["name"]
-        node = self._document.node_at(row["line"]).about(Subject("muscle", name))
+        node = self._document.node_at(row["line"]).with_subject(Subject("muscle", name))
         more = (tuple(wraps), tuple(branches), tuple(terms))
         muscle = Muscle(name, tuple(points), wraps=more[0], branches=more[1], terms=more[2])
         return Tendon(row, node, muscle)
@@ -277,7 +277,7 @@ def _forces(row: Row, node: Node, sign: float) -> tuple[float, float]:
 
 
 def _with_motor(row: Row, node: Node, c: Coordinate) -> Coordinate:
-    node = node.about(Subject("coordinate", c.name))
+    node = node.with_subject(Subject("coordinate", c.name))
     if not c.is_free:
         node.warning("motor-left-out", "its joint is coupled or locked; the motor is omitted")
         return c

@@ -24,11 +24,11 @@ from ..capability import require_writable
 from ..writing.file_names import write_document
 from ..writing.plain_paths import with_markers, with_plain_paths
 from ..writing.xml_text import document, element, numbers
-from .capabilities import HELD, MeshFiles, mjcf_losses
+from .capabilities import PATH_FEATURES, MeshFiles, mjcf_losses
 from .write_bodies import add_body, coordinate_order
 from .write_constraints import add_constraints, add_loops
 from .write_meshes import add_meshes, add_shapes
-from .write_muscles import MUSCLE, SPRING, muscle_words
+from .write_muscles import MUSCLE, SPRING, muscle_attributes
 from .write_tendons import add_tendons, add_wrap_geoms
 
 
@@ -46,7 +46,7 @@ def write_mjcf(
     """
 
     def text(valid: Robot) -> str:
-        return _mjcf(with_plain_paths(with_markers(valid), HELD), dict(meshes or {}))
+        return _mjcf(with_plain_paths(with_markers(valid), PATH_FEATURES), dict(meshes or {}))
 
     return write_document(robot, folder, name, "xml", text)
 
@@ -86,7 +86,9 @@ def _actuators(robot: Robot, root: ElementTree.Element) -> None:
             continue
         name = names.give(muscle.name)
         if muscle.model.kind == MUSCLE:
-            element(node, "general", None, name=name, tendon=muscle.name, **muscle_words(muscle))
+            element(
+                node, "general", None, name=name, tendon=muscle.name, **muscle_attributes(muscle)
+            )
             continue
         limits = _control_range(muscle.f_min, muscle.f_max)
         element(node, "motor", None, name=name, tendon=muscle.name, gear="-1", **limits)
@@ -104,8 +106,8 @@ def _control_range(low: float, high: float) -> dict[str, str]:
 def _initial(robot: Robot, root: ElementTree.Element) -> None:
     known = all_values(robot, {c.name: c.initial for c in robot.coordinates})
     values = []
-    for mover in coordinate_order(robot):
-        q = known[mover.coordinate.name]
-        values.append(q if mover.is_home else mover.motion.way(q))
+    for motion_joint in coordinate_order(robot):
+        q = known[motion_joint.coordinate.name]
+        values.append(q if motion_joint.is_home else motion_joint.motion.way(q))
     if values:
         element(element(root, "keyframe"), "key", name="initial", qpos=numbers(values))

@@ -38,9 +38,9 @@ def add_body(robot: Robot, joint: Joint, parent: ElementTree.Element) -> Element
     frames = _motion_frames(joint)
     T_parent_child = compose(joint.T_parent_joint, inverse(frames[0]))
     body = element(parent, "body", None, name=joint.child, **placement(T_parent_child))
-    for mover, T_child_motion in zip(movers(robot)[joint.name], frames, strict=False):
-        if mover.name:
-            _add_motion(body, mover, T_child_motion)
+    for motion_joint, T_child_motion in zip(motion_joints(robot)[joint.name], frames, strict=False):
+        if motion_joint.name:
+            _add_motion(body, motion_joint, T_child_motion)
     link = robot.link(joint.child)
     inertia = mjcf_inertia(link, moving=bool(joint.motions))
     if inertia is not None:
@@ -54,7 +54,7 @@ def placement(pose: Pose) -> dict[str, str]:
 
 
 @dataclass(frozen=True)
-class Mover:
+class MotionJoint:
     """Motion and the MuJoCo joint that represents it.
 
     Attributes:
@@ -72,28 +72,28 @@ class Mover:
     ref: float
 
 
-def movers(robot: Robot) -> dict[str, list[Mover]]:
+def motion_joints(robot: Robot) -> dict[str, list[MotionJoint]]:
     """Return the MuJoCo joints of the motions of each joint, by joint name."""
     names = Names(c.name for c in robot.all_coordinates)
-    return {joint.name: list(_movers(joint, names)) for joint in robot.joints}
+    return {joint.name: list(_motion_joints(joint, names)) for joint in robot.joints}
 
 
-def coordinate_order(robot: Robot) -> list[Mover]:
+def coordinate_order(robot: Robot) -> list[MotionJoint]:
     """Return the MuJoCo joints in its order: bodies depth first, then motions in sequence."""
     children: dict[str, list[Joint]] = {}
     for joint in robot.joints:
         children.setdefault(joint.parent, []).append(joint)
-    made = movers(robot)
-    order: list[Mover] = []
+    made = motion_joints(robot)
+    order: list[MotionJoint] = []
     waiting = list(reversed(children.get(WORLD, [])))
     while waiting:
         joint = waiting.pop()
-        order += [mover for mover in made[joint.name] if mover.name]
+        order += [motion_joint for motion_joint in made[joint.name] if motion_joint.name]
         waiting += reversed(children.get(joint.child, []))
     return order
 
 
-def too_deep(robot: Robot) -> Iterator[Found]:
+def chains_too_deep(robot: Robot) -> Iterator[Found]:
     """Report the first links of chains that exceed the maximum depth of MuJoCo."""
     depths = {WORLD: 0}
     for joint in robot.joints:
@@ -101,21 +101,21 @@ def too_deep(robot: Robot) -> Iterator[Found]:
     return (Found(Subject("link", n)) for n, depth in depths.items() if depth == MAX_NESTED + 1)
 
 
-def _movers(joint: Joint, names: Names) -> Iterator[Mover]:
+def _motion_joints(joint: Joint, names: Names) -> Iterator[MotionJoint]:
     homes: set[int] = set()
     for k, motion in enumerate(joint.motions, start=1):
         c = joint.coordinates[motion.coordinate] if joint.coordinates else Coordinate("")
         if motion.is_fixed:
-            yield Mover("", motion, c, is_home=False, ref=0.0)
+            yield MotionJoint("", motion, c, is_home=False, ref=0.0)
             continue
         offset = motion.way(0.0)
         plain = motion.function in (ITSELF, linear(1.0, offset))
         is_home = plain and motion.coordinate not in homes
         if is_home:
             homes.add(motion.coordinate)
-            yield Mover(c.name, motion, c, is_home=True, ref=-offset if offset else 0.0)
+            yield MotionJoint(c.name, motion, c, is_home=True, ref=-offset if offset else 0.0)
         else:
-            yield Mover(names.give(f"{joint.name}_{k}"), motion, c, is_home=False, ref=0.0)
+            yield MotionJoint(names.give(f"{joint.name}_{k}"), motion, c, is_home=False, ref=0.0)
 
 
 def _motion_frames(joint: Joint) -> list[Pose]:
@@ -129,17 +129,17 @@ def _motion_frames(joint: Joint) -> list[Pose]:
     return [*reversed(frames[1:]), frames[0]]
 
 
-def _add_motion(body: ElementTree.Element, mover: Mover, T_child_motion: Pose) -> None:
-    c, motion = mover.coordinate, mover.motion
+def _add_motion(body: ElementTree.Element, motion_joint: MotionJoint, T_child_motion: Pose) -> None:
+    c, motion = motion_joint.coordinate, motion_joint.motion
     axis = rotate(rotation(T_child_motion.rpy), normalized(motion.axis))
     words = {"pos": numbers(T_child_motion.position), "axis": numbers(axis)}
-    if mover.is_home:
+    if motion_joint.is_home:
         if c.lower < c.upper and (math.isfinite(c.lower) or math.isfinite(c.upper)):
             words |= {"limited": "true", "range": numbers((c.lower, c.upper))}
         words |= {"damping": numbers([c.damping])} | _resistance_attributes(c)
-        if mover.ref:
-            words["ref"] = numbers([mover.ref])
-    element(body, "joint", None, name=mover.name, type=TYPES[motion.kind], **words)
+        if motion_joint.ref:
+            words["ref"] = numbers([motion_joint.ref])
+    element(body, "joint", None, name=motion_joint.name, type=TYPES[motion.kind], **words)
 
 
 def _resistance_attributes(c: Coordinate) -> dict[str, str]:

@@ -44,20 +44,22 @@ def add_constraints(robot: Robot, root: ElementTree.Element) -> None:
     element(defaults, "equality", solref=HARD, solimp=FULL)
     held = element(root, "equality")
     order = coordinate_order(robot)
-    refs = {mover.name: mover.ref for mover in order}
-    for mover in order:
-        c = mover.coordinate
-        if not mover.is_home:
-            _follow(held, mover.name, c.name, _coefficients(mover.motion.function), refs)
+    refs = {motion_joint.name: motion_joint.ref for motion_joint in order}
+    for motion_joint in order:
+        c = motion_joint.coordinate
+        if not motion_joint.is_home:
+            _follow(
+                held, motion_joint.name, c.name, _coefficients(motion_joint.motion.function), refs
+            )
         elif c.coupling and not c.locked:
             term = c.coupling[0]
             _follow(held, c.name, term.coordinate, _coefficients(term.function), refs)
         elif c.locked or c.lower == c.upper:
-            value = (c.initial if c.locked else c.lower) - mover.ref
+            value = (c.initial if c.locked else c.lower) - motion_joint.ref
             element(held, "joint", joint1=c.name, polycoef=numbers((value, 0, 0, 0, 0)))
 
 
-def is_held(function: Function) -> bool:
+def is_supported(function: Function) -> bool:
     """Return whether MuJoCo can couple joints by this function."""
     return isinstance(function, Polynomial) and len(function.coefficients) <= 5
 

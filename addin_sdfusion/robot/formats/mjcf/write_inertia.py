@@ -23,13 +23,15 @@ def mjcf_inertia(link: Link, *, moving: bool) -> Inertia | None:
     """Return the inertia to write, increased to the minimum of MuJoCo; None to write none.
 
     Args:
-        link: A link for which `missing` does not return None.
+        link: A link for which `missing_inertia` does not return None.
         moving: Whether the parent joint has motions.
     """
     inertia = link.inertia
     if not moving and inertia.mass == 0.0 and not any(map(any, inertia.matrix)):
         return None
-    return _increased(replace(inertia, mass=max(inertia.mass, MIN_MASS)), missing(inertia) or 0)
+    return _increased(
+        replace(inertia, mass=max(inertia.mass, MIN_MASS)), missing_inertia(inertia) or 0
+    )
 
 
 def written_inertias(robot: Robot) -> Iterator[tuple[Link, Inertia]]:
@@ -41,7 +43,7 @@ def written_inertias(robot: Robot) -> Iterator[tuple[Link, Inertia]]:
             yield link, written
 
 
-def missing(inertia: Inertia) -> float | None:
+def missing_inertia(inertia: Inertia) -> float | None:
     """Return the increment of the moments that MuJoCo needs, in [kg·m²]; None if too large."""
     smallest = max(MIN_INERTIA, MIN_SHARE * max(abs(x) for row in inertia.matrix for x in row))
     for step in STEPS:

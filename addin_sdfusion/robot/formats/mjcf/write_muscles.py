@@ -12,7 +12,7 @@ LAWS = (MUSCLE, SPRING)
 _SHARED = ("lmin", "lmax", "vmax", "fpmax", "fvmax")
 
 
-def muscle_words(muscle: Muscle) -> dict[str, str]:
+def muscle_attributes(muscle: Muscle) -> dict[str, str]:
     """Return the attributes of a MuJoCo muscle; MuJoCo computes a negative `force` itself."""
     p = law_parameters(muscle.model)
     shared = [p[name] for name in _SHARED]
@@ -34,7 +34,7 @@ def muscle_words(muscle: Muscle) -> dict[str, str]:
     }
 
 
-def spring_words(muscle: Muscle) -> dict[str, str]:
+def spring_attributes(muscle: Muscle) -> dict[str, str]:
     """Return the attributes of a tendon spring."""
     p = law_parameters(muscle.model)
     return {

@@ -12,7 +12,7 @@ from ...transforms.joint_chains import Names
 from ..writing.wrap_side import side_direction
 from ..writing.xml_text import element, numbers
 from .write_bodies import placement
-from .write_muscles import SPRING, spring_words
+from .write_muscles import SPRING, spring_attributes
 
 DRAWN_LENGTH = 20.0
 """Drawn length of an infinite cylinder, as a multiple of its radius."""
@@ -49,7 +49,7 @@ def add_tendons(robot: Robot, root: ElementTree.Element, bodies: Bodies, sites: 
     """Add a tendon for every muscle, and the sites on its path."""
     tendons = element(root, "tendon")
     for muscle in robot.muscles:
-        words = spring_words(muscle) if muscle.model.kind == SPRING else {}
+        words = spring_attributes(muscle) if muscle.model.kind == SPRING else {}
         if not muscle.via_points:
             _add_fixed(tendons, muscle, words)
             continue

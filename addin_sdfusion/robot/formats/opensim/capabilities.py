@@ -20,16 +20,16 @@ from ..features import (
 )
 from ..writing import wrap_ends
 from ..writing.plain_paths import with_markers
-from .writing.bodies import MIN_MASS, standing_links
+from .writing.bodies import MIN_MASS, links_fixed_to_world
 from .writing.functions import is_written
 from .writing.joints import has_three_rotations, is_chain, is_one_joint
 from .writing.loops import CONSTRAINTS
 from .writing.muscles import CLASSES, changed_parameters, has_other_bounds, ignored_damping
-from .writing.names import renamed
-from .writing.points import changed_ranges, is_fixed_there, ranges_without_limits
-from .writing.wraps import ENDLESS, approximated, shares_segments
+from .writing.names import renamed_objects
+from .writing.points import changed_ranges, loses_motion, ranges_without_limits
+from .writing.wraps import ENDLESS, approximated_wraps, shares_segments
 
-HELD = ("conditions", "moves")
+PATH_FEATURES = ("conditions", "moves")
 """Path features that OpenSim supports."""
 
 
@@ -38,8 +38,8 @@ def osim_losses(robot: Robot) -> list[Finding]:
     return OPENSIM.losses(with_markers(robot))
 
 
-def _light_links(robot: Robot) -> Iterator[Found]:
-    standing = standing_links(robot)
+def _massless_links(robot: Robot) -> Iterator[Found]:
+    standing = links_fixed_to_world(robot)
     for link in robot.links:
         if link.inertia.mass < MIN_MASS and link.name not in standing:
             yield Found(Subject("link", link.name))
@@ -60,7 +60,7 @@ def _long_cylinders(robot: Robot) -> Iterator[Found]:
             yield Found(Subject("robot", robot.name), {"surface": surface.name})
 
 
-def _starts_outside(c: Coordinate) -> bool:
+def _has_initial_outside_limits(c: Coordinate) -> bool:
     return c.lower < c.upper and not c.lower <= c.initial <= c.upper
 
 
@@ -68,7 +68,7 @@ def _has_equal_limits(c: Coordinate) -> bool:
     return c.lower == c.upper and not c.locked and math.isfinite(c.lower)
 
 
-def _follows_curves(c: Coordinate) -> bool:
+def _has_nonlinear_coupling(c: Coordinate) -> bool:
     return bool(c.coupling) and not is_written([term.function for term in c.coupling])
 
 
@@ -88,7 +88,7 @@ OPENSIM = Capabilities(
             "names with spaces, / \\ * +",
             "renamed",
             "OpenSim does not allow this name; written as {given!r}",
-            renamed,
+            renamed_objects,
         ),
         changed(
             features.CHAINS,
@@ -121,7 +121,7 @@ OPENSIM = Capabilities(
             "driven-joint",
             "OpenSim couples a coordinate by one function of one coordinate, or linearly to "
             "several",
-            of_coordinates(_follows_curves),
+            of_coordinates(_has_nonlinear_coupling),
             only="several functions that are not linear",
         ),
         rejected(
@@ -135,7 +135,7 @@ OPENSIM = Capabilities(
             features.LIMITS,
             "limits-not-clamped",
             "its initial value is outside its limits, which OpenSim then does not enforce",
-            of_coordinates(_starts_outside),
+            of_coordinates(_has_initial_outside_limits),
             only="with an initial value outside",
         ),
         changed(
@@ -151,7 +151,7 @@ OPENSIM = Capabilities(
             "links without mass",
             "mass-increased",
             f"OpenSim requires positive masses; {MIN_MASS!r} kg is used",
-            _light_links,
+            _massless_links,
         ),
         changed(
             features.LIMITS,
@@ -193,7 +193,7 @@ OPENSIM = Capabilities(
             "point-motion-left-out",
             "OpenSim moves a point along x, y and z of its link, with one function each and "
             "without a condition; fixed there: {places}",
-            points_of_muscles(is_fixed_there),
+            points_of_muscles(loses_motion),
             only="along other axes, or active only at times",
         ),
         changed(
@@ -204,15 +204,15 @@ OPENSIM = Capabilities(
         ),
         changed(
             features.WRAPS,
-            "wrap-approximated",
+            "wrap-approximated_wraps",
             "OpenSim approximates paths over cylinders and ellipsoids, mostly to 1e-4 m and their "
             "moment arms to 1e-2 m{tapers}: {names}",
-            approximated,
+            approximated_wraps,
             only="over cylinders and ellipsoids",
         ),
         changed(
             features.WRAPS,
-            "wrap-approximated",
+            "wrap-approximated_wraps",
             "OpenSim approximates paths over several surfaces in one segment",
             of_muscles(shares_segments),
             only="several in one segment",

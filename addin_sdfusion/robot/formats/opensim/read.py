@@ -28,7 +28,7 @@ from .reading.coordinates import EVERYWHERE, coordinate_ranges, with_couplings
 from .reading.document import objects, read_document
 from .reading.forces import with_joint_forces
 from .reading.frames import Frames
-from .reading.joints import about, free_joint, read_joint
+from .reading.joints import free_joint, read_joint, with_joint_subject
 from .reading.loops import read_loops
 from .reading.muscles import is_muscle, read_muscle
 from .reading.paths import PathContext
@@ -61,8 +61,10 @@ def read_osim(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
         [c for j in joint_nodes for c in _coordinates(j)], partial(Subject, "coordinate")
     )
     frames = Frames(model)
-    links = [read_body(b.about(Subject("link", b.attribute("name"))), frames) for b in bodies]
-    joints = [read_joint(about(node), frames) for node in joint_nodes]
+    links = [
+        read_body(b.with_subject(Subject("link", b.attribute("name"))), frames) for b in bodies
+    ]
+    joints = [read_joint(with_joint_subject(node), frames) for node in joint_nodes]
     joints += _free_joints(bodies, joints)
     constraints = objects(model, "ConstraintSet")
     joints = with_couplings(joints, constraints)
@@ -103,7 +105,7 @@ def _coordinates(joint: Node) -> list[Node]:
 def _free_joints(bodies: list[Node], joints: list[Joint]) -> list[Joint]:
     carried = {joint.child for joint in joints}
     taken = [joint.name for joint in joints]
-    named = [body.about(Subject("link", body.attribute("name", ""))) for body in bodies]
+    named = [body.with_subject(Subject("link", body.attribute("name", ""))) for body in bodies]
     return [free_joint(body, taken) for body in named if body.subject.name not in carried]
 
 

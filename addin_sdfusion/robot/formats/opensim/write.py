@@ -22,8 +22,8 @@ from ..capability import require_writable
 from ..writing.file_names import write_document
 from ..writing.plain_paths import with_markers, with_plain_paths
 from ..writing.xml_text import document, element, numbers
-from .capabilities import HELD, osim_losses
-from .writing.bodies import MIN_MASS, add_body, frame_path, objects, standing_links
+from .capabilities import PATH_FEATURES, osim_losses
+from .writing.bodies import MIN_MASS, add_body, frame_path, links_fixed_to_world, objects
 from .writing.forces import add_joint_forces, add_muscle
 from .writing.joints import add_couplers, add_joints, coordinate_paths
 from .writing.loops import CONSTRAINTS, add_loop
@@ -50,7 +50,7 @@ def write_osim(
     """
 
     def text(valid: Robot) -> str:
-        plain = with_plain_paths(with_markers(valid), HELD)
+        plain = with_plain_paths(with_markers(valid), PATH_FEATURES)
         return _osim(with_legal_names(plain), meshes or {})
 
     return write_document(robot, folder, name, "osim", text)
@@ -72,7 +72,7 @@ def _osim(robot: Robot, meshes: MeshFiles) -> str:
     element(model, "gravity", numbers(robot.gravity))
     bodies = {WORLD: element(model, "Ground", name=GROUND)}
     body_set = objects(model, "BodySet", "bodyset")
-    standing = standing_links(robot)
+    standing = links_fixed_to_world(robot)
     for link in robot.links:
         min_mass = 0.0 if link.name in standing else MIN_MASS
         bodies[link.name] = add_body(body_set, link, meshes, min_mass)

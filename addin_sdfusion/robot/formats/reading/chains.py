@@ -13,7 +13,7 @@ from ...model.joint import Coordinate, Joint, LimitForce, Motion, Term
 from ...model.pose import IDENTITY
 from ...model.rotations import compose, inverse
 from .functions import read_function
-from .xml import TRUE, Node, shortened
+from .xml import TRUE, Node, short_repr
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def _plugin_coordinates(node: Node) -> list[_PluginCoordinate]:
         if child.has("torques"):
             torques = child.numbers_attribute("torques", 2, infinite=True)
         initial = child.number_attribute("initial") if child.has("initial") else None
-        others = _others(child.about(Subject("coordinate", name)))
+        others = _others(child.with_subject(Subject("coordinate", name)))
         joint = child.attribute("joint")
         words.append(_PluginCoordinate(name, joint, motion, actuated, torques, initial, others))
     return words
@@ -97,7 +97,7 @@ def _others(node: Node) -> dict[str, Any]:
     if unit in ("rad", "m"):
         words["unit"] = unit
     elif unit:
-        node.error("bad-unit", f"unit {shortened(unit)} is neither rad nor m")
+        node.error("bad-unit", f"unit {short_repr(unit)} is neither rad nor m")
     terms = (Term(term.attribute("coordinate"), read_function(term)) for term in node.all("term"))
     words["coupling"] = tuple(terms)
     force = node.optional("limit_force")
@@ -129,7 +129,7 @@ def _chain_joints(node: Node, by_name: dict[str, Joint], used: set[str]) -> list
         or not (set(named) <= set(actual) if driven else named == actual)
     ):
         node.error(
-            "bad-chain", f"<joint> must name each motion of {shortened(str(names))} exactly once"
+            "bad-chain", f"<joint> must name each motion of {short_repr(str(names))} exactly once"
         )
         return []
     for first, second in pairwise(parts):
@@ -139,7 +139,7 @@ def _chain_joints(node: Node, by_name: dict[str, Joint], used: set[str]) -> list
             node.error("bad-chain", problem)
             return []
     if used.intersection(names):
-        node.error("bad-chain", f"{shortened(str(names))} already belong to another <joint>")
+        node.error("bad-chain", f"{short_repr(str(names))} already belong to another <joint>")
         return []
     return parts
 

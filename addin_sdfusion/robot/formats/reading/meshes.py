@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from ...mesh_files import is_file, lies_in, mesh_file
 from ...model.robot import Link
-from .xml import Node, shortened
+from .xml import Node, short_repr
 
 
 def note_missing_meshes(model: Node, links: Iterable[Link]) -> None:
@@ -19,13 +19,13 @@ def note_missing_meshes(model: Node, links: Iterable[Link]) -> None:
     if outside:
         problem = (
             f"{len(outside)} of {len(uris)} mesh files are outside the robot's folder, such as "
-            f"{shortened(outside[0])}; they are shown and packed only if they are in the folder of "
-            "the experiment"
+            f"{short_repr(outside[0])}; they are shown and packed only if they are in the folder "
+            "of the experiment"
         )
         model.warning("meshes-outside", problem)
     if missing:
         problem = (
             f"{len(missing)} of {len(uris)} mesh files are not found, such as "
-            f"{shortened(missing[0])}; the robot is simulated without them"
+            f"{short_repr(missing[0])}; the robot is simulated without them"
         )
         model.warning("missing-meshes", problem)

@@ -56,7 +56,7 @@ def fixed_roots(
         while joint in taken:
             joint += "_"
         taken.add(joint)
-        node = node.about(Subject("joint", joint)).about(Subject("link", name))
+        node = node.with_subject(Subject("joint", joint)).with_subject(Subject("link", name))
         node.warning("welded-root", f"has no parent joint; it is fixed to {WORLD!r} at its pose")
         made.append(Joint(joint, WORLD, name, T_parent_joint=pose(name)))
     if len(made) > 1:

@@ -87,7 +87,7 @@ class Node:
         """Line number, counted from 1."""
         return _line(self.element)
 
-    def about(self, subject: Subject) -> Node:
+    def with_subject(self, subject: Subject) -> Node:
         """Return the element as the description of an object, and record the object's location."""
         self.notes.used.add(self.element)
         self.notes.locations[subject] = (self.file, self.line)
@@ -186,7 +186,7 @@ class Node:
         if child is None:
             return None
         if not INTEGER.fullmatch(child.text):
-            child.error("bad-number", f"<{tag}> {shortened(child.text)} is not an integer")
+            child.error("bad-number", f"<{tag}> {short_repr(child.text)} is not an integer")
             return None
         return int(child.text)
 
@@ -199,7 +199,7 @@ class Node:
     ) -> tuple[float, ...]:
         words = text.split()
         if len(words) != size:
-            problem = f"{what} {shortened(text)} must contain {size} numbers, not {len(words)}"
+            problem = f"{what} {short_repr(text)} must contain {size} numbers, not {len(words)}"
             self.error("bad-vector", problem)
             return (0.0,) * size
         return tuple(self._number(word, what, infinite) for word in words)
@@ -210,7 +210,7 @@ class Node:
             return -math.inf if sign[1] == "-" else math.inf
         value = float(text) if NUMBER.fullmatch(text) else math.nan
         if not math.isfinite(value):
-            self.error("bad-number", f"{what} {shortened(text)} is not a finite number")
+            self.error("bad-number", f"{what} {short_repr(text)} is not a finite number")
             return 0.0
         return value
 
@@ -221,8 +221,8 @@ class Node:
         )
 
 
-def shortened(text: str) -> str:
-    """Return text from a file, quoted and shortened to at most 40 characters."""
+def short_repr(text: str) -> str:
+    """Return text from a file, quoted and short_repr to at most 40 characters."""
     return repr(text if len(text) <= 40 else text[:37] + "...")
 
 

@@ -41,17 +41,17 @@ PLUGIN = {"filename": "libcardsflow_gazebo_plugin.so", "name": "cardsflow_gazebo
 
 def plugin_element(model: ElementTree.Element, robot: Robot) -> None:
     """Add the plugin element to a model."""
-    plugin_content(element(model, "plugin", None, **PLUGIN), robot, _movers(robot))
+    plugin_content(element(model, "plugin", None, **PLUGIN), robot, _joint_elements(robot))
 
 
 def extras_text(robot: Robot) -> str:
     """Return the content of the plugin as a cardsflow.xml, for a model without a plugin."""
     root = element(None, "cardsflow")
-    plugin_content(root, robot, _movers(robot))
+    plugin_content(root, robot, _joint_elements(robot))
     return document(root)
 
 
-def _movers(robot: Robot) -> dict[str, list[str]]:
+def _joint_elements(robot: Robot) -> dict[str, list[str]]:
     """Return the joint elements of the motions of each joint, in order."""
     written = sdf_joints(robot).items()
     return {name: [part.name for part in parts for _ in part.motions] for name, parts in written}
@@ -60,7 +60,7 @@ def _movers(robot: Robot) -> dict[str, list[str]]:
 def plugin_content(
     plugin: ElementTree.Element,
     robot: Robot,
-    movers: Mapping[str, Sequence[str]],
+    joint_elements: Mapping[str, Sequence[str]],
     *,
     springs: bool = False,
 ) -> None:
@@ -69,7 +69,7 @@ def plugin_content(
     Args:
         plugin: Parent element.
         robot: The robot.
-        movers: Joint elements of the motions of each joint, in order.
+        joint_elements: Joint elements of the motions of each joint, in order.
         springs: Whether to write springs, for formats whose joint elements do not support them.
     """
     element(plugin, "gravity", numbers(robot.gravity))
@@ -79,7 +79,7 @@ def plugin_content(
         if needs_plugin(joint) or (
             springs and any(c.stiffness or c.rest for c in joint.coordinates)
         ):
-            _joint(plugin, joint, movers[joint.name], springs=springs)
+            _joint(plugin, joint, joint_elements[joint.name], springs=springs)
     for surface in robot.wrap_surfaces:
         _wrap_surface(plugin, surface)
     for cable_set in robot.cable_sets:
@@ -106,19 +106,19 @@ def _link(plugin: ElementTree.Element, link: Link) -> None:
 
 
 def _joint(
-    plugin: ElementTree.Element, joint: Joint, movers: Sequence[str], *, springs: bool
+    plugin: ElementTree.Element, joint: Joint, joint_elements: Sequence[str], *, springs: bool
 ) -> None:
     node = element(plugin, "joint", name=joint.name)
     for i, coordinate in enumerate(joint.coordinates):
         place = joint.home(i)
-        words = {"joint": movers[place], "motion": str(place)}
+        words = {"joint": joint_elements[place], "motion": str(place)}
         if springs and (coordinate.stiffness or coordinate.rest):
             words["spring"] = numbers([coordinate.stiffness, coordinate.rest])
         _coordinate(node, coordinate, words, joint.motions[place].unit)
     if joint.is_plain:
         return
-    for mover, motion in zip(movers, joint.motions, strict=True):
-        words = {"joint": mover}
+    for joint_element, motion in zip(joint_elements, joint.motions, strict=True):
+        words = {"joint": joint_element}
         if not motion.is_fixed:
             words["coordinate"] = joint.coordinates[motion.coordinate].name
         function_element(node, "motion", motion.function, **words)

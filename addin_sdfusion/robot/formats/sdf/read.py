@@ -17,7 +17,7 @@ from ..reading.chains import join_chains
 from ..reading.meshes import note_missing_meshes
 from ..reading.tree import fixed_roots, parents_first
 from ..reading.unique_names import with_unique_names
-from ..reading.xml import TRUE, Node, Notes, parse, shortened
+from ..reading.xml import TRUE, Node, Notes, parse, short_repr
 from .read_frames import Frames, read_pose
 from .read_joints import Model
 from .read_links import read_link
@@ -49,7 +49,7 @@ def read_sdf(
     node = _model(root)
     if node is None:
         return None
-    node = node.about(Subject("robot", node.attribute("name")))
+    node = node.with_subject(Subject("robot", node.attribute("name")))
     for kind in ("link", "joint"):
         with_unique_names(node.all(kind), partial(Subject, kind))
     frames = Frames(node)
@@ -80,7 +80,7 @@ def _extras(node: Node) -> list[Node]:
 
 
 def _about(node: Node, kind: str) -> Node:
-    return node.about(Subject(kind, node.attribute("name")))
+    return node.with_subject(Subject(kind, node.attribute("name")))
 
 
 def _model(root: Node) -> Node | None:
@@ -89,7 +89,7 @@ def _model(root: Node) -> Node | None:
         root.error("not-sdf", f"<{root.tag}> is not <sdf>")
         return None
     if root.attribute("version") not in VERSIONS:
-        version = shortened(root.attribute("version", ""))
+        version = short_repr(root.attribute("version", ""))
         root.warning("sdf-version", f"unsupported version {version}; read as SDF {VERSIONS[-1]}")
     places = [root, *root.all("world")]
     models = [node for place in places for node in place.all("model")]
@@ -115,7 +115,7 @@ def _model_pose(model: Node, frames: Frames) -> Pose:
     name = model.attribute("placement_frame", "")
     key = frames.named(name)
     if key is None:
-        problem = f"placement_frame {shortened(name)} does not exist as link, joint or frame"
+        problem = f"placement_frame {short_repr(name)} does not exist as link, joint or frame"
         model.error("unknown-frame", problem)
         return T_world_frame
     return compose(T_world_frame, inverse(frames.in_model(key)))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from ...finding import Subject
 from ...model.pose import IDENTITY, Pose, Vector3
 from ...model.rotations import compose, inverse, rpy
-from ..reading.xml import TRUE, Node, shortened
+from ..reading.xml import TRUE, Node, short_repr
 from .names import MODEL_FRAME
 
 Key = tuple[str, str]
@@ -96,7 +96,7 @@ class Frames:
 
     def _add(self, kind: str, node: Node) -> Key:
         name = node.attribute("name", "")
-        self._nodes.setdefault((kind, name), node.about(Subject(kind, name)))
+        self._nodes.setdefault((kind, name), node.with_subject(Subject(kind, name)))
         return kind, name
 
     def _report_shared_names(self) -> None:
@@ -134,7 +134,7 @@ class Frames:
             return None
         key = self.named(name)
         if key is None:
-            problem = f"{attribute} {shortened(name)} does not exist as link, joint or frame"
+            problem = f"{attribute} {short_repr(name)} does not exist as link, joint or frame"
             node.error("unknown-frame", problem)
         return key
 
@@ -143,7 +143,7 @@ def read_pose(node: Node) -> Pose:
     """Return the pose in an element, with Euler angles or a quaternion; identity if empty."""
     format_ = node.attribute("rotation_format", "euler_rpy")
     if format_ not in ("euler_rpy", "quat_xyzw"):
-        problem = f"rotation_format {shortened(format_)} must be euler_rpy or quat_xyzw"
+        problem = f"rotation_format {short_repr(format_)} must be euler_rpy or quat_xyzw"
         node.error("unsupported-pose", problem)
         return IDENTITY
     if not node.text:

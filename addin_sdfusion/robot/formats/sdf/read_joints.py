@@ -10,7 +10,7 @@ from ...model.joint import Coordinate, Joint, Motion, MotionKind
 from ...model.pose import Pose, Vector3
 from ...model.robot import WORLD
 from ...model.rotations import compose, inverse, normalized, rotate, rotation
-from ..reading.xml import TRUE, Node, shortened
+from ..reading.xml import TRUE, Node, short_repr
 from .names import NO_LIMIT, joint_frame_name
 from .read_frames import MODEL, Frames
 
@@ -51,7 +51,7 @@ def read_joint(node: Node, model: Model) -> Joint:
     child = _link_named(node, "child", model.frames)
     if type_ not in JOINT_TYPES:
         known = ", ".join(JOINT_TYPES)
-        problem = f"unsupported joint type {shortened(type_)}; known: {known}"
+        problem = f"unsupported joint type {short_repr(type_)}; known: {known}"
         node.error("unsupported-joint", problem)
         type_ = "fixed"
     joint = Joint(
@@ -67,7 +67,7 @@ def read_joint(node: Node, model: Model) -> Joint:
     motions, coordinates = [], []
     for k, (tag, kind) in enumerate(zip(("axis", "axis2"), kinds, strict=False)):
         called = name if len(kinds) == 1 else f"{name}_{k + 1}"
-        about = node.about(Subject("coordinate", called))
+        about = node.with_subject(Subject("coordinate", called))
         axis = about.required(tag)
         motions.append(Motion(kind, _axis_in_joint(axis, name, model), k))
         coordinate = Coordinate(called, unit=motions[k].unit)
@@ -81,7 +81,7 @@ def _ball(joint: Joint, node: Node) -> Joint:
     motions = tuple(Motion("rotation", axis, k) for k, axis in enumerate(BALL.values()))
     names = [f"{joint.name}_{angle}" for angle in BALL]
     for name in names:
-        node.about(Subject("coordinate", name))
+        node.with_subject(Subject("coordinate", name))
     return replace(joint, motions=motions, coordinates=tuple(map(Coordinate, names)))
 
 
@@ -169,7 +169,7 @@ def _axis_in_joint(axis: Node | None, joint: str, model: Model) -> Vector3:
     if named:
         key = model.frames.named(named)
         if key is None:
-            problem = f"expressed_in {shortened(named)} does not exist as link, joint or frame"
+            problem = f"expressed_in {short_repr(named)} does not exist as link, joint or frame"
             xyz.error("unknown-frame", problem)
             return vector
         T_model_frame = model.frames.in_model(key)

@@ -8,7 +8,7 @@ from typing import Literal, cast
 from ...model.pose import Pose
 from ...model.robot import SHAPE_SIZES, Inertia, Link, Mesh, Rgba, Shape, ShapeKind
 from ...model.rotations import rotate_inertia, rotation
-from ..reading.xml import TRUE, Node, shortened
+from ..reading.xml import TRUE, Node, short_repr
 from .read_frames import Frames
 
 
@@ -61,7 +61,9 @@ def _meshes(link: Node, frames: Frames) -> Iterator[Mesh]:
                 yield _mesh(node, shape, frames)
             elif shape.tag != "empty" and not _is_kept(node, shape):
                 kept = "meshes" if node.tag == "visual" else "meshes, boxes, spheres and cylinders"
-                problem = f"a {node.tag} of {shortened(shape.tag)} is omitted; only {kept} are read"
+                problem = (
+                    f"a {node.tag} of {short_repr(shape.tag)} is omitted; only {kept} are read"
+                )
                 shape.warning("geometry-left-out", problem)
 
 

@@ -12,7 +12,7 @@ from lxml import etree
 from ...errors import InputError
 from ...finding import Subject
 from ...mesh_files import is_file
-from ..reading.xml import TRUE, Node, parse, shortened
+from ..reading.xml import TRUE, Node, parse, short_repr
 from .names import MODEL_FRAME
 
 _BETWEEN = "::"  # SDF's separator between the name of a model and the name of a part
@@ -70,11 +70,11 @@ def _merge_model(outer: etree._Element, model: Node) -> None:
     if not frame[0].get("relative_to"):
         frame[0].set("relative_to", MODEL_FRAME)
     for part in model.all(*_PARTS):
-        _name(part.element, prefix, own)
+        _prefix_names(part.element, prefix, own)
         outer.append(part.element)
 
 
-def _name(part: etree._Element, prefix: str, frame: str) -> None:
+def _prefix_names(part: etree._Element, prefix: str, frame: str) -> None:
     """Prefix the names in a part, and make implicit references to its model explicit."""
 
     def full_name(name: str) -> str:
@@ -136,17 +136,19 @@ def _included(node: Node, depth: int) -> Node | None:
         return None
     file = _file(uri.text, node.file.parent)
     if file is None:
-        problem = f"{shortened(uri.text)} does not exist in this folder or next to it"
+        problem = f"{short_repr(uri.text)} does not exist in this folder or next to it"
         node.error("include-not-found", f"{problem}; copy the model there (no downloads)")
         return None
     try:
         root = parse(file, Subject("robot", file.stem), node.notes)
     except InputError as error:
-        node.error("include-not-read", f"{shortened(uri.text)}: {error}")
+        node.error("include-not-read", f"{short_repr(uri.text)}: {error}")
         return None
     models = [*root.all("model"), *included_models(root, depth + 1)]
     if root.tag != "sdf" or len(models) != 1:
-        node.error("not-one-model", f"{shortened(uri.text)} contains {len(models)} models, not one")
+        node.error(
+            "not-one-model", f"{short_repr(uri.text)} contains {len(models)} models, not one"
+        )
         return None
     _place_meshes(models[0].element, file.parent, node.file.parent)
     return _override_model(replace(models[0], file=node.file), node)

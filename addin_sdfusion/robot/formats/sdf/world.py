@@ -11,7 +11,7 @@ from ...finding import Finding, Subject
 from ...mesh_files import mesh_file
 from ...model.pose import IDENTITY, Pose, Vector3
 from ...model.rotations import apply, compose
-from ..reading.xml import TRUE, Node, Notes, parse, shortened
+from ..reading.xml import TRUE, Node, Notes, parse, short_repr
 from .read_frames import Frames, read_pose
 
 _LEVEL = 1e-9
@@ -73,7 +73,7 @@ def read_sdf_world(file: Path) -> SdfWorld:
         for node in place.all("include"):
             node.warning("include-left-out", "<include> is not supported; insert the model here")
         for node in place.all("model"):
-            model = node.about(Subject("model", node.attribute("name")))
+            model = node.with_subject(Subject("model", node.attribute("name")))
             for shape in _static_shapes(model):
                 if isinstance(shape, StaticObject):
                     objects.append(shape)
@@ -133,7 +133,7 @@ def _shape(collision: Node, name: str, pose: Pose) -> Iterator[StaticObject | fl
             friction, restitution = _surface(collision)
             yield StaticObject(name, shape.tag, sizes, pose, file, friction, restitution)
         elif shape.tag != "empty":
-            problem = f"a collision of {shortened(shape.tag)} is omitted"
+            problem = f"a collision of {short_repr(shape.tag)} is omitted"
             shape.warning("geometry-left-out", problem)
 
 

@@ -72,7 +72,7 @@ def _follows_several(single: SingleJoint, c: Coordinate) -> bool:
     return single.name == c.name and len(c.coupling) > 1 and not c.locked
 
 
-def _follows_no_line(single: SingleJoint, c: Coordinate) -> bool:
+def _follows_nonlinear_function(single: SingleJoint, c: Coordinate) -> bool:
     function = leader_of(single)[1]
     is_line = isinstance(function, Polynomial) and len(function.coefficients) <= 2
     return function is not None and not is_line
@@ -136,7 +136,7 @@ URDF = Capabilities(
             "mimic-is-a-line",
             "URDF's mimic is linear: in other programs joint {joint!r} follows the tangent of the "
             "function at the initial values",
-            _of_single_joints(_follows_no_line),
+            _of_single_joints(_follows_nonlinear_function),
         ),
         changed(
             features.DRIVEN_JOINTS,

@@ -50,7 +50,7 @@ def read_urdf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     if root.tag != "robot":
         root.error("not-urdf", f"<{root.tag}> is not <robot>")
         return None
-    node = root.about(Subject("robot", root.attribute("name")))
+    node = root.with_subject(Subject("robot", root.attribute("name")))
     for kind in ("link", "joint"):
         with_unique_names(node.all(kind), partial(Subject, kind))
     elements = [child for child in node.all("link") if child.attribute("name", "") != WORLD]
@@ -72,7 +72,7 @@ def read_urdf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
 
 
 def _about(node: Node, kind: str) -> Node:
-    return node.about(Subject(kind, node.attribute("name")))
+    return node.with_subject(Subject(kind, node.attribute("name")))
 
 
 def _reject_xacro(root: Node) -> None:

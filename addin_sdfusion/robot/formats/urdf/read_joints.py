@@ -10,7 +10,7 @@ from ...model.function import linear
 from ...model.joint import Coordinate, Joint, Motion, MotionKind, Term
 from ...model.pose import Vector3
 from ...model.rotations import cross, normalized
-from ..reading.xml import Node, shortened
+from ..reading.xml import Node, short_repr
 from .capabilities import NO_LIMIT
 from .read_links import read_origin
 
@@ -40,7 +40,7 @@ def read_joint(node: Node, motors: Container[str]) -> Joint:
     name, type_ = node.subject.name, node.attribute("type")
     if type_ not in TYPES:
         known = ", ".join(TYPES)
-        problem = f"unsupported joint type {shortened(type_)}; known: {known}"
+        problem = f"unsupported joint type {short_repr(type_)}; known: {known}"
         node.error("unsupported-joint", problem)
         type_ = "fixed"
     motions, coordinates = _motions_and_coordinates(node, type_, name in motors)
@@ -64,7 +64,7 @@ def _motions_and_coordinates(
         return (), ()
     if type_ in SINGLE:
         motion = Motion(SINGLE[type_], _axis(node))
-        coordinate = _coordinate(node.about(Subject("coordinate", name)), type_, actuated)
+        coordinate = _coordinate(node.with_subject(Subject("coordinate", name)), type_, actuated)
         return (motion,), (coordinate,)
     axes: tuple[Vector3, ...]
     kinds: str
@@ -79,7 +79,7 @@ def _motions_and_coordinates(
         axes, kinds, words = (u, cross(normal, u), normal), "ttr", ("x", "y", "angle")
     names = [f"{name}_{word}" for word in words]
     for each in names:
-        node.about(Subject("coordinate", each))
+        node.with_subject(Subject("coordinate", each))
     motions = tuple(
         Motion("rotation" if kind == "r" else "translation", axis, k)
         for k, (kind, axis) in enumerate(zip(kinds, axes, strict=True))

@@ -64,11 +64,11 @@ def _extras_text(robot: Robot) -> str:
     """Return the text of the cardsflow.xml."""
     root = element(None, "cardsflow")
     singles = iter(single_joints(robot, whole=True))
-    movers = {
+    joint_elements = {
         joint.name: [next(singles).name for _ in range(max(1, len(joint.motions)))]
         for joint in robot.joints
     }
-    plugin_content(root, robot, movers, springs=True)
+    plugin_content(root, robot, joint_elements, springs=True)
     return document(root)
 
 

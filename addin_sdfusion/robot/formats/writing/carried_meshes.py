@@ -68,7 +68,7 @@ class CarriedMeshes:
         for link in robot.links:
             meshes = tuple(
                 mesh
-                if keeps_models and self._is_found_as(mesh.uri)
+                if keeps_models and self._has_model_uri(mesh.uri)
                 else replace(mesh, uri=self.names.get(mesh.uri, mesh.uri))
                 for mesh in link.meshes
             )
@@ -93,5 +93,5 @@ class CarriedMeshes:
             written += write_files(place.parent, {place.name: data})
         return written
 
-    def _is_found_as(self, uri: str) -> bool:
+    def _has_model_uri(self, uri: str) -> bool:
         return uri.startswith(MODEL_URIS) and self.names.get(uri) == packed_name(uri)

@@ -38,19 +38,19 @@ def rows(program: str) -> tuple[Row, Row]:
             f"where an end is inside {{surface!r}}, {program} takes a straight path and this "
             "simulation wraps around a smaller surface; {first:.2g} m apart at the initial "
             "values{farther}",
-            _inside,
+            _inner_ends,
         ),
         changed(
             "points that may move inside wrap surfaces",
             "ends-move-near-wraps",
             "at none of {poses} poses an end of these wraps is inside its wrap surface; at other "
             f"poses {program} may use a straight path: {{names}}",
-            _unseen,
+            _possible_inner_ends,
         ),
     )
 
 
-def _inside(robot: Robot) -> Iterator[Found]:
+def _inner_ends(robot: Robot) -> Iterator[Found]:
     """Report the wraps with an end inside the surface at one of the poses."""
     for muscle, wrap, sizes in _differences(robot):
         k = max(range(len(sizes)), key=sizes.__getitem__)
@@ -65,7 +65,7 @@ def _inside(robot: Robot) -> Iterator[Found]:
         yield Found(Subject("muscle", muscle.name), words)
 
 
-def _unseen(robot: Robot) -> Iterator[Found]:
+def _possible_inner_ends(robot: Robot) -> Iterator[Found]:
     """Report the muscles with wraps whose ends are outside at all poses but can move."""
     names = {
         muscle.name: None

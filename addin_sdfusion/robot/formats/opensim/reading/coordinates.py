@@ -21,7 +21,7 @@ EVERYWHERE = (-math.inf, math.inf)
 
 def read_coordinate(node: Node, unit: str) -> Coordinate:
     """Return a coordinate; its range becomes joint limits if it is clamped."""
-    node = node.about(Subject("coordinate", node.attribute("name")))
+    node = node.with_subject(Subject("coordinate", node.attribute("name")))
     lower, upper = -math.inf, math.inf
     child = node.optional("range")
     if child is not None and is_true(node, "clamped", False):

@@ -54,7 +54,7 @@ def read_document(file: Path, notes: Notes) -> Node:
         raise InputError(what, file=file, line=root.line)
     model = models[0]
     _sort_components(model)
-    return model.about(Subject("robot", model.attribute("name", "") or file.stem))
+    return model.with_subject(Subject("robot", model.attribute("name", "") or file.stem))
 
 
 def _sort_components(model: Node) -> None:

@@ -189,6 +189,6 @@ def _about_axis(node: Node, kind: MotionKind, default: Vector3, names: list[str]
     return motions
 
 
-def about(node: Node) -> Node:
+def with_joint_subject(node: Node) -> Node:
     """Return the element as the description of the joint."""
-    return node.about(Subject("joint", node.attribute("name")))
+    return node.with_subject(Subject("joint", node.attribute("name")))

@@ -49,7 +49,7 @@ def is_muscle(node: Node) -> bool:
 
 def read_muscle(node: Node, context: PathContext) -> Muscle | None:
     """Return a muscle; None if it is disabled or not supported."""
-    node = node.about(Subject("muscle", node.attribute("name")))
+    node = node.with_subject(Subject("muscle", node.attribute("name")))
     if not is_true(node, "appliesForce", True) or is_true(node, "isDisabled", False):
         node.warning("muscle-left-out", "it is disabled in the file; ignored")
         return None

@@ -11,7 +11,7 @@ from ....finding import Subject
 from ....model.muscle import Quadrant, WrapSurface
 from ....model.robot import WORLD
 from ....model.transform import IDENTITY, Transform
-from ...reading.xml import Node, shortened
+from ...reading.xml import Node, short_repr
 from .document import is_true, objects, text
 from .frames import Frames, offset, pose_of
 from .tori import Torus
@@ -92,7 +92,7 @@ def _quadrant(node: Node) -> Quadrant:
     word = f"+{word}" if word in ("x", "y", "z") else word
     known: Sequence[str] = get_args(Quadrant)
     if word not in known:
-        problem = f"quadrant {shortened(word)} is not one of {', '.join(known)}"
+        problem = f"quadrant {short_repr(word)} is not one of {', '.join(known)}"
         node.error("bad-word", problem)
         return "all"
     return cast(Quadrant, word)

@@ -40,7 +40,7 @@ def placement(parent: ElementTree.Element, tags: tuple[str, str], p: Vector3, R:
     element(parent, tags[1], numbers((0.0 - a, 0.0 - b, 0.0 - c)))
 
 
-def standing_links(robot: Robot) -> set[str]:
+def links_fixed_to_world(robot: Robot) -> set[str]:
     """Return the links that are fixed to the world, which OpenSim supports without mass."""
     standing = {WORLD}
     for joint in robot.joints:  # parents first

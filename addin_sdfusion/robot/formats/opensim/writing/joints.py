@@ -160,7 +160,7 @@ def _is_independent(a: Vector3, b: Vector3) -> bool:
 
 def _add_joint(joints: ElementTree.Element, joint: Joint, ranges: Ranges) -> None:
     gliding = over_ellipsoid(joint.motions)
-    kind = "WeldJoint" if not joint.motions else _pin(joint) or "CustomJoint"
+    kind = "WeldJoint" if not joint.motions else _pin_class(joint) or "CustomJoint"
     if gliding is not None:
         kind = "EllipsoidJoint" if gliding.winging is None else "ScapulothoracicJoint"
     node = element(joints, kind, name=joint.name)
@@ -189,7 +189,7 @@ def _add_ellipsoid(node: ElementTree.Element, gliding: OverEllipsoid) -> None:
     element(node, "scapula_winging_axis_direction", direction)
 
 
-def _pin(joint: Joint) -> str | None:
+def _pin_class(joint: Joint) -> str | None:
     if len(joint.motions) != 1 or joint.motions[0].function != ITSELF:
         return None
     return PINS.get((joint.motions[0].kind, joint.motions[0].axis))
@@ -222,9 +222,9 @@ def _add_coordinate(parent: ElementTree.Element, c: Coordinate, ranges: Ranges) 
     limited = math.isfinite(c.lower) or math.isfinite(c.upper)
     low, high = (c.lower, c.upper) if limited else ranges.get(c.name, (c.lower, c.upper))
     element(node, "range", numbers((low, high)))
-    element(node, "clamped", _word(limited and (locked or c.lower <= c.initial <= c.upper)))
-    element(node, "locked", _word(locked))
+    element(node, "clamped", _bool_text(limited and (locked or c.lower <= c.initial <= c.upper)))
+    element(node, "locked", _bool_text(locked))
 
 
-def _word(value: bool) -> str:
+def _bool_text(value: bool) -> str:
     return "true" if value else "false"

@@ -55,7 +55,7 @@ def with_legal_names(robot: Robot) -> Robot:
     return _with_legal_sets(legal, renaming, links)
 
 
-def renamed(robot: Robot) -> Iterator[Found]:
+def renamed_objects(robot: Robot) -> Iterator[Found]:
     """Report the names that are changed."""
     for kind, renaming in _renamings(robot).items():
         for name, given in renaming.items():

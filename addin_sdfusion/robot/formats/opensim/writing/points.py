@@ -69,7 +69,7 @@ def _limits(robot: Robot, move: PointMotion) -> Range | None:
     return (c.lower, c.upper) if math.isfinite(c.lower) or math.isfinite(c.upper) else None
 
 
-def is_fixed_there(point: ViaPoint) -> bool:
+def loses_motion(point: ViaPoint) -> bool:
     """Return whether a point moves in this simulation but not in OpenSim."""
     return bool(point.moves) and not _is_moving(point)
 
@@ -83,10 +83,10 @@ def _moves(robot: Robot) -> Iterator[tuple[Muscle, PointMotion]]:
 
 def _is_moving(point: ViaPoint) -> bool:
     """Return whether OpenSim can hold the point as a moving point."""
-    return bool(point.moves) and point.when is None and _along(point) is not None
+    return bool(point.moves) and point.when is None and _axis_motions(point) is not None
 
 
-def _along(point: ViaPoint) -> list[PointMotion | None] | None:
+def _axis_motions(point: ViaPoint) -> list[PointMotion | None] | None:
     """Return the motion along each axis of the link, or None if OpenSim cannot hold them."""
     found: list[PointMotion | None] = [None, None, None]
     for move in point.moves:
@@ -117,7 +117,7 @@ def _add_moving(
     item = element(points, "MovingPathPoint", name=name)
     element(item, "socket_parent_frame", frame_path(point.link))
     some = point.moves[0]
-    axes = _along(point) or [None, None, None]
+    axes = _axis_motions(point) or [None, None, None]
     for letter, at, move in zip("xyz", point.position, axes, strict=True):
         function = constant(at) if move is None else _plus_constant(move.function, at)
         element(item, f"socket_{letter}_coordinate", coordinates[(move or some).coordinate])

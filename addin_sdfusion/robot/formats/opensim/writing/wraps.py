@@ -74,7 +74,7 @@ def add_wraps(path: ElementTree.Element, muscle: Muscle, names: WrapNames) -> No
         element(item, "range", f"{wrap.segment + 1} {wrap.last + 2}")
 
 
-def approximated(robot: Robot) -> Iterator[Found]:
+def approximated_wraps(robot: Robot) -> Iterator[Found]:
     """Report muscles over cylinders and ellipsoids, whose paths OpenSim approximates."""
     spheres = {s.name for s in robot.wrap_surfaces if s.shape == "sphere"}
     for muscle in robot.muscles:
