@@ -456,7 +456,7 @@ FORMATS = (SDF, URDF, CASPR, Capabilities(MJCF.title, (*MJCF.rows, *mesh_rows({}
 def robots_page() -> str:
     """Return the page on robots with the table of features and formats."""
     rows = [
-        (feature.name, *(_fates(capabilities, feature) for capabilities in FORMATS))
+        (feature.name, *(_treatments(capabilities, feature) for capabilities in FORMATS))
         for feature in features.CATALOGUE
     ]
     heads = ["feature", *(capabilities.title for capabilities in FORMATS)]
@@ -466,16 +466,16 @@ def robots_page() -> str:
     return re.sub(f"{begin}.*{end}", lambda _: made, text, flags=re.DOTALL)
 
 
-def _fates(capabilities: Capabilities, feature: Feature) -> str:
+def _treatments(capabilities: Capabilities, feature: Feature) -> str:
     """Return what a format does with a feature, with the cases."""
     cases: dict[str, list[str]] = {}
     for row in capabilities.rows:
         if feature.name in [known.name for known in row.features]:
-            cases.setdefault(row.fate, []).append(row.only)
+            cases.setdefault(row.treatment, []).append(row.only)
     words = []
-    for fate, only in cases.items():
+    for treatment, only in cases.items():
         some = "; ".join(dict.fromkeys(filter(None, only))) if all(only) else ""
-        words.append(f"{fate} ({some})" if some else fate)
+        words.append(f"{treatment} ({some})" if some else treatment)
     return ", ".join(words)
 
 

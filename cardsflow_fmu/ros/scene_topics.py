@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import WORLD, Finding, Robot
-from addin_sdfusion.robot.formats.urdf.capabilities import URDF_ALONE
+from addin_sdfusion.robot.formats.urdf.capabilities import URDF_WITHOUT_EXTRAS
 from addin_sdfusion.robot.formats.urdf.write import urdf_text
 from addin_sdfusion.robot.formats.writing.carried_meshes import CarriedMeshes
 from addin_sdfusion.robot.mesh_files import mesh_bytes
@@ -89,10 +89,10 @@ class SceneTopics:
         self.findings: list[Finding] = list(carried.losses(robot))
         package = f"package://{identifier(robot.name)}"
         named = {uri: f"{package}/{name}" for uri, name in carried.names.items()}
-        described = CarriedMeshes(carried.folder, names=named).applied(robot, keeps_models=False)
+        described = CarriedMeshes(carried.folder, names=named).apply_to(robot, keeps_models=False)
         self._urdf = None if robot.driven_joints else urdf_text(described)
         if self._urdf is None:
-            self.findings += URDF_ALONE.losses(robot)
+            self.findings += URDF_WITHOUT_EXTRAS.losses(robot)
 
     def first(self, time: FloatArray) -> Iterator[Batch]:
         """Yield the robot description and the bodies of links.

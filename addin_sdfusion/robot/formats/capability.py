@@ -24,10 +24,10 @@ from ..finding import Finding, Subject, errors_first, member
 from ..finding_builders import error, warning
 from ..model.robot import Robot
 
-Fate = Literal["kept", "changed", "omitted", "rejected"]
+Treatment = Literal["kept", "changed", "omitted", "rejected"]
 
 
-class Found(NamedTuple):
+class FeaturePlace(NamedTuple):
     """A place where a robot has a feature.
 
     Attributes:
@@ -39,7 +39,7 @@ class Found(NamedTuple):
     words: Mapping[str, object] = {}
 
 
-Finder = Callable[[Robot], Iterable[Found]]
+Finder = Callable[[Robot], Iterable[FeaturePlace]]
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Row:
 
     Attributes:
         features: The features. Several features share one finding about the robot.
-        fate: The treatment of the features.
+        treatment: The treatment of the features.
         code: Code of the finding; empty if the row has no finding.
         message: Message of the finding.
         find: Function that returns the places to report.
@@ -73,7 +73,7 @@ class Row:
     """
 
     features: tuple[Feature, ...]
-    fate: Fate
+    treatment: Treatment
     code: str = ""
     message: str = ""
     find: Finder = lambda robot: ()
@@ -81,7 +81,7 @@ class Row:
 
     def findings(self, robot: Robot, format_: str) -> Iterator[Finding]:
         """Return the findings for a robot; `format_` is the name that messages use."""
-        build = error if self.fate == "rejected" else warning
+        build = error if self.treatment == "rejected" else warning
         words = {"format": format_, "what": self.features[0].name}
         for place in self.find(robot) if self.code else ():
             problem = self.message.format_map({**words, **place.words})
@@ -93,13 +93,13 @@ def kept(*features: Feature) -> Row:
     return Row(features, "kept")
 
 
-def implied(*features: Feature) -> Row:
+def omitted_together(*features: Feature) -> Row:
     """Return a row for features that are omitted together with a feature that is reported."""
     return Row(features, "omitted")
 
 
 def _row(
-    fate: Fate,
+    treatment: Treatment,
     feature: Feature | str,
     code: str = "",
     message: str = "",
@@ -109,7 +109,7 @@ def _row(
     """Return a row for a feature that the format changes, omits or rejects.
 
     Args:
-        fate: Treatment of the feature.
+        treatment: Treatment of the feature.
         feature: A feature of the catalogue, or the name of a feature that only this format has.
         code: Code of the finding; the code of the feature if empty.
         message: Message of the finding; the message of the feature if empty.
@@ -119,7 +119,7 @@ def _row(
     if isinstance(feature, str):
         feature = Feature(feature, find or (lambda robot: ()))
     code, message = code or feature.code, message or feature.message
-    return Row((feature,), fate, code, message, find or feature.find, only)
+    return Row((feature,), treatment, code, message, find or feature.find, only)
 
 
 omitted = partial(_row, "omitted")
@@ -133,10 +133,10 @@ rejected = partial(_row, "rejected")
 def changed_together(features: Sequence[Feature], code: str, message: str) -> Row:
     """Return a row that reports several features in one finding; `{what}` lists those found."""
 
-    def find(robot: Robot) -> Iterator[Found]:
+    def find(robot: Robot) -> Iterator[FeaturePlace]:
         found = [f.name for f in features if any(True for _ in f.find(robot))]
         if found:
-            yield Found(Subject("robot", robot.name), {"what": ", ".join(found)})
+            yield FeaturePlace(Subject("robot", robot.name), {"what": ", ".join(found)})
 
     return Row(tuple(features), "changed", code, message, find)
 
@@ -147,10 +147,10 @@ def in_all_sets(*rows: Row) -> tuple[Row, ...]:
 
 
 def _in_all_sets(find: Finder) -> Finder:
-    def find_all(robot: Robot) -> Iterator[Found]:
+    def find_all(robot: Robot) -> Iterator[FeaturePlace]:
         for group in robot.cable_sets:
             for subject, words in find(replace(robot, cable_set=group.name)):
-                yield Found(member(*subject, group.name, robot.cable_set), words)
+                yield FeaturePlace(member(*subject, group.name, robot.cable_set), words)
 
     return find_all
 

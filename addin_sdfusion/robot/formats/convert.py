@@ -25,7 +25,7 @@ from .caspr.trajectory_losses import trajectory_losses
 from .caspr.write import write_caspr
 from .mjcf.capabilities import mjcf_losses
 from .mjcf.write import write_mjcf
-from .mjcf.write_meshes import opens_mesh
+from .mjcf.write_meshes import can_open_mesh
 from .opensim.capabilities import osim_losses
 from .opensim.write import write_osim
 from .sdf.capabilities import sdf_losses
@@ -33,7 +33,7 @@ from .sdf.write import write_sdf
 from .urdf.capabilities import urdf_losses
 from .urdf.write import write_urdf
 from .writing.carried_meshes import CarriedMeshes
-from .writing.file_names import name_losses
+from .writing.file_names import file_name_findings
 
 _ROBOT_ENDINGS = ("_bodies.xml", ".sdf", ".urdf", ".osim")
 """File name endings that identify a folder as a robot folder."""
@@ -67,7 +67,7 @@ def _with_files(format_: Format, meshes: CarriedMeshes) -> Format:
     """Return the format with mesh URIs that refer to files next to the robot file."""
 
     def prepare(robot: Robot) -> Robot:
-        return meshes.applied(format_.prepare(robot), keeps_models=format_.name in _MODEL_FORMATS)
+        return meshes.apply_to(format_.prepare(robot), keeps_models=format_.name in _MODEL_FORMATS)
 
     def losses(robot: Robot) -> list[Finding]:
         return [*format_.losses(robot), *meshes.losses(robot)]
@@ -81,7 +81,7 @@ def _with_files(format_: Format, meshes: CarriedMeshes) -> Format:
 
 def _mjcf_with_files(format_: Format, meshes: CarriedMeshes) -> Format:
     """Return MJCF with the meshes that MuJoCo can open."""
-    files = meshes.opened(opens_mesh)
+    files = meshes.readable_by(can_open_mesh)
     named = format_._replace(
         losses=lambda robot: mjcf_losses(robot, files),
         write=lambda robot, folder: write_mjcf(robot, folder, meshes=files),
@@ -314,7 +314,7 @@ def losses_in(format_: Format, robot: Robot) -> list[Finding]:
             *_merged_links(robot, prepared),
             *_renamed_joints(robot, prepared),
             *_turned_orientations(robot, prepared),
-            *(name_losses(robot) if format_.is_named else ()),
+            *(file_name_findings(robot) if format_.is_named else ()),
             *format_.losses(prepared),
         ]
     )

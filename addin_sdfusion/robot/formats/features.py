@@ -12,7 +12,7 @@ from ..model.joint import Coordinate, Joint
 from ..model.muscle import Muscle, ViaPoint, Wrap, WrapSurface
 from ..model.pose import IDENTITY
 from ..model.robot import GRAVITY, MARKERS, Link, Robot
-from .capability import Feature, Finder, Found, Row, omitted, rejected
+from .capability import Feature, FeaturePlace, Finder, Row, omitted, rejected
 
 UNNAMED = ("", "cardsflow", MARKERS)
 """Names that readers assign to sets without a name."""
@@ -56,11 +56,13 @@ def of_surfaces(has: Callable[[WrapSurface], Any]) -> Finder:
     return lambda robot: _find_places("wrap_surface", robot.wrap_surfaces, has)
 
 
-def _find_places(kind: str, parts: Iterable[Any], has: Callable[[Any], Any]) -> Iterator[Found]:
+def _find_places(
+    kind: str, parts: Iterable[Any], has: Callable[[Any], Any]
+) -> Iterator[FeaturePlace]:
     for part in parts:
         found = has(part)
         if found:
-            yield Found(Subject(kind, part.name), _words(found))
+            yield FeaturePlace(Subject(kind, part.name), _words(found))
 
 
 def _words(found: object) -> dict[str, object]:
@@ -84,12 +86,12 @@ def points_of_muscles(has: Callable[[ViaPoint], Any]) -> Finder:
 def of_wraps(has: Callable[[Wrap], Any]) -> Finder:
     """Return a finder of such wraps; it reports the muscle once per wrap."""
 
-    def find(robot: Robot) -> Iterator[Found]:
+    def find(robot: Robot) -> Iterator[FeaturePlace]:
         for muscle in robot.muscles:
             for wrap in muscle.wraps:
                 if has(wrap):
                     words = {"surface": wrap.surface, "turns": wrap.turns}
-                    yield Found(Subject("muscle", muscle.name), words)
+                    yield FeaturePlace(Subject("muscle", muscle.name), words)
 
     return find
 
@@ -185,7 +187,7 @@ BOUNDS_WITHOUT_MOTOR = Feature(
     "motor-bounds-left-out",
     "{format} requires a motor for motor limits, and the joint has no motor; omitted",
 )
-OF_LINKS_AND_JOINTS = tuple(v for v in list(globals().values()) if isinstance(v, Feature))
+LINK_AND_JOINT_FEATURES = tuple(v for v in list(globals().values()) if isinstance(v, Feature))
 """The features of links and joints."""
 
 MUSCLES = Feature("muscles", of_robot(lambda robot: robot.cable_sets))
@@ -324,7 +326,7 @@ def loops_except(held: Container[str]) -> Row:
 
 CATALOGUE = tuple(value for value in list(globals().values()) if isinstance(value, Feature))
 """All features."""
-OF_MUSCLES_AND_TASKS = CATALOGUE[len(OF_LINKS_AND_JOINTS) :]
+MUSCLE_AND_TASK_FEATURES = CATALOGUE[len(LINK_AND_JOINT_FEATURES) :]
 """The features of muscles, wrap surfaces and operational spaces."""
 
 

@@ -13,7 +13,7 @@ from .caspr.read import BODIES
 
 Kind = Literal["sdf", "caspr", "urdf", "mjcf", "osim"]
 
-WHAT = f"a model.sdf, .urdf, .osim, MJCF .xml or *{BODIES}, or the folder of one"
+ROBOT_PATHS = f"a model.sdf, .urdf, .osim, MJCF .xml or *{BODIES}, or the folder of one"
 """Description of the paths that are accepted as a robot."""
 BY_SUFFIX: dict[str, Kind] = {".sdf": "sdf", ".urdf": "urdf", ".xacro": "urdf", ".osim": "osim"}
 BY_ROOT: dict[str, Kind] = {
@@ -74,7 +74,7 @@ def robot_file(path: Path) -> Path:
     listing = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
     robots = f"{len(found)} robots ({', '.join(found[:10])})" if found else "no robot"
     what = f"contains {robots} and no model.sdf (files: {listing or 'none'})"
-    raise InputError(f"{what}; specify the robot file: {WHAT}", file=path)
+    raise InputError(f"{what}; specify the robot file: {ROBOT_PATHS}", file=path)
 
 
 def holds_robot(path: Path) -> bool:

@@ -21,7 +21,7 @@ from .caspr.read_trajectories import (
     trajectories_file,
     trajectory_names,
 )
-from .kinds import WHAT, Kind, holds_robot, kind_of, robot_file
+from .kinds import ROBOT_PATHS, Kind, holds_robot, kind_of, robot_file
 from .mjcf.read import read_mjcf
 from .opensim.read import read_osim
 from .reading.unread import note_unread
@@ -31,7 +31,7 @@ from .urdf.read import read_urdf
 
 __all__ = [
     "ABSOLUTE",
-    "WHAT",
+    "ROBOT_PATHS",
     "Reading",
     "holds_robot",
     "read",
@@ -143,7 +143,7 @@ def _with_locations(findings: list[Finding], notes: Notes, file: Path) -> list[F
 def _reader(file: Path, repair: bool) -> Reader:
     kind = kind_of(file)
     if kind is None:
-        raise InputError(f"is not a robot; specify {WHAT}", file=file)
+        raise InputError(f"is not a robot; specify {ROBOT_PATHS}", file=file)
     return partial(read_sdf, repair=repair) if kind == "sdf" else _READERS[kind]
 
 

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from ...finding import Finding, Subject
 from ...model.robot import Robot
 from .. import features
-from ..capability import Capabilities, Found, changed, implied, kept, omitted
+from ..capability import Capabilities, FeaturePlace, changed, kept, omitted, omitted_together
 from ..features import of_robot
-from .wraps import held_wraps
+from .wraps import supported_wraps
 
 
 def cardsflow_losses(robot: Robot) -> list[Finding]:
@@ -17,23 +17,23 @@ def cardsflow_losses(robot: Robot) -> list[Finding]:
     return CARDSFLOW.losses(robot)
 
 
-def _omitted_wraps(robot: Robot) -> Iterator[Found]:
+def _omitted_wraps(robot: Robot) -> Iterator[FeaturePlace]:
     surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
     for muscle in robot.muscles:
-        held = held_wraps(muscle, surfaces)
+        held = supported_wraps(muscle, surfaces)
         left = [repr(wrap.surface) for wrap in muscle.wraps if wrap not in held]
         if left:
             words = {"count": len(left), "surfaces": ", ".join(left)}
-            yield Found(Subject("muscle", muscle.name), words)
+            yield FeaturePlace(Subject("muscle", muscle.name), words)
 
 
-def _surfaces(robot: Robot, *, held: bool) -> Iterator[Found]:
+def _surfaces(robot: Robot, *, held: bool) -> Iterator[FeaturePlace]:
     """Report the wrap surfaces that muscles use in cardsflow.xml, or all others."""
     surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
-    names = {wrap.surface for muscle in robot.muscles for wrap in held_wraps(muscle, surfaces)}
+    names = {wrap.surface for muscle in robot.muscles for wrap in supported_wraps(muscle, surfaces)}
     for surface in robot.wrap_surfaces:
         if held == (surface.name in names) and (not held or any(surface.pose.rpy)):
-            yield Found(Subject("wrap_surface", surface.name))
+            yield FeaturePlace(Subject("wrap_surface", surface.name))
 
 
 WRAPS_IN_CARDSFLOW_XML = omitted(
@@ -57,12 +57,12 @@ CARDSFLOW = Capabilities(
             "cardsflow.xml holds muscles and end effectors; links and joints are in model.sdf",
             of_robot(lambda robot: True),
         ),
-        implied(*features.OF_LINKS_AND_JOINTS[1:]),
+        omitted_together(*features.LINK_AND_JOINT_FEATURES[1:]),
         omitted(features.CABLE_SETS),
         omitted(features.TASK_SETS),
         omitted(features.SET_NAMES),
         WRAPS_IN_CARDSFLOW_XML,
-        implied(features.ELLIPSOIDS, features.OPENSIM_WRAPS, features.MUJOCO_WRAPS),
+        omitted_together(features.ELLIPSOIDS, features.OPENSIM_WRAPS, features.MUJOCO_WRAPS),
         omitted(
             features.WRAP_SURFACES,
             "wrap-surfaces-left-out",

@@ -117,7 +117,7 @@ def _with_named_cable_sets(
 
 def _with_muscles(robot: Robot, sources: Sequence[Node], muscles: MuscleReader) -> Robot:
     """Return the robot with the muscles of the first source that contains muscles."""
-    node = _first_with(sources, "myoMuscle")
+    node = _first_source(sources, "myoMuscle")
     if node is None:
         return robot
     cable_set = muscles.cable_set(node, DEFAULT_SET, DEFAULT_SET)
@@ -126,7 +126,7 @@ def _with_muscles(robot: Robot, sources: Sequence[Node], muscles: MuscleReader) 
 
 def _note_other_muscles(robot: Robot, sources: Sequence[Node]) -> None:
     """Report muscles outside cable sets, as Gazebo reads them, that differ from the used ones."""
-    node = _first_with(sources, "myoMuscle")
+    node = _first_source(sources, "myoMuscle")
     if node is None:
         return
     reader = MuscleReader([link.name for link in robot.links])
@@ -140,7 +140,7 @@ def _note_other_points(robot: Robot, sources: Sequence[Node]) -> None:
     """Report points outside task sets, as Gazebo reads them, that differ from the used ones."""
     in_use = {frame for task_set in robot.task_sets for frame in task_set.frames}
     for tag in ("endEffector", "marker"):
-        node = _first_with(sources, tag)
+        node = _first_source(sources, tag)
         if node is not None:
             others = read_task_set(replace(node, notes=Notes()), DEFAULT_SET, DEFAULT_SET, tag)
             differing = [frame.name for frame in others.frames if frame not in in_use]
@@ -176,7 +176,7 @@ def _with_named_task_sets(robot: Robot, nodes: Sequence[Node]) -> Robot:
 
 def _with_points(robot: Robot, sources: Sequence[Node]) -> Robot:
     """Return the robot with end effectors and markers, each from the first source with any."""
-    effectors, markers = (_first_with(sources, tag) for tag in ("endEffector", "marker"))
+    effectors, markers = (_first_source(sources, tag) for tag in ("endEffector", "marker"))
     sets, active = [], ""
     if effectors is not None:
         active = DEFAULT_SET
@@ -186,7 +186,7 @@ def _with_points(robot: Robot, sources: Sequence[Node]) -> Robot:
     return replace(robot, task_sets=tuple(sets), task_set=active)
 
 
-def _first_with(sources: Sequence[Node], tag: str) -> Node | None:
+def _first_source(sources: Sequence[Node], tag: str) -> Node | None:
     """Return the first source with such elements; report elements that are ignored."""
     found = [node for node in sources if node.all(tag)]
     for node in found[1:]:

@@ -11,7 +11,7 @@ WRAP_TYPES = {"sphere": "SPHERICAL", "cylinder": "CYLINDRICAL"}
 """Via point types of the wrap shapes."""
 
 
-def held_wraps(muscle: Muscle, surfaces: Mapping[str, WrapSurface]) -> list[Wrap]:
+def supported_wraps(muscle: Muscle, surfaces: Mapping[str, WrapSurface]) -> list[Wrap]:
     """Return the wraps that cardsflow.xml can hold.
 
     These are single wraps on a segment, over spheres and over cylinders along the link's z axis.

@@ -39,7 +39,7 @@ from ..writing.file_names import write_document
 from ..writing.functions import function_element
 from ..writing.wrap_side import is_shorter_path
 from ..writing.xml_text import document, element, numbers
-from .wraps import WRAP_TYPES, held_wraps
+from .wraps import WRAP_TYPES, supported_wraps
 
 WRAP_STATES = ("0", "1", "2")
 """The `state` of a wrap via point: initially straight, the shorter path, the longer path."""
@@ -94,7 +94,7 @@ def cardsflow_xml(robot: Robot) -> str:
     root = element(None, "cardsflow")
     surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
     for muscle in robot.muscles:
-        held = {wrap.segment: wrap for wrap in held_wraps(muscle, surfaces)}
+        held = {wrap.segment: wrap for wrap in supported_wraps(muscle, surfaces)}
         steps = []
         for i, point in enumerate(muscle.via_points):
             steps.append(_Step(point))

@@ -17,12 +17,12 @@ from ...model.trajectory import Trajectory
 from .. import features
 from ..capability import (
     Capabilities,
-    Found,
+    FeaturePlace,
     changed,
-    implied,
     in_all_sets,
     kept,
     omitted,
+    omitted_together,
     rejected,
 )
 from ..features import Words, of_joints, of_links, of_muscles, of_robot
@@ -126,24 +126,26 @@ def _has_pulley_off_base(muscle: Muscle) -> bool:
     return muscle.pulley is not None and [p.link for p in muscle.via_points[:1]] != [WORLD]
 
 
-def _crowded_links(robot: Robot) -> Iterator[Found]:
+def _crowded_links(robot: Robot) -> Iterator[FeaturePlace]:
     for task_set in robot.task_sets:
         counts = Counter(item.link for item in task_items(task_set.frames))
         for link, count in counts.items():
             if count > 1:
-                yield Found(Subject("task_set", task_set.name), {"count": count, "link": link})
+                yield FeaturePlace(
+                    Subject("task_set", task_set.name), {"count": count, "link": link}
+                )
 
 
-def _points_of_orientations(robot: Robot) -> Iterator[Found]:
+def _points_of_orientations(robot: Robot) -> Iterator[FeaturePlace]:
     for subject, frame in all_task_frames(robot):
         if frame.is_orientation and any(frame.position):
-            yield Found(subject)
+            yield FeaturePlace(subject)
 
 
-def _sets_without_id(robot: Robot) -> Iterator[Found]:
+def _sets_without_id(robot: Robot) -> Iterator[FeaturePlace]:
     groups = [*(Subject("cable_set", group.name) for group in robot.cable_sets)]
     groups += [Subject("task_set", group.name) for group in robot.task_sets]
-    return (Found(subject) for subject in groups if not XML_ID.fullmatch(subject.name))
+    return (FeaturePlace(subject) for subject in groups if not XML_ID.fullmatch(subject.name))
 
 
 CASPR = Capabilities(
@@ -204,7 +206,7 @@ CASPR = Capabilities(
             of_joints(lambda joint: len({c.actuated for c in joint.coordinates}) > 1),
         ),
         omitted(features.MOTOR_BOUNDS, "caspr-motor-bounds"),
-        implied(features.BOUNDS_WITHOUT_MOTOR, features.MESH_NAMES),
+        omitted_together(features.BOUNDS_WITHOUT_MOTOR, features.MESH_NAMES),
         omitted(features.DAMPING, "caspr-damping"),
         omitted(features.SPRINGS, "caspr-spring"),
         omitted(features.FRICTION, "caspr-spring"),
@@ -223,7 +225,7 @@ CASPR = Capabilities(
             "caspr-wrap",
             "CASPR has no wrap surfaces; omitted, and cables are straight",
         ),
-        implied(features.ELLIPSOIDS),
+        omitted_together(features.ELLIPSOIDS),
         *in_all_sets(
             omitted(features.OPENSIM_WRAPS),
             omitted(features.MUJOCO_WRAPS),

@@ -23,7 +23,7 @@ AVERAGE = "cubic_spline_average_velocity_trajectory"
 SPLINES: dict[str, Spline] = {tag: spline for spline, tag in CASPR_SPLINES.items()}
 SPLINES[AVERAGE] = "cubic"
 TOO_MANY = f"the .traj files exceed {TRAJECTORY // MIB} MiB in total"
-_LEADS_OUT = "is a link to a file outside this folder"
+_OUTSIDE = "is a link to a file outside this folder"
 LETTERS: dict[Space, str] = {"joint": "q", "operational": "y"}
 
 
@@ -38,7 +38,7 @@ def trajectories_file(bodies: Path) -> Path | None:
     if stem == bodies.name or not file.is_file():
         return None
     if not lies_in(file, [bodies.parent]):
-        raise InputError(f"{_LEADS_OUT}; copy the file here", file=file)
+        raise InputError(f"{_OUTSIDE}; copy the file here", file=file)
     return file
 
 
@@ -185,7 +185,7 @@ def _samples_file(node: Node) -> Path:
         what = f"trajectory {node.subject.name!r}: file {name!r} does not exist"
         raise InputError(what, file=node.file, line=node.line)
     if not lies_in(file, [node.file.parent]):  # FMUs and results would contain its samples
-        what = f"trajectory {node.subject.name!r}: {name!r} {_LEADS_OUT}; copy the file here"
+        what = f"trajectory {node.subject.name!r}: {name!r} {_OUTSIDE}; copy the file here"
         raise InputError(what, file=node.file, line=node.line)
     return file
 

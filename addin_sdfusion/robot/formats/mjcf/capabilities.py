@@ -11,7 +11,7 @@ from ...formats import features
 from ...model.joint import Coordinate
 from ...model.muscle import Muscle, Wrap
 from ...model.robot import Link, Robot
-from ..capability import Capabilities, Finder, Found, Row, changed, kept, omitted, rejected
+from ..capability import Capabilities, FeaturePlace, Finder, Row, changed, kept, omitted, rejected
 from ..features import Words, of_coordinates, of_links, of_muscles, of_robot
 from ..writing import wrap_ends
 from ..writing.plain_paths import with_markers
@@ -42,11 +42,11 @@ def mesh_rows(files: MeshFiles) -> tuple[Row, ...]:
     """Return the rows on meshes, given the files that MuJoCo can open."""
 
     def meshes(*, opened: bool) -> Finder:
-        def find(robot: Robot) -> Iterator[Found]:
+        def find(robot: Robot) -> Iterator[FeaturePlace]:
             for link in robot.links:
                 for mesh in link.meshes:
                     if (mesh.uri in files) == opened and (not opened or mesh.role == "collision"):
-                        yield Found(Subject("link", link.name), {"uri": mesh.uri})
+                        yield FeaturePlace(Subject("link", link.name), {"uri": mesh.uri})
 
         return find
 
@@ -67,7 +67,7 @@ def mesh_rows(files: MeshFiles) -> tuple[Row, ...]:
     )
 
 
-def _coordinates_without_joint(robot: Robot) -> Iterator[Found]:
+def _coordinates_without_joint(robot: Robot) -> Iterator[FeaturePlace]:
     made = motion_joints(robot)
     for joint in robot.joints:
         homes = {
@@ -77,25 +77,25 @@ def _coordinates_without_joint(robot: Robot) -> Iterator[Found]:
         }
         for c in joint.coordinates:
             if c.name not in homes:
-                yield Found(Subject("joint", joint.name), {"coordinate": c.name})
+                yield FeaturePlace(Subject("joint", joint.name), {"coordinate": c.name})
 
 
-def _unsupported_functions(robot: Robot) -> Iterator[Found]:
+def _unsupported_functions(robot: Robot) -> Iterator[FeaturePlace]:
     """Report couplings and motions whose functions MuJoCo does not support."""
     for c in robot.all_coordinates:
         functions = [term.function for term in c.coupling]
         if len(functions) > 1 or not all(map(is_supported, functions)):
-            yield Found(Subject("coordinate", c.name))
+            yield FeaturePlace(Subject("coordinate", c.name))
     for joint, followers in _following_motions(robot):
         if not _are_supported(followers):
-            yield Found(Subject("joint", joint))
+            yield FeaturePlace(Subject("joint", joint))
 
 
-def _motions_as_joints(robot: Robot) -> Iterator[Found]:
+def _motions_as_joints(robot: Robot) -> Iterator[FeaturePlace]:
     for joint, followers in _following_motions(robot):
         if _are_supported(followers):
             names = ", ".join(repr(motion_joint.name) for motion_joint in followers)
-            yield Found(Subject("joint", joint), {"names": names})
+            yield FeaturePlace(Subject("joint", joint), {"names": names})
 
 
 def _following_motions(robot: Robot) -> Iterator[tuple[str, list[MotionJoint]]]:
@@ -124,22 +124,22 @@ def _different_order(robot: Robot) -> Words:
     return {} if order == list(robot.all_coordinates) else {"order": names}
 
 
-def _impossible_inertias(robot: Robot) -> Iterator[Found]:
+def _impossible_inertias(robot: Robot) -> Iterator[FeaturePlace]:
     for link, _ in written_inertias(robot):
         if missing_inertia(link.inertia) is None:
-            yield Found(Subject("link", link.name))
+            yield FeaturePlace(Subject("link", link.name))
 
 
-def _increased_inertias(robot: Robot) -> Iterator[Found]:
+def _increased_inertias(robot: Robot) -> Iterator[FeaturePlace]:
     for link, _ in written_inertias(robot):
         if by := missing_inertia(link.inertia):
-            yield Found(Subject("link", link.name), {"by": by})
+            yield FeaturePlace(Subject("link", link.name), {"by": by})
 
 
-def _increased_masses(robot: Robot) -> Iterator[Found]:
+def _increased_masses(robot: Robot) -> Iterator[FeaturePlace]:
     for link, written in written_inertias(robot):
         if written.mass != link.inertia.mass:
-            yield Found(Subject("link", link.name), {"mass": written.mass})
+            yield FeaturePlace(Subject("link", link.name), {"mass": written.mass})
 
 
 def _muscle_limits(muscle: Muscle) -> bool:
@@ -156,10 +156,10 @@ def _equal_torques(c: Coordinate) -> Words:
     return {"torque": c.tau_min} if are_equal else {}
 
 
-def _ended_cylinders(robot: Robot) -> Iterator[Found]:
+def _ended_cylinders(robot: Robot) -> Iterator[FeaturePlace]:
     for surface in robot.wrap_surfaces:
         if surface.shape == "cylinder" and math.isfinite(surface.length):
-            yield Found(Subject("robot", robot.name), {"surface": surface.name})
+            yield FeaturePlace(Subject("robot", robot.name), {"surface": surface.name})
 
 
 def _wraps(robot: Robot, *, first: bool) -> Iterator[tuple[Muscle, Wrap]]:
@@ -169,22 +169,22 @@ def _wraps(robot: Robot, *, first: bool) -> Iterator[tuple[Muscle, Wrap]]:
         yield from ((muscle, wrap) for wrap in muscle.wraps if (wrap in held) == first)
 
 
-def _second_wraps(robot: Robot) -> Iterator[Found]:
+def _second_wraps(robot: Robot) -> Iterator[FeaturePlace]:
     for muscle, wrap in _wraps(robot, first=False):
-        yield Found(Subject("muscle", muscle.name), {"surface": wrap.surface})
+        yield FeaturePlace(Subject("muscle", muscle.name), {"surface": wrap.surface})
 
 
-def _whole_turns(robot: Robot) -> Iterator[Found]:
+def _whole_turns(robot: Robot) -> Iterator[FeaturePlace]:
     for muscle, wrap in _wraps(robot, first=True):
         if wrap.turns:
             words = {"turns": wrap.turns, "surface": wrap.surface}
-            yield Found(Subject("muscle", muscle.name), words)
+            yield FeaturePlace(Subject("muscle", muscle.name), words)
 
 
-def _chosen_sides(robot: Robot) -> Iterator[Found]:
+def _chosen_sides(robot: Robot) -> Iterator[FeaturePlace]:
     for muscle, wrap in _wraps(robot, first=True):
         if wrap.side and not wrap.turns:  # in MuJoCo a site inside the surface means an inner path
-            yield Found(Subject("muscle", muscle.name), {"surface": wrap.surface})
+            yield FeaturePlace(Subject("muscle", muscle.name), {"surface": wrap.surface})
 
 
 def _shapes(link: Link) -> Words:

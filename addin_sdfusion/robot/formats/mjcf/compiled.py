@@ -99,7 +99,7 @@ def compile_document(document: Document) -> Compiled | None:
         _report_rejection(document, answer["error"])
         return None
     for warning in answer["warnings"]:
-        document.root.warning("mujoco-warns", f"MuJoCo: {_in_one_line(warning)}")
+        document.root.warning("mujoco-warns", f"MuJoCo: {_single_line(warning)}")
     return Compiled(answer)
 
 
@@ -135,7 +135,7 @@ def _failure(code: int, output: str) -> str:
     if "MemoryError" in output or "bad_alloc" in output or "allocate" in output:
         return f"compilation in MuJoCo exceeds {MJCF_MEMORY // MIB} MiB of memory"
     last = (output.strip().splitlines() or [""])[-1]
-    return f"MuJoCo crashes on this file: {_in_one_line(last) or f'exit code {code}'}"
+    return f"MuJoCo crashes on this file: {_single_line(last) or f'exit code {code}'}"
 
 
 def _report_rejection(document: Document, error: str) -> None:
@@ -146,10 +146,10 @@ def _report_rejection(document: Document, error: str) -> None:
     node = document.node_at(int(line[1])) if line else document.root
     named = node.element.get("name")
     which = f"<{node.tag}>" + (f" {named[:40]!r}" if named else "")
-    node.error("mujoco-refuses", f"MuJoCo rejects {which}: {_in_one_line(problem)}")
+    node.error("mujoco-refuses", f"MuJoCo rejects {which}: {_single_line(problem)}")
 
 
-def _in_one_line(text: str) -> str:
+def _single_line(text: str) -> str:
     return " ".join(text.split())[:_MAX_MESSAGE]
 
 

@@ -105,7 +105,7 @@ def answer(request: Request, opened: Callable[[], None] = lambda: None) -> Answe
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            found = _compiled(request, opened)
+            found = _compile(request, opened)
     except (ValueError, mujoco.FatalError) as error:
         return {"error": str(error)}
     except MemoryError:
@@ -113,11 +113,11 @@ def answer(request: Request, opened: Callable[[], None] = lambda: None) -> Answe
     return found | {"warnings": [*messages, *(str(item.message) for item in caught)]}
 
 
-def _compiled(request: Request, opened: Callable[[], None]) -> Answer:
+def _compile(request: Request, opened: Callable[[], None]) -> Answer:
     spec = mujoco.MjSpec.from_string(request["xml"])
     spec.compiler.LRopt.mode = mujoco.mjtLRMode.mjLRMODE_NONE  # would simulate, not reproducible
     spec.compiler.fusestatic = spec.compiler.discardvisual = spec.compiler.usethread = False
-    replaced = _replaced_geoms(spec, request["meshes"])
+    replaced = _replace_geoms(spec, request["meshes"])
     needed = {g.meshname for g in [*spec.geoms, *spec.sites] if g.meshname}
     scales = {mesh.name: mesh.scale.tolist() for mesh in spec.meshes}
     for mesh in [mesh for mesh in spec.meshes if mesh.file]:
@@ -134,7 +134,7 @@ def _compiled(request: Request, opened: Callable[[], None]) -> Answer:
     }
     for geom, mesh, is_missing in replaced:
         tables["geom"][geom.id] |= {"type": "mesh", "mesh": mesh, "missing": is_missing}
-    lengths = _found_lengths(model, request["places"])
+    lengths = _find_lengths(model, request["places"])
     for row, found in zip(tables["actuator"], lengths, strict=True):
         row["foundrange"] = found
     keys = [key for key in range(model.nkey) if model.key(key).name == "initial"]
@@ -151,7 +151,7 @@ def _compiled(request: Request, opened: Callable[[], None]) -> Answer:
     }
 
 
-class Replaced(NamedTuple):
+class ReplacedGeom(NamedTuple):
     """Geom with a mesh that is only drawn, or missing; it is compiled as a point."""
 
     geom: Any
@@ -159,7 +159,7 @@ class Replaced(NamedTuple):
     is_missing: bool
 
 
-def _replaced_geoms(spec: Any, files: Mapping[str, str]) -> list[Replaced]:
+def _replace_geoms(spec: Any, files: Mapping[str, str]) -> list[ReplacedGeom]:
     """Replace geoms whose meshes MuJoCo does not need or cannot read by points."""
     of_files = {mesh.name: mesh.file for mesh in spec.meshes if mesh.file}
     replaced = []
@@ -169,7 +169,7 @@ def _replaced_geoms(spec: Any, files: Mapping[str, str]) -> list[Replaced]:
         is_drawn = geom.type == mujoco.mjtGeom.mjGEOM_MESH and not counts
         is_missing = mesh in of_files and of_files[mesh] not in files
         if mesh in of_files and (is_drawn or is_missing):
-            replaced.append(Replaced(geom, mesh, is_missing and counts))
+            replaced.append(ReplacedGeom(geom, mesh, is_missing and counts))
             mass = float(is_missing and counts and _moves(geom.parent))  # error follows
         elif geom.type != mujoco.mjtGeom.mjGEOM_HFIELD:
             continue
@@ -253,7 +253,7 @@ def _option(option: Any) -> Answer:
     }
 
 
-def _found_lengths(model: Any, places: int) -> list[list[float] | None]:
+def _find_lengths(model: Any, places: int) -> list[list[float] | None]:
     """Return the minimum and maximum length of each muscle without a range, in [m] or [rad].
 
     All other actuators get None. Muscles also get None if they depend on joints without ranges or
@@ -278,7 +278,7 @@ class _LengthSearch:
 
     def __init__(self, model: Any) -> None:
         self._model, self._data = model, mujoco.MjData(model)
-        self._followers = self._coupled()
+        self._followers = self._coupled_joints()
 
     def placements(self, actuator: int) -> int:
         """Return the number of bodies that `range_of` places."""
@@ -366,7 +366,7 @@ class _LengthSearch:
         first = model.wrap_type[model.tendon_adr[model.actuator_trnid[actuator][0]]]
         return bool(first != mujoco.mjtWrap.mjWRAP_JOINT)
 
-    def _coupled(self) -> list[tuple[int, int, Any]]:
+    def _coupled_joints(self) -> list[tuple[int, int, Any]]:
         """Return coupled joints, leaders first: address, leader address in qpos or -1, powers."""
         model, coupled = self._model, []
         for k in range(model.neq):

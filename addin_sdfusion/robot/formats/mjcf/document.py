@@ -25,7 +25,7 @@ MAX_COPIES = 10_000
 """Maximum number of elements created by `<replicate>`."""
 INITIAL = "initial"
 """Keyframe with the initial values, in files written by this package."""
-LEFT_OUT = ("sensor", "contact", "deformable", "extension", "keyframe", "custom")
+OMITTED_SECTIONS = ("sensor", "contact", "deformable", "extension", "keyframe", "custom")
 """Sections whose elements are omitted, with a finding."""
 VISUAL_ONLY = ("visual", "statistic", "light", "camera", "texture", "material", "skin", "size")
 """Elements that affect neither the robot nor its motion."""
@@ -52,7 +52,7 @@ class Document:
 
     def __init__(self, file: Path, notes: Notes) -> None:
         self._files: dict[etree._Element, Path] = {}
-        root = parse(file, Subject("robot", file.stem), notes, mend=_as_xml)
+        root = parse(file, Subject("robot", file.stem), notes, mend=_repair_xml)
         if root.tag != "mujoco":
             raise InputError(f"<{root.tag}> is not <mujoco>", file=file, line=root.line)
         self.root = root.with_subject(Subject("robot", root.attribute("model", "") or file.stem))
@@ -117,7 +117,7 @@ class Document:
                     include.error("included-twice", problem)
                 else:
                     included.add(file.resolve())
-                    root = parse(file, include.subject, include.notes, mend=_as_xml)
+                    root = parse(file, include.subject, include.notes, mend=_repair_xml)
                     self._record_elements(root)
                     children = list(root.element)
                 parent = include.element.getparent()
@@ -179,7 +179,7 @@ class Document:
 
     def _remove_unused(self) -> None:
         """Remove elements that MuJoCo does not need; report the relevant ones."""
-        for tag in LEFT_OUT:
+        for tag in OMITTED_SECTIONS:
             sections = self.root.all(tag)
             parts = [self.node(part) for section in sections for part in section.element]
             parts = [part for part in parts if part.attribute("name", "") != INITIAL]
@@ -270,7 +270,7 @@ def _may_be_read(file: Path) -> bool:
     return True
 
 
-def _as_xml(data: bytes) -> bytes:
+def _repair_xml(data: bytes) -> bytes:
     """Return the text without comments, in which MuJoCo allows `--`, and with added spaces."""
     parts = _COMMENT.split(data)
     comments = [*(b"\n" * comment.count(b"\n") for comment in _COMMENT.findall(data)), b""]

@@ -83,7 +83,7 @@ def _robot(document: Document, compiled: Compiled) -> Robot:
     joints = [replace(j, coordinates=tuple(known[c.name] for c in j.coordinates)) for j in joints]
     links = [_link(document, compiled, number) for number in range(1, len(compiled.bodies))]
     _note_missing_masses(document, compiled, joints)
-    _note_left_out(document, compiled)
+    _note_omitted(document, compiled)
     note_missing_meshes(document.root, links)
     robot = Robot(
         document.root.subject.name,
@@ -93,7 +93,7 @@ def _robot(document: Document, compiled: Compiled) -> Robot:
         DEFAULT_SET if muscles else "",
         tuple(_markers(compiled, reader.used_sites)),
         gravity=_gravity(document, compiled),
-        wrap_surfaces=_wrapped(reader, muscles),
+        wrap_surfaces=_used_surfaces(reader, muscles),
     )
     robot = with_loops(robot, document, compiled)
     return _with_followers(_with_keyframe(robot, document, compiled))
@@ -156,7 +156,7 @@ def _shape(row: Row) -> Shape:
     return Shape(kind, tuple(sizes[: SHAPE_SIZES[kind]]), transform(row).pose())
 
 
-def _wrapped(reader: MuscleReader, muscles: Sequence[Muscle]) -> tuple[WrapSurface, ...]:
+def _used_surfaces(reader: MuscleReader, muscles: Sequence[Muscle]) -> tuple[WrapSurface, ...]:
     names = {wrap.surface for muscle in muscles for wrap in muscle.wraps}
     return tuple(surface for name, surface in reader.surfaces.items() if name in names)
 
@@ -246,7 +246,7 @@ def _note_missing_masses(document: Document, compiled: Compiled, joints: Sequenc
             node.warning("mass-from-mesh", f"{problem}; it does not move")
 
 
-def _note_left_out(document: Document, compiled: Compiled) -> None:
+def _note_omitted(document: Document, compiled: Compiled) -> None:
     seen = [row for row in compiled.geoms if row["type"] != "mesh" and not _is_shape(row)]
     if seen:
         problem = (

@@ -64,12 +64,12 @@ class MuscleReader:
         The muscles are in the order of the actuators, followed by tendon springs.
         """
         rows = enumerate(self._compiled.actuators)
-        muscles = [muscle for k, row in rows for muscle in self._driven(k, row)]
+        muscles = [muscle for k, row in rows for muscle in self._read_actuator(k, row)]
         for tendon in self._tendons:
             muscles += self._spring(tendon)
         return tuple(muscles), self._coordinates
 
-    def _driven(self, number: int, row: Row) -> Iterator[Muscle]:
+    def _read_actuator(self, number: int, row: Row) -> Iterator[Muscle]:
         """Yield the muscle of an actuator; for a motor, update its coordinate instead."""
         node, target = self._document.node_at(row["line"]), row["trnid"][0]
         joint = self._compiled.joints[target]["name"] if row["trntype"] in ON_JOINTS else ""
@@ -79,7 +79,7 @@ class MuscleReader:
             self._tendons[target].is_driven = True
             if row["armature"] or row["damping"]:
                 node.warning("tendon-friction", "armature and damping of the actuator are omitted")
-            yield self._on_tendon(row, node, self._tendons[target].muscle)
+            yield self._tendon_muscle(row, node, self._tendons[target].muscle)
         elif joint not in self._coordinates:
             problem = f"actuator {row['name']!r} drives {row['trntype']} {joint!r}; omitted"
             node.warning("actuator-left-out", problem)
@@ -101,7 +101,7 @@ class MuscleReader:
             c, armature=c.armature + armature, damping=c.damping + damping
         )
 
-    def _on_tendon(self, row: Row, node: Node, path: Muscle) -> Muscle:
+    def _tendon_muscle(self, row: Row, node: Node, path: Muscle) -> Muscle:
         name = self._names.give(row["name"] or path.name)
         node = node.with_subject(Subject("muscle", name))
         muscle = replace(path, name=name)
@@ -202,7 +202,7 @@ def _law(row: Row, node: Node) -> CableModel:
         "lmin": gain[4],
         "lmax": gain[5],
         "vmax": gain[6],
-        "fpmax": bias[7] * _passive_part(gain, bias, node),
+        "fpmax": bias[7] * _passive_force_ratio(gain, bias, node),
         "fvmax": gain[8],
         "passive_range_low": bias[0] if bias[:2] != gain[:2] else 0.0,
         "passive_range_high": bias[1] if bias[:2] != gain[:2] else 0.0,
@@ -244,7 +244,7 @@ def _lengths(row: Row, node: Node, gear: float) -> tuple[float, float]:
     return low, high
 
 
-def _passive_part(gain: Sequence[float], bias: Sequence[float], node: Node) -> float:
+def _passive_force_ratio(gain: Sequence[float], bias: Sequence[float], node: Node) -> float:
     """Return the ratio of passive to active peak force; report it if it is unknown."""
     which = 2 if gain[2] >= 0.0 else 3  # the force itself, or the scale over the same acc0
     if gain[which] == bias[which] and gain[2] == bias[2]:

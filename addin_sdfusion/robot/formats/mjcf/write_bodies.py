@@ -20,7 +20,7 @@ from ...model.pose import Pose
 from ...model.robot import WORLD, Inertia, Robot
 from ...model.rotations import compose, inverse, normalized, rotate, rotation
 from ...transforms.joint_chains import Names, fixed_pose
-from ..capability import Found
+from ..capability import FeaturePlace
 from ..writing.xml_text import element, numbers
 from .write_inertia import mjcf_inertia
 
@@ -93,12 +93,14 @@ def coordinate_order(robot: Robot) -> list[MotionJoint]:
     return order
 
 
-def chains_too_deep(robot: Robot) -> Iterator[Found]:
+def chains_too_deep(robot: Robot) -> Iterator[FeaturePlace]:
     """Report the first links of chains that exceed the maximum depth of MuJoCo."""
     depths = {WORLD: 0}
     for joint in robot.joints:
         depths[joint.child] = depths[joint.parent] + 1
-    return (Found(Subject("link", n)) for n, depth in depths.items() if depth == MAX_NESTED + 1)
+    return (
+        FeaturePlace(Subject("link", n)) for n, depth in depths.items() if depth == MAX_NESTED + 1
+    )
 
 
 def _motion_joints(joint: Joint, names: Names) -> Iterator[MotionJoint]:

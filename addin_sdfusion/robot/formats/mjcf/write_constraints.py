@@ -21,11 +21,11 @@ STEP = 1e-3
 """Time step in [s], as in the plants; a joint can exceed a limit by its motion in one step."""
 INTEGRATOR = "Euler"
 """Semi-implicit, with implicit joint damping, as in the plants."""
-HARD = numbers((2.0 * STEP, 1.0))
+SOLREF_TWO_SIDED = numbers((2.0 * STEP, 1.0))
 """Time constant and damping ratio of two-sided constraints; longer steps increase the constant."""
-STOP = numbers((2.0 * STEP, 3.0))
+SOLREF_LIMIT = numbers((2.0 * STEP, 3.0))
 """Time constant and damping ratio of one-sided constraints, which should not rebound."""
-FULL = numbers((0.9999, 0.9999, 1e-3, 0.5, 2.0))
+SOLIMP_MAX = numbers((0.9999, 0.9999, 1e-3, 0.5, 2.0))
 """Maximum impedance of a constraint in MuJoCo, for all violations."""
 NO_SLIP = {"noslip_iterations": "30", "noslip_tolerance": "1e-12"}
 """Options that reduce the creep of friction; a residual of 1e-6 rad/s would remain otherwise."""
@@ -39,21 +39,23 @@ def add_constraints(robot: Robot, root: ElementTree.Element) -> None:
     step = {"timestep": numbers([STEP]), "integrator": INTEGRATOR}
     element(root, "option", None, gravity=numbers(robot.gravity), **step, **iterations)
     defaults = element(root, "default")
-    stops = {"solreflimit": STOP, "solimplimit": FULL}
-    element(defaults, "joint", None, **stops, solreffriction=HARD, solimpfriction=FULL)
-    element(defaults, "equality", solref=HARD, solimp=FULL)
+    stops = {"solreflimit": SOLREF_LIMIT, "solimplimit": SOLIMP_MAX}
+    element(
+        defaults, "joint", None, **stops, solreffriction=SOLREF_TWO_SIDED, solimpfriction=SOLIMP_MAX
+    )
+    element(defaults, "equality", solref=SOLREF_TWO_SIDED, solimp=SOLIMP_MAX)
     held = element(root, "equality")
     order = coordinate_order(robot)
     refs = {motion_joint.name: motion_joint.ref for motion_joint in order}
     for motion_joint in order:
         c = motion_joint.coordinate
         if not motion_joint.is_home:
-            _follow(
+            _add_coupling(
                 held, motion_joint.name, c.name, _coefficients(motion_joint.motion.function), refs
             )
         elif c.coupling and not c.locked:
             term = c.coupling[0]
-            _follow(held, c.name, term.coordinate, _coefficients(term.function), refs)
+            _add_coupling(held, c.name, term.coordinate, _coefficients(term.function), refs)
         elif c.locked or c.lower == c.upper:
             value = (c.initial if c.locked else c.lower) - motion_joint.ref
             element(held, "joint", joint1=c.name, polycoef=numbers((value, 0, 0, 0, 0)))
@@ -69,7 +71,7 @@ def _coefficients(function: Function) -> tuple[float, ...]:
     return (*given, *(0.0,) * (5 - len(given)))
 
 
-def _follow(
+def _add_coupling(
     held: ElementTree.Element,
     name: str,
     leader: str,

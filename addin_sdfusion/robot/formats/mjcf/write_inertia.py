@@ -29,7 +29,7 @@ def mjcf_inertia(link: Link, *, moving: bool) -> Inertia | None:
     inertia = link.inertia
     if not moving and inertia.mass == 0.0 and not any(map(any, inertia.matrix)):
         return None
-    return _increased(
+    return _increase_inertia(
         replace(inertia, mass=max(inertia.mass, MIN_MASS)), missing_inertia(inertia) or 0
     )
 
@@ -47,13 +47,13 @@ def missing_inertia(inertia: Inertia) -> float | None:
     """Return the increment of the moments that MuJoCo needs, in [kg·m²]; None if too large."""
     smallest = max(MIN_INERTIA, MIN_SHARE * max(abs(x) for row in inertia.matrix for x in row))
     for step in STEPS:
-        matrix = _increased(inertia, step * smallest).matrix
+        matrix = _increase_inertia(inertia, step * smallest).matrix
         if _exceeds(matrix, smallest / 2) and _exceeds(density_matrix(matrix), smallest / 8):
             return step * smallest
     return None
 
 
-def _increased(inertia: Inertia, by: float) -> Inertia:
+def _increase_inertia(inertia: Inertia, by: float) -> Inertia:
     return replace(inertia, ixx=inertia.ixx + by, iyy=inertia.iyy + by, izz=inertia.izz + by)
 
 

@@ -19,7 +19,7 @@ _STL_HEAD, _STL_FACET = 84, 50
 _MAX_FACETS = 200_000
 
 
-def opens_mesh(suffix: str, data: bytes) -> bool:
+def can_open_mesh(suffix: str, data: bytes) -> bool:
     """Return whether MuJoCo can open a mesh: .obj, or binary .stl with at most 200000 facets."""
     if suffix != ".stl":
         return suffix == ".obj"

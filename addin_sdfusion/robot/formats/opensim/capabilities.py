@@ -9,7 +9,7 @@ from ...finding import Finding, Subject
 from ...model.joint import Coordinate
 from ...model.robot import Robot
 from .. import features
-from ..capability import Capabilities, Found, changed, kept, omitted, rejected
+from ..capability import Capabilities, FeaturePlace, changed, kept, omitted, rejected
 from ..features import (
     of_coordinates,
     of_joints,
@@ -21,7 +21,7 @@ from ..features import (
 from ..writing import wrap_ends
 from ..writing.plain_paths import with_markers
 from .writing.bodies import MIN_MASS, links_fixed_to_world
-from .writing.functions import is_written
+from .writing.functions import can_write_sum
 from .writing.joints import has_three_rotations, is_chain, is_one_joint
 from .writing.loops import CONSTRAINTS
 from .writing.muscles import CLASSES, changed_parameters, has_other_bounds, ignored_damping
@@ -38,11 +38,11 @@ def osim_losses(robot: Robot) -> list[Finding]:
     return OPENSIM.losses(with_markers(robot))
 
 
-def _massless_links(robot: Robot) -> Iterator[Found]:
+def _massless_links(robot: Robot) -> Iterator[FeaturePlace]:
     standing = links_fixed_to_world(robot)
     for link in robot.links:
         if link.inertia.mass < MIN_MASS and link.name not in standing:
-            yield Found(Subject("link", link.name))
+            yield FeaturePlace(Subject("link", link.name))
 
 
 def _other_names(robot: Robot) -> list[str]:
@@ -54,10 +54,10 @@ def _other_names(robot: Robot) -> list[str]:
     ]
 
 
-def _long_cylinders(robot: Robot) -> Iterator[Found]:
+def _long_cylinders(robot: Robot) -> Iterator[FeaturePlace]:
     for surface in robot.wrap_surfaces:
         if surface.shape == "cylinder" and surface.length > ENDLESS:
-            yield Found(Subject("robot", robot.name), {"surface": surface.name})
+            yield FeaturePlace(Subject("robot", robot.name), {"surface": surface.name})
 
 
 def _has_initial_outside_limits(c: Coordinate) -> bool:
@@ -69,7 +69,7 @@ def _has_equal_limits(c: Coordinate) -> bool:
 
 
 def _has_nonlinear_coupling(c: Coordinate) -> bool:
-    return bool(c.coupling) and not is_written([term.function for term in c.coupling])
+    return bool(c.coupling) and not can_write_sum([term.function for term in c.coupling])
 
 
 def _follows_one_twice(c: Coordinate) -> bool:

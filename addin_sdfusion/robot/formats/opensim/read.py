@@ -24,7 +24,7 @@ from ..reading.tree import parents_first
 from ..reading.unique_names import with_unique_names
 from ..reading.xml import Node, Notes
 from .reading.bodies import note_shapes, read_body
-from .reading.coordinates import EVERYWHERE, coordinate_ranges, with_couplings
+from .reading.coordinates import UNLIMITED, coordinate_ranges, with_couplings
 from .reading.document import objects, read_document
 from .reading.forces import with_joint_forces
 from .reading.frames import Frames
@@ -73,7 +73,7 @@ def read_osim(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     joints = parents_first(with_joint_forces(joints, others))
     wraps = read_wrap_objects(model, frames)
     ranges = coordinate_ranges([c for node in joint_nodes for c in _coordinates(node)])
-    ranges = {c.name: ranges.get(c.name, EVERYWHERE) for j in joints for c in j.coordinates}
+    ranges = {c.name: ranges.get(c.name, UNLIMITED) for j in joints for c in j.coordinates}
     context = PathContext(frames, wraps, ranges)
     with_unique_names(muscles, partial(Subject, "muscle"))
     read = [muscle for node in muscles if (muscle := read_muscle(node, context)) is not None]

@@ -38,7 +38,7 @@ class _PluginCoordinate:
     initial: float | None
     others: dict[str, Any]
 
-    def applied(self, coordinate: Coordinate) -> Coordinate:
+    def apply_to(self, coordinate: Coordinate) -> Coordinate:
         """Return the coordinate of the joint element, updated with the data of the plugin."""
         initial = coordinate.initial if self.initial is None else self.initial
         named = replace(
@@ -158,14 +158,14 @@ def _merge_joints(node: Node, parts: Sequence[Joint]) -> Joint:
         node.subject.name,
         parts[0].parent,
         parts[-1].child,
-        tuple(_driven_motions(node, motions, words)),
-        tuple(word.applied(driven[word.motion]) for word in words),
+        tuple(_drive_motions(node, motions, words)),
+        tuple(word.apply_to(driven[word.motion]) for word in words),
         parts[0].T_parent_joint,
         parts[-1].T_child_joint,
     )
 
 
-def _driven_motions(
+def _drive_motions(
     node: Node, motions: Sequence[Motion], words: Sequence[_PluginCoordinate]
 ) -> Iterator[Motion]:
     """Yield the motions with the coordinates and functions that drive them."""

@@ -80,7 +80,7 @@ class Node:
     def text(self) -> str:
         """Text of the element, on one line, without leading and trailing spaces."""
         self.notes.used.add(self.element)
-        return _plain(self.element.text or "")
+        return _single_line(self.element.text or "")
 
     @property
     def line(self) -> int | None:
@@ -137,7 +137,7 @@ class Node:
         if value is None:
             self.error("missing-attribute", f"<{self.tag}> has no {name!r}")
             return ""
-        return _plain(str(value))
+        return _single_line(str(value))
 
     def number_attribute(
         self, name: str, default: float | None = None, *, infinite: bool = False
@@ -230,7 +230,7 @@ def _line(element: etree._Element) -> int | None:
     return cast("int | None", element.sourceline)
 
 
-def _plain(text: str) -> str:
+def _single_line(text: str) -> str:
     return SPACE.sub(" ", text).strip()
 
 

@@ -11,7 +11,7 @@ from ...finding import Finding, Subject
 from ...model.joint import Joint
 from ...model.robot import WORLD, Link, Robot
 from .. import features
-from ..capability import Capabilities, Found, changed, changed_together, kept, rejected
+from ..capability import Capabilities, FeaturePlace, changed, changed_together, kept, rejected
 from ..cardsflow.capabilities import WRAPS_IN_CARDSFLOW_XML
 from ..features import Words, of_coordinates, of_joints, of_links, of_robot
 from .names import NO_LIMIT, joint_frame_name, needs_frame
@@ -34,7 +34,7 @@ def _named_parts(robot: Robot) -> Iterator[Subject]:
     yield from (Subject("joint", loop.name) for loop in robot.loops)
 
 
-def _clashes(robot: Robot) -> Iterator[Found]:
+def _name_clashes(robot: Robot) -> Iterator[FeaturePlace]:
     """Report equal names of links, joints and frames, which share one namespace in SDF."""
     counts = Counter(subject.name for subject in _named_parts(robot))
     counts.update(joint_frame_name(loop.name, loop.child) for loop in robot.loops)
@@ -46,18 +46,18 @@ def _clashes(robot: Robot) -> Iterator[Found]:
         )
     for subject in _named_parts(robot):
         if counts[subject.name] > 1:
-            yield Found(subject, {"name": subject.name})
+            yield FeaturePlace(subject, {"name": subject.name})
 
 
-def _reserved(robot: Robot) -> Iterator[Found]:
+def _reserved_names(robot: Robot) -> Iterator[FeaturePlace]:
     for subject in (*_named_parts(robot), Subject("robot", robot.name)):
         name = subject.name
         if "::" in name or (name.startswith("__") and name.endswith("__")) or name == WORLD:
-            yield Found(subject, {"name": name})
+            yield FeaturePlace(subject, {"name": name})
 
 
-def _with_double_spaces(robot: Robot) -> Iterator[Found]:
-    return (Found(subject) for subject in _named_parts(robot) if "  " in subject.name)
+def _with_double_spaces(robot: Robot) -> Iterator[FeaturePlace]:
+    return (FeaturePlace(subject) for subject in _named_parts(robot) if "  " in subject.name)
 
 
 def _has_bad_text(link: Link) -> bool:
@@ -65,7 +65,7 @@ def _has_bad_text(link: Link) -> bool:
     return any(text != text.strip() or not text.isprintable() for text in texts)
 
 
-def _is_infinite_to_sdf(limits: Sequence[float]) -> bool:
+def _is_infinite_in_sdf(limits: Sequence[float]) -> bool:
     return any(NO_LIMIT <= abs(limit) < math.inf for limit in limits)
 
 
@@ -73,10 +73,10 @@ def _chain(joint: Joint) -> Words:
     return {"type": joint.type, "count": len(joint.motions)} if is_chained(joint) else {}
 
 
-def _other_loops(robot: Robot) -> Iterator[Found]:
+def _other_loops(robot: Robot) -> Iterator[FeaturePlace]:
     for loop in robot.loops:
         if loop.type not in KINDS:
-            yield Found(Subject("joint", loop.name), {"type": loop.type})
+            yield FeaturePlace(Subject("joint", loop.name), {"type": loop.type})
 
 
 SDF = Capabilities(
@@ -86,18 +86,18 @@ SDF = Capabilities(
         kept(features.GRAVITIES, features.MESHES, features.MESH_NAMES, features.COLLISIONS),
         kept(features.LINK_ENDS, features.INITIAL_VALUES, features.LIMITS, features.DAMPING),
         kept(features.SPRINGS, features.FRICTION, features.MOTORS, features.MOTOR_BOUNDS),
-        kept(features.BOUNDS_WITHOUT_MOTOR, *features.OF_MUSCLES_AND_TASKS),
+        kept(features.BOUNDS_WITHOUT_MOTOR, *features.MUSCLE_AND_TASK_FEATURES),
         rejected(
             "links, joints and frames with the same name",
             "sdf-name-clash",
             "SDF requires unique names of links, joints and frames; rename {name!r}",
-            _clashes,
+            _name_clashes,
         ),
         rejected(
             "reserved names",
             "sdf-reserved-name",
             "SDF reserves the name {name!r}; rename it",
-            _reserved,
+            _reserved_names,
         ),
         changed(
             "names with consecutive spaces",
@@ -115,13 +115,13 @@ SDF = Capabilities(
             "limits above 1e16",
             "sdf-limit",
             f"in SDF a limit of {NO_LIMIT:g} or more means no limit; use an infinite limit",
-            of_coordinates(lambda c: _is_infinite_to_sdf((c.lower, c.upper))),
+            of_coordinates(lambda c: _is_infinite_in_sdf((c.lower, c.upper))),
         ),
         rejected(
             "motor limits above 1e16",
             "sdf-limit",
             f"in SDF a motor limit of {NO_LIMIT:g} or more means no limit; use an infinite limit",
-            of_coordinates(lambda c: _is_infinite_to_sdf((c.tau_min, c.tau_max))),
+            of_coordinates(lambda c: _is_infinite_in_sdf((c.tau_min, c.tau_max))),
         ),
         changed(
             features.CHAINS,

@@ -80,12 +80,12 @@ class Frames:
         visited: dict[str, None] = {}
         while name not in visited and name not in self._links and ("link", name) not in self._nodes:
             visited[name] = None
-            name = self._carrier(name)
+            name = self._parent_of(name)
         name = self._links.get(name, name)
         self._links.update(dict.fromkeys(visited, name))
         return name
 
-    def _carrier(self, name: str) -> str:
+    def _parent_of(self, name: str) -> str:
         """Return the parent of a frame, or the child link of a joint; otherwise the name."""
         frame, joint = self._nodes.get(("frame", name)), self._nodes.get(("joint", name))
         if frame is not None:

@@ -15,7 +15,7 @@ from ...mesh_files import is_file
 from ..reading.xml import TRUE, Node, parse, short_repr
 from .names import MODEL_FRAME
 
-_BETWEEN = "::"  # SDF's separator between the name of a model and the name of a part
+_SEPARATOR = "::"  # SDF's separator between the name of a model and the name of a part
 _MAX_DEPTH = 20
 _MAX_FILES = 50
 _PARTS = ("link", "joint", "frame")
@@ -63,7 +63,7 @@ def _merge_model(outer: etree._Element, model: Node) -> None:
     if not first:
         model.error("no-links", f"the nested model {name!r} has no links")
     own = f"_merged__{name}{MODEL_FRAME}" if merged else name
-    prefix = "" if merged else f"{name}{_BETWEEN}"
+    prefix = "" if merged else f"{name}{_SEPARATOR}"
     frame = etree.SubElement(outer, "frame", name=own, attached_to=f"{prefix}{carrier}")
     pose = model.optional("pose")
     frame.append(etree.Element("pose") if pose is None else pose.element)
@@ -106,10 +106,10 @@ def _rename(model: Node) -> None:
     """Replace `::` in names, which SDF does not allow in written files; names stay unique."""
     parts = [part.element for part in model.all(*_PARTS)]
     names = {part.get("name", "") for part in parts}
-    plain = {name for name in names if _BETWEEN not in name}
-    short = {name: name.replace(_BETWEEN, "_") for name in names - plain}
+    plain = {name for name in names if _SEPARATOR not in name}
+    short = {name: name.replace(_SEPARATOR, "_") for name in names - plain}
     if len(plain | set(short.values())) < len(names):
-        short = {name: name.replace(_BETWEEN, "__") for name in short}
+        short = {name: name.replace(_SEPARATOR, "__") for name in short}
     for part in parts:
         for element in part.iter():
             for key in (*_NAMING, "name", "joint"):
@@ -117,7 +117,7 @@ def _rename(model: Node) -> None:
                     element.set(key, short[element.get(key, "")])
             if element.tag in ("parent", "child") and (element.text or "").strip() in short:
                 element.text = short[(element.text or "").strip()]
-    taken = sorted({name.partition(_BETWEEN)[0] for name in short})
+    taken = sorted({name.partition(_SEPARATOR)[0] for name in short})
     if taken:
         example = min(short)
         named = ", ".join(map(repr, taken[:10]))

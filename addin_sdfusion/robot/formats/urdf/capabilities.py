@@ -15,8 +15,8 @@ from .. import features
 from ..capability import (
     Capabilities,
     Feature,
+    FeaturePlace,
     Finder,
-    Found,
     changed,
     changed_together,
     kept,
@@ -47,18 +47,18 @@ def leader_of(single: SingleJoint) -> tuple[str, Function | None]:
     return "", None
 
 
-def _is_limited_once(c: Coordinate) -> bool:
+def _has_one_limit(c: Coordinate) -> bool:
     return c.is_free and math.isfinite(c.lower) != math.isfinite(c.upper)
 
 
 def _of_single_joints(has: Callable[[SingleJoint, Coordinate], bool]) -> Finder:
     """Return a finder of coordinates of single joints; `{joint}` is the joint."""
 
-    def find(robot: Robot) -> Iterator[Found]:
+    def find(robot: Robot) -> Iterator[FeaturePlace]:
         for single in single_joints(robot, whole=True):
             c = single.coordinate
             if c is not None and single.motion is not None and has(single, c):
-                yield Found(Subject("coordinate", c.name), {"joint": single.name})
+                yield FeaturePlace(Subject("coordinate", c.name), {"joint": single.name})
 
     return find
 
@@ -78,17 +78,17 @@ def _follows_nonlinear_function(single: SingleJoint, c: Coordinate) -> bool:
     return function is not None and not is_line
 
 
-def _moved_frames(robot: Robot) -> Iterator[Found]:
+def _moved_frames(robot: Robot) -> Iterator[FeaturePlace]:
     for joint in robot.joints:
         if joint.T_child_joint != IDENTITY:
-            yield Found(Subject("link", joint.child), {"joint": joint.name})
+            yield FeaturePlace(Subject("link", joint.child), {"joint": joint.name})
 
 
-def _renamed_joints(robot: Robot) -> Iterator[Found]:
+def _renamed_joints(robot: Robot) -> Iterator[FeaturePlace]:
     given = {single.child: single.name for single in single_joints(robot)}
     for joint in robot.joints:
         if joint.type == "fixed" and given[joint.child] != joint.name:
-            yield Found(Subject("joint", joint.name), {"name": given[joint.child]})
+            yield FeaturePlace(Subject("joint", joint.name), {"name": given[joint.child]})
 
 
 IN_CARDSFLOW_XML = (
@@ -115,7 +115,7 @@ URDF = Capabilities(
         kept(
             *(
                 feature
-                for feature in features.OF_MUSCLES_AND_TASKS
+                for feature in features.MUSCLE_AND_TASK_FEATURES
                 if feature not in IN_CARDSFLOW_XML
             )
         ),
@@ -162,7 +162,7 @@ URDF = Capabilities(
             features.LIMITS,
             "one-sided-limit",
             f"URDF has either both limits or none; the missing limit is written as {NO_LIMIT!r}",
-            of_coordinates(_is_limited_once),
+            of_coordinates(_has_one_limit),
             only="on one side",
         ),
         changed(
@@ -174,5 +174,5 @@ URDF = Capabilities(
     ),
 )
 
-URDF_ALONE = Capabilities("The description, URDF,", (rejected(features.DRIVEN_JOINTS),))
+URDF_WITHOUT_EXTRAS = Capabilities("The description, URDF,", (rejected(features.DRIVEN_JOINTS),))
 """Features that a URDF without a cardsflow.xml must not have, such as a ROS description."""

@@ -57,8 +57,8 @@ def read_urdf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     motors = motor_joints(node)
     joints = [read_joint(_about(child, "joint"), motors) for child in node.all("joint")]
     roots = fixed_roots(elements, joints, lambda _: IDENTITY, node)
-    beside = cardsflow_xml(node)
-    joints, inner = join_chains([*roots, *joints], beside)
+    extra_nodes = cardsflow_xml(node)
+    joints, inner = join_chains([*roots, *joints], extra_nodes)
     colors = material_colors(node)
     links = [read_link(_about(child, "link"), colors) for child in elements]
     links = [link for link in links if link.name not in inner]
@@ -67,8 +67,8 @@ def read_urdf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     ordered = parents_first(joints)
     robot = Robot(node.subject.name, tuple(links), tuple(ordered))
     robot = read_mujoco_tag(robot, node)
-    robot = read_extras(robot, node, beside, cable_set)
-    return _with_motors_by_effort(robot, node, motors, beside)
+    robot = read_extras(robot, node, extra_nodes, cable_set)
+    return _with_motors_by_effort(robot, node, motors, extra_nodes)
 
 
 def _about(node: Node, kind: str) -> Node:
@@ -90,7 +90,7 @@ def _has_macros(root: Node) -> bool:
 
 
 def _with_motors_by_effort(
-    robot: Robot, node: Node, motors: set[str], beside: Sequence[Node]
+    robot: Robot, node: Node, motors: set[str], extra_nodes: Sequence[Node]
 ) -> Robot:
     """Return the robot with motors on all joints with an effort limit if no motors are defined."""
     if motors or robot.motors:
@@ -99,7 +99,7 @@ def _with_motors_by_effort(
     names = [c.name for joint in joints for c in joint.coordinates if c.actuated]
     if not names:
         return robot
-    if beside:
+    if extra_nodes:
         problem = (
             "cardsflow.xml specifies what drives the robot; joints with an effort limit have no "
             f"motor: {', '.join(map(repr, names[:10]))}; add a <transmission> for each motor"

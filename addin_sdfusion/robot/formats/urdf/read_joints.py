@@ -17,12 +17,12 @@ from .read_links import read_origin
 X: Vector3 = (1.0, 0.0, 0.0)
 Y: Vector3 = (0.0, 1.0, 0.0)
 Z: Vector3 = (0.0, 0.0, 1.0)
-SINGLE: dict[str, MotionKind] = {
+SINGLE_AXIS_TYPES: dict[str, MotionKind] = {
     "revolute": "rotation",
     "continuous": "rotation",
     "prismatic": "translation",
 }
-TYPES = (*SINGLE, "fixed", "floating", "planar")
+TYPES = (*SINGLE_AXIS_TYPES, "fixed", "floating", "planar")
 FREE = ("x", "y", "z", "alpha", "beta", "gamma")
 LIMITED = ("revolute", "prismatic")
 
@@ -62,8 +62,8 @@ def _motions_and_coordinates(
         for unused in node.all("axis", "limit"):
             unused.mark_used()
         return (), ()
-    if type_ in SINGLE:
-        motion = Motion(SINGLE[type_], _axis(node))
+    if type_ in SINGLE_AXIS_TYPES:
+        motion = Motion(SINGLE_AXIS_TYPES[type_], _axis(node))
         coordinate = _coordinate(node.with_subject(Subject("coordinate", name)), type_, actuated)
         return (motion,), (coordinate,)
     axes: tuple[Vector3, ...]

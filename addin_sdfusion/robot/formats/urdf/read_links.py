@@ -11,7 +11,7 @@ from ...model.robot import SHAPE_SIZES, WORLD, Inertia, Link, Mesh, Rgba, Shape,
 from ...model.rotations import rotate_inertia, rotation
 from ..reading.xml import ZERO, Node
 
-SEEN = ("visual", "collision")
+GEOMETRY_TAGS = ("visual", "collision")
 
 
 def read_link(node: Node, colors: Mapping[str, Rgba]) -> Link:
@@ -27,7 +27,7 @@ def note_shapes(robot: Node) -> None:
     counts: Counter[str] = Counter()
     first: Node | None = None
     for link in robot.all("link"):
-        if link.attribute("name", "") == WORLD and link.all("inertial", *SEEN):
+        if link.attribute("name", "") == WORLD and link.all("inertial", *GEOMETRY_TAGS):
             problem = f"link {WORLD!r} is the fixed frame; its mass and shapes are omitted"
             link.warning("world-left-out", problem)
         for node, shape in _geometries(link):
@@ -69,7 +69,7 @@ def _inertia(inertial: Node) -> Inertia:
 
 def _geometries(link: Node) -> Iterator[tuple[Node, Node]]:
     """Yield each visual and collision element with its shapes."""
-    for node in link.all(*SEEN):
+    for node in link.all(*GEOMETRY_TAGS):
         for geometry in node.all("geometry"):
             for shape in geometry.all():
                 yield node, shape
@@ -112,7 +112,7 @@ def _rgba(color: Node) -> Rgba:
 
 
 def _meshes(link: Node, colors: Mapping[str, Rgba]) -> Iterator[Mesh]:
-    for node in link.all(*SEEN):
+    for node in link.all(*GEOMETRY_TAGS):
         geometry = node.required("geometry")
         shape = None if geometry is None else geometry.optional("mesh")
         if shape is not None:

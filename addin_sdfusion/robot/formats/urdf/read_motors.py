@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..reading.xml import Node
 
-DRIVING = ("effort", "velocity", "position")
+COMMAND_INTERFACES = ("effort", "velocity", "position")
 """Command interfaces of ros2_control."""
 
 
@@ -38,5 +38,7 @@ def _of_ros2(robot: Node) -> list[Node]:
         joint
         for control in robot.all("ros2_control")
         for joint in control.all("joint")
-        if any(c.attribute("name", "") in DRIVING for c in joint.all("command_interface"))
+        if any(
+            c.attribute("name", "") in COMMAND_INTERFACES for c in joint.all("command_interface")
+        )
     ]

@@ -49,7 +49,7 @@ class CarriedMeshes:
             carried.names[uri], carried.files[name] = name, file
         return carried
 
-    def opened(self, opens: Opens) -> dict[str, str]:
+    def readable_by(self, opens: Opens) -> dict[str, str]:
         """Return the names of the files that a program can open, for the `meshes` of writers."""
         return {
             name: name
@@ -57,7 +57,7 @@ class CarriedMeshes:
             if opens(file.suffix.lower(), mesh_bytes(file, [self.folder]))
         }
 
-    def applied(self, robot: Robot, *, keeps_models: bool) -> Robot:
+    def apply_to(self, robot: Robot, *, keeps_models: bool) -> Robot:
         """Return the robot with the relative paths as mesh URIs.
 
         Args:

@@ -52,13 +52,13 @@ def file_stem(stem: str) -> str:
     Raises:
         InputError: The name is empty, contains a path separator, or is too long.
     """
-    fault = stem_fault(stem)
+    fault = invalid_stem_reason(stem)
     if fault is not None:
         raise InputError(f"{stem[:80]!r} {fault}; choose another name")
     return stem
 
 
-def stem_fault(stem: str) -> str | None:
+def invalid_stem_reason(stem: str) -> str | None:
     """Return the reason why a name is not a valid file name stem, or None if it is valid."""
     if not stem or any(sign in stem for sign in "/\\\0"):
         return "cannot be part of a file name"
@@ -67,9 +67,9 @@ def stem_fault(stem: str) -> str | None:
     return None
 
 
-def name_losses(robot: Robot) -> Iterator[Finding]:
+def file_name_findings(robot: Robot) -> Iterator[Finding]:
     """Report a robot name that is not a valid file name, for formats that use it."""
-    fault = stem_fault(robot.name)
+    fault = invalid_stem_reason(robot.name)
     if fault is not None:
         problem = f"its name {fault}, but the written files use this name; rename it"
         yield error(Subject("robot", robot.name), "file-name", problem)

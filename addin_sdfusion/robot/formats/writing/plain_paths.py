@@ -20,13 +20,13 @@ def with_plain_paths(robot: Robot, held: Container[str] = ()) -> Robot:
         held: The features among `conditions`, `moves` and `branches` that the format holds.
     """
     sets = (
-        replace(group, muscles=tuple(_plain(muscle, held) for muscle in group.muscles))
+        replace(group, muscles=tuple(_plain_muscle(muscle, held) for muscle in group.muscles))
         for group in robot.cable_sets
     )
     return replace(robot, cable_sets=tuple(sets))
 
 
-def _plain(muscle: Muscle, held: Container[str]) -> Muscle:
+def _plain_muscle(muscle: Muscle, held: Container[str]) -> Muscle:
     points = [_point(point, held) for point in muscle.via_points]
     branches = muscle.branches if "branches" in held else ()
     begins = {branch.point for branch in branches}

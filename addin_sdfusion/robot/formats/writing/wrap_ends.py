@@ -18,14 +18,14 @@ from ...model.link_poses import link_poses
 from ...model.muscle import Muscle, Wrap, WrapSurface
 from ...model.pose import Vector3
 from ...model.robot import WORLD, Robot
-from ..capability import Found, Row, changed
+from ..capability import FeaturePlace, Row, changed
 from .wrap_side import ends_on
 
 POSES = 40
 """Number of poses evaluated in addition to the initial one."""
 MIN_SIZE = 1e-9
 """Smallest difference in length to report, in [m]."""
-WIDE = {"rad": math.pi / 2.0, "m": 0.2}
+UNLIMITED_RANGE = {"rad": math.pi / 2.0, "m": 0.2}
 """Range of a coordinate without limits around its initial value, in [rad] or [m]."""
 
 
@@ -50,7 +50,7 @@ def rows(program: str) -> tuple[Row, Row]:
     )
 
 
-def _inner_ends(robot: Robot) -> Iterator[Found]:
+def _inner_ends(robot: Robot) -> Iterator[FeaturePlace]:
     """Report the wraps with an end inside the surface at one of the poses."""
     for muscle, wrap, sizes in _differences(robot):
         k = max(range(len(sizes)), key=sizes.__getitem__)
@@ -62,10 +62,10 @@ def _inner_ends(robot: Robot) -> Iterator[Found]:
             moving = _moving(robot, muscle, wrap)
             place = ", ".join(f"{c.name} = {posture[c.name]:.3g} {c.unit}" for c in moving)
             words["farther"] = f", {sizes[k]:.2g} m at {place}"
-        yield Found(Subject("muscle", muscle.name), words)
+        yield FeaturePlace(Subject("muscle", muscle.name), words)
 
 
-def _possible_inner_ends(robot: Robot) -> Iterator[Found]:
+def _possible_inner_ends(robot: Robot) -> Iterator[FeaturePlace]:
     """Report the muscles with wraps whose ends are outside at all poses but can move."""
     names = {
         muscle.name: None
@@ -74,7 +74,7 @@ def _possible_inner_ends(robot: Robot) -> Iterator[Found]:
     }
     if names:
         words = {"poses": POSES + 1, "names": ", ".join(map(repr, names))}
-        yield Found(Subject("robot", robot.name), words)
+        yield FeaturePlace(Subject("robot", robot.name), words)
 
 
 def _differences(robot: Robot) -> Iterator[tuple[Muscle, Wrap, list[float]]]:
@@ -105,7 +105,7 @@ def _postures(robot: Robot) -> Iterator[dict[str, float]]:
 
 
 def _range(c: Coordinate) -> tuple[float, float]:
-    wide = WIDE[c.unit]
+    wide = UNLIMITED_RANGE[c.unit]
     lower = c.lower if math.isfinite(c.lower) else min(c.initial, c.upper) - wide
     return lower, c.upper if math.isfinite(c.upper) else max(c.initial, lower) + wide
 

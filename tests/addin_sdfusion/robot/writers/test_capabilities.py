@@ -49,7 +49,7 @@ from addin_sdfusion.robot.formats.caspr.capabilities import CASPR
 from addin_sdfusion.robot.formats.mjcf.capabilities import MJCF, mesh_rows
 from addin_sdfusion.robot.formats.opensim.capabilities import OPENSIM
 from addin_sdfusion.robot.formats.sdf.capabilities import SDF
-from addin_sdfusion.robot.formats.urdf.capabilities import URDF, URDF_ALONE
+from addin_sdfusion.robot.formats.urdf.capabilities import URDF, URDF_WITHOUT_EXTRAS
 from addin_sdfusion.robot.model.robot import MARKERS
 
 FORMATS = (SDF, URDF, CASPR, CARDSFLOW, OPENSIM, MJCF)
@@ -251,7 +251,11 @@ ALSO = {
 
 
 def rows() -> list[tuple[Capabilities, Row]]:
-    tables = (*FORMATS, replace(MJCF, rows=mesh_rows({"here.stl": "here.stl"})), URDF_ALONE)
+    tables = (
+        *FORMATS,
+        replace(MJCF, rows=mesh_rows({"here.stl": "here.stl"})),
+        URDF_WITHOUT_EXTRAS,
+    )
     return [(table, row) for table in tables for row in table.rows if row.code]
 
 
@@ -273,7 +277,7 @@ def test_row_reports_only_robots_with_the_feature(table: Capabilities, row: Row)
     assert any(found)
     assert not all(found) or row.code == "links-left-out"  # reported for all robots
     for finding in (finding for one in found for finding in one):
-        assert (finding.code, finding.is_error) == (row.code, row.fate == "rejected")
+        assert (finding.code, finding.is_error) == (row.code, row.treatment == "rejected")
         assert finding.message.startswith(finding.subject.kind.replace("_", " "))
         assert "\n" not in finding.message
         assert "{" not in finding.message
@@ -291,13 +295,13 @@ def test_single_feature_causes_only_findings_of_its_rows(table: Capabilities, na
     its = [row for row in own if feature in row.features]
     if any(row.code and not row.only for row in its):
         assert said
-    if all(row.fate == "kept" for row in own):
+    if all(row.treatment == "kept" for row in own):
         assert not said
 
 
 @pytest.mark.parametrize("table", FORMATS, ids=[table.title for table in FORMATS])
 def test_all_losses_have_a_code_and_a_message(table: Capabilities) -> None:
-    lost = [row for row in table.rows if row.fate in ("changed", "rejected")]
+    lost = [row for row in table.rows if row.treatment in ("changed", "rejected")]
     assert lost
     assert all(row.code and row.message for row in lost)
-    assert not any(row.code for row in table.rows if row.fate == "kept")
+    assert not any(row.code for row in table.rows if row.treatment == "kept")

@@ -12,11 +12,11 @@ from ....finding_builders import unknown
 from ....model.function import scaled
 from ....model.joint import Coordinate, Joint, Term
 from ...reading.xml import Node
-from .document import inner, is_true, last_name, text
+from .document import inner_element, is_true, last_part, text
 from .functions import read_terms
 
 COUPLER = "CoordinateCouplerConstraint"
-EVERYWHERE = (-math.inf, math.inf)
+UNLIMITED = (-math.inf, math.inf)
 
 
 def read_coordinate(node: Node, unit: str) -> Coordinate:
@@ -46,7 +46,7 @@ def coordinate_ranges(nodes: Sequence[Node]) -> dict[str, tuple[float, float]]:
     found = {}
     for node in nodes:
         child = node.optional("range")
-        low, high = EVERYWHERE if child is None else child.numbers(2, infinite=True)
+        low, high = UNLIMITED if child is None else child.numbers(2, infinite=True)
         found[node.attribute("name", "")] = (low, high)
     return found
 
@@ -64,14 +64,14 @@ def with_couplings(joints: Sequence[Joint], constraints: Sequence[Node]) -> list
 
 
 def _couple(node: Node, known: dict[str, Coordinate]) -> None:
-    dependent = last_name(text(node, "dependent_coordinate_name"))
-    names = [last_name(word) for word in text(node, "independent_coordinate_names").split()]
+    dependent = last_part(text(node, "dependent_coordinate_name"))
+    names = [last_part(word) for word in text(node, "independent_coordinate_names").split()]
     for name in (dependent, *names):
         if name not in known:
             problem = f"<{COUPLER}>: {unknown('coordinate', name, list(known))}"
             node.error("unknown-coordinate", problem)
             return
-    function = inner(node, "coupled_coordinates_function")
+    function = inner_element(node, "coupled_coordinates_function")
     if function is None:
         node.error("missing-element", f"<{COUPLER}> has no function")
         return

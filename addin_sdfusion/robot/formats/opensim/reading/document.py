@@ -91,8 +91,8 @@ def objects(parent: Node, tag: str) -> list[Node]:
     return [
         child
         for group in parent.all(tag)
-        for inner in group.all("objects")
-        for child in inner.all()
+        for inner_element in group.all("objects")
+        for child in inner_element.all()
     ]
 
 
@@ -108,13 +108,13 @@ def text(node: Node, tag: str, default: str = "") -> str:
     return default if child is None else child.text
 
 
-def inner(node: Node, tag: str) -> Node | None:
+def inner_element(node: Node, tag: str) -> Node | None:
     """Return the first element inside a child, such as the function in `<x_location>`."""
     child = node.optional(tag)
     found = [] if child is None else child.all()
     return found[0] if found else None
 
 
-def last_name(path: str) -> str:
+def last_part(path: str) -> str:
     """Return the last part of a path."""
     return path.rpartition("/")[2]

@@ -9,7 +9,7 @@ from dataclasses import replace
 from ....finding_builders import unknown
 from ....model.joint import Coordinate, Joint, LimitForce
 from ...reading.xml import Node
-from .document import is_true, last_name, text
+from .document import is_true, last_part, text
 
 Change = Callable[[Node, Coordinate], Coordinate]
 
@@ -24,7 +24,7 @@ def with_joint_forces(joints: Sequence[Joint], forces: Sequence[Node]) -> list[J
         if node.tag not in CHANGES:
             left.setdefault(node.tag, []).append(node)
             continue
-        name = last_name(text(node, "coordinate"))
+        name = last_part(text(node, "coordinate"))
         if name not in known:
             problem = f"<{node.tag}>: {unknown('coordinate', name, list(known))}"
             node.error("unknown-coordinate", problem)

@@ -10,7 +10,7 @@ from ....model.robot import WORLD
 from ....model.rotations import Matrix3, multiply, rotation
 from ....model.transform import IDENTITY, Transform
 from ...reading.xml import ZERO, Node
-from .document import OFFSET_FRAME, SETS, last_name, objects
+from .document import OFFSET_FRAME, SETS, last_part, objects
 
 GROUND = "/ground"
 MAX_OFFSETS = 50
@@ -81,10 +81,10 @@ class Frames:
             )
             return
         self._offsets[path] = (frame, path)
-        self._by_name.setdefault(last_name(path), []).append(path)
+        self._by_name.setdefault(last_part(path), []).append(path)
         for group in frame.all("components"):
-            for inner in group.all(OFFSET_FRAME):
-                self._add(inner, f"{path}/{inner.attribute('name', '')}")
+            for inner_element in group.all(OFFSET_FRAME):
+                self._add(inner_element, f"{path}/{inner_element.attribute('name', '')}")
 
     def _path(self, words: str, owner: str) -> str:
         """Return the absolute path of a socket; a name without a path may be anywhere."""
@@ -93,7 +93,7 @@ class Frames:
         path = _absolute_path(words, owner)
         if self._place(path) is not None:
             return path
-        name = last_name(words)
+        name = last_part(words)
         if name in self.bodies:
             return f"/bodyset/{name}"
         paths = self._by_name.get(name, [])
@@ -137,7 +137,7 @@ class Frames:
         path = _absolute_path(words, own)
         if path in self._offsets or path == GROUND or path.startswith("/bodyset/"):
             return path
-        name = last_name(words)
+        name = last_part(words)
         return f"/bodyset/{name}" if name != "ground" else GROUND
 
 

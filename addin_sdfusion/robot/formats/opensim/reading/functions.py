@@ -14,7 +14,7 @@ from ....model.function import (
     scaled,
 )
 from ...reading.xml import Node
-from .document import inner
+from .document import inner_element
 
 Terms = list[tuple[str, Function]]
 """A sum of terms: name of a coordinate and function; the name is empty for a constant."""
@@ -44,7 +44,7 @@ def read_terms(node: Node, coordinates: Sequence[str], depth: int = 0) -> Terms:
     if node.tag == "Constant":
         return [("", constant(node.number("value", 0.0)))]
     if node.tag == "MultiplierFunction" and depth < MAX_INNER:
-        factor, of = node.number("scale", 1.0), inner(node, "function")
+        factor, of = node.number("scale", 1.0), inner_element(node, "function")
         terms = [] if of is None else read_terms(of, coordinates, depth + 1)
         return [(name, scaled(function, factor)) for name, function in terms]
     if node.tag not in SUPPORTED or not coordinates:

@@ -55,12 +55,12 @@ def _scapulothoracic(node: Node) -> tuple[Motion, ...]:
     return OverEllipsoid(radii, (x, y, direction)).motions()
 
 
-GLIDING: dict[str, Callable[[Node], tuple[Motion, ...]]] = {
+ELLIPSOID_JOINTS: dict[str, Callable[[Node], tuple[Motion, ...]]] = {
     "EllipsoidJoint": _ellipsoid,
     "ScapulothoracicJoint": _scapulothoracic,
 }
 """Joints that move over an ellipsoid."""
-OF_ANGULAR_VELOCITY = ("BallJoint", "FreeJoint", *GLIDING)
+ANGULAR_VELOCITY_JOINTS = ("BallJoint", "FreeJoint", *ELLIPSOID_JOINTS)
 DEFAULT_NAMES = {6: ("rx", "ry", "rz", "tx", "ty", "tz"), 3: ("rx", "ry", "rz")}
 AXES = {
     "translation1": X,
@@ -87,14 +87,14 @@ def read_joint(node: Node, frames: Frames) -> Joint:
         motions = _custom(node, [c.attribute("name") for c in named])
     elif node.tag in CLASSES:
         motions = tuple(Motion(*move) for move in CLASSES[node.tag])
-    elif node.tag in GLIDING:
-        motions = GLIDING[node.tag](node)
+    elif node.tag in ELLIPSOID_JOINTS:
+        motions = ELLIPSOID_JOINTS[node.tag](node)
     else:
-        known = ", ".join((CUSTOM, *CLASSES, *GLIDING))
+        known = ", ".join((CUSTOM, *CLASSES, *ELLIPSOID_JOINTS))
         problem = f"unsupported <{node.tag}>; known: {known}"
         node.error("unsupported-joint", problem)
         motions = ()
-    if node.tag in OF_ANGULAR_VELOCITY:
+    if node.tag in ANGULAR_VELOCITY_JOINTS:
         problem = (
             "its speeds are the rates of its three angles; in OpenSim they are the angular "
             "velocity; the motion is the same"
@@ -102,7 +102,7 @@ def read_joint(node: Node, frames: Frames) -> Joint:
         node.warning("speeds-of-angles", problem)
     units = _units(motions, len(named))
     coordinates = tuple(read_coordinate(c, unit) for c, unit in zip(named, units, strict=True))
-    coordinates += _unnamed(name, motions, coordinates)
+    coordinates += _unlisted_coordinates(name, motions, coordinates)
     return Joint(
         name,
         parent,
@@ -125,7 +125,7 @@ def free_joint(link: Node, taken: Sequence[str]) -> Joint:
     )
     motions = tuple(Motion(*move) for move in CLASSES["FreeJoint"])
     made = Joint(joint, WORLD, name, motions)
-    return replace(made, coordinates=_unnamed(joint, motions, ()))
+    return replace(made, coordinates=_unlisted_coordinates(joint, motions, ()))
 
 
 def _units(motions: Sequence[Motion], count: int) -> list[str]:
@@ -138,7 +138,7 @@ def _units(motions: Sequence[Motion], count: int) -> list[str]:
     return units
 
 
-def _unnamed(
+def _unlisted_coordinates(
     joint: str, motions: Sequence[Motion], named: Sequence[Coordinate]
 ) -> tuple[Coordinate, ...]:
     """Return coordinates that the file does not list, with the values and names of OpenSim."""

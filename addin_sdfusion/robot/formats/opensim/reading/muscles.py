@@ -38,7 +38,7 @@ DEFAULTS: dict[str, dict[str, float]] = {
 
 CURVE_TOLERANCE = 1e-9
 """Curves that differ by less than this, relative to F0, are equal."""
-STRENGTH = "max_isometric_force"
+MAX_FORCE_TAG = "max_isometric_force"
 """Property of all OpenSim muscles, which other forces along paths do not have."""
 
 
@@ -53,7 +53,7 @@ def read_muscle(node: Node, context: PathContext) -> Muscle | None:
     if not is_true(node, "appliesForce", True) or is_true(node, "isDisabled", False):
         node.warning("muscle-left-out", "it is disabled in the file; ignored")
         return None
-    if node.tag not in KINDS and not node.all(STRENGTH):
+    if node.tag not in KINDS and not node.all(MAX_FORCE_TAG):
         known = ", ".join(KINDS)
         problem = f"<{node.tag}> is not supported; ignored (known: {known})"
         node.warning("muscle-left-out", problem)
@@ -73,7 +73,7 @@ def read_muscle(node: Node, context: PathContext) -> Muscle | None:
 
 def _cable(node: Node, muscle: Muscle) -> Muscle:
     """Return a cable with the path and the maximum force of an unsupported muscle."""
-    f_max = node.number(STRENGTH)
+    f_max = node.number(MAX_FORCE_TAG)
     problem = (
         f"the muscle law of <{node.tag}> is not supported; the muscle is read as an ideal cable, "
         f"with any force up to its max_isometric_force of {f_max:g} N, without delay"
@@ -163,8 +163,10 @@ def _note_other_curves(node: Node, f_max: float) -> None:
 
 def _implied_stiffnesses(values: Mapping[str, float]) -> dict[str, float]:
     """Return 0 for stiffnesses equal to the default, which follows from the strains."""
-    implied = millards_stiffnesses({**values, "passive_stiffness": 0.0, "tendon_stiffness": 0.0})
-    return {name: 0.0 for name, value in implied.items() if values[name] == value}
+    omitted_together = millards_stiffnesses(
+        {**values, "passive_stiffness": 0.0, "tendon_stiffness": 0.0}
+    )
+    return {name: 0.0 for name, value in omitted_together.items() if values[name] == value}
 
 
 def _read_properties(node: Node, names: Mapping[str, str]) -> dict[str, float]:

@@ -11,7 +11,7 @@ from ....model.muscle import ViaPoint, Wrap
 from ....model.muscle_path import PointCondition, PointMotion
 from ....model.transform import IDENTITY, Transform
 from ...reading.xml import Node
-from .document import inner, last_name, objects, text
+from .document import inner_element, last_part, objects, text
 from .frames import Frames
 from .functions import read_terms
 from .wraps import WrapObject
@@ -103,7 +103,7 @@ def _condition(node: Node, context: PathContext) -> PointCondition | None:
 
 def _coordinate(node: Node, tag: str, context: PathContext) -> str | None:
     socket = node.optional(tag) or node.optional(f"{tag}_connectee_name")
-    name = "" if socket is None else last_name(socket.text)
+    name = "" if socket is None else last_part(socket.text)
     if name not in context.coordinates:
         problem = f"<{tag}>: {unknown('coordinate', name, list(context.coordinates))}"
         node.error("unknown-coordinate", problem)
@@ -117,7 +117,7 @@ def _moving(node: Node, context: PathContext, link: str, T_link_frame: Transform
     moves = []
     for k, letter in enumerate("xyz"):
         coordinate = _coordinate(node, f"socket_{letter}_coordinate", context)
-        function = inner(node, f"{letter}_location")
+        function = inner_element(node, f"{letter}_location")
         if coordinate is None or function is None:
             continue
         low, high = context.coordinates[coordinate]

@@ -66,7 +66,7 @@ def with_cylinders(robot: Robot, tori: Mapping[str, Torus]) -> Robot:
         return robot
     bodies = replace(robot, cable_sets=(), cable_set="")
     is_sound = not any(finding.is_error for finding in check(bodies))
-    places = _Places(robot) if is_sound else None
+    places = _InitialPositions(robot) if is_sound else None
     surfaces = list(robot.wrap_surfaces)
     muscles = []
     for muscle in robot.muscles:
@@ -85,7 +85,7 @@ def with_cylinders(robot: Robot, tori: Mapping[str, Torus]) -> Robot:
     return replace(robot, cable_sets=cables, wrap_surfaces=tuple(surfaces))
 
 
-class _Places:
+class _InitialPositions:
     """Positions of muscle points in the initial pose."""
 
     def __init__(self, robot: Robot) -> None:
@@ -113,7 +113,9 @@ class _Places:
         return place
 
 
-def _cylinder(torus: Torus, muscle: Muscle, wrap: Wrap, places: _Places) -> WrapSurface | None:
+def _cylinder(
+    torus: Torus, muscle: Muscle, wrap: Wrap, places: _InitialPositions
+) -> WrapSurface | None:
     """Return the cylinder of a muscle; None, with a warning, if it does not pass the hole."""
     segments = list(places.segments(torus, muscle, wrap))
     through = [(_distance_from_centre(a, b), a, b) for a, b in segments if a[2] * b[2] < 0.0]

@@ -14,13 +14,13 @@ def is_linear(function: Function) -> bool:
     return isinstance(function, Polynomial) and len(function.coefficients) <= 2
 
 
-def is_written(functions: Sequence[Function]) -> bool:
+def can_write_sum(functions: Sequence[Function]) -> bool:
     """Return whether OpenSim can hold a sum of functions: a single one, or linear ones."""
     return len(functions) == 1 or all(map(is_linear, functions))
 
 
 def add_function(parent: ElementTree.Element, functions: Sequence[Function]) -> None:
-    """Add a sum of functions that satisfies `is_written`, in the order of their coordinates."""
+    """Add a sum of functions that satisfies `can_write_sum`, in the order of their coordinates."""
     if len(functions) > 1:
         ends = [(*f.coefficients, 0.0)[:2] for f in functions if isinstance(f, Polynomial)]
         node = element(parent, "LinearFunction")

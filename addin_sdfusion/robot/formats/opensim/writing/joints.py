@@ -22,7 +22,7 @@ from ....transforms.ellipsoid_joints import OverEllipsoid, over_ellipsoid
 from ....transforms.joint_chains import Names, single_joints
 from ...writing.xml_text import element, numbers
 from .bodies import add_massless, frame_path, placement
-from .functions import add_function, is_written
+from .functions import add_function, can_write_sum
 
 PINS: dict[tuple[str, Vector3], str] = {
     ("rotation", (0.0, 0.0, 1.0)): "PinJoint",
@@ -143,7 +143,7 @@ def _is_one_axis(group: Sequence[Motion]) -> bool:
     """Return whether OpenSim can hold the sum of these motions about one axis."""
     coordinates = {motion.coordinate for motion in group if not motion.is_fixed}
     own = len(group) == 1 or len(coordinates) == len(group)
-    return own and is_written([motion.function for motion in group])
+    return own and can_write_sum([motion.function for motion in group])
 
 
 def _directions(given: list[Vector3]) -> list[Vector3]:
@@ -159,10 +159,10 @@ def _is_independent(a: Vector3, b: Vector3) -> bool:
 
 
 def _add_joint(joints: ElementTree.Element, joint: Joint, ranges: Ranges) -> None:
-    gliding = over_ellipsoid(joint.motions)
+    ellipsoid = over_ellipsoid(joint.motions)
     kind = "WeldJoint" if not joint.motions else _pin_class(joint) or "CustomJoint"
-    if gliding is not None:
-        kind = "EllipsoidJoint" if gliding.winging is None else "ScapulothoracicJoint"
+    if ellipsoid is not None:
+        kind = "EllipsoidJoint" if ellipsoid.winging is None else "ScapulothoracicJoint"
     node = element(joints, kind, name=joint.name)
     element(node, "socket_parent_frame", "parent_offset")
     element(node, "socket_child_frame", "child_offset")
@@ -175,16 +175,16 @@ def _add_joint(joints: ElementTree.Element, joint: Joint, ranges: Ranges) -> Non
     _add_frame(frames, "child_offset", joint.child, joint.T_child_joint)
     if kind == "CustomJoint":
         _add_axes(element(node, "SpatialTransform"), joint)
-    if gliding is not None:
-        _add_ellipsoid(node, gliding)
+    if ellipsoid is not None:
+        _add_ellipsoid(node, ellipsoid)
 
 
-def _add_ellipsoid(node: ElementTree.Element, gliding: OverEllipsoid) -> None:
-    if gliding.winging is None:
-        element(node, "radii_x_y_z", numbers(gliding.radii))
+def _add_ellipsoid(node: ElementTree.Element, ellipsoid: OverEllipsoid) -> None:
+    if ellipsoid.winging is None:
+        element(node, "radii_x_y_z", numbers(ellipsoid.radii))
         return
-    *origin, direction = gliding.winging
-    element(node, "thoracic_ellipsoid_radii_x_y_z", numbers(gliding.radii))
+    *origin, direction = ellipsoid.winging
+    element(node, "thoracic_ellipsoid_radii_x_y_z", numbers(ellipsoid.radii))
     element(node, "scapula_winging_axis_origin", numbers(origin))
     element(node, "scapula_winging_axis_direction", direction)
 

@@ -11,7 +11,7 @@ from ....model.joint import renamed as renamed_coordinate
 from ....model.muscle import CableSet, ViaPoint
 from ....model.robot import WORLD, Robot
 from ....transforms.joint_chains import Names
-from ...capability import Found
+from ...capability import FeaturePlace
 
 GROUND = "ground"
 ILLEGAL = re.compile(r"[\s/\\*+]|^\.+$")
@@ -55,12 +55,12 @@ def with_legal_names(robot: Robot) -> Robot:
     return _with_legal_sets(legal, renaming, links)
 
 
-def renamed_objects(robot: Robot) -> Iterator[Found]:
+def renamed_objects(robot: Robot) -> Iterator[FeaturePlace]:
     """Report the names that are changed."""
     for kind, renaming in _renamings(robot).items():
         for name, given in renaming.items():
             if given != name:
-                yield Found(Subject(kind.replace(" ", "_"), name), {"given": given})
+                yield FeaturePlace(Subject(kind.replace(" ", "_"), name), {"given": given})
 
 
 def _renamings(robot: Robot) -> dict[str, Renaming]:

@@ -13,7 +13,7 @@ from ....model.muscle import Muscle, ViaPoint
 from ....model.muscle_path import PointMotion
 from ....model.pose import Vector3
 from ....model.robot import Robot
-from ...capability import Found
+from ...capability import FeaturePlace
 from ...writing.xml_text import element, numbers
 from .bodies import frame_path, objects
 from .functions import add_function
@@ -40,23 +40,23 @@ def ranges_of_points(robot: Robot) -> dict[str, Range]:
     return {move.coordinate: (move.low, move.high) for _, move in _moves(robot)}
 
 
-def changed_ranges(robot: Robot) -> Iterator[Found]:
+def changed_ranges(robot: Robot) -> Iterator[FeaturePlace]:
     """Report moving points with a range that differs from the coordinate's range in OpenSim."""
     for muscle, move in _moves(robot):
         low, high = _written_range(robot, move)
         if (move.low, move.high) != (low, high):
             words = {"coordinate": move.coordinate, "low": low, "high": high}
             words |= {"own_low": move.low, "own_high": move.high}
-            yield Found(Subject("muscle", muscle.name), words)
+            yield FeaturePlace(Subject("muscle", muscle.name), words)
 
 
-def ranges_without_limits(robot: Robot) -> Iterator[Found]:
+def ranges_without_limits(robot: Robot) -> Iterator[FeaturePlace]:
     """Report motions of points with a range whose coordinate has no limits."""
     for muscle, move in _moves(robot):
         low, high = _written_range(robot, move)
         if (low, high) != (-math.inf, math.inf) and not _limits(robot, move):
             words = {"coordinate": move.coordinate, "low": low, "high": high}
-            yield Found(Subject("muscle", muscle.name), words)
+            yield FeaturePlace(Subject("muscle", muscle.name), words)
 
 
 def _written_range(robot: Robot, move: PointMotion) -> Range:

@@ -12,7 +12,7 @@ from ....model.muscle import Muscle, Quadrant, Wrap, WrapSurface
 from ....model.robot import Robot
 from ....model.rotations import multiply, rotation
 from ....transforms.joint_chains import Names
-from ...capability import Found
+from ...capability import FeaturePlace
 from ...writing.wrap_side import is_shorter_path, side_direction
 from ...writing.xml_text import element, numbers
 from .bodies import objects, placement
@@ -74,7 +74,7 @@ def add_wraps(path: ElementTree.Element, muscle: Muscle, names: WrapNames) -> No
         element(item, "range", f"{wrap.segment + 1} {wrap.last + 2}")
 
 
-def approximated_wraps(robot: Robot) -> Iterator[Found]:
+def approximated_wraps(robot: Robot) -> Iterator[FeaturePlace]:
     """Report muscles over cylinders and ellipsoids, whose paths OpenSim approximates."""
     spheres = {s.name for s in robot.wrap_surfaces if s.shape == "sphere"}
     for muscle in robot.muscles:
@@ -82,7 +82,7 @@ def approximated_wraps(robot: Robot) -> Iterator[Found]:
         if over:
             tapers = ", and does not taper their ends" * any(wrap.rule != RULE for wrap in over)
             words = {"tapers": tapers, "names": ", ".join(repr(wrap.surface) for wrap in over)}
-            yield Found(Subject("muscle", muscle.name), words)
+            yield FeaturePlace(Subject("muscle", muscle.name), words)
 
 
 def shares_segments(muscle: Muscle) -> bool:
