@@ -260,12 +260,12 @@ def convert(
     """
     meshes = None if mesh_folder is None else CarriedMeshes.of(robot, mesh_folder)
     chosen = format_of(format_, trajectories, meshes)
-    own = {file.resolve() for file in sources}
-    if any(file.parent == Path(folder).resolve() for file in own):
+    inputs = {file.resolve() for file in sources}
+    if any(file.parent == Path(folder).resolve() for file in inputs):
         with tempfile.TemporaryDirectory() as aside:
             files = convert_to(chosen, robot, aside).files
             places = [Path(folder) / file.relative_to(aside) for file in files]
-        taken = next((place for place in places if place.resolve() in own), None)
+        taken = next((place for place in places if place.resolve() in inputs), None)
         if taken is not None:
             what = "is an input of the conversion and is not overwritten; choose another folder"
             raise InputError(what, file=taken)

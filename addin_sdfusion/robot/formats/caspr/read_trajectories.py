@@ -241,10 +241,10 @@ def _with_blends(
         )
     blended = [points[0]]
     for item, (before, point) in zip(items[1:], pairwise(points), strict=True):
-        own = item.has("blend_time")
+        is_set = item.has("blend_time")
         blend = (
             item.number_attribute("blend_time")
-            if own
+            if is_set
             else node.number_attribute("blend_time_default")
         )
         if not 0.0 < 2.0 * blend < point.time - before.time:

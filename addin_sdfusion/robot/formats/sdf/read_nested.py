@@ -62,15 +62,15 @@ def _merge_model(outer: etree._Element, model: Node) -> None:
     carrier = model.attribute("canonical_link", "") or first
     if not first:
         model.error("no-links", f"the nested model {name!r} has no links")
-    own = f"_merged__{name}{MODEL_FRAME}" if merged else name
+    frame_name = f"_merged__{name}{MODEL_FRAME}" if merged else name
     prefix = "" if merged else f"{name}{_SEPARATOR}"
-    frame = etree.SubElement(outer, "frame", name=own, attached_to=f"{prefix}{carrier}")
+    frame = etree.SubElement(outer, "frame", name=frame_name, attached_to=f"{prefix}{carrier}")
     pose = model.optional("pose")
     frame.append(etree.Element("pose") if pose is None else pose.element)
     if not frame[0].get("relative_to"):
         frame[0].set("relative_to", MODEL_FRAME)
     for part in model.all(*_PARTS):
-        _prefix_names(part.element, prefix, own)
+        _prefix_names(part.element, prefix, frame_name)
         outer.append(part.element)
 
 
@@ -197,9 +197,9 @@ def _places(uri: str, folder: Path) -> Iterator[Path]:
         yield folder.parent / path
 
 
-def _place_meshes(model: etree._Element, theirs: Path, ours: Path) -> None:
+def _place_meshes(model: etree._Element, source: Path, target: Path) -> None:
     """Make mesh paths relative to the folder of the including file."""
     for uri in model.iter("uri"):
         text = (uri.text or "").strip()
         if text and "://" not in text and not Path(text).is_absolute():
-            uri.text = Path(os.path.relpath(theirs / text, ours)).as_posix()
+            uri.text = Path(os.path.relpath(source / text, target)).as_posix()

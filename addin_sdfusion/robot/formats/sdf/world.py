@@ -113,8 +113,8 @@ def _static_shapes(model: Node) -> Iterator[StaticObject | float]:
         T_world_shape = compose(
             T_world_model, compose(T_model_link, frames.in_link(collision, name))
         )
-        own = f"{model.subject.name}_{name}_{collision.attribute('name', '')}"
-        label = model.subject.name if len(collisions) == 1 else own
+        full_name = f"{model.subject.name}_{name}_{collision.attribute('name', '')}"
+        label = model.subject.name if len(collisions) == 1 else full_name
         yield from _shape(collision, label, T_world_shape)
 
 

@@ -118,9 +118,9 @@ def _type(motions: tuple[Motion, ...]) -> str:
 
 def _axis_coordinate(joint: Joint, place: int) -> Coordinate:
     """Return the coordinate of the axis of a motion; an empty one if another axis has it."""
-    own = joint.motions[place].coordinate
-    is_here = not joint.motions[place].is_fixed and joint.home(own) == place
-    return joint.coordinates[own] if is_here else Coordinate("")
+    index = joint.motions[place].coordinate
+    is_here = not joint.motions[place].is_fixed and joint.home(index) == place
+    return joint.coordinates[index] if is_here else Coordinate("")
 
 
 KINDS: dict[LoopType, MotionKind] = {

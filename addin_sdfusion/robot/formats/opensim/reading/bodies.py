@@ -25,8 +25,8 @@ def read_body(node: Node, frames: Frames) -> Link:
     com = node.vector("mass_center") if node.all("mass_center") else ZERO
     inertia = node.optional("inertia")
     xx, yy, zz, xy, xz, yz = (0.0,) * 6 if inertia is None else inertia.numbers(6)
-    own = Inertia(node.number("mass", 0.0), com, xx, yy, zz, xy, xz, yz)
-    return Link(name, own, meshes=tuple(meshes))
+    body_inertia = Inertia(node.number("mass", 0.0), com, xx, yy, zz, xy, xz, yz)
+    return Link(name, body_inertia, meshes=tuple(meshes))
 
 
 def _meshes(node: Node, pose: Pose) -> Iterator[Mesh]:

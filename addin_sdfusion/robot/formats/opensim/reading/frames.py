@@ -120,21 +120,21 @@ class Frames:
             return self.bodies[name], IDENTITY
         if path not in self._offsets or depth > MAX_OFFSETS:
             return None
-        node, own = self._offsets[path]
+        node, frame_path = self._offsets[path]
         socket = node.optional("socket_parent") or node.optional("socket_parent_connectee_name")
         parent = None
         if socket is not None:
-            parent = self._find_place(self._parent_path(socket.text, own), depth + 1)
+            parent = self._find_place(self._parent_path(socket.text, frame_path), depth + 1)
         if parent is None:
             return None
         link, T_link_parent = parent
         return link, T_link_parent.compose(offset(node, "orientation"))
 
-    def _parent_path(self, words: str, own: str) -> str:
+    def _parent_path(self, words: str, frame_path: str) -> str:
         """Return the absolute path of a parent socket; a frame is never its own parent."""
         if words.startswith("/"):
             return self._in_set(words)
-        path = _absolute_path(words, own)
+        path = _absolute_path(words, frame_path)
         if path in self._offsets or path == GROUND or path.startswith("/bodyset/"):
             return path
         name = last_part(words)

@@ -76,9 +76,9 @@ AXES = {
 def read_joint(node: Node, frames: Frames) -> Joint:
     """Return a joint with its coordinates."""
     name = node.subject.name
-    own = f"/jointset/{name}"
-    parent, T_parent_joint = frames.place(node, "socket_parent_frame", own)
-    child, T_child_joint = frames.place(node, "socket_child_frame", own)
+    joint_path = f"/jointset/{name}"
+    parent, T_parent_joint = frames.place(node, "socket_parent_frame", joint_path)
+    child, T_child_joint = frames.place(node, "socket_child_frame", joint_path)
     if child == WORLD:
         problem = "its child is the ground; reverse it, so that the ground is the parent"
         node.error("reversed-joint", problem)
@@ -132,9 +132,9 @@ def _units(motions: Sequence[Motion], count: int) -> list[str]:
     """Return the unit of each coordinate, from its first motion, preferably without function."""
     units: list[str] = []
     for k in range(count):
-        own = [m for m in motions if m.coordinate == k and not m.is_fixed]
-        plain = [m for m in own if m.function == ITSELF]
-        units.append((plain or own or [Motion("rotation", X)])[0].unit)
+        related = [m for m in motions if m.coordinate == k and not m.is_fixed]
+        plain = [m for m in related if m.function == ITSELF]
+        units.append((plain or related or [Motion("rotation", X)])[0].unit)
     return units
 
 

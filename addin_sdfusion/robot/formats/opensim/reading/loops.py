@@ -54,11 +54,11 @@ def read_loops(
 
 def _end(node: Node, frames: Frames, number: str) -> End:
     """Return the link at one end, and the pose of the frame in it."""
-    own = f"/constraintset/{node.attribute('name', '')}"
+    constraint_path = f"/constraintset/{node.attribute('name', '')}"
     if node.tag == WELD:
-        link, T_link_frame = frames.place(node, f"socket_frame{number}", own)
+        link, T_link_frame = frames.place(node, f"socket_frame{number}", constraint_path)
         return link, pose_of(T_link_frame)
-    link, T_link_frame = frames.place(node, f"socket_body_{number}", own)
+    link, T_link_frame = frames.place(node, f"socket_body_{number}", constraint_path)
     tag = f"location_body_{number}"
     point = node.vector(tag) if node.all(tag) else ZERO
     return link, Pose(point if T_link_frame == IDENTITY else T_link_frame.apply(point))

@@ -142,8 +142,8 @@ def _about_axes(motions: Sequence[Motion]) -> list[list[Motion]]:
 def _is_one_axis(group: Sequence[Motion]) -> bool:
     """Return whether OpenSim can hold the sum of these motions about one axis."""
     coordinates = {motion.coordinate for motion in group if not motion.is_fixed}
-    own = len(group) == 1 or len(coordinates) == len(group)
-    return own and can_write_sum([motion.function for motion in group])
+    is_sum = len(group) == 1 or len(coordinates) == len(group)
+    return is_sum and can_write_sum([motion.function for motion in group])
 
 
 def _directions(given: list[Vector3]) -> list[Vector3]:
