@@ -18,7 +18,7 @@ import numpy as np
 from addin_sdfusion.robot import Robot, read_robot
 from addin_sdfusion.robot.formats.convert import convert
 from addin_sdfusion.robot.model.robot import Inertia
-from sim_dart.calibration.inertia import inertia_of, pseudo_inertia, thickened
+from sim_dart.calibration.inertia import inertia_of, pseudo_inertia, thicken
 
 EXAMPLES = Path(__file__).resolve().parent.parent
 CAD = EXAMPLES / "roboy_left_arm" / "robot"
@@ -54,7 +54,7 @@ def true_robot(robot: Robot, rng: np.random.Generator) -> Robot:
 
 def _another(inertia: Inertia, rng: np.random.Generator) -> Inertia:
     """That of the same body, stretched, moved and of another density."""
-    P = pseudo_inertia(thickened(inertia))
+    P = pseudo_inertia(thicken(inertia))
     size = np.sqrt(np.trace(P[:3, :3]) / P[3, 3])
     T = np.eye(4)
     T[:3] += SHAPE * rng.normal(size=(3, 4)) * [1.0, 1.0, 1.0, size]

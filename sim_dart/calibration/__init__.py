@@ -1,1 +1,1 @@
-"""Calibration of a robot from recordings of its own motion."""
+"""Calibration of a robot from recordings of its motion."""

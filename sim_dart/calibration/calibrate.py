@@ -1,4 +1,4 @@
-"""Calibration of a robot from recordings, with what they identify and what they do not."""
+"""Calibration of a robot from recordings, with the uncertainty of each parameter."""
 
 from __future__ import annotations
 
@@ -12,53 +12,57 @@ from addin_sdfusion.robot.checks.check import require_valid
 from sim_dart.core.arrays import BoolArray, FloatArray
 from sim_dart.muscles.paths import MusclePaths
 
-from .curvature import bends
+from .curvature import curvature_deviations
 from .fit import Fit, fit
 from .fit_progress import FitProgress
 from .inertia import inertia_numbers
-from .markers import Marker, SeenMarkers, shown_poses
+from .markers import Marker, MarkerKinematics, poses_from_markers
 from .parameters import Parameter, PriorSettings, free_parameters
 from .problem import CalibrationProblem
-from .readings import Readings, Window, noise, windows
-from .same_robot import require_this_robot
+from .recording_check import require_same_robot
+from .recordings import Recording, Window, cut_windows, measurement_noise
 
 WINDOW = 0.08
-"""Duration of a roll-out, in [s]: long enough for velocities, short enough for model errors."""
+"""Duration of a window, in [s]. It is long enough to show velocities, and so short that model
+errors remain small."""
 
 _STAGES = ((0.25, 8), (0.5, 4), (1.0, 4))
-"""Parts of windows, and one window of so many: a model that is far off stays near the readings."""
+"""Fraction of each window and subsampling of windows in each stage.
+
+Short windows keep an inaccurate model near the measurements.
+"""
 
 _STAGE_ITERATIONS = 6
 _STAGE_GAIN = 3e-3
 _MIN_MEASUREMENTS = 10
 _MAX_WORK = 8e6
-"""Directions times readings: of longer recordings windows are left out evenly."""
+"""Largest number of derivatives times measurements. Longer recordings are subsampled evenly."""
 
-_KEPT_OUT = 5
-"""Of one recording, one of so many windows, those at its end, is kept out."""
+_HELD_OUT_PART = 5
+"""The last 1/5 of the windows of a single recording is held out."""
 
-_TELLING = 0.1
-"""Errors below this part of the readings' noise do not tell robots apart."""
-_NEAR_STOP = 2e-3
-"""Of a limit, in [rad] or [m]: readings have noise, and stops are not where files say, quite."""
+_MIN_SIGNIFICANT = 0.1
+"""Error differences below this fraction of the measurement noise are not significant."""
+_LIMIT_MARGIN = 2e-3
+"""Margin at joint limits, in [rad] or [m], for measurement noise and inaccurate limits."""
 
-_BEYOND_STOP = 0.1
-"""Poses that are farther beyond are no stop: markers show them but for whole turns."""
+_MAX_BEYOND_LIMIT = 0.1
+"""Positions farther beyond a limit are not at the limit: markers do not determine full turns."""
 
-_SLOWEST = 0.05
-"""Readings farther apart than this, in [s], show no velocities."""
+_MAX_PERIOD = 0.05
+"""Largest time between measurements that show velocities, in [s]."""
 
 _GEOMETRY = ("point", "offset", "stiffness")
 
 
 @dataclass(frozen=True)
 class Errors:
-    """Readings less what roll-outs of short windows give, RMS.
+    """RMS differences between measurements and roll-outs of short windows.
 
     Attributes:
-        q: Shape (n,), in [rad] or [m].
-        lengths: Shape (m,), in [m].
-        markers: Along the axes of the world, shape (3 M,), in [m].
+        q: Errors of joint positions, shape (n,), in [rad] or [m].
+        lengths: Errors of muscle lengths, shape (m,), in [m].
+        markers: Errors of marker positions along the world axes, shape (3 M,), in [m].
     """
 
     q: FloatArray
@@ -68,55 +72,58 @@ class Errors:
 
 @dataclass(frozen=True)
 class Calibration:
-    """What a calibration gave.
+    """Result of a calibration.
 
     Attributes:
         robot: The calibrated robot.
-        parameters: What was free.
-        change: By how much each has changed, shape (P,), in its unit.
-        covariance: Of the changes, with the prior, if they are small, shape (P, P).
-        bend: RMS of what changes that are not small move each besides, shape (P,); see `bends`.
-        information: H by the readings alone, in units of the prior's deviations, shape (P, P).
-        prior: That of what was believed, where nothing had changed, shape (P, P).
-        misfit: Mean square of residuals over noise: 1 is as expected, and more scales the
-            covariance.
-        noise: Of one reading of q, lengths and markers, shape (n + m + 3 M,).
-        before, after: Errors over the recordings that it was made from.
-        kept_before, kept_after: Over what was kept out.
-        windows, kept: Number of windows that it was made from, and that were kept out.
-        iterations: Of the last stage.
-        converged: Whether they came to an end.
-        notes: What is to be known besides, a line each.
+        parameters: The free parameters.
+        change: Change of each parameter, shape (P,), in its unit.
+        covariance: Linearised covariance of the changes, including the prior, shape (P, P).
+        curvature_sd: Additional standard deviation of each parameter due to nonlinearity,
+            shape (P,); see `curvature_deviations`.
+        information: Information matrix H of the measurements in units of the prior standard
+            deviations, shape (P, P).
+        prior: Information matrix of the prior at zero change, shape (P, P).
+        misfit: Mean square of normalised residuals. The expected value is 1. A larger value scales
+            the covariance.
+        noise: Standard deviation of one measurement of q, lengths and markers, shape
+            (n + m + 3 M,).
+        before, after: Errors of the original and the calibrated robot on the calibration windows.
+        held_out_before, held_out_after: Errors on the held-out windows.
+        windows, held_out: Number of calibration windows and held-out windows.
+        iterations: Number of iterations of the last stage.
+        converged: Whether the last stage converged.
+        notes: Notes for the user, one line each.
     """
 
     robot: Robot
     parameters: tuple[Parameter, ...]
     change: FloatArray
     covariance: FloatArray
-    bend: FloatArray
+    curvature_sd: FloatArray
     information: FloatArray
     prior: FloatArray
     misfit: float
     noise: FloatArray
     before: Errors
     after: Errors
-    kept_before: Errors
-    kept_after: Errors
+    held_out_before: Errors
+    held_out_after: Errors
     windows: int
-    kept: int
+    held_out: int
     iterations: int
     converged: bool
     notes: tuple[str, ...]
 
     @property
     def sd(self) -> FloatArray:
-        """Standard deviations of the changes, shape (P,)."""
-        return np.sqrt(np.diag(self.covariance) + self.bend**2)
+        """Standard deviations of the changes, including nonlinearity, shape (P,)."""
+        return np.sqrt(np.diag(self.covariance) + self.curvature_sd**2)
 
 
 def calibrate(
     robot: Robot,
-    recordings: Sequence[Readings],
+    recordings: Sequence[Recording],
     free: Sequence[str],
     priors: PriorSettings | None = None,
     markers: Sequence[Marker] = (),
@@ -125,62 +132,62 @@ def calibrate(
     """Calibrate a robot.
 
     Args:
-        robot: As it is believed to be.
-        recordings: Recordings of its motion. The last of several, or the end of one, is held out
-            for validation.
-        free: What is free; see `free_parameters`.
-        priors: How far numbers may be off.
-        markers: What the recordings' markers are, where motion capture has seen some.
+        robot: The original robot.
+        recordings: Recordings of its motion. The last recording, or the end of a single recording,
+            is held out for validation.
+        free: Patterns of the free parameters; see `free_parameters`.
+        priors: Standard deviations of the prior.
+        markers: Motion-capture markers in the recordings.
         progress: Called with the completed work and its expected total.
 
     Raises:
         RobotError: The robot is not valid.
-        InputError: The recordings cannot identify what is asked for, or are of another robot.
-        CardsflowError: The result predicts what was kept out worse than the robot did.
+        InputError: The recordings cannot identify the free parameters, or are from another robot.
+        CardsflowError: The calibrated robot predicts the held-out windows worse than the original.
     """
     require_valid(robot)
-    seen = SeenMarkers(robot, markers) if markers else None
+    seen = MarkerKinematics(robot, markers) if markers else None
     if seen is not None:
-        recordings = [_with_shown(seen, robot, readings) for readings in recordings]
-    for readings in recordings:
-        _require_sensors(robot, readings)
-    paths, believed = MusclePaths(robot), priors or PriorSettings()
+        recordings = [_add_marker_poses(seen, robot, recording) for recording in recordings]
+    for recording in recordings:
+        _require_sensors(robot, recording)
+    paths, prior_sd = MusclePaths(robot), priors or PriorSettings()
     torques = _torques(paths, recordings)
-    parameters, notes = free_parameters(robot, free, torques, believed, markers)
+    parameters, notes = free_parameters(robot, free, torques, prior_sd, markers)
     if any(one.kind in _GEOMETRY for one in parameters):
-        for readings in recordings:
-            require_this_robot(robot, paths, readings)
-    cut, kept, stopped = _kept_out(robot, recordings)
-    notes = (*notes, *stopped)
-    spread = noise(cut)
-    problem = CalibrationProblem(robot, parameters, spread, believed.inertia, seen=seen)
+        for recording in recordings:
+            require_same_robot(robot, paths, recording)
+    windows, held_out, limit_notes = _split_windows(robot, recordings)
+    notes = (*notes, *limit_notes)
+    spread = measurement_noise(windows)
+    problem = CalibrationProblem(robot, parameters, spread, prior_sd.inertia, seen=seen)
     z = np.zeros(len(parameters))
     stages = [
-        _bounded(_windows_of(cut, fraction)[::every], len(parameters))
+        _subsample(_shorten(windows, fraction)[::every], len(parameters))
         for fraction, every in _STAGES
     ]
-    some = _bounded(cut, len(parameters))
+    some = _subsample(windows, len(parameters))
     work = FitProgress(progress, [*stages, some], _STAGE_ITERATIONS)
     for stage in stages:
         found = fit(problem, stage, z, _STAGE_ITERATIONS, _STAGE_GAIN, work.add_iteration)
         work.end_stage()
-        problem.skip_idle(found.information)
+        problem.exclude_ineffective(found.information)
         z = found.z
     found = fit(problem, some, z, end_of_iteration=work.add_iteration)
     work.end_stage()
-    found = replace(found, z=problem.without_traces(found.z))
+    found = replace(found, z=problem.with_zero_friction(found.z))
     require_valid(problem.robot_at(found.z))
-    result = _result(robot, problem, found, some, kept, spread, notes)
+    result = _build_result(robot, problem, found, some, held_out, spread, notes)
     _require_better(result)
     return result
 
 
-def _result(
+def _build_result(
     robot: Robot,
     problem: CalibrationProblem,
     found: Fit,
-    cut: list[Window],
-    kept: list[Window],
+    windows: list[Window],
+    held_out: list[Window],
     spread: FloatArray,
     notes: tuple[str, ...],
 ) -> Calibration:
@@ -188,9 +195,9 @@ def _result(
     H = found.information
     _, _, prior = problem.prior(found.z)
     C = np.asarray(np.linalg.inv(H + prior), dtype=np.float64)
-    count = sum(int((~np.isnan(r)).sum()) for r in found.settled.residuals)
-    freedom = count - 2 * n * len(cut) - float(np.trace(H @ C))
-    misfit = found.settled.cost / max(freedom, 1.0)
+    count = sum(int((~np.isnan(r)).sum()) for r in found.windows.residuals)
+    freedom = count - 2 * n * len(windows) - float(np.trace(H @ C))
+    misfit = found.windows.cost / max(freedom, 1.0)
     C = max(misfit, 1.0) * C
     sd = problem.sd
     none = np.zeros(P)
@@ -199,17 +206,17 @@ def _result(
         parameters=problem.parameters,
         change=_changes(robot, problem, found.z),
         covariance=C * sd[:, None] * sd,
-        bend=bends(problem, found.z, cut, found.settled.starts, C) * sd,
+        curvature_sd=curvature_deviations(problem, found.z, windows, found.windows.starts, C) * sd,
         information=H,
         prior=problem.prior(none)[2],
         misfit=misfit,
         noise=spread,
-        before=_errors(problem, none, cut),
-        after=_rms(problem, found.settled.residuals),
-        kept_before=_errors(problem, none, kept),
-        kept_after=_errors(problem, found.z, kept),
-        windows=len(cut),
-        kept=len(kept),
+        before=_errors(problem, none, windows),
+        after=_rms(problem, found.windows.residuals),
+        held_out_before=_errors(problem, none, held_out),
+        held_out_after=_errors(problem, found.z, held_out),
+        windows=len(windows),
+        held_out=len(held_out),
         iterations=found.iterations,
         converged=found.converged,
         notes=notes,
@@ -217,7 +224,7 @@ def _result(
 
 
 def _changes(robot: Robot, problem: CalibrationProblem, z: FloatArray) -> FloatArray:
-    """Changes of the parameters; of inertias with what made them thick."""
+    """Return the changes of the parameters. Changes of inertias include their thickening."""
     changes: FloatArray = z * problem.sd
     for k, one in enumerate(problem.parameters):
         if one.kind == "inertia":
@@ -225,11 +232,11 @@ def _changes(robot: Robot, problem: CalibrationProblem, z: FloatArray) -> FloatA
     return changes
 
 
-def _errors(problem: CalibrationProblem, z: FloatArray, cut: Sequence[Window]) -> Errors:
-    """With theta held, and windows beginning if they fit best."""
-    settled = problem.settled(z, cut)
-    beyond = [np.full(cut[0].measured.shape, np.inf)]
-    return _rms(problem, beyond if settled is None else settled.residuals)
+def _errors(problem: CalibrationProblem, z: FloatArray, windows: Sequence[Window]) -> Errors:
+    """Return the errors with fixed theta and fitted start states of windows."""
+    fitted = problem.fit_windows(z, windows)
+    beyond = [np.full(windows[0].measured.shape, np.inf)]
+    return _rms(problem, beyond if fitted is None else fitted.residuals)
 
 
 def _rms(problem: CalibrationProblem, residuals: Sequence[FloatArray]) -> Errors:
@@ -241,59 +248,66 @@ def _rms(problem: CalibrationProblem, residuals: Sequence[FloatArray]) -> Errors
     return Errors(*np.split(rms, [n, n + m]))
 
 
-def _with_shown(seen: SeenMarkers, robot: Robot, readings: Readings) -> Readings:
-    """Readings with the poses that markers show."""
-    assert readings.markers is not None
+def _add_marker_poses(seen: MarkerKinematics, robot: Robot, recording: Recording) -> Recording:
+    """Return a recording with the poses that are determined by markers."""
+    assert recording.markers is not None
     try:
-        return replace(readings, shown=shown_poses(seen, robot, readings.q, readings.markers))
+        return replace(
+            recording, shown=poses_from_markers(seen, robot, recording.q, recording.markers)
+        )
     except InputError as error:
-        raise InputError(f"{readings.name}: {error}") from None
+        raise InputError(f"{recording.name}: {error}") from None
 
 
-def _require_sensors(robot: Robot, readings: Readings) -> None:
-    """Reject recordings from which a robot's motion cannot be known.
+def _require_sensors(robot: Robot, recording: Recording) -> None:
+    """Reject recordings that do not contain the required measurements.
 
     Raises:
-        InputError: Positions of joints or tensions are missing, or readings are too far apart.
+        InputError: Joint positions or tensions are missing, or the sampling period is too large.
     """
-    if readings.step > _SLOWEST:
+    if recording.step > _MAX_PERIOD:
         raise InputError(
-            f"{readings.name}: the time between measurements is {readings.step:.3g} s and must "
-            f"be at most {_SLOWEST:g} s to show velocities; record faster, with times in s"
+            f"{recording.name}: the time between measurements is {recording.step:.3g} s and must "
+            f"be at most {_MAX_PERIOD:g} s to show velocities; record faster, with times in s"
         )
-    blind = [
+    unmeasured = [
         c.name
-        for c, q in zip(robot.coordinates, readings.poses.T, strict=True)
+        for c, q in zip(robot.coordinates, recording.poses.T, strict=True)
         if np.isnan(q).all()
     ]
-    if len(blind) == len(robot.coordinates):
+    if len(unmeasured) == len(robot.coordinates):
         raise InputError(
-            f"{readings.name}: muscle lengths are not sufficient for calibration: an error of a "
+            f"{recording.name}: muscle lengths are not sufficient for calibration: an error of a "
             "muscle's path cannot be distinguished from another pose; record once with encoders at "
             "the joints, or with motion-capture markers on the links (--markers)"
         )
-    if blind:
+    if unmeasured:
         raise InputError(
-            f"{readings.name}: positions of {', '.join(blind)} are missing, so the paths of the "
+            f"{recording.name}: positions of {', '.join(unmeasured)} are missing, so the paths of "
             "muscles across them are not identifiable; record once with encoders there, or with "
             "motion-capture markers on the links (--markers)"
         )
-    mute = [
-        m.name for m, f in zip(robot.muscles, readings.tensions.T, strict=True) if np.isnan(f).all()
+    unknown = [
+        m.name
+        for m, f in zip(robot.muscles, recording.tensions.T, strict=True)
+        if np.isnan(f).all()
     ]
-    if mute:
-        what = f"tensions and commanded forces of {', '.join(mute)} are missing; record either"
-        raise InputError(f"{readings.name}: {what}")
+    if unknown:
+        what = f"tensions and commanded forces of {', '.join(unknown)} are missing; record either"
+        raise InputError(f"{recording.name}: {what}")
 
 
 def _require_better(result: Calibration) -> None:
-    """Reject a result that predicts worse, by more than noise leaves open.
+    """Reject a result that predicts the held-out windows significantly worse.
 
     Raises:
-        CardsflowError: It does, over what was kept out.
+        CardsflowError: The prediction of the held-out windows is worse.
     """
-    before, after = _size(result, result.kept_before), _size(result, result.kept_after)
-    if not after <= 1.02 * max(before, _TELLING):
+    before, after = (
+        _normalised_error(result, result.held_out_before),
+        _normalised_error(result, result.held_out_after),
+    )
+    if not after <= 1.02 * max(before, _MIN_SIGNIFICANT):
         raise CardsflowError(
             f"the calibrated robot predicts the held-out recording worse than the original robot: "
             f"the error is {after:.3g} times the noise, not {before:.3g}; record a more varied "
@@ -301,80 +315,87 @@ def _require_better(result: Calibration) -> None:
         )
 
 
-def _size(result: Calibration, errors: Errors) -> float:
-    """RMS over the noise."""
+def _normalised_error(result: Calibration, errors: Errors) -> float:
+    """Return the RMS of errors divided by the noise."""
     all_ = np.concatenate([errors.q, errors.lengths, errors.markers]) / result.noise
     return float(np.sqrt(np.nanmean(all_**2)))
 
 
-def _kept_out(
-    robot: Robot, recordings: Sequence[Readings]
+def _split_windows(
+    robot: Robot, recordings: Sequence[Recording]
 ) -> tuple[list[Window], list[Window], list[str]]:
-    """Windows to calibrate from, those that are kept out, and a line on those left out."""
+    """Return calibration windows, held-out windows, and notes on ignored windows."""
     if len(recordings) > 1:
-        cut, kept = windows(recordings[:-1], WINDOW), windows(recordings[-1:], WINDOW)
+        windows, held_out = (
+            cut_windows(recordings[:-1], WINDOW),
+            cut_windows(recordings[-1:], WINDOW),
+        )
     else:
-        every = windows(recordings, WINDOW)
-        last = len(every) - len(every) // _KEPT_OUT
-        cut, kept = every[:last], every[last:]
-    count, stops = len(cut) + len(kept), _Stops(robot)
-    cut, kept = ([w for w in some if not stops.touched(w)] for some in (cut, kept))
-    for name, some in (("to calibrate from", cut), ("to hold out", kept)):
-        if len(some) < (_MIN_MEASUREMENTS if some is cut else 2):
+        every = cut_windows(recordings, WINDOW)
+        last = len(every) - len(every) // _HELD_OUT_PART
+        windows, held_out = every[:last], every[last:]
+    count, limits = len(windows) + len(held_out), _LimitCheck(robot)
+    windows, held_out = (
+        [w for w in some if not limits.is_at_limit(w)] for some in (windows, held_out)
+    )
+    for name, some in (("to calibrate from", windows), ("to hold out", held_out)):
+        if len(some) < (_MIN_MEASUREMENTS if some is windows else 2):
             raise InputError(
                 f"{', '.join(r.name for r in recordings)}: only {len(some)} windows of {WINDOW} s "
                 f"{name} have neither gaps nor joints at their limits; record for longer"
             )
-    out = count - len(cut) - len(kept)
-    what = f"{out} of {count} windows are ignored, because {', '.join(stops.met)} is at a limit"
-    return cut, kept, [what] if out else []
+    out = count - len(windows) - len(held_out)
+    what = (
+        f"{out} of {count} windows are ignored, because {', '.join(limits.reached)} is at a limit"
+    )
+    return windows, held_out, [what] if out else []
 
 
-class _Stops:
-    """Limits of joints, which windows may not touch: stops push by forces that nobody measures.
+class _LimitCheck:
+    """Check for windows at joint limits, where stops cause forces that are not measured.
 
     Attributes:
-        met: Names of those that were touched.
+        reached: Names of coordinates that reached a limit.
     """
 
     def __init__(self, robot: Robot) -> None:
         self._names = [c.name for c in robot.coordinates]
         self._lower = np.array([c.lower for c in robot.coordinates])
         self._upper = np.array([c.upper for c in robot.coordinates])
-        self.met: list[str] = []
+        self.reached: list[str] = []
 
-    def touched(self, window: Window) -> bool:
-        """Return whether a joint is at a limit in a window."""
-        poses = window.readings.poses[window.first : window.first + len(window.measured)]
+    def is_at_limit(self, window: Window) -> bool:
+        """Return whether any coordinate is at a limit within a window."""
+        poses = window.recording.poses[window.first : window.first + len(window.measured)]
         beyond = np.maximum(self._lower - poses, poses - self._upper)
-        at: BoolArray = np.any((beyond > -_NEAR_STOP) & (beyond < _BEYOND_STOP), axis=0)
+        at: BoolArray = np.any((beyond > -_LIMIT_MARGIN) & (beyond < _MAX_BEYOND_LIMIT), axis=0)
         names = [name for name, is_at in zip(self._names, at, strict=True) if is_at]
-        self.met += [name for name in names if name not in self.met]
+        self.reached += [name for name in names if name not in self.reached]
         return bool(names)
 
 
-def _windows_of(cut: Sequence[Window], fraction: float) -> list[Window]:
-    """Return the beginnings of windows."""
-    rows = max(6, round(fraction * len(cut[0].measured)))
-    return [window._replace(measured=window.measured[:rows]) for window in cut]
+def _shorten(windows: Sequence[Window], fraction: float) -> list[Window]:
+    """Return the first part of each window."""
+    rows = max(6, round(fraction * len(windows[0].measured)))
+    return [window._replace(measured=window.measured[:rows]) for window in windows]
 
 
-def _bounded(cut: list[Window], parameters: int) -> list[Window]:
-    """Windows, evenly fewer if there is too much work in them."""
-    work = parameters * sum(len(window.measured) for window in cut)
-    return cut[:: max(1, round(work / _MAX_WORK))]
+def _subsample(windows: list[Window], parameters: int) -> list[Window]:
+    """Return the windows, evenly subsampled to limit the work."""
+    work = parameters * sum(len(window.measured) for window in windows)
+    return windows[:: max(1, round(work / _MAX_WORK))]
 
 
-def _torques(paths: MusclePaths, recordings: Sequence[Readings]) -> FloatArray:
-    """RMS of the muscles' torques, shape (n,)."""
+def _torques(paths: MusclePaths, recordings: Sequence[Recording]) -> FloatArray:
+    """Return the RMS of muscle torques, shape (n,)."""
     squares = []
-    for readings in recordings:
-        q = readings.poses
-        sound = ~np.isnan(q).any(axis=1) & ~np.isnan(readings.tensions).any(axis=1)
+    for recording in recordings:
+        q = recording.poses
+        sound = ~np.isnan(q).any(axis=1) & ~np.isnan(recording.tensions).any(axis=1)
         rows = np.flatnonzero(sound)
         for row in rows[:: max(1, len(rows) // 100)]:
             L = paths.evaluate(q[row]).jacobian
-            squares.append((L.T @ readings.tensions[row] - readings.torques[row]) ** 2)
+            squares.append((L.T @ recording.tensions[row] - recording.torques[row]) ** 2)
     if not squares:
         raise InputError(f"{recordings[0].name}: no row has all positions and tensions")
     return np.asarray(np.maximum(np.sqrt(np.mean(squares, axis=0)), 1e-3))

@@ -1,8 +1,9 @@
-"""Deviations of numbers whose readings change along a curve: the second derivative's part.
+"""Standard deviations of parameters due to the nonlinearity of measurements.
 
-From what was found to the truth, numbers that readings hardly tell may be far off. Others that go
-with them move on a curve, of which a covariance knows the tangent only. Along a change c that is
-drawn of it they move, to second order, by (Bates & Watts 1988, Nonlinear Regression Analysis, 7.1)
+A linearised covariance ignores the curvature of the model. If some parameters are hardly
+identifiable, their large deviations cause additional deviations of other parameters. To second
+order, a change c drawn from the covariance causes the deviation (Bates & Watts 1988, Nonlinear
+Regression Analysis, 7.1)
 
     -1/2 C J'(r(z + c) - 2 r(z) + r(z - c))
 """
@@ -16,52 +17,52 @@ import numpy as np
 from sim_dart.core.arrays import FloatArray
 
 from .problem import CalibrationProblem
-from .readings import Window
+from .recordings import Window
 
 _CURVED = ("point", "offset", "stiffness")
-"""What lengths depend on by a curve, and what goes with it."""
+"""Kinds of parameters on which lengths depend nonlinearly, or that are correlated with these."""
 
 _DRAWS = 32
 _WINDOWS = 64
 
 
-def bends(
+def curvature_deviations(
     problem: CalibrationProblem,
     z: FloatArray,
-    cut: Sequence[Window],
+    windows: Sequence[Window],
     starts: Sequence[FloatArray],
     covariance: FloatArray,
 ) -> FloatArray:
-    """RMS of what numbers move by besides their tangent, over their priors' sd, shape (P,).
+    """Compute the RMS deviations due to nonlinearity, over the prior sd, shape (P,).
 
     Args:
-        problem: The calibration.
-        z: What was found, shape (P,).
-        cut: The windows that it was found from.
-        starts: Where they begin, so that they fit best.
-        covariance: Of z, shape (P, P).
+        problem: The calibration problem.
+        z: The solution, shape (P,).
+        windows: The calibration windows.
+        starts: Fitted start states of the windows.
+        covariance: Covariance of z, shape (P, P).
 
     Returns:
-        Infinity where a window diverges within a deviation.
+        The deviations. They are infinite if a window diverges within a standard deviation.
     """
     P = len(z)
     drawn = [k for k, one in enumerate(problem.parameters) if one.kind in _CURVED]
     if not any(problem.parameters[k].kind == "point" for k in drawn):
         return np.zeros(P)
-    every = -(-len(cut) // _WINDOWS)
+    every = -(-len(windows) // _WINDOWS)
     root = covariance_root(covariance[np.ix_(drawn, drawn)])
     changes = np.zeros((_DRAWS, P))
     changes[:, drawn] = np.random.default_rng(0).normal(size=(_DRAWS, len(drawn))) @ root.T
-    bent = problem.bent(z, cut[::every], starts[::every], changes)
-    if bent is None:
+    second_order_terms = problem.second_order_terms(z, windows[::every], starts[::every], changes)
+    if second_order_terms is None:
         return np.full(P, np.inf)
-    H, curved = bent
+    H, curved = second_order_terms
     moved = -0.5 * every * np.linalg.solve(every * H + problem.prior(z)[2], curved.T).T
     return np.asarray(np.sqrt(np.mean(moved**2, axis=0)))
 
 
 def covariance_root(C: FloatArray) -> FloatArray:
-    """R with R R' = C, shape (k, k), where rounding has left some direction no variance, too."""
+    """Return R with R R' = C, shape (k, k), for positive semidefinite C with rounding errors."""
     try:
         return np.linalg.cholesky(C).astype(np.float64)
     except np.linalg.LinAlgError:

@@ -1,4 +1,4 @@
-"""Levenberg and Marquardt's method for calibrations: derivatives where it goes, costs at trials."""
+"""Levenberg-Marquardt method for calibration problems."""
 
 from __future__ import annotations
 
@@ -10,120 +10,124 @@ import numpy as np
 from addin_sdfusion.robot import CardsflowError
 from sim_dart.core.arrays import FloatArray
 
-from .problem import CalibrationProblem, Linearised
-from .readings import Window
-from .starts import Settled
+from .problem import CalibrationProblem, Linearisation
+from .recordings import Window
+from .window_starts import FittedWindows
 
 _MAX_ITERATIONS = 30
-_MAX_REFUSALS = 12
+_MAX_REJECTED_STEPS = 12
 _DAMPING = 1e-7
-"""At first: with more, numbers that are seen the least hardly move for some iterations."""
+"""Initial damping. Larger values slow down parameters with little information."""
 
 _MIN_GAIN = 0.3
-"""In mean squares of residuals: a third of what one standard deviation of a number changes."""
+"""Smallest gain of an iteration, in mean squares of residuals.
+
+This is a third of the change that one standard deviation of a parameter causes.
+"""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A calibration.
+    """Solution of a calibration problem.
 
     Attributes:
-        z: Changes of the parameters over their priors' sd, shape (P,).
-        information: H of theta in units of the prior, starts eliminated, where the last step was
-            taken from, shape (P, P).
-        settled: The windows at z.
-        iterations: How many it took.
-        converged: Whether the last one changed nothing.
+        z: Changes of the parameters over their prior sd, shape (P,).
+        information: Information matrix H of theta in units of the prior, with eliminated start
+            states, at the last linearisation, shape (P, P).
+        windows: The fitted windows at z.
+        iterations: Number of iterations.
+        converged: Whether the iterations converged.
     """
 
     z: FloatArray
     information: FloatArray
-    settled: Settled
+    windows: FittedWindows
     iterations: int
     converged: bool
 
 
 def fit(
     problem: CalibrationProblem,
-    cut: Sequence[Window],
+    windows: Sequence[Window],
     z: FloatArray | None = None,
-    most: int = _MAX_ITERATIONS,
+    max_iterations: int = _MAX_ITERATIONS,
     small_gain: float = 0.0,
     end_of_iteration: Callable[[], None] = lambda: None,
 ) -> Fit:
-    """Solve a calibration.
+    """Solve a calibration problem.
 
     Args:
-        problem: It.
-        cut: The windows.
-        z: Where to begin; zeros if omitted.
-        most: Most iterations.
-        small_gain: Part of the cost; an iteration that gains less is the last, as is one that gains
-            less than any deviation.
+        problem: The problem.
+        windows: The windows.
+        z: Initial value (default: zeros).
+        max_iterations: Largest number of iterations.
+        small_gain: Relative gain of the cost below which the iterations stop.
         end_of_iteration: Called after each iteration.
 
     Raises:
-        CardsflowError: The robot diverges within windows where it begins.
+        CardsflowError: The robot diverges within the windows at the initial value.
     """
     z = np.zeros(len(problem.parameters)) if z is None else z
     z, damping = np.clip(z, problem.low, problem.high), _DAMPING
-    rows = sum(window.measured.size for window in cut)
-    settled = problem.settled(z, cut)
-    for iteration in range(1, most + 1):
-        at = None if settled is None else problem.linearise(z, cut, settled.starts)
-        if settled is None or at is None:
+    rows = sum(window.measured.size for window in windows)
+    fitted = problem.fit_windows(z, windows)
+    for iteration in range(1, max_iterations + 1):
+        at = None if fitted is None else problem.linearise(z, windows, fitted.starts)
+        if fitted is None or at is None:
             raise CardsflowError(
                 "the robot diverges within the recording's windows; check that the "
                 "recording is from this robot"
             )
-        before = settled.cost + problem.prior(z)[0]
-        least = max(small_gain * before, _MIN_GAIN * max(before / rows, 1.0))
-        if _foreseen_gain(problem, at, z) <= least:
-            return Fit(z, at.information, settled, iteration, True)
-        for _ in range(_MAX_REFUSALS):
+        before = fitted.cost + problem.prior(z)[0]
+        min_gain = max(small_gain * before, _MIN_GAIN * max(before / rows, 1.0))
+        if _predicted_gain(problem, at, z) <= min_gain:
+            return Fit(z, at.information, fitted, iteration, True)
+        for _ in range(_MAX_REJECTED_STEPS):
             new_z = np.clip(z + _step(problem, at, z, damping), problem.low, problem.high)
-            new = _tried(problem, cut, settled, at, new_z - z, new_z)
+            new = _evaluate_step(problem, windows, fitted, at, new_z - z, new_z)
             after = np.inf if new is None else new.cost + problem.prior(new_z)[0]
             if new is not None and after <= before:
                 break
             damping = max(damping * 10.0, 1e-6)
         else:
-            return Fit(z, at.information, settled, iteration, True)
-        z, settled, damping = new_z, new, damping / 10.0
+            return Fit(z, at.information, fitted, iteration, True)
+        z, fitted, damping = new_z, new, damping / 10.0
         end_of_iteration()
-        ends = before - after <= least
-        if ends or iteration == most:
-            return Fit(z, at.information, settled, iteration, ends)
+        ends = before - after <= min_gain
+        if ends or iteration == max_iterations:
+            return Fit(z, at.information, fitted, iteration, ends)
     raise AssertionError
 
 
-def _tried(
+def _evaluate_step(
     problem: CalibrationProblem,
-    cut: Sequence[Window],
-    settled: Settled,
-    at: Linearised,
+    windows: Sequence[Window],
+    fitted: FittedWindows,
+    at: Linearisation,
     step: FloatArray,
     z: FloatArray,
-) -> Settled | None:
-    """Windows after a step, their starts fitted again from where derivatives say; or None."""
+) -> FittedWindows | None:
+    """Return the fitted windows after a step, with predicted start states, or None."""
     if not np.isfinite(problem.prior(z)[0]):
         return None
     moved = [
         x + change + slope @ step
-        for x, change, slope in zip(settled.starts, at.start_changes, at.start_slopes, strict=True)
+        for x, change, slope in zip(fitted.starts, at.start_changes, at.start_slopes, strict=True)
     ]
-    return problem.settled(z, cut, moved, at.start_solvers)
+    return problem.fit_windows(z, windows, moved, at.start_solvers)
 
 
-def _foreseen_gain(problem: CalibrationProblem, at: Linearised, z: FloatArray) -> float:
-    """By how much a whole step would lower the cost, were the windows linear in it."""
+def _predicted_gain(problem: CalibrationProblem, at: Linearisation, z: FloatArray) -> float:
+    """Return the gain of the cost that the linearisation predicts for a full step."""
     return -float((at.gradient + problem.prior(z)[1]) @ _step(problem, at, z, 0.0))
 
 
-def _step(problem: CalibrationProblem, at: Linearised, z: FloatArray, damping: float) -> FloatArray:
-    """Of Levenberg and Marquardt; what is at its bound and would leave it stays."""
-    _, slope, bend = problem.prior(z)
-    H, g = at.information + bend, at.gradient + slope
+def _step(
+    problem: CalibrationProblem, at: Linearisation, z: FloatArray, damping: float
+) -> FloatArray:
+    """Return the Levenberg-Marquardt step. Parameters at an active bound do not change."""
+    _, slope, curvature = problem.prior(z)
+    H, g = at.information + curvature, at.gradient + slope
     free = ~((z <= problem.low) & (g > 0.0) | (z >= problem.high) & (g < 0.0))
     step = np.zeros(len(z))
     if free.any():

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from .readings import Window
+from .recordings import Window
 
 
 class FitProgress:
-    """Counts the work of a calibration: iterations times rows of windows.
+    """Counter for the work of a calibration: iterations times rows of windows.
 
     The total is an estimate, because the number of iterations is not known in advance. It shrinks
     when a stage ends early, and grows when a stage needs more iterations than expected.
 
     Args:
-        progress: Called with the completed work and its expected total; None for no calls.
+        progress: Called with the completed work and its expected total, or None.
         stages: Windows of each stage.
-        iterations: Expected iterations of each stage.
+        iterations: Expected number of iterations of each stage.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Numbers that readings identify, and the directions that they leave open, in words."""
+"""Identifiability of parameters, with descriptions of unidentifiable directions."""
 
 from __future__ import annotations
 
@@ -12,42 +12,45 @@ from sim_dart.core.arrays import BoolArray, FloatArray
 from .parameters import Parameter
 
 _IDENTIFIED = 0.5
-"""A number is identifiable where less than that of its prior's deviation is left."""
+"""A parameter is identifiable if its sd is less than this fraction of its prior sd."""
 
 _NO_EFFECT = 1e-2
-"""Information in units of the prior: half a percent off its deviation."""
+"""Information in units of the prior below which a parameter has no effect.
+
+It reduces the standard deviation by half a percent.
+"""
 
 _NAMED = 4
 _PART = 0.25
 
 
-class Knowledge(Protocol):
-    """What readings tell of parameters: of a `Calibration`, or of a motion that is designed."""
+class ParameterInformation(Protocol):
+    """Information on parameters, from a `Calibration` or from the design of a motion."""
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """What was free."""
+        """The free parameters."""
 
     @property
     def information(self) -> FloatArray:
-        """By the readings alone, in units of the prior's deviations, shape (P, P)."""
+        """Information matrix of the measurements in units of the prior sd, shape (P, P)."""
 
     @property
     def prior(self) -> FloatArray:
-        """That of what is believed, shape (P, P)."""
+        """Information matrix of the prior, shape (P, P)."""
 
     @property
     def sd(self) -> FloatArray:
-        """Standard deviations with both, shape (P,)."""
+        """Standard deviations with measurements and prior, shape (P,)."""
 
 
-class OpenDirection(NamedTuple):
-    """A combination of parameters that the readings do not identify.
+class UnidentifiableDirection(NamedTuple):
+    """Combination of parameters that the measurements do not identify.
 
     Attributes:
-        names: What it changes most.
-        weights: By how much of their prior's deviations.
-        reason: Why it cannot be seen.
+        names: Names of the parameters with the largest weights.
+        weights: Weights in units of the prior standard deviations.
+        reason: Reason why the combination is unidentifiable.
     """
 
     names: tuple[str, ...]
@@ -55,26 +58,27 @@ class OpenDirection(NamedTuple):
     reason: str
 
     def __str__(self) -> str:
-        """In words."""
+        """Return a description of the direction."""
         parts = [f"{w:+.2f} {name}" for name, w in zip(self.names, self.weights, strict=True)]
         return f"{' '.join(parts)}: {self.reason}"
 
 
-def identifiable(known: Knowledge) -> BoolArray:
-    """Which parameters the readings identify, beyond the prior, shape (P,)."""
+def identifiable(known: ParameterInformation) -> BoolArray:
+    """Return flags of the parameters that the measurements identify, shape (P,)."""
     prior = np.array([one.sd for one in known.parameters])
     return np.asarray(known.sd < _IDENTIFIED * prior)
 
 
-def without_effect(known: Knowledge) -> BoolArray:
-    """Which parameters change nothing that was recorded, shape (P,)."""
+def without_effect(known: ParameterInformation) -> BoolArray:
+    """Return flags of the parameters without effect on the measurements, shape (P,)."""
     return np.asarray(np.diag(known.information) < _NO_EFFECT)
 
 
-def open_directions(known: Knowledge) -> list[OpenDirection]:
-    """Directions of which the readings say less than the prior does, the least seen first.
+def unidentifiable_directions(known: ParameterInformation) -> list[UnidentifiableDirection]:
+    """Return the directions with less information from measurements than from the prior.
 
-    Parameters that have no effect by themselves are none of them; see `without_effect`.
+    The direction with the least information is first. Parameters without any effect are excluded;
+    see `without_effect`.
     """
     seen = np.flatnonzero(~without_effect(known))
     part = np.ix_(seen, seen)
@@ -84,7 +88,7 @@ def open_directions(known: Knowledge) -> list[OpenDirection]:
     return [_direction(known, whole[:, k]) for k in np.flatnonzero(values < 1.0)]
 
 
-def _direction(known: Knowledge, vector: FloatArray) -> OpenDirection:
+def _direction(known: ParameterInformation, vector: FloatArray) -> UnidentifiableDirection:
     order = np.argsort(-np.abs(vector))
     most = abs(vector[order[0]])
     chosen = [k for k in order[:_NAMED] if abs(vector[k]) >= _PART * most]
@@ -93,18 +97,20 @@ def _direction(known: Knowledge, vector: FloatArray) -> OpenDirection:
     names = tuple(one.name for one in parameters)
     weights = tuple(float(sign * vector[k]) for k in chosen)
     kinds = {one.kind for one in parameters}
-    return OpenDirection(names, weights, _reason(kinds, {one.group for one in parameters}))
+    return UnidentifiableDirection(
+        names, weights, _reason(kinds, {one.group for one in parameters})
+    )
 
 
 def _reason(kinds: set[str], groups: set[str]) -> str:
     if kinds <= {"point", "offset", "stiffness"}:
         if kinds == {"point"} and len(groups) == 1:
-            return "it leaves the muscle's lengths as they are at all poses of the recording"
-        return "lengths change by a constant alone, or not at all, at the poses of the recording"
+            return "it does not change the muscle length at any pose of the recording"
+        return "it changes lengths only by a constant at the poses of the recording"
     if kinds == {"inertia"}:
-        return "no torque of the recorded motion depends on it: only sums of such numbers act"
+        return "no torque of the recorded motion depends on it, only on sums of such parameters"
     if kinds <= {"inertia", "gain"}:
-        return "masses and tensions by the same factor make the same motion"
+        return "masses and tensions that are scaled by the same factor cause the same motion"
     if kinds <= {"damping", "friction", "cable_friction", "armature", "inertia"}:
-        return "the recorded motion has too little speed or acceleration there"
-    return "its parts act alike in the recorded motion"
+        return "the recorded motion has too little speed or acceleration at this coordinate"
+    return "its parameters have the same effect in the recorded motion"

@@ -1,7 +1,8 @@
-"""Inertias as ten numbers in which motions are linear, and a prior that keeps them physical.
+"""Inertial parameters of a body, and a prior for physically consistent values.
 
-The pseudo-inertia of a body, P = int [x; 1] [x; 1]' dm, 4 x 4, is positive definite exactly where
-a mass distribution has it (Wensing, Kim & Slotine 2018, IEEE Robotics and Automation Letters 3).
+The ten parameters are mass, first moments and inertia; dynamics are linear in them. They are
+physically consistent if the 4 x 4 pseudo-inertia P = int [x; 1] [x; 1]' dm is positive definite
+(Wensing, Kim & Slotine 2018, IEEE Robotics and Automation Letters 3).
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ NUMBERS = {
     **dict.fromkeys(("moment_x", "moment_y", "moment_z"), "kg.m"),
     **dict.fromkeys(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), "kg.m2"),
 }
-"""The numbers of `inertia_numbers` with their units, in their order."""
+"""Names of the numbers of `inertia_numbers` with their units, in order."""
 
 _THIN = 0.1
 _MIN_RADIUS = 1e-3
@@ -24,22 +25,22 @@ _PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
 def inertia_numbers(inertia: Inertia) -> FloatArray:
-    """Mass, first moments and inertia about the link's origin, shape (10,), in SI units."""
+    """Return mass, first moments and inertia about the link origin, shape (10,), in SI units."""
     m, c = inertia.mass, np.array(inertia.com)
     about_origin = np.array(inertia.matrix) + m * (c @ c * np.eye(3) - np.outer(c, c))
     return np.array([m, *(m * c), *(about_origin[place] for place in _PLACES)])
 
 
 def inertia_of(numbers: FloatArray) -> Inertia:
-    """Return the inverse of `inertia_numbers`."""
+    """Return the inertia for given numbers, the inverse of `inertia_numbers`."""
     m, c = float(numbers[0]), numbers[1:4] / numbers[0]
     I = _matrix(numbers) - m * (c @ c * np.eye(3) - np.outer(c, c))  # noqa: E741
     x, y, z = c.tolist()
     return Inertia(m, (x, y, z), *(float(I[place]) for place in _PLACES))
 
 
-def thickened(inertia: Inertia) -> FloatArray:
-    """The numbers of a body with mass, made a little thick if it is thin, or impossible."""
+def thicken(inertia: Inertia) -> FloatArray:
+    """Return the numbers of a body, with a minimum thickness so that they are consistent."""
     I = np.array(inertia.matrix)  # noqa: E741
     radius = max(float(np.sqrt(max(np.trace(I), 0.0) / 2.0 / inertia.mass)), _MIN_RADIUS)
     values, axes = np.linalg.eigh(np.trace(I) / 2.0 * np.eye(3) - I)
@@ -51,7 +52,7 @@ def thickened(inertia: Inertia) -> FloatArray:
 
 
 def pseudo_inertia(numbers: FloatArray) -> FloatArray:
-    """P of a body's numbers, shape (4, 4); linear in them."""
+    """Return the pseudo-inertia P, shape (4, 4), which is linear in the numbers."""
     I = _matrix(numbers)  # noqa: E741
     P = np.empty((4, 4))
     P[:3, :3] = np.trace(I) / 2.0 * np.eye(3) - I
@@ -66,15 +67,16 @@ def _matrix(numbers: FloatArray) -> FloatArray:
 
 
 class InertiaPrior:
-    """How far a body's numbers may be from what is believed: infinitely, if they are unphysical.
+    """Prior cost of the inertial parameters of a body, infinite for inconsistent values.
 
-    The cost is w (log |P0| - log |P| + tr(P0^-1 P) - 4), convex in the numbers (Lee, Wensing & Park
-    2020, IEEE Transactions on Robotics 36), w so that all numbers together, the density, have a
-    standard deviation of `sd` of themselves; the mass alone has twice as much.
+    The cost w (log |P0| - log |P| + tr(P0^-1 P) - 4) is convex in the numbers (Lee, Wensing & Park
+    2020, IEEE Transactions on Robotics 36). The weight w corresponds to a relative standard
+    deviation `sd` of the density, a common factor of all numbers. The standard deviation of the
+    mass with other numbers constant is twice as large.
 
     Args:
-        numbers: As believed, of a body that is not thin, shape (10,).
-        sd: Of the density, over the density.
+        numbers: Prior mean, of a body that is not thin, shape (10,).
+        sd: Relative standard deviation of the density.
     """
 
     def __init__(self, numbers: FloatArray, sd: float) -> None:
@@ -86,7 +88,7 @@ class InertiaPrior:
         self._w = 1.0 / (2.0 * sd**2)
 
     def __call__(self, change: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """The cost of a change of the numbers, half its gradient, and half its Hessian."""
+        """Return the cost of a change of the numbers, half its gradient, and half its Hessian."""
         P, E, w = pseudo_inertia(self._believed + change), self._E, self._w
         if np.linalg.eigvalsh(P)[0] <= 0.0:
             return np.inf, np.zeros(10), np.zeros((10, 10))

@@ -1,7 +1,7 @@
-"""Markers on links: where motion capture sees them at a pose, and the poses that they show.
+"""Motion-capture markers on links: positions at a pose, and poses from marker positions.
 
-A marker at u in its link's frame is at p(q) = o(q) + R(q) u; with o and the ends of the axes, o + R
-e_a, as points of the robot that the C core moves, p and dp/dq are sums of these.
+A marker at u in its link frame is at p(q) = o(q) + R(q) u in the world. The C core computes the
+origin o and the points o + R e_a on the axes. p and dp/dq are linear combinations of these.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ _STARTS = 32
 _SEED = 0
 
 _FAR = 0.05
-"""Markers that are farther off than this, in [m], RMS, are not where the table says."""
+"""RMS distance, in [m], above which markers contradict their positions in the table."""
 
 _MAX_VALUE = 1e100
-"""What is beyond is of no robot, and has no square."""
+"""Largest value that is accepted, so that squares do not overflow."""
 
 _SEEN = 1e-3
-"""Least singular value, in [m/rad] or [m/m], of what markers show of a pose."""
+"""Smallest accepted singular value of the marker Jacobian, in [m/rad] or [m/m]."""
 
 
 @dataclass(frozen=True)
 class Marker:
-    """A marker on a link.
+    """Marker on a link.
 
     Attributes:
-        name: Its name.
-        link: The link.
-        position: In the link's frame, in [m].
+        name: Name.
+        link: Name of the link.
+        position: Position in the link frame, in [m].
     """
 
     name: str
@@ -47,19 +47,19 @@ class Marker:
     position: tuple[float, float, float]
 
 
-class SeenMarkers:
-    """M markers of a robot, as seen in its world.
+class MarkerKinematics:
+    """Kinematics of M markers of a robot in the world frame.
 
     Args:
         robot: The robot.
         markers: The markers.
 
     Raises:
-        UnknownNameError: A marker is on no link of the robot.
+        UnknownNameError: The link of a marker does not exist.
 
     Attributes:
-        markers: As given.
-        positions: In their links' frames, shape (M, 3), in [m].
+        markers: The markers.
+        positions: Positions in their link frames, shape (M, 3), in [m].
     """
 
     def __init__(self, robot: Robot, markers: Sequence[Marker]) -> None:
@@ -80,18 +80,18 @@ class SeenMarkers:
         self._n, self._points, self._lock = len(robot.coordinates), 12 * len(worn), Lock()
 
     def at(self, q: FloatArray, positions: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Markers at poses.
+        """Compute marker positions at several poses.
 
         Args:
-            q: Shape (rows, n).
-            positions: In their links' frames, shape (M, 3), in [m].
+            q: Poses, shape (rows, n), in [rad] or [m].
+            positions: Positions in the link frames, shape (M, 3), in [m].
 
         Returns:
-            p, shape (rows, 3 M), dp/dq, shape (rows, 3 M, n), and R of each, (rows, M, 3, 3).
+            p, shape (rows, 3 M), dp/dq, shape (rows, 3 M, n), and R, shape (rows, M, 3, 3).
         """
         rows, M, n = len(q), len(self.markers), self._n
         y, J = np.empty((rows, self._points)), np.empty((rows, self._points, n))
-        with self._lock:  # the core keeps one pose at a time
+        with self._lock:  # a core has only one pose at a time
             for k, pose in enumerate(q):
                 J[k] = self._paths.task_jacobian(pose)
                 y[k] = self._paths.task_position(pose)
@@ -104,20 +104,22 @@ class SeenMarkers:
         return p.reshape(rows, 3 * M), dp.reshape(rows, 3 * M, n), R
 
 
-def shown_poses(seen: SeenMarkers, robot: Robot, q: FloatArray, markers: FloatArray) -> FloatArray:
-    """Poses at which markers are where they were seen, by least squares, row by row.
+def poses_from_markers(
+    seen: MarkerKinematics, robot: Robot, q: FloatArray, markers: FloatArray
+) -> FloatArray:
+    """Compute poses from marker positions by least squares, row by row.
 
     Args:
         seen: The markers.
         robot: The robot.
-        q: Positions by encoders, NaN if there is none, shape (K, n).
-        markers: As seen, NaN if they were hidden, shape (K, 3 M), in [m].
+        q: Encoder positions, NaN if not measured, shape (K, n).
+        markers: Measured marker positions, NaN if hidden, shape (K, 3 M), in [m].
 
     Returns:
-        q with what markers show; NaN if they do not show a pose by themselves.
+        q, completed by the poses from markers; NaN if the visible markers do not determine it.
 
     Raises:
-        InputError: They show no pose at all, or one that does not fit.
+        InputError: The markers do not determine any pose, or contradict the robot.
     """
     blind = np.flatnonzero(np.isnan(q).all(axis=0)).astype(np.int32)
     found, start = q.copy(), None
@@ -131,10 +133,10 @@ def shown_poses(seen: SeenMarkers, robot: Robot, q: FloatArray, markers: FloatAr
             continue
         pose = q[k].copy()
         if start is None:
-            fit = _searched(seen, robot, pose, blind, markers[k])
+            fit = _search_pose(seen, robot, pose, blind, markers[k])
         else:
             pose[blind] = start
-            fit = _fitted(seen, pose, blind, markers[k])
+            fit = _fit_pose(seen, pose, blind, markers[k])
         weakest = min(weakest, fit.weakest)
         if fit.weakest[0] < _SEEN:
             continue
@@ -155,17 +157,17 @@ def shown_poses(seen: SeenMarkers, robot: Robot, q: FloatArray, markers: FloatAr
 
 @dataclass(frozen=True)
 class _Pose:
-    """A pose by markers: how far they are off, and the singular value of what is seen least."""
+    """Pose from markers, with residual and smallest singular value of the Jacobian."""
 
     pose: FloatArray
     rms: float
     weakest: tuple[float, int]
 
 
-def _searched(
-    seen: SeenMarkers, robot: Robot, pose: FloatArray, blind: IntArray, y: FloatArray
+def _search_pose(
+    seen: MarkerKinematics, robot: Robot, pose: FloatArray, blind: IntArray, y: FloatArray
 ) -> _Pose:
-    """Return the best fit from several starts within the joints' ranges."""
+    """Return the best fit from several start poses within the joint limits."""
     rng = np.random.default_rng(_SEED)
     low = np.array([max(c.lower, -np.pi) for c in robot.coordinates])[blind]
     high = np.array([min(c.upper, np.pi) for c in robot.coordinates])[blind]
@@ -173,12 +175,12 @@ def _searched(
     tried = []
     for start in (initial, *rng.uniform(low, high, size=(_STARTS, len(blind)))):
         pose[blind] = start
-        tried.append(_fitted(seen, pose, blind, y))
+        tried.append(_fit_pose(seen, pose, blind, y))
     return min(tried, key=lambda one: one.rms)
 
 
-def _fitted(seen: SeenMarkers, pose: FloatArray, blind: IntArray, y: FloatArray) -> _Pose:
-    """From a start, by Levenberg and Marquardt's method."""
+def _fit_pose(seen: MarkerKinematics, pose: FloatArray, blind: IntArray, y: FloatArray) -> _Pose:
+    """Fit a pose from a start pose by the Levenberg-Marquardt method."""
     there, pose, damping = ~np.isnan(y), pose.copy(), 1e-6
 
     def residual(at: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -186,7 +188,7 @@ def _fitted(seen: SeenMarkers, pose: FloatArray, blind: IntArray, y: FloatArray)
         return (y - p[0])[there], dp[0][np.ix_(there, blind)]
 
     r, J = residual(pose)
-    if not _is_bounded(r, J):  # of a robot as large as no robot is
+    if not _is_bounded(r, J):  # lengths of the robot are too large
         return _Pose(pose, np.inf, (0.0, int(blind[0])))
     for _ in range(_ITERATIONS):
         damped = np.sqrt(damping * (1.0 + (J**2).sum(axis=0)))

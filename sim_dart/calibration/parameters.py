@@ -1,4 +1,4 @@
-"""Numbers of a robot and of its sensors that a calibration may free, with their priors."""
+"""Parameters of a robot and its sensors that can be calibrated, with their priors."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from sim_dart.core.arrays import FloatArray
 from sim_dart.core.frames import moving_frames
 from sim_dart.estimation.estimated_robot import cable_compliances, passive_muscles
 
-from .inertia import NUMBERS, InertiaPrior, inertia_of, thickened
+from .inertia import NUMBERS, InertiaPrior, inertia_of, thicken
 from .markers import Marker
 
 Kind = Literal[
@@ -44,25 +44,25 @@ GROUPS = {
     "delays": ("tensions", "lengths"),
     "markers": ("position",),
 }
-"""What can be freed, by the first word of its name and the last."""
+"""Parameters that can be calibrated: the last word of their names by the first word."""
 
 _NONE = -1
 MIN_FRICTION = 1e-4
-"""Of a cable: with none it would have no bends."""
+"""Smallest friction coefficient of a cable. A cable without friction has no friction states."""
 
 
 @dataclass(frozen=True)
 class PriorSettings:
-    """How far numbers may be from what the robot's files say: standard deviations.
+    """Standard deviations of the prior, relative to the robot description.
 
     Attributes:
-        via_points: In [m].
-        offset: In [m].
-        stiffness, gain, mu: Relative; mu is the friction of cables.
-        inertia: Relative, of a link's density; see `InertiaPrior`.
-        friction: Of damping, friction and armature: over the torques of the recording.
-        delay: In [s].
-        marker: Of its position on its link, in [m].
+        via_points: Of positions of via points, in [m].
+        offset: Of length offsets, in [m].
+        stiffness, gain, mu: Relative standard deviations; mu is the cable friction.
+        inertia: Relative standard deviation of the density of a link; see `InertiaPrior`.
+        friction: Of damping, friction and armature, relative to the torques of the recording.
+        delay: Of the delay, in [s].
+        marker: Of marker positions on their links, in [m].
     """
 
     via_points: float = 3e-3
@@ -78,17 +78,17 @@ class PriorSettings:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A free number, as a change of what the robot has.
+    """Free parameter, represented by its change.
 
     Attributes:
-        name: Such as `muscles.biceps.via_points[1].x`.
-        kind: What it is.
+        name: Name, such as `muscles.biceps.via_points[1].x`.
+        kind: Kind of the parameter.
         item: Index of its muscle, link or coordinate.
-        part: Index of the point, and of the axis; or of the number of an inertia.
-        value: Of the robot, in `unit`; 0 if it is a change by itself.
-        sd: Of the prior.
-        unit: Its unit.
-        low, high: Least and greatest value.
+        part: Indices of the via point and axis, or index of the number of an inertia.
+        value: Value of the original robot, in `unit`; 0 for parameters of sensors.
+        sd: Standard deviation of the prior.
+        unit: Unit.
+        low, high: Smallest and largest value.
     """
 
     name: str
@@ -103,7 +103,7 @@ class Parameter:
 
     @property
     def group(self) -> str:
-        """What it belongs to, such as `muscles.biceps`."""
+        """Name of its muscle, link or coordinate, such as `muscles.biceps`."""
         return self.name.rpartition(".")[0].partition(".via_points")[0].partition(".inertia")[0]
 
 
@@ -114,29 +114,29 @@ def free_parameters(
     priors: PriorSettings,
     markers: Sequence[Marker] = (),
 ) -> tuple[tuple[Parameter, ...], tuple[str, ...]]:
-    """Return the parameters that patterns name, and a line each for what there is none of.
+    """Return the parameters that match patterns, and a note for each pattern without match.
 
     Args:
         robot: A valid robot.
-        patterns: Such as `muscles.*.offset`; what they may say is in `GROUPS`.
-        torque: Typical torques of the recording, of each coordinate, shape (n,).
-        priors: How far they may be off.
-        markers: Of motion capture.
+        patterns: Patterns such as `muscles.*.offset`; see `GROUPS`.
+        torque: Typical torque of each coordinate in the recording, shape (n,).
+        priors: Standard deviations of the prior.
+        markers: Motion-capture markers.
 
     Raises:
-        InputError: A pattern names nothing that any robot has.
+        InputError: A pattern does not match any kind of parameter.
     """
-    every = {key: list(made) for key, made in _every(robot, torque, priors)}
+    offered = {key: list(made) for key, made in _all_parameters(robot, torque, priors)}
     for k, marker in enumerate(markers):
         key = f"markers.{marker.name}.position"
         places = zip("xyz", marker.position, strict=True)
-        every[key] = [
+        offered[key] = [
             Parameter(f"{key}.{axis}", "marker", k, (a,), value, priors.marker, "m")
             for a, (axis, value) in enumerate(places)
         ]
     chosen, notes = [], []
     for pattern in patterns:
-        found = [key for key in every if fnmatchcase(key, pattern)]
+        found = [key for key in offered if fnmatchcase(key, pattern)]
         words = pattern.split(".")
         last = words[-1] if len(words) > 1 else "*"
         known = [kind for kind in GROUPS.get(words[0], ()) if fnmatchcase(kind, last)]
@@ -144,22 +144,22 @@ def free_parameters(
             offers = ", ".join(f"{g}.*.{kind}" for g, kinds in GROUPS.items() for kind in kinds)
             raise InputError(f"unknown parameter {pattern!r}; known: {offers}", key="--parameters")
         if not found:
-            notes.append(f"{pattern}: this robot has none")
+            notes.append(f"{pattern}: this robot does not have such a parameter")
         chosen += found
-    parameters = [one for key in every if key in chosen for one in every[key]]
+    parameters = [one for key in offered if key in chosen for one in offered[key]]
     if not parameters:
         raise InputError("matches no parameter that can be calibrated", key="--parameters")
     return tuple(parameters), tuple(notes)
 
 
-def _every(
+def _all_parameters(
     robot: Robot, torque: FloatArray, priors: PriorSettings
 ) -> Iterator[tuple[str, Iterator[Parameter] | list[Parameter]]]:
-    """All that can be free, by the name that patterns are compared with."""
+    """Generate all parameters, with the name that is compared with patterns."""
     passive, compliance = passive_muscles(robot), cable_compliances(robot)
     for k, muscle in enumerate(robot.muscles):
         name = f"muscles.{muscle.name}"
-        yield f"{name}.via_points", _points(robot, k, priors)
+        yield f"{name}.via_points", _via_point_parameters(robot, k, priors)
         if passive[k]:
             continue
         offset = Parameter(f"{name}.offset", "offset", k, (), 0.0, priors.offset, "m")
@@ -179,18 +179,18 @@ def _every(
     for k, link in enumerate(robot.links):
         if moving[link.name].frame >= 0 and link.inertia.mass > 0:
             name = f"links.{link.name}.inertia"
-            yield name, _numbers(name, k, link.inertia, priors)
-    yield from _of_joints(robot, torque, priors)
+            yield name, _inertia_parameters(name, k, link.inertia, priors)
+    yield from _joint_parameters(robot, torque, priors)
     delays: tuple[tuple[str, Kind], ...] = (
         ("tensions", "tension_delay"),
         ("lengths", "length_delay"),
     )
-    for what, kind in delays:
-        key = f"delays.{what}"
+    for signal, kind in delays:
+        key = f"delays.{signal}"
         yield key, [Parameter(key, kind, _NONE, (), 0.0, priors.delay, "s")]
 
 
-def _points(robot: Robot, k: int, priors: PriorSettings) -> Iterator[Parameter]:
+def _via_point_parameters(robot: Robot, k: int, priors: PriorSettings) -> Iterator[Parameter]:
     muscle = robot.muscles[k]
     for i, point in enumerate(muscle.via_points):
         for a, axis in enumerate("xyz"):
@@ -199,17 +199,19 @@ def _points(robot: Robot, k: int, priors: PriorSettings) -> Iterator[Parameter]:
             yield Parameter(name, "point", k, (i, a), value, priors.via_points, "m")
 
 
-def _numbers(name: str, k: int, inertia: Inertia, priors: PriorSettings) -> list[Parameter]:
-    believed = thickened(inertia)
-    sds = InertiaPrior(believed, priors.inertia).sd.tolist()
-    rows = zip(NUMBERS.items(), believed.tolist(), sds, strict=True)
+def _inertia_parameters(
+    name: str, k: int, inertia: Inertia, priors: PriorSettings
+) -> list[Parameter]:
+    thick = thicken(inertia)
+    sds = InertiaPrior(thick, priors.inertia).sd.tolist()
+    rows = zip(NUMBERS.items(), thick.tolist(), sds, strict=True)
     return [
-        Parameter(f"{name}.{what}", "inertia", k, (i,), value, sd, unit)
-        for i, ((what, unit), value, sd) in enumerate(rows)
+        Parameter(f"{name}.{signal}", "inertia", k, (i,), value, sd, unit)
+        for i, ((signal, unit), value, sd) in enumerate(rows)
     ]
 
 
-def _of_joints(
+def _joint_parameters(
     robot: Robot, torque: FloatArray, priors: PriorSettings
 ) -> Iterator[tuple[str, list[Parameter]]]:
     for j, c in enumerate(robot.coordinates):
@@ -229,12 +231,12 @@ def _of_joints(
 
 
 def calibrated_robot(robot: Robot, parameters: Sequence[Parameter], theta: FloatArray) -> Robot:
-    """Return the robot with its numbers changed; those of sensors are none of it.
+    """Return the robot with changed parameters. Parameters of sensors are ignored.
 
     Args:
-        robot: As it was believed to be.
-        parameters: The free ones.
-        theta: How each has changed, shape (P,).
+        robot: The original robot.
+        parameters: The free parameters.
+        theta: Changes of the parameters, shape (P,).
     """
     points: dict[tuple[int, int], list[float]] = {}
     inertias: dict[int, FloatArray] = {}
@@ -259,10 +261,10 @@ def calibrated_robot(robot: Robot, parameters: Sequence[Parameter], theta: Float
             stiff[one.item] = one.value + change
         elif one.kind == "cable_friction":
             rough[one.item] = one.value + change
-    return _changed(robot, points, inertias, joints, stiff, rough)
+    return _change_robot(robot, points, inertias, joints, stiff, rough)
 
 
-def _changed(
+def _change_robot(
     robot: Robot,
     points: dict[tuple[int, int], list[float]],
     inertias: dict[int, FloatArray],
@@ -272,8 +274,8 @@ def _changed(
 ) -> Robot:
     links = list(robot.links)
     for k, theta in inertias.items():
-        believed = thickened(links[k].inertia)
-        links[k] = replace(links[k], inertia=inertia_of(believed + theta))
+        thick = thicken(links[k].inertia)
+        links[k] = replace(links[k], inertia=inertia_of(thick + theta))
     muscles = list(robot.muscles)
     for k in {k for k, _ in points}:
         via = list(muscles[k].via_points)
@@ -289,7 +291,10 @@ def _changed(
         muscles[k] = replace(muscles[k], friction=mu)
     moved = tuple(
         replace(
-            joint, coordinates=tuple(_with(c, joints.get(c.name, {})) for c in joint.coordinates)
+            joint,
+            coordinates=tuple(
+                _change_coordinate(c, joints.get(c.name, {})) for c in joint.coordinates
+            ),
         )
         for joint in robot.joints
     )
@@ -297,7 +302,7 @@ def _changed(
     return changed.with_muscles(muscles) if robot.cable_set else changed
 
 
-def _with(c: Coordinate, values: Mapping[str, float]) -> Coordinate:
+def _change_coordinate(c: Coordinate, values: Mapping[str, float]) -> Coordinate:
     return replace(
         c,
         damping=values.get("damping", c.damping),

@@ -1,12 +1,12 @@
-"""Calibration by output error: roll-outs over short windows against what was read.
+"""Output-error calibration problem: roll-outs over short windows are fitted to measurements.
 
-Unknown are theta, of the robot and its sensors, and of each window w where it begins, x_w = (q,
-qd):
+The unknowns are the parameters theta of the robot and its sensors, and the start state
+x_w = (q, qd) of each window w:
 
     min  sum_w |r_w(theta, x_w)|^2 + prior(theta),   r_w = (y_w - y(theta, x_w)) / noise
 
-by Levenberg and Marquardt's method. Starts are eliminated window by window; with theta held,
-windows find their starts one by one, by the same method.
+The Levenberg-Marquardt method solves this problem. Start states are eliminated in each window. For
+fixed theta, the start state of each window is fitted separately by the same method.
 """
 
 from __future__ import annotations
@@ -19,34 +19,43 @@ import numpy as np
 from addin_sdfusion.robot import Robot
 from sim_dart.core.arrays import FloatArray, IntArray
 
-from .inertia import InertiaPrior, thickened
-from .markers import SeenMarkers
+from .inertia import InertiaPrior, thicken
+from .markers import MarkerKinematics
 from .parameters import Parameter
-from .readings import Window, smooth_start
+from .recordings import Window, smoothed_start
 from .roll_outs import NONE, RollOuts
 from .sensitivity import Sensitivity
-from .starts import Eliminated, Left, Settled, eliminate, settle, whitened, without_start
+from .window_starts import (
+    FittedWindows,
+    ReducedWindow,
+    Residuals,
+    eliminate,
+    fit_start,
+    normalise,
+    project_out_start,
+)
 
 MAX_STEP = 1e-3
-"""Of roll-outs, in [s]: readings that are farther apart have several steps between them."""
+"""Largest step of roll-outs, in [s]. Larger sampling periods are divided into several steps."""
 
 _WITHOUT_EFFECT = 1e-12
-"""Information in units of the prior below which a number changes no reading at all."""
+"""Information in units of the prior below which a parameter has no effect."""
 
 _MIN_FRICTION = 1e-3
-"""Over its prior's deviation: what would rub cannot be seen at a joint that does not rub at all."""
+"""Smallest friction over its prior sd. At zero friction its derivative would vanish."""
 
 
 @dataclass(frozen=True)
-class Linearised:
-    """All windows about theta and starts.
+class Linearisation:
+    """Linearisation of all windows in theta and start states.
 
     Attributes:
-        information: H of theta in units of the prior, starts eliminated, shape (P, P).
-        gradient: Shape (P,).
-        start_changes: Of each window's start, with theta held, shape (2 n,) each.
-        start_slopes: How each follows theta, shape (2 n, P) each.
-        start_solvers: See `Eliminated`.
+        information: Information matrix H of theta in units of the prior, with eliminated start
+            states, shape (P, P).
+        gradient: Gradient, shape (P,).
+        start_changes: Changes of the start states for fixed theta, shape (2 n,) each.
+        start_slopes: Derivatives of the start states by theta, shape (2 n, P) each.
+        start_solvers: See `ReducedWindow`.
     """
 
     information: FloatArray
@@ -57,15 +66,15 @@ class Linearised:
 
 
 class CalibrationProblem:
-    """A robot, what is free of it, and how well it is read.
+    """Calibration problem of a robot.
 
     Args:
-        robot: As it is believed to be.
-        parameters: The free ones; none to fit starts alone.
-        noise: Of one reading, shape (n + m + 3 M,).
-        inertia_sd: Of the prior of inertias; see `InertiaPrior`.
-        longest_step: Of roll-outs, in [s].
-        seen: Markers on it; none when None.
+        robot: The original robot.
+        parameters: The free parameters; empty to fit only start states.
+        noise: Standard deviation of one measurement, shape (n + m + 3 M,).
+        inertia_sd: Standard deviation of the prior of inertias; see `InertiaPrior`.
+        max_step: Largest step of roll-outs, in [s].
+        seen: Motion-capture markers, or None.
     """
 
     def __init__(
@@ -74,8 +83,8 @@ class CalibrationProblem:
         parameters: Sequence[Parameter],
         noise: FloatArray,
         inertia_sd: float,
-        longest_step: float = MAX_STEP,
-        seen: SeenMarkers | None = None,
+        max_step: float = MAX_STEP,
+        seen: MarkerKinematics | None = None,
     ) -> None:
         self.robot, self.parameters = robot, tuple(parameters)
         self._noise = noise
@@ -85,28 +94,30 @@ class CalibrationProblem:
         self._is_friction = np.array([one.kind == "friction" for one in parameters], dtype=bool)
         self.low[self._is_friction] += _MIN_FRICTION
         self._priors = _inertia_priors(self.robot, self.parameters, inertia_sd)
-        self._rolls = RollOuts(robot, parameters, longest_step, seen)
+        self._rolls = RollOuts(robot, parameters, max_step, seen)
         self._acts = np.arange(len(self.parameters), dtype=np.int32)
 
-    def skip_idle(self, information: FloatArray) -> None:
-        """Roll no more along numbers that change no reading, such as those across a plane.
+    def exclude_ineffective(self, information: FloatArray) -> None:
+        """Exclude parameters without effect from later roll-outs.
+
+        An example are out-of-plane positions of a planar robot.
 
         Args:
-            information: H by readings with all numbers, shape (P, P).
+            information: Information matrix H of the measurements, shape (P, P).
         """
         acts = np.flatnonzero(np.diag(information) > _WITHOUT_EFFECT)
         self._acts = acts.astype(np.int32)
 
     def robot_at(self, z: FloatArray) -> Robot:
-        """Return the robot with theta = z sd."""
+        """Return the robot with the parameters theta = z sd."""
         return self._rolls.robot_at(z)
 
-    def without_traces(self, z: FloatArray) -> FloatArray:
-        """Z, but no friction if it is at its least."""
+    def with_zero_friction(self, z: FloatArray) -> FloatArray:
+        """Return z with friction at its lower bound replaced by zero friction."""
         return np.where(self._is_friction & (z <= self.low), z - _MIN_FRICTION, z)
 
     def prior(self, z: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Return the cost of theta by what was believed, half its gradient and half its Hessian."""
+        """Return the prior cost of theta, half its gradient and half its Hessian."""
         cost, g, H = float(z @ z), z.copy(), np.eye(len(z))
         for at, prior in self._priors:
             s = self.sd[at]
@@ -115,98 +126,100 @@ class CalibrationProblem:
             g[at], H[np.ix_(at, at)] = slope * s, bend * s[:, None] * s
         return cost, g, H
 
-    def settled(
+    def fit_windows(
         self,
         z: FloatArray,
-        cut: Sequence[Window],
+        windows: Sequence[Window],
         starts: Sequence[FloatArray] | None = None,
         solvers: Sequence[FloatArray] | None = None,
-    ) -> Settled | None:
-        """Where windows begin so that they fit best with theta held.
+    ) -> FittedWindows | None:
+        """Fit the start states of windows for fixed theta.
 
         Args:
-            z: theta over its sd.
-            cut: The windows.
-            starts: Where to look from; what smooth motions say if omitted.
-            solvers: Of a linearisation near z.
+            z: Parameters theta over their sd, shape (P,).
+            windows: The windows.
+            starts: Initial start states (default: from smoothed measurements).
+            solvers: Solvers of a linearisation near z.
 
         Returns:
-            None if a window diverges.
+            The fitted windows, or None if a window diverges.
         """
-        begin = [smooth_start(window) for window in cut] if starts is None else starts
-        near = [None] * len(cut) if solvers is None else solvers
+        begin = [smoothed_start(window) for window in windows] if starts is None else starts
+        near = [None] * len(windows) if solvers is None else solvers
 
-        def settled(
+        def fit_window(
             roller: Sensitivity, window: Window, at: tuple[FloatArray, FloatArray | None]
-        ) -> Settled | None:
-            def roll(start: FloatArray, with_derivatives: bool) -> Left | None:
+        ) -> FittedWindows | None:
+            def roll(start: FloatArray, with_derivatives: bool) -> Residuals | None:
                 along = NONE if with_derivatives else None
-                return self._rolls.left(roller, window, start, z, along)
+                return self._rolls.residuals(roller, window, start, z, along)
 
-            return settle(roll, at[0], self._noise, at[1])
+            return fit_start(roll, at[0], self._noise, at[1])
 
-        every, places = [], list(zip(begin, near, strict=True))
-        for one in self._rolls.every(settled, z, cut, places):
+        fitted, places = [], list(zip(begin, near, strict=True))
+        for one in self._rolls.map_windows(fit_window, z, windows, places):
             if one is None:
                 return None
-            every.append(one)
-        return Settled(
-            sum(one.cost for one in every),
-            [one.starts[0] for one in every],
-            [one.residuals[0] for one in every],
+            fitted.append(one)
+        return FittedWindows(
+            sum(one.cost for one in fitted),
+            [one.starts[0] for one in fitted],
+            [one.residuals[0] for one in fitted],
         )
 
     def linearise(
-        self, z: FloatArray, cut: Sequence[Window], starts: Sequence[FloatArray]
-    ) -> Linearised | None:
-        """Windows about a point; None if one diverges."""
+        self, z: FloatArray, windows: Sequence[Window], starts: Sequence[FloatArray]
+    ) -> Linearisation | None:
+        """Return the linearisation of windows at z, or None if a window diverges."""
         P, acts = len(z), self._acts
         H, g = np.zeros((len(acts), len(acts))), np.zeros(len(acts))
         changes, slopes, solvers = [], [], []
-        for one in self._eliminated(z, cut, starts):
+        for one in self._reduced_windows(z, windows, starts):
             if one is None:
                 return None
             H += one.information
             g += one.gradient
             changes.append(one.start_change)
-            slopes.append(_among(one.start_slope, acts, P))
+            slopes.append(_scatter(one.start_slope, acts, P))
             solvers.append(one.start_solver)
-        H = _among(_among(H, acts, P).T, acts, P)
-        return Linearised(H, _among(g[None], acts, P)[0], changes, slopes, solvers)
+        H = _scatter(_scatter(H, acts, P).T, acts, P)
+        return Linearisation(H, _scatter(g[None], acts, P)[0], changes, slopes, solvers)
 
-    def bent(
+    def second_order_terms(
         self,
         z: FloatArray,
-        cut: Sequence[Window],
+        windows: Sequence[Window],
         starts: Sequence[FloatArray],
         changes: FloatArray,
     ) -> tuple[FloatArray, FloatArray] | None:
-        """By how much roll-outs along changes are not straight.
+        """Compute second-order terms of roll-outs along changes of the parameters.
 
         Args:
-            z: theta over its sd, shape (P,).
-            cut: The windows.
-            starts: Where they begin, so that they fit best.
-            changes: Of z, shape (S, P).
+            z: Parameters theta over their sd, shape (P,).
+            windows: The windows.
+            starts: Fitted start states.
+            changes: Changes of z, shape (S, P).
 
         Returns:
             H at z, shape (P, P), and J'(r(z + c) - 2 r(z) + r(z - c)) of each change c, shape
-            (S, P), with the residuals r and their derivatives J, starts eliminated. None if a
-            window diverges.
+            (S, P), with residuals r and their derivatives J after elimination of start states.
+            None if a window diverges.
         """
         P, acts, size = len(z), self._acts, 2 * len(self.robot.coordinates)
         self._rolls.differentiate_at(z)
 
-        def straight(
+        def linearise_window(
             roller: Sensitivity, window: Window, start: FloatArray
         ) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-            left = self._rolls.left(roller, window, start, z, acts)
-            if left is None:
+            residuals = self._rolls.residuals(roller, window, start, z, acts)
+            if residuals is None:
                 return None
-            return whitened(left[0], self._noise), *without_start(left, size, self._noise)
+            return normalise(residuals[0], self._noise), *project_out_start(
+                residuals, size, self._noise
+            )
 
         about = []
-        for one in self._rolls.every(straight, z, cut, starts):
+        for one in self._rolls.map_windows(linearise_window, z, windows, starts):
             if one is None:
                 return None
             about.append(one)
@@ -218,53 +231,55 @@ class CalibrationProblem:
             for way in (1.0, -1.0):
                 there = z + way * change
 
-                def plain(
+                def roll(
                     roller: Sensitivity,
                     window: Window,
                     start: FloatArray,
                     there: FloatArray = there,
                 ) -> FloatArray | None:
-                    left = self._rolls.left(roller, window, start, there, None)
-                    return None if left is None else whitened(left[0], self._noise)
+                    residuals = self._rolls.residuals(roller, window, start, there, None)
+                    return None if residuals is None else normalise(residuals[0], self._noise)
 
                 moved = [
                     start + way * slope @ change[acts]
                     for start, (_, _, slope) in zip(starts, about, strict=True)
                 ]
-                rolled = self._rolls.every(plain, there, cut, moved)
+                rolled = self._rolls.map_windows(roll, there, windows, moved)
                 for r, (r0, B, _) in zip(rolled, about, strict=True):
                     if r is None:
                         return None
                     row[acts] += B.T @ (r - r0)
-        return _among(_among(H, acts, P).T, acts, P), found
+        return _scatter(_scatter(H, acts, P).T, acts, P), found
 
-    def informations(
-        self, cut: Sequence[Window], starts: Sequence[FloatArray]
+    def window_information(
+        self, windows: Sequence[Window], starts: Sequence[FloatArray]
     ) -> list[FloatArray] | None:
-        """H of each window about what is believed, shape (P, P) each; None if one diverges."""
+        """Return H of each window at z = 0, shape (P, P) each, or None if a window diverges."""
         found, P, acts = [], len(self.parameters), self._acts
-        for one in self._eliminated(np.zeros(P), cut, starts):
+        for one in self._reduced_windows(np.zeros(P), windows, starts):
             if one is None:
                 return None
-            found.append(_among(_among(one.information, acts, P).T, acts, P))
+            found.append(_scatter(_scatter(one.information, acts, P).T, acts, P))
         return found
 
-    def _eliminated(
-        self, z: FloatArray, cut: Sequence[Window], starts: Sequence[FloatArray]
-    ) -> Iterator[Eliminated | None]:
-        """Each window with its start eliminated; None at the first that diverges."""
+    def _reduced_windows(
+        self, z: FloatArray, windows: Sequence[Window], starts: Sequence[FloatArray]
+    ) -> Iterator[ReducedWindow | None]:
+        """Return each window with eliminated start state, or None if a window diverges."""
         self._rolls.differentiate_at(z)
         size = 2 * len(self.robot.coordinates)
 
-        def eliminated(roller: Sensitivity, window: Window, start: FloatArray) -> Eliminated | None:
-            left = self._rolls.left(roller, window, start, z, self._acts)
-            return None if left is None else eliminate(left, size, self._noise)
+        def reduce_window(
+            roller: Sensitivity, window: Window, start: FloatArray
+        ) -> ReducedWindow | None:
+            residuals = self._rolls.residuals(roller, window, start, z, self._acts)
+            return None if residuals is None else eliminate(residuals, size, self._noise)
 
-        return self._rolls.every(eliminated, z, cut, starts)
+        return self._rolls.map_windows(reduce_window, z, windows, starts)
 
 
-def _among(columns: FloatArray, acts: IntArray, count: int) -> FloatArray:
-    """Return columns of the numbers that act among those of all, zeros for the others."""
+def _scatter(columns: FloatArray, acts: IntArray, count: int) -> FloatArray:
+    """Return an array with the given columns at indices `acts` and zeros elsewhere."""
     whole = np.zeros((len(columns), count))
     whole[:, acts] = columns
     return whole
@@ -273,12 +288,12 @@ def _among(columns: FloatArray, acts: IntArray, count: int) -> FloatArray:
 def _inertia_priors(
     robot: Robot, parameters: Sequence[Parameter], sd: float
 ) -> list[tuple[IntArray, InertiaPrior]]:
-    """Of each link whose numbers are free, if they are among the parameters."""
+    """Return the prior of each link with free inertia, and the indices of its parameters."""
     at: dict[int, list[int]] = {}
     for k, one in enumerate(parameters):
         if one.kind == "inertia":
             at.setdefault(one.item, []).append(k)
     return [
-        (np.array(rows, dtype=np.int32), InertiaPrior(thickened(robot.links[link].inertia), sd))
+        (np.array(rows, dtype=np.int32), InertiaPrior(thicken(robot.links[link].inertia), sd))
         for link, rows in at.items()
     ]

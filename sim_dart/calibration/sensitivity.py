@@ -1,4 +1,4 @@
-"""Roll-outs with exact derivatives by a robot's numbers, from the complex core."""
+"""Roll-outs with exact derivatives by the numbers of a robot, computed by the complex core."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from sim_dart.muscles.friction import bends
 
 @cache
 def _bound() -> Any:
-    core = ctypes.CDLL(library()._name)  # without Python's lock: windows take milliseconds each
+    core = ctypes.CDLL(library()._name)  # releases the GIL, since windows take milliseconds
     pointer, size, count = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int32
     core.core_sensitivity_numbers.argtypes = core.core_sensitivity_size.argtypes = [pointer]
     core.core_sensitivity_numbers.restype = core.core_sensitivity_size.restype = size
@@ -32,12 +32,12 @@ def _bound() -> Any:
 
 
 class Directions(NamedTuple):
-    """What a roll-out is differentiated by, besides where it begins.
+    """Directions of derivatives of a roll-out, in addition to the start state.
 
     Attributes:
-        robot: How the robot's numbers change along each, shape (directions, numbers).
-        changes: How tensions may change, shape (k, rows, m).
-        commanded: Of each direction, which of these goes with it, or -1, shape (directions,).
+        robot: Derivatives of the robot's numbers, shape (directions, numbers).
+        changes: Derivatives of tensions, shape (k, rows, m).
+        commanded: Index in `changes` of each direction, or -1, shape (directions,).
     """
 
     robot: FloatArray
@@ -46,12 +46,12 @@ class Directions(NamedTuple):
 
 
 class Rolled(NamedTuple):
-    """A roll-out.
+    """Result of a roll-out.
 
     Attributes:
-        readings: q and path lengths, shape (rows, n + m).
-        derivatives: By the directions, then by q and qd at the start, shape (rows, n + m,
-            directions + 2 n); no columns where there was nothing to differentiate by.
+        readings: Simulated q and path lengths, shape (rows, n + m).
+        derivatives: Derivatives by the directions, then by q and qd at the start, shape
+            (rows, n + m, directions + 2 n); without columns if no derivatives were computed.
     """
 
     readings: FloatArray
@@ -59,18 +59,18 @@ class Rolled(NamedTuple):
 
 
 def robot_numbers(robot: Robot) -> FloatArray:
-    """Return the numbers of the blob that roll-outs work on, shape (numbers,)."""
+    """Return the real numbers of the robot's blob for roll-outs, shape (numbers,)."""
     return blob_reals(compile_blob(estimated_robot(robot)))
 
 
 class Sensitivity:
-    """A robot that is pulled by tensions that were measured, with derivatives.
+    """Simulation of a robot with measured tensions, and its derivatives.
 
     Args:
-        robot: The robot; its driven muscles pull with the tensions they are given.
+        robot: The robot. Its driven muscles are treated as ideal cables.
 
     Raises:
-        CardsflowError: This core has no derivatives.
+        CardsflowError: This core does not support derivatives.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -78,7 +78,9 @@ class Sensitivity:
         self._c = _bound()
         size = self._c.core_sensitivity_size(self._core.handle)
         if not size:
-            raise CardsflowError("this C core has no derivatives, which calibration requires")
+            raise CardsflowError(
+                "this C core does not support derivatives, which calibration requires"
+            )
         self._n, self._m = len(robot.coordinates), len(robot.muscles)
         self._bends = sum(map(bends, robot.muscles))
         self._memory = np.empty(-(-size // 8))
@@ -95,21 +97,19 @@ class Sensitivity:
         along: Directions | None = None,
         slips: FloatArray | None = None,
     ) -> Rolled | None:
-        """Roll through the readings of a window.
+        """Simulate the motion over a window.
 
         Args:
-            start: q and qd at the first reading, shape (2 n,).
-            tensions: From each reading on, shape (rows, m), in [N].
-            torques: Of motors at joints, shape (rows, n), in [N·m] or [N].
+            start: q and qd at the first measurement, shape (2 n,).
+            tensions: Tensions after each measurement, shape (rows, m), in [N].
+            torques: Torques of joint motors, shape (rows, n), in [N·m] or [N].
             h: Step, in [s].
-            steps: Steps between two readings.
-            along: What to differentiate by, besides the start; None for readings alone, in a small
-                part of the time.
-            slips: How cables with friction rub at the first reading, shape (bends,); neither way
-                where left out.
+            steps: Steps between two measurements.
+            along: Directions of derivatives, or None for no derivatives, which is much faster.
+            slips: Slip states at the first measurement, shape (bends,) (default: 0).
 
         Returns:
-            None if the state has diverged.
+            The roll-out, or None if the state diverged.
         """
         rows, width = len(tensions), self._n + self._m
         readings = np.empty((rows, width))

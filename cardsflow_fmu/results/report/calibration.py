@@ -19,9 +19,9 @@ from cardsflow_fmu.experiment.settings.estimator import CALIBRATION_FILE
 from cardsflow_fmu.utils.folder_lock import new_folder
 from sim_dart.calibration.calibrate import Calibration, Errors, calibrate
 from sim_dart.calibration.identifiability import (
-    Knowledge,
+    ParameterInformation,
     identifiable,
-    open_directions,
+    unidentifiable_directions,
     without_effect,
 )
 from sim_dart.calibration.inertia import NUMBERS, inertia_numbers
@@ -104,13 +104,13 @@ def describe(result: Calibration) -> str:
     """Return the report as text."""
     is_known = identifiable(result)
     lines = [
-        f"{len(is_known)} parameters from {result.windows} windows, {result.kept} held out; "
+        f"{len(is_known)} parameters from {result.windows} windows, {result.held_out} held out; "
         f"{is_known.sum()} identifiable, {(~is_known).sum()} determined by their priors",
         f"misfit      {result.misfit:.3g} (1: as expected from the noise)",
         "",
         "RMS of measurement minus simulation          before     after",
         *_error_lines("calibration", result.before, result.after),
-        *_error_lines("held out", result.kept_before, result.kept_after),
+        *_error_lines("held out", result.held_out_before, result.held_out_after),
         "",
         "parameter                                          change        sd",
     ]
@@ -128,7 +128,7 @@ def _curvature_lines(result: Calibration) -> list[str]:
     linear_sd = np.sqrt(np.diag(result.covariance))
     curved = [
         one.name
-        for one, sd, bend in zip(result.parameters, linear_sd, result.bend, strict=True)
+        for one, sd, bend in zip(result.parameters, linear_sd, result.curvature_sd, strict=True)
         if bend > sd
     ]
     if not curved:
@@ -137,9 +137,9 @@ def _curvature_lines(result: Calibration) -> list[str]:
     return ["", f"{what}: {', '.join(curved)}"]
 
 
-def unidentifiable_lines(known: Knowledge) -> list[str]:
+def unidentifiable_lines(known: ParameterInformation) -> list[str]:
     """Describe unidentifiable parameters and directions, one line each."""
-    names, directions, lines = _without_effect(known), open_directions(known), []
+    names, directions, lines = _without_effect(known), unidentifiable_directions(known), []
     if names:
         lines += ["", f"no effect on the measurements: {', '.join(names)}"]
     if directions:
@@ -148,7 +148,7 @@ def unidentifiable_lines(known: Knowledge) -> list[str]:
     return lines
 
 
-def _without_effect(known: Knowledge) -> list[str]:
+def _without_effect(known: ParameterInformation) -> list[str]:
     """Return the names of the parameters without effect on the measurements."""
     rows = zip(known.parameters, without_effect(known), strict=True)
     return [one.name for one, idle in rows if idle]
@@ -184,15 +184,24 @@ def _error_lines(what: str, before: Errors, after: Errors) -> list[str]:
     ]
 
 
+_ERRORS = {
+    "before": "before",
+    "after": "after",
+    "kept_before": "held_out_before",
+    "kept_after": "held_out_after",
+}
+"""Attributes of `Calibration` with errors, by their keys in the report."""
+
+
 def _table(result: Calibration) -> dict[str, Any]:
     return {
         "misfit": result.misfit,
         "converged": result.converged,
         "windows": result.windows,
-        "windows_kept_out": result.kept,
+        "windows_kept_out": result.held_out,
         "errors": {
-            name: {kind: _rms(result, name, kind) for kind in ("q", "lengths", "markers")}
-            for name in ("before", "after", "kept_before", "kept_after")
+            key: {kind: _rms(result, name, kind) for kind in ("q", "lengths", "markers")}
+            for key, name in _ERRORS.items()
         },
         "parameters": [
             {
@@ -208,7 +217,7 @@ def _table(result: Calibration) -> dict[str, Any]:
                 result.parameters,
                 result.change,
                 result.sd,
-                result.bend,
+                result.curvature_sd,
                 identifiable(result),
                 strict=True,
             )
@@ -223,7 +232,7 @@ def _table(result: Calibration) -> dict[str, Any]:
             for link in result.robot.links
         },
         "no_effect": _without_effect(result),
-        "not_identifiable": [str(direction) for direction in open_directions(result)],
+        "not_identifiable": [str(direction) for direction in unidentifiable_directions(result)],
         "warnings": warnings(result),
     }
 

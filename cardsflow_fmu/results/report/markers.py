@@ -14,7 +14,7 @@ from cardsflow_fmu.experiment.config.table import Context, Table, Text, Vector3,
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.csv_table import read_csv
 from sim_dart.calibration.markers import Marker
-from sim_dart.calibration.readings import Readings
+from sim_dart.calibration.recordings import Recording
 
 
 class MarkerSettings(Table):
@@ -57,7 +57,9 @@ def marker_names(markers: Sequence[Marker]) -> list[str]:
     return [f"{one.name}.{axis}" for one in markers for axis in "xyz"]
 
 
-def resample(readings: Readings, first: float, times: FloatArray, markers: FloatArray) -> Readings:
+def resample(
+    readings: Recording, first: float, times: FloatArray, markers: FloatArray
+) -> Recording:
     """Resample measurements at the times of motion capture; tensions are averaged over the steps.
 
     Args:

@@ -21,7 +21,7 @@ from cardsflow_fmu.results.files import RECORDING_FILE
 from cardsflow_fmu.results.saved_run import read_results
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart.calibration.markers import Marker
-from sim_dart.calibration.readings import Readings
+from sim_dart.calibration.recordings import Recording
 from sim_dart.estimation.estimated_robot import passive_muscles
 
 from .markers import marker_names, read_capture, resample
@@ -39,7 +39,7 @@ _ACTING = ("tension", MEASURED_TORQUE)
 
 def read_readings(
     path: Path, robot: Robot, markers: Sequence[Marker] = (), capture: Path | None = None
-) -> Readings:
+) -> Recording:
     """Read the measurements of a recording: positions, lengths, and tensions or commanded forces.
 
     With markers, the measurements are resampled at the times of motion capture.
@@ -89,7 +89,7 @@ def read_readings(
     if motors:
         torques[:, driven] = block(motors, 0.0)
     q = block(coordinate_signals("q", robot))
-    readings = Readings(path.resolve().name, step, q, lengths, tensions, torques)
+    readings = Recording(path.resolve().name, step, q, lengths, tensions, torques)
     if not markers:
         return readings
     if capture is not None:

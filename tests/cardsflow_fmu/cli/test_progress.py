@@ -12,7 +12,7 @@ from cardsflow_fmu.cli.terminal.messages import quiet_messages
 from cardsflow_fmu.cli.terminal.progress import PERIOD, ProgressLines, show_progress
 from cardsflow_fmu.simulation.excite import excite
 from sim_dart.calibration.fit_progress import FitProgress
-from sim_dart.calibration.readings import Readings, Window
+from sim_dart.calibration.recordings import Recording, Window
 
 
 class Clock:
@@ -86,7 +86,7 @@ def test_excite_reports_its_progress(tmp_path: Path) -> None:
 
 def windows(rows: int) -> list[Window]:
     nothing = np.zeros((rows, 1))
-    readings = Readings("", 1e-3, nothing, nothing, nothing, nothing)
+    readings = Recording("", 1e-3, nothing, nothing, nothing, nothing)
     return [Window(readings, 0, nothing)]
 
 

@@ -18,10 +18,10 @@ from sim_dart.calibration.inertia import (
     inertia_numbers,
     inertia_of,
     pseudo_inertia,
-    thickened,
+    thicken,
 )
 from sim_dart.calibration.parameters import PriorSettings, calibrated_robot, free_parameters
-from sim_dart.calibration.readings import windows
+from sim_dart.calibration.recordings import cut_windows
 from sim_dart.calibration.sensitivity import Directions, Sensitivity, robot_numbers
 
 FREE = ["muscles.*.offset", "joints.*.damping"]
@@ -36,7 +36,7 @@ def arm() -> Robot:
     "free",
     ["*.via_points", "links.*.inertia", "joints.*.damping", "rough", "muscles.*.friction"],
 )
-def test_derivatives_by_the_robots_numbers_are_those_of_differences(arm: Robot, free: str) -> None:
+def test_derivatives_by_parameters_equal_finite_differences(arm: Robot, free: str) -> None:
     """Against central differences of roll-outs of changed robots."""
     if free in ("rough", "muscles.*.friction"):
         muscles = bent(arm, 0.2, (0.2, -0.3)).muscles
@@ -75,17 +75,17 @@ def test_derivatives_by_the_robots_numbers_are_those_of_differences(arm: Robot, 
 BODY = Inertia(2.0, (0.1, 0.0, 0.2), 0.02, 0.03, 0.04, 0.001, 0.0, 0.002)
 
 
-def test_numbers_of_an_inertia_go_both_ways() -> None:
+def test_inertia_numbers_are_converted_back() -> None:
     found = inertia_of(inertia_numbers(BODY))
     np.testing.assert_allclose(np.array(found.matrix), np.array(BODY.matrix), atol=1e-15)
     np.testing.assert_allclose([found.mass, *found.com], [BODY.mass, *BODY.com], atol=1e-15)
-    np.testing.assert_allclose(thickened(BODY), inertia_numbers(BODY), atol=1e-15)
-    point = thickened(Inertia(2.0, (0.1, 0.0, 0.2), 0.0, 0.0, 0.0))
+    np.testing.assert_allclose(thicken(BODY), inertia_numbers(BODY), atol=1e-15)
+    point = thicken(Inertia(2.0, (0.1, 0.0, 0.2), 0.0, 0.0, 0.0))
     assert np.linalg.eigvalsh(pseudo_inertia(point))[0] > 0
 
 
 @pytest.mark.slow
-def test_inertias_that_no_body_has_are_infinitely_far() -> None:
+def test_inconsistent_inertias_have_infinite_cost() -> None:
     """And the gradient and Hessian of the distance are those of differences, exact ones at 0."""
     numbers, rng = inertia_numbers(BODY), np.random.default_rng(0)
     prior = InertiaPrior(numbers, 0.3)
@@ -115,14 +115,14 @@ def test_inertias_that_no_body_has_are_infinitely_far() -> None:
 
 
 @pytest.mark.slow
-def test_hidden_numbers_are_found_within_their_deviations(arm: Robot) -> None:
+def test_parameters_are_identified_within_their_standard_deviations(arm: Robot) -> None:
     parameters, _ = free_parameters(arm, FREE, np.ones(2), PriorSettings())
     hidden = np.array([3e-3, -2e-3, 1e-3, 4e-3, 0.4, -0.3])
     truth = calibrated_robot(arm, parameters, hidden)
     result = calibrate(arm, [recording(truth, hidden[:4], 1)], FREE)
     assert identifiable(result).all()
-    assert np.isfinite(result.kept_after.lengths).all()
-    assert (result.kept_after.lengths < 2 * NOISE).all()
+    assert np.isfinite(result.held_out_after.lengths).all()
+    assert (result.held_out_after.lengths < 2 * NOISE).all()
     assert result.misfit < 1.2
     assert (np.abs(result.change - hidden) < 3.0 * result.sd).all()
     assert (result.sd[:4] < 1e-4).all()
@@ -131,7 +131,7 @@ def test_hidden_numbers_are_found_within_their_deviations(arm: Robot) -> None:
 
 
 @pytest.mark.slow
-def test_friction_of_joints_is_found_where_files_have_none(arm: Robot) -> None:
+def test_joint_friction_is_identified_from_a_model_without_friction(arm: Robot) -> None:
     hidden = (0.0, 0.2)
     free = ["joints.*.friction"]
     parameters, _ = free_parameters(arm, free, np.ones(2), PriorSettings())
@@ -143,7 +143,7 @@ def test_friction_of_joints_is_found_where_files_have_none(arm: Robot) -> None:
 
 
 @pytest.mark.slow
-def test_friction_of_cables_is_found(arm: Robot) -> None:
+def test_cable_friction_is_identified(arm: Robot) -> None:
     """From pieces of three windows, which do not begin with cables that rub neither way."""
     muscles = bent(arm, 0.15, (0.2, -0.3)).muscles
     arm = arm.with_muscles([replace(m, presliding=2e-3) for m in muscles])
@@ -157,7 +157,7 @@ def test_friction_of_cables_is_found(arm: Robot) -> None:
     assert (result.sd < 1e-3).all()
 
 
-def test_what_is_not_identifiable_is_refused(arm: Robot) -> None:
+def test_unidentifiable_parameters_are_rejected(arm: Robot) -> None:
     whole = recording(arm, np.zeros(4), 2, pieces=12)
     blind = replace(whole, q=np.full_like(whole.q, np.nan))
     with pytest.raises(
@@ -194,8 +194,8 @@ def test_what_is_not_identifiable_is_refused(arm: Robot) -> None:
         calibrate(arm, [replace(short, q=scattered, torques=whole.torques[:40])], FREE)
 
 
-def test_windows_have_no_gap(arm: Robot) -> None:
+def test_windows_have_no_gaps(arm: Robot) -> None:
     whole = recording(arm, np.zeros(4), 3, pieces=5)
-    cut = windows([whole], ROWS * STEP)
+    cut = cut_windows([whole], ROWS * STEP)
     assert len(cut) == 5
     assert all(np.isfinite(window.measured).all() for window in cut)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from support.robots.recorded_arm import NOISE, ROWS, STEP, damped_arm, recording
 
-from sim_dart.calibration.curvature import bends, covariance_root
+from sim_dart.calibration.curvature import covariance_root, curvature_deviations
 from sim_dart.calibration.parameters import PriorSettings, free_parameters
 from sim_dart.calibration.problem import CalibrationProblem
-from sim_dart.calibration.readings import Window, windows
+from sim_dart.calibration.recordings import Window, cut_windows
 from sim_dart.core.arrays import FloatArray
 
 FREE = ["muscles.cable_1.offset", "muscles.cable_1.via_points"]
@@ -19,23 +19,23 @@ def problem_of(pieces: int) -> tuple[CalibrationProblem, list[Window]]:
     """The two-link arm as it is, and windows of it without noise."""
     arm = damped_arm()
     parameters, _ = free_parameters(arm, FREE, np.ones(2), PriorSettings())
-    cut = windows([recording(arm, np.zeros(4), 1, pieces, noise=0.0)], ROWS * STEP)
+    cut = cut_windows([recording(arm, np.zeros(4), 1, pieces, noise=0.0)], ROWS * STEP)
     return CalibrationProblem(arm, parameters, np.full(6, NOISE), 0.3), cut
 
 
 @pytest.mark.slow
-def test_second_derivatives_are_those_of_differences() -> None:
+def test_second_derivatives_equal_finite_differences() -> None:
     """Of windows whose starts are fitted again at every point, by derivatives of differences."""
     problem, cut = problem_of(6)
     P = len(problem.parameters)
     z, change = np.zeros(P), np.random.default_rng(1).normal(size=P)
 
     def residuals(z: FloatArray) -> FloatArray:
-        settled = problem.settled(z, cut)
+        settled = problem.fit_windows(z, cut)
         assert settled is not None
         return np.concatenate([(left / NOISE).ravel() for left in settled.residuals])
 
-    settled = problem.settled(z, cut)
+    settled = problem.fit_windows(z, cut)
     assert settled is not None
     found = problem.bent(z, cut, settled.starts, change[None])
     assert found is not None
@@ -49,15 +49,16 @@ def test_second_derivatives_are_those_of_differences() -> None:
 
 
 @pytest.mark.slow
-def test_numbers_on_a_curve_deviate_by_the_square_of_their_tangent() -> None:
+def test_curvature_deviation_is_quadratic_in_the_linear_deviation() -> None:
     """Half the deviations along the tangent, a quarter besides; none of numbers in a line."""
     problem, cut = problem_of(6)
     P = len(problem.parameters)
-    settled = problem.settled(np.zeros(P), cut)
+    settled = problem.fit_windows(np.zeros(P), cut)
     assert settled is not None
     C = 1e-4 * np.eye(P)
     whole, half = (
-        bends(problem, np.zeros(P), cut, settled.starts, share**2 * C) for share in (1.0, 0.5)
+        curvature_deviations(problem, np.zeros(P), cut, settled.starts, share**2 * C)
+        for share in (1.0, 0.5)
     )
     assert whole.max() > 0
     np.testing.assert_allclose(half, whole / 4.0, rtol=0.05, atol=1e-3 * whole.max())
@@ -65,11 +66,11 @@ def test_numbers_on_a_curve_deviate_by_the_square_of_their_tangent() -> None:
         problem.robot, ["muscles.*.offset", "joints.*.damping"], np.ones(2), PriorSettings()
     )
     linear = CalibrationProblem(problem.robot, parameters, np.full(6, NOISE), 0.3)
-    none = bends(linear, np.zeros(6), cut, settled.starts, np.eye(6))
+    none = curvature_deviations(linear, np.zeros(6), cut, settled.starts, np.eye(6))
     np.testing.assert_array_equal(none, 0.0)
 
 
-def test_a_covariance_that_rounding_has_spoilt_has_a_root() -> None:
+def test_covariance_with_rounding_errors_has_a_root() -> None:
     """One direction without variance, and less than none by rounding."""
     C = np.array([[1.0, 1.0 + 1e-15], [1.0 + 1e-15, 1.0]])
     with pytest.raises(np.linalg.LinAlgError):

@@ -10,9 +10,9 @@ from support.robots.recorded_arm import MARKERS, NOISE, WORN, damped_arm, places
 
 from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from sim_dart.calibration.calibrate import calibrate
-from sim_dart.calibration.markers import Marker, SeenMarkers, shown_poses
+from sim_dart.calibration.markers import Marker, MarkerKinematics, poses_from_markers
 from sim_dart.calibration.parameters import PriorSettings, calibrated_robot, free_parameters
-from sim_dart.calibration.readings import Readings
+from sim_dart.calibration.recordings import Recording
 from sim_dart.core.arrays import FloatArray
 
 
@@ -21,11 +21,11 @@ def arm() -> Robot:
     return damped_arm()
 
 
-def test_markers_are_where_closed_forms_have_them(arm: Robot) -> None:
+def test_marker_positions_equal_closed_forms(arm: Robot) -> None:
     """With derivatives by the pose and by where they are worn, against differences."""
     rng = np.random.default_rng(1)
     q, h = rng.uniform(-1.5, 1.5, size=(20, 2)), 1e-6
-    seen = SeenMarkers(arm, MARKERS)
+    seen = MarkerKinematics(arm, MARKERS)
     p, dp, R = seen.at(q, WORN)
     np.testing.assert_allclose(p, places(q), atol=1e-12)
     for j, step in enumerate(h * np.eye(2)):
@@ -35,34 +35,34 @@ def test_markers_are_where_closed_forms_have_them(arm: Robot) -> None:
         moved = seen.at(q, WORN + step)[0] - p
         np.testing.assert_allclose(R[:, :, :, a].reshape(20, 9), moved, atol=1e-12)
     with pytest.raises(UnknownNameError, match="hand"):
-        SeenMarkers(arm, [Marker("tip", "hand", (0.0, 0.0, 0.0))])
+        MarkerKinematics(arm, [Marker("tip", "hand", (0.0, 0.0, 0.0))])
 
 
-def test_poses_are_those_that_markers_show(arm: Robot) -> None:
+def test_poses_are_determined_from_markers(arm: Robot) -> None:
     """With markers hidden, and encoders at some joints; what cannot be known is named."""
-    seen, none = SeenMarkers(arm, MARKERS), np.full((40, 2), np.nan)
+    seen, none = MarkerKinematics(arm, MARKERS), np.full((40, 2), np.nan)
     q = np.linspace([-1.0, 2.0], [1.2, -0.5], 40)
     markers = places(q)
     markers[5:9, 3:6] = markers[12] = np.nan
-    found = shown_poses(seen, arm, none, markers)
+    found = poses_from_markers(seen, arm, none, markers)
     assert np.isnan(found[12]).all()
     np.testing.assert_allclose(np.delete(found, 12, 0), np.delete(q, 12, 0), atol=1e-9)
     some = q + np.array([0.01, np.nan])
-    found = shown_poses(seen, arm, some, markers)
+    found = poses_from_markers(seen, arm, some, markers)
     np.testing.assert_array_equal(found[:, 0], some[:, 0])
     alone = places(q)
     alone[:, 3:] = np.nan
     with pytest.raises(InputError, match="do not determine joint_2; add markers on the links"):
-        shown_poses(seen, arm, none, alone)
+        poses_from_markers(seen, arm, none, alone)
     with pytest.raises(InputError, match="mm away from any position that the robot can reach"):
-        shown_poses(seen, arm, none, 1e-3 * places(q))
+        poses_from_markers(seen, arm, none, 1e-3 * places(q))
     for far, message in ((2.0**31, "mm away from"), (1e300, "the markers do not determine")):
         worn = [*MARKERS[:2], Marker("tip", "link_2", (0.0, far, 0.0))]
         with pytest.raises(InputError, match=message):
-            shown_poses(SeenMarkers(arm, worn), arm, none[:3], places(q[:3]))
+            poses_from_markers(MarkerKinematics(arm, worn), arm, none[:3], places(q[:3]))
 
 
-def seen_only(readings: Readings, worn: FloatArray, noise: float) -> Readings:
+def seen_only(readings: Recording, worn: FloatArray, noise: float) -> Recording:
     """A recording without encoders, and with markers."""
     rng, markers = np.random.default_rng(2), places(readings.q, worn)
     markers += noise * rng.normal(size=markers.shape)
@@ -72,7 +72,7 @@ def seen_only(readings: Readings, worn: FloatArray, noise: float) -> Readings:
 
 
 @pytest.mark.slow
-def test_a_robot_is_calibrated_by_markers_that_are_not_where_they_were_said_to_be(
+def test_robot_is_calibrated_with_inaccurate_marker_positions(
     arm: Robot,
 ) -> None:
     """Their places are found as well, to within the deviations that are reported."""
@@ -90,4 +90,4 @@ def test_a_robot_is_calibrated_by_markers_that_are_not_where_they_were_said_to_b
     along = [k for k, name in enumerate(names) if name.endswith((".x", ".z"))]
     assert result.sd[along].max() < 5e-3
     assert result.misfit < 1.3
-    assert result.kept_after.markers.max() < 4e-4
+    assert result.held_out_after.markers.max() < 4e-4

@@ -17,7 +17,7 @@ from sim_dart.core.library import Core, library, pack_blob
 pytestmark = pytest.mark.native
 
 
-def test_every_truncation_is_refused() -> None:
+def test_every_truncated_blob_is_rejected() -> None:
     blob = compile_blob(planar_2r())
     for size in range(len(blob)):
         with pytest.raises(CardsflowError, match="rejects the robot"):
@@ -25,7 +25,7 @@ def test_every_truncation_is_refused() -> None:
 
 
 @pytest.mark.slow
-def test_mutations_are_refused_or_give_a_robot_that_can_be_moved() -> None:
+def test_mutated_blobs_are_rejected_or_can_be_moved() -> None:
     rng = np.random.default_rng(3)
     robots = [random_robot(0), *(wrapped_tree(random_robot(seed), seed) for seed in range(1, 4))]
     robots.append(sequences(rng, 4, 3, pulley=True))
@@ -100,7 +100,7 @@ def test_mutations_are_refused_or_give_a_robot_that_can_be_moved() -> None:
         ("task_frame", [5], "task 0: there is no frame 5"),
     ],
 )
-def test_a_wrong_field_is_named(field: str, value: object, message: str) -> None:
+def test_invalid_field_is_named(field: str, value: object, message: str) -> None:
     names = [line.split()[:2] for line in library().core_layout().decode().splitlines()]
     counts = dict.fromkeys((name for kind, name in names if kind == "count"), 0)
     counts |= {"dofs": 2, "muscles": 1, "points": 2, "tasks": 1, "robots": 1}
@@ -148,7 +148,7 @@ def test_a_wrong_field_is_named(field: str, value: object, message: str) -> None
 
 
 @pytest.mark.parametrize("capacity", [1, 2, 30, 64])
-def test_a_message_is_cut_at_its_capacity(capacity: int) -> None:
+def test_message_is_truncated_at_its_capacity(capacity: int) -> None:
     blob = np.frombuffer(compile_blob(planar_2r()), np.float64)
     message = ctypes.create_string_buffer(b"?" * 64, 64)
     whole = f"the blob has {blob.nbytes - 8} bytes, its header promises {blob.nbytes}"
@@ -157,7 +157,7 @@ def test_a_message_is_cut_at_its_capacity(capacity: int) -> None:
     assert message.raw[capacity:] == (b"?" * 64)[capacity:]
 
 
-def test_the_layout_text_names_every_count_and_field() -> None:
+def test_layout_text_contains_every_count_and_field() -> None:
     lines = library().core_layout().decode().split("\n")
     assert lines[0] == "count dofs"
     assert "real point_position 3 points" in lines

@@ -103,7 +103,7 @@ def energies(robot: Robot, q: FloatArray, qd: FloatArray) -> tuple[float, float]
 
 @pytest.mark.slow
 @pytest.mark.parametrize("state", STATES)
-def test_all_terms_follow_from_energies_and_places(state: FloatArray) -> None:
+def test_all_terms_equal_derivatives_of_energies(state: FloatArray) -> None:
     """Lagrange's equations with energies of links that are placed by numpy, and differences."""
     (q, qd), robot = state, leg()
     dynamics = CoreDynamics(robot)
@@ -134,7 +134,9 @@ def longer(robot: Robot) -> Robot:
 
 @pytest.mark.parametrize("integrator", ["euler", "rk4"])
 @pytest.mark.parametrize("seed", range(2))
-def test_the_mass_matrix_drives_as_articulated_bodies_do(seed: int, integrator: Rule) -> None:
+def test_mass_matrix_and_articulated_bodies_give_the_same_motion(
+    seed: int, integrator: Rule
+) -> None:
     """With limits, friction, springs, damping, armature, loads and wrenches."""
     robot = with_coordinates(
         random_robot(seed, joints=5, muscles=4),
@@ -159,7 +161,7 @@ def test_the_mass_matrix_drives_as_articulated_bodies_do(seed: int, integrator: 
     np.testing.assert_allclose(plants[1].momentum, plants[0].momentum, rtol=1e-8, atol=1e-9)
 
 
-def test_energy_is_kept_to_the_integrators_order() -> None:
+def test_energy_error_has_the_order_of_the_integrator() -> None:
     """With armature and springs of what follows, without damping; with it its work counts."""
     drifts = []
     still = with_coordinates(leg(), lambda c: replace(c, lower=-inf, upper=inf))
@@ -177,7 +179,7 @@ def test_energy_is_kept_to_the_integrators_order() -> None:
     assert drifts[1] < drifts[0] / 8
 
 
-def test_a_coupled_hinge_is_a_geared_one() -> None:
+def test_coupled_hinge_equals_geared_hinge() -> None:
     """A second hinge that turns with the first is one link that turns by 1 + k times as much."""
     robot = planar_2r()
     name = robot.coordinates[0].name
@@ -196,7 +198,7 @@ def test_a_coupled_hinge_is_a_geared_one() -> None:
     np.testing.assert_allclose(driven.task_bias(q, qd), plain.task_bias(both, rates), atol=1e-14)
 
 
-def test_a_locked_coordinate_stands_where_it_is() -> None:
+def test_locked_coordinate_does_not_move() -> None:
     robot = planar_2r()
     first, second = (c.name for c in robot.coordinates)
     locked = with_coordinates(
@@ -210,6 +212,6 @@ def test_a_locked_coordinate_stands_where_it_is() -> None:
     assert lock(robot, {second: 0.7}).coordinates == locked.coordinates
 
 
-def test_dart_refuses_by_name() -> None:
+def test_dart_rejects_unsupported_features() -> None:
     with pytest.raises(InputError, match="joint 'knee': functions, couplings and locks"):
         build_skeleton(leg())

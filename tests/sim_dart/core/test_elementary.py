@@ -107,7 +107,7 @@ def test_errors_stay_within_the_last_places(
 
 
 @pytest.mark.slow
-def test_multiples_of_a_quarter_turn_keep_their_digits(double: Compiled) -> None:
+def test_multiples_of_a_quarter_turn_are_accurate(double: Compiled) -> None:
     """Where sine or cosine is nearly zero, a careless reduction leaves none."""
     x = np.arange(1, 3000) * np.pi / 2
     exact = x.astype(np.longdouble)
@@ -121,7 +121,7 @@ def test_multiples_of_a_quarter_turn_keep_their_digits(double: Compiled) -> None
 @pytest.mark.parametrize(
     ("precision", "size", "span", "most"), [("double", 8000, 8, 1.2), ("single", 20000, 12, 1.0)]
 )
-def test_the_arc_tangent_is_right_in_all_quadrants(
+def test_arc_tangent_is_correct_in_all_quadrants(
     request: pytest.FixtureRequest, precision: str, size: int, span: int, most: float
 ) -> None:
     code: Compiled = request.getfixturevalue(precision)
@@ -134,21 +134,21 @@ def test_the_arc_tangent_is_right_in_all_quadrants(
     assert code.units(got, np.arctan2(y.astype(code.exact), x.astype(code.exact))) <= most
 
 
-def test_the_arc_tangent_of_special_numbers_is_the_platforms(double: Compiled) -> None:
+def test_arc_tangent_of_special_numbers_equals_the_standard_library(double: Compiled) -> None:
     own = double.function("arc_tangent", 2)
     for a, b in product(BEYOND, BEYOND):
         assert repr(own(a, b)) == repr(math.atan2(a, b))
     assert own(math.inf, 1e300) == math.pi / 2
 
 
-def test_the_arc_tangent_of_special_floats_is_the_platforms(single: Compiled) -> None:
+def test_arc_tangent_of_special_floats_equals_the_standard_library(single: Compiled) -> None:
     for y, x in product(ENDS, ENDS):
         got, true = single.function("arc_tangent", 2)(y, x), math.atan2(y, x)
         assert got == pytest.approx(true, rel=2e-7, abs=1e-44)
         assert math.copysign(1.0, got) == math.copysign(1.0, true)
 
 
-def test_numbers_that_overflow_are_infinite_or_not_a_number(double: Compiled) -> None:
+def test_overflow_gives_infinity_or_nan(double: Compiled) -> None:
     for name in ("sine", "cosine"):
         own = double.function(name)
         assert math.isnan(own(math.inf))
@@ -182,25 +182,23 @@ def test_numbers_that_overflow_are_infinite_or_not_a_number(double: Compiled) ->
         *((name, math.nan, math.nan) for name in ("sine", "cosine", "exponential", "logarithm")),
     ],
 )
-def test_floats_that_overflow_have_the_limit(
-    single: Compiled, name: str, x: float, true: float
-) -> None:
+def test_float_overflow_gives_the_limit(single: Compiled, name: str, x: float, true: float) -> None:
     assert single.function(name)(x) == pytest.approx(true, rel=0, abs=0, nan_ok=True)
 
 
-def test_floats_below_the_smallest_normal_one(single: Compiled) -> None:
+def test_subnormal_floats(single: Compiled) -> None:
     assert single.function("logarithm")(1e-42) == pytest.approx(math.log(1e-42), rel=1e-4)
     assert single.function("exponential")(-100.0) == pytest.approx(math.exp(-100), rel=0.02)
 
 
-def test_an_angle_of_many_turns_errs_less_than_its_own_rounding(single: Compiled) -> None:
+def test_error_of_large_angles_is_below_their_rounding(single: Compiled) -> None:
     x = np.random.default_rng(3).uniform(4096.0, 1e9, 5000).astype(np.float32)
     own = single.function("sine")
     off = np.abs(np.array([own(v) for v in x]) - np.sin(x.astype(float)))
     assert (off <= np.spacing(x).astype(float)).all()
 
 
-def test_four_exponentials_at_once_are_those_one_by_one(single: Compiled) -> None:
+def test_four_parallel_exponentials_equal_single_ones(single: Compiled) -> None:
     four = ctypes.c_float * 4
     own = single.function("exponential")
     for row in np.random.default_rng(4).uniform(-100.0, 100.0, (500, 4)).astype(np.float32):

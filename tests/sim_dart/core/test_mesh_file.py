@@ -12,7 +12,7 @@ from sim_dart.core.mesh_file import read_mesh
 
 
 @pytest.mark.parametrize("x", ["1e308", "1e17", "-1e9"])
-def test_corners_that_are_nowhere_near_are_refused(tmp_path: Path, x: str) -> None:
+def test_distant_corners_are_rejected(tmp_path: Path, x: str) -> None:
     file = tmp_path / "a.obj"
     file.write_text(f"v {x} 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 2 3 4\n")
     with warnings.catch_warnings(), pytest.raises(InputError):

@@ -26,9 +26,7 @@ def resting(kind: str, folder: Path, **surface: float) -> tuple[Plant, float]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", SHAPES)
-def test_every_shape_rests_at_its_height_and_never_deep_in_the_ground(
-    kind: str, tmp_path: Path
-) -> None:
+def test_every_shape_rests_on_the_ground(kind: str, tmp_path: Path) -> None:
     plant, half = resting(kind, tmp_path)
     z = let_run(plant, 1.0)[:, 0, 2] - half
     assert abs(z[-1]) < 1e-6 + (1e-3 if kind == "fine mesh" else 0.0)  # it rests on a facet
@@ -38,7 +36,7 @@ def test_every_shape_rests_at_its_height_and_never_deep_in_the_ground(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", [kind for kind in SHAPES if kind != "fine mesh"])  # it rocks
-def test_the_contacts_carry_the_weight(kind: str, tmp_path: Path) -> None:
+def test_contact_forces_equal_the_weight(kind: str, tmp_path: Path) -> None:
     """In the mean: the momentum stays zero. A cylinder's points of contact come and go."""
     plant, _ = resting(kind, tmp_path)
     let_run(plant, 0.8)
@@ -78,7 +76,7 @@ def sliding(kind: str, direction: float, folder: Path, law: str) -> tuple[np.nda
 
 @pytest.mark.parametrize("direction", [0.0, 90.0, 180.0, 270.0])
 @pytest.mark.parametrize("kind", ["box", "cylinder", "mesh"])
-def test_a_sliding_body_slows_down_by_mu_g(kind: str, direction: float, tmp_path: Path) -> None:
+def test_sliding_body_decelerates_with_mu_g(kind: str, direction: float, tmp_path: Path) -> None:
     way, expected = sliding(kind, direction, tmp_path, "pyramid")
     step = 0.4 * G * 1e-3**2  # friction may begin a step late
     np.testing.assert_allclose(way[:, 0], expected, atol=1.01 * step)
@@ -87,7 +85,7 @@ def test_a_sliding_body_slows_down_by_mu_g(kind: str, direction: float, tmp_path
 
 @pytest.mark.parametrize("direction", [0.0, 22.5, 45.0, 70.0, 200.0])
 @pytest.mark.parametrize("kind", ["box", "mesh"])
-def test_with_friction_cones_it_does_so_in_every_direction(
+def test_friction_cones_decelerate_equally_in_every_direction(
     kind: str, direction: float, tmp_path: Path
 ) -> None:
     way, expected = sliding(kind, direction, tmp_path, "cone")
@@ -95,7 +93,7 @@ def test_with_friction_cones_it_does_so_in_every_direction(
     np.testing.assert_allclose(way[:, 1], 0.0, atol=1e-3)
 
 
-def test_the_pyramid_is_too_strong_between_the_axes_by_the_root_of_two(tmp_path: Path) -> None:
+def test_friction_pyramid_is_too_large_by_sqrt_2_between_axes(tmp_path: Path) -> None:
     """DART's limit, stated in the description of the setting."""
     way, expected = sliding("box", 45.0, tmp_path, "pyramid")
     slowed, coulomb = 0.1 - way[-1, 0], 0.1 - expected[-1]
@@ -103,7 +101,7 @@ def test_the_pyramid_is_too_strong_between_the_axes_by_the_root_of_two(tmp_path:
 
 
 @pytest.mark.slow
-def test_a_stack_stays_where_it_is_with_friction_cones() -> None:
+def test_stack_rests_with_friction_cones() -> None:
     """Bodies come to lie 1e-5 m deep in one another; a solver that does not converge lets go."""
     boxes = tuple(
         SceneObject(f"box {k}", Box((0.1, 0.1, 0.1)), Pose((0.0, 0.0, 0.05 + 0.1 * k)), MASS)
@@ -115,7 +113,7 @@ def test_a_stack_stays_where_it_is_with_friction_cones() -> None:
 
 
 @pytest.mark.slow
-def test_a_sliding_body_stops_at_the_distance_of_coulombs_law_and_stays() -> None:
+def test_sliding_body_stops_at_the_distance_of_coulombs_law() -> None:
     mu, speed = 0.5, 1.5
     body = SceneObject("body", Box((0.2, 0.2, 0.1)), Pose((0.0, 0.0, 0.05)), MASS, (speed, 0, 0))
     plant = world_of(Scene(Ground(), (body,), friction=mu))
@@ -126,7 +124,7 @@ def test_a_sliding_body_stops_at_the_distance_of_coulombs_law_and_stays() -> Non
 
 @pytest.mark.parametrize("law", ["pyramid", "cone"])
 @pytest.mark.parametrize(("mu", "slides"), [(0.52, True), (0.64, False)])
-def test_a_body_on_a_slope_of_30_degrees_slides_below_the_friction_of_its_tangent(
+def test_body_slides_on_slope_if_friction_is_below_tan_30(
     mu: float, slides: bool, law: str
 ) -> None:
     """Tan 30° is 0.577."""
@@ -147,7 +145,7 @@ def test_a_body_on_a_slope_of_30_degrees_slides_below_the_friction_of_its_tangen
 @pytest.mark.slow
 @pytest.mark.parametrize("restitution", [0.6, 0.3, 0.9, 1.0])
 @pytest.mark.parametrize("kind", SHAPES)
-def test_a_body_bounces_to_the_square_of_its_restitution(
+def test_bounce_height_is_proportional_to_restitution_squared(
     kind: str, restitution: float, tmp_path: Path
 ) -> None:
     form, half = shape(kind, tmp_path)
@@ -162,7 +160,7 @@ def test_a_body_bounces_to_the_square_of_its_restitution(
 
 
 @pytest.mark.slow
-def test_of_two_restitutions_the_geometric_mean_counts() -> None:
+def test_contact_uses_geometric_mean_of_restitutions() -> None:
     ball = SceneObject("ball", Box((0.1, 0.1, 0.1)), Pose((0.0, 0.0, 0.55)), MASS, restitution=0.5)
     plant = world_of(Scene(Ground(restitution=0.72), (ball,)), 2e-4)
     z = let_run(plant, 0.8)[:, 0, 2] - 0.05
@@ -177,7 +175,7 @@ def test_no_restitution_means_no_bounce() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("law", ["pyramid", "cone"])
-def test_two_fingers_hold_a_box_by_friction_lift_it_and_let_it_fall(law: str) -> None:
+def test_two_fingers_grasp_lift_and_release_a_box(law: str) -> None:
     robot, pads = pincers()
     box = SceneObject("box", Box((0.04, 0.06, 0.04)), mass=0.3)
     reported = ("left", "right", "box")
@@ -220,7 +218,7 @@ def _acceleration(plant: Plant, forces: np.ndarray) -> float:
     return float(change)
 
 
-def test_too_little_friction_lets_the_box_slip() -> None:
+def test_box_slips_with_too_little_friction() -> None:
     robot, pads = pincers()
     box = SceneObject("box", Box((0.04, 0.06, 0.04)), mass=0.3)
     plant = Plant(robot, scene=Scene(None, (box,), friction=0.2, link_shapes=pads))

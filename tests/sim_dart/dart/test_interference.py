@@ -41,7 +41,7 @@ def optimized(p, p_end, r, r_end) -> float:
 
 
 @pytest.mark.slow
-def test_segment_distances_are_those_an_optimizer_finds() -> None:
+def test_segment_distances_equal_an_optimizer() -> None:
     rng = np.random.default_rng(1)
     p, p_end, r, r_end = rng.uniform(-1, 1, (4, 200, 3))
     distances = segment_distances(p, p_end, r, r_end)
@@ -62,7 +62,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_segments_in_special_places(case: str) -> None:
+def test_segment_distances_in_degenerate_cases(case: str) -> None:
     *ends, expected = CASES[case]
     arrays = [np.array([end], float) for end in ends]
     assert segment_distances(*arrays)[0] == pytest.approx(expected, abs=1e-15)
@@ -71,7 +71,7 @@ def test_segments_in_special_places(case: str) -> None:
 
 
 @given(st.integers(0, 10_000))
-def test_the_distance_is_never_more_than_between_any_two_points(seed: int) -> None:
+def test_segment_distance_is_at_most_that_of_any_points(seed: int) -> None:
     rng = np.random.default_rng(seed)
     p, p_end, r, r_end = rng.uniform(-1, 1, (4, 1, 3)) * rng.choice([1e-6, 1.0, 1e3])
     if seed % 4 == 0:
@@ -89,7 +89,7 @@ def crossing() -> Robot:
     return replace(arm, cable_sets=(CableSet("all", (swinging, standing)),))
 
 
-def test_muscles_meet_where_the_geometry_says() -> None:
+def test_muscle_distance_equals_closed_form() -> None:
     """Stretched out at the angle a, the arm ends at (-0.6 sin a, 0.7 - 0.6 cos a)."""
     angles = np.linspace(0.0, -1.2, 241)
     postures = [np.array([a, 0.0]) for a in angles]
@@ -99,7 +99,7 @@ def test_muscles_meet_where_the_geometry_says() -> None:
     assert np.tan(-angles[near.sample]) == pytest.approx(0.4 / 0.4, abs=0.02)
 
 
-def test_the_smallest_of_all_postures_counts() -> None:
+def test_smallest_distance_of_all_postures_is_reported() -> None:
     check = Interference(crossing(), Scene(links="none"))
     far, close = np.array([0.0, 0.0]), np.array([-0.7, 0.0])
     (alone,) = check.nearest([close])
@@ -108,7 +108,7 @@ def test_the_smallest_of_all_postures_counts() -> None:
     assert both.sample == 1
 
 
-def test_muscles_of_one_attachment_do_not_meet_there() -> None:
+def test_muscles_with_a_common_attachment_do_not_collide_there() -> None:
     arm = two_link_arm()
     hook = ViaPoint(WORLD, (0.2, 0.0, 0.7))
     pair = tuple(
@@ -119,7 +119,7 @@ def test_muscles_of_one_attachment_do_not_meet_there() -> None:
     assert Interference(robot, Scene(links="none")).nearest([np.zeros(2)]) == []
 
 
-def test_a_muscle_without_a_path_meets_nothing() -> None:
+def test_muscle_without_path_is_skipped() -> None:
     robot = crossing()
     terms = (CoordinateTerm(two_link_arm().coordinates[0].name, 0.05),)
     fixed = Muscle("fixed", (), terms=terms)
@@ -129,7 +129,7 @@ def test_a_muscle_without_a_path_meets_nothing() -> None:
         assert Interference(more, scene).nearest([np.array([-0.7, 0.0])]) == near
 
 
-def test_a_muscle_is_as_far_from_a_links_capsule_as_from_its_axis_less_the_radius() -> None:
+def test_distance_to_capsule_is_distance_to_axis_minus_radius() -> None:
     arm = two_link_arm()
     passing = Muscle("m", (ViaPoint(WORLD, (0.25, -1, 0.2)), ViaPoint(WORLD, (0.25, 1, 0.2))))
     robot = replace(arm, cable_sets=(CableSet("all", (passing,)),))
@@ -141,7 +141,7 @@ def test_a_muscle_is_as_far_from_a_links_capsule_as_from_its_axis_less_the_radiu
 
 
 @pytest.mark.parametrize(("x", "expected"), [(0.2, 0.15), (0.05, 0.0), (0.02, -0.03), (0.0, -0.05)])
-def test_depth_in_a_hull_is_that_behind_the_nearest_face(
+def test_depth_in_hull_is_distance_to_nearest_face(
     x: float, expected: float, tmp_path: Path
 ) -> None:
     """A cube of 0.1 m around the middle of link 2, at 0.25 m below the elbow's height."""
@@ -167,7 +167,7 @@ def test_depth_in_a_hull_is_that_behind_the_nearest_face(
         (Shape("cylinder", (0.07, 0.3), Pose(rpy=(0.0, np.pi / 2, 0.0))), 0.05),
     ],
 )
-def test_the_shapes_of_links_are_in_the_way_as_they_are(shape: Shape, expected: float) -> None:
+def test_collision_shapes_of_links_are_used(shape: Shape, expected: float) -> None:
     arm = two_link_arm()
     own = replace(shape, pose=Pose((0.0, 0.0, -0.15), shape.pose.rpy))
     links = (arm.links[0], Link("link_2", arm.links[1].inertia, shapes=(own,)))
@@ -178,7 +178,7 @@ def test_the_shapes_of_links_are_in_the_way_as_they_are(shape: Shape, expected: 
     assert near.distance == pytest.approx(expected, abs=1e-7)
 
 
-def test_links_of_a_muscles_own_via_points_are_left_out() -> None:
+def test_links_with_via_points_of_the_muscle_are_skipped() -> None:
     check = Interference(two_link_arm(), Scene(links="capsules", capsule_radius=0.5))
     assert [near.other for near in check.nearest([np.zeros(2)])] == ["link_1"]
 

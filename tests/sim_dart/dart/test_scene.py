@@ -57,7 +57,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_wrong_values_are_refused_by_the_constructors(case: str) -> None:
+def test_constructors_reject_invalid_values(case: str) -> None:
     make, message = BAD[case]
     with pytest.raises(InputError, match=message):
         make()
@@ -92,7 +92,7 @@ UNFIT = {
 
 
 @pytest.mark.parametrize("case", UNFIT)
-def test_a_scene_that_does_not_fit_is_refused(case: str) -> None:
+def test_scene_that_does_not_match_the_robot_is_rejected(case: str) -> None:
     scene, message = UNFIT[case]
     with pytest.raises(InputError, match=message):
         Plant(pincers()[0], scene=scene)
@@ -119,12 +119,12 @@ INERTIAS = {
 
 
 @pytest.mark.parametrize("kind", INERTIAS)
-def test_moments_of_inertia_are_the_textbooks(kind: str) -> None:
+def test_moments_of_inertia_equal_textbook_formulas(kind: str) -> None:
     shape, moments = INERTIAS[kind]
     np.testing.assert_allclose(solid_shape(shape).gyration, np.diag(moments), rtol=1e-12)
 
 
-def test_the_capsules_inertia_is_that_of_its_parts() -> None:
+def test_capsule_inertia_is_the_sum_of_its_parts() -> None:
     """A cylinder and two half balls, by the parallel-axis theorem."""
     cylinder, ball = r**2 * h, 4 / 3 * r**3
     m_c, m_b = cylinder / (cylinder + ball), ball / (cylinder + ball)
@@ -134,7 +134,7 @@ def test_the_capsules_inertia_is_that_of_its_parts() -> None:
     np.testing.assert_allclose(solid_shape(Capsule(r, h)).gyration, expected, rtol=1e-12)
 
 
-def test_a_meshs_mass_properties_are_those_of_its_hull(tmp_path: Path) -> None:
+def test_mass_properties_of_mesh_are_those_of_its_hull(tmp_path: Path) -> None:
     mesh = trimesh.creation.box((100.0, 200.0, 400.0))
     mesh.apply_translation((10.0, 20.0, 30.0))
     (tmp_path / "box.stl").write_bytes(trimesh.exchange.stl.export_stl(mesh))
@@ -153,7 +153,7 @@ def test_dart_collides_with_the_hull_of_a_mesh(tmp_path: Path) -> None:
     np.testing.assert_allclose(bounds.computeFullExtents(), [0.1, 0.2, 0.4], rtol=1e-6)
 
 
-def test_a_hull_closes_what_is_hollow(tmp_path: Path) -> None:
+def test_hull_closes_hollow_meshes(tmp_path: Path) -> None:
     ring = trimesh.creation.annulus(0.5, 1.0, 0.2)
     (tmp_path / "ring.stl").write_bytes(trimesh.exchange.stl.export_stl(ring))
     hull = convex_hull(tmp_path / "ring.stl")
@@ -162,7 +162,7 @@ def test_a_hull_closes_what_is_hollow(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_hulls_of_many_corners_are_not_computed(
+def test_hulls_with_too_many_corners_are_not_computed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where as many points are within a box, its hull is."""
@@ -192,7 +192,7 @@ BAD_MESHES = {
 
 
 @pytest.mark.parametrize("case", BAD_MESHES)
-def test_a_bad_mesh_is_named(case: str, tmp_path: Path) -> None:
+def test_invalid_mesh_is_named(case: str, tmp_path: Path) -> None:
     data, message = BAD_MESHES[case]
     file = tmp_path / ("none.stl" if data is None else "bad.stl")
     if data is not None:
@@ -202,7 +202,7 @@ def test_a_bad_mesh_is_named(case: str, tmp_path: Path) -> None:
     assert str(file) in str(caught.value)
 
 
-def test_an_unknown_format_is_named(tmp_path: Path) -> None:
+def test_unknown_mesh_format_is_named(tmp_path: Path) -> None:
     (tmp_path / "mesh.xyz123").write_bytes(b"1 2 3")
     with pytest.raises(InputError, match="cannot be used as a mesh"):
         load_mesh(tmp_path / "mesh.xyz123")
@@ -230,7 +230,7 @@ def test_capsules_run_from_joint_to_joint() -> None:
 
 
 @pytest.mark.parametrize("end", [(1.0, 2.0, 3.0), (0.0, 0.0, -1.0), (-1.0, 0.0, 0.0), (0, 0, 2)])
-def test_between_leads_from_one_point_to_the_other(end: tuple[float, float, float]) -> None:
+def test_between_returns_pose_along_the_line(end: tuple[float, float, float]) -> None:
     begin = (0.1, 0.2, 0.3)
     half = 0.5 * math.dist(begin, end)
     pose = between(begin, end)
@@ -238,7 +238,7 @@ def test_between_leads_from_one_point_to_the_other(end: tuple[float, float, floa
     assert apply(pose, (0.0, 0.0, -half)) == pytest.approx(begin)
 
 
-def test_links_that_a_joint_connects_pass_through_one_another() -> None:
+def test_links_connected_by_a_joint_do_not_collide() -> None:
     robot, _ = pincers()
     pairs = connected(robot)
     assert frozenset(("carriage", "left")) in pairs

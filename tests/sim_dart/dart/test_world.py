@@ -68,7 +68,7 @@ def thrown(n: int = 3) -> Scene:
     return Scene(Ground(), boxes, 0.7, 0.2)
 
 
-def test_an_empty_scene_changes_nothing() -> None:
+def test_empty_scene_does_not_change_the_motion() -> None:
     """Without contacts a plant in a world moves as one without a world, to the last bit."""
     robot = planar_2r()
     plain, placed = Plant(robot, engine="dart"), Plant(robot, scene=Scene())
@@ -82,7 +82,7 @@ def test_an_empty_scene_changes_nothing() -> None:
 
 
 @pytest.mark.parametrize("seed", [1, 5, 8])
-def test_a_robot_of_several_trees_moves_as_one_skeleton_would(seed: int) -> None:
+def test_several_trees_move_like_one_skeleton(seed: int) -> None:
     robot = random_robot(seed, joints=8)
     plain, apart = Plant(robot), Plant(robot, scene=Scene())
     rng = np.random.default_rng(seed)
@@ -97,7 +97,7 @@ def test_a_robot_of_several_trees_moves_as_one_skeleton_would(seed: int) -> None
     np.testing.assert_allclose(apart.momentum.linear, plain.momentum.linear, atol=1e-9)
 
 
-def test_a_free_body_flies_as_newton_says() -> None:
+def test_free_body_follows_a_parabola() -> None:
     body = SceneObject("b", Sphere(0.1), Pose((1, 2, 3)), 2.0, (1.0, -0.5, 4.0), (0.0, 0.0, 2.0))
     poses = let_run(world_of(Scene(objects=(body,))), 0.5)[:, 0]
     t = 0.5
@@ -106,7 +106,7 @@ def test_a_free_body_flies_as_newton_says() -> None:
     np.testing.assert_allclose(poses[-1, 3:], [np.cos(t), 0, 0, np.sin(t)], atol=1e-9)
 
 
-def test_a_meshs_frame_goes_round_its_centre_of_mass(tmp_path: Path) -> None:
+def test_mesh_rotates_about_its_centre_of_mass(tmp_path: Path) -> None:
     mesh = trimesh.creation.box((0.1, 0.1, 0.1))
     mesh.apply_translation((0.2, 0.0, 0.0))
     (tmp_path / "off.stl").write_bytes(trimesh.exchange.stl.export_stl(mesh))
@@ -122,7 +122,7 @@ def test_a_meshs_frame_goes_round_its_centre_of_mass(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("law", ["pyramid", "cone"])
-def test_a_run_goes_on_from_a_saved_state_bit_by_bit(law: str) -> None:
+def test_run_continues_bit_identically_from_saved_state(law: str) -> None:
     scene = replace(thrown(), friction_law=law, reported=("box_0",))  # type: ignore[arg-type]
     plant = world_of(scene)
     let_run(plant, 0.3)
@@ -137,14 +137,14 @@ def test_a_run_goes_on_from_a_saved_state_bit_by_bit(law: str) -> None:
     assert other.time == plant.time == pytest.approx(0.5)
 
 
-def test_a_reset_puts_objects_back() -> None:
+def test_reset_restores_objects() -> None:
     plant = world_of(thrown())
     first = let_run(plant, 0.3)
     plant.reset()
     np.testing.assert_array_equal(let_run(plant, 0.3), first)
 
 
-def test_a_state_of_another_world_is_refused() -> None:
+def test_state_of_another_world_is_rejected() -> None:
     with pytest.raises(InputError, match="shape"):
         world_of(thrown()).set_state(world_of(thrown(2)).get_state())
     bad = world_of(thrown()).get_state()
@@ -163,7 +163,7 @@ def raised(robot: Robot, q: list[float]) -> Robot:
 
 
 @pytest.mark.slow
-def test_an_arm_lies_down_on_the_ground() -> None:
+def test_arm_comes_to_rest_on_the_ground() -> None:
     """It cannot hang freely: its tip comes to lie on the ground."""
     robot = raised(two_link_arm(), [1.2, 0.2])
     scene = replace(ARM, ground=Ground(0.2), reported=("link_2", "ground"))
@@ -176,7 +176,7 @@ def test_an_arm_lies_down_on_the_ground() -> None:
     np.testing.assert_allclose(forces[0], -forces[1], atol=1e-12)
 
 
-def test_links_jointed_to_the_world_do_not_touch_the_ground() -> None:
+def test_links_with_a_joint_to_the_world_do_not_collide_with_the_ground() -> None:
     robot = two_link_arm()
     joints = (replace(robot.joints[0], T_parent_joint=Pose()), robot.joints[1])
     low = raised(replace(robot, joints=joints), [np.pi, 0.0])  # up, out of the ground
@@ -244,7 +244,7 @@ def three_arms(distance: float) -> Robot:
 
 
 @pytest.mark.slow
-def test_robots_collide_with_one_another() -> None:
+def test_robots_collide_with_each_other() -> None:
     """An arm that swings sets its neighbour in motion: momentum goes over."""
     robot = three_arms(0.25)
     plant = Plant(robot, scene=replace(ARM, reported=("link_2_0", "link_2_1")))
@@ -260,7 +260,7 @@ def test_robots_collide_with_one_another() -> None:
 
 
 @pytest.mark.slow
-def test_twenty_robots_in_a_world_move_as_each_alone() -> None:
+def test_twenty_robots_in_a_world_move_like_single_robots() -> None:
     """Lying on the ground beside one another, out of reach: to the last bit."""
     arm = raised(two_link_arm(), [1.2, 0.2])
     scene = replace(ARM, ground=Ground(0.2))
@@ -299,9 +299,7 @@ def shot(kind: str, wall: str, speed: float, turn: np.ndarray, folder: Path) -> 
 @pytest.mark.slow
 @pytest.mark.parametrize("wall", ["mesh", "box", "cylinder"])
 @pytest.mark.parametrize("kind", SHAPES)
-def test_nothing_tunnels_below_the_speed_that_is_refused(
-    kind: str, wall: str, tmp_path: Path
-) -> None:
+def test_bodies_do_not_tunnel_below_the_speed_limit(kind: str, wall: str, tmp_path: Path) -> None:
     """At 1 ms: 33 m/s for a body 0.1 m thick and a wall of 1 cm; 2.5 m/s if one is a cylinder.
 
     A body that spins off the wall faster than that is rejected, and has not passed either.
@@ -321,7 +319,7 @@ def test_nothing_tunnels_below_the_speed_that_is_refused(
         shot(kind, wall, 1.05 * limit, np.zeros(3), tmp_path)
 
 
-def test_the_refusal_names_time_bodies_speed_and_a_step_that_is_short_enough(
+def test_message_contains_time_bodies_speed_and_step(
     tmp_path: Path,
 ) -> None:
     with pytest.raises(SimulationError) as caught:
@@ -332,14 +330,14 @@ def test_the_refusal_names_time_bodies_speed_and_a_step_that_is_short_enough(
     assert "a plant step of at most 0.00066 s" in text
 
 
-def test_far_from_everything_any_speed_is_fine() -> None:
+def test_distant_bodies_have_no_speed_limit() -> None:
     wall = SceneObject("wall", Box((WALL, 1.0, 1.0)))
     body = SceneObject("body", Sphere(0.05), Pose((0.0, 5.0, 0.0)), 0.5, (200.0, 0.0, 0.0))
     poses = let_run(world_of(Scene(objects=(wall, body))), 0.1)
     assert poses[-1, 0, 0] == pytest.approx(20.0)
 
 
-def test_a_spinning_links_tip_counts() -> None:
+def test_speed_of_a_spinning_link_tip_is_checked() -> None:
     robot = two_link_arm()
     bar = SceneObject("bar", Box((0.002, 0.5, 0.5)), Pose((0.3, 0.0, 0.3)))
     plant = Plant(robot, scene=replace(ARM, objects=(bar,)))
@@ -348,7 +346,7 @@ def test_a_spinning_links_tip_counts() -> None:
         steps(plant, 100, [0.0])
 
 
-def test_an_object_that_is_lost_is_named_with_the_time() -> None:
+def test_lost_object_is_named_with_the_time() -> None:
     plant = world_of(Scene(objects=(SceneObject("ball", Sphere(0.1), mass=1.0),)))
     state = plant.get_state()
     state[-7] = 1e6 + 5.0  # its height
@@ -360,7 +358,7 @@ def test_an_object_that_is_lost_is_named_with_the_time() -> None:
         plant.step([])
 
 
-def test_a_robot_that_diverges_in_a_world_is_named_with_time_and_coordinate() -> None:
+def test_diverging_robot_is_named_with_time_and_coordinate() -> None:
     plant = Plant(two_link_arm(), scene=replace(ARM, ground=Ground(-5.0)))
     with pytest.raises(SimulationError, match=r"'arm' diverged at t = .* joint_\d"):
         steps(plant, 100, [1e300])
@@ -396,7 +394,7 @@ def test_wrenches_on_links_do_the_work_of_their_torques(integrator: str) -> None
     assert np.abs(pushed.qd).max() > 1e-3
 
 
-def test_wrenches_reach_the_right_one_of_several_robots() -> None:
+def test_wrench_acts_on_the_correct_robot() -> None:
     robot = three_arms(2.0)
     plant = Plant(robot, scene=Scene(), wrenched=("link_1_1",))
     plant.step([], wrenches=[0.0, 0.0, 0.0, 0.0, 1.0, 0.0])
@@ -405,7 +403,7 @@ def test_wrenches_reach_the_right_one_of_several_robots() -> None:
 
 
 @pytest.mark.slow
-def test_a_long_scene_keeps_its_height() -> None:
+def test_stacked_boxes_keep_their_height() -> None:
     """Boxes on one another stay where they are."""
     tower = tuple(
         SceneObject(f"b{k}", Box((0.1, 0.1, 0.1)), Pose((0.0, 0.0, 0.05 + 0.1 * k)), 0.2)
@@ -418,7 +416,7 @@ def test_a_long_scene_keeps_its_height() -> None:
 
 
 @pytest.mark.slow
-def test_a_ball_rolls_down_a_slope_as_a_solid_ball_does() -> None:
+def test_ball_rolls_down_a_slope() -> None:
     """5/7 g sin(angle), without slipping."""
     angle = np.radians(10.0)
     tilt = (0.0, angle, 0.0)
@@ -430,7 +428,7 @@ def test_a_ball_rolls_down_a_slope_as_a_solid_ball_does() -> None:
     assert way == pytest.approx(0.5 * 5 / 7 * G * np.sin(angle), rel=5e-3)
 
 
-def test_two_balls_that_meet_head_on_swap_their_velocities() -> None:
+def test_two_balls_exchange_velocities_in_a_central_collision() -> None:
     balls = tuple(
         SceneObject(name, Capsule(0.05, 0.1), Pose((x, 0, 0)), 0.3, (v, 0.0, 0.0))
         for name, x, v in (("a", -0.2, 1.0), ("b", 0.2, -0.5))

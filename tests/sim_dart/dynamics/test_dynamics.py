@@ -36,7 +36,7 @@ CASPR_OTHERS = {
 
 @every_engine
 @pytest.mark.parametrize("file", [*CASPR_2R, *CASPR_OTHERS])
-def test_terms_equal_casprs_own(engine: Engine, shared: Path, file: str) -> None:
+def test_terms_equal_caspr(engine: Engine, shared: Path, file: str) -> None:
     """M, G, L, l, J, y to 1e-10 and C, J' to 1e-8 of CASPR's own numbers.
 
     The 2R models are those of the example, the others are read from CASPR's files: ball and free
@@ -67,7 +67,7 @@ def test_terms_equal_casprs_own(engine: Engine, shared: Path, file: str) -> None
 
 
 @every_engine
-def test_paper_era_model_has_casprs_published_terms(engine: Engine) -> None:
+def test_published_caspr_terms_are_reproduced(engine: Engine) -> None:
     """The spot values of one pose, to the digits they are given with."""
     dynamics = engine(planar_2r("basic_4_cables_2018_10"))
     q, qd = np.array([-0.4448, -0.3029]), np.array([-0.2181, 0.7428])
@@ -99,7 +99,7 @@ def test_terms_equal_the_closed_form_of_a_two_link_arm(engine: Engine) -> None:
 
 @every_engine
 @pytest.mark.parametrize("seed", range(10))
-def test_terms_equal_mujocos_on_random_trees(engine: Engine, seed: int) -> None:
+def test_terms_equal_mujoco_on_random_trees(engine: Engine, seed: int) -> None:
     robot = random_robot(seed)
     dynamics, mujoco = engine(robot), MujocoRobot(robot)
     rng = np.random.default_rng(seed)
@@ -115,7 +115,7 @@ def test_terms_equal_mujocos_on_random_trees(engine: Engine, seed: int) -> None:
 
 @every_engine
 @pytest.mark.parametrize("seed", range(5))
-def test_task_bias_is_the_rest_of_the_task_acceleration(engine: Engine, seed: int) -> None:
+def test_task_bias_equals_finite_differences(engine: Engine, seed: int) -> None:
     """J' qd = d(J qd)/dt at constant qd, by central differences."""
     robot = random_robot(seed)
     dynamics, h = engine(robot), 1e-6
@@ -125,7 +125,7 @@ def test_task_bias_is_the_rest_of_the_task_acceleration(engine: Engine, seed: in
 
 
 @every_engine
-def test_dynamics_never_disturb_a_plant(engine: Engine) -> None:
+def test_dynamics_do_not_change_the_state_of_a_plant(engine: Engine) -> None:
     robot = planar_2r()
     plant, alone, dynamics = Plant(robot), Plant(robot), engine(robot)
     for _ in range(50):
@@ -137,7 +137,7 @@ def test_dynamics_never_disturb_a_plant(engine: Engine) -> None:
 
 
 @every_engine
-def test_zero_moment_of_inertia_makes_no_noise(
+def test_zero_moment_of_inertia_prints_no_warning(
     engine: Engine, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """DART warns of inertias that it takes all the same; a user sees none of it."""
@@ -147,7 +147,7 @@ def test_zero_moment_of_inertia_makes_no_noise(
 
 
 @every_engine
-def test_a_robot_whose_motions_move_no_mass_is_refused(engine: Engine) -> None:
+def test_robot_with_massless_motion_is_rejected(engine: Engine) -> None:
     """Two parallel axes through one point, nothing but a massless link between them."""
     first, second = planar_2r().joints
     turned = replace(second, T_parent_joint=IDENTITY)

@@ -50,7 +50,7 @@ def independent_at(J: FloatArray) -> FloatArray:
 
 
 @groups
-def test_accelerations_are_those_of_reduced_coordinates(first: int) -> None:
+def test_accelerations_equal_reduced_coordinates(first: int) -> None:
     for seed, (robot, q, dynamics) in enumerate(cases(first)):
         rng = np.random.default_rng(seed)
         qd, tau = moving(robot, q, rng), rng.normal(size=len(q), scale=10.0)
@@ -62,7 +62,7 @@ def test_accelerations_are_those_of_reduced_coordinates(first: int) -> None:
         assert np.abs(found - expected).max() <= 1e-8 * scale
 
 
-def test_positions_of_dependent_coordinates_move_by_n() -> None:
+def test_n_is_the_derivative_of_dependent_coordinates() -> None:
     """N is the derivative of the closed pose."""
     robot, step = five_bar(), 1e-6
     dynamics = IndependentDynamics(robot)
@@ -73,13 +73,13 @@ def test_positions_of_dependent_coordinates_move_by_n() -> None:
         np.testing.assert_allclose((ends[0] - ends[1]) / (2 * step), N[:, k], atol=1e-8)
 
 
-def test_robots_without_loops_have_none() -> None:
+def test_robots_without_loops_have_no_dependent_coordinates() -> None:
     tree = replace(four_bar(), loops=())
     assert dependent_coordinates(tree) == (False,) * 3
     assert not CoreDynamics(tree).dependent.any()
 
 
-def test_loops_that_hold_anyway_make_nothing_follow() -> None:
+def test_redundant_loops_add_no_dependent_coordinates() -> None:
     """A ball joint where a hinge is already."""
     places = {"T_parent_joint": Pose((0.2, 0.0, 0.0)), "T_child_joint": Pose()}
     ends = {"parent": "crank_bar", "child": "coupler_bar", "type": "ball", "axes": ()}

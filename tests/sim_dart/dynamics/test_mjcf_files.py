@@ -70,7 +70,7 @@ def _distance(point: tuple[float, float, float], surface: WrapSurface) -> float:
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_a_file_is_what_mujoco_compiles(name: str, tmp_path: Path) -> None:
+def test_imported_file_equals_mujoco(name: str, tmp_path: Path) -> None:
     file = written(tmp_path, name)
     robot = agree(file, 3)
     model = MujocoFile(file, robot).model
@@ -86,6 +86,6 @@ def test_a_file_is_what_mujoco_compiles(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", SHARED)
-def test_a_published_model_is_what_mujoco_compiles(shared: Path, name: str) -> None:
+def test_published_model_equals_mujoco(shared: Path, name: str) -> None:
     robot = agree(shared / f"models/mjcf/{name}.xml", 2)
     assert len(robot.muscles) > 4

@@ -30,7 +30,7 @@ def assert_near(found: np.ndarray, expected: np.ndarray, seed: int) -> None:
 
 @pytest.mark.native
 @groups
-def test_accelerations_are_those_of_reduced_coordinates(first: int) -> None:
+def test_accelerations_equal_reduced_coordinates(first: int) -> None:
     for seed in range(first, first + GROUP):
         robot, q = random_loops(seed)
         qd, tau = moving(robot, q, seed)
@@ -40,7 +40,7 @@ def test_accelerations_are_those_of_reduced_coordinates(first: int) -> None:
 
 @groups
 @pytest.mark.extra("pinocchio")
-def test_accelerations_are_those_of_pinocchios_constrained_dynamics(first: int) -> None:
+def test_accelerations_equal_pinocchio_constrained_dynamics(first: int) -> None:
     from support.oracles.pinocchio_model import PinocchioRobot
 
     for seed in range(first, first + GROUP):

@@ -28,7 +28,7 @@ def check(deviations: dict[str, float], allowed: float, seed: int) -> None:
 
 @pytest.mark.native
 @groups
-def test_terms_equal_darts(first: int) -> None:
+def test_terms_equal_dart(first: int) -> None:
     for seed in range(first, first + GROUP):
         robot = random_tree(seed)
         core, dart, skeleton = CoreDynamics(robot), DartDynamics(robot), build_skeleton(robot)
@@ -56,7 +56,7 @@ def test_terms_equal_darts(first: int) -> None:
 
 @pytest.mark.slow
 @groups
-def test_terms_equal_mujocos(first: int) -> None:
+def test_terms_equal_mujoco(first: int) -> None:
     for seed in range(first, first + GROUP):
         robot = random_tree(seed)
         core, mujoco = CoreDynamics(robot), MujocoRobot(robot)
@@ -75,7 +75,7 @@ def test_terms_equal_mujocos(first: int) -> None:
 
 @groups
 @pytest.mark.extra("pinocchio")
-def test_terms_equal_pinocchios(first: int) -> None:
+def test_terms_equal_pinocchio(first: int) -> None:
     from support.oracles.pinocchio_model import PinocchioRobot
 
     for seed in range(first, first + GROUP):

@@ -65,7 +65,7 @@ def at_rest(arm: Robot, settings: EstimatorSettings) -> tuple[PoseEstimator, Flo
 
 @pytest.mark.slow
 @pytest.mark.parametrize("exact", [True, False], ids=["exact", "simple"])
-def test_errors_are_as_large_as_their_deviations_say(arm: Robot, exact: bool) -> None:
+def test_errors_match_standard_deviations(arm: Robot, exact: bool) -> None:
     """NEES over seeds, of q, qd and w; the simple matrix lacks what a short time does not show."""
     settings = EstimatorSettings(exact_transition=exact, acceleration_noise=0.5, load_drift=0.5)
     f, squares = holding(arm, START), []
@@ -82,7 +82,7 @@ def test_errors_are_as_large_as_their_deviations_say(arm: Robot, exact: bool) ->
 
 
 @pytest.mark.slow
-def test_errors_with_inertial_units_are_as_large_as_their_deviations_say(arm: Robot) -> None:
+def test_errors_with_imus_match_standard_deviations(arm: Robot) -> None:
     settings = EstimatorSettings(acceleration_noise=0.05, load_drift=0.5)
     f, squares = holding(arm, START), []
     for seed in range(SEEDS):
@@ -98,7 +98,7 @@ def test_errors_with_inertial_units_are_as_large_as_their_deviations_say(arm: Ro
     assert abs(sum(squares) - size) < 1.96 * np.sqrt(2 * size)
 
 
-def test_friction_of_cables_is_no_load_to_it(arm: Robot) -> None:
+def test_cable_friction_is_not_estimated_as_load(arm: Robot) -> None:
     """What cables round corners lose is known; to an estimator without it it is a load."""
     rough = bent(arm, 0.15, START)
     smooth = rough.with_muscles(replace(m, friction=0.0) for m in rough.muscles)
@@ -118,7 +118,7 @@ def test_friction_of_cables_is_no_load_to_it(arm: Robot) -> None:
     assert np.abs(knows.w).max() < 0.2 * np.abs(lacks.w).max()
 
 
-def test_readings_of_units_are_those_of_moving_links(arm: Robot) -> None:
+def test_imu_innovations_are_zero_at_the_true_state(arm: Robot) -> None:
     """At a true state the innovations are zero, whatever moves."""
     settings = EstimatorSettings(start_load_sd=0.0, load_drift=0.0, acceleration_noise=0.0)
     settings = replace(settings, start_sd=1e-9, start_speed_sd=1e-9, gyroscope_noise=1e-4)
@@ -140,7 +140,7 @@ def test_readings_of_units_are_those_of_moving_links(arm: Robot) -> None:
     assert estimator.innovation < 1e-4  # hundredths of the noises: 1e-6 rad/s, 1e-4 m/s²
 
 
-def test_the_exact_matrix_is_that_of_differences(arm: Robot) -> None:
+def test_exact_transition_equals_finite_differences(arm: Robot) -> None:
     estimator, _ = at_rest(arm, EstimatorSettings())
     estimator.qd[:] = qd = np.array([0.5, -0.8, 1.1, 0.7])
     n, h, state = 4, 1e-3, estimator.get_state()
@@ -158,7 +158,7 @@ def test_the_exact_matrix_is_that_of_differences(arm: Robot) -> None:
     assert np.allclose(estimator.array("transition", 2 * n, 3 * n), A, atol=1e-7)
 
 
-def test_what_two_slack_elbow_muscles_leave_open_is_told(arm: Robot) -> None:
+def test_slack_elbow_muscles_make_the_elbow_unobservable(arm: Robot) -> None:
     """Facts of this arm: 9, 20, 67 to 70, 32 to 40 mrad a mm; none of the elbow without both."""
     observed = observability(
         arm, np.array([[1.45, 0.0, 0.0, -1.3]]), EstimatorSettings(length_noise=1e-3)
@@ -179,7 +179,7 @@ def test_what_two_slack_elbow_muscles_leave_open_is_told(arm: Robot) -> None:
     assert estimator.sd[3] > 0.05 > 10 * estimator.sd[0]
 
 
-def test_an_estimate_without_any_reading_is_not_valid_for_long(arm: Robot) -> None:
+def test_estimate_becomes_invalid_without_measurements(arm: Robot) -> None:
     """As where tensions read 0 and so all muscles are slack; with a reading it is back at once."""
     settings = EstimatorSettings(exact_transition=False, innovation_time=0.0205)
     estimator, f = at_rest(arm, settings)
@@ -215,7 +215,7 @@ def test_random_poses_are_found(arm: Robot) -> None:
     assert not said["wrong"]
 
 
-def test_a_pose_that_is_not_told_is_refused() -> None:
+def test_ambiguous_pose_is_rejected() -> None:
     """A cable from above a hanging link is as long on either side."""
     hinge = one_joint(
         "hinge",
@@ -241,7 +241,7 @@ def test_a_pose_that_is_not_told_is_refused() -> None:
     assert not estimator.valid
 
 
-def test_a_wrong_reading_is_left_out(arm: Robot) -> None:
+def test_outlier_is_rejected(arm: Robot) -> None:
     estimator, _ = at_rest(arm, EstimatorSettings())
     for _ in range(50):
         assert estimator.tick(STEP)
@@ -261,7 +261,7 @@ def test_a_wrong_reading_is_left_out(arm: Robot) -> None:
 
 
 @pytest.mark.parametrize("offset", [5e-4, 2e-3, -0.02])
-def test_offsets_are_not_borne_silently(arm: Robot, offset: float) -> None:
+def test_unmodelled_offsets_invalidate_the_estimate(arm: Robot, offset: float) -> None:
     estimator, _ = at_rest(arm, EstimatorSettings())
     estimator.lengths[::2] += offset
     assert not any([estimator.tick(STEP) for _ in range(300)][100:])
@@ -284,7 +284,7 @@ def test_offsets_are_found_at_a_known_pose(arm: Robot) -> None:
     )  # it is let go, held by about the right forces
 
 
-def test_a_state_leads_back_bit_by_bit(arm: Robot) -> None:
+def test_restored_state_is_bit_identical(arm: Robot) -> None:
     estimator, _ = at_rest(arm, EstimatorSettings())
     estimator.tick(STEP)
     state = estimator.get_state()
@@ -296,7 +296,7 @@ def test_a_state_leads_back_bit_by_bit(arm: Robot) -> None:
     assert np.array_equal(estimator.get_state(), after)
 
 
-def test_what_does_not_fit_is_refused(arm: Robot) -> None:
+def test_invalid_settings_are_rejected(arm: Robot) -> None:
     with pytest.raises(InputError, match="gate must be positive and finite"):
         EstimatorSettings(gate=0.0)
     with pytest.raises(InputError, match="min_tension must not be negative"):
@@ -310,7 +310,7 @@ def test_what_does_not_fit_is_refused(arm: Robot) -> None:
 
 
 @pytest.mark.native
-def test_nothing_is_read_beyond_the_memory(arm: Robot) -> None:
+def test_array_access_is_bounded(arm: Robot) -> None:
     """An array's end is the memory's end at most; unknown names are rejected."""
     estimator, _ = at_rest(arm, EstimatorSettings())
     length = ctypes.c_size_t()
@@ -337,7 +337,7 @@ FIGURES = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", FIGURES)
-def test_the_arm_draws_the_flower_without_joint_encoders(case: str) -> None:
+def test_arm_tracks_the_flower_without_joint_encoders(case: str) -> None:
     """At 200 Hz with estimate and load in the loop; to the end with CARDSFLOW_LONG_LOOPS."""
     noise, scale, changes, most = FIGURES[case]
     settings = EstimatorSettings(length_noise=noise, **changes)

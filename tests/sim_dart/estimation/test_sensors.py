@@ -50,7 +50,7 @@ def test_noise_is_normal_and_seeded(arm: Robot) -> None:
     assert not np.array_equal(noisy, readings(arm, 2000, SensorSettings(noise=1e-3, seed=8)))
 
 
-def test_readings_are_the_truth_rounded_late_and_stuck(arm: Robot) -> None:
+def test_measurements_have_resolution_delay_and_stuck_channels(arm: Robot) -> None:
     truth = readings(arm, 50, SensorSettings())
     assert np.allclose(truth[0, :11], MusclePaths(arm).evaluate(START).lengths, atol=1e-15)
     rounded = readings(arm, 50, SensorSettings(resolution=1e-4))
@@ -68,7 +68,7 @@ def test_readings_are_the_truth_rounded_late_and_stuck(arm: Robot) -> None:
     assert np.allclose(offset - truth, 0.25, atol=1e-12)
 
 
-def test_units_read_what_differences_say(arm: Robot) -> None:
+def test_imu_measurements_equal_finite_differences(arm: Robot) -> None:
     """After a step from one velocity to another; and gravity alone at rest."""
     sensors = RobotSensors(arm, imus=UNITS)
     q, before, after = START, np.zeros(4), np.array([0.5, -0.8, 1.1, 0.7]) * 1e-3
@@ -82,7 +82,7 @@ def test_units_read_what_differences_say(arm: Robot) -> None:
     assert np.allclose(sensors.readings[-6:], expected, atol=1e-5)
 
 
-def test_a_state_leads_back(arm: Robot) -> None:
+def test_state_is_restored(arm: Robot) -> None:
     sensors = RobotSensors(arm, SensorSettings(noise=1e-3, delay=2), UNITS)
     sensors.q[:] = START
     for _ in range(5):
@@ -96,7 +96,7 @@ def test_a_state_leads_back(arm: Robot) -> None:
     assert np.array_equal(sensors.readings, after)
 
 
-def test_what_does_not_fit_is_refused(arm: Robot) -> None:
+def test_invalid_settings_are_rejected(arm: Robot) -> None:
     with pytest.raises(InputError, match="noise must be one number or 36"):
         RobotSensors(arm, SensorSettings(noise=(1.0, 2.0)), UNITS)
     with pytest.raises(InputError, match="delay must be from 0"):

@@ -86,7 +86,7 @@ class Held:
         return self.laws.torques.copy()
 
 
-def test_end_forces_tension_and_length_are_those_of_the_elastic_catenary() -> None:
+def test_forces_and_length_equal_the_elastic_catenary() -> None:
     """Nearly straight to as slack as five times its chord; in any direction of gravity."""
     rng = np.random.default_rng(4)
     slackest = 0.0
@@ -120,7 +120,7 @@ def test_end_forces_tension_and_length_are_those_of_the_elastic_catenary() -> No
     assert slackest > 3.0
 
 
-def test_without_weight_it_is_an_elastic_cable() -> None:
+def test_heavy_cable_without_weight_equals_elastic_cable() -> None:
     heavy = {"axial_stiffness": 1e4, "mass_per_length": 0.0, "damping": 20.0}
     bench = Bench(("heavy_cable", heavy))
     for length, speed, rest in ((0.5, 0.1, 0.49), (0.5, -0.2, 0.45), (0.5, 0.0, 0.6)):
@@ -133,7 +133,7 @@ def test_without_weight_it_is_an_elastic_cable() -> None:
     np.testing.assert_allclose(held.pull(np.array([1.02, 0, 0]), 1.0), [-200.0, 0, 0], atol=1e-6)
 
 
-def test_a_cable_that_hangs_down_beside_itself() -> None:
+def test_cable_with_coincident_ends() -> None:
     """No span: each side bears its part; taut it bears the weight and its stretch."""
     cable = Catenary(1e5, 0.5, 3.0, 1.0, 1.0)
     held = Held(hanging(cable, np.array([0, 0, -10.0])))
@@ -148,7 +148,7 @@ def test_a_cable_that_hangs_down_beside_itself() -> None:
     assert pull[2] == pytest.approx(-(1e5 * 0.01 + 15.0 / 2), rel=1e-9)
 
 
-def test_weight_in_gravity_is_that_of_a_cable_as_long_as_its_chord() -> None:
+def test_gravity_torque_includes_the_cable_weight() -> None:
     """G of the robot with and without the cable's weight; the controller so knows it."""
     cable, down = Catenary(1e6, 0.4, 5.0, 1.0, 1.0), np.array([0.0, 0.0, -9.81])
     robot = hanging(cable, down)
@@ -167,7 +167,7 @@ def test_weight_in_gravity_is_that_of_a_cable_as_long_as_its_chord() -> None:
     np.testing.assert_allclose(heavy.acceleration(q, rates, tau), expected, rtol=1e-10)
 
 
-def test_both_engines_swing_it_the_same() -> None:
+def test_both_engines_compute_the_same_motion() -> None:
     robot = hanging(Catenary(2e4, 0.8, 2.0, 1.0, 1.0), np.array([0.0, 0.0, -9.81]))
     plants = [Plant(robot, engine=e, step=5e-4) for e in ("core", "dart")]
     for plant in plants:
@@ -178,7 +178,7 @@ def test_both_engines_swing_it_the_same() -> None:
     assert np.abs(plants[0].q - [1.5, 0.2, -1.0]).max() > 0.02
 
 
-def test_what_it_cannot_be_combined_with_is_refused_by_name() -> None:
+def test_unsupported_combinations_are_rejected() -> None:
     robot = hanging(Catenary(1e4, 0.5, 2.0, 1.0, 1.0), np.array([0.0, 0.0, -9.81]))
     muscle = robot.muscles[0]
     ends = muscle.via_points

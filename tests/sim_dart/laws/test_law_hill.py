@@ -32,7 +32,7 @@ def _cases(**extra: float) -> list[tuple[str, dict[str, float]]]:
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("curve", get_args(Curve))
-def test_slopes_are_the_derivatives_of_the_curves(kind: str, curve: Any) -> None:
+def test_slopes_are_derivatives_of_curves(kind: str, curve: Any) -> None:
     laws = Bench((kind, HILL)).laws
     rng = np.random.default_rng(5)
     low, high = (-1.3, 1.3) if curve == "force_velocity" else (0.35, 1.9)
@@ -49,7 +49,7 @@ def test_slopes_are_the_derivatives_of_the_curves(kind: str, curve: Any) -> None
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_curves_go_through_their_anchors(kind: str) -> None:
+def test_curves_contain_their_anchor_points(kind: str) -> None:
     """Force 1 at the optimum and at rest; passive and tendon force 1 at their strains."""
     strains = {"tendon_strain": 0.04, "passive_fibre_strain": 0.55}
     laws = Bench((kind, HILL | strains)).laws
@@ -72,7 +72,7 @@ ODD += [{"passive_stiffness": 40.0, "tendon_stiffness": 200.0, "passive_zero_str
 
 @pytest.mark.slow
 @pytest.mark.parametrize("extra", ODD)
-def test_bezier_curves_are_their_control_polygons(extra: dict[str, float]) -> None:
+def test_bezier_curves_equal_de_casteljau(extra: dict[str, float]) -> None:
     """De Casteljau's rule at any parameter gives a point of the curve, to 1e-10.
 
     The polygons are found from the curve itself: the ends of a piece with their slopes, and its
@@ -159,7 +159,7 @@ def _damping(kind: str, parameters: Mapping[str, float]) -> float:
 
 @pytest.mark.parametrize("pennation", [0.0, 0.4])
 @pytest.mark.parametrize(("kind", "parameters"), _cases())
-def test_a_muscle_at_rest_is_in_balance(
+def test_muscle_at_rest_is_in_equilibrium(
     kind: str, parameters: dict[str, float], pennation: float
 ) -> None:
     """To 1e-9 of F0 against a root found by Brent's method on the curves."""
@@ -183,7 +183,7 @@ def test_a_muscle_at_rest_is_in_balance(
 
 @pytest.mark.parametrize("pennation", [0.0, 0.4])
 @pytest.mark.parametrize(("kind", "parameters"), _cases())
-def test_the_fibres_velocity_balances_the_forces(
+def test_fibre_velocity_balances_the_forces(
     kind: str, parameters: dict[str, float], pennation: float
 ) -> None:
     parameters = parameters | {"pennation_at_optimal": pennation}
@@ -241,7 +241,7 @@ def _error(bench: Bench, reference: FloatArray, excitation: float, end: float, h
 @pytest.mark.slow
 @pytest.mark.parametrize(("kind", "parameters"), _cases())
 @pytest.mark.parametrize("excitation", [0.0, 0.9])
-def test_transients_are_of_order_two(
+def test_transients_have_second_order(
     kind: str, parameters: dict[str, float], excitation: float
 ) -> None:
     """Excited and let continue a moving path: 5e-4 at 1 ms, far less at a quarter of the step."""
@@ -256,7 +256,7 @@ def test_transients_are_of_order_two(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_stiff_tendons_stay_calm_at_any_step(kind: str) -> None:
+def test_stiff_tendons_do_not_oscillate_at_any_step(kind: str) -> None:
     """Hundred times as stiff as a real one, also without activation: no step oscillates."""
     extra = {"tendon_strain": 0.0005, "minimum_activation": 0.0, "max_contraction_velocity": 2.0}
     extra |= {} if kind == "hill_thelen2003" else {"fibre_damping": 0.0}
@@ -278,7 +278,7 @@ def test_stiff_tendons_stay_calm_at_any_step(kind: str) -> None:
                 assert tensions[-1] == pytest.approx(expected, rel=1e-6)
 
 
-def test_a_slack_muscle_offers_no_resistance() -> None:
+def test_slack_muscle_has_no_force() -> None:
     """Without activation, damping and passive force the tendon is let slack and stays so."""
     bench = Bench(("hill_thelen2003", ELASTIC | {"minimum_activation": 0.0}))
     assert bench.start(0.295, 1.0) > 500.0
@@ -294,7 +294,7 @@ def test_a_slack_muscle_offers_no_resistance() -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_fibres_do_not_shorten_below_their_bound(kind: str) -> None:
+def test_fibre_length_has_a_lower_bound(kind: str) -> None:
     bench = Bench((kind, PENNATE))
     bench.start(0.3, 1.0)
     for k in range(400):
@@ -306,7 +306,7 @@ def test_fibres_do_not_shorten_below_their_bound(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_activation_rises_and_falls_as_its_equation_says(kind: str) -> None:
+def test_activation_equals_its_differential_equation(kind: str) -> None:
     """Against DOP853 at 1e-12; it never passes its excitation nor falls below its floor."""
     bench = Bench((kind, HILL))
     for start, excitation in ((0.02, 1.0), (1.0, 0.0), (0.9, 0.3), (0.1, 0.5)):
@@ -331,7 +331,7 @@ def test_activation_rises_and_falls_as_its_equation_says(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_rigid_tendon_is_the_limit_of_the_elastic_one(kind: str) -> None:
+def test_rigid_tendon_is_the_limit_of_elastic_tendon(kind: str) -> None:
     stiff = {"tendon_strain": 1e-6, "pennation_at_optimal": 0.3}
     rigid, elastic = Bench((kind, HILL | stiff)), Bench((kind, ELASTIC | stiff))
     for length in (0.28, 0.3, 0.33):

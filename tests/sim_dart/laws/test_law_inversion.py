@@ -33,7 +33,7 @@ def _after(bench: Bench, length: float, speed: float, command: float, h: float) 
 
 @pytest.mark.parametrize(("kind", "parameters"), DRIVEN)
 @pytest.mark.parametrize("h", [1e-3, 0.02])
-def test_commands_give_the_desired_tension(
+def test_commands_lead_to_the_desired_tension(
     kind: str, parameters: dict[str, float], h: float
 ) -> None:
     """Everywhere in reach, to 1e-9 of the range; beyond it, the nearest end."""
@@ -76,7 +76,7 @@ def test_reach_of_ideal_and_passive_muscles() -> None:
 LIGAMENT = "ligament_blankevoort1991"
 
 
-def test_reach_and_inversion_leave_the_states_alone() -> None:
+def test_reach_and_inversion_do_not_change_states() -> None:
     bench = Bench(*SOUND.items())
     bench.move(0.3, 0.05)
     bench.laws.start(np.full(len(SOUND), 0.3))
@@ -87,9 +87,7 @@ def test_reach_and_inversion_leave_the_states_alone() -> None:
 
 
 @pytest.mark.parametrize(("kind", "parameters"), DRIVEN)
-def test_commands_do_not_depend_on_what_was_in_reach_elsewhere(
-    kind: str, parameters: dict[str, float]
-) -> None:
+def test_commands_do_not_depend_on_earlier_calls(kind: str, parameters: dict[str, float]) -> None:
     """Bit for bit: at another length, speed, time and state, and if they are the same."""
     here = {"length": 0.3, "speed": 0.05, "state": 0.2, "h": 1e-3}
     others = [here, *(here | {key: 1.1 * value} for key, value in here.items())]

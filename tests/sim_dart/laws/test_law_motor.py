@@ -33,7 +33,7 @@ def _bench(parameters: dict[str, float]) -> Bench:
 
 @pytest.mark.parametrize("preset", PRESETS)
 @pytest.mark.parametrize("h", [1e-5, 1e-3, 0.02])
-def test_the_step_response_of_a_free_motor(preset: str, h: float) -> None:
+def test_step_response_of_a_free_motor(preset: str, h: float) -> None:
     """A second-order system: its two eigenvalues give current, speed and angle in closed form."""
     p = _parameters(preset, **SLACK)
     R, La = p["resistance"] + p["bridge_resistance"], p["inductance"]
@@ -59,7 +59,7 @@ def test_the_step_response_of_a_free_motor(preset: str, h: float) -> None:
 
 
 @pytest.mark.parametrize("preset", PRESETS)
-def test_reeling_in_against_the_spring(preset: str) -> None:
+def test_motor_winding_against_the_spring(preset: str) -> None:
     """While the motor drives, the efficiency is constant and the taut system linear: expm."""
     p = _parameters(preset, stiffness=3000.0, rest_length=0.3)
     R, La = p["resistance"], p["inductance"]
@@ -85,7 +85,7 @@ def test_reeling_in_against_the_spring(preset: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("preset", PRESETS)
-def test_any_motion_equals_that_of_an_adaptive_rule(preset: str) -> None:
+def test_motion_equals_an_adaptive_integrator(preset: str) -> None:
     """Loaded, unloaded, driven back by a moving path, with changing voltages: to 0.02 A and rad/s.
 
     Where the efficiency flips, it does so within a microsecond, in the middle of a substep.
@@ -114,7 +114,7 @@ def test_any_motion_equals_that_of_an_adaptive_rule(preset: str) -> None:
 
 
 @pytest.mark.slow
-def test_energy_is_accounted_for() -> None:
+def test_energy_is_balanced() -> None:
     """Electrical work = heat + stored energy + what the gear keeps; Ke = Kt in this set."""
     p = _parameters("roboy_myo_muscle", rest_length=0.3)
     bench, h = _bench(p), 2e-6
@@ -143,7 +143,7 @@ def test_energy_is_accounted_for() -> None:
 
 
 @pytest.mark.parametrize("preset", PRESETS)
-def test_at_rest_the_motor_stalls(preset: str) -> None:
+def test_motor_stalls_at_rest(preset: str) -> None:
     p = _parameters(preset, rest_length=0.25)
     bench = Bench(("series_elastic_motor", p))
     tension = bench.start(0.31, 1.5)
@@ -157,7 +157,7 @@ def test_at_rest_the_motor_stalls(preset: str) -> None:
     assert bench.tension(0.31, 0.0, 1.5) == pytest.approx(tension, rel=1e-9)
 
 
-def test_the_voltage_is_limited() -> None:
+def test_voltage_is_limited() -> None:
     one, other = (_bench(_parameters("roboy_myo_muscle", max_voltage=6.0)) for _ in range(2))
     one.advance(0.3, 0.0, 6.0, 1e-3)
     other.advance(0.3, 0.0, 600.0, 1e-3)

@@ -38,7 +38,7 @@ def _numbers(values: Any) -> str:
 
 
 @pytest.mark.slow
-def test_forces_and_rates_are_mujocos() -> None:
+def test_forces_and_rates_equal_mujoco() -> None:
     """Random parameters, with a width of the switch or none, states and commands."""
     rng = np.random.default_rng(2)
     for k in range(40):
@@ -71,7 +71,7 @@ def test_forces_and_rates_are_mujocos() -> None:
 
 
 @pytest.mark.parametrize("forces", [("700 200", "400 200"), ("-1 900", "-1 500")])
-def test_passive_forces_of_their_own(tmp_path: Path, forces: tuple[str, str]) -> None:
+def test_custom_passive_forces(tmp_path: Path, forces: tuple[str, str]) -> None:
     gain, bias = (f"0.6 1.2 {force} 0.5 1.6 2 1.3 1.2" for force in forces)
     text = MODEL.format(gain=gain, bias=bias, dynamics="0.01 0.04 0")
     text = text.replace('name="b"', 'name="b" pos="0.3 0 0"')

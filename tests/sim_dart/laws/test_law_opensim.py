@@ -115,7 +115,7 @@ def _opensim(kind: str, parameters: Mapping[str, float], *, rigid: bool) -> Musc
 @pytest.mark.parametrize(
     ("kind", "extra"), [case for case in EVERY if case[0] != "hill_thelen2003"]
 )
-def test_rigid_tendons_equal_opensims(
+def test_rigid_tendons_equal_opensim(
     kind: str, extra: dict[str, float], geometry: dict[str, float]
 ) -> None:
     """Wherever the path is longer than the tendon; a muscle that would push pulls with 0."""
@@ -152,7 +152,7 @@ def test_equilibria_of_elastic_tendons(
 @pytest.mark.parametrize(
     ("kind", "extra"), [case for case in EVERY if case[0] != "hill_degroote2016"]
 )
-def test_fibre_velocities_equal_opensims(
+def test_fibre_velocities_equal_opensim(
     kind: str, extra: dict[str, float], geometry: dict[str, float]
 ) -> None:
     """Tendon force and fibre velocity at fibre lengths that are not in equilibrium."""
@@ -176,7 +176,7 @@ def test_fibre_velocities_equal_opensims(
 
 
 @pytest.mark.parametrize(("kind", "extra"), EVERY)
-def test_activation_equals_opensims(kind: str, extra: dict[str, float]) -> None:
+def test_activation_equals_opensim(kind: str, extra: dict[str, float]) -> None:
     theirs, ours = _opensim(kind, HILL | extra, rigid=False), Bench((kind, HILL | extra))
     for activation in (0.01, 0.05, 0.3, 0.6, 1.0):
         for excitation in (0.0, 0.05, 0.3, 0.55, 1.0):
@@ -222,7 +222,7 @@ SHAPES = [
 
 
 @pytest.mark.parametrize(("theirs", "ours", "values", "names"), SHAPES)
-def test_millards_curves_with_other_parameters(
+def test_millard_curves_with_other_parameters(
     theirs: str, ours: Any, values: tuple[float, ...], names: tuple[str, ...]
 ) -> None:
     curve = getattr(opensim, theirs)(*values)
@@ -241,7 +241,7 @@ def test_millards_curves_with_other_parameters(
 
 
 @pytest.mark.parametrize("tendon_strain", [0.033, 0.06])
-def test_millards_strains_set_the_stiffnesses(tendon_strain: float) -> None:
+def test_millard_strains_determine_stiffness(tendon_strain: float) -> None:
     curve = opensim.TendonForceLengthCurve(tendon_strain)
     curve.ensureCurveUpToDate()
     laws = Bench(("hill_millard2012", HILL | {"tendon_strain": tendon_strain})).laws
@@ -254,7 +254,7 @@ def test_millards_strains_set_the_stiffnesses(tendon_strain: float) -> None:
     )
 
 
-def test_ligaments_equal_opensims() -> None:
+def test_ligaments_equal_opensim() -> None:
     """Slack, at both ends of the toe, without damping, with another toe, with other damping."""
     for extra in ({}, {"damping_coefficient": 0.0}, {"transition_strain": 0.03}):
         values = {"linear_stiffness": 730.0, "slack_length": 0.11} | extra

@@ -28,7 +28,7 @@ def _ids(cases: list[tuple[str, dict[str, float]]]) -> list[str]:
 
 
 @pytest.mark.parametrize(("kind", "parameters"), PULLING, ids=_ids(PULLING))
-def test_any_length_and_speed_give_a_finite_tension_that_does_not_push(
+def test_tension_is_finite_and_not_negative_for_any_length_and_speed(
     kind: str, parameters: dict[str, float]
 ) -> None:
     bench = Bench((kind, parameters))
@@ -87,7 +87,7 @@ CABLES = [
 @pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(("kind", "parameters"), CABLES)
-def test_a_passive_cable_gives_no_energy_over_a_closed_path(
+def test_passive_cable_generates_no_energy_over_a_closed_path(
     kind: str, parameters: dict[str, float]
 ) -> None:
     """Slack and taut: the work done on it is not negative, and zero without damping."""
@@ -114,7 +114,7 @@ def test_a_passive_cable_gives_no_energy_over_a_closed_path(
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", [k for k in SOUND if k.startswith("hill")])
 @pytest.mark.parametrize("elastic", [1.0, 0.0])
-def test_a_muscle_that_is_not_excited_takes_energy(kind: str, elastic: float) -> None:
+def test_muscle_without_excitation_dissipates_energy(kind: str, elastic: float) -> None:
     """Fibres without activation are springs and dampers: nothing comes back beyond rounding."""
     extra = {"elastic_tendon": elastic, "minimum_activation": 0.0}
     bench, rng = Bench((kind, HILL | extra)), np.random.default_rng(4)
@@ -132,7 +132,7 @@ def test_a_muscle_that_is_not_excited_takes_energy(kind: str, elastic: float) ->
 
 
 @pytest.mark.parametrize(("kind", "parameters"), CASES, ids=_ids(CASES))
-def test_the_tension_is_monotone_in_the_command(kind: str, parameters: dict[str, float]) -> None:
+def test_tension_is_monotonic_in_the_command(kind: str, parameters: dict[str, float]) -> None:
     """Rising, but for cables whose command is their rest length.
 
     Muscles of Hill's type: up to the speed at which they shorten without force, a quarter of the
@@ -159,7 +159,7 @@ def test_the_tension_is_monotone_in_the_command(kind: str, parameters: dict[str,
             assert steps.min() >= -1e-9 * max(1.0, max(tensions))
 
 
-def test_states_of_the_table_are_those_of_the_core() -> None:
+def test_states_of_table_and_core_are_equal() -> None:
     for kind, parameters in CASES:
         bench = Bench((kind, parameters))
         muscle = bench.robot.muscles[0]

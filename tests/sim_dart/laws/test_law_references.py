@@ -26,7 +26,7 @@ def _table(shared: Path, name: str) -> Any:
         ("fiber_force_length", "passive_force_length"),
     ],
 )
-def test_millards_curves(shared: Path, theirs: str, ours: Any) -> None:
+def test_millard_curves(shared: Path, theirs: str, ours: Any) -> None:
     table = _table(shared, "millard2012_curves")[theirs]
     laws = Bench(("hill_millard2012", HILL | {"active_minimum": 0.1})).laws
     x, y, slope = (np.array(table[key]) for key in ("x", "y", "dydx"))
@@ -34,7 +34,7 @@ def test_millards_curves(shared: Path, theirs: str, ours: Any) -> None:
     np.testing.assert_allclose(laws.curve("m0", ours, x, slope=True), slope, rtol=1e-11, atol=1e-12)
 
 
-def test_de_grootes_muscle_with_a_rigid_tendon(shared: Path) -> None:
+def test_de_groote_muscle_with_rigid_tendon(shared: Path) -> None:
     parameters = HILL | {"pennation_at_optimal": 0.1}
     bench = Bench(("hill_degroote2016", parameters))
     rows = _table(shared, "degroote2016_rigid")["rows"]
@@ -52,7 +52,7 @@ def test_de_grootes_muscle_with_a_rigid_tendon(shared: Path) -> None:
         np.testing.assert_allclose(y, [row[key] for row in rows], rtol=1e-12, atol=1e-15)
 
 
-def test_blankevoorts_ligament(shared: Path) -> None:
+def test_blankevoort_ligament(shared: Path) -> None:
     parameters = {"linear_stiffness": 5000.0, "slack_length": 0.1}
     bench = Bench(("ligament_blankevoort1991", parameters))
     for row in _table(shared, "blankevoort1991")["rows"]:
@@ -61,7 +61,7 @@ def test_blankevoorts_ligament(shared: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["hill_millard2012", "hill_thelen2003"])
-def test_activation_of_the_first_order(shared: Path, kind: str) -> None:
+def test_first_order_activation(shared: Path, kind: str) -> None:
     table = _table(shared, "activation_first_order_millard")
     times = {
         "activation_time_constant": table["tau_act"],

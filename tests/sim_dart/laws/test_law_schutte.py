@@ -20,7 +20,7 @@ RISE, FALL = 7.667 / 0.1, 1.459854 / 0.1
 
 
 @pytest.mark.parametrize(("name", "behind"), [("active", 0.0), ("passive", 0.0), ("tendon", 1.0)])
-def test_curves_are_splines_through_the_points(name: str, behind: float) -> None:
+def test_curves_are_splines_through_their_points(name: str, behind: float) -> None:
     bench = Bench((KIND, ELASTIC))
     curve = f"{name}_force_length"
     spline = SCHUTTES_CURVES[f"{curve}_curve"]
@@ -46,7 +46,7 @@ def opensims_speed(force: float, active: float, damping: float) -> float:
     return 0.5 * (-b + math.sqrt(b * b - 4.0 * c))
 
 
-def test_fibres_move_as_in_opensim() -> None:
+def test_fibre_velocity_equals_opensim() -> None:
     bench = Bench((KIND, ELASTIC))
     rng = np.random.default_rng(3)
     active, passive, tendon = (

@@ -19,7 +19,7 @@ from sim_dart.muscles.laws import MuscleLaws
 pytestmark = pytest.mark.native
 
 
-def test_an_elastic_cable_pulls_by_stretch_and_rate_and_goes_slack() -> None:
+def test_elastic_cable_has_stiffness_and_damping_and_becomes_slack() -> None:
     bench = Bench(("elastic_cable", {"stiffness": 2e4, "damping": 30.0}))
     assert bench.tension(0.31, 0.0, 0.3) == pytest.approx(200.0, rel=1e-12)
     assert bench.tension(0.31, 2.0, 0.3) == pytest.approx(260.0, rel=1e-12)
@@ -28,14 +28,14 @@ def test_an_elastic_cable_pulls_by_stretch_and_rate_and_goes_slack() -> None:
     assert bench.tension(0.3, 0.0, -5.0) == pytest.approx(6000.0, rel=1e-12)  # no length below 0
 
 
-def test_casprs_spring_pulls_and_pushes() -> None:
+def test_caspr_spring_can_pull_and_push() -> None:
     bench = Bench(("passive_spring", {"K": 400.0, "l0": 0.3}))
     assert bench.tension(0.35, 9.0, 0.0) == pytest.approx(20.0, rel=1e-12)
     assert bench.tension(0.25, 9.0, 0.0) == pytest.approx(-20.0, rel=1e-12)
     assert bench.laws.torques[0] == pytest.approx(20.0, rel=1e-12)  # away from the world
 
 
-def test_the_mckibben_muscle_is_the_virtual_work_of_its_volume() -> None:
+def test_mckibben_force_equals_virtual_work_of_its_volume() -> None:
     """It pulls with f = -p dV/dL, V from the geometry of the sleeve, by central differences."""
     b, n, cord = 0.35, 1.5, 0.05
     bench = Bench(("mckibben", SOUND["mckibben"]))
@@ -54,7 +54,7 @@ def test_the_mckibben_muscle_is_the_virtual_work_of_its_volume() -> None:
 
 
 @pytest.mark.parametrize("h", [1e-4, 1e-2, 10.0])
-def test_pressure_follows_its_set_point_exactly(h: float) -> None:
+def test_pressure_equals_the_exact_solution(h: float) -> None:
     bench = Bench(("mckibben", SOUND["mckibben"]))
     bench.start(0.3, 1e5)
     for k in range(1, 6):
@@ -64,7 +64,7 @@ def test_pressure_follows_its_set_point_exactly(h: float) -> None:
     assert bench.state_rates(0.3, 0.0, 2e5, [1e5])[0] == pytest.approx(1e5 / 0.05, rel=1e-12)
 
 
-def test_without_a_time_constant_pressure_equals_its_command() -> None:
+def test_pressure_without_time_constant_equals_its_command() -> None:
     bench = Bench(("mckibben", SOUND["mckibben"] | {"pressure_time_constant": 0.0}))
     bench.start(0.3, 0.0)
     bench.advance(0.3, 0.0, 2e5, 1e-3)
@@ -84,7 +84,7 @@ def _with_laws(seed: int) -> Robot:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_rates_and_torques_are_those_of_the_jacobian(seed: int) -> None:
+def test_rates_and_torques_equal_the_jacobian_products(seed: int) -> None:
     """Rates are L qd, torques = -L'f, so the muscles' power is f.l' on both sides."""
     robot = _with_laws(seed)
     core = Core(compile_blob(robot))
@@ -102,7 +102,7 @@ def test_rates_and_torques_are_those_of_the_jacobian(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_ideal_cables_are_driven_as_they_are_pulled(seed: int) -> None:
+def test_tension_of_ideal_cables_equals_their_command(seed: int) -> None:
     """Bit for bit, slack ones included."""
     robot = random_robot(seed)
     core = Core(compile_blob(robot))
@@ -120,7 +120,7 @@ def test_ideal_cables_are_driven_as_they_are_pulled(seed: int) -> None:
 
 
 @pytest.mark.parametrize("kind", SOUND)
-def test_the_core_takes_every_checked_law_and_stays_finite(kind: str) -> None:
+def test_core_accepts_every_checked_law_and_results_are_finite(kind: str) -> None:
     """Every parameter alone at values beside, at and far beyond its bounds."""
     law, taken = MUSCLE_LAWS[kind], 0
     for parameter in law.parameters:

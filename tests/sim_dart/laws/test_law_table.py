@@ -26,7 +26,7 @@ pytestmark = pytest.mark.native
 
 
 @pytest.mark.parametrize("kind", SOUND)
-def test_defaults_are_within_bounds_and_the_core_takes_them(kind: str) -> None:
+def test_defaults_are_within_bounds_and_accepted_by_the_core(kind: str) -> None:
     for parameter in MUSCLE_LAWS[kind].parameters:
         if parameter.default is not None:
             assert parameter.allows(parameter.default)
@@ -35,7 +35,7 @@ def test_defaults_are_within_bounds_and_the_core_takes_them(kind: str) -> None:
     Bench((kind, SOUND[kind]))
 
 
-def test_every_law_names_its_source() -> None:
+def test_every_law_has_a_source() -> None:
     assert all(law.source and law.meaning for law in MUSCLE_LAWS.values())
 
 
@@ -92,7 +92,7 @@ def _fields() -> list[str]:
     return [line.split()[1] for line in lines if line.split()[0] in ("real", "int32_t")]
 
 
-def test_a_blob_with_a_wrong_law_is_refused() -> None:
+def test_blob_with_invalid_law_is_rejected() -> None:
     Core(_blob())
     for kind in (-1, len(MUSCLE_LAWS), 2**31 - 1):
         with pytest.raises(CardsflowError, match=f"muscle 0: unknown tension law {kind}"):
@@ -107,9 +107,7 @@ PARAMETERS = [(kind, p) for kind in SOUND for p in MUSCLE_LAWS[kind].parameters]
 
 
 @pytest.mark.parametrize(("kind", "parameter"), PARAMETERS)
-def test_every_parameter_out_of_its_bounds_is_refused_by_the_core(
-    kind: str, parameter: Parameter
-) -> None:
+def test_core_rejects_every_parameter_out_of_bounds(kind: str, parameter: Parameter) -> None:
     for value in (math.nan, math.inf, -math.inf, *beside(parameter)):
         text = f"muscle 0: {kind}: {parameter.name} must be {re.escape(parameter.bounds)}$"
         with pytest.raises(CardsflowError, match=text):
@@ -117,14 +115,14 @@ def test_every_parameter_out_of_its_bounds_is_refused_by_the_core(
 
 
 @pytest.mark.parametrize(("kind", "parameters", "what"), BROKEN_RULES)
-def test_parameters_that_do_not_go_together_are_refused(
+def test_inconsistent_parameters_are_rejected(
     kind: str, parameters: dict[str, float], what: str
 ) -> None:
     with pytest.raises(CardsflowError, match=f"muscle 0: {kind}: {re.escape(what)} must hold"):
         Core(compile_blob(slider((kind, SOUND[kind] | parameters))))
 
 
-def test_every_rule_is_broken_by_a_case() -> None:
+def test_every_rule_has_a_test_case() -> None:
     rules = {(kind, own.condition) for kind in SOUND for own in MUSCLE_LAWS[kind].conditions}
     hill = {own.condition for own in HILL_RULES}  # shared: one of them stands for all
     broken = {(kind, what) for kind, _, what in BROKEN_RULES}
@@ -134,7 +132,7 @@ def test_every_rule_is_broken_by_a_case() -> None:
 
 
 @pytest.mark.slow
-def test_random_parameters_are_refused_or_give_finite_tensions() -> None:
+def test_random_parameters_are_rejected_or_give_finite_tensions() -> None:
     rng = np.random.default_rng(11)
     refused = 0
     for _ in range(1500):
@@ -183,7 +181,7 @@ def test_ports_follow_from_the_laws() -> None:
     assert laws.command_high.tolist() == high
 
 
-def test_the_law_of_a_preset_takes_other_parameters() -> None:
+def test_preset_accepts_other_parameters() -> None:
     preset = PRESETS["roboy_test_bench"]
     parameters = {**dict(preset.parameters), "max_voltage": 12.0}
     model = CableModel("series_elastic_motor", tuple(parameters.items()))
@@ -202,7 +200,7 @@ def test_presets_are_complete(name: str) -> None:
     assert given | {"rest_length", "max_voltage"} == {p.name for p in law.parameters}
 
 
-def test_wrong_input_is_named() -> None:
+def test_invalid_input_is_named() -> None:
     bench = Bench(("mckibben", SOUND["mckibben"]), ("hill_thelen2003", HILL))
     bench.move(0.3)
     laws = bench.laws
@@ -222,7 +220,7 @@ def test_wrong_input_is_named() -> None:
 
 
 @pytest.mark.slow
-def test_mutated_laws_are_refused_or_can_be_computed() -> None:
+def test_mutated_laws_are_rejected_or_can_be_computed() -> None:
     """Any byte may be another: nothing is read out of bounds, and every tension is a number."""
     rng = np.random.default_rng(2)
     elastic = HILL | {"elastic_tendon": 1.0}

@@ -29,7 +29,7 @@ def _bench(kind: str = "winch", **extra: float) -> Bench:
     return Bench((kind, PLAIN | (DRIVE if kind == "winch_position" else {}) | extra))
 
 
-def test_a_slack_drum_spins_up_against_its_bearing() -> None:
+def test_slack_drum_accelerates_against_bearing_friction() -> None:
     """J w' = N u - b w - Tc: an exponential, and its integral."""
     b, dry, torque = 0.2, 0.5, 0.8
     bench = _bench(viscous_friction=b, dry_friction=dry, rest_length=50.0)
@@ -47,7 +47,7 @@ def drum_pull(force: float) -> float:
     return force + force**2 / 2e5
 
 
-def test_a_drum_swings_on_its_cable() -> None:
+def test_drum_oscillates_on_its_cable() -> None:
     """Small swings about the tension of a constant torque, with the slope of r g."""
     bench, length, h = _bench(lead_length=1.5), 2.0, 1e-4
     at_rest = bench.start(length, 1.0)
@@ -67,7 +67,7 @@ def test_a_drum_swings_on_its_cable() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["winch", "winch_position"])
-def test_any_motion_equals_that_of_an_adaptive_rule(kind: str) -> None:
+def test_motion_equals_an_adaptive_integrator(kind: str) -> None:
     """Slack and taut, braking and driven back, a drive at its limit; dissipation in the cable."""
     extra = {"viscous_friction": 0.05, "dissipation": 2e-3, "lead_length": 0.2, "drum_pitch": 0.01}
     bench, other = _bench(kind, **extra), _bench(kind, **extra)
@@ -88,7 +88,7 @@ def test_any_motion_equals_that_of_an_adaptive_rule(kind: str) -> None:
         x = bench.laws.states.copy()
 
 
-def test_dry_friction_holds_to_the_last_bit_and_lets_go_beyond() -> None:
+def test_dry_friction_holds_the_drum_up_to_its_limit() -> None:
     """A cable of r f within N u +- Tc does not move the drum, whichever way it pulls."""
     bench = _bench(dry_friction=2.0)
     bench.start(1.0, 1.0)
@@ -103,7 +103,7 @@ def test_dry_friction_holds_to_the_last_bit_and_lets_go_beyond() -> None:
         assert sign * bench.laws.states[0] > 0.0
 
 
-def test_friction_only_takes_energy() -> None:
+def test_friction_only_dissipates_energy() -> None:
     """Random torques: J w^2 / 2 grows by no more than the work of motor and cable."""
     bench, rng, h = (
         _bench(dry_friction=1.0, viscous_friction=0.02),
@@ -162,7 +162,7 @@ def test_motor_and_link_exchange_energy_over_drum_and_cable(dissipation: float) 
 
 
 @pytest.mark.parametrize("periods", [3, 4, 8, 16])
-def test_a_drive_that_is_commanded_by_tension_moves_along_with_the_path(periods: int) -> None:
+def test_tension_command_of_a_drive_follows_the_path(periods: int) -> None:
     """On a path of constant speed the mean tension of a period is the one aimed at."""
     bench, period, speed, wanted = _bench("winch_position", lead_length=0.5), 2e-3, 0.1, 30.0
     bench.start(1.0, 1.0)
@@ -177,7 +177,7 @@ def test_a_drive_that_is_commanded_by_tension_moves_along_with_the_path(periods:
     assert np.mean(pulls) == pytest.approx(wanted, rel=0.03)
 
 
-def test_a_drive_holds_the_length() -> None:
+def test_drive_holds_the_length() -> None:
     """At rest Kp (l_u - u) = r^2 g; a drive that is too weak is drawn out to its torque."""
     for radius in (0.05, 0.2):
         bench = _bench("winch_position", lead_length=0.7, drum_radius=radius)
@@ -192,7 +192,7 @@ def test_a_drive_holds_the_length() -> None:
     assert bench.start(1.3, 1.4) == 0.0
 
 
-def test_a_turn_winds_up_a_helix() -> None:
+def test_one_turn_winds_a_helix() -> None:
     bench = _bench(drum_pitch=0.02, rest_length=3.0)
     for turns in (0.0, 1.0, 4.0):
         paid = 3.0 - turns * math.hypot(2 * math.pi * RADIUS, 0.02)
@@ -201,7 +201,7 @@ def test_a_turn_winds_up_a_helix() -> None:
         assert force == pytest.approx(1e5 * 0.001, rel=1e-10)
 
 
-def test_the_torque_is_limited() -> None:
+def test_torque_is_limited() -> None:
     one, other = (Bench(("winch", WINCH)) for _ in range(2))
     for bench, command in ((one, 2.0), (other, 1e4)):
         bench.start(0.3, 0.1)

@@ -49,7 +49,7 @@ def played(bench: Bench, commands: np.ndarray, h: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("h", [1e-4, 1e-3, 2e-2])
-def test_muscles_together_equal_each_alone(h: float) -> None:
+def test_parallel_muscles_equal_single_muscles(h: float) -> None:
     """To the last bit, in company of any law, at steps with one, two and many parts."""
     rng = np.random.default_rng(4)
     models = mixed(rng, 30)
@@ -61,7 +61,7 @@ def test_muscles_together_equal_each_alone(h: float) -> None:
 
 
 @pytest.mark.parametrize("h", [1e-4, 1e-3, 4e-3, 2e-2])
-def test_surfaces_side_by_side_equal_each_alone(h: float) -> None:
+def test_parallel_activations_equal_single_ones(h: float) -> None:
     """What a step makes of activations is what `reach` has foreseen for each, to the last bit."""
     rng = np.random.default_rng(5)
     models = [m for m in mixed(rng, 40) if m[0].startswith("hill")]
@@ -77,7 +77,7 @@ def test_surfaces_side_by_side_equal_each_alone(h: float) -> None:
         np.testing.assert_array_equal(bench.laws.drive([0.0], u), foreseen)
 
 
-def test_curves_are_each_muscles_own() -> None:
+def test_curves_depend_on_the_parameters_of_each_muscle() -> None:
     """Of muscles in a row, two share theirs: the passive force at its strain is one for each."""
     shapes = [STEEP, STEEP, GENTLE, STEEP, STEEP, GENTLE, GENTLE]
     bench = Bench(*(("hill_millard2012", HILL | shape) for shape in shapes))

@@ -28,7 +28,7 @@ def _law(**more: object) -> MuscleLawDefinition:
 SOUND = "TENSION_LAW(one) = {0};\n"
 
 
-def test_conditions_are_those_of_the_table(tmp_path: Path) -> None:
+def test_conditions_are_translated_from_the_table(tmp_path: Path) -> None:
     made = _write(tmp_path, _law(rules=(Rule("2 * k < 3 or k == 5"),)), SOUND)
     assert '{0, INFINITY, 1, "above 0"}' in made
     assert "(value_of((2.0 * p->k)) < 3.0) || (value_of(p->k) == 5.0)" in made
@@ -46,7 +46,7 @@ def test_conditions_are_those_of_the_table(tmp_path: Path) -> None:
         (_law(rules=(Rule("open(k)"),)), SOUND, "one: 'open(k)' is not a formula"),
     ],
 )
-def test_what_does_not_fit_together_is_refused(
+def test_mismatch_of_table_and_c_files_is_rejected(
     law: MuscleLawDefinition, c_file: str, what: str, tmp_path: Path
 ) -> None:
     with pytest.raises(LawTableError) as refused:
@@ -54,7 +54,7 @@ def test_what_does_not_fit_together_is_refused(
     assert what in str(refused.value)
 
 
-def test_a_core_of_another_table_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_core_with_another_table_is_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [line.split()[1] for line in LAW_NAMES.splitlines()] == list(MUSCLE_LAWS)
     monkeypatch.setattr(library, "LAW_NAMES", LAW_NAMES + "law other\n")
     with pytest.raises(CardsflowError, match="has other muscle laws"):

@@ -23,7 +23,7 @@ def states(robot: Robot, count: int = 10) -> np.ndarray:
 
 
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda r: f"{r.name}-{r.cable_set}")
-def test_lengths_and_jacobian_equal_mujocos_spatial_tendons(robot: Robot) -> None:
+def test_lengths_and_jacobian_equal_mujoco_spatial_tendons(robot: Robot) -> None:
     paths, mujoco = MusclePaths(robot), MujocoRobot(robot, inertias=False)
     for q in states(robot):
         mujoco.move(q)
@@ -53,7 +53,7 @@ def test_task_jacobian_is_the_derivative_of_the_task_coordinates(robot: Robot) -
             np.testing.assert_allclose(J[:, j], slope, rtol=0, atol=2e-8)
 
 
-def test_a_muscle_within_one_link_has_a_length_and_no_moment_arm() -> None:
+def test_muscle_within_one_link_has_no_moment_arm() -> None:
     robot = planar_2r()
     muscle = robot.muscles[0]
     here = muscle.via_points[1]
@@ -66,6 +66,6 @@ def test_a_muscle_within_one_link_has_a_length_and_no_moment_arm() -> None:
 
 
 @pytest.mark.parametrize("q", [[0.0], [0.0, 0.0, 0.0], [[0.0, 0.0]], "ab", None])
-def test_q_of_another_shape_is_refused(q: object) -> None:
+def test_wrong_shape_of_q_is_rejected(q: object) -> None:
     with pytest.raises(InputError, match="q must"):
         MusclePaths(planar_2r()).evaluate(q)  # type: ignore[arg-type]

@@ -51,7 +51,7 @@ def _differences(paths: MusclePaths, q: FloatArray) -> FloatArray:
     return np.array(columns).T
 
 
-def _gradient_is_that_of_the_length(robot: Robot, q: FloatArray) -> None:
+def assert_gradient_equals_differences(robot: Robot, q: FloatArray) -> None:
     paths = MusclePaths(robot)
     jacobian = paths.evaluate(q).jacobian.copy()
     np.testing.assert_allclose(jacobian, _differences(paths, q), atol=1e-8)
@@ -64,7 +64,7 @@ def _point(robot: Robot, q: FloatArray, via: ViaPoint) -> FloatArray:
 
 
 @pytest.mark.parametrize("at", [-0.7, -0.2, 0.4])
-def test_paths_that_depend_on_a_held_coordinate(at: float) -> None:
+def test_paths_that_depend_on_a_fixed_coordinate(at: float) -> None:
     """Points are where they are, and in use or not, and lengths count, as if it moved there."""
     when, motion = (
         PointCondition("joint_0", -0.5, 0.25),
@@ -97,7 +97,7 @@ def _around(p: FloatArray, q: FloatArray, radius: float) -> float:
 
 
 @pytest.mark.parametrize(("shape", "wrapped"), [("cylinder", 0), ("sphere", 1)])
-def test_opensim_takes_the_first_segment_over_cylinders_alone(shape: str, wrapped: int) -> None:
+def test_opensim_uses_the_first_segment_over_cylinders(shape: str, wrapped: int) -> None:
     """Both segments meet the surface, the first one deeper."""
     places = np.array([(-1.0, 0.05), (1.0, 0.1), (-1.0, -0.45)])
     surface = WrapSurface("ball", WORLD, shape, 0.3)  # type: ignore[arg-type]
@@ -111,7 +111,7 @@ def test_opensim_takes_the_first_segment_over_cylinders_alone(shape: str, wrappe
     assert length == pytest.approx(sum(ways), rel=1e-14)
 
 
-def test_points_in_use_at_times() -> None:
+def test_conditional_via_points() -> None:
     """A jump at the ends of the range; or the share's mean of both lengths, and its gradient."""
     when = PointCondition("joint_0", -0.5, 0.25)
     robot = carriage([Muscle("m", (A, replace(MIDDLE, when=when), B), f_max=1.0)], [])
@@ -129,10 +129,10 @@ def test_points_in_use_at_times() -> None:
         blended = share * with_it + (1.0 - share) * without
         assert MusclePaths(smooth).evaluate(q).lengths[0] == pytest.approx(blended, rel=1e-14)
         if x not in (-0.5, 0.25):  # where its third derivative jumps, differences are bad
-            _gradient_is_that_of_the_length(smooth, q)
+            assert_gradient_equals_differences(smooth, q)
 
 
-def test_paths_that_are_not_computed_are_refused() -> None:
+def test_unsupported_paths_are_rejected() -> None:
     when = PointCondition("joint_0", -0.5, 0.25)
     smooth = replace(MIDDLE, when=replace(when, smoothing=0.5))
     pulley = BasePulley("rotating", (("pulley_radius", (0.1,)), ("cable_entry_vector", (0, 0, 1))))
@@ -178,10 +178,10 @@ def test_moving_points_branches_and_terms() -> None:
         assert lengths[0] == pytest.approx(expected, rel=1e-14)
         assert lengths[1] == pytest.approx(0.3 * q[0] - 0.2 * q[2], abs=1e-16)
         assert lengths[2] == pytest.approx(math.dist(a, b), rel=1e-15)
-        _gradient_is_that_of_the_length(robot, q)
+        assert_gradient_equals_differences(robot, q)
 
 
-def test_a_moving_point_stands_still_beyond_its_range() -> None:
+def test_moving_point_is_constant_outside_its_range() -> None:
     move = PointMotion((0.0, 1.0, 0.0), "joint_0", Polynomial((0.0, 1.0)), -0.5, 0.5)
     robot = carriage([Muscle("m", (A, replace(MIDDLE, moves=(move,)), B), f_max=1.0)], [])
     q = np.array([0.9, 0.1, 0.2])
@@ -189,7 +189,7 @@ def test_a_moving_point_stands_still_beyond_its_range() -> None:
     p[1] += 0.5
     lengths = MusclePaths(robot).evaluate(q).lengths
     assert lengths[0] == pytest.approx(math.dist(a, p) + math.dist(p, b), rel=1e-15)
-    _gradient_is_that_of_the_length(robot, q)
+    assert_gradient_equals_differences(robot, q)
 
 
 def _random_tendons(seed: int) -> str:
@@ -238,7 +238,7 @@ def _compare(model: mujoco.MjModel, poses: FloatArray) -> int:
     return on_surfaces
 
 
-def test_mujocos_tendons() -> None:
+def test_mujoco_tendons() -> None:
     """Random spheres and cylinders with and without side points, inside and out; pulleys."""
     model = mujoco.MjModel.from_xml_string(_random_tendons(1))
     assert _compare(model, np.random.default_rng(2).normal(size=(6, 3)) * 0.5) > 500
@@ -255,7 +255,7 @@ def test_published_tendons(shared: Path, name: str) -> None:
     "name", ["arm26", "gait10dof18musc", "leg6dof9musc", "gait2392_thelen2003muscle",
              "subject_walk_scaled"]
 )  # fmt: skip
-def test_published_paths_of_opensim(shared: Path, name: str) -> None:
+def test_published_opensim_paths(shared: Path, name: str) -> None:
     """Straight paths and single cylinders to 1e-9, those within 5e-4 m of OpenSim's own."""
     robot = read_robot(shared / f"models/opensim/{name}.osim")
     paths = MusclePaths(robot)

@@ -53,9 +53,7 @@ def tackle(falls: int, friction: float = 0.0) -> Robot:
 
 
 @pytest.mark.parametrize("falls", range(1, 8))
-def test_a_tackle_of_n_falls_pulls_n_times_and_is_n_times_as_long(
-    falls: int, tmp_path: Path
-) -> None:
+def test_tackle_with_n_falls_has_n_times_the_force_and_length(falls: int, tmp_path: Path) -> None:
     """Also as its file gives it back: over n - 1 sheaves half a turn each."""
     robot = tackle(falls)
     assert [f for f in check(robot) if f.is_error] == []
@@ -93,7 +91,7 @@ def divided(robot: Robot, tension: float, q: FloatArray) -> FloatArray:
     return -CoreDynamics(robot).muscle_jacobian(q)[0] * tension
 
 
-def test_a_differential_pulley_shares_one_tension() -> None:
+def test_differential_pulley_has_one_tension() -> None:
     """A cable over a floating pulley: both ends pull with half of what pulls the pulley."""
     ends = [("link_0", (1.0, 0.0, 0.0)), ("link_1", (0.0, 1.0, 0.0))]
     path = [ViaPoint(WORLD, (0.0, 0.0, 0.0)), ViaPoint(*ends[0])]

@@ -120,7 +120,7 @@ def good() -> tuple[dict[str, int], dict[str, object]]:
         ("pulley_radius", [0.0], "pulley 0: its radius"),
     ],
 )
-def test_a_wrong_field_is_named(field: str, value: object, message: str) -> None:
+def test_invalid_field_is_named(field: str, value: object, message: str) -> None:
     counts, fields = good()
     Core(pack_blob(counts, fields))  # type: ignore[arg-type]
     with pytest.raises(CardsflowError, match=message):
@@ -128,7 +128,7 @@ def test_a_wrong_field_is_named(field: str, value: object, message: str) -> None
         Core(pack_blob(counts, fields | also | {field: value}))  # type: ignore[arg-type]
 
 
-def test_more_surfaces_in_a_segment_than_can_be_solved_for_are_refused() -> None:
+def test_too_many_surfaces_in_a_segment_are_rejected() -> None:
     counts, fields = good()
     counts |= {"wraps": 9}
     fields |= {"wrap_point": [0] * 9, "wrap_surface": [0] * 9}
@@ -138,7 +138,7 @@ def test_more_surfaces_in_a_segment_than_can_be_solved_for_are_refused() -> None
         Core(pack_blob(counts, fields))  # type: ignore[arg-type]
 
 
-def test_the_most_surfaces_in_a_segment_are_solved_for() -> None:
+def test_largest_number_of_surfaces_in_a_segment_is_solved() -> None:
     """Behind a pulley, and all at the same place."""
     ends = (ViaPoint(WORLD, (1.0, 0.0, 0.0)), ViaPoint("link_2", (-1.0, 0.01, 0.2)))
     for shape in ("sphere", "cylinder"):
@@ -153,7 +153,7 @@ def test_the_most_surfaces_in_a_segment_are_solved_for() -> None:
 
 
 @pytest.mark.parametrize("size", [1e300, 1e-300])
-def test_very_large_or_small_positions_end(size: float) -> None:
+def test_search_terminates_for_extreme_positions(size: float) -> None:
     """Numbers may overflow; nothing is read out of bounds, and it ends."""
     counts, fields = good()
     fields["point_position"] = size * np.arange(12.0).reshape(4, 3)

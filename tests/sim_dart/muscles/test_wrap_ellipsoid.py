@@ -44,7 +44,7 @@ def _case(rng: np.random.Generator, ratio: float) -> tuple[FloatArray, FloatArra
 
 
 @pytest.mark.slow
-def test_equal_half_axes_are_a_sphere() -> None:
+def test_ellipsoid_with_equal_half_axes_equals_sphere() -> None:
     rng = np.random.default_rng(0)
     for _ in range(40):
         _, a, b = _case(rng, 1.0)
@@ -75,7 +75,7 @@ def _around_ellipse(a: float, b: float, x: float, y: float) -> float:
 
 
 @pytest.mark.parametrize(("a", "b", "c"), [(1.0, 0.7, 2.0), (0.4, 1.0, 1.2), (1.0, 1.0, 3.0)])
-def test_planes_of_symmetry(a: float, b: float, c: float) -> None:
+def test_paths_in_planes_of_symmetry(a: float, b: float, c: float) -> None:
     """In the plane across the longest half axis the shortest path is over an ellipse."""
     for x, y in ((1.5, 0.2), (1.1, 0.6), (3.0, 0.1)):
         expected = _around_ellipse(a, b, x * a, y * b)
@@ -136,7 +136,7 @@ def _shortest(r: FloatArray, a: FloatArray, b: FloatArray) -> float:
 
 
 @pytest.mark.slow
-def test_shortest_paths_of_many_parts() -> None:
+def test_paths_equal_shortest_polygons() -> None:
     rng = np.random.default_rng(3)
     touched = 0
     for ratio in (1.5, 2.0, 3.0, 4.0):
@@ -149,7 +149,7 @@ def test_shortest_paths_of_many_parts() -> None:
     assert touched >= 3
 
 
-def test_the_gradient_is_that_of_the_length() -> None:
+def test_gradient_equals_differences_of_the_length() -> None:
     """Of all ends, also where the ellipsoid shrinks; in any pose."""
     rng = np.random.default_rng(4)
     most = 0.0
@@ -168,7 +168,7 @@ def test_the_gradient_is_that_of_the_length() -> None:
     assert most < 1e-8
 
 
-def test_the_length_depends_on_the_pose_alone() -> None:
+def test_length_depends_only_on_the_pose() -> None:
     rng = np.random.default_rng(5)
     r, a, b = _case(rng, 3.0)
     robot = _over(r, Pose(), a, b)
@@ -179,7 +179,7 @@ def test_the_length_depends_on_the_pose_alone() -> None:
         assert paths.evaluate(poses[k]).lengths[0] == fresh[k]
 
 
-def test_touching_down_is_smooth() -> None:
+def test_length_is_smooth_at_first_contact() -> None:
     """Across the pose where the straight line just clears the ellipsoid."""
     a, b = np.array([-1.0, 0.0, 0.1]), np.array([1.0, 0.0, 0.1])
     paths = MusclePaths(_over(np.array([0.3, 0.2, 0.1]), Pose(), a, b))
@@ -189,7 +189,7 @@ def test_touching_down_is_smooth() -> None:
         assert 0.0 <= touching - math.hypot(2.0, z) < z**2
 
 
-def test_the_drawn_line_is_as_long() -> None:
+def test_drawn_line_has_the_length_of_the_path() -> None:
     rng = np.random.default_rng(6)
     for _ in range(10):
         r, a, b = _case(rng, 2.0)
@@ -233,7 +233,7 @@ def test_with_another_surface_in_the_segment(shape: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["one", "bar", "quadrant"])
-def test_a_swinging_robot_keeps_its_energy(name: str) -> None:
+def test_energy_of_a_swinging_robot_is_constant(name: str) -> None:
     """Kinetic, of the weight, of constant tensions f l; the error falls as h^4."""
     robot = over_ellipsoids()
     robot = robot.with_muscles([muscle for muscle in robot.muscles if muscle.name == name])

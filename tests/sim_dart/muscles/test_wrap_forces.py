@@ -52,7 +52,7 @@ def velocities(
 
 
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
-def test_the_power_of_the_point_forces_is_that_of_the_tensions(robot: Robot) -> None:
+def test_power_of_point_forces_equals_power_of_tensions(robot: Robot) -> None:
     """Sum of forces times velocities = -f . l', to 1e-12."""
     rng = np.random.default_rng(1)
     paths, n, m = MusclePaths(robot), len(robot.coordinates), len(robot.muscles)
@@ -80,7 +80,7 @@ def test_action_is_reaction(robot: Robot) -> None:
         assert abs(torque).max() < 1e-12
 
 
-def test_every_inner_via_point_bears_the_pulls_of_both_its_segments() -> None:
+def test_inner_via_points_have_the_forces_of_both_segments() -> None:
     """The published plug-in forgets one of them."""
     robot = chain()
     f = np.random.default_rng(3).uniform(1, 2, len(robot.muscles))
@@ -119,7 +119,7 @@ def test_drawn_lines_have_the_lengths_of_the_paths(robot: Robot) -> None:
         np.testing.assert_allclose(line[-1], np.array(muscle.via_points[1].position) + q)
 
 
-def test_drawn_lines_stay_off_the_surfaces() -> None:
+def test_drawn_lines_do_not_penetrate_surfaces() -> None:
     robot = single_wraps(np.random.default_rng(7), 100)
     paths = MusclePaths(robot)
     for surface, line in zip(robot.wrap_surfaces, paths.path_points(np.zeros(3)), strict=True):
@@ -133,7 +133,7 @@ def _distances(points: FloatArray, surface: WrapSurface) -> FloatArray:
     return distances
 
 
-def test_a_pulley_bears_what_the_cable_pulls_at_its_exit() -> None:
+def test_pulley_has_the_force_of_the_outgoing_cable() -> None:
     robot = sequences(np.random.default_rng(8), 1, 1, pulley=True)
     muscle = robot.muscles[0]
     robot = robot.with_muscles(

@@ -36,7 +36,7 @@ def straight(robot: Robot, q: FloatArray) -> FloatArray:
 
 
 @pytest.mark.slow
-def test_lengths_and_jacobian_equal_mujocos_inside_wraps() -> None:
+def test_lengths_and_jacobian_equal_mujoco_inside_wraps() -> None:
     """10,000 configurations, ends inside the surfaces included: a side site at the centre."""
     rng = np.random.default_rng(31)
     compared = touched = 0
@@ -74,7 +74,7 @@ def scaled(robot: Robot, scale: float) -> Robot:
 
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
 @pytest.mark.parametrize("angle", [0.0, 0.3, 1.0, -1.6, 1.9])
-def test_equal_distances_touch_in_the_middle(shape: str, angle: float) -> None:
+def test_symmetric_path_touches_in_the_middle(shape: str, angle: float) -> None:
     """Both ends at 3 R, an angle apart: the cable is bent at half of it; unrolled, it climbs."""
     R, climb = 0.1, 0.0 if shape == "sphere" else 0.13
     half = abs(angle) / 2
@@ -116,7 +116,7 @@ def test_jacobian_is_the_derivative_of_the_lengths() -> None:
     [((0.3, 0.1), (-0.5, 0.0)), ((0.0, 0.15), (0.0, 0.02)), ((0.12, -0.2), (-0.3, -0.2))],
     ids=["grazing", "an end moves in", "passing below"],
 )
-def test_a_cable_touches_the_inside_without_a_jump(
+def test_length_is_continuous_at_first_contact_inside(
     shape: str, begin: tuple[float, float], end: tuple[float, float]
 ) -> None:
     """Lengths of neighbouring places differ by no more than the way between them."""
@@ -135,7 +135,7 @@ def test_a_cable_touches_the_inside_without_a_jump(
 
 
 @pytest.mark.slow
-def test_through_several_balls_it_is_the_shortest() -> None:
+def test_path_through_several_balls_is_the_shortest() -> None:
     """Least sum of distances over a point in each ball, in their order: a convex problem."""
     rng = np.random.default_rng(33)
     touched = 0
@@ -180,7 +180,7 @@ def shortest(a: FloatArray, b: FloatArray, centres: FloatArray, radii: FloatArra
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_action_is_reaction_and_the_power_is_that_of_the_tensions(seed: int) -> None:
+def test_forces_are_balanced_and_have_the_power_of_tensions(seed: int) -> None:
     """On trees, surfaces on any link: no force, no torque, and -f . l'."""
     robot = inside(wrapped_tree(random_robot(seed), seed))
     paths, m, n = MusclePaths(robot), len(robot.muscles), len(robot.coordinates)
@@ -194,7 +194,7 @@ def test_action_is_reaction_and_the_power_is_that_of_the_tensions(seed: int) -> 
 
 
 @pytest.mark.slow
-def test_degenerate_places_have_finite_lengths_and_jacobians() -> None:
+def test_degenerate_positions_have_finite_lengths_and_jacobians() -> None:
     """Ends on the surface, at its centre, at one place, opposite, on one ray, on the axis."""
     for shape in ("sphere", "cylinder"):
         for ra in (0.0, 0.1, 0.1 * (1 + 1e-15), 0.3):

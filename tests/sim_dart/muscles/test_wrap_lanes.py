@@ -28,7 +28,7 @@ def by_themselves(robot: Robot) -> list[MusclePaths]:
 @pytest.mark.cases(4)
 @pytest.mark.parametrize("surface_link", [WORLD, "link_1", FAR])
 @pytest.mark.parametrize("count", few([17, 2, 16, 50]))
-def test_side_by_side_as_one_by_one(surface_link: str, count: int) -> None:
+def test_parallel_wraps_equal_single_wraps(surface_link: str, count: int) -> None:
     """All kinds together; at the near end, the far end, both or neither the surface moves."""
     rng = np.random.default_rng(count)
     robot = single_wraps(rng, count, sides=(0, 1, -1), turns=(0, 0, 1), lengths=(0.2, math.inf))
@@ -60,7 +60,7 @@ def fan(
 @pytest.mark.slow
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
 @pytest.mark.parametrize("side", [0, 1, -1])
-def test_where_cables_touch_down_and_change_sides(
+def test_parallel_wraps_at_contact_and_side_changes(
     shape: WrapShape, side: Literal[0, 1, -1]
 ) -> None:
     """Rounding apart from there, on both sides of it; and across the axis, or nearly."""
@@ -74,7 +74,7 @@ def test_where_cables_touch_down_and_change_sides(
         assert length == pytest.approx(paths.evaluate(np.zeros(3)).lengths[0], abs=1e-14)
 
 
-def test_a_trace_changes_nothing() -> None:
+def test_trace_does_not_change_results() -> None:
     """Not the last bit: who draws a robot does not change its run."""
     rng = np.random.default_rng(3)
     paths, q = MusclePaths(single_wraps(rng, 40, sides=(0, 1, -1))), rng.uniform(-0.3, 0.3, 3)

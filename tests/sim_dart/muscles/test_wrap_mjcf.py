@@ -19,7 +19,7 @@ pytestmark = pytest.mark.native
 
 @pytest.mark.slow
 @pytest.mark.parametrize("sides", [(0,), (1, -1)], ids=["shorter", "sides"])
-def test_the_tendons_of_a_written_model_have_our_lengths(
+def test_written_mujoco_model_has_the_same_tendon_lengths(
     tmp_path: Path, sides: tuple[int, ...]
 ) -> None:
     """At the initial coordinates, for which the side sites are placed; both ends outside."""

@@ -70,7 +70,7 @@ def numbers(muscle: Muscle) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["rotating", "screw"])
-def test_lengths_are_casprs_and_jacobians_their_derivatives(
+def test_lengths_equal_caspr_and_jacobians_their_derivatives(
     kind: Literal["rotating", "screw"],
 ) -> None:
     """Of a screw's pulley without any travel of its winch."""
@@ -110,7 +110,7 @@ def test_lengths_in_closed_form() -> None:
 
 
 @pytest.mark.parametrize("angle", np.radians([10.0, 60.0, 100.0, 170.0]))
-def test_an_end_may_come_inside_the_pulley(angle: float) -> None:
+def test_end_point_inside_the_pulley(angle: float) -> None:
     """Without a jump, and finite to its very beginning."""
     edge = 2 * R * math.sin(angle)  # along the chord from the entry point at this angle
     x, y = math.cos(angle), math.sin(angle)
@@ -120,7 +120,7 @@ def test_an_end_may_come_inside_the_pulley(angle: float) -> None:
         assert in_plane(d * x, d * y) == pytest.approx(d * angle / math.sin(angle), abs=1e-14)
 
 
-def test_the_drawn_cable_leaves_along_the_tangent() -> None:
+def test_drawn_cable_leaves_along_the_tangent() -> None:
     robot = pulleys(np.random.default_rng(3), 50)
     paths = MusclePaths(robot)
     lengths, lines = paths.evaluate(np.zeros(3)).lengths.copy(), paths.path_points(np.zeros(3))
@@ -135,14 +135,14 @@ def test_the_drawn_cable_leaves_along_the_tangent() -> None:
         assert cosine > math.cos(math.radians(3.0))
 
 
-def test_without_its_pulley_the_cable_is_straight() -> None:
+def test_cable_without_pulley_is_straight() -> None:
     robot = pulleys(np.random.default_rng(4), 20)
     bare = robot.with_muscles(replace(muscle, pulley=None) for muscle in robot.muscles)
     with_pulley = MusclePaths(robot).evaluate(np.zeros(3)).lengths
     assert (with_pulley >= MusclePaths(bare).evaluate(np.zeros(3)).lengths).all()
 
 
-def test_a_pulley_may_be_on_a_link() -> None:
+def test_pulley_on_a_link() -> None:
     """The same cable seen from its other end: pulley on the carriage, its far end in the world."""
     rng = np.random.default_rng(5)
     robot = pulleys(rng, 40)
@@ -158,7 +158,7 @@ def test_a_pulley_may_be_on_a_link() -> None:
         np.testing.assert_allclose(here.jacobian, -there.jacobian, rtol=0, atol=1e-12)
 
 
-def test_a_winch_bears_inertia_and_friction_of_its_pulley() -> None:
+def test_winch_includes_inertia_and_friction_of_its_pulley() -> None:
     """J (r / R)^2 and Tc r / R at the drum."""
     pulley = base_pulley(R, (1.0, 0.0, 0.0))
     given = (("inertia", (3e-4,)), ("bearing_friction", (0.02,)))
@@ -212,7 +212,7 @@ def _spatial() -> tuple[tuple[Motion, ...], tuple[Coordinate, ...]]:
     return driven, tuple(names)
 
 
-def test_a_tackle_pulls_with_every_fall() -> None:
+def test_tackle_pulls_with_every_fall() -> None:
     """A path that runs to and fro n times: n times the length, n times the force."""
     fall = (ViaPoint(WORLD, (0.0, 0.0, 0.0)), ViaPoint(FAR, (0.5, 0.2, 0.1)))
     tackles = [Muscle(f"n{n}", tuple(fall[k % 2] for k in range(n + 1))) for n in (1, 2, 3, 6)]
@@ -222,7 +222,7 @@ def test_a_tackle_pulls_with_every_fall() -> None:
         np.testing.assert_allclose(row, n * state.jacobian[0], rtol=1e-13)
 
 
-def test_a_differential_pulley_pulls_with_the_difference_of_its_radii() -> None:
+def test_differential_pulley_force_depends_on_difference_of_radii() -> None:
     """Weston's: a sheave of R pays out, one of r < R on the same axle takes in."""
     up, load = ViaPoint(WORLD, (0.0, 0.0, 1.0)), ViaPoint(FAR, (0.0, 0.0, 0.0))
     down = Branch(2, -10.0 / 9.0)  # r / R = 0.9

@@ -64,7 +64,7 @@ def parallel(circles: list[tuple[complex, float, int]], climb: float, *, sided: 
 
 @pytest.mark.parametrize("senses", [*product((1, -1), repeat=2), (1, -1, 1), (-1, 1, 1)])
 @pytest.mark.parametrize("climb", [0.0, 0.4])
-def test_parallel_cylinders_on_chosen_sides(senses: tuple[int, ...], climb: float) -> None:
+def test_parallel_cylinders_with_specified_sides(senses: tuple[int, ...], climb: float) -> None:
     """Each lies across the straight line, so each holds its cable on its side."""
     places = np.linspace(-0.6, 0.6, len(senses))
     circles = [
@@ -77,7 +77,7 @@ def test_parallel_cylinders_on_chosen_sides(senses: tuple[int, ...], climb: floa
     assert length == pytest.approx(expected, abs=1e-12)
 
 
-def test_without_sides_it_is_the_shortest_of_all() -> None:
+def test_path_without_sides_is_the_shortest() -> None:
     places = [(-0.5 + 0.02j, 0.2), (0.0 - 0.03j, 0.2), (0.5 + 0.01j, 0.2)]
     lengths = [
         MusclePaths(
@@ -108,7 +108,7 @@ def over_sphere(a: np.ndarray, b: np.ndarray, c: np.ndarray, R: float) -> float:
 
 
 @pytest.mark.slow
-def test_two_spheres_are_passed_on_a_taut_way_near_the_shortest() -> None:
+def test_path_over_two_spheres_is_taut_and_near_the_shortest() -> None:
     """Against a search for the point between them, from many beginnings."""
     rng = np.random.default_rng(11)
     robot = sequences(rng, 30, 2, shapes=("sphere",))
@@ -156,7 +156,7 @@ def test_jacobian_is_the_derivative_of_the_lengths(options: dict[str, object], c
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [2, 3, 5])
 @pytest.mark.parametrize("options", KINDS, ids=NAMES)
-def test_the_cable_is_taut_between_the_surfaces(options: dict[str, object], count: int) -> None:
+def test_cable_is_straight_between_surfaces(options: dict[str, object], count: int) -> None:
     """Its pulls on the surfaces cancel: the directions left and right of each gap agree."""
     rng = np.random.default_rng(13)
     muscles, bad = 200, 0
@@ -171,7 +171,7 @@ def test_the_cable_is_taut_between_the_surfaces(options: dict[str, object], coun
 
 
 @pytest.mark.slow
-def test_the_length_does_not_jump_along_a_way() -> None:
+def test_length_is_continuous_along_a_motion() -> None:
     """Over cylinders without chosen sides, in fine steps: it changes by no more than the way."""
     rng = np.random.default_rng(14)
     robot = sequences(rng, 40, 2, shapes=("cylinder",))
@@ -188,7 +188,7 @@ def test_the_length_does_not_jump_along_a_way() -> None:
         assert abs(np.diff(lengths, axis=0)).max() <= step + 1e-9
 
 
-def test_a_surface_out_of_the_way_changes_nothing() -> None:
+def test_surface_without_contact_does_not_change_the_length() -> None:
     """One of two is clear: the length is that over the other alone."""
     circle = (0.0 + 0.0j, 0.2, 1)
     far = (0.5 - 3.0j, 0.2, 1)
@@ -200,7 +200,7 @@ def test_a_surface_out_of_the_way_changes_nothing() -> None:
     )
 
 
-def test_surfaces_that_overlap_have_a_finite_length() -> None:
+def test_overlapping_surfaces_have_finite_lengths() -> None:
     circles = [(-0.05 + 0j, 0.2, 1), (0.05 + 0.05j, 0.2, 1)]
     for sided in (False, True):
         state = MusclePaths(parallel(circles, 0.1, sided=sided)).evaluate(np.zeros(3))

@@ -52,7 +52,7 @@ def centre_side(robot: Robot, rng: np.random.Generator) -> list[FloatArray]:
 
 
 @pytest.mark.slow
-def test_the_shorter_way_equals_mujocos() -> None:
+def test_shorter_path_equals_mujoco() -> None:
     """10,000 configurations; both ends outside, as MuJoCo needs it."""
     rng = np.random.default_rng(1)
     compared = wrapped = 0
@@ -72,7 +72,7 @@ def test_the_shorter_way_equals_mujocos() -> None:
 
 
 @pytest.mark.slow
-def test_chosen_sides_equal_mujocos_side_sites() -> None:
+def test_specified_sides_equal_mujoco_side_sites() -> None:
     """MuJoCo marks the side by a place, we by a sense.
 
     MuJoCo goes the longer way where the place lies across the centre from both ends. It differs
@@ -254,7 +254,7 @@ def straight(robot: Robot, q: FloatArray) -> float:
 
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
 @pytest.mark.parametrize("side", [0, 1, -1])
-def test_touching_down_and_lifting_off_are_smooth(shape: str, side: int) -> None:
+def test_length_is_smooth_at_contact_and_lift_off(shape: str, side: int) -> None:
     """From touching to clear, past the side that the cable is on."""
     up = 1.0 if side >= 0 else -1.0
     robot = polar(shape, 0.1, 0.3, 0.3, math.pi - up * 0.2, 0.0 if shape == "sphere" else 0.1, side)
@@ -263,7 +263,7 @@ def test_touching_down_and_lifting_off_are_smooth(shape: str, side: int) -> None
     assert jump < 1e-9
 
 
-def test_the_shorter_way_changes_sides_without_a_jump() -> None:
+def test_length_is_continuous_if_the_shorter_path_changes_sides() -> None:
     """The straight line passes through the axis."""
     for shape in ("sphere", "cylinder"):
         robot = polar(shape, 0.1, 0.3, 0.3, math.pi - 0.1)
@@ -272,7 +272,7 @@ def test_the_shorter_way_changes_sides_without_a_jump() -> None:
         assert between(robot, begin, end, lambda q, _, y=y: bool(y + q[1] > 0)) < 1e-9
 
 
-def test_a_chosen_side_passes_half_a_turn_smoothly_and_jumps_where_its_line_gets_clear() -> None:
+def test_specified_side_is_smooth_at_half_a_turn_and_jumps_at_lift_off() -> None:
     """The jump is the stated one: from the longer way round to the straight line."""
     robot = polar("cylinder", 0.1, 0.3, 0.3, math.pi - 0.1, side=1)
     y = robot.muscles[0].via_points[1].position[1]
@@ -283,7 +283,7 @@ def test_a_chosen_side_passes_half_a_turn_smoothly_and_jumps_where_its_line_gets
 
 
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
-def test_an_end_may_move_into_the_surface(shape: str) -> None:
+def test_end_point_inside_the_surface(shape: str) -> None:
     """Smoothly at the surface, straight through the centre at the centre, finite within."""
     robot = polar(shape, 0.1, 0.3, 0.11, math.pi - 0.3)
     position = np.array(robot.muscles[0].via_points[1].position)
@@ -309,7 +309,7 @@ def test_an_end_may_move_into_the_surface(shape: str) -> None:
             assert L[j] == pytest.approx(slope, abs=1e-6)
 
 
-def test_a_cable_slips_off_an_end_of_a_cylinder_without_a_jump() -> None:
+def test_length_is_continuous_at_the_end_of_a_cylinder() -> None:
     """Its length falls from that over the cylinder to the straight one within one radius."""
     R, half = 0.1, 0.15
     robot = polar("cylinder", R, 0.3, 0.3, 2.8, length=2 * half)
@@ -349,7 +349,7 @@ def test_the_same_pose_has_the_same_length() -> None:
 
 
 @pytest.mark.slow
-def test_degenerate_places_have_finite_lengths_and_jacobians() -> None:
+def test_degenerate_positions_have_finite_lengths_and_jacobians() -> None:
     """Ends on the surface, at its centre, at the same place, opposite each other, on the axis."""
     places = [(0.0, 0.0), (0.1, 0.1), (0.1, 0.0), (0.0, 0.3), (0.3, 0.3), (0.1, 0.3)]
     for shape in ("sphere", "cylinder"):
@@ -362,7 +362,7 @@ def test_degenerate_places_have_finite_lengths_and_jacobians() -> None:
                     assert np.isfinite(state.jacobian).all()
 
 
-def test_a_rigid_motion_of_surface_and_muscle_changes_nothing() -> None:
+def test_length_is_invariant_to_rigid_motion() -> None:
     """The pose of the surface counts: turned and moved with its muscle, nothing changes."""
     rng = np.random.default_rng(8)
     for shape in ("sphere", "cylinder"):

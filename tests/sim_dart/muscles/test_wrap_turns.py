@@ -31,7 +31,7 @@ def spindle(side: int = -1, turns: int = 0, second: bool = False) -> Robot:
 
 
 @pytest.mark.parametrize("second", [False, True], ids=["alone", "after another"])
-def test_counted_turns_wind_the_cable_up_and_off_again(second: bool) -> None:
+def test_counted_turns_wind_and_unwind_the_cable(second: bool) -> None:
     """Five turns there and back: each radian takes R."""
     paths = MusclePaths(spindle(second=second), count_turns=True)
     start = float(paths.evaluate([0.0, 0.0, -0.5]).lengths[0])
@@ -42,7 +42,7 @@ def test_counted_turns_wind_the_cable_up_and_off_again(second: bool) -> None:
     assert paths.evaluate([0.0, 0.0, -0.5]).lengths[0] == pytest.approx(start, abs=1e-12)
 
 
-def test_unwinding_further_lifts_off_and_winds_the_other_way() -> None:
+def test_unwinding_continues_in_the_opposite_direction() -> None:
     """Past the straight cable, without a jump."""
     paths = MusclePaths(spindle(), count_turns=True)
     angles = np.linspace(-1.0, 12.0, 2001)
@@ -59,7 +59,7 @@ def test_without_counting_the_same_pose_has_the_same_length() -> None:
     assert turned == pytest.approx(first, abs=1e-12)
 
 
-def test_stated_turns_are_where_counting_begins() -> None:
+def test_counting_starts_at_the_specified_turns() -> None:
     whole = 2 * math.pi * R
     lengths = [
         MusclePaths(spindle(turns=turns), count_turns=counted).evaluate([0.0, 0.0, -1.0]).lengths[0]
@@ -71,7 +71,7 @@ def test_stated_turns_are_where_counting_begins() -> None:
     assert lengths[3] == pytest.approx(lengths[2], abs=1e-13)
 
 
-def test_counted_turns_can_be_saved_and_written_back() -> None:
+def test_counted_turns_can_be_saved_and_restored() -> None:
     paths = MusclePaths(spindle(), count_turns=True)
     for angle in np.linspace(0.0, -9.0, 10):
         paths.evaluate([0.0, 0.0, angle])

@@ -108,7 +108,7 @@ CASES = {
 
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("way", [1.0, -1.0])
-def test_sliding_is_the_capstan_s_closed_form(case: str, way: float) -> None:
+def test_sliding_cable_follows_the_capstan_equation(case: str, way: float) -> None:
     """The tension that arrives is f exp(+-mu theta), and moves the mass."""
     robot, theta = CASES[case]()
     plant = Plant(robot, STEP)
@@ -156,7 +156,7 @@ OWN = {
 
 
 @pytest.mark.parametrize("case", OWN)
-def test_points_and_surfaces_have_coefficients_of_their_own(case: str) -> None:
+def test_points_and_surfaces_can_have_separate_friction(case: str) -> None:
     """F exp(+- sum mu_i theta_i); if none is given, the muscle's."""
     make, grip = OWN[case]
     robot = make()
@@ -182,7 +182,7 @@ def last_span(plant: Plant) -> float:
 
 
 @pytest.mark.parametrize("inside", [False, True])
-def test_over_an_ellipsoid_the_angle_is_that_of_its_geodesic(inside: bool) -> None:
+def test_wrap_angle_of_ellipsoid_is_that_of_its_geodesic(inside: bool) -> None:
     """The sum of angles between directions that SciPy's integrator finds along it."""
     half, turned = np.array([0.3, 0.2, 0.15]), (0.3, 0.5, -0.4)
     egg = WrapSurface(
@@ -213,7 +213,7 @@ def test_over_an_ellipsoid_the_angle_is_that_of_its_geodesic(inside: bool) -> No
     assert grip == pytest.approx(MU * found.y[6, -1], rel=1e-10)
 
 
-def test_a_held_mass_stays() -> None:
+def test_mass_sticks_below_the_friction_limit() -> None:
     """What pulls by less than friction gives is held, to rounding."""
     robot, theta = corners()
     load = F * math.exp(0.5 * MU * theta)  # half of what it takes to slip
@@ -259,7 +259,7 @@ def span_tensions(paths: MusclePaths, robot: Robot, q: FloatArray, s: FloatArray
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_every_span_pulls_with_its_own_tension(seed: int) -> None:
+def test_every_span_has_its_own_tension(seed: int) -> None:
     """-P'f is the virtual work of the spans, on trees with muscles all over them."""
     rng = np.random.default_rng(seed)
     robot = random_tree(seed)
@@ -281,7 +281,7 @@ def test_every_span_pulls_with_its_own_tension(seed: int) -> None:
     np.testing.assert_allclose(paths.core.array("torques", q.size), tau, rtol=1e-13, atol=1e-13)
 
 
-def test_no_step_gains_energy() -> None:
+def test_no_step_adds_energy() -> None:
     """F dl - V(s+) + V(s) >= 0 for a million random bends, states and ways, with F at the end."""
     rng = np.random.default_rng(1)
     E, s = rng.uniform(1e-3, 3.0, 1_000_000), rng.uniform(-1, 1, 1_000_000)
@@ -292,7 +292,7 @@ def test_no_step_gains_energy() -> None:
     assert (lost >= -1e-14 * (1 + np.abs(x))).all()
 
 
-def test_energy_is_balanced_while_it_is_lost() -> None:
+def test_energy_balance_includes_friction() -> None:
     """What the cable pulls and what friction takes is what moves, in random tugs to and fro."""
     robot, _ = corners()
     plant, rng = Plant(robot, STEP, energy=True), np.random.default_rng(2)
@@ -309,7 +309,7 @@ def test_energy_is_balanced_while_it_is_lost() -> None:
     assert min(lost) < -0.1
 
 
-def test_a_slack_cable_that_turns_taut_gains_no_energy() -> None:
+def test_slack_cable_that_becomes_taut_adds_no_energy() -> None:
     """A mass that falls into an elastic cable comes back less high each time."""
     robot, _ = corners()
     stiff = CableModel(
@@ -330,7 +330,7 @@ def test_a_slack_cable_that_turns_taut_gains_no_energy() -> None:
     assert (np.diff(tops) > 0).all()
 
 
-def test_steps_may_be_long() -> None:
+def test_long_steps_are_stable() -> None:
     """A light mass turns round within a step, where an explicit rule would throw it back."""
     robot, theta = corners()
     links = tuple(replace(k, inertia=Inertia(1e-4, (0, 0, 0), 1, 1, 1)) for k in robot.links)
@@ -344,7 +344,7 @@ def test_steps_may_be_long() -> None:
     assert plant.far_tensions[0] == pytest.approx(F, rel=1e-6)
 
 
-def test_dart_is_the_same_but_for_its_explicit_rule() -> None:
+def test_dart_converges_to_the_core() -> None:
     """They come closer with the step: DART takes friction as of its beginning."""
     off = []
     for step in (1e-3, 2.5e-4):
@@ -358,7 +358,7 @@ def test_dart_is_the_same_but_for_its_explicit_rule() -> None:
     assert off[1] < 0.4 * off[0]
 
 
-def test_a_motor_with_a_spring_pulls_at_the_driven_end() -> None:
+def test_series_elastic_motor_pulls_at_the_driven_end() -> None:
     """The cable behind its spring does not stretch."""
     robot, theta = corners()
     model = PRESETS["roboy_test_bench"]
@@ -376,7 +376,7 @@ def test_a_motor_with_a_spring_pulls_at_the_driven_end() -> None:
     assert plant.far_tensions[0] == pytest.approx(tension * math.exp(MU * theta), rel=1e-12)
 
 
-def test_what_friction_is_not_for_is_named() -> None:
+def test_unsupported_friction_is_rejected() -> None:
     """A rule, a law."""
     robot, _ = corners()
     with pytest.raises(InputError, match="rk4 does not support cable friction"):

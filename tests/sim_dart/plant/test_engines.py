@@ -40,7 +40,7 @@ def go_together(plants: tuple[Plant, Plant], steps: int, *inputs: Any, **more: A
 @pytest.mark.cases(10)
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(20))
-def test_a_thousand_steps_of_a_damped_tree_are_those_of_dart(seed: int) -> None:
+def test_damped_tree_moves_like_in_dart(seed: int) -> None:
     """With springs, loads on a point, wrenches on two links, and motors."""
     robot = with_coordinates(random_tree(seed, damping=2.0), actuated=True)
     robot = with_coordinates(robot, stiffness=0.5, rest=0.1)
@@ -59,7 +59,7 @@ def test_a_thousand_steps_of_a_damped_tree_are_those_of_dart(seed: int) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("robot", [planar_2r(), random_robot(2, joints=4)])
-def test_joint_limits_stop_core_and_dart_alike(robot: Robot) -> None:
+def test_joint_limits_in_core_and_dart_are_equal(robot: Robot) -> None:
     """An arm falls onto its stops, and rests there."""
     limited = with_coordinates(robot, lower=-0.4, upper=0.4, damping=0.05)
     plants = both(limited)
@@ -72,7 +72,7 @@ def test_joint_limits_stop_core_and_dart_alike(robot: Robot) -> None:
 
 
 @pytest.mark.slow
-def test_substeps_laws_and_energies_are_those_of_dart() -> None:
+def test_substeps_laws_and_energies_equal_dart() -> None:
     """Energies, momenta, tensions and states of elastic muscles under a load."""
     model = CableModel("elastic_cable", (("stiffness", 1e3), ("damping", 5.0)))
     robot = with_coordinates(planar_2r(), damping=0.1, stiffness=0.3, rest=0.2)
@@ -90,7 +90,7 @@ def test_substeps_laws_and_energies_are_those_of_dart() -> None:
 
 
 @pytest.mark.parametrize("seed", range(9))
-def test_energies_and_momenta_equal_darts(seed: int) -> None:
+def test_energies_and_momenta_equal_dart(seed: int) -> None:
     robot = random_tree(seed)
     core, dart = both(robot, energy=True)
     q, qd, _ = random_state(robot, np.random.default_rng(seed))
@@ -102,7 +102,7 @@ def test_energies_and_momenta_equal_darts(seed: int) -> None:
 
 
 @pytest.mark.parametrize("rule", ["euler", "rk4"])
-def test_a_state_of_the_core_comes_back_bit_by_bit(rule: Any) -> None:
+def test_core_state_is_restored_bit_identically(rule: Any) -> None:
     plant = Plant(planar_2r(), integrator=rule, engine="core", energy=True)
     f = np.array([30.0, 10.0, 20.0, 10.0])
     steps(plant, 30, f, loads=[1.0, 0.0, 2.0])
@@ -113,7 +113,7 @@ def test_a_state_of_the_core_comes_back_bit_by_bit(rule: Any) -> None:
     assert np.array_equal(other.get_state(), saved)
 
 
-def test_a_load_that_ends_does_not_stay() -> None:
+def test_load_is_removed_after_its_end() -> None:
     pushed, free = (Plant(planar_2r(), engine="core") for _ in range(2))
     pushed.step(np.zeros(4), loads=[5.0, 0.0, 0.0])
     pushed.reset()
@@ -124,7 +124,7 @@ def test_a_load_that_ends_does_not_stay() -> None:
 
 @ENGINES_AND_RULES
 @pytest.mark.parametrize("force", [1e250, 1e300])
-def test_a_diverging_plant_names_time_and_coordinate(engine: Any, force: float, rule: Any) -> None:
+def test_diverging_plant_reports_time_and_coordinate(engine: Any, force: float, rule: Any) -> None:
     endless = with_coordinates(planar_2r(), lower=-np.inf, upper=np.inf)
     plant = Plant(endless, integrator=rule, engine=engine)
     with pytest.raises(SimulationError, match=r"diverged at t = .* s: joint_\d is .*velocity"):
@@ -136,7 +136,7 @@ def test_a_diverging_plant_names_time_and_coordinate(engine: Any, force: float, 
 
 @ENGINES_AND_RULES
 @pytest.mark.parametrize("push", ["loads", "wrenches"])
-def test_a_force_that_is_not_finite_ends_the_run(engine: Any, push: str, rule: Any) -> None:
+def test_force_that_is_not_finite_raises(engine: Any, push: str, rule: Any) -> None:
     """DART by itself takes an acceleration that is not a number for none."""
     plant = Plant(planar_2r(), integrator=rule, engine=engine, wrenched=["link_2"])
     size = 3 if push == "loads" else 6
@@ -145,7 +145,7 @@ def test_a_force_that_is_not_finite_ends_the_run(engine: Any, push: str, rule: A
 
 
 @pytest.mark.parametrize("value", ["a", None, [1, 2], 1j, 10**400, np.nan, np.inf, 0.0, -1.0])
-def test_wrong_steps_and_substeps_are_refused(value: Any) -> None:
+def test_invalid_steps_and_substeps_are_rejected(value: Any) -> None:
     with pytest.raises(InputError, match="step of the plant must be a positive time in s, not"):
         Plant(planar_2r(), value)
     for substeps in (value, 1.5, 2**32):
@@ -153,7 +153,7 @@ def test_wrong_steps_and_substeps_are_refused(value: Any) -> None:
             Plant(planar_2r(), substeps=substeps)
 
 
-def test_auto_takes_the_core_where_it_can() -> None:
+def test_auto_uses_the_core_if_possible() -> None:
     robot = planar_2r()
     assert Plant(robot).engine == "core"
     assert Plant(robot, scene=Scene()).engine == "dart"

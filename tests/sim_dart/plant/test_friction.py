@@ -75,7 +75,7 @@ def assert_law(
 
 @pytest.mark.slow
 @pytest.mark.native
-def test_steps_keep_the_law_of_friction_and_limits() -> None:
+def test_steps_satisfy_friction_law_and_limits() -> None:
     """Random trees at random velocities: some slide, some are stopped, some are held."""
     ways = set()
     for seed in range(40):
@@ -97,7 +97,7 @@ def test_steps_keep_the_law_of_friction_and_limits() -> None:
 
 
 @pytest.mark.slow
-def test_chains_of_twenty_joints_keep_the_law_of_friction() -> None:
+def test_chains_of_twenty_joints_satisfy_the_friction_law() -> None:
     """No state of two thousand needs more exchanges than there may be."""
     robot = changed(chain(20, 0), np.random.default_rng(0), 5.0)
     plant, free = (Plant(r, STEP, engine="core") for r in (robot, unbounded(robot)))
@@ -117,7 +117,7 @@ def test_chains_of_twenty_joints_keep_the_law_of_friction() -> None:
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_friction_and_stops_take_energy(seed: int) -> None:
+def test_friction_and_stops_dissipate_energy(seed: int) -> None:
     """Of what a step would end with, at the same place: never more, and mostly less."""
     rng = np.random.default_rng(seed)
     robot = changed(random_tree(seed), rng, 3.0)
@@ -142,7 +142,7 @@ def slider(friction: float, **more: Any) -> Robot:
     return one_joint("rail", along_x, solid, friction=friction, actuated=True, unit="m", **more)
 
 
-def test_a_sliding_mass_stops_and_stays() -> None:
+def test_sliding_mass_stops_and_sticks() -> None:
     """It loses h F/m a step, and the rest in the last one; no smaller force moves it again."""
     force, speed = 3.1, 0.5
     plant = Plant(slider(force), STEP)
@@ -164,7 +164,7 @@ def test_a_sliding_mass_stops_and_stays() -> None:
     assert plant.qd[0] == pytest.approx(STEP * 1.0 / MASS, rel=1e-12)
 
 
-def test_friction_acts_at_a_stop_too() -> None:
+def test_friction_acts_at_joint_limits() -> None:
     """At a limit friction holds as well: what pulls it off must be more than friction is."""
     plant = Plant(slider(2.0, upper=0.1, lower=-1.0), STEP)
     plant.reset([0.0], [1.0])
@@ -177,7 +177,7 @@ def test_friction_acts_at_a_stop_too() -> None:
 
 
 @pytest.mark.slow
-def test_a_mass_on_a_spring_loses_the_same_at_every_turn() -> None:
+def test_mass_on_a_spring_loses_constant_amplitude_per_half_swing() -> None:
     """Its swings become shorter by 2 F/k each, until the spring no longer moves it."""
     stiffness, force, h = 50.0, 1.0, 5e-5
     plant = Plant(slider(force, stiffness=stiffness, rest=0.0), h)
@@ -195,7 +195,7 @@ def test_a_mass_on_a_spring_loses_the_same_at_every_turn() -> None:
     assert abs(plant.q[0]) <= force / stiffness
 
 
-def test_a_pendulum_with_friction_stops_on_its_way() -> None:
+def test_pendulum_with_friction_stops() -> None:
     """Energy: m g l (cos b - cos a) = F (a - b) where it first stops, and there it is held."""
     length, friction = 0.5, 4.0
     bob = Inertia(MASS, (0.0, 0.0, -length), ixx=1e-6, iyy=1e-6, izz=1e-6)
@@ -219,7 +219,7 @@ def test_a_pendulum_with_friction_stops_on_its_way() -> None:
 @pytest.mark.cases(6)
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
-def test_dart_gives_the_same(seed: int) -> None:
+def test_friction_equals_dart(seed: int) -> None:
     """Half a second of a tree that comes to rest. DART softens its impulses by a part in 1e9."""
     rng = np.random.default_rng(seed)
     robot = with_coordinates(random_tree(seed, damping=0.2), friction=1.5)
@@ -237,7 +237,7 @@ def test_dart_gives_the_same(seed: int) -> None:
     assert held
 
 
-def test_a_state_comes_back_bit_by_bit() -> None:
+def test_state_is_restored_bit_identically() -> None:
     """No step remembers who was held."""
     rng = np.random.default_rng(3)
     plant = Plant(changed(planar_2r(), rng, 5.0), STEP)
@@ -254,6 +254,6 @@ def test_a_state_comes_back_bit_by_bit() -> None:
     np.testing.assert_array_equal(*rows)
 
 
-def test_rk4_is_refused() -> None:
+def test_rk4_is_rejected() -> None:
     with pytest.raises(InputError, match=r"rk4 does not support Coulomb friction.*rail"):
         Plant(slider(1.0), integrator="rk4")

@@ -158,7 +158,7 @@ def worst(name: str, step: float, integrator: str = "euler") -> float:
 @pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
-def test_the_reference_agrees_with_itself(name: str) -> None:
+def test_reference_is_not_chaotic(name: str) -> None:
     """A chaotic motion would make every comparison meaningless."""
     made, expected = case(name)
     assert np.abs(made.reference(1e-10) - expected).max() < 1e-7
@@ -175,14 +175,14 @@ def test_the_reference_agrees_with_itself(name: str) -> None:
         ("Roboy's arm, damped", 2e-3),
     ],
 )
-def test_semi_implicit_euler_is_of_first_order(name: str, error: float) -> None:
+def test_semi_implicit_euler_has_first_order(name: str, error: float) -> None:
     coarse, fine = worst(name, 1e-3), worst(name, 5e-4)
     assert coarse < error
     assert coarse / fine == pytest.approx(2.0, rel=0.1)
 
 
 @pytest.mark.slow
-def test_rk4_is_of_fourth_order_where_all_is_smooth() -> None:
+def test_rk4_has_fourth_order_for_smooth_motions() -> None:
     errors = [worst("hanging", h, "rk4") for h in (1e-2, 5e-3, 2.5e-3)]
     assert errors[0] < 3e-5
     for coarse, fine in pairwise(errors):
@@ -198,13 +198,13 @@ def test_rk4_is_of_fourth_order_where_all_is_smooth() -> None:
         pytest.param("Roboy's arm, damped", 1e3, marks=[pytest.mark.slow, LONG]),
     ],
 )
-def test_rk4_beats_euler_at_the_same_step(name: str, gain: float) -> None:
+def test_rk4_is_more_accurate_than_euler(name: str, gain: float) -> None:
     assert gain * worst(name, 1e-3, "rk4") < worst(name, 1e-3)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["driven, damped", "Roboy's arm, damped"])
-def test_mujoco_makes_the_same_errors(name: str) -> None:
+def test_euler_errors_equal_mujoco(name: str) -> None:
     """Its semi-implicit rule with implicit damping is DART's: both go the same way."""
     made = CASES[name]()
     if name == "driven, damped":
@@ -225,7 +225,7 @@ def test_mujoco_makes_the_same_errors(name: str) -> None:
     np.testing.assert_allclose(made.way(1e-3), np.array(rows), rtol=0, atol=1e-8)
 
 
-def test_rk4_damps_exactly() -> None:
+def test_rk4_damping_equals_closed_form() -> None:
     """I qdd = -d qd: qd = exp(-d t / I), to the fifth power of the step."""
     d, h = 2.0, 0.01
     plant = Plant(flywheel(damping=d), h, integrator="rk4")
@@ -236,7 +236,7 @@ def test_rk4_damps_exactly() -> None:
 
 
 @pytest.mark.parametrize(("integrator", "ratio"), [("euler", 2.0), ("rk4", 16.0)])
-def test_a_spring_in_a_joint_swings(integrator: Any, ratio: float) -> None:
+def test_joint_spring_oscillates(integrator: Any, ratio: float) -> None:
     """It is q = r + (q0 - r) cos(sqrt(K/I) t)."""
     errors = []
     for h in (0.02, 0.01):
@@ -251,12 +251,12 @@ def test_a_spring_in_a_joint_swings(integrator: Any, ratio: float) -> None:
     assert errors[0] / errors[1] == pytest.approx(ratio, rel=0.12)
 
 
-def test_the_controllers_model_has_the_springs() -> None:
+def test_controller_model_includes_springs() -> None:
     dynamics = DartDynamics(flywheel(stiffness=3.0, rest=0.2))
     assert dynamics.gravity([0.5]) == pytest.approx([3.0 * 0.3], abs=1e-12)
 
 
-def test_coulomb_friction_stops_a_wheel_and_holds_it() -> None:
+def test_coulomb_friction_stops_and_holds_a_wheel() -> None:
     """I qdd = -F: it stops at I w / F after w² I / 2F, and no smaller torque moves it."""
     robot = flywheel(friction=0.4, actuated=True)
     plant = Plant(robot, 1e-3)
@@ -289,7 +289,9 @@ def test_substeps_are_shorter_steps(integrator: Any) -> None:
 
 
 @pytest.mark.parametrize(("integrator", "order"), [("euler", 1), ("rk4", 4)])
-def test_the_energy_balance_closes_to_the_integrators_order(integrator: Any, order: int) -> None:
+def test_error_of_energy_balance_has_the_order_of_the_integrator(
+    integrator: Any, order: int
+) -> None:
     """Kinetic + potential - work of muscles, loads and damping is constant."""
     robot = with_coordinates(free(planar_2r(), 0.2), stiffness=1.5, rest=0.3)
     left = []
@@ -343,7 +345,7 @@ def floating(robot: Robot) -> Robot:
 
 
 @pytest.mark.parametrize(("integrator", "kept"), [("euler", 0.05), ("rk4", 1e-7)])
-def test_muscles_do_not_change_the_momentum_of_a_body_that_floats(
+def test_muscles_do_not_change_the_momentum_of_a_floating_robot(
     integrator: Any, kept: float
 ) -> None:
     robot = floating(random_robot(5, joints=3, muscles=4))
@@ -358,7 +360,7 @@ def test_muscles_do_not_change_the_momentum_of_a_body_that_floats(
     np.testing.assert_allclose(after.angular, before.angular, rtol=0, atol=kept)
 
 
-def test_an_rk4_plant_stops_at_its_limits_as_an_euler_plant_does() -> None:
+def test_rk4_and_euler_stop_at_the_same_limits() -> None:
     robot = with_coordinates(planar_2r(), lower=-0.4, upper=0.4)
     ends = []
     for integrator in ("euler", "rk4"):
@@ -378,12 +380,12 @@ def test_an_rk4_plant_stops_at_its_limits_as_an_euler_plant_does() -> None:
         ({"scene": Scene()}, 'rk4 does not support worlds with contacts; use integrator = "euler"'),
     ],
 )
-def test_rk4_needs_the_core(changed: dict[str, Any], message: str) -> None:
+def test_rk4_requires_the_core(changed: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         Plant(planar_2r(), integrator="rk4", **changed)
 
 
-def test_wrong_settings_are_refused() -> None:
+def test_invalid_settings_are_rejected() -> None:
     with pytest.raises(InputError, match="unknown integrator 'leapfrog'; known: euler, rk4"):
         Plant(planar_2r(), integrator="leapfrog")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="does not record its energy"):

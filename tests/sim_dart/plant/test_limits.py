@@ -51,7 +51,7 @@ def free_plant(robot: Robot, **settings: Any) -> Plant:
 
 @pytest.mark.native
 @pytest.mark.parametrize("seed", range(12))
-def test_a_step_of_the_core_holds_all_limits_at_once(seed: int) -> None:
+def test_core_step_satisfies_all_limits_simultaneously(seed: int) -> None:
     robot = narrow_tree(seed)
     plant, free, d = Plant(robot, STEP, engine="core"), free_plant(robot), CoreDynamics(robot)
     rng = np.random.default_rng(seed)
@@ -73,7 +73,7 @@ def test_a_step_of_the_core_holds_all_limits_at_once(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", [3, 7, 12])
-def test_stops_of_rk4_are_inelastic(seed: int) -> None:
+def test_rk4_stops_are_inelastic(seed: int) -> None:
     """Trees 7 and 12 have a fixed joint with moving ones behind it."""
     robot = narrow_tree(seed)
     plant = Plant(robot, STEP, integrator="rk4")
@@ -99,7 +99,7 @@ def test_stops_of_rk4_are_inelastic(seed: int) -> None:
 
 
 @pytest.mark.parametrize("beyond", [1e-4, 0.1, 1.0])
-def test_a_joint_put_beyond_its_limit_comes_back_gently(beyond: float) -> None:
+def test_joint_beyond_its_limit_returns_slowly(beyond: float) -> None:
     """Within a step, but at 10 rad/s at most; with both engines."""
     robot = bounded(planar_2r(), lambda: (-0.4, 0.4))
     core, dart = (Plant(robot, STEP, engine=engine) for engine in ("core", "dart"))

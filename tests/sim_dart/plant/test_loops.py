@@ -105,7 +105,7 @@ def fallen(robot: Robot, step: float, end: float, rule: str = "euler") -> tuple[
 
 @pytest.mark.slow
 @mechanisms
-def test_eulers_gap_is_of_second_order(name: str) -> None:
+def test_loop_gap_of_euler_has_second_order(name: str) -> None:
     robot, *_ = MECHANISMS[name]
     coarse, fine = (fallen(robot, step, 1.0)[1] for step in (1e-3, 1e-4))
     assert coarse <= 1e-4
@@ -114,7 +114,7 @@ def test_eulers_gap_is_of_second_order(name: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", MECHANISMS)
-def test_runge_kutta_goes_as_one_coordinate_does(name: str) -> None:
+def test_rk4_equals_reduced_equation_of_motion(name: str) -> None:
     robot, places, masses = MECHANISMS[name]
     expected = swing(places, masses, 1.0, 1.0)
     plant, worst = fallen(robot, 1e-3, 1.0, "rk4")
@@ -127,14 +127,14 @@ def test_runge_kutta_goes_as_one_coordinate_does(name: str) -> None:
 @pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", MECHANISMS)
-def test_euler_comes_nearer_in_first_order(name: str) -> None:
+def test_euler_converges_with_first_order(name: str) -> None:
     robot, places, masses = MECHANISMS[name]
     expected = -swing(places, masses, 1.0, 1.0)
     errors = [fallen(robot, step, 1.0)[0].q[0] - expected for step in (1e-3, 5e-4)]
     assert errors[0] == pytest.approx(2.0 * errors[1], rel=0.1)
 
 
-def test_ten_seconds_keep_energy_and_loops() -> None:
+def test_energy_and_loops_are_conserved_for_ten_seconds() -> None:
     plant, worst = fallen(four_bar(), 2e-3, 10.0, "rk4")
     start = Plant(four_bar(), energy=True).energy
     energy = plant.energy
@@ -142,7 +142,7 @@ def test_ten_seconds_keep_energy_and_loops() -> None:
     assert energy.kinetic + energy.potential == pytest.approx(start.potential, abs=1e-5)
 
 
-def test_a_parallelogram_passes_its_flat_poses_on_its_branch() -> None:
+def test_parallelogram_keeps_its_branch_in_singular_poses() -> None:
     """A spinning crank passes every half turn through a pose where it could fold."""
     sides = (0.2, 0.5, 0.2, 0.5)
     robot = replace(four_bar(sides), gravity=(0.0, 0.0, 0.0))
@@ -156,7 +156,7 @@ def test_a_parallelogram_passes_its_flat_poses_on_its_branch() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("robot", [four_bar(BARS), slider_crank()], ids=["four-bar", "slider"])
-def test_a_crank_is_closed_at_any_angle(robot: Robot) -> None:
+def test_loop_is_closed_at_any_crank_angle(robot: Robot) -> None:
     drawn = np.array([c.initial for c in robot.coordinates])
     turning = drawn
     for angle in np.linspace(-np.pi, np.pi, 37):
@@ -168,13 +168,13 @@ def test_a_crank_is_closed_at_any_angle(robot: Robot) -> None:
 
 
 @pytest.mark.slow
-def test_loops_close_from_anywhere() -> None:
+def test_loops_are_closed_from_random_poses() -> None:
     robot, rng = four_bar(BARS), np.random.default_rng(0)
     for _ in range(100):
         close_loops(robot, rng.uniform(-3.0, 3.0, 3))
 
 
-def test_a_fixed_loop_never_closes_turned_round() -> None:
+def test_fixed_loop_is_not_closed_with_reversed_orientation() -> None:
     robot = with_loop(four_bar(), type="ball", axes=())
     angle = float(np.sum(close_loops(robot)[:2]) - close_loops(robot)[2])
     end = Pose((0.4, 0.0, 0.0), (0.0, angle, 0.0))
@@ -186,7 +186,7 @@ def test_a_fixed_loop_never_closes_turned_round() -> None:
     assert np.linalg.matrix_rank(dynamics.loop_jacobian(q), tol=1e-6) == 3
 
 
-def test_what_cannot_be_closed_is_named_with_its_gap() -> None:
+def test_loop_that_cannot_be_closed_is_named_with_its_gap() -> None:
     robot = with_loop(four_bar(), T_child_joint=Pose((5.0, 0.0, 0.0)))
     with pytest.raises(InputError, match=r"joint 'closing': its loop cannot be closed: .* 3\.8 m"):
         Plant(robot)
@@ -194,7 +194,7 @@ def test_what_cannot_be_closed_is_named_with_its_gap() -> None:
         close_loops(four_bar(), hold=["nothing"])
 
 
-def test_a_start_with_gaps_is_closed() -> None:
+def test_reset_closes_the_loops() -> None:
     plant = Plant(four_bar())
     plant.reset([-1.3, 0.5, -2.0], [1.0, 0.0, 0.0])
     assert gap(plant) <= 1e-10
@@ -203,14 +203,14 @@ def test_a_start_with_gaps_is_closed() -> None:
     assert np.abs(plant.qd).max() > 0.1
 
 
-def test_other_engines_are_refused_by_name() -> None:
+def test_other_engines_are_rejected() -> None:
     with pytest.raises(
         InputError, match="joint 'closing': closes a loop, which the engine \"core\""
     ):
         Plant(four_bar(), engine="dart")
 
 
-def test_the_published_legs_hang_on_their_pedals(shared: Path) -> None:
+def test_published_cycling_legs_are_simulated(shared: Path) -> None:
     """Six of the twelve equations of its loops follow from the others; its stops are met."""
     robot = read_robot(shared / "robots/cardsflow/biking_legs", repair=True)
     plant = Plant(robot)
@@ -260,7 +260,7 @@ def least_constraint(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, 60, 20))
-def test_friction_stops_and_loops_are_one_problem(first: int) -> None:
+def test_friction_limits_and_loops_are_solved_together(first: int) -> None:
     moved = 0
     for seed in range(first, first + 20):
         robot, q = random_loops(seed)

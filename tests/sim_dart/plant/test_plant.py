@@ -17,7 +17,7 @@ pytestmark = pytest.mark.usefixtures("every_engine")
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_step_is_the_semi_implicit_euler_step_of_the_equation_of_motion(seed: int) -> None:
+def test_step_equals_semi_implicit_euler(seed: int) -> None:
     """qd+ = qd + h M^-1 (-L'f - C - G), q+ = q + h qd+."""
     robot, h = random_robot(seed), 1e-3
     plant, terms = Plant(robot, step=h), DartDynamics(robot)
@@ -33,7 +33,7 @@ def test_a_step_is_the_semi_implicit_euler_step_of_the_equation_of_motion(seed: 
     assert plant.time == h
 
 
-def test_motors_of_joints_add_their_torque() -> None:
+def test_joint_motors_add_their_torque() -> None:
     """M qdd = -L'f + A tau - C - G, with a motor at the second joint only."""
     first, second = planar_2r().joints
     motor = replace(second.coordinates[0], actuated=True)
@@ -96,7 +96,7 @@ def test_damping_is_integrated_implicitly() -> None:
     np.testing.assert_allclose(plant.qd, qd + h * np.linalg.solve(M + h * D, tau), rtol=1e-10)
 
 
-def test_limits_stop_a_falling_arm_and_are_off_where_there_are_none() -> None:
+def test_limits_stop_a_falling_arm() -> None:
     stopped = Plant(with_coordinates(planar_2r(), lower=-0.4, upper=0.4))
     free = Plant(with_coordinates(planar_2r(), lower=-np.inf, upper=np.inf))
     for plant in (stopped, free):
@@ -108,7 +108,7 @@ def test_limits_stop_a_falling_arm_and_are_off_where_there_are_none() -> None:
     assert np.abs(free.q).max() > 1.0
 
 
-def test_a_resting_robot_is_not_put_to_sleep() -> None:
+def test_resting_robot_is_not_deactivated() -> None:
     """A force that appears after ten quiet seconds moves the robot at once."""
     robot = replace(planar_2r(), gravity=(0.0, 0.0, 0.0))
     plant = Plant(robot)
@@ -124,7 +124,7 @@ def test_a_cable_cannot_push() -> None:
     assert np.array_equal(plant.get_state(), slack.get_state())
 
 
-def test_state_goes_back_bit_by_bit() -> None:
+def test_state_is_restored_bit_identically() -> None:
     plant = Plant(chain())
     f = np.random.default_rng(0).uniform(1, 5, 60)
     steps(plant, 30, f)
@@ -142,7 +142,9 @@ def test_state_goes_back_bit_by_bit() -> None:
         (["a", "b", "c", "d"], "4 numbers"),
     ],
 )
-def test_wrong_forces_are_refused_and_the_plant_stays(forces: object, message: str) -> None:
+def test_invalid_forces_are_rejected_without_changing_the_plant(
+    forces: object, message: str
+) -> None:
     plant = Plant(planar_2r())
     before = plant.get_state()
     with pytest.raises(InputError, match=message):
@@ -151,12 +153,12 @@ def test_wrong_forces_are_refused_and_the_plant_stays(forces: object, message: s
 
 
 @pytest.mark.parametrize("q", [[np.nan, 0.0], [0.0, np.inf]])
-def test_an_initial_state_that_is_not_finite_is_refused(q: list[float]) -> None:
+def test_initial_state_that_is_not_finite_is_rejected(q: list[float]) -> None:
     with pytest.raises(InputError, match="not finite"):
         Plant(planar_2r()).reset(q)
 
 
-def test_an_invalid_robot_is_refused() -> None:
+def test_invalid_robot_is_rejected() -> None:
     robot = planar_2r()
     bad = replace(robot, links=robot.links[:1])
     with pytest.raises(RobotError):
@@ -169,7 +171,7 @@ def skeleton_of(plant: Plant) -> Skeleton:
     return mechanism.skeleton
 
 
-def test_loads_on_task_points_act_like_darts_own_forces() -> None:
+def test_loads_on_task_points_equal_dart_forces() -> None:
     """J_p^T w against a force that DART applies at the point, in world axes."""
     robot = random_robot(11, joints=5, muscles=4)
     frames = (

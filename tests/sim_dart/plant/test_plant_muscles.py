@@ -66,7 +66,7 @@ def some_commands(plant: Plant) -> np.ndarray:
 
 @every_engine
 @pytest.mark.parametrize("name", ROBOTS)
-def test_a_step_uses_the_tensions_that_the_plant_reports(name: str) -> None:
+def test_step_uses_the_reported_tensions(name: str) -> None:
     """qd+ = qd + h M^-1 (-L'f - C - G), f at the beginning, with the command of the step."""
     robot, h = ROBOTS[name](), 1e-3
     plant, terms = Plant(robot, h), DartDynamics(robot)
@@ -83,7 +83,7 @@ def test_a_step_uses_the_tensions_that_the_plant_reports(name: str) -> None:
 
 
 @every_engine
-def test_the_pressure_of_a_pneumatic_muscle_follows_its_set_point_however_the_robot_moves() -> None:
+def test_pressure_of_pneumatic_muscle_does_not_depend_on_the_motion() -> None:
     """It is u + (p0 - u) exp(-t / tau), whatever the step."""
     robot = modelled(planar_2r(), "mckibben", pressure_time_constant=0.03)
     for plant, h, close in (
@@ -100,7 +100,7 @@ def test_the_pressure_of_a_pneumatic_muscle_follows_its_set_point_however_the_ro
 
 @pytest.mark.parametrize(("engine", "integrator"), WAYS)
 @pytest.mark.parametrize("name", ROBOTS)
-def test_state_goes_back_bit_by_bit(name: str, engine: Any, integrator: Any) -> None:
+def test_state_is_restored_bit_identically(name: str, engine: Any, integrator: Any) -> None:
     plant = Plant(ROBOTS[name](), 2e-4, integrator=integrator, energy=True, engine=engine)
     u = some_commands(plant)
     steps(plant, 20, u)
@@ -110,7 +110,7 @@ def test_state_goes_back_bit_by_bit(name: str, engine: Any, integrator: Any) -> 
 @pytest.mark.cases(7)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
-def test_both_integrators_go_the_same_way(name: str) -> None:
+def test_both_integrators_compute_the_same_motion(name: str) -> None:
     """The one with laws' own rules, the other with their time derivatives: the same equations."""
     ends = []
     for engine, integrator in WAYS:
@@ -127,7 +127,7 @@ def test_both_integrators_go_the_same_way(name: str) -> None:
 
 @every_engine
 @pytest.mark.parametrize("name", [name for name in ROBOTS if name != "ligament"])
-def test_muscles_begin_at_rest_with_their_smallest_forces(name: str) -> None:
+def test_muscles_start_at_rest_with_smallest_forces(name: str) -> None:
     robot = ROBOTS[name]()
     robot = robot.with_muscles([replace(muscle, f_min=12.5) for muscle in robot.muscles])
     plant = Plant(robot)
@@ -141,7 +141,7 @@ def test_muscles_begin_at_rest_with_their_smallest_forces(name: str) -> None:
 
 
 @pytest.mark.parametrize("elastic", [0.0, 1.0])
-def test_the_nearest_tension_is_held_where_none_fits(elastic: float) -> None:
+def test_nearest_reachable_tension_is_held(elastic: float) -> None:
     drive = MuscleDrive(modelled(planar_2r(), "hill_millard2012", **HILL, elastic_tendon=elastic))
     reach = drive.resting_reach(np.zeros(2))
     assert (reach.low > 0.0).all()
@@ -152,7 +152,7 @@ def test_the_nearest_tension_is_held_where_none_fits(elastic: float) -> None:
 
 
 @every_engine
-def test_passive_muscles_take_no_command() -> None:
+def test_passive_muscles_ignore_commands() -> None:
     robot = ROBOTS["ligament"]()
     plant, same = Plant(robot), Plant(robot)
     for _ in range(50):
@@ -163,7 +163,7 @@ def test_passive_muscles_take_no_command() -> None:
 
 
 @every_engine
-def test_ideal_cables_beside_others_have_their_commanded_tension() -> None:
+def test_ideal_cables_next_to_other_laws_have_the_commanded_tension() -> None:
     robot = ROBOTS["elastic_cable"]()
     first, *others = robot.muscles
     plant = Plant(robot.with_muscles([replace(first, model=CableModel()), *others]))
@@ -176,7 +176,7 @@ def test_ideal_cables_beside_others_have_their_commanded_tension() -> None:
 
 
 @every_engine
-def test_ideal_cables_alone_make_the_same_steps_as_among_laws() -> None:
+def test_ideal_cables_with_and_without_laws_are_equal() -> None:
     """The way of the C core without laws against the one with them."""
     robot = random_robot(4, joints=4, muscles=5)
     law = CableModel("ligament_blankevoort1991", (("linear_stiffness", 0.0), ("slack_length", 1.0)))
@@ -192,7 +192,7 @@ def test_ideal_cables_alone_make_the_same_steps_as_among_laws() -> None:
 
 @every_engine
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_commands_that_are_not_finite_are_refused_and_the_plant_stays(bad: float) -> None:
+def test_commands_that_are_not_finite_are_rejected(bad: float) -> None:
     plant = Plant(ROBOTS["mckibben"]())
     before = plant.get_state()
     for integrator_plant in (plant, Plant(plant.robot, integrator="rk4", engine="core")):
@@ -204,7 +204,7 @@ def test_commands_that_are_not_finite_are_refused_and_the_plant_stays(bad: float
 
 
 @every_engine
-def test_a_muscle_state_that_is_not_finite_is_refused() -> None:
+def test_muscle_state_that_is_not_finite_is_rejected() -> None:
     plant = Plant(ROBOTS["mckibben"]())
     state = plant.get_state()
     state[-1] = np.nan
@@ -212,7 +212,7 @@ def test_a_muscle_state_that_is_not_finite_is_refused() -> None:
         plant.set_state(state)
 
 
-def test_an_explicit_rule_on_a_fast_motor_ends_with_time_robot_and_state() -> None:
+def test_explicit_rule_diverges_with_a_fast_motor() -> None:
     """The current's time constant is 0.2 ms: a step of 10 ms explodes, that of euler does not."""
     robot = ROBOTS["series_elastic_motor"]()
     plant = Plant(robot, 1e-2, integrator="rk4")
@@ -225,7 +225,7 @@ def test_an_explicit_rule_on_a_fast_motor_ends_with_time_robot_and_state() -> No
 
 @pytest.mark.slow
 @pytest.mark.parametrize("damping", [0.0, 20.0])
-def test_elastic_cables_give_back_no_more_than_they_took(damping: float) -> None:
+def test_elastic_cables_do_not_add_energy(damping: float) -> None:
     """Kinetic + potential + what the cables store never grows, and stays without damping."""
     robot = modelled(planar_2r(), "elastic_cable", stiffness=300.0, damping=damping)
     plant = Plant(
@@ -253,7 +253,7 @@ def test_elastic_cables_give_back_no_more_than_they_took(damping: float) -> None
 @pytest.mark.parametrize(
     "name", ["mckibben", "hill_degroote2016", "hill, elastic tendon", "series_elastic_motor"]
 )
-def test_the_commands_of_a_drive_bring_the_plant_to_the_tensions_in_reach(name: str) -> None:
+def test_muscle_drive_commands_reach_the_desired_tensions(name: str) -> None:
     """Forces a part of the way between the ends of the reach are there after the time.
 
     The links are heavy: a path goes on at its old speed in the drive, at the new one in the plant.
@@ -274,7 +274,7 @@ def test_the_commands_of_a_drive_bring_the_plant_to_the_tensions_in_reach(name: 
         np.testing.assert_allclose(plant.tensions, desired, rtol=1e-5, atol=1e-3)
 
 
-def test_a_drive_refuses_states_that_do_not_fit() -> None:
+def test_muscle_drive_rejects_invalid_states() -> None:
     drive = MuscleDrive(ROBOTS["mckibben"]())
     with pytest.raises(InputError, match="states must have shape"):
         drive.set_state(np.zeros(2), np.zeros(2), np.zeros(3))

@@ -111,7 +111,7 @@ def farthest(
 
 
 @pytest.mark.slow
-def test_gait10dof_falls_as_in_opensim(shared: Path) -> None:
+def test_gait10dof_falls_like_in_opensim(shared: Path) -> None:
     """A second, its 18 muscles excited; OpenSim's run is known to 1e-8 rad, 1e-6 rad/s."""
     robot, _ = opensim(shared, "gait10dof18musc")
     run = json.loads((shared / "reference/opensim/gait10dof18musc_forward.json").read_text())
@@ -133,7 +133,7 @@ def test_gait10dof_falls_as_in_opensim(shared: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_elbow_of_myosuite_moves_as_in_mujoco(shared: Path) -> None:
+def test_myosuite_elbow_moves_like_in_mujoco(shared: Path) -> None:
     """A second, without MuJoCo's soft constraints."""
     robot = read_robot(shared / "models/mjcf/myoelbow_2dof6muscles.xml")
     folder = shared / "reference/mjcf"

@@ -94,9 +94,7 @@ SHAPES = {
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
 @pytest.mark.parametrize("shape", SHAPES)
-def test_while_it_slides_the_mean_along_it_is_what_it_is_stretched_by(
-    shape: str, way: float
-) -> None:
+def test_mean_tension_of_sliding_cable_equals_its_stretch(shape: str, way: float) -> None:
     """The spans' tensions are in capstan's ratios, and l_i T_i / EA add up to the stretch."""
     robot, spans, grips = SHAPES[shape](elastic(4e3))
     plant = Plant(robot, 1e-3)
@@ -130,7 +128,7 @@ def sticks_and_slides(stretch: FloatArray, compliance: FloatArray) -> FloatArray
         stretch[less] += slip
 
 
-def test_reeled_in_and_out_spans_stick_and_slide_one_after_the_other() -> None:
+def test_spans_stick_and_slide_while_winding() -> None:
     """Against the spans by themselves, each with its stretch, for hardly any presliding."""
     K = 4e3
     plant = Plant(slider(*CORNERS, model=elastic(K), presliding=1e-7), 1e-3)
@@ -162,7 +160,7 @@ def reference_motion(mass: float, K: float, force: float, duration: float, h: fl
     return q
 
 
-def test_a_mass_moves_as_if_every_span_were_a_spring_of_its_own() -> None:
+def test_mass_on_cable_moves_like_on_separate_springs() -> None:
     """Stick and slip of a mass on a cable that is held at its other end; first order in h."""
     mass, K, force, duration = 2.0, 400.0, 40.0, 0.3
     exact = reference_motion(mass, K, force, duration, 2e-4)
@@ -179,7 +177,7 @@ def test_a_mass_moves_as_if_every_span_were_a_spring_of_its_own() -> None:
 
 
 @pytest.mark.parametrize("seed", [1, 14, 16, 20])
-def test_springs_over_bends_lose_energy(seed: int) -> None:
+def test_springs_over_bends_dissipate_energy(seed: int) -> None:
     """Trees that swing on springs: never more than at the start, and less in the end."""
     rng, robot = np.random.default_rng(seed), random_tree(seed)
     q = rng.uniform(-1, 1, len(robot.coordinates))
@@ -209,7 +207,7 @@ def test_springs_over_bends_lose_energy(seed: int) -> None:
     assert energy() < 0.95 * begin
 
 
-def test_work_is_balanced() -> None:
+def test_work_balance_is_closed() -> None:
     """What the cable pulls and what friction takes is what moves, whatever is commanded."""
     rng = np.random.default_rng(2)
     plant = Plant(slider(*CORNERS, mass=2.0, model=elastic(2e3)), 1e-3, energy=True)
@@ -226,7 +224,7 @@ def test_work_is_balanced() -> None:
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
-def test_a_drum_feels_the_tension_of_the_first_span(way: float) -> None:
+def test_drum_has_the_tension_of_the_first_span(way: float) -> None:
     """J w' = N u - r (T_1 + T_1^2 / 2 EA)."""
     model = CableModel("winch", tuple(WINCH.items()))
     paths = MusclePaths(slider(*CORNERS, model=model))
@@ -245,7 +243,7 @@ def test_a_drum_feels_the_tension_of_the_first_span(way: float) -> None:
     assert slow * 10.0**2 * 1e-5 == pytest.approx(torque * 10 - 0.02 * pull, rel=1e-9)
 
 
-def test_a_controller_that_knows_the_slip_commands_what_pulls() -> None:
+def test_commands_account_for_slip() -> None:
     """The length of cable without force for a tension of the first span."""
     drive = MuscleDrive(slider(*CORNERS, model=elastic()))
     for slips in ((), (0.6, -0.3), (1.0, 1.0)):
@@ -255,7 +253,7 @@ def test_a_controller_that_knows_the_slip_commands_what_pulls() -> None:
         assert drive.tensions(commands)[0] == pytest.approx(70.0, rel=1e-12)
 
 
-def test_dart_is_the_same_but_for_its_explicit_rule() -> None:
+def test_dart_converges_to_the_core() -> None:
     off = []
     for step in (1e-3, 2.5e-4):
         robot = slider(*CORNERS, mass=2.0, model=elastic(500.0), presliding=1e-3)
@@ -270,7 +268,7 @@ def test_dart_is_the_same_but_for_its_explicit_rule() -> None:
 
 
 @pytest.mark.parametrize("stiffness", [1e-7, 1.0, 1e9])
-def test_extremes_stay_numbers(stiffness: float) -> None:
+def test_extreme_parameters_give_finite_results(stiffness: float) -> None:
     """Spans of nearly no length; hardly any stiffness, and much; random commands."""
     rng = np.random.default_rng(3)
     path = ((-0.1, 0.1 + 1e-9, 0.0), *CORNERS[1:], (-0.2, 1e-9, 0.0))

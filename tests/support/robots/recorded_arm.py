@@ -9,7 +9,7 @@ import numpy as np
 
 from addin_sdfusion.robot import Robot, read_robot
 from sim_dart.calibration.markers import Marker
-from sim_dart.calibration.readings import Readings
+from sim_dart.calibration.recordings import Recording
 from sim_dart.calibration.sensitivity import Sensitivity
 from sim_dart.core.arrays import FloatArray
 
@@ -57,7 +57,7 @@ def recording(
     pieces: int = 30,
     noise: float = NOISE,
     rows: int = ROWS,
-) -> Readings:
+) -> Recording:
     """Short motions from random states, gaps between them, with noise."""
     rng = np.random.default_rng(seed)
     n, m = len(robot.coordinates), len(robot.muscles)
@@ -72,7 +72,7 @@ def recording(
         lengths += [y[:, n:] + offsets, gap]
         tensions += [f, gap]
     q_all = np.vstack(q)
-    return Readings(
+    return Recording(
         "a run", STEP, q_all, np.vstack(lengths), np.vstack(tensions), np.zeros_like(q_all)
     )
 

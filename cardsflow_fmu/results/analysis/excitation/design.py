@@ -24,7 +24,7 @@ from controllers.analysis.inverse_dynamics import Motion, motion_terms
 from sim_dart.calibration.calibrate import WINDOW
 from sim_dart.calibration.parameters import Parameter, PriorSettings, free_parameters
 from sim_dart.calibration.problem import CalibrationProblem
-from sim_dart.calibration.readings import Readings, Window
+from sim_dart.calibration.recordings import Recording, Window
 
 from .motions import Motions
 from .spline import GRID, KNOTS, ORDER
@@ -226,7 +226,7 @@ class Design:
         if np.isnan(forces).any():
             return None
         window, start = self._window(motion, forces, 0, _ROWS)
-        found = self._problem.informations([window], [start])
+        found = self._problem.window_information([window], [start])
         return None if found is None else found[0]
 
     def measured_information(self, motion: Motion, forces: FloatArray) -> FloatArray:
@@ -241,7 +241,7 @@ class Design:
         some = firsts[:: max(1, len(firsts) // _REFINED_WINDOWS)]
         windows = [self._window(*whole, int(first), rows) for first in some]
         cut, starts = [w for w, _ in windows], [s for _, s in windows]
-        found = self._exact.informations(cut, starts)
+        found = self._exact.window_information(cut, starts)
         if found is None:
             raise CardsflowError("the robot diverges along the motion")
         return np.asarray(np.sum(found, axis=0) * len(firsts) / len(some))
@@ -257,7 +257,7 @@ class Design:
         torques[:, motions.motors] = forces[:, m:]
         step = float(motion.times[1] - motion.times[0])
         nothing = np.zeros((T, n + m))
-        readings = Readings("", step, motion.q, nothing[:, n:], tensions, torques)
+        readings = Recording("", step, motion.q, nothing[:, n:], tensions, torques)
         start = np.concatenate([motion.q[first], motion.qd[first]])
         return Window(readings, first, nothing[first : first + rows]), start
 

@@ -1,4 +1,4 @@
-"""Recordings that are of another robot, or whose signals are swapped, by lengths at known poses."""
+"""Check for recordings of another robot and swapped signals, based on muscle lengths."""
 
 from __future__ import annotations
 
@@ -11,55 +11,55 @@ from addin_sdfusion.robot import InputError, Robot
 from sim_dart.core.arrays import FloatArray
 from sim_dart.muscles.paths import MusclePaths
 
-from .readings import Readings
+from .recordings import Recording
 
-_OTHER_ROBOT = 0.1
-"""Lengths that differ by more, in [m], are those of another robot."""
+_MAX_LENGTH_ERROR = 0.1
+"""Length difference, in [m], above which a recording is from another robot."""
 
 _POSES = 200
 _SUSPICIOUS = 5e-3
-"""RMS of lengths, in [m], less their mean, that no offset and hardly a via point explains."""
+"""RMS length difference after removing the mean, in [m], that is too large for via points."""
 
-_EXPLAINED = 0.25
-"""Remainder of it where two signals are swapped back."""
+_REMAINING = 0.25
+"""Fraction of this difference that may remain after two signals are exchanged."""
 
 
-def require_this_robot(robot: Robot, paths: MusclePaths, readings: Readings) -> None:
-    """Reject lengths that are another robot's, and signals that look swapped.
+def require_same_robot(robot: Robot, paths: MusclePaths, recording: Recording) -> None:
+    """Reject recordings whose lengths belong to another robot, or whose signals look swapped.
 
     Raises:
-        InputError: They do not follow the robot's own, be they off by a constant.
+        InputError: Lengths differ from the robot's by more than a constant.
     """
-    rows = np.flatnonzero(~np.isnan(readings.poses).any(axis=1))
+    rows = np.flatnonzero(~np.isnan(recording.poses).any(axis=1))
     rows = rows[:: max(1, len(rows) // _POSES)]
-    q, measured = readings.poses[rows], readings.lengths[rows]
+    q, measured = recording.poses[rows], recording.lengths[rows]
     own = _lengths(paths, q)
-    for first, second, before, after in _swapped(robot, paths, q, measured, own):
+    for first, second, before, after in _find_swapped_signals(robot, paths, q, measured, own):
         raise InputError(
-            f"{readings.name}: {first!r} and {second!r} look swapped: lengths differ from this "
+            f"{recording.name}: {first!r} and {second!r} look swapped: lengths differ from this "
             f"robot's by {1e3 * before:.3g} mm RMS, and by {1e3 * after:.3g} mm RMS if they are "
             "exchanged; exchange them in the recording or on the robot"
         )
     for muscle, differences in zip(robot.muscles, (measured - own).T, strict=True):
         known = differences[~np.isnan(differences)]
         most = float(np.abs(known - np.median(known)).max()) if len(known) else 0.0
-        if not most <= _OTHER_ROBOT:
+        if not most <= _MAX_LENGTH_ERROR:
             raise InputError(
-                f"{readings.name}: the length of {muscle.name!r} differs from this robot's by up "
+                f"{recording.name}: the length of {muscle.name!r} differs from this robot's by up "
                 f"to {1e3 * most:.3g} mm after removing a constant offset; check that the "
                 "recording is from this robot"
             )
 
 
-def _swapped(
+def _find_swapped_signals(
     robot: Robot, paths: MusclePaths, q: FloatArray, measured: FloatArray, own: FloatArray
 ) -> Iterator[tuple[str, str, float, float]]:
-    """Pairs whose exchange explains most of what lengths differ by, before and after."""
+    """Return the pairs of signals whose exchange explains the difference, with both differences."""
     off = _spread(measured - own)
     suspicious = np.flatnonzero(off > _SUSPICIOUS)
     for i, j in combinations(suspicious.tolist(), 2):
         crossed = _spread(measured[:, [j, i]] - own[:, [i, j]])
-        if (crossed < _EXPLAINED * off[[i, j]]).all():
+        if (crossed < _REMAINING * off[[i, j]]).all():
             first, second = (f"l.{robot.muscles[k].name}" for k in (i, j))
             yield first, second, _rms(off[[i, j]]), _rms(crossed)
     if not len(suspicious):
@@ -68,7 +68,7 @@ def _swapped(
         exchanged = q.copy()
         exchanged[:, [i, j]] = q[:, [j, i]]
         then = _spread(measured - _lengths(paths, exchanged))
-        if (then[suspicious] < _EXPLAINED * off[suspicious]).all():
+        if (then[suspicious] < _REMAINING * off[suspicious]).all():
             first, second = (f"q.{robot.coordinates[k].name}" for k in (i, j))
             yield first, second, _rms(off[suspicious]), _rms(then[suspicious])
 
@@ -78,13 +78,13 @@ def _rms(values: FloatArray) -> float:
 
 
 def _lengths(paths: MusclePaths, q: FloatArray) -> FloatArray:
-    """At every pose, shape (poses, m)."""
+    """Return the muscle lengths at every pose, shape (poses, m), in [m]."""
     return np.array([paths.evaluate(row).lengths.copy() for row in q]).reshape(len(q), -1)
 
 
-@np.errstate(over="ignore", invalid="ignore")  # of lengths that are none
+@np.errstate(over="ignore", invalid="ignore")  # lengths can be invalid
 def _spread(differences: FloatArray) -> FloatArray:
-    """RMS less the mean, of each column; 0 of one that was never read."""
+    """Return the standard deviation of each column; 0 for columns without values."""
     known = ~np.isnan(differences)
     count = np.maximum(known.sum(axis=0), 1)
     mean = np.where(known, differences, 0.0).sum(axis=0) / count
