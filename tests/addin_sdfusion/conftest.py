@@ -1,4 +1,4 @@
-"""Fixtures of the add-in's tests."""
+"""Fixtures for tests of the add-in."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The add-in imports as Fusion does it: from its folder, under another name, without packages."""
+"""Tests that the add-in can be imported like in Fusion: by folder, renamed, without packages."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from pathlib import Path
 
 folder, name, files, others = Path(sys.argv[1]), sys.argv[2], *map(json.loads, sys.argv[3:5])
 
-if others:  # where the fake and numpy are; gone before anything of the add-in is imported
+if others:  # paths of the fake and numpy; removed before the add-in is imported
     sys.path[:0] = others
     from fake_fusion.install import adsk_modules
     adsk = adsk_modules()
@@ -54,7 +54,7 @@ print(len(files))
 
 
 def modules() -> dict[str, bool]:
-    """Names of all modules but the robot's that read files; whether each needs adsk."""
+    """Return all modules except file readers of `robot`, and whether each requires adsk."""
     found = {}
     for file in sorted(ADDIN.rglob("*.py")):
         parts = file.relative_to(ADDIN).with_suffix("").parts
@@ -66,12 +66,12 @@ def modules() -> dict[str, bool]:
 
 
 def _reads(file: Path) -> bool:
-    """Whether a file is of the readers, which may use lxml and MuJoCo."""
+    """Return whether a file belongs to the readers, which may use lxml and MuJoCo."""
     return _needs("lxml", file, set()) or _needs("mujoco", file, set())
 
 
 def _needs(package: str, file: Path, seen: set[Path]) -> bool:
-    """Whether a file, or one that it imports, imports a package."""
+    """Return whether a file imports a package, directly or through another file."""
     seen.add(file)
     packages, others = _imports(file)
     return package in packages or any(
@@ -81,7 +81,7 @@ def _needs(package: str, file: Path, seen: set[Path]) -> bool:
 
 @cache
 def _imports(file: Path) -> tuple[set[str], tuple[Path, ...]]:
-    """The packages that a file imports itself, and the files that it imports."""
+    """Return the packages and the files that a file imports."""
     packages: set[str] = set()
     others: list[Path] = []
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
@@ -117,7 +117,7 @@ def test_every_module_imports_with_the_standard_library_and_adsk() -> None:
 
 
 @pytest.mark.parametrize("version", ["3.11", "3.12", "3.13", "3.14"])
-def test_modules_without_adsk_import_in_every_python_of_fusion(version: str) -> None:
+def test_modules_without_adsk_import_in_every_python_version_of_fusion(version: str) -> None:
     python = shutil.which(f"python{version}")
     if python is None or subprocess.run([python, "-V"], capture_output=True).returncode:
         pytest.skip(f"there is no Python {version} here")
@@ -128,15 +128,15 @@ def test_modules_without_adsk_import_in_every_python_of_fusion(version: str) -> 
     assert done.returncode == 0, done.stderr
 
 
-def test_a_module_that_needs_a_package_would_be_found() -> None:
-    """The hook rejects what Fusion's Python does not have."""
+def test_a_module_that_requires_a_package_is_detected() -> None:
+    """The import hook rejects packages that Fusion's Python does not have."""
     script = SCRIPT.replace("for file in files:", "import numpy\nfor file in files:")
     command = [sys.executable, "-I", "-S", "-c", script, str(ADDIN), NAME, "[]", "[]"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert "numpy is not in the standard library" in done.stderr
 
 
-def test_adsk_is_imported_at_the_edge_only() -> None:
+def test_only_fusion_and_commands_import_adsk() -> None:
     for file in ADDIN.rglob("*.py"):
         name = file.relative_to(ADDIN).as_posix()
         if "adsk" in _imports(file)[0]:

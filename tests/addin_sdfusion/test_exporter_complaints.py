@@ -1,4 +1,4 @@
-"""One test for each of the ten complaints of other exporters' users, by their number."""
+"""Tests of ten problems that users of other exporters have reported, by number."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from addin_sdfusion.robot.formats.read import read_robot
 
 
 def positions(made: Export) -> dict[str, Any]:
-    """Where the joints of an export are on their parents."""
+    """Return the positions of the joints of an export on their parents."""
     return {joint.name: joint.T_parent_joint.position for joint in made.robot.joints}
 
 
 def test_1_as_built_joints_are_joints(fusion: Any, tmp_path: Path) -> None:
-    """'only base_link'."""
+    """Reported as: 'only base_link'."""
     robot = export(designs.as_built_only(), tmp_path / "robot").robot
     assert [joint.name for joint in robot.joints][1:] == ["upper_joint", "lower_joint", "lid_joint"]
     assert [c.name for c in robot.coordinates] == ["upper_joint", "lower_joint"]
 
 
 def test_2_rigid_groups_are_links(fusion: Any, tmp_path: Path) -> None:
-    """With parts below parts, which go with the nearest group above them."""
+    """Nested parts belong to the group of their nearest ancestor."""
     made = export(designs.rigid_groups(), tmp_path / "robot")
     assert [link.name for link in made.robot.links] == ["base", "upper", "lower"]
     steel = 7.85e-3
@@ -43,7 +43,7 @@ def test_2_rigid_groups_are_links(fusion: Any, tmp_path: Path) -> None:
 def test_3_nested_and_rotated_occurrences_keep_their_poses(
     fusion: Any, tmp_path: Path, seed: int
 ) -> None:
-    """Joints and meshes in the wrong place. The fake knows where bodies are."""
+    """Reported as: joints and meshes at wrong positions. The fake contains the true poses."""
     design = designs.nested_rotated(seed)
     made = export(design, tmp_path / "robot")
     placed = made.meshes_in_world()
@@ -56,7 +56,7 @@ def test_3_nested_and_rotated_occurrences_keep_their_poses(
 
 
 def boxes_of_links(design: Any) -> dict[str, Any]:
-    """Boxes of the visible solids by link, in [m], from the fake's bodies."""
+    """Return the bounding boxes of visible solids by link, in [m], from the bodies of the fake."""
     links = link_of(read_design(design, meshes=False, masses=None))
     found: dict[str, list[Any]] = {}
     for occurrence in design.rootComponent.allOccurrences:
@@ -74,7 +74,7 @@ def boxes_of_links(design: Any) -> dict[str, Any]:
 
 @pytest.mark.parametrize("root_body", [False, True])
 def test_4_joints_to_the_root_and_the_ground(fusion: Any, tmp_path: Path, root_body: bool) -> None:
-    """'NoneType' object has no attribute 'component'."""
+    """Reported as: 'NoneType' object has no attribute 'component'."""
     made = export(designs.joint_to_root(root_body=root_body), tmp_path / "robot")
     (joint,) = [joint for joint in made.robot.joints if joint.name == "root_joint"]
     assert joint.child == "upper"
@@ -82,7 +82,7 @@ def test_4_joints_to_the_root_and_the_ground(fusion: Any, tmp_path: Path, root_b
 
 
 def test_5_joint_origins_are_read(fusion: Any, tmp_path: Path) -> None:
-    """They have no `origin` of their own."""
+    """Joint origins of Fusion have no attribute `origin`."""
     made = export(designs.joint_origins(), tmp_path / "robot")
     assert {joint.name for joint in made.robot.joints} >= {"upper_joint", "lower_joint"}
     np.testing.assert_allclose(positions(made)["lower_joint"], (0.0, 0.0, 0.1), atol=1e-12)
@@ -91,7 +91,7 @@ def test_5_joint_origins_are_read(fusion: Any, tmp_path: Path) -> None:
 def test_6_inertias_of_several_bodies_small_parts_and_overridden_masses(
     fusion: Any, tmp_path: Path
 ) -> None:
-    """Summed without parallel axes; rounded to 0; the user's mass ignored."""
+    """Reported as: no parallel-axis theorem; rounding to 0; masses set by the user ignored."""
     shape = export(designs.l_shape(), tmp_path / "a").robot.link("lower").inertia
     boxes = [(60.0, (2.0, 3.0, 10.0), (0.0, 5.0)), (36.0, (6.0, 3.0, 2.0), (4.0, 1.0))]
     masses = np.array([7.85e-3 * volume for volume, _, _ in boxes])
@@ -112,7 +112,7 @@ def test_6_inertias_of_several_bodies_small_parts_and_overridden_masses(
 
 
 def test_7_lengths_are_metres_everywhere(fusion: Any, tmp_path: Path) -> None:
-    """Meshes a thousand times too large; sliders in cm."""
+    """Reported as: meshes a thousand times too large; sliders in cm."""
     build = Builder("slider", units="ft")
     base = build.place("base", grounded=True)
     cart = build.place("cart", translation((0.0, 0.0, 50.0)))
@@ -128,8 +128,8 @@ def test_7_lengths_are_metres_everywhere(fusion: Any, tmp_path: Path) -> None:
         np.testing.assert_allclose(mesh.extents, 0.2, rtol=1e-6)
 
 
-def test_8_copies_of_a_component_have_meshes_of_their_own(fusion: Any, tmp_path: Path) -> None:
-    """The meshes of one overwrote those of the other."""
+def test_8_copies_of_a_component_have_separate_meshes(fusion: Any, tmp_path: Path) -> None:
+    """Reported as: the meshes of one copy overwrote the meshes of the other."""
     made = export(designs.component_twice(), tmp_path / "robot")
     paths = [mesh.uri for link in made.robot.links for mesh in link.meshes]
     assert len(paths) == len(set(paths)) == 6
@@ -140,10 +140,10 @@ def test_8_copies_of_a_component_have_meshes_of_their_own(fusion: Any, tmp_path:
     assert [via.link for via in muscle.via_points] == ["palm", "left"]
 
 
-def test_9_loops_are_reported_and_cut_and_constraints_are_read_round(
+def test_9_loops_are_reported_and_cut_and_constraints_are_tolerated(
     fusion: Any, tmp_path: Path
 ) -> None:
-    """Two parents, silently; reading allJoints raised InternalValidationError."""
+    """Reported as: two parents without a message; allJoints raised InternalValidationError."""
     design = designs.closed_loop()
     (loop,) = [f for f in findings_of(design) if f.is_error]
     assert all(repr(name) in loop.message for name in "abcd")
@@ -154,8 +154,8 @@ def test_9_loops_are_reported_and_cut_and_constraints_are_read_round(
     assert {joint.name for joint in made.robot.joints} >= {"upper_joint", "lower_joint"}
 
 
-def test_10_collisions_are_chosen_and_named_apart(fusion: Any, tmp_path: Path) -> None:
-    """No choice, and two collisions of one name."""
+def test_10_collisions_are_selectable_with_unique_names(fusion: Any, tmp_path: Path) -> None:
+    """Reported as: no choice of collisions, and two collisions with the same name."""
     design = designs.l_shape()
     for choice in ("none", "mesh", "convex_hull"):
         made = export(design, tmp_path / choice, collision=choice)
@@ -170,7 +170,7 @@ def test_10_collisions_are_chosen_and_named_apart(fusion: Any, tmp_path: Path) -
 
 
 def test_names_of_any_script_are_exported(fusion: Any, tmp_path: Path) -> None:
-    """Beside the ten: unicode names stopped the export."""
+    """In addition to the ten: unicode names stopped the export."""
     design = designs.unicode_names()
     with running():
         press_export(fusion, tmp_path / "робот 1")
@@ -198,10 +198,10 @@ REFUSED = {
 @pytest.mark.cases(19)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", designs.FEATURES)
-def test_a_complained_of_design_is_exported_or_refused_with_a_reason(
+def test_reported_designs_are_exported_or_rejected_with_a_reason(
     fusion: Any, tmp_path: Path, name: str
 ) -> None:
-    """Beside the ten: broken messages instead of a hint of what to do."""
+    """In addition to the ten: broken messages without advice."""
     design = designs.FEATURES[name]()
     findings = findings_of(design)
     assert all("\n" not in str(f) and "Traceback" not in str(f) for f in findings)
@@ -217,8 +217,8 @@ def test_a_complained_of_design_is_exported_or_refused_with_a_reason(
         np.testing.assert_allclose(placed[link].bounds, boxes[link], atol=1e-4)
 
 
-def test_a_turned_copy_stays_turned(fusion: Any, tmp_path: Path) -> None:
-    """Beside the ten: a bar that is twice there, once turned by a quarter."""
+def test_rotated_copy_keeps_its_rotation(fusion: Any, tmp_path: Path) -> None:
+    """In addition to the ten: a bar with two occurrences, one of them rotated by 90°."""
     build = Builder("bars")
     one = build.place("bar", grounded=True)
     build.box(one, (10.0, 1.0, 2.0))

@@ -1,4 +1,4 @@
-"""One test for each defect of the original SDFusion, by its number in the list of facts."""
+"""Tests of the known defects of the original SDFusion, by number."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from fake_fusion import Builder, designs
-from fake_fusion.driver import Refused
+from fake_fusion.driver import Rejected
 from fake_fusion.maths import rotation, translation
 from support.designs.exported import (
     EXPORT,
@@ -30,7 +30,7 @@ ADDIN = Path(addin_sdfusion.__file__).parent
 
 
 def same_robots(one: Robot, other: Robot, *, gravity: bool = True) -> None:
-    """Whether two robots move alike."""
+    """Check that two robots have the same dynamics."""
     a, b = DartDynamics(one), DartDynamics(other)
     rng = np.random.default_rng(1)
     for q in rng.uniform(-0.7, 0.7, (5, len(a.coordinate_names))):
@@ -40,8 +40,8 @@ def same_robots(one: Robot, other: Robot, *, gravity: bool = True) -> None:
             np.testing.assert_allclose(a.gravity(q), b.gravity(q), rtol=0, atol=1e-9)
 
 
-def test_1_caspr_bodies_hold_the_robot(fusion: Any, tmp_path: Path) -> None:
-    """They crashed with the first joint; masses, inertias, types and parents were wrong."""
+def test_1_caspr_bodies_describe_the_robot(fusion: Any, tmp_path: Path) -> None:
+    """The export crashed at the first joint; masses, inertias, types and parents were wrong."""
     made = export(designs.two_link_arm(seed=4, nesting=2), tmp_path / "arm")
     (bodies,) = (made.folder / "caspr").glob("*_bodies.xml")
     caspr = read_robot(bodies)
@@ -49,8 +49,8 @@ def test_1_caspr_bodies_hold_the_robot(fusion: Any, tmp_path: Path) -> None:
     same_robots(caspr, made.robot)
 
 
-def test_2_an_existing_folder_is_exported_to_again(fusion: Any, tmp_path: Path) -> None:
-    """The second export crashed; and files of the user's must stay."""
+def test_2_an_existing_folder_can_be_exported_to_again(fusion: Any, tmp_path: Path) -> None:
+    """The second export crashed. Files of the user must be kept."""
     design = designs.two_link_arm()
     first = export(design, tmp_path / "arm").contents()
     (tmp_path / "arm/notes.txt").write_text("mine")
@@ -62,8 +62,8 @@ def test_2_an_existing_folder_is_exported_to_again(fusion: Any, tmp_path: Path) 
 
 
 @pytest.mark.parametrize("drawn", [designs.things_to_pick, designs.small_parts])
-def test_3_the_design_stays_as_it_is(fusion: Any, tmp_path: Path, drawn: Any) -> None:
-    """Sketches and small parts were deleted, copies of components left behind."""
+def test_3_the_design_is_unchanged(fusion: Any, tmp_path: Path, drawn: Any) -> None:
+    """Sketches and small parts were deleted, and copies of components remained."""
     drawn()
     before = fusion.fingerprint(), fusion.design.rootComponent.sketches.count
     with running():
@@ -78,7 +78,7 @@ def test_3_the_design_stays_as_it_is(fusion: Any, tmp_path: Path, drawn: Any) ->
 def test_4_a_second_export_in_one_session_has_no_points_of_the_first(
     fusion: Any, tmp_path: Path
 ) -> None:
-    """Via points doubled, also across documents."""
+    """Via points were duplicated, also across documents."""
     many, few = designs.two_link_arm(), designs.many_numbers()
     with running():
         for folder, design in (("a", few), ("b", many), ("c", few)):
@@ -117,7 +117,7 @@ def test_5_every_setting_changes_the_files(fusion: Any, tmp_path: Path) -> None:
         export(design, tmp_path / "c/arm", links="components", components=("base:1",))
 
 
-def test_6_numbers_are_numbers(fusion: Any, tmp_path: Path) -> None:
+def test_6_numbers_in_names_are_compared_as_numbers(fusion: Any, tmp_path: Path) -> None:
     """`10` came before `2`; links like `a_0` were read wrongly; `(1)` became a number."""
     (muscle,) = export(designs.many_numbers(), tmp_path / "a").robot.muscles
     heights = [via.position[2] for via in muscle.via_points if via.link == "base"]
@@ -132,10 +132,10 @@ def test_6_numbers_are_numbers(fusion: Any, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_7_nested_points_and_bodies_are_where_they_are(
+def test_7_nested_points_and_bodies_have_correct_positions(
     fusion: Any, tmp_path: Path, seed: int
 ) -> None:
-    """Points, joints and bodies in sub-components were taken in their components' frames."""
+    """Points, joints and bodies in sub-components were read in the frames of their components."""
     flat = export(designs.two_link_arm(), tmp_path / "a").robot
     nested = export(designs.two_link_arm(nesting=3, seed=seed), tmp_path / "b").robot
     same_robots(nested, flat)
@@ -144,10 +144,8 @@ def test_7_nested_points_and_bodies_are_where_they_are(
 
 
 @pytest.mark.slow
-def test_8_joint_origins_as_built_inferred_and_joints_to_the_root(
-    fusion: Any, tmp_path: Path
-) -> None:
-    """A crash, or silence."""
+def test_8_all_kinds_of_joint_references_are_read(fusion: Any, tmp_path: Path) -> None:
+    """The export crashed or ignored the joints."""
     plain = export(designs.two_link_arm(), tmp_path / "a").robot
     for k, how in enumerate(("by_origins", "as_built")):
         same_robots(export(designs.two_link_arm(**{how: True}), tmp_path / f"{k}").robot, plain)
@@ -156,8 +154,8 @@ def test_8_joint_origins_as_built_inferred_and_joints_to_the_root(
     assert "unsupported-joint" in codes_of(designs.inferred_joint())
 
 
-def test_9_limits_count_where_they_are_enabled(fusion: Any, tmp_path: Path) -> None:
-    """Limits that were off became 0 .. 0: the joint was locked."""
+def test_9_only_enabled_limits_are_exported(fusion: Any, tmp_path: Path) -> None:
+    """Disabled limits became 0 .. 0, which locked the joint."""
     robot = export(designs.limits(), tmp_path / "robot").robot
     found = {c.name: (c.lower, c.upper) for c in robot.coordinates}
     free = float("inf")
@@ -170,7 +168,7 @@ def test_9_limits_count_where_they_are_enabled(fusion: Any, tmp_path: Path) -> N
 
 @pytest.mark.parametrize("drawn", [designs.unexported_link, designs.case_differences])
 def test_10_points_on_unknown_links_are_reported(fusion: Any, tmp_path: Path, drawn: Any) -> None:
-    """'No constructor defined'."""
+    """The export failed with 'No constructor defined'."""
     design = drawn()
     (tmp_path / "robot").mkdir()
     with pytest.raises(RobotError) as caught:
@@ -182,8 +180,10 @@ def test_10_points_on_unknown_links_are_reported(fusion: Any, tmp_path: Path, dr
 
 
 @pytest.mark.parametrize("drawn", [designs.no_groups, designs.single_cube])
-def test_11_without_rigid_groups_there_is_a_robot(fusion: Any, tmp_path: Path, drawn: Any) -> None:
-    """The progress dialog was shown from 0 to 0, which Fusion rejects."""
+def test_11_designs_without_rigid_groups_are_exported(
+    fusion: Any, tmp_path: Path, drawn: Any
+) -> None:
+    """The progress dialog had the range 0 to 0, which Fusion rejects."""
     drawn()
     with running():
         command = press_export(fusion, tmp_path / "robot")
@@ -194,10 +194,10 @@ def test_11_without_rigid_groups_there_is_a_robot(fusion: Any, tmp_path: Path, d
 
 
 @pytest.mark.parametrize("axis", [(0.0, 1.0, 0.0), (1.0, 0.0, 0.0)])
-def test_12_a_quarter_turn_and_a_named_centre_of_mass(
+def test_12_a_rotation_by_90_degrees_and_a_centre_of_mass_point(
     fusion: Any, tmp_path: Path, axis: Any
 ) -> None:
-    """Division by the cosine of pitch; and COM_ moved the frame, but not the inertia."""
+    """Division by the cosine of pitch; COM_ points moved the frame but not the inertia."""
     quarter = rotation(np.pi / 2, axis)
     turned = export(designs.two_link_arm(motion=quarter), tmp_path / "a").robot
     same_robots(turned, export(designs.two_link_arm(), tmp_path / "b").robot, gravity=False)
@@ -214,7 +214,7 @@ def test_12_a_quarter_turn_and_a_named_centre_of_mass(
 
 @pytest.mark.slow
 def test_12_no_thread_calls_the_api() -> None:
-    """The API is for the main thread."""
+    """The API may be called only from the main thread."""
     for file in ADDIN.rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             names = []
@@ -231,12 +231,14 @@ def test_12_no_thread_calls_the_api() -> None:
             }, file
 
 
-def test_13_buttons_come_and_go_and_follow_the_document(fusion: Any, tmp_path: Path) -> None:
-    """No button, no stop(); the root component was that of the import."""
+def test_13_buttons_are_added_and_removed_and_use_the_active_document(
+    fusion: Any, tmp_path: Path
+) -> None:
+    """There was no button and no stop(); the root component was read at import."""
     before = fusion.buttons()
     with running():
         assert len(fusion.buttons()) == len(before) + 3
-        with pytest.raises(Refused):
+        with pytest.raises(Rejected):
             fusion.run_command(EXPORT).ok()
         assert "Open a design first" in fusion.messages[-1]
         first, second = designs.two_link_arm(), designs.no_groups()
@@ -249,10 +251,8 @@ def test_13_buttons_come_and_go_and_follow_the_document(fusion: Any, tmp_path: P
 
 
 @pytest.mark.parametrize("units", ["mm", "in", "m"])
-def test_13_meshes_are_in_metres_whatever_the_units_are(
-    fusion: Any, tmp_path: Path, units: str
-) -> None:
-    """They were scaled by 0.001, as if designs were always in mm."""
+def test_13_meshes_are_in_metres_for_any_unit(fusion: Any, tmp_path: Path, units: str) -> None:
+    """Meshes were scaled by 0.001, which assumes designs in mm."""
     build = Builder("cube", units=units)
     build.box((), (20.0, 10.0, 30.0))
     made = export(build.done(), tmp_path / "robot")
@@ -263,8 +263,8 @@ def test_13_meshes_are_in_metres_whatever_the_units_are(
     assert "0.001 0.001 0.001" not in made.sdf
 
 
-def test_14_the_sdf_file_is_of_today(fusion: Any, tmp_path: Path) -> None:
-    """use_parent_model_frame, no effort, velocity or damping, the visual mesh as collision."""
+def test_14_the_sdf_file_is_up_to_date(fusion: Any, tmp_path: Path) -> None:
+    """use_parent_model_frame; no effort, velocity or damping; the visual mesh as collision."""
     made = export(designs.two_link_arm(), tmp_path / "robot")
     assert '<sdf version="1.7">' in made.sdf
     assert "use_parent_model_frame" not in made.sdf
@@ -285,7 +285,7 @@ def test_14_the_sdf_file_is_of_today(fusion: Any, tmp_path: Path) -> None:
 def test_14_what_libsdformat_rejects_is_not_exported(
     fusion: Any, tmp_path: Path, drawn: Any, code: str
 ) -> None:
-    """11 of 25 published models were rejected, two had loops."""
+    """11 of 25 published models were rejected; two had loops."""
     design = drawn()
     with pytest.raises(RobotError) as caught:
         export(design, tmp_path / "robot")
@@ -294,7 +294,7 @@ def test_14_what_libsdformat_rejects_is_not_exported(
 
 
 def test_14_an_impossible_inertia_is_reported(fusion: Any) -> None:
-    """Eight models broke the triangle inequality."""
+    """Eight models violated the triangle inequality."""
     build = Builder("impossible")
     body = build.place("base", translation((0.0, 0.0, 1.0)), grounded=True)
     build.explicit(body, 1.0, inertia=np.diag([1.0, 1.0, 5.0]))

@@ -1,4 +1,4 @@
-"""Snapshots as files: they come back as they were, and what is damaged is rejected by its key."""
+"""Tests of snapshot files: they are read back unchanged, and damaged files are rejected."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ def plain(snapshot: DesignSnapshot) -> dict[str, Any]:
 
 
 def refused(tmp_path: Path, content: Any) -> InputError:
-    """The error of a file's content."""
+    """Return the error for the content of a file."""
     file = tmp_path / "snapshot.json"
     text = content if isinstance(content, str) else json.dumps(content)
     file.write_text(text, encoding="utf-8")
@@ -157,7 +157,9 @@ def refused(tmp_path: Path, content: Any) -> InputError:
 
 @pytest.mark.slow
 @given(SNAPSHOTS)
-def test_comes_back_as_it_was(tmp_path_factory: pytest.TempPathFactory, made: Any) -> None:
+def test_snapshot_is_read_back_unchanged(
+    tmp_path_factory: pytest.TempPathFactory, made: Any
+) -> None:
     file = write_snapshot(made, tmp_path_factory.mktemp("s") / "folder" / "snapshot.json")
     back = read_snapshot(file)
     assert back == made
@@ -175,8 +177,8 @@ def test_text_is_the_same_every_time_and_plain_ascii(snapshot: DesignSnapshot) -
     assert json.loads(text).keys() == {"format", "design"}
 
 
-def test_the_schema_is_that_of_what_the_addin_writes() -> None:
-    """Of every design of the fake Fusion."""
+def test_schema_accepts_written_snapshots() -> None:
+    """All designs of the fake Fusion are checked."""
     validator = jsonschema.Draft202012Validator(file_schema())
     with fake_fusion.install():
         from addin_sdfusion.fusion.design import read_design
@@ -187,7 +189,7 @@ def test_the_schema_is_that_of_what_the_addin_writes() -> None:
 
 
 @pytest.mark.slow
-def test_what_is_no_snapshot(tmp_path: Path) -> None:
+def test_other_files_are_rejected(tmp_path: Path) -> None:
     for content in ("", "{", "[]", "7", "null", '{"design": {}}', "[" * 100_000, "\x00"):
         assert refused(tmp_path, content).key is None
     (tmp_path / "binary.json").write_bytes(b"\xff\xfe\x00")
@@ -200,14 +202,16 @@ def test_what_is_no_snapshot(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("version", [0, FORMAT + 1, "1", None, 1.5, [1], True, 1.0])
-def test_other_formats_are_refused(tmp_path: Path, snapshot: DesignSnapshot, version: Any) -> None:
+def test_unknown_formats_are_rejected(
+    tmp_path: Path, snapshot: DesignSnapshot, version: Any
+) -> None:
     error = refused(tmp_path, plain(snapshot) | {"format": version})
     assert error.key == "format"
     assert str(FORMAT) in error.what
 
 
-def test_format_1_is_brought_to_this_one(tmp_path: Path) -> None:
-    """It held muscles, and what points and faces are, as texts of attributes."""
+def test_format_1_is_converted(tmp_path: Path) -> None:
+    """Format 1 stored muscles and the uses of points and faces as texts of attributes."""
     use = SurfaceUse("elbow", "upper", (WrapUse("flexor", 1, -1),))
     face = SurfaceSnapshot("upper:1", "sphere", 0.02, (0.4, 0.0, 0.0), use=use)
     snapshot = replace(arm(), surfaces=(face,))
@@ -261,7 +265,7 @@ CHANGES: list[tuple[tuple[Any, ...], Any, str]] = [
 
 
 @pytest.mark.parametrize(("where", "value", "key"), CHANGES)
-def test_message_names_the_key(
+def test_message_contains_the_key(
     tmp_path: Path, snapshot: DesignSnapshot, where: Any, value: Any, key: str
 ) -> None:
     content = plain(snapshot)
@@ -272,7 +276,7 @@ def test_message_names_the_key(
     assert refused(tmp_path, content).key == key
 
 
-def test_missing_key_is_named(tmp_path: Path, snapshot: DesignSnapshot) -> None:
+def test_missing_key_is_reported(tmp_path: Path, snapshot: DesignSnapshot) -> None:
     content = plain(snapshot)
     del content["design"]["bodies"][0]["name"]
     error = refused(tmp_path, content)
@@ -290,12 +294,12 @@ def packed(data: bytes) -> str:
         "not base64!",
         "AAA",
         packed(b"no zlib at all"),
-        packed(zlib.compress(b"1234567")),  # no whole numbers
-        packed(zlib.compress(bytes(8000))[:-5]),  # its end is missing
-        packed(zlib.compress(bytes(8000))[:-1] + b"\x00"),  # its check sum is wrong
+        packed(zlib.compress(b"1234567")),  # not a multiple of the item size
+        packed(zlib.compress(bytes(8000))[:-5]),  # truncated
+        packed(zlib.compress(bytes(8000))[:-1] + b"\x00"),  # wrong checksum
     ],
 )
-def test_damaged_numbers_are_refused(
+def test_damaged_numbers_are_rejected(
     tmp_path: Path, snapshot: DesignSnapshot, damaged: str
 ) -> None:
     content = plain(snapshot)
@@ -307,7 +311,7 @@ def test_damaged_numbers_are_refused(
 
 @pytest.mark.slow
 @given(SNAPSHOTS, st.data())
-def test_any_flipped_byte_is_read_or_refused(
+def test_any_flipped_byte_is_read_or_rejected(
     tmp_path_factory: pytest.TempPathFactory, made: DesignSnapshot, data: st.DataObject
 ) -> None:
     text = bytearray(snapshot_text(made), encoding="ascii")
@@ -315,14 +319,14 @@ def test_any_flipped_byte_is_read_or_refused(
         text[data.draw(st.integers(0, len(text) - 1))] = data.draw(st.integers(0, 255))
     file = tmp_path_factory.getbasetemp() / "flipped.json"
     file.write_bytes(text)
-    with contextlib.suppress(InputError):  # no other error comes
+    with contextlib.suppress(InputError):  # no other error may be raised
         read_snapshot(file)
 
 
-def test_bombs_are_refused(
+def test_decompression_bombs_are_rejected(
     tmp_path: Path, snapshot: DesignSnapshot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A few bytes that unpack to more than a file may hold, without being unpacked whole."""
+    """A few bytes that expand to more than the limit are not completely decompressed."""
     monkeypatch.setattr(limits, "SNAPSHOT_UNPACKED", 2**16)
     content = plain(snapshot)
     content["design"]["bodies"][0]["mesh"]["nodes"]["zlib"] = packed(zlib.compress(bytes(2**24)))
@@ -331,10 +335,10 @@ def test_bombs_are_refused(
     assert "too many" in error.what
 
 
-def test_many_small_bombs_are_one(
+def test_total_decompressed_size_is_limited(
     tmp_path: Path, snapshot: DesignSnapshot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What a file unpacks to is limited as a whole."""
+    """The total decompressed size of a file is limited."""
     monkeypatch.setattr(limits, "SNAPSHOT_UNPACKED", 2**16)
     content = plain(snapshot)
     body = content["design"]["bodies"][0]
@@ -351,7 +355,7 @@ def test_many_small_bombs_are_one(
 def test_a_file_that_is_too_large_is_not_read(
     tmp_path: Path, snapshot: DesignSnapshot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Nor written: it could not be read again."""
+    """It is not written either, because it could not be read again."""
     monkeypatch.setattr(limits, "SNAPSHOT", 1000)
     assert "larger than" in refused(tmp_path, " " * 2000).what
     with pytest.raises(InputError, match="larger than"):
@@ -359,7 +363,7 @@ def test_a_file_that_is_too_large_is_not_read(
     assert not (tmp_path / "large.json").exists()
 
 
-def test_a_file_of_many_values_is_not_parsed(
+def test_a_file_with_too_many_values_is_not_parsed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(limits, "SNAPSHOT_VALUES", 1000)

@@ -1,4 +1,4 @@
-"""Designs become the robots that somebody would have written by hand."""
+"""Tests of robots built from designs, compared with robots written by hand."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def in_order_of(robot: Robot, q: dict[str, float]) -> Any:
 
 @pytest.mark.slow
 @given(drawn_designs(), st.integers(0, 1000))
-def test_a_drawn_robot_is_the_written_one(drawn: Drawn, seed: int) -> None:
+def test_a_drawn_robot_equals_the_written_one(drawn: Drawn, seed: int) -> None:
     made, robot = built(drawn.snapshot)
     assert build_robot(shuffled(drawn.snapshot, seed)) == made
     written = {c.name: c for c in drawn.robot.coordinates}
@@ -67,7 +67,7 @@ def test_a_drawn_robot_is_the_written_one(drawn: Drawn, seed: int) -> None:
 
 @pytest.mark.slow
 @given(drawn_designs())
-def test_at_its_initial_pose_everything_is_where_the_design_has_it(drawn: Drawn) -> None:
+def test_initial_pose_equals_the_pose_of_the_design(drawn: Drawn) -> None:
     made, robot = built(drawn.snapshot)
     poses = forward(robot, initial(robot))
     for link in robot.links:
@@ -104,7 +104,7 @@ def test_with_all_coordinates_at_zero_every_frame_is_parallel_to_the_world(drawn
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "rigid"])
 @pytest.mark.parametrize("seed", range(4))
 def test_a_coordinate_moves_the_child_about_the_axis_of_the_design(kind: str, seed: int) -> None:
-    """Independent of the writer of robots: matrices about the axes of the snapshot."""
+    """Compare with rotation matrices about the axes of the snapshot."""
     drawn = Draughtsman(seed, 3, [kind], nesting=1).draw()
     _, robot = built(drawn.snapshot)
     q0 = initial(robot)
@@ -118,7 +118,7 @@ def test_a_coordinate_moves_the_child_about_the_axis_of_the_design(kind: str, se
             name = f"{joint.name}_{motion.role}" if motion.role else joint.name
             after = forward(robot, {**q0, name: q0[name] + step})
 
-            # The frame on `two` has the snapshot's axes; the pose of `one` in it follows m1 m2 m3.
+            # The frame on `two` has the axes of the snapshot; m1 m2 m3 is the pose of `one` in it.
             def chain(values: list[float], joint: Any = joint) -> Any:
                 T = np.eye(4)
                 for m, value in zip(joint.motions, values, strict=True):
@@ -137,7 +137,7 @@ def test_a_coordinate_moves_the_child_about_the_axis_of_the_design(kind: str, se
 
 @pytest.mark.parametrize("groups", [True, False])
 def test_a_design_with_y_up_is_the_same_robot_as_one_with_z_up(groups: bool) -> None:
-    """Drawn twice: once as it is, once turned back by a quarter, so that y is up."""
+    """The second design is rotated by -90°, so that y is up."""
     drawn = Draughtsman(3, 4, groups=groups, rotated=True).draw()
     R = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 
@@ -207,6 +207,6 @@ def test_links_of_occurrences_are_reported_without_bodies_and_masses() -> None:
             )
 
 
-def test_check_gives_the_same_findings() -> None:
+def test_check_returns_the_same_findings() -> None:
     snapshot = Draughtsman(2, 3).draw().snapshot
     assert check_design(snapshot) == list(build_robot(snapshot).findings)

@@ -1,4 +1,4 @@
-"""Designs drawn in the fake Fusion, read and built: the robots that they were drawn from."""
+"""Tests of robots built from designs in the fake Fusion, compared with the original robots."""
 
 from __future__ import annotations
 
@@ -35,7 +35,9 @@ def built(design: Any) -> tuple[BuiltRobot, Robot]:
     ],
 )
 @pytest.mark.parametrize("moved", [False, True])
-def test_the_arm_of_the_example_is_the_example(fusion: Fake, how: Any, moved: bool) -> None:
+def test_a_drawing_of_the_example_arm_equals_the_example(
+    fusion: Fake, how: Any, moved: bool
+) -> None:
     motion = designs.random_motion(random.Random(4)) if moved else None
     _, robot = built(designs.two_link_arm(motion=motion, **how))
     drawn, written = DartDynamics(robot), DartDynamics(planar_2r())
@@ -52,9 +54,7 @@ def test_the_arm_of_the_example_is_the_example(fusion: Fake, how: Any, moved: bo
 
 
 @pytest.mark.parametrize("axes", ["fixed", "carried"])
-def test_a_ball_joint_is_the_same_at_any_pose_and_turns_as_a_gimbal(
-    fusion: Fake, axes: Any
-) -> None:
+def test_a_ball_joint_is_the_same_at_any_pose_and_equals_a_gimbal(fusion: Fake, axes: Any) -> None:
     fusion.options.ball_vectors = axes
     values = (0.3, -0.4, 0.5)
     _, turned = built(designs.shoulder_with_gimbal(values=values))
@@ -70,7 +70,7 @@ def test_a_ball_joint_is_the_same_at_any_pose_and_turns_as_a_gimbal(
         np.testing.assert_allclose(a.muscle_jacobian(q), c.muscle_jacobian(q), atol=1e-12)
 
 
-def test_a_cube_is_a_robot(fusion: Fake) -> None:
+def test_a_cube_is_exported_as_a_robot(fusion: Fake) -> None:
     made, robot = built(designs.single_cube(2.0))
     assert [link.name for link in robot.links] == ["base"]
     assert robot.links[0].inertia.mass == pytest.approx(8e-3)

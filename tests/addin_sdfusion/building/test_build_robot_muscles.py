@@ -1,4 +1,4 @@
-"""The table of muscles in the frames of links; meshes; snapshots that are damaged."""
+"""Tests of muscles in link frames, of meshes, and of damaged snapshots."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ def face(name: str, after: int, shape: Any = "cylinder", **more: Any) -> Surface
 
 
 def displaced() -> DesignSnapshot:
-    """The arm with its shoulder at 0.7 rad."""
+    """Return the arm with its shoulder at 0.7 rad."""
     snapshot = arm()
     shoulder = snapshot.joints[0]
     moved = replace(shoulder, motions=(replace(shoulder.motions[0], value=0.7),))
     return replace(snapshot, joints=(moved, snapshot.joints[1]))
 
 
-def test_a_muscle_has_what_the_table_says() -> None:
+def test_a_muscle_has_the_properties_of_the_table() -> None:
     rows = (
         MuscleSnapshot("b", f_min=2.0, f_max=30.0, model="linear_spring", parameters={"k": 5.0}),
         MuscleSnapshot("a", f_min=0.0, f_max=float("inf")),
@@ -85,7 +85,7 @@ def test_wrap_surfaces_are_on_their_link_with_z_along_the_axis() -> None:
 
 
 @pytest.mark.parametrize("axis", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0, -1, 0)])
-def test_a_wrap_may_lie_along_any_axis(axis: Any) -> None:
+def test_a_wrap_surface_may_have_any_axis(axis: Any) -> None:
     snapshot = replace(arm(), surfaces=(face("shaft", 1, axis=tuple(map(float, axis))),))
     (shaft,) = robot_of(snapshot).wrap_surfaces
     np.testing.assert_allclose(matrix(shaft.pose)[:3, 2], axis, atol=1e-15)
@@ -116,7 +116,7 @@ def test_task_points_and_markers_are_operational_spaces() -> None:
 
 
 def test_the_axis_of_a_joint_is_moved_back_to_the_zero_pose() -> None:
-    """By hand: upper is turned by a quarter about z, so the elbow's y was x."""
+    """Manual calculation: upper is rotated by 90° about z, so y of the elbow was x."""
     snapshot = arm()
     shoulder, elbow = snapshot.joints
     quarter = replace(shoulder.motions[0], value=float(np.pi / 2))
@@ -147,7 +147,7 @@ def test_meshes_of_a_design_with_y_up_are_in_the_world_frame() -> None:
     )
 
 
-def test_a_snapshot_from_its_file_is_the_same_robot(tmp_path: Path) -> None:
+def test_a_snapshot_read_from_a_file_results_in_the_same_robot(tmp_path: Path) -> None:
     snapshot = Draughtsman(7, 4).draw().snapshot
     again = read_snapshot(write_snapshot(snapshot, tmp_path / "design.json"))
     assert build_robot(again) == build_robot(snapshot)
@@ -182,7 +182,7 @@ PLACES = st.sampled_from(
 
 
 def _strange(old: Any, value: Any) -> Any:
-    """A value of the same type, as a snapshot's file may have it."""
+    """Return a value of the same type that a damaged snapshot file may contain."""
     if isinstance(old, str):
         return value if isinstance(value, str) else "strange"
     if isinstance(old, bool):
@@ -215,7 +215,7 @@ def _strange(old: Any, value: Any) -> Any:
         up_axis=st.sampled_from(["y", "z"]),
     ),
 )
-def test_a_damaged_snapshot_gives_findings_and_no_exception(
+def test_a_damaged_snapshot_results_in_findings_without_exception(
     seed: int, groups: bool, damages: Any, chosen: ExportSettings
 ) -> None:
     snapshot = Draughtsman(seed, 3, groups=groups, muscles=1).draw().snapshot

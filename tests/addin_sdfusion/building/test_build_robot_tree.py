@@ -1,4 +1,4 @@
-"""Trees of links: where they start, parents, closed loops, names."""
+"""Tests of trees of links: roots, parents, closed loops, names."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ NAMES = ("a", "b", "c", "d")
 
 
 def design(*joints: Any, grounded: str = "", links: Any = NAMES, **more: Any) -> DesignSnapshot:
-    """Links that are components, at different places."""
+    """Return a design whose links are components at different positions."""
     given = {
         "occurrences": tuple(part(f"{n}:1", grounded=n in grounded) for n in links),
         "bodies": tuple(
@@ -71,7 +71,7 @@ def test_a_single_cube_without_groups_is_a_robot() -> None:
     assert codes(made) == []
 
 
-def test_the_grounded_link_is_the_base_whatever_the_joints_say() -> None:
+def test_the_grounded_link_is_the_base_for_any_joint_direction() -> None:
     made = build_robot(design(*CHAIN, grounded="c"))
     assert tree(made) == [
         ("world_c", "world", "c"),
@@ -83,13 +83,13 @@ def test_the_grounded_link_is_the_base_whatever_the_joints_say() -> None:
     assert codes(made) == []
 
 
-def test_without_ground_the_base_is_the_link_that_is_never_a_child() -> None:
+def test_without_ground_the_base_is_the_link_that_is_not_a_child() -> None:
     made = build_robot(design(*CHAIN))
     assert made.base == "a"
     assert codes(made) == []
 
 
-def test_the_link_that_is_jointed_to_the_root_is_carried_by_that_joint() -> None:
+def test_a_joint_to_the_root_is_the_parent_joint_of_its_link() -> None:
     made = build_robot(design(*CHAIN, revolute("ground", "b:1", "")))
     assert tree(made)[0] == ("ground", "world", "b")
     assert codes(made) == []
@@ -101,7 +101,7 @@ def test_the_link_that_is_jointed_to_the_root_is_carried_by_that_joint() -> None
     assert [-x for x in one.axis] == list(two.axis)
 
 
-def test_the_chosen_base_wins_and_says_what_it_ignores() -> None:
+def test_the_chosen_base_takes_precedence_and_ignored_grounds_are_reported() -> None:
     chosen = ExportSettings(base="d")
     made = build_robot(design(*CHAIN, grounded="a", settings=chosen))
     assert made.base == "d"
@@ -111,7 +111,7 @@ def test_the_chosen_base_wins_and_says_what_it_ignores() -> None:
     assert "no link 'D' (known: a, b, c, d)" in unknown.findings[0].message
 
 
-def test_two_grounded_links_of_one_tree_are_an_error_that_names_both() -> None:
+def test_two_grounded_links_of_one_tree_are_an_error() -> None:
     made = build_robot(design(*CHAIN, grounded="ad"))
     assert codes(made) == ["several-bases"]
     assert "'a', 'd'" in made.findings[0].message
@@ -120,7 +120,7 @@ def test_two_grounded_links_of_one_tree_are_an_error_that_names_both() -> None:
     ]
 
 
-def test_grounded_links_that_nothing_connects_are_each_fixed_to_the_world() -> None:
+def test_unconnected_grounded_links_are_each_fixed_to_the_world() -> None:
     made = build_robot(design(*CHAIN[:2], grounded="ad"))
     assert made.robot is not None
     assert fused(made.robot) == ["world_a", "world_d"]
@@ -136,13 +136,13 @@ def test_grounded_links_that_nothing_connects_are_each_fixed_to_the_world() -> N
     assert fused(made.robot) == ["world_d"]
 
 
-def test_two_roots_without_ground_are_an_error_that_names_both() -> None:
+def test_two_roots_without_ground_are_an_error() -> None:
     made = build_robot(design(CHAIN[0], CHAIN[2]))
     assert codes(made) == ["several-bases"]
     assert "'a', 'c'" in made.findings[0].message
 
 
-def test_links_that_nothing_connects_are_reported() -> None:
+def test_unconnected_links_are_reported() -> None:
     made = build_robot(design(CHAIN[0], CHAIN[2], grounded="a"))
     assert codes(made) == ["link-not-connected"]
     assert "'c'" in made.findings[0].message
@@ -163,7 +163,7 @@ def test_a_closed_loop_names_its_joints_and_one_can_be_cut() -> None:
         assert name not in [j[0] for j in tree(cut)]
 
 
-def test_two_loops_are_two_findings_and_the_rest_of_the_tree_is_in_none() -> None:
+def test_two_loops_are_two_findings_without_other_joints() -> None:
     ends = ("e", "f")
     snapshot = design(
         *LOOP, joint("ac", "a", "c"), joint("ae", "e", "a"), joint("ef", "f", "e"),
@@ -178,7 +178,7 @@ def test_a_loop_without_ground_has_no_base() -> None:
     assert codes(build_robot(design(*LOOP))) == ["no-base", "closed-loop"]
 
 
-def test_a_joint_to_cut_that_is_not_there_is_reported() -> None:
+def test_an_unknown_joint_to_cut_is_reported() -> None:
     made = build_robot(design(*CHAIN, settings=ExportSettings(cut_joints=("EXPORT_bd",))))
     assert codes(made) == ["unknown-cut-joint"]
 
@@ -189,7 +189,7 @@ def test_a_cut_joint_may_be_broken() -> None:
     assert codes(made) == ["cut-joint"]
 
 
-def test_rigid_joints_stay_and_those_between_what_is_rigid_already_are_left_out() -> None:
+def test_redundant_rigid_joints_are_not_exported() -> None:
     made = build_robot(
         design(
             *CHAIN[:2],
@@ -212,14 +212,14 @@ def test_rigid_groups_hold_components_together() -> None:
     assert codes(made) == []
 
 
-def test_what_carries_links_is_in_the_order_of_its_names() -> None:
+def test_joints_are_in_the_order_of_their_names() -> None:
     made = build_robot(
         design(*CHAIN[:1], groups=(GroupSnapshot("a group", ("a:1", "c:1")),), links=NAMES[:3])
     )
     assert [name for name, _, _ in tree(made)] == ["world_a", "a group", "ab"]
 
 
-def test_a_joint_that_holds_a_grounded_link_to_the_ground_is_reported() -> None:
+def test_a_joint_between_a_grounded_link_and_the_world_is_reported() -> None:
     made = build_robot(design(*CHAIN, revolute("ground", "a:1", ""), grounded="a"))
     assert codes(made) == ["joint-to-ground"]
     cut = ExportSettings(cut_joints=("ground",))
@@ -231,14 +231,14 @@ def test_a_joint_that_holds_a_grounded_link_to_the_ground_is_reported() -> None:
     assert codes(rigidly) == []
 
 
-def test_a_floating_base_lets_go_of_the_ground() -> None:
+def test_a_floating_base_has_no_joint_to_the_world() -> None:
     floating = ExportSettings(fixed_base=False)
     made = build_robot(design(*CHAIN, revolute("ground", "b:1", ""), settings=floating))
     assert codes(made) == ["joint-to-ground"]
     assert tree(made)[0] == ("world_b", "world", "b")
 
 
-def test_two_ways_to_the_ground_are_a_loop() -> None:
+def test_two_joints_to_the_world_are_a_loop() -> None:
     grounded = (revolute("g1", "a:1", ""), revolute("g2", "d:1", ""))
     made = build_robot(design(*CHAIN, *grounded))
     assert set(codes(made)) == {"several-bases", "joint-to-ground"}
@@ -249,7 +249,7 @@ def test_two_ways_to_the_ground_are_a_loop() -> None:
     assert codes(build_robot(design(*CHAIN, *grounded, settings=cut))) == ["cut-joint"]
 
 
-def test_the_bodies_of_the_root_are_a_link_that_is_the_ground() -> None:
+def test_the_bodies_of_the_root_are_a_grounded_link() -> None:
     root = body("", box((0.1, 0.1, 0.1)), name="Plate")
     snapshot = design(*CHAIN, revolute("ground", "a:1", ""))
     made = build_robot(replace(snapshot, bodies=(*snapshot.bodies, root)))
@@ -257,7 +257,7 @@ def test_the_bodies_of_the_root_are_a_link_that_is_the_ground() -> None:
     assert codes(made) == []
 
 
-def test_what_is_grounded_and_no_link_is_the_ground() -> None:
+def test_a_grounded_component_without_link_is_the_world() -> None:
     snapshot = arm()
     table = part("table:1", grounded=True)
     made = build_robot(
@@ -271,13 +271,13 @@ def test_what_is_grounded_and_no_link_is_the_ground() -> None:
     assert codes(made) == []
 
 
-def test_a_weld_to_the_world_finds_a_name_that_is_free() -> None:
+def test_a_fixed_joint_to_the_world_gets_an_unused_name() -> None:
     made = build_robot(design(joint("world_a", "b", "a"), links=("a", "b"), grounded="a"))
     assert [name for name, _, _ in tree(made)] == ["world_a_", "world_a"]
 
 
 @pytest.mark.parametrize("groups", [True, False])
-def test_what_is_below_a_link_goes_with_it(groups: bool) -> None:
+def test_children_of_a_link_component_belong_to_the_link(groups: bool) -> None:
     snapshot = arm()
     inner = (part("lower:1+hand:1", "lower:1"), part("lower:1+hand:1+nail:1", "lower:1+hand:1"))
     snapshot = replace(snapshot, occurrences=(*snapshot.occurrences, *inner))
@@ -289,7 +289,7 @@ def test_what_is_below_a_link_goes_with_it(groups: bool) -> None:
         assert link_of(nested)["lower:1+hand:1+nail:1"] == "hand"
 
 
-def test_repeated_components_are_links_of_their_own() -> None:
+def test_repeated_components_are_separate_links() -> None:
     paths = ("hand:1", "hand:1+finger:1", "hand:1+finger:2", "hand:2", "hand:2+finger:1")
     occurrences = tuple(part(p, p.rpartition("+")[0]) for p in paths)
     snapshot = DesignSnapshot(
@@ -304,7 +304,7 @@ def test_repeated_components_are_links_of_their_own() -> None:
     }
 
 
-def test_links_of_one_name_are_reported() -> None:
+def test_links_with_equal_names_are_reported() -> None:
     occurrences = (part("a:2"), replace(part("b:1"), component="a_2"))
     snapshot = DesignSnapshot("two", occurrences=occurrences, bodies=(body("a:2"), body("b:1")))
     assert "duplicate-link" in codes(build_robot(snapshot))
@@ -317,7 +317,7 @@ def test_only_the_chosen_components_are_links() -> None:
     assert codes(made) == ["joint-outside-links", "body-in-no-link", "body-in-no-link"]
 
 
-def test_names_keep_what_the_designer_wrote() -> None:
+def test_names_of_the_design_are_unchanged() -> None:
     snapshot = arm(
         groups=(group("base"), group("Oberarm (links) <é>", "upper:1"), group("a_0", "lower:1")),
         joints=(
@@ -348,8 +348,8 @@ def test_findings_do_not_depend_on_the_order_of_creation(
     assert build_robot(shuffled(snapshot, seed)) == build_robot(snapshot)
 
 
-def test_joints_have_the_designs_damping_friction_spring_and_effort() -> None:
-    """On both sides of a joint that is passed backwards, too: they belong to its value."""
+def test_joints_have_damping_friction_spring_and_effort_of_the_design() -> None:
+    """The values also apply to a joint that is exported in reverse direction."""
     how = {"damping": 0.3, "friction": 0.2, "stiffness": 5.0, "rest": 0.1, "effort": 7.0}
     for ends in (("upper:1", "base:1"), ("base:1", "upper:1")):
         shoulder = revolute("shoulder", *ends)
@@ -363,8 +363,8 @@ def test_joints_have_the_designs_damping_friction_spring_and_effort() -> None:
         assert (elbow.damping, elbow.tau_max) == (0.0, float("inf"))
 
 
-def test_a_coupling_is_that_of_the_coordinates(tmp_path: Path) -> None:
-    """The arm has one coordinate left, q_elbow = 2 q_shoulder + 0.1, also in its file."""
+def test_a_coupling_relates_the_coordinates(tmp_path: Path) -> None:
+    """The arm has one independent coordinate, q_elbow = 2 q_shoulder + 0.1, also in its file."""
     design = arm(couplings=(CouplingSnapshot("elbow", "shoulder", 2.0, 0.1),))
     export_robot(design, tmp_path / "arm")
     for robot in (build_robot(design).robot, read_robot(tmp_path / "arm")):
@@ -376,8 +376,8 @@ def test_a_coupling_is_that_of_the_coordinates(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("jointed", [False, True])
-def test_what_the_cad_system_grounds_by_itself_yields(jointed: bool) -> None:
-    """The first component was b; the user has pinned a, or jointed it to the root."""
+def test_automatic_grounding_has_low_precedence(jointed: bool) -> None:
+    """The first component is b; the user has grounded a, or joined it to the root."""
     first, *others = design(CHAIN[0], links=("b", "a"), grounded="" if jointed else "a").occurrences
     more = [joint("wrist", "a", "")] if jointed else []
     occurrences = (replace(first, ground_to_parent=True), *others)

@@ -1,4 +1,4 @@
-"""Every defect of a design has one finding, with what to do."""
+"""Tests of findings: each defect of a design has one finding with advice."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def ball(value: float) -> DesignSnapshot:
 
 
 def twins(**more: Any) -> DesignSnapshot:
-    """A finger in two places, each its own link, with the points of both."""
+    """Return a finger with two occurrences, each a separate link, with the points of both."""
     fingers = tuple(part(f"finger:{k}") for k in (1, 2))
     both = tuple(
         replace(
@@ -107,7 +107,7 @@ def wrap(link: str = "upper", after: int = 1, **more: Any) -> DesignSnapshot:
     return replace(ARM, surfaces=(surface,))
 
 
-def test_a_sound_design_has_no_findings() -> None:
+def test_a_valid_design_has_no_findings() -> None:
     assert reported(ARM) == []
     assert build_robot(ARM).robot is not None
 
@@ -411,7 +411,7 @@ def test_each_defect_is_reported_once(case: str) -> None:
     assert (build_robot(snapshot).robot is None) == errors
 
 
-def test_every_message_is_one_line_that_names_its_object() -> None:
+def test_every_message_is_one_line_with_the_name_of_its_object() -> None:
     for snapshot, _ in CASES.values():
         for finding in check_design(snapshot):
             assert repr(finding.subject.name)[1:-1] in finding.message
@@ -419,13 +419,13 @@ def test_every_message_is_one_line_that_names_its_object() -> None:
             assert len(finding.message) > 30
 
 
-def test_the_nearest_link_is_offered() -> None:
+def test_the_nearest_link_name_is_suggested() -> None:
     (finding,) = check_design(CASES["unknown link"][0])
     assert "did you mean 'lower'?" in finding.message
     assert "4" in finding.message
 
 
-def test_a_point_on_a_suppressed_link_says_so() -> None:
+def test_a_point_on_a_suppressed_link_is_reported() -> None:
     snapshot = replace(
         ORPHAN,
         groups=(*ARM.groups[:2], replace(ARM.groups[2], suppressed=True)),

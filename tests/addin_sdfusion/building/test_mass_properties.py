@@ -1,4 +1,4 @@
-"""Masses of links: closed forms, signs, and masses that the user has set."""
+"""Tests of masses of links: closed forms, signs, and masses set by the user."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_equal_and_zero_eigenvalues_are_found(values: Any) -> None:
 
 
 @PRODUCT_SIGNS
-def test_a_box_that_is_turned_and_moved(sign: int) -> None:
+def test_inertia_of_a_rotated_and_translated_box(sign: int) -> None:
     R = Rotation.from_rotvec([0.4, 0.2, -0.9]).as_matrix()
     drawn = turned(box((0.1, 0.2, 0.4), (0.3, -0.2, 0.5), 2.0), R)
     inertia, findings = only_inertia(one_link([body("arm:1", drawn, sign=sign)]))
@@ -72,14 +72,14 @@ def test_a_box_that_is_turned_and_moved(sign: int) -> None:
 
 
 @PRODUCT_SIGNS
-def test_a_cylinder_beside_the_origin(sign: int) -> None:
+def test_inertia_of_a_cylinder_away_from_the_origin(sign: int) -> None:
     drawn = cylinder(0.03, 0.4, (0.5, 0.4, -0.3), 1.7, axis=1)
     inertia, _ = only_inertia(one_link([body("arm:1", drawn, sign=sign)]))
     close(inertia, *drawn)
 
 
 @PRODUCT_SIGNS
-def test_an_l_of_two_bodies_and_a_pin_is_one_by_the_parallel_axes(sign: int) -> None:
+def test_inertia_of_several_bodies_follows_the_parallel_axis_theorem(sign: int) -> None:
     long = box((0.4, 0.1, 0.1), (0.2, 0.05, 0.05), 4.0)
     short = box((0.1, 0.2, 0.1), (0.35, 0.2, 0.05), 2.0)
     pin = cylinder(0.01, 0.1, (0.02, 0.05, 0.05), 0.03, axis=2)
@@ -91,7 +91,7 @@ def test_an_l_of_two_bodies_and_a_pin_is_one_by_the_parallel_axes(sign: int) -> 
     close(inertia, mass, com, J)
 
 
-def test_an_ambiguous_sign_is_that_of_the_other_bodies() -> None:
+def test_an_ambiguous_sign_is_taken_from_the_other_bodies() -> None:
     centred = turned(box((0.1, 0.3, 0.2)), Rotation.from_rotvec([0.0, 0.0, 0.5]).as_matrix())
     clear = box((0.1, 0.2, 0.4), (0.3, -0.2, 0.5), 2.0)
     for sign in (1, -1):
@@ -112,7 +112,7 @@ def test_moments_that_fit_neither_sign_are_reported() -> None:
     assert codes(findings) == ["inertia-mismatch"]
 
 
-def test_a_mass_that_the_user_has_set_for_the_whole_component_counts() -> None:
+def test_a_mass_set_for_a_component_is_used() -> None:
     drawn = box((0.1, 0.2, 0.4), (0.1, 0.0, 0.0), 2.0)
     heavy = 5.0, drawn[1], 2.5 * drawn[2]
     below = part("arm:1+pin:1", "arm:1")
@@ -121,7 +121,7 @@ def test_a_mass_that_the_user_has_set_for_the_whole_component_counts() -> None:
     close(inertia, *heavy)
 
 
-def test_a_component_whose_parts_are_in_two_links_is_weighed_by_bodies() -> None:
+def test_a_component_divided_between_links_uses_the_body_masses() -> None:
     arm_box, hand_box = box((0.1, 0.1, 0.4), (0, 0, 0.2), 2.0), box((0.1, 0.1, 0.1), (0, 0, 0.5))
     both = part("arm:1", mass=mass_of([arm_box, hand_box]), grounded=True)
     hand = part("arm:1+hand:1", "arm:1", mass=mass_of([hand_box]), grounded=True)
@@ -143,7 +143,7 @@ def test_a_component_whose_parts_are_in_two_links_is_weighed_by_bodies() -> None
     assert codes(again.findings) == ["mass-not-divided"]
 
 
-def test_the_same_link_in_two_branches_of_another_is_weighed_once_each() -> None:
+def test_a_link_in_two_branches_includes_each_branch_once() -> None:
     paths = ("a:1", "a:1+b:1", "a:1+b:1+c:1")
     occurrences = (
         part(paths[0], grounded=True),
@@ -164,7 +164,7 @@ def test_the_same_link_in_two_branches_of_another_is_weighed_once_each() -> None
     assert made.robot.link("y").inertia.mass == pytest.approx(2.0)
 
 
-def test_a_link_of_the_root_and_a_component_weighs_both() -> None:
+def test_a_link_of_the_root_and_a_component_includes_both_masses() -> None:
     bodies = [
         body("", box((0.1, 0.1, 0.1)), "Plate"),
         body("arm:1", box((0.1, 0.1, 0.1), mass=2.0)),
@@ -173,14 +173,14 @@ def test_a_link_of_the_root_and_a_component_weighs_both() -> None:
     assert only_inertia(snapshot)[0].mass == pytest.approx(3.0)
 
 
-def test_parts_of_a_microgram_keep_their_digits() -> None:
+def test_parts_of_a_microgram_keep_full_precision() -> None:
     drawn = box((1e-4, 2e-4, 3e-4), (0.01, 0.02, 0.0), 1e-9)
     inertia, findings = only_inertia(one_link([body("arm:1", drawn)]))
     close(inertia, *drawn, atol=1e-30)
     assert codes(findings) == []
 
 
-def test_hidden_bodies_count_and_are_reported() -> None:
+def test_hidden_bodies_are_included_in_the_mass_and_reported() -> None:
     drawn = box((0.1, 0.2, 0.3))
     inertia, findings = only_inertia(one_link([body("arm:1", drawn, visible=False)]))
     close(inertia, *drawn)
@@ -188,7 +188,7 @@ def test_hidden_bodies_count_and_are_reported() -> None:
 
 
 @pytest.mark.parametrize("kind", ["surface", "mesh"])
-def test_surface_and_mesh_bodies_weigh_nothing_and_are_reported(kind: str) -> None:
+def test_surface_and_mesh_bodies_have_no_mass_and_are_reported(kind: str) -> None:
     drawn = box((0.1, 0.2, 0.3))
     sheet = body("arm:1", name="Sheet", kind=kind, mass=None)
     inertia, findings = only_inertia(one_link([body("arm:1", drawn), sheet]))

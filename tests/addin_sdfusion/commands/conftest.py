@@ -1,4 +1,4 @@
-"""The add-in, running in a new Fusion."""
+"""Fixtures with the add-in running in a new fake Fusion."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from support.designs.user import User, build_arm
 
 @pytest.fixture
 def addin(fusion: Any) -> Iterator[Any]:
-    """The add-in, started before and stopped after the test."""
+    """Start the add-in before the test and stop it afterwards."""
     with running():
         yield addin_sdfusion
 
 
 @pytest.fixture
 def user(fusion: Any, addin: Any) -> User:
-    """Someone who clicks, in a torso with an arm."""
+    """Return a simulated user in a design with a torso and an arm."""
     build_arm()
     return User(fusion)

@@ -1,4 +1,4 @@
-"""The commands as a user meets them, in the fake Fusion."""
+"""Tests of the commands in the fake Fusion, from the view of the user."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import fake_fusion
 import numpy as np
 import pytest
 from fake_fusion import Builder, designs
-from fake_fusion.driver import Refused
+from fake_fusion.driver import Rejected
 from fake_fusion.maths import rotation, translation
 from hypothesis import given
 from hypothesis import strategies as st
@@ -21,7 +21,7 @@ DEFINE, CHECK, EXPORT = IDS
 
 
 def state(fusion: Any) -> tuple[Any, Any]:
-    """What the user interface holds."""
+    """Return the state of the user interface."""
     ui = fusion.app.userInterface
     definitions = [ui.commandDefinitions.item(i).id for i in range(ui.commandDefinitions.count)]
     panels = [
@@ -32,22 +32,22 @@ def state(fusion: Any) -> tuple[Any, Any]:
 
 
 def done(command: Any) -> None:
-    """Press OK, without an error."""
+    """Press OK and check that no error occurs."""
     command.ok()
     assert command.failed == ""
 
 
 def position(entity: Any) -> np.ndarray:
-    """Where an entity's point is, in the root frame, in [cm]."""
+    """Return the position of the point of an entity in the root frame, in [cm]."""
     from fake_fusion.model.points import position_of
 
     return position_of(entity)
 
 
-# The add-in comes and goes
+# Start and stop of the add-in
 
 
-def test_start_and_stop_leave_no_trace(fusion: Any) -> None:
+def test_stop_removes_everything_that_start_added(fusion: Any) -> None:
     before = state(fusion)
     with fake_fusion.modules():
         from addin_sdfusion import addin_sdfusion
@@ -91,7 +91,7 @@ def test_stop_while_a_dialog_is_open(fusion: Any, addin: Any, user: User) -> Non
     assert fusion.full_fingerprint() == before
 
 
-def test_another_command_does_not_press_ok(fusion: Any, user: User) -> None:
+def test_another_command_does_not_confirm_the_dialog(fusion: Any, user: User) -> None:
     before = fusion.full_fingerprint()
     command = user.define(user.vertex())
     fusion.run_command(CHECK)
@@ -102,7 +102,7 @@ def test_another_command_does_not_press_ok(fusion: Any, user: User) -> None:
 # Define muscles
 
 
-def test_points_are_picked_one_after_the_other(fusion: Any, user: User) -> None:
+def test_points_are_picked_in_order(fusion: Any, user: User) -> None:
     mine = fusion.fingerprint()
     everything = fusion.full_fingerprint()
     entities = [user.vertex(3), user.circle(), user.sketch_point(), user.face("Sphere"),
@@ -148,7 +148,7 @@ def test_opening_again_shows_the_same_table(fusion: Any, user: User) -> None:
     assert "VP_motor0_EXPORT_arm_2" in user.points()
 
 
-def test_a_point_of_the_user_is_tagged_and_gets_its_name_back(fusion: Any, user: User) -> None:
+def test_a_point_of_the_user_is_used_and_its_name_is_restored(fusion: Any, user: User) -> None:
     place = position(user.own_point())
     command = user.define(user.vertex(0), user.own_point())
     command.ok()
@@ -257,13 +257,13 @@ def test_muscles_are_added_and_chosen_by_name(fusion: Any, user: User) -> None:
     assert rows[0]["color"] != rows[1]["color"]
 
 
-def test_why_ok_is_grey(fusion: Any, user: User) -> None:
+def test_reason_for_disabled_ok_is_shown(fusion: Any, user: User) -> None:
     command = user.define(user.vertex(0))
     assert command.is_valid()
     command.set("f_min", 200.0)
     assert not command.is_valid()
     assert "OK is disabled" in command["status"].text
-    with pytest.raises(Refused):
+    with pytest.raises(Rejected):
         command.ok()
     command.set("f_max", 300.0)
     assert command.is_valid()
@@ -285,7 +285,7 @@ def test_a_part_without_a_link_is_reported(fusion: Any, addin: Any) -> None:
     assert len(command.table("points")) == 1
 
 
-def test_faces_of_referenced_components_are_refused_and_points_are_kept(
+def test_faces_of_referenced_components_are_rejected_and_points_are_stored(
     fusion: Any, addin: Any
 ) -> None:
     build = build_arm()
@@ -310,7 +310,7 @@ def test_faces_of_referenced_components_are_refused_and_points_are_kept(
     assert fusion.full_fingerprint() == before
 
 
-def test_a_muscle_may_be_led_through_a_surface(fusion: Any, user: User) -> None:
+def test_a_muscle_may_pass_through_a_surface(fusion: Any, user: User) -> None:
     command = user.define(user.vertex(0), user.circle())
     command.pick("wrap_pick", user.face("Cylinder"))
     command.press("use_add")
@@ -490,7 +490,7 @@ def test_exported_csv_is_imported_unchanged(fusion: Any, user: User, tmp_path: A
 # Failures
 
 
-def test_a_failing_read_is_a_message(fusion: Any, user: User, monkeypatch: Any) -> None:
+def test_a_failed_read_shows_a_message(fusion: Any, user: User, monkeypatch: Any) -> None:
     from addin_sdfusion.commands import reading
 
     error = RuntimeError("2 : InternalValidationError : joint")
@@ -503,7 +503,7 @@ def test_a_failing_read_is_a_message(fusion: Any, user: User, monkeypatch: Any) 
     assert any("Traceback" in text for text in fusion.log)
 
 
-def test_failing_handlers_are_messages(fusion: Any, user: User, monkeypatch: Any) -> None:
+def test_failing_handlers_show_messages(fusion: Any, user: User, monkeypatch: Any) -> None:
     from addin_sdfusion.commands.define_muscles.editor import MuscleEditor
 
     command = user.define(user.vertex(0))
@@ -518,7 +518,7 @@ def test_failing_handlers_are_messages(fusion: Any, user: User, monkeypatch: Any
     command.cancel()
 
 
-def test_a_failing_ok_undoes_everything(fusion: Any, user: User, monkeypatch: Any) -> None:
+def test_a_failed_ok_reverts_everything(fusion: Any, user: User, monkeypatch: Any) -> None:
     from addin_sdfusion.commands.define_muscles import writing
 
     before = fusion.full_fingerprint()
@@ -532,7 +532,7 @@ def test_a_failing_ok_undoes_everything(fusion: Any, user: User, monkeypatch: An
     assert fusion.full_fingerprint() == before
 
 
-def test_a_failing_preview_is_only_logged(fusion: Any, user: User, monkeypatch: Any) -> None:
+def test_a_failed_preview_is_only_logged(fusion: Any, user: User, monkeypatch: Any) -> None:
     from addin_sdfusion.commands.define_muscles import entry
 
     monkeypatch.setattr(entry, "draw", failing(RuntimeError("no graphics")))
@@ -574,8 +574,8 @@ def test_without_new_members_of_the_api(fusion: Any, user: User) -> None:
     assert fusion.messages == []
 
 
-def test_writing_is_not_disturbed(fusion: Any, user: User) -> None:
-    """Fusion reports every letter: the text must not jump back under the user's hands."""
+def test_text_is_not_replaced_while_typing(fusion: Any, user: User) -> None:
+    """Fusion reports every letter; the text must not be replaced while the user types."""
     command = user.define(user.vertex(0))
     command.set("muscle", "+ New muscle")
     for text in ("m", "mo", "motor0", "motor0b"):
@@ -589,7 +589,7 @@ def test_writing_is_not_disturbed(fusion: Any, user: User) -> None:
     command.pick("other_pick", user.vertex(2))
     cell = command.cell("others", 1, 1).id
     for text in ("t", "ti", "tip"):
-        command.set(cell, text)  # the very same input
+        command.set(cell, text)  # the same input object
     command.pick("wrap_pick", user.face("Sphere"))
     command.pick("wrap_pick", user.face("Cylinder"))
     for text in ("", "arm_sphere", "arm_sphere2"):
@@ -601,14 +601,14 @@ def test_writing_is_not_disturbed(fusion: Any, user: User) -> None:
     assert command.items("wrap") == ["arm_sphere", "arm_sphere2"]
 
 
-def test_an_open_tab_takes_the_clicks(fusion: Any, user: User) -> None:
+def test_the_active_tab_receives_the_clicks(fusion: Any, user: User) -> None:
     command = user.define()
     for tab, name in (("tab_wraps", "wrap_pick"), ("tab_others", "other_pick")):
         command.tab(tab)
         assert command[name].hasFocus
 
 
-def test_another_document_keeps_ok_grey(fusion: Any, user: User) -> None:
+def test_another_document_disables_ok(fusion: Any, user: User) -> None:
     command = user.define(user.vertex(0))
     designs.single_cube()
     before = fusion.full_fingerprint()
@@ -645,7 +645,7 @@ STEPS = st.lists(
 
 
 @given(STEPS)
-def test_whatever_the_user_does_is_stored_and_undone(steps: list[tuple[str, int]]) -> None:
+def test_any_sequence_of_edits_is_stored_and_undone(steps: list[tuple[str, int]]) -> None:
     with fake_fusion.install() as fusion:
         from addin_sdfusion import addin_sdfusion
 
@@ -683,7 +683,7 @@ def test_whatever_the_user_does_is_stored_and_undone(steps: list[tuple[str, int]
 
 
 def tables_of(command: Any) -> dict[str, list[list[Any]]]:
-    """The points of every muscle, as the dialog shows them."""
+    """Return the points of every muscle as shown in the dialog."""
     found = {}
     for name in command.items("muscle")[:-1]:
         command.set("muscle", name)

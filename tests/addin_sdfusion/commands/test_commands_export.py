@@ -1,4 +1,4 @@
-"""Check and Export as a user meets them, in the fake Fusion."""
+"""Tests of Check and Export in the fake Fusion, from the view of the user."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from fake_fusion import Builder, designs
-from fake_fusion.driver import Refused
+from fake_fusion.driver import Rejected
 from support.designs.exported import failing
 from support.observed import files_of
 
@@ -22,7 +22,7 @@ pytestmark = pytest.mark.usefixtures("addin")
 
 
 def export_to(fusion: Any, folder: Path) -> Any:
-    """The dialog with that folder chosen."""
+    """Return the dialog with a chosen folder."""
     command = fusion.run_command(EXPORT)
     fusion.world.folder_answers.append(str(folder))
     command.press("browse")
@@ -30,7 +30,7 @@ def export_to(fusion: Any, folder: Path) -> Any:
 
 
 def bad_design() -> Any:
-    """A muscle on a link that does not exist, and a body in no group."""
+    """Return a design with a muscle on an unknown link and a body outside groups."""
     build = Builder("bad")
     base = build.place("base", grounded=True)
     build.box(base, (1.0, 1.0, 1.0))
@@ -47,21 +47,21 @@ def bad_design() -> Any:
 # Check
 
 
-def test_check_of_a_sound_design(fusion: Any) -> None:
+def test_check_of_a_valid_design(fusion: Any) -> None:
     designs.two_link_arm()
     before = fusion.full_fingerprint()
     command = fusion.run_command(CHECK)
     assert "error" not in command["summary"].text.replace("no errors", "")
     assert command.table("findings")[0][1] == "Object"
     command.press("again")
-    with pytest.raises(Refused):
+    with pytest.raises(Rejected):
         command.ok()
     command.cancel()
     assert fusion.full_fingerprint() == before
     assert fusion.messages == []
 
 
-def test_check_lists_everything_and_shows_where(fusion: Any) -> None:
+def test_check_lists_all_findings_and_shows_their_objects(fusion: Any) -> None:
     bad_design()
     before = fusion.full_fingerprint()
     command = fusion.run_command(CHECK)
@@ -74,9 +74,11 @@ def test_check_lists_everything_and_shows_where(fusion: Any) -> None:
     for i in range(len(rows)):
         command.press(command.cell("findings", i + 1, 0).id)
         assert rows[i][1] in command["detail"].text
-        assert rows[i][2] in command["detail"].text  # nothing is cut off
+        assert rows[i][2] in command["detail"].text  # the text is complete
         shown += command["shown"].selectionCount
-    assert fusion.app.userInterface.activeSelections.count == 0  # not while a command runs
+    assert (
+        fusion.app.userInterface.activeSelections.count == 0
+    )  # it must be empty while a command runs
     assert shown > 0
     command.cancel()
     assert fusion.full_fingerprint() == before
@@ -99,7 +101,7 @@ def test_the_report_is_copied(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> N
     command.cancel()
 
 
-def test_commands_have_help_and_a_picture(fusion: Any) -> None:
+def test_commands_have_a_help_page_and_a_picture(fusion: Any) -> None:
     designs.two_link_arm()
     for name in (CHECK, EXPORT):
         definition = fusion.app.userInterface.commandDefinitions.itemById(name)
@@ -149,7 +151,7 @@ def test_an_export_and_the_message_after_it(fusion: Any, tmp_path: Path) -> None
     assert stored["collision"] == "none"
 
 
-def test_exporting_twice_in_one_session_doubles_nothing(fusion: Any, tmp_path: Path) -> None:
+def test_exporting_twice_in_one_session_has_no_duplicates(fusion: Any, tmp_path: Path) -> None:
     designs.two_link_arm()
     folder = tmp_path / "robot"
     contents = []
@@ -162,7 +164,7 @@ def test_exporting_twice_in_one_session_doubles_nothing(fusion: Any, tmp_path: P
     assert contents[0]
 
 
-def test_choices_are_remembered(fusion: Any, tmp_path: Path) -> None:
+def test_settings_are_stored(fusion: Any, tmp_path: Path) -> None:
     designs.two_link_arm()
     command = export_to(fusion, tmp_path / "robot")
     command.set("up_axis", "y")
@@ -179,7 +181,7 @@ def test_choices_are_remembered(fusion: Any, tmp_path: Path) -> None:
     command.cancel()
 
 
-def test_single_links_and_joints_have_choices_of_their_own(fusion: Any, tmp_path: Path) -> None:
+def test_single_links_and_joints_have_settings(fusion: Any, tmp_path: Path) -> None:
     designs.two_link_arm()
     command = export_to(fusion, tmp_path / "robot")
     links = [row[0] for row in command.table("of_links")[1:]]
@@ -203,7 +205,7 @@ def test_single_links_and_joints_have_choices_of_their_own(fusion: Any, tmp_path
     assert "of_links" not in stored
 
 
-def test_what_changed_since_the_last_export_is_said(fusion: Any, tmp_path: Path) -> None:
+def test_changes_since_the_last_export_are_shown(fusion: Any, tmp_path: Path) -> None:
     designs.two_link_arm()
     folder = tmp_path / "robot"
     command = export_to(fusion, folder)
@@ -223,29 +225,29 @@ def test_what_changed_since_the_last_export_is_said(fusion: Any, tmp_path: Path)
     assert "link link_2: 2.5 kg; before: 0.1 kg" in fusion.messages[-1]
 
 
-def test_without_a_folder_ok_is_grey(fusion: Any) -> None:
+def test_without_a_folder_ok_is_disabled(fusion: Any) -> None:
     designs.two_link_arm()
     command = fusion.run_command(EXPORT)
     assert "Choose the folder" in command["status"].text
     assert not command.is_valid()
-    command.press("browse")  # and cancel the folder dialog
+    command.press("browse")  # the folder dialog is cancelled
     assert not command.is_valid()
     command.cancel()
 
 
-def test_errors_keep_ok_grey_and_say_what_to_do(fusion: Any, tmp_path: Path) -> None:
+def test_errors_disable_ok_and_contain_advice(fusion: Any, tmp_path: Path) -> None:
     bad_design()
     command = export_to(fusion, tmp_path / "robot")
     assert not command.is_valid()
     assert "leg" in command["status"].text
-    with pytest.raises(Refused):
+    with pytest.raises(Rejected):
         command.ok()
     command.cancel()
     assert not (tmp_path / "robot").exists()
 
 
-def test_warnings_are_asked_once(fusion: Any, tmp_path: Path) -> None:
-    designs.two_link_arm(attributes=False)  # force limits are not known
+def test_warnings_are_confirmed_once(fusion: Any, tmp_path: Path) -> None:
+    designs.two_link_arm(attributes=False)  # without force limits
     before = fusion.fingerprint()
     command = export_to(fusion, tmp_path / "robot")
     fusion.world.message_answers.append(3)  # No
@@ -261,7 +263,7 @@ def test_warnings_are_asked_once(fusion: Any, tmp_path: Path) -> None:
     assert fusion.fingerprint() == before
 
 
-def test_cancelling_leaves_the_old_export(fusion: Any, tmp_path: Path) -> None:
+def test_cancelling_keeps_the_old_export(fusion: Any, tmp_path: Path) -> None:
     designs.two_link_arm()
     folder = tmp_path / "robot"
     export_to(fusion, folder).ok()
@@ -311,9 +313,7 @@ def test_a_failure_of_the_export_is_reported(fusion: Any, tmp_path: Path, monkey
     assert any("Traceback" in text for text in fusion.log)
 
 
-def test_what_could_not_be_checked_is_not_exported(
-    fusion: Any, tmp_path: Path, monkeypatch: Any
-) -> None:
+def test_unchecked_designs_are_not_exported(fusion: Any, tmp_path: Path, monkeypatch: Any) -> None:
     from addin_sdfusion.commands.export import entry
 
     designs.two_link_arm()
@@ -328,7 +328,7 @@ def test_what_could_not_be_checked_is_not_exported(
     assert not any("Traceback" in text for text in fusion.messages)
 
 
-def test_loops_offer_the_joints_to_cut(fusion: Any, tmp_path: Path) -> None:
+def test_joints_of_loops_can_be_chosen_to_cut(fusion: Any, tmp_path: Path) -> None:
     build = Builder("loop")
     places = [build.place(name, grounded=name == "a") for name in "abc"]
     for place, name in zip(places, "abc", strict=True):

@@ -1,4 +1,4 @@
-"""A leg with a muscle that is inserted several times: one muscle a leg, each where its leg is."""
+"""Tests of a design with a muscle that is inserted several times, once per leg."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ pytestmark = pytest.mark.usefixtures("addin")
 
 
 class Legs:
-    """A torso and a leg's design, inserted several times.
+    """A torso and the design of a leg that is inserted several times.
 
     Attributes:
         build: The design.
@@ -75,12 +75,12 @@ class Legs:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """Of the export: each part is a link."""
+        """Return the settings of the export: each part is a link."""
         names = (f"leg:{k + 1}+{part}:1" for k in range(len(self.legs)) for part in PLACES)
         return {"components": ("torso:1", *names), "links": "components"}
 
     def place(self, leg: int, part: str, position: tuple[float, ...]) -> Any:
-        """A point of a part in the world, in [m]."""
+        """Return the position of a point of a part in the world frame, in [m]."""
         return at(self.legs[leg][0].T @ self._parts[part][-1].T, position)
 
 
@@ -112,7 +112,7 @@ def test_every_leg_has_its_muscle(fusion: Any, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_dialog_leaves_what_is_inserted_and_takes_more(fusion: Any, tmp_path: Path) -> None:
+def test_the_dialog_keeps_inserted_muscles_and_adds_new_ones(fusion: Any, tmp_path: Path) -> None:
     drawn = Legs(2)
     with fusion.building():
         drawn.build.design.attributes["CARDSFlow", "settings"] = json.dumps(drawn.settings)
@@ -144,7 +144,7 @@ def test_the_dialog_leaves_what_is_inserted_and_takes_more(fusion: Any, tmp_path
     ]
 
 
-def test_what_is_inserted_is_changed_in_its_own_design(fusion: Any) -> None:
+def test_inserted_muscles_are_edited_only_in_their_design(fusion: Any) -> None:
     drawn = Legs(2)
     with fusion.building():
         drawn.build.design.attributes["CARDSFlow", "settings"] = json.dumps(drawn.settings)

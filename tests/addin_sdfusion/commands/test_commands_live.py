@@ -1,4 +1,4 @@
-"""Commands in designs of the kinds that running Fusion was seen to have."""
+"""Tests of commands in designs with properties that were observed in real Fusion."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.usefixtures("addin")
 
 
 def arm(**more: Any) -> Builder:
-    """Two links, and a joint between them."""
+    """Return two links with a joint."""
     build = Builder("arm", **more)
     designs.chain(build, ("base", "upper"))
     build.done()
@@ -29,7 +29,7 @@ def arm(**more: Any) -> Builder:
 
 
 def imported(fusion: Any, file: Path, lines: list[str]) -> Any:
-    """The open dialog of Define muscles with a table read from a file."""
+    """Return the open dialog of Define muscles after importing a file."""
     file.write_text("\n".join(["role,name,number,link,x [m],y [m],z [m]", *lines]))
     command = fusion.run_command(DEFINE)
     fusion.world.file_answers.append(str(file))
@@ -55,7 +55,7 @@ def test_every_dialog_opens_with_an_unresolved_reference(fusion: Any, tmp_path: 
 
 
 @pytest.mark.slow
-def test_four_hundred_points_take_one_edit_of_each_component(fusion: Any, tmp_path: Path) -> None:
+def test_four_hundred_points_need_one_edit_per_component(fusion: Any, tmp_path: Path) -> None:
     arm()
     before = fusion.full_fingerprint()
     lines = [
@@ -84,7 +84,7 @@ def test_four_hundred_points_take_one_edit_of_each_component(fusion: Any, tmp_pa
     assert fusion.full_fingerprint() == before
 
 
-def test_what_was_moved_is_captured_first(fusion: Any) -> None:
+def test_moved_parts_must_be_captured_first(fusion: Any) -> None:
     build = arm()
     path = (build.root.occurrences[1],)
     build.move(path, translation((0.0, 0.0, 3.0)))
@@ -97,7 +97,7 @@ def test_what_was_moved_is_captured_first(fusion: Any) -> None:
     fusion.run_command(DEFINE).cancel()
 
 
-def test_stale_groups_and_tangents_block_nothing(fusion: Any, tmp_path: Path) -> None:
+def test_stale_groups_and_tangents_do_not_prevent_the_export(fusion: Any, tmp_path: Path) -> None:
     build = arm()
     for _ in range(3):
         build.rigid_group("old", [], stale=True)
@@ -112,7 +112,7 @@ def test_stale_groups_and_tangents_block_nothing(fusion: Any, tmp_path: Path) ->
     assert (tmp_path / "robot").is_dir()
 
 
-def test_an_as_built_joint_that_is_broken_is_an_error(fusion: Any) -> None:
+def test_a_broken_as_built_joint_is_an_error(fusion: Any) -> None:
     build = arm()
     one, two = ((o,) for o in build.root.occurrences)
     build.joint("weld", "rigid", one, two, as_built=True, health=2, problem="its parts are lost")
@@ -121,8 +121,8 @@ def test_an_as_built_joint_that_is_broken_is_an_error(fusion: Any) -> None:
     assert row[0] == "error"
 
 
-def test_a_row_is_not_deleted_while_one_of_its_cells_tells_of_a_change(fusion: Any) -> None:
-    """A wrap that is led through its surface has no turns: another cell of the row changes."""
+def test_a_row_is_not_deleted_during_an_event_of_its_cells(fusion: Any) -> None:
+    """A wrap inside its surface has no turns, so another cell of the row changes."""
     build = arm()
     build.cylinder((build.root.occurrences[0],), 1.0, 6.0)
     command = fusion.run_command(DEFINE)
@@ -140,7 +140,7 @@ def test_a_row_is_not_deleted_while_one_of_its_cells_tells_of_a_change(fusion: A
     assert command.failed == ""
 
 
-def test_an_export_weighs_everything_once_and_says_so(
+def test_an_export_calculates_masses_once_and_shows_the_progress(
     fusion: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     arm()
@@ -162,7 +162,7 @@ def test_an_export_weighs_everything_once_and_says_so(
 
 
 def inserted(build: Builder, name: str, muscles: str, first: int = 0) -> None:
-    """The parts, from the first on, come from another document, whose design lists muscles."""
+    """Mark the parts, from index `first`, as parts of another document that lists muscles."""
     source = DesignData(name)
     source.attributes["CARDSFlow", "muscles"] = muscles
     for component in build.design.components[first + 1 :]:
@@ -170,7 +170,7 @@ def inserted(build: Builder, name: str, muscles: str, first: int = 0) -> None:
 
 
 def via_points(folder: Path) -> dict[str, list[np.ndarray]]:
-    """Via points of the exported muscles in the world, at the design's pose, in [m]."""
+    """Return the exported via points in the world frame at the pose of the design, in [m]."""
     robot = read_robot(folder)
     poses = initial_poses(robot)
     return {
@@ -179,10 +179,10 @@ def via_points(folder: Path) -> dict[str, list[np.ndarray]]:
     }
 
 
-def test_muscles_on_components_of_other_documents_are_kept_in_the_design(
+def test_muscles_on_components_of_other_documents_are_stored_in_the_design(
     fusion: Any, tmp_path: Path
 ) -> None:
-    """An assembly design: everything is external, and the root takes no features."""
+    """In an assembly design all components are external, and the root has no features."""
     build = arm(intent="assembly")
     inserted(build, "parts", "[]")
     before = fusion.full_fingerprint()
@@ -198,20 +198,20 @@ def test_muscles_on_components_of_other_documents_are_kept_in_the_design(
     command = fusion.run_command(DEFINE)
     assert len(command.table("points")) == 3
     command.ok()
-    assert fusion.full_fingerprint() == after  # nothing is written twice
+    assert fusion.full_fingerprint() == after  # no data is written again
     press_export(fusion, tmp_path / "robot")
     (found,) = via_points(tmp_path / "robot").values()
     for point, vertex in zip(found, vertices, strict=True):
         place = vertex.geometry
         assert point == pytest.approx([0.01 * v for v in (place.x, place.y, place.z)], abs=1e-9)
-    with fusion.building():  # the points follow their parts
+    with fusion.building():  # the points move with their parts
         build.root.occurrences[1].T = translation((1.0, 2.0, 3.0)) @ build.root.occurrences[1].T
     command = fusion.run_command(DEFINE)
     seen = command.table("points")[2][2]
     command.cancel()
     place = vertices[1].geometry
     assert seen == ", ".join(f"{10.0 * v:.1f}" for v in (place.x, place.y, place.z))
-    fusion.undo()  # the settings of the export
+    fusion.undo()  # undoes the change of the export settings
     fusion.undo()
     with fusion.building():
         build.root.occurrences[1].T = translation((-1.0, -2.0, -3.0)) @ build.root.occurrences[1].T
@@ -232,7 +232,7 @@ def test_muscles_of_an_inserted_design_keep_their_forces(fusion: Any, tmp_path: 
     assert (muscle.name, muscle.f_min, muscle.f_max) == ("motor0", 3.0, 77.0)
 
 
-def test_the_preview_is_seen_through_faces_and_shows_sides(fusion: Any) -> None:
+def test_the_preview_is_visible_through_faces_and_shows_sides(fusion: Any) -> None:
     build = arm()
     build.cylinder((build.root.occurrences[0],), 1.0, 6.0)
     before = fusion.design.rootComponent.opacity

@@ -1,4 +1,4 @@
-"""Commands where components occur several times, or ambiguously."""
+"""Tests of commands if components have several or ambiguous occurrences."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ pytestmark = pytest.mark.usefixtures("addin")
 
 
 def shown(fusion: Any, kind: str, name: str) -> list[Any]:
-    """What Check selects for a finding about that."""
+    """Return the entities that Check selects for a finding on an object."""
     from addin_sdfusion.commands.check.locate import entities_of
     from addin_sdfusion.commands.reading import read
 
@@ -31,7 +31,7 @@ def shown(fusion: Any, kind: str, name: str) -> list[Any]:
 
 
 def two_copies() -> Any:
-    """Two components with a point of the user's of the same name, 9 cm apart; a joint."""
+    """Return two joined components 9 cm apart, with user points of the same name."""
     build = Builder("copies")
     paths = [build.place(n, translation((9.0 * k, 0, 0))) for k, n in enumerate(("one", "two"))]
     for k, path in enumerate(paths):
@@ -43,10 +43,10 @@ def two_copies() -> Any:
 
 
 @pytest.mark.parametrize("same", ["the same", None])
-def test_points_of_copies_with_one_id_are_two(
+def test_points_of_copies_with_equal_ids_are_distinguished(
     fusion: Any, monkeypatch: pytest.MonkeyPatch, same: str | None
 ) -> None:
-    """Copies of a document share the ids of their components; old ones may have none."""
+    """Copies of a document have equal component ids; old documents may have none."""
 
     def reported(_: Any) -> str:
         if same is None:
@@ -84,8 +84,8 @@ def test_a_mesh_body_is_shown(fusion: Any) -> None:
     assert body.assemblyContext.fullPathName == "lower:1"
 
 
-def test_the_task_point_of_one_place_is_shown_there(fusion: Any) -> None:
-    """Its component is in two places."""
+def test_a_task_point_is_shown_in_its_occurrence(fusion: Any) -> None:
+    """Its component has two occurrences."""
     build = Builder("hands")
     base = build.place("base", grounded=True)
     build.box(base, (1.0, 1.0, 1.0))
@@ -101,10 +101,10 @@ def test_the_task_point_of_one_place_is_shown_there(fusion: Any) -> None:
 
 
 @pytest.mark.parametrize("name", ["a::b", "__x__"])
-def test_what_sdf_refuses_is_reported_before_the_export(
+def test_errors_of_the_sdf_writer_are_reported_by_check(
     fusion: Any, tmp_path: Path, name: str
 ) -> None:
-    """Check found nothing, and then Export rejected."""
+    """Previously Check found no error, but Export failed."""
     build = Builder("reserved")
     paths = designs.chain(build, ("base", name))
     build.point(paths[0], (1.0, 0.0, 5.0), "EE_base")
@@ -120,7 +120,7 @@ def test_what_sdf_refuses_is_reported_before_the_export(
     command.cancel()
 
 
-def test_without_a_log_there_is_a_message_all_the_same(
+def test_a_message_is_shown_even_if_logging_fails(
     fusion: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from addin_sdfusion.commands.export import entry
@@ -132,7 +132,7 @@ def test_without_a_log_there_is_a_message_all_the_same(
     assert "the disk is full" in press_export(fusion, tmp_path / "robot").failed
 
 
-def test_the_shell_takes_the_line_after_an_export(fusion: Any, tmp_path: Path) -> None:
+def test_the_shown_command_line_is_valid_in_the_shell(fusion: Any, tmp_path: Path) -> None:
     designs.two_link_arm()
     folder = tmp_path / "Bob's(new)"
     press_export(fusion, folder)
@@ -141,7 +141,7 @@ def test_the_shell_takes_the_line_after_an_export(fusion: Any, tmp_path: Path) -
 
 @pytest.mark.slow
 def test_every_step_of_an_export_can_be_cancelled(fusion: Any, tmp_path: Path) -> None:
-    """Nothing of it stays, wherever that is."""
+    """A cancelled export leaves no files, at any step."""
     designs.component_twice()
     steps = 0
     while True:
@@ -156,13 +156,13 @@ def test_every_step_of_an_export_can_be_cancelled(fusion: Any, tmp_path: Path) -
     assert [path.name for path in tmp_path.iterdir()] == ["robot"]
 
 
-def test_check_saves_a_snapshot_that_exports_the_same(fusion: Any, tmp_path: Path) -> None:
-    """Nothing wrote the file that `cardsflow addin export-snapshot` reads."""
+def test_a_saved_snapshot_results_in_the_same_export(fusion: Any, tmp_path: Path) -> None:
+    """The saved file can be read by `cardsflow addin export-snapshot`."""
     design = designs.two_link_arm()
     before = fusion.full_fingerprint()
     command = fusion.run_command(CHECK)
     file = tmp_path / "report" / "arm.json"
-    command.press("save")  # and cancel the file dialog
+    command.press("save")  # the file dialog is cancelled
     fusion.world.file_answers.append(str(file))
     command.press("save")
     assert str(file) in command["detail"].text
@@ -180,10 +180,10 @@ def test_check_saves_a_snapshot_that_exports_the_same(fusion: Any, tmp_path: Pat
     assert Export(tmp_path / "a/arm", made.robot, ()).contents() == made.contents()
 
 
-def test_define_muscles_needs_no_masses_and_no_meshes(
+def test_define_muscles_reads_no_masses_and_no_meshes(
     fusion: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Both take Fusion a while."""
+    """Both are slow in Fusion."""
     slow = failing(AssertionError())
     designs.two_link_arm()
     for cls in ("BRepBody", "Occurrence", "Component"):

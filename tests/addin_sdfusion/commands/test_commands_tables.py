@@ -1,4 +1,4 @@
-"""Tables of Define muscles, and the clipboard."""
+"""Tests of the tables of Define muscles and of the clipboard."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_all_muscles_are_in_one_table(fusion: Any, user: User) -> None:
     ]
 
 
-def test_typed_coordinates_put_a_point_there(fusion: Any, user: User) -> None:
+def test_typed_coordinates_move_a_point(fusion: Any, user: User) -> None:
     command = user.define(user.vertex(3), user.circle())
     x, y, _ = command.table("points")[1][2].split(", ")
     command.set(command.cell("points", 1, 2).id, f"{x}, {y}")
@@ -52,7 +52,7 @@ PROGRAM = "import pathlib, sys; f = pathlib.Path({!r}); {}"
 TAKE, GIVE = "f.write_bytes(sys.stdin.buffer.read())", "sys.stdout.buffer.write(f.read_bytes())"
 
 
-def test_points_go_to_a_spreadsheet_and_back(
+def test_points_are_copied_to_and_pasted_from_a_spreadsheet(
     fusion: Any, user: User, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from addin_sdfusion.commands import clipboard

@@ -1,4 +1,4 @@
-"""The dialogs' definitions, the page made from them, icons and manifest."""
+"""Tests of the definitions of dialogs, the help page, icons and manifest."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ dialogs = pytest.mark.parametrize("dialog", DIALOGS, ids=lambda dialog: dialog.n
 
 
 def all_inputs(inputs: tuple[Input, ...]) -> Iterator[Input]:
-    """Every input, those that hold others before what they hold."""
+    """Yield every input, parents before children."""
     for item in inputs:
         yield item
         yield from all_inputs(item.children)
@@ -43,11 +43,11 @@ def script(name: str) -> Any:
 
 
 def test_the_page_is_up_to_date() -> None:
-    """If this fails: python docs/make_addin_page.py --png."""
+    """If this fails, run: python docs/make_addin_page.py --png."""
     assert PAGE.read_text(encoding="utf-8") == script("make_addin_page").page()
 
 
-def test_the_page_needs_no_network_and_shows_everything() -> None:
+def test_the_page_is_self_contained_and_complete() -> None:
     page = PAGE.read_text(encoding="utf-8")
     assert not re.search(r"(src|href)=\"(?!data:)", page)
     assert "<script" not in page
@@ -64,7 +64,7 @@ def test_the_picture_is_small() -> None:
 
 
 @dialogs
-def test_ids_are_unique_and_everything_is_explained(dialog: Dialog) -> None:
+def test_ids_are_unique_and_inputs_have_tooltips(dialog: Dialog) -> None:
     items = list(all_inputs(dialog.inputs))
     assert len({item.id for item in items}) == len(items)
     for item in items:
@@ -97,15 +97,15 @@ def test_buttons_have_a_picture_of_their_dialog(dialog: Dialog) -> None:
 
 
 def luminance(color: tuple[int, ...]) -> float:
-    """Of WCAG 2."""
+    """Return the relative luminance defined by WCAG 2."""
     parts = [c / 255 for c in color]
     linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
 @pytest.mark.parametrize("toolbar", [(245, 245, 245), (34, 41, 51)], ids=["light", "dark"])
-def test_icons_are_seen_on_light_and_dark_toolbars(toolbar: tuple[int, ...]) -> None:
-    """Contrast of 3 to 1, as WCAG 2 asks of what is not a text."""
+def test_icons_are_visible_on_light_and_dark_toolbars(toolbar: tuple[int, ...]) -> None:
+    """WCAG 2 requires a contrast of 3 to 1 for graphics."""
     made = script("make_addin_icons")
     for color in (made.RED, made.BLUE, made.GREY):
         low, high = sorted((luminance(color), luminance(toolbar)))
@@ -113,7 +113,7 @@ def test_icons_are_seen_on_light_and_dark_toolbars(toolbar: tuple[int, ...]) -> 
 
 
 @pytest.mark.slow
-def test_icons_are_those_of_the_script() -> None:
+def test_icons_equal_the_output_of_the_script() -> None:
     import io
 
     from PIL import Image
@@ -126,7 +126,7 @@ def test_icons_are_those_of_the_script() -> None:
             assert a.tobytes() == b.tobytes()
 
 
-def test_manifest_names_product_and_version() -> None:
+def test_manifest_contains_product_and_version() -> None:
     manifest = json.loads((ROOT / "addin_sdfusion/addin_sdfusion.manifest").read_text())
     assert manifest["autodeskProduct"] == "Fusion360"
     assert manifest["type"] == "addin"

@@ -1,4 +1,4 @@
-"""The hull against scipy's (Qhull), and against what a hull is."""
+"""Tests of the convex hull against scipy (Qhull) and the properties of a hull."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ def assert_is_hull(hull: Hull | None, points) -> None:
     given_ = np.array(points)
     size = np.ptp(given_, axis=0).max()
     edges = {(t[k], t[(k + 1) % 3]) for t in hull.triangles for k in range(3)}
-    assert len(edges) == 3 * len(triangles)  # each edge once in each direction: closed
+    assert len(edges) == 3 * len(triangles)  # closed: each edge occurs once in each direction
     assert all((b, a) in edges for a, b in edges)
-    assert len(corners) - len(edges) // 2 + len(triangles) == 2  # Euler: a sphere
+    assert len(corners) - len(edges) // 2 + len(triangles) == 2  # Euler characteristic of a sphere
     assert set(hull.corners) <= set(points)
     mesh = trimesh.Trimesh(corners, triangles, process=False)
     normals = mesh.face_normals[mesh.area_faces > 1e-6 * size**2]
@@ -93,15 +93,15 @@ NASTY = {
 
 
 @pytest.mark.parametrize("name", NASTY)
-def test_the_hull_is_that_of_qhull(name):
+def test_hull_equals_that_of_qhull(name):
     points = points_of(NASTY[name])
     hull = convex_hull(points)
     assert_is_hull(hull, points)
-    middle = NASTY[name].mean(axis=0)  # Qhull's own sums lose digits far from the origin
+    middle = NASTY[name].mean(axis=0)  # Qhull loses precision far from the origin
     assert volume(hull) == pytest.approx(ConvexHull(NASTY[name] - middle).volume, rel=1e-9)
 
 
-def test_flat_faces_get_no_needless_corners():
+def test_flat_faces_have_no_unnecessary_corners():
     for name in ("grid", "faces full of points", "many of each"):
         hull = convex_hull(points_of(NASTY[name]))
         assert hull is not None

@@ -1,4 +1,4 @@
-"""Exported robots: read back, checked, run."""
+"""Tests of exported robots: they are read back, checked and run."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_export_lists_every_file_it_writes(tmp_path):
     assert set(files_of(tmp_path / "arm")) == {*names, ".cardsflow-export.json"}
 
 
-def test_what_is_read_back_is_what_was_built(tmp_path):
+def test_exported_robot_is_read_back_unchanged(tmp_path):
     given_ = built(random_robot(2))
     export_built(given_, ALL, tmp_path / "model")
     reading = read(tmp_path / "model")
@@ -84,8 +84,8 @@ def test_what_is_read_back_is_what_was_built(tmp_path):
     assert read_robot(tmp_path / "model/caspr").coordinates
 
 
-def test_the_meshes_of_the_files_are_those_of_the_bodies(tmp_path):
-    """In the frame of the link, which is turned and far away in the world."""
+def test_exported_meshes_equal_the_body_meshes(tmp_path):
+    """Meshes are in the frame of the link, which is rotated and far from the origin."""
     robot = random_robot(4)
     export_built(built(robot), ALL, tmp_path / "model")
     for link in read_robot(tmp_path / "model").links:
@@ -98,7 +98,7 @@ def test_the_meshes_of_the_files_are_those_of_the_bodies(tmp_path):
 
 
 def test_collisions_are_hulls_of_single_bodies(tmp_path):
-    """A hull about two boxes side by side would fill the gap between them."""
+    """A hull of two adjacent boxes would fill the gap between them."""
     export_built(built(bodies=2), ALL, tmp_path / "arm")
     parts = [trimesh.load(tmp_path / f"arm/meshes/collision/link_1.{k}.stl") for k in (1, 2)]
     assert sum(part.volume for part in parts) == pytest.approx(0.006, rel=1e-6)
@@ -107,7 +107,7 @@ def test_collisions_are_hulls_of_single_bodies(tmp_path):
     assert one.volume == pytest.approx(0.1 * 0.3 * (0.1 + 16 * 0.2), rel=1e-6)
 
 
-def test_a_hollow_body_collides_as_its_hull_or_as_it_is(tmp_path):
+def test_a_hollow_body_collides_as_hull_or_as_mesh(tmp_path):
     tube = trimesh.creation.annulus(0.04, 0.05, 0.2)
     one = Robot("tube", (Link("a", Inertia(1.0)),), (Joint("j", WORLD, "a"),))
     given_ = Built(one, (), {"a": Pose()}, {"a": (body(tube),)})
@@ -135,7 +135,7 @@ def test_meshes_are_options(tmp_path, chosen, roles):
     assert (tmp_path / "arm/meshes").exists() == bool(roles)
 
 
-def test_what_is_not_in_the_meshes_is_said(tmp_path):
+def test_bodies_without_meshes_are_reported(tmp_path):
     one = Robot("r", (Link("a", Inertia(1.0)),), (Joint("j", WORLD, "a"),))
     sheet = trimesh.Trimesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], process=False)
     broken = replace(body(box(1, 1, 1), "broken").mesh, triangles=body(sheet).mesh.triangles[:2])
@@ -155,7 +155,7 @@ def test_what_is_not_in_the_meshes_is_said(tmp_path):
     assert [mesh.role for mesh in read_robot(tmp_path / "m").links[0].meshes] == ["visual"]
 
 
-def test_names_that_no_file_can_have(tmp_path):
+def test_invalid_file_names_are_replaced(tmp_path):
     names = ["a/b", "a\\b", "A/b", "con", "é关", "x.1", "..", "a b "[:3]]
     links = tuple(Link(name, Inertia(1.0)) for name in names)
     joints = tuple(Joint(f"joint {k}", WORLD, name) for k, name in enumerate(names))
@@ -183,7 +183,7 @@ def test_long_names_are_cut_in_file_names_only(tmp_path):
     assert without_meshes(read_robot(tmp_path / "m")) == robot
 
 
-def test_exporting_twice_gives_the_same_bytes_wherever_it_is_done(tmp_path):
+def test_exports_to_different_folders_are_identical(tmp_path):
     for parent in ("first", "second", "second"):
         export_built(built(bodies=2), ALL, tmp_path / parent / "arm")
     assert files_of(tmp_path / "first") == files_of(tmp_path / "second")
@@ -197,14 +197,14 @@ def test_formats_are_options(tmp_path):
     assert not list((tmp_path / "arm").glob("*.osim"))
 
 
-def test_caspr_gets_the_motion_of_the_experiment(tmp_path):
+def test_caspr_files_contain_the_motion_of_the_experiment(tmp_path):
     export_built(built(), ALL, tmp_path / "arm")
     file = tmp_path / "arm/caspr/planar_2r_trajectories.xml"
     assert list(trajectory_names(file)) == ["reference"]
     assert [p.time for p in read_trajectory(file, "reference").points] == [0.0, 2.0, 4.0]
 
 
-def test_a_format_that_cannot_hold_the_robot_is_left_out(tmp_path):
+def test_a_format_that_does_not_support_the_robot_is_not_written(tmp_path):
     robot = replace(planar_2r(), gravity=(0.0, -9.81, 0.0))
     exported = export_built(built(robot), ALL, tmp_path / "arm")
     assert not (tmp_path / "arm/caspr").exists()
@@ -214,7 +214,7 @@ def test_a_format_that_cannot_hold_the_robot_is_left_out(tmp_path):
     assert (tmp_path / "arm/planar_2r.osim").is_file()
 
 
-def test_errors_are_reported_all_at_once_and_nothing_is_written(tmp_path):
+def test_all_errors_are_reported_and_nothing_is_written(tmp_path):
     wrong = Finding("error", "closed-loop", "joint 'a': closes a loop", Subject("joint", "a"))
     robot = replace(planar_2r(), name="world", links=planar_2r().links[:1])
     with pytest.raises(RobotError) as caught:
@@ -227,7 +227,7 @@ def test_errors_are_reported_all_at_once_and_nothing_is_written(tmp_path):
         export_built(Built(None, (wrong,)), ALL, tmp_path / "a")
 
 
-def test_what_sdf_refuses_is_an_error(tmp_path):
+def test_errors_of_the_sdf_writer_are_errors_of_the_export(tmp_path):
     robot = planar_2r()
     links = (replace(robot.links[0], name="joint_1"), robot.links[1])
     joints = (
@@ -239,7 +239,7 @@ def test_what_sdf_refuses_is_an_error(tmp_path):
         export_built(Built(replace(clash, task_set="")), ALL, tmp_path / "a")
 
 
-def test_the_report_holds_the_findings(tmp_path):
+def test_report_contains_the_findings(tmp_path):
     doubt = Finding("warning", "suppressed", "joint 'a' is switched off", Subject("joint", "a"))
     exported = export_built(replace(built(), findings=(doubt,)), ALL, tmp_path / "arm")
     assert doubt in exported.findings
@@ -249,14 +249,14 @@ def test_the_report_holds_the_findings(tmp_path):
     assert lines == [*map(str, exported.findings), f"0 errors, {len(rows)} warnings"]
 
 
-def test_many_findings_of_a_kind_about_a_format_are_one(tmp_path):
+def test_similar_findings_on_a_format_are_merged(tmp_path):
     exported = export_built(built(chain(20, 5)), ALL, tmp_path / "chain")
     assert codes(exported).count("caspr-meshes") == 1
     (finding,) = [f for f in exported.findings if f.code == "caspr-meshes"]
     assert "19 more like it" in finding.message
 
 
-def test_progress_counts_up_to_the_end_and_never_beyond(tmp_path):
+def test_progress_counts_up_to_its_end(tmp_path):
     reported: list[tuple[int, int]] = []
     export_built(
         built(),
@@ -269,7 +269,7 @@ def test_progress_counts_up_to_the_end_and_never_beyond(tmp_path):
 
 
 @pytest.mark.slow
-def test_cancelled_at_any_time_the_folder_is_as_it_was(tmp_path):
+def test_cancelled_export_leaves_the_folder_unchanged(tmp_path):
     export_built(built(), ALL, tmp_path / "arm")
     before = files_of(tmp_path)
     for last in range(7):
@@ -288,7 +288,7 @@ def test_cancelled_at_any_time_the_folder_is_as_it_was(tmp_path):
 
 @pytest.mark.slow
 @given(robots())
-def test_any_sound_robot_is_read_back(tmp_path, robot):
+def test_any_valid_robot_is_read_back(tmp_path, robot):
     robot = replace(robot, links=tuple(replace(link, end=None) for link in robot.links))
     shutil.rmtree(tmp_path / "robot", ignore_errors=True)
     try:
@@ -301,7 +301,7 @@ def test_any_sound_robot_is_read_back(tmp_path, robot):
 
 @pytest.mark.slow
 @pytest.mark.skipif(CHECKER is None, reason="libsdformat's checker is not installed")
-def test_libsdformat_takes_an_export(tmp_path):
+def test_libsdformat_accepts_an_export(tmp_path):
     for robot in (planar_2r(), random_robot(1), chain(5, 5)):
         export_built(built(robot, bodies=2), ALL, tmp_path / "robot")
         command = [str(CHECKER), "sdf", "-k", str(tmp_path / "robot/model.sdf")]
@@ -329,8 +329,8 @@ print(len(export_built(Built(), ExportSettings(), sys.argv[2]).files))
 
 
 @pytest.mark.slow
-def test_the_standard_library_is_enough(tmp_path):
-    """As inside Fusion: no site-packages, no environment."""
+def test_export_requires_only_the_standard_library(tmp_path):
+    """Fusion's Python has no site-packages and no environment variables."""
     root = str(Path(__file__).parents[3])
     command = [sys.executable, "-I", "-S", "-c", SCRIPT, root, str(tmp_path / "r")]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

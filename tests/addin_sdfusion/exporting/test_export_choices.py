@@ -1,4 +1,4 @@
-"""Choices for single links and joints, and for other programs."""
+"""Tests of settings of single links and joints, and of files for other programs."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_a_chosen_mass_scales_the_inertia_and_nothing_else() -> None:
     assert after.links[:-1] == before.links[:-1]
 
 
-def test_chosen_effort_damping_and_friction_are_the_joints() -> None:
+def test_chosen_effort_damping_and_friction_are_exported() -> None:
     name = built().coordinates[0].name
     c = built(of_joints=(JointSettings(name, 7.0, 0.25, 0.125),)).coordinates[0]
     assert (c.tau_min, c.tau_max, c.damping, c.friction) == (-7.0, 7.0, 0.25, 0.125)
@@ -58,7 +58,7 @@ def test_chosen_effort_damping_and_friction_are_the_joints() -> None:
         ({"of_joints": (JointSettings("elbow", friction=-1.0),)}, "bad-setting", True),
     ],
 )
-def test_choices_that_fit_nothing_are_said(settings: dict, code: str, is_error: bool) -> None:
+def test_invalid_settings_are_reported(settings: dict, code: str, is_error: bool) -> None:
     (finding,) = [f for f in build_robot(arm(**settings)).findings if f.code == code]
     assert finding.is_error == is_error
 
@@ -68,7 +68,7 @@ def kinds(link: Link) -> list[str]:
     return meshes + [shape.kind for shape in link.shapes]
 
 
-def test_each_link_collides_as_is_chosen_for_it(tmp_path: Path) -> None:
+def test_each_link_has_its_chosen_collision(tmp_path: Path) -> None:
     first, second, *_ = (link.name for link in built().links)
     chosen = (LinkSettings(first, "none"), LinkSettings(second, "mesh"))
     export_robot(arm(collision="cylinder", of_links=chosen), tmp_path / "arm")
@@ -79,7 +79,7 @@ def test_each_link_collides_as_is_chosen_for_it(tmp_path: Path) -> None:
         assert set(kinds(link)) == {"cylinder"}
 
 
-def test_urdf_and_mjcf_are_whole_in_folders_of_their_own(tmp_path: Path) -> None:
+def test_urdf_and_mjcf_folders_are_self_contained(tmp_path: Path) -> None:
     export_robot(arm(urdf=True, mjcf=True, collision="box"), tmp_path / "arm")
     moved = tmp_path / "elsewhere"
     (tmp_path / "arm/mjcf").rename(moved)

@@ -1,4 +1,4 @@
-"""Colours of bodies in a design, from Fusion to every file and view."""
+"""Tests of colours of bodies, from Fusion to all files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ with fake_fusion.modules():
 
 
 def test_colours_of_bodies_reach_every_file(tmp_path: Path) -> None:
-    """Bodies of one look are one mesh."""
+    """Bodies with the same appearance are merged into one mesh."""
     with fake_fusion.install():
         build = Builder("colours")
         paths = designs.chain(build, ("base", "upper"))

@@ -1,4 +1,4 @@
-"""The experiment of an export: it reads, runs, and stays within limits."""
+"""Tests of the experiment of an export: it can be read and run, and respects the limits."""
 
 from __future__ import annotations
 
@@ -59,14 +59,14 @@ def test_any_motion_is_within_limits_and_read_back_exactly(robot):
         (0.0, 1.0, 5.0, 1.0 - 0.1),
     ],
 )
-def test_it_goes_where_there_is_room(lower, upper, initial, there):
+def test_motion_uses_the_free_range(lower, upper, initial, there):
     robot = with_coordinates(planar_2r(), lower=lower, upper=upper, initial=initial)
     points = gentle_motion(robot).points
     assert points[0].q[0] == min(max(initial, lower), upper)
     assert points[1].q[0] == pytest.approx(there, abs=1e-15)
 
 
-def test_names_that_become_one_variable_are_reported(tmp_path):
+def test_names_with_equal_variable_names_are_reported(tmp_path):
     robot = planar_2r()
     joints = tuple(
         replace(j, coordinates=(replace(j.coordinates[0], name=name),))
@@ -78,7 +78,7 @@ def test_names_that_become_one_variable_are_reported(tmp_path):
     assert main(["run", str(tmp_path / "arm")]) == 2
 
 
-def test_an_export_without_muscles_says_that_there_is_nothing_to_run(tmp_path):
+def test_an_export_without_muscles_reports_that_it_has_no_experiment(tmp_path):
     bare = replace(planar_2r(), cable_sets=(), cable_set="")
     exported = export_built(built(bare), ALL, tmp_path / "arm")
     assert "no-experiment" in [finding.code for finding in exported.findings]
@@ -86,7 +86,7 @@ def test_an_export_without_muscles_says_that_there_is_nothing_to_run(tmp_path):
 
 
 @pytest.mark.slow
-def test_an_export_runs_at_once_and_follows(tmp_path):
+def test_an_export_runs_and_tracks_its_reference(tmp_path):
     export_built(built(), ALL, tmp_path / "arm")
     assert main(["run", str(tmp_path / "arm"), "--set", "run.duration=0.2"]) == 0
     assert (tmp_path / "arm/results/results.csv").is_file()
@@ -95,13 +95,13 @@ def test_an_export_runs_at_once_and_follows(tmp_path):
     assert not result["infeasible"].any()
     for name in ("joint_1", "joint_2"):
         error = result[f"q.{name}"] - result[f"q_d.{name}"]
-        assert np.sqrt(np.mean(error**2)) < 1e-5  # as of the example, in [rad]
+        assert np.sqrt(np.mean(error**2)) < 1e-5  # same tolerance as the example, in [rad]
         assert np.ptp(result[f"q.{name}"]) == pytest.approx(0.1, abs=1e-4)
 
 
 @pytest.mark.parametrize("initial", [-0.3, 0.0, 0.3])
 def test_a_run_stays_within_limits(tmp_path, initial):
-    """Also where the design is at a limit."""
+    """The initial pose may be at a limit."""
     robot = with_coordinates(planar_2r(), lower=-0.3, upper=0.3, initial=initial)
     export_built(built(robot), ALL, tmp_path / "arm")
     changes = {"run.duration": 1.0, "run.step": 0.01, "plant.step": 0.01, "controller.period": 0.01}
@@ -111,7 +111,7 @@ def test_a_run_stays_within_limits(tmp_path, initial):
 
 
 @pytest.mark.slow
-def test_a_robot_whose_muscles_cannot_hold_it_runs_all_the_same(tmp_path):
+def test_a_robot_with_too_weak_muscles_still_runs(tmp_path):
     robot = chain(6, 1, 4)
     export_built(built(robot), ALL, tmp_path / "chain")
     result = run(

@@ -1,4 +1,4 @@
-"""An export replaces its own files, all or none, and nothing of anyone else's."""
+"""Tests of the replacement of files: an export replaces either all of its files or none."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ALL = ExportSettings()
 
 
 def other_arm() -> Robot:
-    """The arm with one link called otherwise, heavier and under another name."""
+    """Return the arm under another name, with a renamed and heavier link."""
     robot = planar_2r()
     first = robot.links[0]
     heavy = replace(first, inertia=replace(first.inertia, mass=7.0), end=None)
@@ -73,12 +73,12 @@ def test_earlier_files_are_replaced_and_stale_ones_removed(arm):
     assert read_robot(arm).links[0].inertia.mass == 7.0
 
 
-def test_folders_that_become_empty_go(arm):
+def test_empty_folders_are_removed(arm):
     export_built(built(), ExportSettings(caspr=False, visual=False, collision="none"), arm)
     assert [path.name for path in arm.iterdir() if path.is_dir()] == []
 
 
-def test_all_other_files_stay(arm):
+def test_other_files_are_unchanged(arm):
     (arm / "notes.txt").write_text("mine")
     (arm / "meshes/visual/mine.stl").write_text("mine")
     (arm / "results").mkdir()
@@ -90,14 +90,14 @@ def test_all_other_files_stay(arm):
     assert (arm / "results/results.csv").read_text() == "1,2"
 
 
-def test_what_has_not_changed_is_not_even_touched(arm):
+def test_unchanged_files_are_not_written(arm):
     before = {path: path.stat().st_mtime_ns for path in arm.rglob("*") if path.is_file()}
     export_built(built(bodies=2), ALL, arm)
     after = {path: path.stat().st_mtime_ns for path in arm.rglob("*") if path.is_file()}
     assert {path.name for path in after if after[path] != before[path]} <= {MANIFEST}
 
 
-def test_a_file_of_someone_else_is_never_overwritten(tmp_path):
+def test_unknown_files_are_not_overwritten(tmp_path):
     (tmp_path / "arm").mkdir()
     (tmp_path / "arm/model.sdf").write_text("<sdf/>")
     before = files_of(tmp_path)
@@ -106,14 +106,14 @@ def test_a_file_of_someone_else_is_never_overwritten(tmp_path):
     assert files_of(tmp_path) == before
 
 
-def test_files_without_their_list_are_known_by_their_content(arm):
+def test_equal_files_are_accepted_without_a_manifest(arm):
     before = files_of(arm)
     (arm / MANIFEST).unlink()
     export_built(built(bodies=2), ALL, arm)
     assert files_of(arm) == before
 
 
-def test_a_changed_file_is_kept_beside_the_new_one(arm):
+def test_a_changed_file_is_kept_as_backup(arm):
     original = (arm / "model.sdf").read_bytes()
     for number, name in enumerate(("model.sdf.bak", "model.sdf.bak2")):
         (arm / "model.sdf").write_text(f"changed {number}")
@@ -125,7 +125,7 @@ def test_a_changed_file_is_kept_beside_the_new_one(arm):
     assert (arm / "model.sdf.bak").read_text() == "changed 0"
 
 
-def test_line_ends_turned_by_version_control_are_no_change(arm):
+def test_converted_line_endings_are_not_a_change(arm):
     for name in ("model.sdf", "experiment.toml"):
         content = (arm / name).read_bytes()
         (arm / name).write_bytes(content.replace(b"\n", b"\r\n"))
@@ -136,11 +136,11 @@ def test_line_ends_turned_by_version_control_are_no_change(arm):
 
 
 @pytest.mark.slow
-def test_the_experiment_that_the_user_changed_stays(arm):
+def test_a_changed_experiment_is_kept(arm):
     original = (arm / "experiment.toml").read_text()
     mine = original.replace("kp = 2000.0", "kp = 900.0")
     (arm / "experiment.toml").write_text(mine)
-    for _ in range(2):  # as long as nothing new would be written no message
+    for _ in range(2):  # no finding if the new experiment is unchanged
         exported = export_built(built(bodies=2), ALL, arm)
         assert (arm / "experiment.toml").read_text() == mine
         assert not (arm / "experiment.new.toml").exists()
@@ -161,7 +161,7 @@ def test_the_experiment_that_the_user_changed_stays(arm):
     assert not (arm / "experiment.new.toml").exists()
 
 
-def test_an_experiment_that_is_no_longer_written_goes_unless_it_was_changed(arm):
+def test_an_obsolete_experiment_is_removed_unless_changed(arm):
     bare = replace(planar_2r(), cable_sets=(), cable_set="")
     export_built(built(bare), ALL, arm)
     assert not (arm / "experiment.toml").exists()
@@ -172,14 +172,14 @@ def test_an_experiment_that_is_no_longer_written_goes_unless_it_was_changed(arm)
 
 
 class KilledError(Exception):
-    """The process is killed: nobody gets to tidy up."""
+    """The process is killed without cleanup."""
 
 
 @contextlib.contextmanager
 def failing(
     number: int, error: Callable[[], BaseException], *, dead: bool = False
 ) -> Iterator[list[str]]:
-    """The `number`th write or move fails; with `dead` every later one does, too."""
+    """Make the `number`th write or move fail; with `dead`, all later ones too."""
     calls: list[str] = []
 
     def counted(name: str, plain: Callable[..., object]) -> Callable[..., object]:
@@ -215,7 +215,7 @@ def count_of_steps(tmp_path: Path) -> int:
 
 
 @pytest.mark.slow
-def test_a_full_disk_at_any_write_or_move_leaves_the_old_export(tmp_path, arm):
+def test_a_full_disk_at_any_write_or_move_keeps_the_old_export(tmp_path, arm):
     (arm / "model.sdf").write_text("changed")
     (arm / "notes.txt").write_text("mine")
     before = files_of(arm)
@@ -242,17 +242,17 @@ def test_an_interrupted_swap_is_undone(tmp_path, arm):
 
 
 @pytest.mark.slow
-def test_after_a_crash_the_next_export_begins_with_the_old_one(tmp_path, arm):
-    """The process dies in the middle of the moves, and nothing is tidied up."""
+def test_after_a_crash_the_next_export_restores_the_old_one(tmp_path, arm):
+    """The process is killed during the moves, without cleanup."""
     before = files_of(arm)
     steps = count_of_steps(tmp_path)
     for number in range(steps - 45, steps, 2):
         with failing(number, KilledError, dead=True), contextlib.suppress(KilledError, OSError):
             export_built(built(other_arm()), ALL, arm)
-        with replacing(arm):  # recovers, and has nothing new to put in place
+        with replacing(arm):  # recovers without new files
             pass
         after = files_of(arm)
-        if after != before:  # it had been done but for tidying up
+        if after != before:  # the moves were complete except for the cleanup
             assert b"<mass>7.0</mass>" in after["model.sdf"]
             export_built(built(bodies=2), ALL, arm)
         assert files_of(arm) == before, number
@@ -265,7 +265,7 @@ def test_a_first_export_that_fails_leaves_no_folder(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_cannot_be_a_folder_is_refused(tmp_path):
+def test_invalid_folders_are_rejected(tmp_path):
     (tmp_path / "file").write_text("")
     (tmp_path / "real").mkdir()
     (tmp_path / "link").symlink_to(tmp_path / "real")
@@ -284,7 +284,7 @@ def test_what_cannot_be_a_folder_is_refused(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "link", "real"]
 
 
-def test_a_folder_that_may_not_be_written_is_refused(tmp_path, monkeypatch):
+def test_a_read_only_folder_is_rejected(tmp_path, monkeypatch):
     def refuse(*_: object, **__: object) -> None:
         raise PermissionError(13, "Permission denied")
 
@@ -306,7 +306,7 @@ def test_links_in_the_folder_are_not_followed(tmp_path, arm):
     assert files_of(arm) == before
 
 
-def test_a_folder_in_the_place_of_a_file_is_refused(arm):
+def test_a_folder_instead_of_a_file_is_rejected(arm):
     (arm / "model.config").unlink()
     (arm / "model.config").mkdir()
     with pytest.raises(InputError, match="is a folder, but a file is required"):
@@ -331,7 +331,7 @@ def test_a_folder_in_the_place_of_a_file_is_refused(arm):
         "[" * 100_000,
     ],
 )
-def test_a_damaged_or_hostile_list_is_not_believed(tmp_path, arm, text):
+def test_a_damaged_or_hostile_manifest_is_rejected(tmp_path, arm, text):
     (tmp_path / "victim").write_text("mine")
     (arm / MANIFEST).write_text(text)
     before = files_of(tmp_path)
@@ -341,7 +341,7 @@ def test_a_damaged_or_hostile_list_is_not_believed(tmp_path, arm, text):
 
 
 @pytest.mark.parametrize("text", ["", "{}", '[["../victim", "a"]]', '[["a"]]', "[[1, 2]]"])
-def test_a_damaged_or_hostile_journal_is_not_believed(tmp_path, arm, text):
+def test_a_damaged_or_hostile_journal_is_rejected(tmp_path, arm, text):
     (tmp_path / "victim").write_text("mine")
     (arm / PART).mkdir()
     (arm / PART / "moves.json").write_text(text)
@@ -351,8 +351,8 @@ def test_a_damaged_or_hostile_journal_is_not_believed(tmp_path, arm, text):
     assert files_of(tmp_path) == before
 
 
-def test_a_link_that_is_renamed_in_case_only(arm):
-    """Where case does not count, `hand` is the old `Hand`, and goes before the new one comes."""
+def test_a_link_renamed_only_in_case_is_exported(arm):
+    """On a case-insensitive file system the old `Hand` is removed before `hand` is written."""
     robot = other_arm()
     export_built(built(robot), ALL, arm)
     names = files_of(arm)
@@ -360,6 +360,6 @@ def test_a_link_that_is_renamed_in_case_only(arm):
     old = "meshes/visual/hand.stl"
     manifest["files"]["meshes/visual/HAND.stl"] = manifest["files"].pop(old)
     (arm / MANIFEST).write_text(json.dumps(manifest))
-    os.link(arm / old, arm / "meshes/visual/HAND.stl")  # one file under both names
+    os.link(arm / old, arm / "meshes/visual/HAND.stl")  # both names refer to one file
     export_built(built(robot), ALL, arm)
     assert files_of(arm) == names

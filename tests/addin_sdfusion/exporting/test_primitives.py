@@ -1,4 +1,4 @@
-"""Boxes, spheres and cylinders about bodies, against the bodies that they are."""
+"""Tests of enclosing boxes, spheres and cylinders, compared with the same shapes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def about(mesh: trimesh.Trimesh, kind: str) -> Shape:
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_a_box_is_met_wherever_it_lies(place: Pose) -> None:
+def test_a_box_at_any_pose_is_fitted_exactly(place: Pose) -> None:
     mesh = trimesh.creation.box((0.1, 0.25, 0.4))
     mesh.apply_transform(matrix(place))
     shape = about(mesh, "box")
@@ -32,7 +32,7 @@ def test_a_box_is_met_wherever_it_lies(place: Pose) -> None:
 
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("size", [(0.05, 0.3), (0.2, 0.02), (0.01, 1.0)])
-def test_a_cylinder_is_met_wherever_it_lies(place: Pose, size: tuple[float, float]) -> None:
+def test_a_cylinder_at_any_pose_is_fitted_exactly(place: Pose, size: tuple[float, float]) -> None:
     mesh = trimesh.creation.cylinder(*size, sections=32)
     mesh.apply_transform(matrix(place))
     shape = about(mesh, "cylinder")
@@ -42,7 +42,7 @@ def test_a_cylinder_is_met_wherever_it_lies(place: Pose, size: tuple[float, floa
     assert abs(along) == pytest.approx(1.0, abs=1e-9)
 
 
-def test_a_ball_is_met() -> None:
+def test_a_ball_is_fitted_exactly() -> None:
     mesh = trimesh.creation.icosphere(2, 0.07)
     mesh.apply_translation((1.0, 2.0, 3.0))
     shape = about(mesh, "sphere")
@@ -51,7 +51,7 @@ def test_a_ball_is_met() -> None:
 
 
 @pytest.mark.parametrize("kind", ["box", "sphere", "cylinder"])
-def test_nothing_of_a_body_stands_out(kind: str) -> None:
+def test_shapes_enclose_the_body(kind: str) -> None:
     rng = np.random.default_rng(3)
     for _ in range(20):
         points = rng.normal(size=(30, 3)) * rng.uniform(0.1, 2.0, 3)

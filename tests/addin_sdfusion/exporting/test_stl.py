@@ -48,28 +48,28 @@ def test_coordinates_are_the_nearest_floats_of_32_bits():
     assert struct.unpack_from("<f", data, 84 + 12)[0] == float(np.float32(third))
 
 
-def test_triangles_that_collapse_are_left_out_and_the_surface_stays_closed():
+def test_collapsed_triangles_are_not_written_and_the_surface_stays_closed():
     sphere = trimesh.creation.icosphere(subdivisions=2)
     near = sphere.vertices.copy()
     a, b = sphere.edges_unique[0]
-    near[a] = near[b] * (1 + 1e-12)  # one edge shrinks to nothing in 32 bits
+    near[a] = near[b] * (1 + 1e-12)  # one edge has zero length in 32-bit floats
     mesh = trimesh.Trimesh(near, sphere.faces, process=False)
     again = written(mesh)
     assert len(again.faces) == len(sphere.faces) - 2
     assert again.is_watertight
 
 
-def test_a_flat_triangle_between_others_stays_without_a_normal():
+def test_a_degenerate_triangle_between_others_has_a_zero_normal():
     data = stl_bytes([0.0, 0, 0, 1, 0, 0, 2, 0, 0], [0, 1, 2])
     assert struct.unpack_from("<I3f", data, 80) == (1, 0.0, 0.0, 0.0)
 
 
-def test_the_header_holds_no_date_and_is_not_that_of_a_text_file():
+def test_header_has_no_date_and_differs_from_ascii_stl():
     assert len(HEADER) == 80
     assert not HEADER.startswith(b"solid")
     assert stl_bytes([], []) == HEADER + bytes(4)
 
 
-def test_what_32_bits_do_not_hold_is_refused():
+def test_meshes_beyond_32_bit_floats_are_rejected():
     with pytest.raises(InputError, match="exceeds the range"):
         stl_bytes([1e39, 0, 0, 1, 0, 0, 0, 1, 0], [0, 1, 2])

@@ -1,4 +1,4 @@
-"""Every name of Fusion's API that the fake has or the add-in uses exists in the reference.
+"""Tests that all names of Fusion's API in the fake and the add-in exist in the reference.
 
 The reference is a list of all members next to the repository; if that is absent, the stubs on
 PyPI (package `adsk`, of January 2022) take its place as far as they go.
@@ -29,7 +29,7 @@ PYTHON = {"add", "remove", "item", "count"}
 
 
 class Reference:
-    """What exists: classes, their members, which of them can be written, integers of enumerations.
+    """Reference of the API: classes, members, writable members, and values of enumerations.
 
     Attributes:
         complete: Whether it knows the releases after January 2022.
@@ -43,11 +43,11 @@ class Reference:
         return name in self._classes
 
     def values(self, name: str) -> dict[str, int]:
-        """The integers of an enumeration; empty for a class."""
+        """Return the values of an enumeration; empty for a class."""
         return self._classes[name]["values"]
 
     def members(self, name: str) -> dict[str, dict[str, Any]]:
-        """Members of a class and its bases, without the retired ones."""
+        """Return the members of a class and its bases, without retired ones."""
         if name not in self._classes:
             return {}
         entry = self._classes[name]
@@ -56,7 +56,7 @@ class Reference:
         return {**found, **entry["members"]}
 
     def every_member(self) -> set[str]:
-        """Names of all members of all classes."""
+        """Return the names of all members of all classes."""
         return {
             m for entry in self._classes.values() for m in (*entry["members"], *entry["values"])
         }
@@ -81,11 +81,11 @@ def _is_writable(detail: dict[str, Any]) -> bool:
 
 
 def from_stubs(folder: Path) -> Reference:
-    """From the sources of the stubs: they are not imported, lest they be taken for the API."""
+    """Read the sources of the stubs without importing them, since they have the API's names."""
     classes: dict[str, Any] = {}
     for name in ("core", "fusion"):
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # their texts have wrong escapes
+            warnings.simplefilter("ignore")  # the stubs contain invalid escape sequences
             tree = ast.parse((folder / f"{name}.py").read_text(encoding="utf-8"))
         for node in tree.body:
             if isinstance(node, ast.ClassDef):
@@ -130,7 +130,7 @@ def reference() -> Reference:
 
 
 def public(cls: type) -> dict[str, Any]:
-    """Public members of a class of the fake, with those of its bases."""
+    """Return the public members of a class of the fake and its bases."""
     found: dict[str, Any] = {}
     for base in reversed(cls.__mro__[:-1]):
         found.update({n: m for n, m in vars(base).items() if not n.startswith("_")})
@@ -148,7 +148,7 @@ def fake_classes() -> list[Any]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("namespace", "name"), fake_classes())
-def test_fake_has_only_what_exists(namespace: str, name: str, reference: Reference) -> None:
+def test_fake_has_only_existing_names(namespace: str, name: str, reference: Reference) -> None:
     cls = CLASSES[namespace][name]
     if name not in reference:
         assert not reference.complete or name == "Base", f"there is no {namespace}.{name}"
@@ -171,7 +171,7 @@ def test_fake_has_only_what_exists(namespace: str, name: str, reference: Referen
                 assert known[member]["writable"], f"{name}.{member} is read-only"
 
 
-def test_fake_modules_hold_classes_only() -> None:
+def test_fake_modules_contain_only_classes() -> None:
     modules = adsk_modules()
     assert set(modules) == {"adsk", "adsk.core", "adsk.fusion"}
     for name in ("adsk.core", "adsk.fusion"):
@@ -190,13 +190,13 @@ def test_retired_members_are_absent(cls: str, member: str) -> None:
 
 
 def sources() -> list[Path]:
-    """The add-in's sources that use the API."""
+    """Return the source files of the add-in that use the API."""
     folders = (ADDIN / "fusion", ADDIN / "commands")
     return [ADDIN / "addin_sdfusion.py", *sorted(f for d in folders for f in d.rglob("*.py"))]
 
 
 def problems(tree: ast.AST, reference: Reference, own: set[str]) -> Iterator[str]:
-    """What a source uses that does not exist.
+    """Yield the names in a source that do not exist.
 
     Args:
         tree: The source.
@@ -216,7 +216,7 @@ def problems(tree: ast.AST, reference: Reference, own: set[str]) -> Iterator[str
 
 
 def _wrong_chain(words: list[str], line: int, reference: Reference) -> Iterator[str]:
-    """What is wrong with adsk.<module>.<class>.<member>."""
+    """Yield the problem of adsk.<module>.<class>.<member>."""
     if len(words) == 2 and words[1] not in ("core", "fusion", "doEvents", "autoTerminate"):
         yield f"{line}: no {'.'.join(words)}"
     if len(words) == 3 and words[2] not in reference:
@@ -228,7 +228,7 @@ def _wrong_chain(words: list[str], line: int, reference: Reference) -> Iterator[
 
 
 def chain(node: ast.expr) -> list[str] | None:
-    """`a.b.c` as words; None for what does not begin with a name."""
+    """Return the parts of `a.b.c`; None for an expression that does not begin with a name."""
     words: list[str] = []
     while isinstance(node, ast.Attribute):
         words.insert(0, node.attr)
@@ -237,14 +237,14 @@ def chain(node: ast.expr) -> list[str] | None:
 
 
 def imported(tree: ast.AST) -> set[str]:
-    """Names of other modules and of what is imported from them."""
+    """Return the names of imported modules and objects."""
     names = [n for n in ast.walk(tree) if isinstance(n, (ast.Import, ast.ImportFrom))]
     found = {(a.asname or a.name.partition(".")[0]) for n in names for a in n.names}
     return found - {"adsk"}
 
 
 def defined(tree: ast.AST) -> set[str]:
-    """Names that a source defines: functions, classes, variables, fields."""
+    """Return the names that a source defines: functions, classes, variables, fields."""
     found: set[str] = set()
     for node in ast.walk(tree):
         if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
@@ -259,7 +259,7 @@ def defined(tree: ast.AST) -> set[str]:
 
 @cache
 def own_names() -> set[str]:
-    """Names that the add-in defines anywhere, and members of Python's own types."""
+    """Return all names that the add-in defines, and members of built-in types."""
     found: set[str] = set()
     for file in ADDIN.rglob("*.py"):
         found |= defined(ast.parse(file.read_text(encoding="utf-8")))
@@ -270,15 +270,15 @@ def own_names() -> set[str]:
 
 
 @pytest.mark.parametrize("file", sources(), ids=lambda file: str(file.relative_to(ADDIN)))
-def test_addin_uses_only_what_exists(file: Path, reference: Reference) -> None:
+def test_addin_uses_only_existing_names(file: Path, reference: Reference) -> None:
     tree = ast.parse(file.read_text(encoding="utf-8"))
     found = list(problems(tree, reference, own_names()))
     assert not found or not reference.complete, "\n".join(found)
 
 
 @pytest.mark.parametrize("file", sources(), ids=lambda file: str(file.relative_to(ADDIN)))
-def test_addin_uses_only_what_the_fake_has(file: Path) -> None:
-    """So that no test passes by leaving a class out."""
+def test_addin_uses_only_names_of_the_fake(file: Path) -> None:
+    """Otherwise a test could pass because the fake lacks a class."""
     modules = adsk_modules()
     tree = ast.parse(file.read_text(encoding="utf-8"))
     for node in ast.walk(tree):

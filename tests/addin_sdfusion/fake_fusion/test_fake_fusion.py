@@ -1,4 +1,4 @@
-"""The fake rejects what Fusion rejects, and its matrices are right."""
+"""Tests that the fake rejects the same calls as Fusion, and of its matrices."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ angles = st.floats(-math.pi, math.pi)
 
 @st.composite
 def motions(draw: Any) -> np.ndarray:
-    """Rigid motions, made without the fake's own maths."""
+    """Draw rigid motions, independent of the maths of the fake."""
     q = np.array([20.0 + draw(numbers), *draw(triples)])
     w, x, y, z = q / np.linalg.norm(q)
     T = np.eye(4)
@@ -37,7 +37,7 @@ def motions(draw: Any) -> np.ndarray:
 # Strictness --------------------------------------------------------------------------------------
 
 
-def test_unknown_member_names_class_and_member(fusion: Fake) -> None:
+def test_unknown_member_error_contains_class_and_member(fusion: Fake) -> None:
     designs.single_cube()
     body = fusion.design.rootComponent.bRepBodies[0]
     with pytest.raises(AttributeError, match="BRepBody has no member 'isVisble'"):
@@ -48,7 +48,7 @@ def test_unknown_member_names_class_and_member(fusion: Fake) -> None:
         body.volume = 1.0
 
 
-def test_every_class_refuses_unknown_members() -> None:
+def test_every_class_rejects_unknown_members() -> None:
     with modules():
         for name, cls in {**CLASSES["adsk.core"], **CLASSES["adsk.fusion"]}.items():
             if isinstance(getattr(cls, "_values", None), dict):
@@ -59,7 +59,7 @@ def test_every_class_refuses_unknown_members() -> None:
                 _ = new(cls).noSuchMember
 
 
-def test_there_are_no_constructors(fusion: Fake) -> None:
+def test_api_classes_have_no_constructors(fusion: Fake) -> None:
     import adsk.core
 
     with pytest.raises(AttributeError, match="No constructor defined"):
@@ -76,7 +76,7 @@ def test_arguments_are_checked(fusion: Fake, arguments: tuple[Any, ...]) -> None
         point((0, 0, 0)).x = arguments[0]
 
 
-def test_objects_come_and_go(fusion: Fake) -> None:
+def test_deleted_objects_are_invalid(fusion: Fake) -> None:
     root = designs.no_groups().rootComponent
     assert root.occurrences[0] is not root.occurrences[0]
     assert root.occurrences[0] == root.occurrences[0]
@@ -85,7 +85,7 @@ def test_objects_come_and_go(fusion: Fake) -> None:
         hash(root)
 
 
-def test_other_threads_are_refused(fusion: Fake) -> None:
+def test_calls_from_other_threads_are_rejected(fusion: Fake) -> None:
     design = designs.single_cube()
     caught: list[BaseException] = []
 
@@ -101,7 +101,7 @@ def test_other_threads_are_refused(fusion: Fake) -> None:
     assert "Design.rootComponent called from a worker thread" in str(caught[0])
 
 
-def test_older_versions_miss_members(fusion: Fake) -> None:
+def test_older_versions_lack_new_members(fusion: Fake) -> None:
     design = designs.single_cube()
     assert design.designIntent == 2
     fusion.without("Design.designIntent")
@@ -125,7 +125,7 @@ def test_transform_by_multiplies_from_the_left(A: np.ndarray, B: np.ndarray, p: 
 
 
 @given(motions(), triples)
-def test_vectors_are_turned_not_moved(T: np.ndarray, v: Any) -> None:
+def test_vectors_are_rotated_but_not_translated(T: np.ndarray, v: Any) -> None:
     turned = vector(v)
     turned.transformBy(matrix(T))
     assert xyz(turned) == pytest.approx(T[:3, :3] @ v, abs=1e-9)

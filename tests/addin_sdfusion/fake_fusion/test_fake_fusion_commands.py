@@ -1,4 +1,4 @@
-"""The fake rejects what Fusion rejects of commands, so that no test of one passes by a slip."""
+"""Tests that the fake rejects the same calls in commands as Fusion."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from fake_fusion import Fake, designs
-from fake_fusion.driver import Driver, Refused
+from fake_fusion.driver import Driver, Rejected
 from fake_fusion.maths import point
 
 ID = "makePoints"
@@ -16,7 +16,7 @@ ID = "makePoints"
 
 @dataclass
 class Commands:
-    """A command that puts construction points on what is picked, and what happened to it.
+    """A command that creates construction points on picked entities and records its events.
 
     Attributes:
         fake: The Fusion that runs.
@@ -85,7 +85,7 @@ def vertex(design: Any, name: str) -> Any:
 
 
 def dialog(fusion: Fake, created: Callable[[Any], None]) -> Commands:
-    """A command with a dialog of its own, on a design of one cube."""
+    """Return a command with a custom dialog, on a design with one cube."""
     designs.single_cube()
     made = Commands(fusion)
     definition = made.add()
@@ -164,7 +164,7 @@ def test_exception_reaches_the_test_and_changes_nothing(commands: Commands) -> N
     assert commands.fake.full_fingerprint() == before
 
 
-def test_events_come_in_fusions_order(commands: Commands) -> None:
+def test_events_have_the_order_of_fusion(commands: Commands) -> None:
     design = designs.things_to_pick()
     command = commands.run()
     command.pick("picks", vertex(design, "base"))
@@ -176,7 +176,7 @@ def test_events_come_in_fusions_order(commands: Commands) -> None:
     ]
 
 
-def test_handlers_that_nobody_keeps_are_silent(commands: Commands) -> None:
+def test_handlers_without_reference_are_not_called(commands: Commands) -> None:
     designs.things_to_pick()
     commands.kept.clear()
     commands.run()
@@ -186,19 +186,19 @@ def test_handlers_that_nobody_keeps_are_silent(commands: Commands) -> None:
 # Selections and inputs ---------------------------------------------------------------------------
 
 
-def test_filters_refuse_entities_of_other_kinds(commands: Commands) -> None:
+def test_filters_reject_entities_of_other_kinds(commands: Commands) -> None:
     design = designs.things_to_pick()
     command = commands.run()
     base, upper = occurrence(design, "base"), occurrence(design, "upper")
-    with pytest.raises(Refused, match="not one of"):
+    with pytest.raises(Rejected, match="not one of"):
         command.pick("picks", base.bRepBodies[0].faces[0])
-    with pytest.raises(Refused, match="not one of"):
+    with pytest.raises(Rejected, match="not one of"):
         command.pick("picks", base)
-    with pytest.raises(Refused, match="not one of"):
+    with pytest.raises(Rejected, match="not one of"):
         command.pick("picks", base.bRepBodies[0].edges[0])
     command.pick("picks", upper.bRepBodies[0].edges[0])
     command.pick("picks", upper.bRepBodies[1].faces[0])
-    with pytest.raises(Refused, match="already"):
+    with pytest.raises(Rejected, match="already"):
         command.pick("picks", upper.bRepBodies[1].faces[0])
     assert command["picks"].selectionCount == 2
 
@@ -290,7 +290,7 @@ REFUSED: list[tuple[str, Callable[[], Any], Callable[[Any], Any], str]] = [
 @pytest.mark.parametrize(
     ("make", "edit", "message"), [row[1:] for row in REFUSED], ids=[row[0] for row in REFUSED]
 )
-def test_what_no_point_can_be_made_of_is_refused(
+def test_entities_without_a_point_are_rejected(
     fusion: Fake, make: Callable[[], Any], edit: Callable[[Any], Any], message: str
 ) -> None:
     design = make()

@@ -1,4 +1,4 @@
-"""The fake's assemblies, bodies and joints agree with closed forms, meshes and composed poses."""
+"""Tests of assemblies, bodies and joints of the fake against closed forms and meshes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def by_path(design: Any) -> dict[str, Any]:
 
 
 def moments(properties: Any) -> np.ndarray:
-    """The inertia matrix about the origin, in [kg·cm²], from the tuple."""
+    """Return the inertia matrix about the origin, in [kg·cm²], from the tuple of Fusion."""
     ok, xx, yy, zz, xy, yz, xz = properties.getXYZMomentsOfInertia()
     assert ok is True
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -80,7 +80,9 @@ def test_attributes_are_found_by_group_and_name(fusion: Fake) -> None:
     assert {a.parent.name for a in found} >= {"VP_motor0_EXPORT_base_0", "EE_link_2"}
     assert len(design.findAttributes("", "re:po.*")) == 9
     assert design.findAttributes("CARDSFlow", "re:po") == []
-    assert design.findAttributes("CARDSFlow", "muscles") == []  # the design's own are not found
+    assert (
+        design.findAttributes("CARDSFlow", "muscles") == []
+    )  # attributes of the design itself are not found
     assert design.attributes.itemByName("CARDSFlow", "muscles").value.startswith("[")
     assert design.attributes.itemByName("CARDSFlow", "no") is None
     assert [a.name for a in design.attributes.itemsByGroup("CARDSFlow")] == ["muscles"]
@@ -116,7 +118,7 @@ SHAPES: dict[str, Callable[[Builder, Any, Any], Any]] = {
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_mass_agrees_with_the_mesh(fusion: Fake, shape: str) -> None:
-    """Numerical integration over the mesh of a proxy, in the root's frame."""
+    """Compare with numerical integration over the mesh of a proxy, in the root frame."""
     order = random.Random(shape)
     build = Builder()
     outer = build.place("outer", random_motion(order, 5.0))
@@ -137,8 +139,8 @@ def test_mass_agrees_with_the_mesh(fusion: Fake, shape: str) -> None:
     assert sorted(principal) == pytest.approx(np.linalg.eigvalsh(about_com(properties)))
 
 
-def test_whole_is_the_sum_of_its_bodies(fusion: Fake) -> None:
-    """Nested components: the parallel-axis theorem against the merged meshes."""
+def test_mass_of_an_assembly_is_the_sum_of_its_bodies(fusion: Fake) -> None:
+    """Compare the parallel-axis theorem with merged meshes, for nested components."""
     build = Builder()
     order = random.Random(4)
     top = build.place("top", random_motion(order, 5.0))
@@ -168,7 +170,7 @@ VALUES = {
 
 
 def motions_of(joint: Any, kind: str) -> list[tuple[str, np.ndarray, float]]:
-    """Role, direction and value of the freedoms, in order, through the API."""
+    """Return role, direction and value of each degree of freedom, in order, from the API."""
     found = []
     for role, _ in FREEDOMS[kind]:
         vector, value = VALUES[role]
@@ -184,14 +186,14 @@ def motions_of(joint: Any, kind: str) -> list[tuple[str, np.ndarray, float]]:
 @pytest.mark.parametrize("vectors", ["fixed", "carried"])
 @pytest.mark.parametrize("seed", range(3))
 def test_joints_of_every_type_are_consistent(fusion: Fake, seed: int, vectors: Any) -> None:
-    """One's frame is two's, moved by the values along the directions."""
+    """The frame on `one` equals the frame on `two` moved by the values."""
     fusion.options.ball_vectors = vectors
     root = designs.every_joint_type(seed=seed).rootComponent
     for joint in root.allJoints:
         kind = joint.name.removesuffix("_joint")
         one, two = cells(joint.geometryOneTransform), cells(joint.geometryTwoTransform)
         moved = two
-        turned = np.eye(3)  # of the freedoms before
+        turned = np.eye(3)  # rotation by the preceding degrees of freedom
         for role, direction, value in motions_of(joint, kind):
             axis = two[:3, :3].T @ direction
             if vectors == "carried" and kind == "ball":

@@ -1,4 +1,4 @@
-"""Facts seen in running Fusion are the fake's default behaviour."""
+"""Tests that the default behaviour of the fake agrees with observations in real Fusion."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def xyz(vector: Any) -> list[float]:
 
 
 def two_legs(**more: Any) -> tuple[Any, Any, Any]:
-    """A leg inserted twice, with a joint in it; its proxies, first instance first."""
+    """Return the proxies of a leg with a joint that is inserted twice."""
     build = Builder()
     order = random.Random(3)
     first = build.place("leg", designs.random_motion(order))
@@ -53,7 +53,7 @@ def test_all_occurrences_fail_with_one_unresolved_reference(fusion: Fake) -> Non
         _ = gone.component
 
 
-def test_transforms_of_as_built_joints_are_not_lifted(fusion: Fake) -> None:
+def test_transforms_of_as_built_joints_are_in_the_component_frame(fusion: Fake) -> None:
     native, one, two = two_legs(as_built=True)
     assert cells(one.transform).tolist() == cells(two.transform).tolist()
     assert cells(two.transform).tolist() == cells(native.transform).tolist()
@@ -62,7 +62,7 @@ def test_transforms_of_as_built_joints_are_not_lifted(fusion: Fake) -> None:
 
 
 @pytest.mark.parametrize("as_built", [False, True])
-def test_geometry_answers_for_the_first_instance_with_axes_of_the_component(
+def test_geometry_is_of_the_first_occurrence_with_axes_of_the_component(
     fusion: Fake, as_built: bool
 ) -> None:
     _, one, two = two_legs(as_built=as_built)
@@ -74,7 +74,7 @@ def test_geometry_answers_for_the_first_instance_with_axes_of_the_component(
         assert xyz(geometry.primaryAxisVector) == pytest.approx(cells(own)[:3, 2])
 
 
-def test_joint_origins_without_a_context_answer_for_the_first_instance(fusion: Fake) -> None:
+def test_joint_origins_without_context_are_of_the_first_occurrence(fusion: Fake) -> None:
     _, _, two = two_legs(by_origins=True)
     leg, data = two.assemblyContext, two._data
     lost = two.geometryOrOriginTwo
@@ -86,7 +86,7 @@ def test_joint_origins_without_a_context_answer_for_the_first_instance(fusion: F
     assert xyz(lost.geometry.origin) != pytest.approx((T @ data.T_two)[:3, 3])
 
 
-def test_health_is_known_by_the_timeline(fusion: Fake) -> None:
+def test_health_is_available_in_the_timeline(fusion: Fake) -> None:
     build = Builder()
     one, two = build.place("one"), build.place("two")
     build.joint("j", "revolute", one, two, as_built=True, health=2, problem="lost")
@@ -112,7 +112,7 @@ def test_stale_groups_have_no_name(fusion: Fake) -> None:
         _ = group.name
 
 
-def test_angles_after_dragging_are_on_a_grid(fusion: Fake) -> None:
+def test_angles_after_dragging_are_rounded(fusion: Fake) -> None:
     _, exact, _ = two_legs()
     _, dragged, _ = two_legs(dragged=True)
     assert exact.jointMotion.rotationValue == 0.123
@@ -153,7 +153,7 @@ def test_points_by_coordinates_need_the_edit_of_a_base_feature(fusion: Fake) -> 
     assert design.designType == 1
 
 
-def test_an_edit_moves_back_what_was_not_captured(fusion: Fake) -> None:
+def test_an_edit_reverts_positions_that_are_not_captured(fusion: Fake) -> None:
     build = Builder()
     arm = build.place("arm")
     build.box(arm, (1.0, 1.0, 1.0))
@@ -180,7 +180,7 @@ def test_collections_are_never_none(fusion: Fake) -> None:
     assert type(panels).__name__ == "ToolbarPanelList"
 
 
-def test_the_first_component_is_grounded_without_telling(fusion: Fake) -> None:
+def test_the_first_component_is_grounded_automatically(fusion: Fake) -> None:
     build = Builder()
     first = build.place("first")
     build.place("second")

@@ -1,4 +1,4 @@
-"""Reading a design: structure, names, order, and that nothing is touched."""
+"""Tests of reading a design: structure, names and order; the design is not changed."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ def codes(snapshot: DesignSnapshot) -> Counter[str]:
     return Counter(finding.code for finding in snapshot.findings)
 
 
-# What is there -----------------------------------------------------------------------------------
+# Structure -----------------------------------------------------------------------------------
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", designs.FEATURES)
-def test_every_feature_is_read_and_untouched(fusion: Any, name: str, tmp_path: Any) -> None:
+def test_every_feature_is_read_and_unchanged(fusion: Any, name: str, tmp_path: Any) -> None:
     design = designs.FEATURES[name]()
     before = fusion.full_fingerprint()
     snapshot = read_design(design)
@@ -65,7 +65,7 @@ def test_occurrences_have_their_poses(fusion: Any) -> None:
     assert [o.component for o in snapshot.occurrences][1] == "base"
 
 
-def test_plus_in_a_name_does_not_make_a_level(fusion: Any) -> None:
+def test_plus_in_a_name_is_not_a_path_separator(fusion: Any) -> None:
     build = Builder()
     whole = build.place("a+b")
     build.place("c", above=whole)
@@ -104,7 +104,7 @@ def test_flags_of_occurrences_are_read(fusion: Any) -> None:
 
 
 @pytest.mark.parametrize("intent", ["part", "assembly", "hybrid"])
-def test_intent_is_read_where_fusion_has_it(fusion: Any, intent: str) -> None:
+def test_intent_is_read_if_available(fusion: Any, intent: str) -> None:
     design = Builder(intent=intent).done()
     assert read_design(design).intent == intent
     fusion.without("Design.designIntent")
@@ -117,7 +117,7 @@ def test_name_is_without_the_version(fusion: Any) -> None:
     assert read_design(Builder("v2").done()).name == "v2"
 
 
-def test_own_attributes_and_settings(fusion: Any) -> None:
+def test_attributes_and_settings_are_read(fusion: Any) -> None:
     build = Builder()
     build.design.attributes["CARDSFlow", "settings"] = '{"name": "robo", "quality": "high"}'
     build.design.attributes["CARDSFlow", "muscles"] = "[]"
@@ -140,7 +140,7 @@ def test_bad_settings_become_the_default(fusion: Any, text: str) -> None:
     assert codes(snapshot) == {"bad-settings": 1}
 
 
-def test_groups_hold_paths_from_the_root(fusion: Any) -> None:
+def test_group_members_are_paths_from_the_root(fusion: Any) -> None:
     build = Builder()
     arm = build.place("arm", translation((1.0, 2.0, 3.0)))
     hand = build.place("hand", above=arm)
@@ -153,7 +153,7 @@ def test_groups_hold_paths_from_the_root(fusion: Any) -> None:
     assert not groups["EXPORT_hand"].suppressed
 
 
-def test_group_of_a_component_in_two_places(fusion: Any) -> None:
+def test_group_of_a_component_with_two_occurrences(fusion: Any) -> None:
     build = Builder()
     left = build.place("leg")
     foot = build.place("foot", above=left)
@@ -170,7 +170,7 @@ def test_group_of_a_component_in_two_places(fusion: Any) -> None:
 # Points ------------------------------------------------------------------------------------------
 
 
-def test_points_by_name_or_attribute_in_every_place(fusion: Any) -> None:
+def test_points_are_read_by_name_or_attribute_in_every_occurrence(fusion: Any) -> None:
     build = Builder()
     arm = build.place("arm", rotation(0.5, (1.0, 0.0, 0.0)))
     left = build.place("hand", translation((1.0, 0.0, 0.0)), above=arm)
@@ -201,7 +201,7 @@ def test_points_by_name_or_attribute_in_every_place(fusion: Any) -> None:
     assert {p.use for p in found if p.name == "named"} == {PointUse("task")}
 
 
-def test_points_of_one_name_are_different_entities(fusion: Any) -> None:
+def test_points_with_equal_names_are_different_entities(fusion: Any) -> None:
     build = Builder()
     build.point((), (2.0, 0.0, 0.0), "EE_x", exact_name=True)
     build.point((), (1.0, 0.0, 0.0), "EE_x", exact_name=True)
@@ -214,8 +214,8 @@ def test_points_of_one_name_are_different_entities(fusion: Any) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("block", range(DESIGNS // 10))
-def test_any_design_reads_as_the_products_of_its_poses(block: int) -> None:
-    """Nothing is said of a sound design but that names are taken twice."""
+def test_poses_of_random_designs_are_products_of_relative_poses(block: int) -> None:
+    """A valid design has only findings on duplicate names."""
     for seed in range(10 * block, 10 * block + 10):
         with fake_fusion.install() as fake:
             order = random.Random(seed)
@@ -311,7 +311,7 @@ def test_order_of_creation_does_not_matter(seed: int, other: int) -> None:
                 build.point(paths[k % 3], (k, 0.0, 0.0), f"VP_motor{k}_EXPORT_a_{k}")
             build.rigid_group("EXPORT_finger", [left])
             build.shuffle(random.Random(shuffled))
-            text.append(read_design(build.done(), masses=None))  # sums differ by an ulp
+            text.append(read_design(build.done(), masses=None))  # sums of masses differ by rounding
         assert text[0] == text[1]
 
 
@@ -337,7 +337,7 @@ def test_frames_nesting_and_order_of_the_arm_do_not_matter(seed: int, moved: int
             assert (turned.value, turned.lower) == (motion.value, motion.lower)
 
 
-# Working with it ---------------------------------------------------------------------------------
+# Use ---------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("nothing", [None, "a design", 7])
@@ -373,7 +373,7 @@ def test_progress_counts_to_its_end_and_may_cancel(fusion: Any) -> None:
     assert fusion.full_fingerprint() == before
 
 
-def test_masses_and_meshes_when_asked_only(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_masses_and_meshes_are_optional(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: Any) -> Any:
         raise AssertionError("nobody asked for it")
 
@@ -388,14 +388,14 @@ def test_masses_and_meshes_when_asked_only(fusion: Any, monkeypatch: pytest.Monk
 
 
 @pytest.mark.slow
-def test_large_design_is_read_whole(fusion: Any) -> None:
+def test_large_design_is_read_completely(fusion: Any) -> None:
     design = designs.many_links(200, 400)
     snapshot = read_design(design, meshes=False)
     assert len(snapshot.points) == 400
     assert len(snapshot.joints) == 199
 
 
-def test_what_the_design_stores_becomes_records(fusion: Any) -> None:
+def test_stored_attributes_become_records(fusion: Any) -> None:
     snapshot = read_design(designs.two_link_arm(), meshes=False)
     assert snapshot.muscles
     assert all(p.use is not None for p in snapshot.points)

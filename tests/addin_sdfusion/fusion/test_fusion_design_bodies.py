@@ -1,4 +1,4 @@
-"""Reading bodies: mass in SI against closed forms, meshes against both."""
+"""Tests of reading bodies: masses and meshes compared with closed forms."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def codes(snapshot: DesignSnapshot) -> list[str]:
 
 
 @given(SIZES, SIZES, SIZES, SEEDS, st.sampled_from(["tensor", "integral"]))
-def test_box_equals_its_closed_form(a: float, b: float, c: float, seed: int, sign: Any) -> None:
+def test_box_mass_equals_closed_form(a: float, b: float, c: float, seed: int, sign: Any) -> None:
     with fake_fusion.install() as fake:
         fake.options.product_sign = sign
         order = random.Random(seed)
@@ -76,7 +76,7 @@ def test_box_equals_its_closed_form(a: float, b: float, c: float, seed: int, sig
 
 
 @given(SIZES, SIZES)
-def test_cylinder_equals_its_closed_form(radius: float, height: float) -> None:
+def test_cylinder_mass_equals_closed_form(radius: float, height: float) -> None:
     with fake_fusion.install():
         build = Builder()
         build.cylinder((), radius, height, rotation(math.pi / 2, (0.0, 1.0, 0.0)))
@@ -89,8 +89,8 @@ def test_cylinder_equals_its_closed_form(radius: float, height: float) -> None:
     assert mass.moments[:3] == pytest.approx((m * r * r / 2.0, across, across), rel=1e-9)
 
 
-def test_l_shape_of_two_bodies_equals_its_closed_form(fusion: Any) -> None:
-    """A plate 2x3x10 cm and a foot 6x3x2 cm: parallel axes by hand, along x and z."""
+def test_l_shape_of_two_bodies_equals_closed_form(fusion: Any) -> None:
+    """A plate of 2x3x10 cm and a foot of 6x3x2 cm, with a manual parallel-axis calculation."""
     snapshot = read_design(designs.l_shape(), meshes=False)
     (lower,) = (o for o in snapshot.occurrences if o.component == "lower")
     assert lower.mass is not None
@@ -111,7 +111,7 @@ def test_l_shape_of_two_bodies_equals_its_closed_form(fusion: Any) -> None:
     assert bodies == pytest.approx(m, rel=1e-9)
 
 
-def test_mass_that_the_user_set_is_that_of_the_occurrence(fusion: Any) -> None:
+def test_mass_set_by_the_user_is_the_mass_of_the_occurrence(fusion: Any) -> None:
     snapshot = read_design(designs.overridden_mass(2.5), meshes=False)
     masses = {o.component: o.mass.mass for o in snapshot.occurrences if o.mass}
     assert masses["upper"] == pytest.approx(2.5)
@@ -119,7 +119,7 @@ def test_mass_that_the_user_set_is_that_of_the_occurrence(fusion: Any) -> None:
     assert bodies == pytest.approx(STEEL * 0.02 * 0.03 * 0.1)
 
 
-def test_small_parts_keep_their_digits(fusion: Any) -> None:
+def test_small_parts_keep_full_precision(fusion: Any) -> None:
     snapshot = read_design(designs.small_parts(), meshes=False)
     for body in snapshot.bodies:
         assert body.mass is not None
@@ -127,7 +127,7 @@ def test_small_parts_keep_their_digits(fusion: Any) -> None:
         assert min(body.mass.principal) > 1e-12
 
 
-def test_body_without_material_has_no_mass_and_says_so(fusion: Any) -> None:
+def test_body_without_material_has_no_mass_and_is_reported(fusion: Any) -> None:
     snapshot = read_design(designs.no_material(), meshes=False)
     (finding,) = snapshot.findings
     assert finding.subject == ("body", "lower:1/Body1")
@@ -143,7 +143,7 @@ def test_body_without_volume_has_no_mass(fusion: Any) -> None:
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -1.0])
-def test_strange_masses_are_refused(
+def test_invalid_masses_are_rejected(
     fusion: Any, value: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(API["PhysicalProperties"], "mass", property(lambda _: value))
@@ -156,7 +156,9 @@ def test_strange_masses_are_refused(
     assert "Traceback" in log[0]
 
 
-def test_calculation_that_fails_is_no_mass(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failed_calculation_results_in_no_mass(
+    fusion: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(
         API["PhysicalProperties"], "getXYZMomentsOfInertia", lambda _: (False, *6 * [0.0])
     )
@@ -176,7 +178,7 @@ def test_mass_in_the_frame_of_its_component_is_an_error(
     monkeypatch.setattr(API["BRepBody"], "_physical", native)
     build = Builder()
     build.box(build.place("far", translation((50.0, 0.0, 0.0))), (1.0, 1.0, 1.0))
-    build.explicit(build.place("odd"), 1.0, com=(30.0, 0.0, 0.0))  # as the user has set it
+    build.explicit(build.place("odd"), 1.0, com=(30.0, 0.0, 0.0))  # set by the user
     snapshot = read_design(build.done(), meshes=False)
     assert [(f.code, f.subject.name) for f in snapshot.findings] == [
         ("mass-elsewhere", "far:1/Body1")
@@ -210,7 +212,7 @@ def test_kinds_materials_and_visibility(fusion: Any) -> None:
 
 @pytest.mark.parametrize("frame", ["context", "component"])
 def test_mesh_and_mass_agree(fusion: Any, frame: Any) -> None:
-    """The volume integral of the mesh is Fusion's for the body; in whichever frame."""
+    """The volume integral of the mesh equals Fusion's mass properties for any mesh frame."""
     fusion.options.mesh_frame = frame
     order = random.Random(3)
     build = Builder()
@@ -256,7 +258,7 @@ def test_mesh_of_a_native_body_in_the_root_frame(
     assert codes(read_design(design)) == ["mesh-elsewhere"]
 
 
-def test_inside_out_meshes_are_turned(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_inside_out_meshes_are_corrected(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     original = API["TriangleMesh"].nodeIndices.fget
     monkeypatch.setattr(
         API["TriangleMesh"], "nodeIndices", property(lambda mesh: original(mesh)[::-1])
@@ -268,7 +270,7 @@ def test_inside_out_meshes_are_turned(fusion: Any, monkeypatch: pytest.MonkeyPat
     assert solid(mesh).volume > 0.0
 
 
-def test_quality_is_that_of_the_settings(fusion: Any) -> None:
+def test_mesh_quality_follows_the_settings(fusion: Any) -> None:
     counts = []
     for quality in ("low", "normal", "high", "very_high"):
         build = Builder()
@@ -280,7 +282,9 @@ def test_quality_is_that_of_the_settings(fusion: Any) -> None:
     assert counts == sorted(set(counts))
 
 
-def test_mesh_is_calculated_once_a_component(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_mesh_is_calculated_once_per_component(
+    fusion: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     calls = []
     calculate = API["TriangleMeshCalculator"].calculate
     monkeypatch.setattr(

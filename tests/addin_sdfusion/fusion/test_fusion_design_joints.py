@@ -1,4 +1,4 @@
-"""Reading joints: each trap has a test that fails on the naive reading."""
+"""Tests of reading joints: a naive reader fails each test."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def by_name(design: Any) -> dict[str, JointSnapshot]:
 
 
 def hinged(build: Builder, **more: Any) -> JointSnapshot:
-    """A joint between two parts of a nested, turned assembly."""
+    """Return a joint between two parts of a nested, rotated assembly."""
     order = random.Random(1)
     whole = build.place("whole", designs.random_motion(order))
     one = build.place("one", designs.random_motion(order), above=whole)
@@ -49,13 +49,13 @@ def hinged(build: Builder, **more: Any) -> JointSnapshot:
     return joint
 
 
-# Where it is -------------------------------------------------------------------------------------
+# Position -------------------------------------------------------------------------------------
 
 
 @pytest.mark.slow
 @given(SEEDS)
 def test_older_fusion_without_transforms(seed: int) -> None:
-    """The geometry alone, joint origins among it."""
+    """Only the geometry is available, including joint origins."""
     with fake_fusion.install() as fake:
         design = random_design(random.Random(seed))
         fake.without(*TRANSFORMS, "AsBuiltJoint.transform")
@@ -75,14 +75,14 @@ def test_geometry_is_null_unless_read_through_a_proxy(fusion: Any) -> None:
     fusion.without(*TRANSFORMS)
     design = designs.nested_rotated()
     native = design._data.root.occurrences[0].component.joints
-    assert native  # the trap is there
+    assert native  # native joints exist
     for joint in read(design).joints:
         assert joint.origin_one is not None
         assert joint.origin_one == pytest.approx(joint.origin_two, abs=1e-12)
 
 
 def test_joint_origin_has_its_offset(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """JointOrigin.geometry is what the origin is placed on; older Fusion has offsets apart."""
+    """JointOrigin.geometry excludes the offsets, which older versions store separately."""
     from fake_fusion.base import new
 
     design = designs.joint_origins()
@@ -96,7 +96,7 @@ def test_joint_origin_has_its_offset(fusion: Any, monkeypatch: pytest.MonkeyPatc
         assert joint.origin_two == pytest.approx(np.add(before, (0.02, 0.0, 0.0)))
 
 
-def test_sides_that_do_not_meet_are_a_warning(fusion: Any) -> None:
+def test_separated_joint_sides_are_a_warning(fusion: Any) -> None:
     build = Builder()
     paths = designs.chain(build)
     paths[2][-1].T = paths[2][-1].T @ translation((0.0, 0.5, 0.0))
@@ -106,7 +106,7 @@ def test_sides_that_do_not_meet_are_a_warning(fusion: Any) -> None:
     assert "5 mm apart" in finding.message
 
 
-def test_offsets_and_slides_are_not_taken_for_a_gap(fusion: Any) -> None:
+def test_offsets_and_slides_are_not_reported_as_gap(fusion: Any) -> None:
     assert not read(designs.joint_with_offset()).findings
     assert not read(designs.every_joint_type()).findings
     joint = by_name(designs.joint_with_offset())["lower_joint"]
@@ -115,7 +115,7 @@ def test_offsets_and_slides_are_not_taken_for_a_gap(fusion: Any) -> None:
     assert math.dist(joint.origin_one, joint.origin_two) == pytest.approx(0.03)
 
 
-# What it joins -----------------------------------------------------------------------------------
+# Components -----------------------------------------------------------------------------------
 
 
 def test_joint_to_the_root(fusion: Any) -> None:
@@ -124,8 +124,8 @@ def test_joint_to_the_root(fusion: Any) -> None:
     assert joint.motions[0].value == pytest.approx(0.2)
 
 
-def test_joint_to_the_component_that_holds_it(fusion: Any) -> None:
-    """Null is the sub-assembly here, not the root."""
+def test_joint_to_its_parent_component(fusion: Any) -> None:
+    """A null occurrence is the sub-assembly, not the root."""
     build = Builder()
     arm = build.place("arm", translation((1.0, 0.0, 0.0)))
     hand = build.place("hand", above=arm)
@@ -134,7 +134,7 @@ def test_joint_to_the_component_that_holds_it(fusion: Any) -> None:
     assert (joint.one, joint.two) == ("arm:1+hand:1", "arm:1")
 
 
-def test_joint_in_a_component_that_is_in_two_places(fusion: Any) -> None:
+def test_joint_in_a_component_with_two_occurrences(fusion: Any) -> None:
     build = Builder()
     left = build.place("leg", translation((5.0, 0.0, 0.0)))
     foot = build.place("foot", above=left)
@@ -153,7 +153,7 @@ def test_joint_in_a_component_that_is_in_two_places(fusion: Any) -> None:
     assert "leg:2" in finding.message
 
 
-def test_joints_of_one_name_in_different_components(fusion: Any) -> None:
+def test_joints_with_equal_names_in_different_components(fusion: Any) -> None:
     build = Builder()
     arm, leg = build.place("arm"), build.place("leg")
     hand, foot = build.place("hand", above=arm), build.place("foot", above=leg)
@@ -167,7 +167,7 @@ def test_joints_of_one_name_in_different_components(fusion: Any) -> None:
     assert found.keys() == {"Rev1_2", "Rev1_2_2"}
 
 
-def test_assembly_constraints_hide_no_joint(fusion: Any) -> None:
+def test_assembly_constraints_do_not_hide_joints(fusion: Any) -> None:
     design = designs.assembly_constraints()
     with pytest.raises(RuntimeError, match="InternalValidationError"):
         _ = design.rootComponent.allJoints
@@ -178,7 +178,7 @@ def test_assembly_constraints_hide_no_joint(fusion: Any) -> None:
     assert len(read(design).joints) == 2
 
 
-# How it moves ------------------------------------------------------------------------------------
+# Motions ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("as_built", [False, True])
@@ -229,7 +229,7 @@ BALLS = [(0.3, -0.4, 0.5), (0.3, 0.0, 0.0), (0.0, 0.4, 0.0), (0.0, 0.0, 0.7), (0
     ("custom", "values"),
     [*((False, v) for v in BALLS), *((True, v) for v in BALLS if v != (0.3, 0.0, 0.0))],
 )
-def test_ball_axes_are_those_on_two(fusion: Any, vectors: Any, custom: bool, values: Any) -> None:
+def test_ball_axes_are_fixed_to_two(fusion: Any, vectors: Any, custom: bool, values: Any) -> None:
     fusion.options.ball_vectors = vectors
     T = designs.random_motion(random.Random(4))
     R = rotation(0.6, (1.0, 1.0, 0.0))[:3, :3] if custom else np.eye(3)
@@ -245,8 +245,8 @@ def test_ball_axes_are_those_on_two(fusion: Any, vectors: Any, custom: bool, val
 
 
 @pytest.mark.parametrize("vectors", ["fixed", "carried"])
-def test_ball_axes_known_from_the_pose_only(fusion: Any, vectors: Any) -> None:
-    """A yaw axis of the user's that is not square to the pitch axis."""
+def test_ball_axes_are_found_from_the_pose(fusion: Any, vectors: Any) -> None:
+    """A custom yaw axis that is not perpendicular to the pitch axis."""
     fusion.options.ball_vectors = vectors
     yaw = tuple((np.array((1.0, 0.0, 0.5)) / math.sqrt(1.25)).tolist())
     build = Builder()
@@ -258,7 +258,7 @@ def test_ball_axes_known_from_the_pose_only(fusion: Any, vectors: Any) -> None:
         assert motion.axis == pytest.approx(axis, abs=1e-12)
 
 
-def test_ball_axes_that_cannot_be_known(fusion: Any) -> None:
+def test_uncertain_ball_axes_are_reported(fusion: Any) -> None:
     R = rotation(0.6, (1.0, 1.0, 0.0))[:3, :3]
     build = Builder()
     axes = [tuple(R @ np.array(axis)) for axis in (Z, X, Y)]
@@ -267,8 +267,10 @@ def test_ball_axes_that_cannot_be_known(fusion: Any) -> None:
 
 
 @pytest.mark.parametrize("kind", ["revolute"])
-def test_axis_the_other_way_round(fusion: Any, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """If a positive value turned `two` against `one`, the joint's two frames would show it."""
+def test_reversed_axis_is_corrected(
+    fusion: Any, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A reversed sign of the value is detected from the two frames of the joint."""
     from fake_fusion.build import FREEDOMS
 
     values = [0.3 + 0.1 * k for k in range(len(FREEDOMS[kind]))]
@@ -296,14 +298,14 @@ def test_flipped_joints_and_angles_reverse_nothing(fusion: Any) -> None:
         assert joint.motions[0].axis == pytest.approx(T[:3, 2], abs=1e-12)
 
 
-def test_limits_only_where_enabled(fusion: Any) -> None:
+def test_only_enabled_limits_are_read(fusion: Any) -> None:
     found = by_name(designs.limits())
     limits = [(m.lower, m.upper) for k in range(1, 6) for m in found[f"joint_{k}"].motions]
     assert limits == [(None, None), (-0.5, None), (None, 0.75), (-0.5, 0.75), (0.0, 0.0)]
 
 
 def test_motion_links_are_couplings(fusion: Any) -> None:
-    """In a hand inserted twice: a second knuckle at half the first, a slide by a screw's pitch."""
+    """A hand inserted twice: a knuckle follows with half the angle, a slide by a screw pitch."""
     build = Builder()
     hand = build.place("hand", designs.random_motion(random.Random(1)))
     build.place(hand[-1].component, designs.random_motion(random.Random(2)))
@@ -331,7 +333,7 @@ def test_motion_links_are_couplings(fusion: Any) -> None:
     assert {f.code for f in snapshot.findings} == {"same-name"}
 
 
-# What is wrong with it ---------------------------------------------------------------------------
+# Problems ---------------------------------------------------------------------------
 
 
 def test_suppressed_and_broken_joints_are_marked(fusion: Any) -> None:
@@ -343,12 +345,12 @@ def test_suppressed_and_broken_joints_are_marked(fusion: Any) -> None:
     assert not found["upper_joint"].suppressed
 
 
-def test_transforms_outlive_broken_geometry(fusion: Any) -> None:
+def test_transforms_of_broken_geometry_are_used(fusion: Any) -> None:
     joint = by_name(designs.suppressed_and_broken())["lower_joint"]
     assert joint.origin_one == pytest.approx((0.0, 0.0, 0.2))
 
 
-def test_a_warning_of_fusion_is_a_finding_and_no_problem(fusion: Any) -> None:
+def test_a_warning_of_fusion_is_a_finding_but_not_a_problem(fusion: Any) -> None:
     build = Builder()
     designs.chain(build)
     build.root.joints[0].health, build.root.joints[0].problem = 1, "out\nof date"
@@ -377,7 +379,7 @@ def test_unknown_joint_type_is_a_problem(fusion: Any, monkeypatch: pytest.Monkey
     assert all("12" in joint.problem for joint in read(designs.no_groups()).joints)
 
 
-def test_joint_of_nothing_is_kept_with_its_problem(fusion: Any) -> None:
+def test_joint_without_components_is_read_with_its_problem(fusion: Any) -> None:
     build = Builder()
     one = build.place("one")
     data = build.joint("j", "revolute", one, ())

@@ -1,4 +1,4 @@
-"""Reading wrap surfaces: cylinder and sphere faces in every place."""
+"""Tests of reading wrap surfaces: cylinder and sphere faces in every occurrence."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def codes(snapshot: DesignSnapshot) -> list[str]:
 
 
 def wrap(design: Any, kind: str, text: str = '{"name": "w"}', *, others: bool = False) -> None:
-    """Write the attribute to every face of a kind."""
+    """Write the attribute to every face of a type."""
     root = design._data.root
     for component in {
         id(c): c for c in (root, *(p[-1].component for p in paths_below(root)))
@@ -45,7 +45,7 @@ def wrap(design: Any, kind: str, text: str = '{"name": "w"}', *, others: bool = 
 
 
 @given(SEEDS, SIZES, SIZES)
-def test_cylinder_face_in_every_place(seed: int, radius: float, height: float) -> None:
+def test_cylinder_face_is_read_in_every_occurrence(seed: int, radius: float, height: float) -> None:
     with fake_fusion.install() as fake:
         order = random.Random(seed)
         build = Builder()
@@ -72,10 +72,10 @@ def test_cylinder_face_in_every_place(seed: int, radius: float, height: float) -
         assert surface.use == SurfaceUse("w")
 
 
-def test_origin_of_the_cylinder_is_not_its_middle(
+def test_centre_of_a_cylinder_is_found_from_its_edges(
     fusion: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Fusion's origin is anywhere on the axis; its edges bound the face."""
+    """Fusion's origin may be any point of the axis; the edges bound the face."""
     from fake_fusion.curves import surface_of
 
     def shifted(face: Any) -> Any:
@@ -93,10 +93,8 @@ def test_origin_of_the_cylinder_is_not_its_middle(
     assert surface.length == pytest.approx(0.04)
 
 
-def test_length_of_a_cylinder_that_is_cut_at_an_angle(
-    fusion: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """One end cut at 45 degrees is an ellipse: its strokes are followed."""
+def test_length_of_an_obliquely_cut_cylinder(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An end cut at 45 degrees is an ellipse, which is approximated by a polyline."""
     from fake_fusion.base import new
     from fake_fusion.curves import curve_of
     from fake_fusion.maths import point
@@ -144,7 +142,7 @@ def test_faces_of_other_shapes_are_reported(fusion: Any) -> None:
     wrap(design, "cylinder", others=True)
     snapshot = read_design(design)
     assert len(snapshot.surfaces) == 1
-    assert len(snapshot.findings) == 1  # both ends say the same
+    assert len(snapshot.findings) == 1  # both ends have the same finding
     assert "neither a cylinder nor a sphere" in snapshot.findings[0].message
 
 

@@ -1,4 +1,4 @@
-"""Reading strange designs: what cannot be read becomes a finding, the rest is read all the same."""
+"""Tests of reading damaged designs: unreadable objects become findings, others are read."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FAILURE = "2 : InternalValidationError : Utils::getObjectPath"
 
 
 def failing(monkeypatch: pytest.MonkeyPatch, where: str, only: str = "") -> None:
-    """Make a member fail, for the entity of that name alone if one is given."""
+    """Make a member of the API fail, optionally only for the entity with a given name."""
     name, member = where.split(".")
     original = getattr(API[name], member)
     is_property = isinstance(original, property)
@@ -129,7 +129,7 @@ def with_everything() -> Any:
 @pytest.mark.cases(45)
 @pytest.mark.slow
 @pytest.mark.parametrize("where", MEMBERS)
-def test_whatever_fails_the_reading_goes_on(
+def test_any_failing_member_does_not_stop_the_reader(
     fusion: Any, where: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     design = with_everything()
@@ -142,7 +142,7 @@ def test_whatever_fails_the_reading_goes_on(
         assert "Traceback" not in text
         assert "\n" not in text
     logged = bool(log) and all("Traceback" in text for text in log)
-    quiet = {  # what is reported otherwise, or is only there in newer versions
+    quiet = {  # members with other findings, or of newer versions only
         *("Component.assemblyConstraints", "Joint.geometryOrOriginOne", "Joint.isLocked"),
         *("Joint.geometryOneTransform", "Joint.offset", "Joint.angle", "AsBuiltJoint.geometry"),
         *("AsBuiltJoint.transform", "JointOrigin.geometry", "Design.designIntent"),
@@ -177,11 +177,11 @@ def test_only_the_object_that_fails_is_missing(
     (finding,) = snapshot.findings
     assert finding.subject == ("point", "VP_motor0_EXPORT_upper_1")
     assert FAILURE in finding.message
-    assert fusion.log  # the trace is in Fusion's log
+    assert fusion.log  # Fusion's log contains the traceback
     assert "Traceback" in fusion.log[0]
 
 
-def test_a_joint_that_fails_says_so_itself(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unreadable_joint_reports_its_problem(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     failing(monkeypatch, "Joint.jointMotion", "upper_joint")
     found = {joint.name: joint for joint in read_design(designs.no_groups()).joints}
     assert found["lower_joint"].problem == ""
@@ -189,7 +189,7 @@ def test_a_joint_that_fails_says_so_itself(fusion: Any, monkeypatch: pytest.Monk
     assert "create the joint again" in found["upper_joint"].problem
 
 
-def test_an_item_that_fails_does_not_hide_the_others(
+def test_unreadable_item_does_not_hide_other_items(
     fusion: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     original = API["Joints"].item
@@ -209,16 +209,18 @@ def test_an_item_that_fails_does_not_hide_the_others(
     assert len(snapshot.findings) == 1
 
 
-def test_proxies_that_fusion_does_not_give(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_proxies_are_reported(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     design = with_everything()
     for cls in ("ConstructionPoint", "AsBuiltJoint", "Joint", "RigidGroup", "BRepBody"):
         monkeypatch.setattr(API[cls], "createForAssemblyContext", lambda *_: None)
     snapshot = read_design(design)
     assert {f.code for f in snapshot.findings} == {"not-read", "assembly-constraints"}
-    assert len(snapshot.joints) == 2  # those of the root
+    assert len(snapshot.joints) == 2  # joints of the root
 
 
-def test_points_that_ignore_the_proxy(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_points_reported_in_the_component_frame_are_transformed(
+    fusion: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     design = designs.nested_rotated()
     expected = read_design(design, meshes=False).points
     native = property(lambda p: point(p._data.position))
@@ -227,8 +229,10 @@ def test_points_that_ignore_the_proxy(fusion: Any, monkeypatch: pytest.MonkeyPat
         assert found.position == pytest.approx(right.position, abs=1e-12)
 
 
-def test_paths_that_begin_at_the_sub_assembly(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As if the proxies of joints and groups had given native occurrences."""
+def test_paths_relative_to_the_sub_assembly_are_resolved(
+    fusion: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Proxies of joints and groups return native occurrences."""
     design = designs.nested_rotated()
     expected = read_design(design, meshes=False)
 
@@ -244,7 +248,7 @@ def test_paths_that_begin_at_the_sub_assembly(fusion: Any, monkeypatch: pytest.M
     assert found.groups == expected.groups
 
 
-def test_members_that_are_not_in_the_design(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unknown_group_members_are_reported(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     design = designs.rigid_groups()
     listed = API["RigidGroup"].occurrences.fget
 
@@ -276,10 +280,10 @@ def test_points_are_read_at_every_depth_of_nesting(fusion: Any) -> None:
     assert point.position == pytest.approx((0.0, 0.0, 0.12))
 
 
-def test_copies_of_a_document_have_the_same_ids(
+def test_copies_of_a_document_with_equal_ids_are_distinguished(
     fusion: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Component.id is not unique in an assembly with copies of external documents."""
+    """Component.id is not unique if an assembly contains copies of external documents."""
     monkeypatch.setattr(API["Component"], "id", property(lambda _: "the same"))
     build = Builder()
     for k, name in enumerate(("first", "second")):
@@ -292,7 +296,7 @@ def test_copies_of_a_document_have_the_same_ids(
     assert widths == pytest.approx([0.01, 0.02])
 
 
-def test_entities_differ_also_where_components_have_no_id(
+def test_entities_of_components_without_id_are_distinguished(
     fusion: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     build = Builder()
@@ -302,7 +306,7 @@ def test_entities_differ_also_where_components_have_no_id(
     assert len({p.entity for p in read_design(build.done()).points}) == 2
 
 
-def test_random_order_of_findings(fusion: Any) -> None:
+def test_order_of_findings_is_independent_of_the_design(fusion: Any) -> None:
     texts = set()
     for seed in range(4):
         build = Builder("design")

@@ -1,4 +1,4 @@
-"""A robot and bodies that were read in running Fusion, drawn in the fake and exported."""
+"""Tests with a robot and bodies read in real Fusion, drawn in the fake and exported."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ with fake_fusion.modules():
 
 
 def truth(drawn: Drawn) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Where each joint is in the root, in [m], and its axis, by what moves."""
+    """Return position in the root frame, in [m], and axis of each joint, by moving occurrence."""
     return {
         joint["occurrence_one"]: (
             0.01 * np.array(joint["transform_in_root_cm"]).reshape(4, 4)[:3, 3],
@@ -35,13 +35,13 @@ def truth(drawn: Drawn) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 @pytest.mark.slow
-def test_every_joint_of_a_real_robot_is_where_fusion_has_it(fusion: Any, tmp_path: Path) -> None:
-    """Six times one leg, its as-built joints given in the leg's frame; stale groups."""
+def test_joints_of_a_real_robot_have_the_positions_of_fusion(fusion: Any, tmp_path: Path) -> None:
+    """Six legs with as-built joints in the frame of the leg, and obsolete groups."""
     drawn = Drawn()
     for path in drawn.paths.values():
         if path and not path[-1].component.occurrences and not path[-1].component.bodies:
             drawn.build.box(path, (1.0, 2.0, 3.0))
-    # What carries the legs is not in the data.
+    # The data do not contain the body that carries the legs.
     mounts = [drawn.paths[f"part_01:{k}+part_05:1+part_06:1"] for k in range(2, 8)]
     drawn.build.rigid_group("mount", [drawn.paths["part_00:1"], *mounts])
     design = drawn.build.done()
@@ -74,8 +74,8 @@ def test_every_joint_of_a_real_robot_is_where_fusion_has_it(fusion: Any, tmp_pat
 
 
 @pytest.mark.slow
-def test_real_masses_keep_their_inertia(fusion: Any) -> None:
-    """127 bodies: the numbers of getXYZMomentsOfInertia are the entries of the matrix."""
+def test_inertias_of_real_bodies_are_read_correctly(fusion: Any) -> None:
+    """127 bodies: getXYZMomentsOfInertia returns entries of the inertia matrix."""
     bodies = live_data("live_masses.json")["bodies"]
     build = Builder("bodies")
     order = random.Random(5)
@@ -97,7 +97,7 @@ def test_real_masses_keep_their_inertia(fusion: Any) -> None:
         path = build.place(f"body {k}", T)
         build.explicit(path, m, 100.0 * com, 1e4 * inertia, size=(100.0, 100.0, 100.0))
         build.joint(f"joint {k}", "revolute", path, base)
-        far = m * np.linalg.norm(0.01 * T[:3, 3]) ** 2  # what Fusion's numbers are relative to
+        far = m * np.linalg.norm(0.01 * T[:3, 3]) ** 2  # scale of Fusion's values
         expected[f"body {k}"] = (m, T[:3, :3] @ inertia @ T[:3, :3].T, far)
     built = build_robot(read_design(build.done(), meshes=False))
     assert built.robot is not None, [f.message for f in built.findings if f.is_error]

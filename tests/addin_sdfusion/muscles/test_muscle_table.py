@@ -57,7 +57,7 @@ def codes(findings: list[Finding]) -> list[str]:
     return [finding.code for finding in findings]
 
 
-def test_old_designs_are_read_with_numbers_as_numbers() -> None:
+def test_old_designs_are_read_in_numeric_order() -> None:
     names = [f"VP_motor{m}_EXPORT_a_0_{k}" for m in (10, 2) for k in (10, 2, 9)]
     table, findings = read_table(design(*map(point, names)))
     assert [row.name for row in table.rows] == ["motor2", "motor10"]
@@ -68,7 +68,7 @@ def test_old_designs_are_read_with_numbers_as_numbers() -> None:
     assert not any(finding.is_error for finding in findings)
 
 
-def test_copies_of_fusion_are_an_error_that_names_them() -> None:
+def test_copied_points_are_an_error() -> None:
     names = ["VP_motor0_EXPORT_a_0", "VP_motor0_EXPORT_a_0 (1)"]
     table, findings = read_table(design(*map(point, names)))
     assert len(table.points) == 2
@@ -78,7 +78,7 @@ def test_copies_of_fusion_are_an_error_that_names_them() -> None:
     assert "duplicate-number" in codes(findings)
 
 
-def test_an_attribute_beats_the_name() -> None:
+def test_an_attribute_takes_precedence_over_the_name() -> None:
     attribute = PointUse("via", "arm", "biceps", 4)
     table, findings = read_table(design(point("VP_motor0_EXPORT_hand_9", attribute)))
     (row,) = table.points
@@ -110,7 +110,7 @@ def test_points_of_all_roles() -> None:
     assert codes(findings) == ["bad-point-name"]
 
 
-def test_a_point_in_several_places_counts_where_its_link_is() -> None:
+def test_a_point_with_several_occurrences_is_read_on_its_link() -> None:
     attribute = PointUse("via", "right", "m", 0)
     places = [
         point("p", attribute, occurrence=path, position=(x, 0.0, 0.0))
@@ -126,7 +126,7 @@ def test_a_point_in_several_places_counts_where_its_link_is() -> None:
     assert [p.position[0] for p in table.points] == [1.0]
 
 
-def test_a_point_that_names_no_link_is_on_that_of_its_component() -> None:
+def test_a_point_without_link_belongs_to_the_link_of_its_component() -> None:
     use = PointUse("via", muscle="m")
     places = [
         point(str(k), replace(use, number=k), occurrence=o) for k, o in enumerate(("a:1", ""))
@@ -134,7 +134,7 @@ def test_a_point_that_names_no_link_is_on_that_of_its_component() -> None:
     table, _ = read_table(design(*places), {"a:1": "arm"})
     assert [p.link for p in table.points] == ["arm", "world"]
     (row,) = read_table(design(places[0]))[0].points
-    assert row.link == "a:1"  # no link: the message about it names the component
+    assert row.link == "a:1"  # not a link: the finding contains the component
 
 
 @pytest.mark.parametrize(
@@ -144,7 +144,7 @@ def test_a_point_that_names_no_link_is_on_that_of_its_component() -> None:
 def test_broken_attributes_are_findings(text: str) -> None:
     findings: list[Finding] = []
     assert stored_point({"point": text}, "p", findings) is None
-    assert stored_point({"point": text}, "p", findings) is None  # in another place: said once
+    assert stored_point({"point": text}, "p", findings) is None  # another occurrence: reported once
     assert codes(findings) == ["bad-attribute"]
     assert "'p'" in findings[0].message
 
@@ -160,7 +160,7 @@ def test_a_broken_list_of_muscles_is_a_finding(text: str) -> None:
     assert codes(findings) == ["bad-attribute"]
 
 
-def test_the_list_of_muscles_gives_order_and_forces() -> None:
+def test_the_list_of_muscles_defines_order_and_forces() -> None:
     rows = (MuscleSnapshot("z", f_max=math.inf), MuscleSnapshot("a", "#00ff00", 1.0, 2.0))
     attribute = PointUse("via", "arm", "m", 0)
     table, findings = read_table(
@@ -173,7 +173,7 @@ def test_the_list_of_muscles_gives_order_and_forces() -> None:
     assert codes(findings) == ["duplicate-muscle"] * 2
 
 
-def test_wrap_surfaces_and_what_is_wrong_with_them() -> None:
+def test_wrap_surfaces_and_their_findings() -> None:
     points = [point(str(k), PointUse("via", "arm", "m", k)) for k in (3, 4)]
     good = SurfaceUse("w", "arm", (WrapUse("m", 3, 1, 2),))
     bad = SurfaceUse("w", "arm", (WrapUse("m", 4), WrapUse("n", 0)))
@@ -200,7 +200,7 @@ def test_huge_numbers_do_not_take_long() -> None:
     assert "1, 2, 3, 4, 5, ..." in findings[-1].message
 
 
-def test_attributes_are_what_they_were_written_as() -> None:
+def test_attributes_are_read_back_unchanged() -> None:
     attribute = PointUse("task", "a", name="n", axes=("x",), occurrence="a:1", made=True)
     assert read_point(point_text(attribute)) == attribute
     assert json.loads(point_text(attribute)).keys() >= {"role", "muscle", "number", "link", "name"}
@@ -310,7 +310,7 @@ def test_wrap_surfaces_stay_after_their_point(count: int, data: st.DataObject) -
 
 @pytest.mark.slow
 @given(tables())
-def test_numbers_are_in_a_row(table: MuscleTable) -> None:
+def test_numbers_are_consecutive(table: MuscleTable) -> None:
     table = table.renumbered()
     for row in table.rows:
         assert [p.number for p in table.points_of(row.name)] == list(
@@ -329,7 +329,7 @@ def test_muscles_are_renamed_and_deleted_with_their_wraps() -> None:
     assert muscle().new_muscle_name() == "motor0"
 
 
-def test_a_made_point_of_another_link_is_made_anew() -> None:
+def test_a_created_point_moved_to_another_link_is_created_again() -> None:
     table = muscle(2)
     made = replace(table.points[0], made=True).on_link("hand")
     assert (made.link, made.entity) == ("hand", "")
@@ -360,7 +360,7 @@ def test_names_without_a_side(name: str) -> None:
 
 
 @given(positions.filter(lambda p: all(abs(v) < 1e3 for v in p)), st.integers(0, 2))
-def test_mirroring_twice_is_where_it_was(p: tuple[float, float, float], axis: int) -> None:
+def test_mirroring_twice_is_the_identity(p: tuple[float, float, float], axis: int) -> None:
     normal = tuple(2.0 if i == axis else 0.0 for i in range(3))
     plane = Plane((0.5, -0.25, 1.0), normal)  # type: ignore[arg-type]
     image = plane.mirrored(p)
@@ -402,7 +402,7 @@ def test_an_unknown_mirrored_link_is_a_finding_and_nothing_changes() -> None:
     assert "did you mean 'Arm_r'" in findings[0].message
 
 
-def test_a_muscle_of_the_other_side_is_replaced_if_asked_for() -> None:
+def test_a_muscle_of_the_other_side_is_replaced_on_request() -> None:
     links = {"torso", "arm_l", "arm_r"}
     table, _ = mirror_muscle(biceps(), "biceps_l", YZ, links)
     again, findings = mirror_muscle(table, "biceps_l", YZ, links)
@@ -413,7 +413,7 @@ def test_a_muscle_of_the_other_side_is_replaced_if_asked_for() -> None:
     assert findings == []
 
 
-def test_muscles_without_a_side_get_a_name() -> None:
+def test_muscles_without_a_side_get_a_new_name() -> None:
     table = biceps().rename_muscle("biceps_l", "motor0")
     table, _ = mirror_muscle(table, "motor0", YZ, {"torso", "arm_l", "arm_r"})
     assert [row.name for row in table.rows] == ["motor0", "motor1"]
@@ -437,7 +437,7 @@ def test_a_surface_without_an_image_is_a_warning() -> None:
 
 @pytest.mark.slow
 @given(tables())
-def test_a_table_is_read_as_it_was_written(table: MuscleTable) -> None:
+def test_a_table_is_read_back_unchanged(table: MuscleTable) -> None:
     read, findings = read_csv(csv_text(table).encode())
     assert findings == []
     assert read == replace(table, points=tuple(replace(p, entity="") for p in table.points))
@@ -445,7 +445,7 @@ def test_a_table_is_read_as_it_was_written(table: MuscleTable) -> None:
 
 @pytest.mark.slow
 @given(tables())
-def test_importing_what_was_exported_changes_nothing(table: MuscleTable) -> None:
+def test_importing_an_exported_table_changes_nothing(table: MuscleTable) -> None:
     read, _ = read_csv(csv_text(table).encode())
     again = table.merged(read)
     assert again.points == table.points
@@ -525,7 +525,7 @@ HEAD = "role,name,number,link,x,y,z,color,f_min,f_max,model,parameters,axes\n"
         ("marker,t,,arm,1,2,3,,,,,,\nmarker,t,,arm,1,2,3,,,,,,", "duplicate-name"),
     ],
 )
-def test_bad_lines_are_findings_with_their_number(line: str, code: str) -> None:
+def test_invalid_lines_are_findings_with_line_numbers(line: str, code: str) -> None:
     good = "via,g,0,arm,1,2,3,,4,,,,\n"
     file = Path("muscles.csv")
     table, findings = read_csv(
@@ -561,14 +561,14 @@ def test_any_bytes_are_read_without_an_exception(data: bytes) -> None:
     read_csv(HEAD.encode() + data, {"arm"})
 
 
-def test_unknown_columns_are_left_out_with_a_warning() -> None:
+def test_unknown_columns_are_ignored_with_a_warning() -> None:
     table, findings = read_csv(b"name,link,x,y,z,note\nm,arm,1,2,3,hello\n")
     assert codes(findings) == ["unknown-column"]
     assert len(table.points) == 1
     assert COLUMNS[0] == "role"
 
 
-def test_an_import_keeps_the_points_that_stay_where_they_are() -> None:
+def test_an_import_keeps_points_with_unchanged_positions() -> None:
     table = muscle(3)
     read, _ = read_csv(csv_text(table).replace("1.0,0.0,0.0", "1.5,0.0,0.0").encode())
     again = table.merged(read)

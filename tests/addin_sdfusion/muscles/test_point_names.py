@@ -35,7 +35,7 @@ links = st.text("abz_019 Äß-.", min_size=1, max_size=12)
         ("COM_torso", PointName("com", "torso")),
     ],
 )
-def test_names_say_what_a_point_is(name: str, expected: PointName) -> None:
+def test_names_specify_the_use_of_a_point(name: str, expected: PointName) -> None:
     assert parse_point_name(name) == expected
 
 
@@ -45,11 +45,11 @@ def test_names_say_what_a_point_is(name: str, expected: PointName) -> None:
      "vp_motor0_EXPORT_a_0", "VP_motor0_EXPORT__", "VP_motor0_EXPORT_a_1.5",
      "VP_motor0_EXPORT_a_9999999999"],
 )  # fmt: skip
-def test_other_names_say_nothing(name: str) -> None:
+def test_other_names_are_not_parsed(name: str) -> None:
     assert parse_point_name(name) is None
 
 
-def test_malformed_names_are_known_as_such() -> None:
+def test_malformed_names_are_recognised() -> None:
     assert is_point_name("VP_motor0_arm")
     assert not is_point_name("Point1")
 
@@ -72,7 +72,7 @@ def test_task_points_and_markers_keep_the_link(link: str) -> None:
 
 
 @given(st.lists(st.sampled_from(["motor0", "motor1", "motor5", "biceps", "motor05", "x", "ü"])))
-def test_every_muscle_has_a_number_of_its_own(muscles: list[str]) -> None:
+def test_every_muscle_has_a_unique_number(muscles: list[str]) -> None:
     numbers = motor_numbers(muscles)
     assert numbers.keys() == set(muscles)
     assert len(set(numbers.values())) == len(numbers)
@@ -87,6 +87,6 @@ def test_numbers_compare_as_numbers() -> None:
     ]  # fmt: skip
 
 
-def test_a_number_may_have_more_digits_than_python_reads() -> None:
+def test_very_long_numbers_are_compared() -> None:
     names = ["m" + "9" * 5000, "m1" + "0" * 5000, "m007", "m8"]
     assert sorted(names, key=natural_key) == ["m007", "m8", names[0], names[1]]

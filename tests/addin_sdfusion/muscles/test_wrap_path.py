@@ -1,4 +1,4 @@
-"""Drawn paths over wrap surfaces against closed forms, in any place."""
+"""Tests of preview paths over wrap surfaces against closed forms, at any pose."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from addin_sdfusion.snapshot import SurfaceSnapshot, WrapUse
 
 
 def drawn(a: Any, b: Any, shape: Any = "cylinder", r: float = 1.0, **use: Any) -> np.ndarray:
-    """The whole path in the surface's frame, by way of another frame."""
+    """Return the complete path in the frame of the surface, computed in another frame."""
     R, p = Rotation.from_rotvec((0.4, -0.8, 0.3)), np.array((0.5, -2.0, 3.0))
     start, end = (tuple(R.apply(v) + p) for v in (a, b))
     axis = tuple(R.apply((0.0, 0.0, 1.0)))
@@ -30,12 +30,12 @@ def length(path: np.ndarray) -> float:
 @pytest.mark.parametrize("side", [-1, 1])
 @pytest.mark.parametrize("turns", [0, 2])
 def test_sides_and_turns_of_a_cylinder(side: Any, turns: int) -> None:
-    """Unrolled, the path is a straight line: its length is that of a hypotenuse."""
+    """The unrolled path is a straight line, so its length is a hypotenuse."""
     a, b = (-3.0, 0.0, 0.5), (4.0, 0.0, 2.5)
     path = drawn(a, b, side=side, turns=turns)
     middle = path[1:-1]
     assert np.linalg.norm(middle[:, :2], axis=1) == pytest.approx(1.0)
-    # Counter-clockwise about z from -x to +x leads through -y.
+    # A counter-clockwise path about z from -x to +x passes -y.
     assert np.sign(path[1, 1]) == -side
     sweep = math.pi - math.acos(1 / 3) - math.acos(1 / 4) + 2 * math.pi * turns
     flat = math.sqrt(8.0) + math.sqrt(15.0) + sweep
@@ -43,19 +43,21 @@ def test_sides_and_turns_of_a_cylinder(side: Any, turns: int) -> None:
     assert np.all(np.diff(path[:, 2]) > 0.0)
 
 
-def test_the_shorter_path_and_a_line_that_is_free() -> None:
+def test_shorter_path_and_line_without_contact() -> None:
     a, b = (-3.0, 0.2, 0.0), (3.0, 0.2, 0.0)
     shorter = drawn(a, b)
     assert shorter[1:-1, 1].max() > 0.2
     assert length(shorter) < length(drawn(a, b, side=1))
     assert len(drawn((-3.0, 1.5, 0.0), (3.0, 1.5, 0.0))) == 2
-    assert len(drawn((-3.0, 1.5, 0.0), (3.0, 1.5, 0.0), side=-1)) == 2  # on its side already
+    assert (
+        len(drawn((-3.0, 1.5, 0.0), (3.0, 1.5, 0.0), side=-1)) == 2
+    )  # the line is already on this side
     assert len(drawn((-3.0, 1.5, 0.0), (3.0, 1.5, 0.0), side=1)) > 10  # around the other side
     assert len(drawn(a, b, inside=True)) == 2
-    assert len(drawn((0.5, 0.0, 0.0), b)) == 2  # from within
+    assert len(drawn((0.5, 0.0, 0.0), b)) == 2  # starts inside the surface
 
 
-def test_a_sphere_is_crossed_on_a_great_circle() -> None:
+def test_path_over_a_sphere_is_a_great_circle() -> None:
     a, b = np.array((-3.0, 0.3, 0.4)), np.array((2.0, 0.2, 0.5))
     path = drawn(a, b, "sphere")
     assert np.linalg.norm(path[1:-1], axis=1) == pytest.approx(1.0)

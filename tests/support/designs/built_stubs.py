@@ -1,4 +1,4 @@
-"""Meshes, bodies and built robots for the tests of the export."""
+"""Meshes, bodies and built robots for tests of the export."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from addin_sdfusion.snapshot import BodySnapshot, MeshSnapshot
 
 @dataclass(frozen=True)
 class Built:
-    """A robot as if it had been built from a design."""
+    """Substitute for a robot built from a design."""
 
     robot: Robot | None
     findings: tuple[Finding, ...] = ()
@@ -28,7 +28,7 @@ class Built:
 
 
 def snapshot_of(mesh: Any) -> MeshSnapshot:
-    """A trimesh as the snapshot has it."""
+    """Return a trimesh as MeshSnapshot."""
     nodes = array("d", np.asarray(mesh.vertices, dtype=float).ravel())
     return MeshSnapshot(nodes, array("i", np.asarray(mesh.faces).ravel().tolist()))
 
@@ -51,7 +51,7 @@ def matrix(pose: Pose) -> Any:
 
 
 def zero_poses(robot: Robot) -> dict[str, Pose]:
-    """Poses of the links in the world at q = 0."""
+    """Return the poses of the links in the world frame at q = 0."""
     poses = {WORLD: Pose()}
     for joint in robot.joints:
         T_world_joint = compose(poses[joint.parent], joint.T_parent_joint)
@@ -60,7 +60,7 @@ def zero_poses(robot: Robot) -> dict[str, Pose]:
 
 
 def built(robot: Robot | None = None, bodies: int = 1) -> Built:
-    """A robot, the paper's arm if none is given, with boxes for its links."""
+    """Return a built robot (default: the arm of the paper) with boxes as links."""
     robot = planar_2r() if robot is None else robot
     robot = replace(robot, links=tuple(replace(link, end=None) for link in robot.links))
     poses = zero_poses(robot)

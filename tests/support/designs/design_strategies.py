@@ -1,4 +1,4 @@
-"""Random robots, and the designs that a CAD system would have of them."""
+"""Random robots and their designs in a CAD system."""
 
 from __future__ import annotations
 
@@ -53,17 +53,17 @@ KINDS: dict[str, tuple[tuple[str, str, Any], ...]] = {
     ),
     "ball": (("pitch", "rotation", Z), ("yaw", "rotation", X), ("roll", "rotation", Y)),
 }
-"""Role, kind and axis in the joint's frame of every motion, from `two` to `one`."""
+"""Role, kind and axis in the joint frame of every motion, from `two` to `one`."""
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """A robot and a design of it.
+    """A robot with its design.
 
     Attributes:
-        robot: As somebody would write it by hand: frames anywhere.
-        snapshot: The design, standing at the robot's initial pose.
-        T_root_link: 4x4 poses of the robot's links there.
+        robot: Robot written by hand, with arbitrary frames.
+        snapshot: Design at the initial pose of the robot.
+        T_root_link: 4x4 poses of the links at this pose.
     """
 
     robot: Robot
@@ -72,7 +72,7 @@ class Drawn:
 
 
 def matrix(pose: Pose) -> Any:
-    """A pose as 4x4 matrix."""
+    """Return a pose as 4x4 matrix."""
     T = np.eye(4)
     T[:3, :3] = Rotation.from_euler("xyz", pose.rpy).as_matrix()
     T[:3, 3] = pose.position
@@ -89,7 +89,7 @@ def motion_matrix(kind: str, axis: Sequence[float], value: float) -> Any:
 
 
 def forward(robot: Robot, q: dict[str, float]) -> dict[str, Any]:
-    """4x4 poses of the links in the world."""
+    """Return the 4x4 poses of the links in the world frame."""
     poses = {WORLD: np.eye(4)}
     for joint in robot.joints:
         T = poses[joint.parent] @ matrix(joint.T_parent_joint)
@@ -106,7 +106,7 @@ def initial(robot: Robot) -> dict[str, float]:
 
 
 def mass_of(parts: Sequence[tuple[float, Any, Any]], sign: int = 1) -> MassSnapshot:
-    """CAD mass properties of parts (mass, com, inertia about it), in the root frame."""
+    """Return CAD mass properties of parts (mass, com, inertia), in the root frame."""
     mass = sum(m for m, _, _ in parts)
     com = sum(m * c for m, c, _ in parts) / mass
     about_origin = sum(J + shift(m, c) for m, c, J in parts)
@@ -128,7 +128,7 @@ def moved(T: Any, p: Sequence[float]) -> tuple[float, float, float]:
 
 
 def shuffled(snapshot: DesignSnapshot, seed: int) -> DesignSnapshot:
-    """The same design, made in another order."""
+    """Return the same design with another order of creation."""
     order = np.random.default_rng(seed)
 
     def some(items: Any) -> Any:
@@ -148,10 +148,11 @@ def shuffled(snapshot: DesignSnapshot, seed: int) -> DesignSnapshot:
 
 @dataclass
 class Draughtsman:
-    """Draws random robots and their designs from one seed.
+    """Generator of random robots and their designs from one seed.
 
-    `links` are those next to the base; the design is away from its zero pose if `displaced`, the
-    frames of the robot are turned if `rotated`; `sign` is that of the products of inertia.
+    `links` is the number of links without the base. The design is at a nonzero pose if `displaced`,
+    and the frames of the robot are rotated if `rotated`. `sign` is the sign of the products of
+    inertia.
     """
 
     seed: int
@@ -229,7 +230,7 @@ class Draughtsman:
         return drawn, {"kind": kind, "flipped": flipped, "as_built": self.rng.random() < 0.3}
 
     def body(self) -> tuple[float, Any, Any]:
-        """Mass, centre of mass and inertia in the link frame."""
+        """Return mass, centre of mass and inertia in the link frame."""
         a = self.rng.uniform(0.01, 0.1, 3)
         R = Rotation.random(random_state=int(self.rng.integers(1 << 31))).as_matrix()
         J = R @ np.diag([a[1] + a[2], a[0] + a[2], a[0] + a[1]]) @ R.T
@@ -268,7 +269,7 @@ class Draughtsman:
             occurrences.append(first)
             for i, part in enumerate(parts):
                 at = new
-                if i:  # further bodies in components below
+                if i:  # other bodies in child components
                     at = f"{new}+part:{i}"
                     inner = mass_of([part], self.sign) if self.rng.random() < 0.5 else None
                     occurrences.append(OccurrenceSnapshot(at, new, "part", mass=inner))
@@ -322,7 +323,7 @@ def _placed(part: Any, T: Any) -> Any:
 
 
 def _joint(joint: Joint, how: Any, poses: Any, paths: Any) -> JointSnapshot:
-    """The joint as the CAD system has it: `one` moves relative to `two`."""
+    """Return the joint in the CAD system: `one` moves relative to `two`."""
     parent = poses[joint.parent] @ matrix(joint.T_parent_joint)
     child = poses[joint.child] @ matrix(joint.T_child_joint)
     names = (joint.child, joint.parent)
@@ -354,7 +355,7 @@ def _joint(joint: Joint, how: Any, poses: Any, paths: Any) -> JointSnapshot:
 
 @st.composite
 def drawn_designs(draw: st.DrawFn) -> Drawn:
-    """Any robot that can be drawn, in any pose, nesting and place."""
+    """Draw a robot with a random pose, nesting and position."""
     man = Draughtsman(
         draw(st.integers(0, 1 << 30)),
         draw(st.integers(1, 6)),

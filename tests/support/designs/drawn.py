@@ -1,4 +1,4 @@
-"""Expected reading of a drawn design: from the fake's data, by products of 4x4 matrices in SI."""
+"""Expected snapshots of drawn designs, computed from the data of the fake in SI units."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ CM = 0.01
 
 
 def places(design: Any) -> Iterator[tuple[str, Path, Any, np.ndarray]]:
-    """Path as text, path, component and pose, in [cm], of everything in a design."""
+    """Yield path name, path, component and pose, in [cm], of all occurrences of a design."""
     root = design._data.root
     yield "", (), root, np.eye(4)
     for path in paths_below(root):
@@ -24,12 +24,12 @@ def places(design: Any) -> Iterator[tuple[str, Path, Any, np.ndarray]]:
 
 
 def at(T: np.ndarray, p: Any) -> np.ndarray:
-    """A point, in [cm], moved, in [m]."""
+    """Return a point, given in [cm], transformed, in [m]."""
     return CM * (T[:3, :3] @ np.asarray(p, dtype=float) + T[:3, 3])
 
 
 def tensor(mass: Any) -> np.ndarray:
-    """The inertia matrix about the centre of mass of a MassSnapshot with tensor signs."""
+    """Return the inertia matrix of a MassSnapshot with tensor signs about its centre of mass."""
     xx, yy, zz, xy, yz, xz = mass.moments
     I = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])  # noqa: E741
     r = np.array(mass.com)
@@ -37,7 +37,7 @@ def tensor(mass: Any) -> np.ndarray:
 
 
 def drawn_joints(design: Any) -> dict[tuple[str, str], Any]:
-    """Frames and axes that joints should have, by path of their place and name."""
+    """Return the expected frames and axes of joints, by path of the occurrence and name."""
     found = {}
     for text, path, component, _ in places(design):
         for joint in (*component.joints, *component.as_built):
@@ -49,11 +49,11 @@ def drawn_joints(design: Any) -> dict[tuple[str, str], Any]:
 
 
 def random_design(order: random.Random, *, joints: bool = True) -> Any:
-    """Components within components, some with all that is in them in several places, with joints.
+    """Return a random design with nested components, some with several occurrences, and joints.
 
-    Poses are at random, or turned by right angles. There may be rigid groups that are left over,
-    and references to documents that are not there. Joints are named apart from each other, unless
-    their component is in several places.
+    Poses are random or rotated by right angles. The design may contain obsolete rigid groups and
+    unresolved references. Names of joints are unique unless their component has several
+    occurrences.
     """
     build = Builder(f"design {order.random()}")
     paths: list[Path] = []
@@ -83,13 +83,13 @@ def random_design(order: random.Random, *, joints: bool = True) -> Any:
 
 
 def _reaches(component: Any, holders: list[Any]) -> bool:
-    """Whether a component is, or holds, one of those that would hold it."""
+    """Return whether placing a component would create a cycle."""
     below = [component, *(path[-1].component for path in paths_below(component))]
     return any(known is holder for known in below for holder in holders)
 
 
 def _placement(order: random.Random) -> np.ndarray:
-    """A pose anywhere, turned at random or by right angles."""
+    """Return a random pose with a random rotation or a rotation by right angles."""
     T = random_motion(order)
     if order.random() < 0.5:
         rows = order.sample(range(3), 3)

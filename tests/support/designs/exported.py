@@ -1,4 +1,4 @@
-"""The user's path in one step: a design of the fake, read, exported to a folder, read back."""
+"""Export of a design of the fake to a folder, and reading of the exported robot."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class Export:
     """An exported design.
 
     Attributes:
-        folder: Its folder.
-        robot: The robot that is read back from there.
+        folder: Robot folder.
+        robot: Robot read from the folder.
         findings: Findings of the export.
     """
 
@@ -45,16 +45,16 @@ class Export:
 
     @property
     def codes(self) -> set[str]:
-        """Codes of the findings."""
+        """Return the codes of the findings."""
         return {finding.code for finding in self.findings}
 
     @property
     def sdf(self) -> str:
-        """The text of model.sdf."""
+        """Return the text of model.sdf."""
         return (self.folder / "model.sdf").read_text(encoding="utf-8")
 
     def meshes_in_world(self, role: str = "visual") -> dict[str, Any]:
-        """The links' meshes in the world, in the robot's initial pose."""
+        """Return the meshes of the links in the world frame at the initial pose."""
         poses = initial_poses(self.robot)
         found = {}
         for link in self.robot.links:
@@ -66,34 +66,34 @@ class Export:
         return found
 
     def contents(self) -> dict[str, bytes]:
-        """The bytes of every file."""
+        """Return the bytes of every file."""
         return files_of(self.folder)
 
 
 def snapshot_of(design: Any, **settings: Any) -> DesignSnapshot:
-    """What the add-in reads of a design, with other settings."""
+    """Return the snapshot of a design with changed settings."""
     snapshot = read_design(design)
     return replace(snapshot, settings=replace(snapshot.settings, **settings))
 
 
 def export(design: Any, folder: Path, **settings: Any) -> Export:
-    """A design exported and read back."""
+    """Export a design and read the robot."""
     findings = export_robot(snapshot_of(design, **settings), folder).findings
     return Export(folder, read_robot(folder), findings)
 
 
 def findings_of(design: Any) -> list[Finding]:
-    """Findings of Check on a design."""
+    """Return the findings of Check on a design."""
     return check_design(read_design(design))
 
 
 def codes_of(design: Any) -> set[str]:
-    """Codes of Check's findings on a design."""
+    """Return the codes of the findings of Check on a design."""
     return {finding.code for finding in findings_of(design)}
 
 
 def initial_poses(robot: Robot) -> dict[str, np.ndarray]:
-    """Poses of the links in the world at the robot's initial coordinates."""
+    """Return the poses of the links in the world frame at the initial coordinates."""
     poses = {WORLD: np.eye(4)}
     for joint in robot.joints:
         T = poses[joint.parent] @ transform(joint.T_parent_joint)
@@ -109,7 +109,7 @@ def initial_poses(robot: Robot) -> dict[str, np.ndarray]:
 
 @contextmanager
 def running() -> Iterator[None]:
-    """The add-in, running in the fake Fusion."""
+    """Run the add-in in the fake Fusion within the context."""
     with fake_fusion.modules():
         addin_sdfusion.run(None)
         try:
@@ -119,7 +119,7 @@ def running() -> Iterator[None]:
 
 
 def press_export(fusion: Any, folder: Path) -> Any:
-    """Export by the command: choose the folder, press OK."""
+    """Export with the command: choose the folder and press OK."""
     command = fusion.run_command(EXPORT)
     fusion.world.folder_answers.append(str(folder))
     command.press("browse")
@@ -128,7 +128,7 @@ def press_export(fusion: Any, folder: Path) -> Any:
 
 
 def failing(error: Exception) -> Any:
-    """A function that raises, whatever it is called with."""
+    """Return a function that always raises an error."""
 
     def fail(*_: Any, **__: Any) -> None:
         raise error

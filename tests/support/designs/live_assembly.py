@@ -1,6 +1,6 @@
-"""A six-legged robot read in running Fusion, drawn in the fake from that data.
+"""A six-legged robot that was read in real Fusion, drawn in the fake.
 
-The data lie next to the repository: poses of 97 occurrences, 18 as-built joints, 49 rigid groups.
+The data are in a folder next to the repository: 97 occurrences, 18 joints, 49 rigid groups.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ FOLDER = File(__file__).parents[3] / "../shared/fusion"
 
 
 def live_data(name: str) -> Any:
-    """The data of a file next to the repository."""
+    """Return the data of a file next to the repository."""
     file = FOLDER / name
     if not file.is_file():
-        pytest.skip(f"{name} is not there")
+        pytest.skip(f"{name} does not exist")
     return json.loads(file.read_text())
 
 
 class Drawn:
-    """The robot as drawn.
+    """The robot drawn in the fake.
 
     Attributes:
-        data: As read in Fusion.
-        build: Draws it.
-        paths: Every occurrence by its full path.
+        data: Data read in Fusion.
+        build: Builder of the design.
+        paths: Path of every occurrence by its full path name.
     """
 
     def __init__(self) -> None:
@@ -64,7 +64,7 @@ class Drawn:
             path = self.build.place(made or component, T, above=holder)
             path[-1].name = f"{component}:{number}"
             self._components[component] = path[-1].component
-        else:  # a leg's parts, seen in another leg, or moved within it
+        else:  # a part of another copy of the leg, or with another pose in it
             path = (*holder, known)
             if len(path) > 2 and not np.allclose(known.T, T, atol=1e-6):
                 path[0].component.poses[path[1:]] = T
@@ -73,7 +73,7 @@ class Drawn:
     def _joint(self, joint: dict[str, Any]) -> None:
         leg = self.paths[joint["assembly_context"]]
         if any(known.name == joint["name"] for known in leg[-1].component.as_built):
-            return  # listed for every leg, there once
+            return  # listed for every leg but defined once
         limits = joint["limits"]
         self.build.joint(
             joint["name"],

@@ -25,7 +25,7 @@ Z = (0.0, 0.0, 1.0)
 
 
 def box(size: Sequence[float], at: Sequence[float] = (0, 0, 0), mass: float = 1.0) -> Any:
-    """Mass, centre of mass, inertia about it of a box along the axes."""
+    """Return mass, centre of mass and inertia of a box along the axes."""
     a, b, c = (s * s for s in size)
     return mass, np.array(at, dtype=float), mass / 12.0 * np.diag([b + c, a + c, a + b])
 
@@ -84,7 +84,7 @@ def muscles(*names: str) -> tuple[MuscleSnapshot, ...]:
 
 
 def arm(**more: Any) -> DesignSnapshot:
-    """A sound design: base, upper and lower arm, one muscle over both joints."""
+    """Return a valid design: base, upper and lower arm, one muscle over both joints."""
     names = ("base:1", "upper:1", "lower:1")
     places = ((0.0, 0.0, 0.0), (0.2, 0.0, 0.0), (0.5, 0.0, 0.0))
     given = {

@@ -1,4 +1,4 @@
-"""A STEP file with parts in an assembly, and its tables."""
+"""STEP file with an assembly, and its tables."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TURNS = {
     "thumb": ((0.0, 5.0, 30.0), (0.3, -0.7, 0.2)),
     "foot": ((0.0, 0.0, -50.0), (0.0, 0.0, 0.0)),
 }
-"""Translation in [mm] and rotation vector of every place."""
+"""Translation in [mm] and rotation vector of every occurrence."""
 
 
 def location(place: str) -> Any:
@@ -32,7 +32,7 @@ def text(name: str) -> Any:
 
 
 def write_hands(file: Path) -> None:
-    """Two hands of a palm and two fingers each, one product a part, and a foot that is a palm."""
+    """Write two hands of a palm and two fingers each, and a foot that is another palm."""
     document = kernel("TDocStd").TDocStd_Document(text("XDE"))
     tools = kernel("XCAFDoc").XCAFDoc_DocumentTool
     shapes, colors = tools.ShapeTool_s(document.Main()), tools.ColorTool_s(document.Main())

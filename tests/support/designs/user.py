@@ -1,4 +1,4 @@
-"""A user of the add-in in a design with every kind of thing to pick."""
+"""Simulated user of the add-in in a design with all kinds of entities to pick."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ DEFINE = "cardsflowDefineMuscles"
 
 
 def build_arm(**more: Any) -> Any:
-    """A torso and an arm with a hand in it, turned and nested, every kind of thing to pick."""
+    """Draw a torso and a rotated arm with a nested hand, with all kinds of entities to pick."""
     build = Builder("robot", **more)
     torso = build.place("torso", translation((1.0, 2.0, 3.0)), grounded=True)
     holder = build.place("holder", rotation(0.7, (1.0, 2.0, 3.0)) @ translation((5.0, 0.0, 1.0)))
@@ -36,14 +36,14 @@ def build_arm(**more: Any) -> Any:
 
 
 class User:
-    """Finds what there is to click."""
+    """Simulated user, who finds the entities to click."""
 
     def __init__(self, fusion: Any) -> None:
         self.fusion = fusion
         self.root = fusion.design.rootComponent
 
     def define(self, *points: Any) -> Any:
-        """The open dialog of Define muscles, with these points picked."""
+        """Return the open dialog of Define muscles with picked points."""
         command = self.fusion.run_command(DEFINE)
         for entity in points:
             command.pick("pick", entity)
@@ -85,7 +85,7 @@ class User:
         )
 
     def points(self) -> dict[str, np.ndarray]:
-        """Construction points by name, in the root frame, in [cm]."""
+        """Return the construction points by name, in the root frame, in [cm]."""
         found = {}
         places = [(self.root, None)] + [(o.component, o) for o in self.root.allOccurrences]
         for component, occurrence in places:
@@ -96,7 +96,7 @@ class User:
         return found
 
     def attribute(self, name: str) -> dict[str, Any]:
-        """What is stored on a construction point."""
+        """Return the attribute of a construction point."""
         for component in (self.root, *(o.component for o in self.root.allOccurrences)):
             point = component.constructionPoints.itemByName(name)
             if point is not None:

@@ -19,13 +19,13 @@ _UNITS = {"mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54, "ft": 30.48, "rad": 1.0,
 
 
 def document_of(design: DesignData) -> Any:
-    """The document of a design."""
+    """Return the document of a design."""
     return new(FusionDocument, design=design)
 
 
 @api("adsk.core")
 class Document(Base):
-    """`_design` is its DesignData."""
+    """Document; `_design` is its DesignData."""
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Document) and self._design is other._design
@@ -63,7 +63,7 @@ def _unit(name: str) -> float:
 
 @api("adsk.core")
 class Camera(Base):
-    """Where the user looks from; a copy, which is written back as a whole."""
+    """Camera of the viewport; a copy, which must be assigned to the viewport to take effect."""
 
     @property
     def target(self) -> Any:
@@ -106,7 +106,7 @@ class Application(Base):
 
     @property
     def activeProduct(self) -> Any:
-        """The design of the active document, or another product; None if none is open."""
+        """Design of the active document or another product; None if no document is open."""
         if world().active is not None and not world().in_design:
             return new(Product, data=world().active, path=())
         return wrap(world().active)

@@ -1,8 +1,8 @@
-"""Base of the fake's classes: refusal of unknown names, argument types, threads, deleted objects.
+"""Base classes of the fake, which check names, argument types, threads and deleted objects.
 
-A class of the API is written as an ordinary class under `@api("adsk.core")`. Its public functions
-and properties are the API's; whatever begins with an underscore is the fake's own. Annotations of
-parameters are enforced when the member is called.
+An API class is a normal class with the decorator `@api("adsk.core")`. Its public functions and
+properties belong to the API; names with an underscore are private to the fake. Annotations of
+parameters are checked when a member is called.
 """
 
 # ruff: noqa: N818 -- the API's names
@@ -20,16 +20,16 @@ from typing import Any
 from .state import world
 
 CLASSES: dict[str, dict[str, type]] = {"adsk.core": {}, "adsk.fusion": {}}
-"""The fake's classes by namespace and name."""
+"""Classes of the fake by namespace and name."""
 
 _MAIN = threading.main_thread().ident
 
 
 class Base:
-    """Base of all classes of the API; not made by calling the class."""
+    """Base of all API classes, which cannot be instantiated directly."""
 
     def __new__(cls, *_: Any, **__: Any) -> Any:
-        """The API has no constructors: the message is Fusion's."""
+        """Raise the error of Fusion, whose API has no constructors."""
         raise AttributeError(f"No constructor defined for {cls.__name__}")
 
     def __getattr__(self, name: str) -> Any:
@@ -44,7 +44,7 @@ class Base:
                 raise AttributeError(f"{type(self).__name__}.{name} is read-only")
         object.__setattr__(self, name, value)
 
-    __hash__ = None  # type: ignore[assignment]  # wrappers come and go, Fusion's cannot be hashed
+    __hash__ = None  # type: ignore[assignment]  # objects of Fusion are not hashable
 
     def __eq__(self, other: object) -> bool:
         return self is other
@@ -64,16 +64,16 @@ class Base:
 
     @classmethod
     def cast(cls, arg: Any) -> Any:
-        """The object if it is of this class, else None; never an error."""
+        """Return the object if it is an instance of this class, else None."""
         return arg if isinstance(arg, cls) else None
 
 
 def new(cls: type, **fields: Any) -> Any:
-    """An object of the API, as the fake itself makes one.
+    """Create an API object.
 
     Args:
-        cls: Its class.
-        fields: Its private fields, without the underscore.
+        cls: Class of the object.
+        fields: Private fields, without the underscore.
     """
     made = object.__new__(cls)
     made.__dict__.update({f"_{name}": value for name, value in fields.items()})
@@ -81,16 +81,16 @@ def new(cls: type, **fields: Any) -> Any:
 
 
 def by_name(name: str, **fields: Any) -> Any:
-    """The same of a class by its name, wherever the fake defines it."""
+    """Create an API object of a class given by name."""
     return new(_every_class()[name], **fields)
 
 
 def stored(path: str, kind: str) -> property:
-    """A property that is kept as it is in a private field, such as "data.visible".
+    """Return a property that is stored in a private field, such as "data.visible".
 
     Args:
         path: The field, without the underscore.
-        kind: The type of its values; others are rejected.
+        kind: Type of the values; other types are rejected.
     """
     *holders, name = f"_{path}".split(".")
 
@@ -102,7 +102,7 @@ def stored(path: str, kind: str) -> property:
 
 
 def edited(path: str, kind: str, member: str) -> property:
-    """The same of a field of the model, whose edits need a transaction."""
+    """Return a property of the model, whose edits require a transaction."""
     *holders, name = f"_{path}".split(".")
 
     def write(self: Any, value: Any) -> None:
@@ -120,7 +120,7 @@ def _held(made: Any, holders: list[str]) -> Any:
 
 
 def api(namespace: str) -> Callable[[type], type]:
-    """Make a class part of the API: its public members check thread, life and arguments."""
+    """Register an API class, whose public members check thread, validity and arguments."""
 
     def register(cls: type) -> type:
         cls._namespace = namespace
@@ -133,7 +133,7 @@ def api(namespace: str) -> Callable[[type], type]:
 
 
 def _public_members(cls: type) -> dict[str, Any]:
-    """Public members of a class and of its bases that are not classes of the API themselves."""
+    """Return the public members of a class and of its bases that are not API classes."""
     found: dict[str, Any] = {}
     for base in cls.__mro__:
         if base is Base or (base is not cls and "_namespace" in vars(base)):
@@ -145,24 +145,24 @@ def _public_members(cls: type) -> dict[str, Any]:
 
 
 def enumeration(namespace: str, name: str, values: dict[str, int]) -> type:
-    """An enumeration of the API: a class that holds plain integers."""
+    """Create an enumeration of the API: a class with plain integers."""
     made = type(name, (), {**values, "_namespace": namespace, "_values": values})
     CLASSES[namespace][name] = made
     return made
 
 
 def check_thread(what: str) -> None:
-    """Reject a call from another thread than the main one: Fusion would crash or hang.
+    """Reject calls outside the main thread, which would crash Fusion.
 
     Raises:
-        RuntimeError: It is another thread.
+        RuntimeError: The current thread is not the main thread.
     """
     if threading.get_ident() != _MAIN:
         raise RuntimeError(f"2 : InternalValidationError : {what} called from a worker thread")
 
 
 def _api_class(cls: type) -> type:
-    """The class of the API that a class is, or that a handler written by the user derives from."""
+    """Return the API class of a class, which may be a subclass for event handlers."""
     return next(c for c in cls.__mro__ if "_namespace" in vars(c))
 
 
@@ -181,7 +181,7 @@ def _guarded(cls: type, name: str, member: Any) -> Any:
 
 
 def _call(where: str, function: Callable, *, bound: bool, alive: bool = True) -> Callable:
-    """The function behind checks of thread, life and the types of its positional arguments."""
+    """Return a function with checks of thread, validity and types of positional arguments."""
     checks: list | None = None
     parameters = list(inspect.signature(function).parameters.values())[bound:]
     required = sum(p.default is p.empty for p in parameters)
@@ -212,7 +212,7 @@ def _call(where: str, function: Callable, *, bound: bool, alive: bool = True) ->
                     )
         try:
             return function(*args)
-        except AttributeError as error:  # else __getattr__ would hide the fake's own mistake
+        except AttributeError as error:  # otherwise __getattr__ would hide a mistake of the fake
             if str(error).startswith("No constructor") or " no such member" in str(error):
                 raise
             raise FakeMistake(f"in {where}: {error}") from error
@@ -223,11 +223,11 @@ def _call(where: str, function: Callable, *, bound: bool, alive: bool = True) ->
 
 
 class FakeMistake(Exception):
-    """The fake itself is wrong: not something that Fusion would do."""
+    """A mistake of the fake or a test, not an error of Fusion."""
 
 
 def _check(function: Callable, parameter: inspect.Parameter) -> Callable[[Any], bool]:
-    """Whether a value fits an annotation. Annotations are texts that name classes of the API."""
+    """Return a test of values against an annotation, which is a text with names of API classes."""
     text = parameter.annotation
     if text is parameter.empty:
         return lambda _: True

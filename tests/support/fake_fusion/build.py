@@ -1,8 +1,8 @@
-"""Designs drawn by tests, as a user would have drawn them before the add-in runs.
+"""Builder of designs for tests, which simulates designs drawn by a user.
 
-A Builder works on plain data and hands out paths (tuples of OccurrenceData); `Builder.done()` gives
-the API's Design of a new active document. Lengths in cm, angles in rad, masses in kg; poses are 4x4
-arrays that lead from the own frame to that of the component above.
+A Builder uses plain data and returns paths (tuples of OccurrenceData); `Builder.done()` returns
+the API Design of a new active document. Lengths are in cm, angles in rad, masses in kg. A pose is a
+4x4 array that transforms the frame of a component to the frame of its parent.
 """
 
 from __future__ import annotations
@@ -68,25 +68,25 @@ FREEDOMS: dict[str, tuple[tuple[str, Any], ...]] = {
     "ball": (("pitch", Z), ("yaw", X), ("roll", Y)),
     "inferred": (),
 }
-"""Freedoms of a joint, in their order from `two` to `one`, with axes in the joint's frame."""
+"""Degrees of freedom of joints, ordered from `two` to `one`, with axes in the joint frame."""
 
 Pair = tuple[float | None, float | None]
 _ASSEMBLY = 1
 
 
 class Builder:
-    """Draws one design.
+    """Builder of one design.
 
     Args:
         name: Name of the design and of its root component.
-        parametric: Whether it has a timeline; else it is direct modelling.
+        parametric: Whether the design has a timeline; otherwise it uses direct modelling.
         intent: `part`, `assembly` or `hybrid`.
-        units: The user's length unit, such as `mm`.
-        ground_first: Fusion's preference by which the first component is grounded to its parent.
+        units: Length unit of the user, such as `mm`.
+        ground_first: Preference of Fusion to ground the first component to its parent.
 
     Attributes:
-        design: The design's data.
-        root: The root component's data.
+        design: Data of the design.
+        root: Data of the root component.
     """
 
     def __init__(
@@ -109,9 +109,9 @@ class Builder:
     # Structure -------------------------------------------------------------------------------
 
     def component(self, name: str, *, referenced: bool = False) -> ComponentData:
-        """A new component, in no place yet; its name is made unique as Fusion does.
+        """Create a component without occurrences; a duplicate name gets a suffix like in Fusion.
 
-        In an assembly design it is always of a document of its own.
+        In an assembly design each component belongs to a separate document.
         """
         name = unique(name, self.design.components)
         source = DesignData(name) if self.design.intent == _ASSEMBLY else None
@@ -130,19 +130,19 @@ class Builder:
         ground_to_parent: bool | None = None,
         visible: bool = True,
     ) -> Path:
-        """Put a component (or a new one of that name) into another one.
+        """Create an occurrence of a component.
 
         Args:
-            component: What.
-            T: Its pose in the component above.
-            above: Path of an occurrence of the component above; the root if empty.
-            grounded: Whether the user pinned it.
-            ground_to_parent: Whether it is fixed to the component above; if None, as Fusion's
-                preference has it: the first one of the root is, without a word.
-            visible: Its light bulb.
+            component: The component, or the name of a new component.
+            T: Pose in the parent component.
+            above: Path of an occurrence of the parent component; empty for the root.
+            grounded: Whether the user grounded it.
+            ground_to_parent: Whether it is fixed to its parent; None to follow the preference of
+                Fusion, which grounds the first component of the root.
+            visible: Whether it is visible.
 
         Returns:
-            Its path below the given one.
+            Path of the occurrence.
         """
         if isinstance(component, str):
             component = self.component(component)
@@ -162,7 +162,7 @@ class Builder:
         return (*above, made)
 
     def unresolved(self, name: str, T: Any = None, *, above: Path = ()) -> Path:
-        """An external reference whose document cannot be found."""
+        """Create an unresolved external reference."""
         component = ComponentData(name, design=self.design, referenced=True)
         parent = above[-1].component if above else self.root
         made = OccurrenceData(f"{name}:1", component=component, parent=parent, T=_pose(T))
@@ -171,16 +171,16 @@ class Builder:
         return (*above, made)
 
     def pose(self, path: Path, T: Any) -> None:
-        """Another pose of a part of a sub-assembly, in this place of it alone.
+        """Set the pose of a part in one occurrence of a sub-assembly only.
 
         Args:
-            path: Path from the root of the part.
-            T: Its pose relative to what is above it.
+            path: Path of the part from the root.
+            T: Pose relative to its parent.
         """
         self.root.poses[path] = np.array(T, dtype=float)
 
     def move(self, path: Path, T: Any) -> None:
-        """The user has moved an occurrence to a pose, and not captured the position."""
+        """Move an occurrence to a pose without capturing the position."""
         path[-1].captured, path[-1].T = path[-1].T, np.array(T, dtype=float)
 
     # Content ---------------------------------------------------------------------------------
@@ -195,7 +195,7 @@ class Builder:
         material: str = "Steel",
         visible: bool = True,
     ) -> BodyData:
-        """A body of a shape in a component's frame."""
+        """Add a body with a shape in the frame of a component."""
         component = self._component(where)
         shelf = component.mesh_bodies if kind == "mesh" else component.bodies
         made = BodyData(
@@ -210,24 +210,24 @@ class Builder:
         return made
 
     def box(self, where: Any, size: Sequence[float], T: Any = None, **more: Any) -> BodyData:
-        """A box about its pose's origin, in [cm]. `density` in [kg/cm³]; the rest as `body`."""
+        """Add a box centred at its pose, in [cm]; density in [kg/cm³], `more` as for `body`."""
         density = more.pop("density", STEEL)
         return self.body(where, Box(_pose(T), density, tuple(size)), **more)  # type: ignore[arg-type]
 
     def cylinder(
         self, where: Any, radius: float, height: float, T: Any = None, **more: Any
     ) -> BodyData:
-        """A cylinder about the z axis of its pose, from -height/2 to height/2."""
+        """Add a cylinder about the z axis of its pose, from -height/2 to height/2."""
         density = more.pop("density", STEEL)
         return self.body(where, Cylinder(_pose(T), density, radius, height), **more)
 
     def sphere(self, where: Any, radius: float, T: Any = None, **more: Any) -> BodyData:
-        """A sphere about its pose's origin."""
+        """Add a sphere centred at its pose."""
         density = more.pop("density", STEEL)
         return self.body(where, Sphere(_pose(T), density, radius), **more)
 
     def torus(self, where: Any, major: float, minor: float, T: Any = None, **more: Any) -> BodyData:
-        """A torus about the z axis of its pose."""
+        """Add a torus about the z axis of its pose."""
         density = more.pop("density", STEEL)
         return self.body(where, Torus(_pose(T), density, major, minor), **more)
 
@@ -242,16 +242,16 @@ class Builder:
         size: Sequence[float] = (1.0, 1.0, 1.0),
         **more: Any,
     ) -> BodyData:
-        """A box to look at with given mass properties.
+        """Add a box with given mass properties.
 
         Args:
-            where: Its component or a path to it.
+            where: Component or path of an occurrence.
             mass: In [kg].
-            com: Centre of mass in the body's pose, in [cm].
-            inertia: About the centre of mass along the pose's axes, tensor signs, in [kg·cm²].
-            T: The body's pose in the component.
-            size: Of the box, in [cm].
-            more: As for `body`.
+            com: Centre of mass in the frame of the body, in [cm].
+            inertia: Inertia matrix about the centre of mass, tensor signs, in [kg·cm²].
+            T: Pose of the body in the component.
+            size: Size of the box, in [cm].
+            more: Arguments of `body`.
         """
         shape = Explicit(
             _pose(T),
@@ -273,7 +273,7 @@ class Builder:
         problem: str = "",
         exact_name: bool = False,
     ) -> PointData:
-        """A construction point in a component's frame, with attributes of the add-in's group."""
+        """Add a construction point in the frame of a component, with attributes of the add-in."""
         component = self._component(where)
         made = PointData(
             name if exact_name else unique(name, component.points),
@@ -294,7 +294,7 @@ class Builder:
         points: Iterable[Sequence[float]] = (),
         name: str = "",
     ) -> SketchData:
-        """A sketch of the user's with points in its own frame."""
+        """Add a sketch of the user with points in the frame of the sketch."""
         component = self._component(where)
         made = SketchData(
             unique(name or f"Sketch{len(component.sketches) + 1}", component.sketches),
@@ -318,9 +318,9 @@ class Builder:
         suppressed: bool = False,
         stale: bool = False,
     ) -> GroupData:
-        """A rigid group of occurrences, in the root or in the component at the end of `inside`.
+        """Add a rigid group of occurrences to the root or to the component of `inside`.
 
-        A stale one is left over from occurrences that are gone.
+        A stale group has lost its occurrences.
         """
         component = self._component(inside)
         made = GroupData(
@@ -334,7 +334,7 @@ class Builder:
         return made
 
     def joint_origin(self, where: ComponentData | Path, T: Any, name: str = "") -> JointOriginData:
-        """A joint origin at a pose in a component's frame."""
+        """Add a joint origin at a pose in the frame of a component."""
         component = self._component(where)
         name = unique(
             name or f"Joint Origin{len(component.joint_origins) + 1}", component.joint_origins
@@ -361,25 +361,24 @@ class Builder:
         by_origins: bool = False,
         **more: Any,
     ) -> JointData:
-        """A joint between two occurrences at their pose.
+        """Add a joint between two occurrences at their pose.
 
         Args:
-            name: Its name.
-            kind: As in KINDS.
-            one: Path from the root of what moves; empty for the component that the joint is in.
-            two: Path from the root of what it moves relative to; likewise.
-            origin: Where it is on `two`, in the frame of the joint's component, in [cm].
-            axis: Its z axis there: the axis of most joints, the pitch axis of a ball joint.
-            x: Its x axis there.
-            T: Its pose there, instead of the three.
-            values: Its values, one a freedom in the order of FREEDOMS.
-            limits: (lower, upper), None if not enabled, one a freedom.
-            inside: Path of the occurrence whose component holds the joint.
+            name: Name of the joint.
+            kind: Key of KINDS.
+            one: Path of the moving occurrence; empty for the component of the joint.
+            two: Path of the other occurrence; empty for the component of the joint.
+            origin: Position on `two`, in the frame of the joint's component, in [cm].
+            axis: z axis on `two`: the axis of most joints, the pitch axis of a ball joint.
+            x: x axis on `two`.
+            T: Pose on `two`, instead of origin, axis and x.
+            values: Values of the degrees of freedom, in the order of FREEDOMS.
+            limits: (lower, upper) of each degree of freedom; None if not enabled.
+            inside: Path of the occurrence whose component contains the joint.
             as_built: Whether it is an as-built joint.
             by_origins: Whether joint origins define it, in the components of `one` and `two`.
-            more: Further fields of JointData, such as suppressed, locked, health, problem,
-                broken_geometry, axes (of the freedoms, in the joint's frame), offsets (x, y, z),
-                angle, flipped.
+            more: Other fields of JointData, such as suppressed, locked, health, problem,
+                broken_geometry, axes (in the joint frame), offsets (x, y, z), angle, flipped.
         """
         component = self._component(inside)
         one, two = one[len(inside) :], two[len(inside) :]
@@ -408,20 +407,20 @@ class Builder:
         return made
 
     def constraint(self, name: str = "Constraint1", *, inside: Path = ()) -> None:
-        """An assembly constraint; allJoints fails from now on, as where Fusion has them."""
+        """Add an assembly constraint; allJoints then fails like in Fusion."""
         self._component(inside).constraints.append(name)
         world().options.all_joints_fail = True
 
     def motion_link(
         self, one: JointData, two: JointData | None = None, *, name: str = "", **more: Any
     ) -> MotionLinkData:
-        """A motion link between two joints of a component, or two motions of one.
+        """Add a motion link between two joints of a component, or two motions of one joint.
 
         Args:
-            one: The first joint.
-            two: The second; None: the same.
-            name: Its name.
-            more: Further fields of MotionLinkData: motions, values, reversed, suppressed.
+            one: First joint.
+            two: Second joint; None for the same joint.
+            name: Name of the motion link.
+            more: Other fields of MotionLinkData: motions, values, reversed, suppressed.
         """
         shelf = one.component.motion_links
         name = unique(name or f"Motion Link{len(shelf) + 1}", shelf)
@@ -430,13 +429,13 @@ class Builder:
         return made
 
     def tangent(self, name: str = "Tangent1", *, inside: Path = ()) -> None:
-        """A tangent relationship between faces."""
+        """Add a tangent relationship between faces."""
         self._component(inside).tangents.append(name)
 
     # End -------------------------------------------------------------------------------------
 
     def shuffle(self, order: random.Random) -> None:
-        """Change the order in which everything was made."""
+        """Shuffle the order of creation."""
         for component in self.design.components:
             for shelf in ("occurrences", "bodies", "points", "joints", "as_built", "groups"):
                 order.shuffle(getattr(component, shelf))
@@ -445,7 +444,7 @@ class Builder:
         self.design.components[1:] = others
 
     def done(self) -> Any:
-        """Open the design as the active document and give it as the API does."""
+        """Open the design as the active document and return the API Design."""
         if self.design not in world().documents:
             world().documents.append(self.design)
         world().active = self.design
@@ -458,13 +457,13 @@ class Builder:
 
 
 def _rest(more: dict[str, Any]) -> np.ndarray:
-    """Where `one` is in the joint's frame of `two` at zero: the joint's offsets and angle."""
+    """Return the frame on `one` in the frame on `two` at zero values: offsets and angle."""
     T = translation(more.get("offsets", (0.0, 0.0, 0.0)))
     return T @ rotation(more.get("angle", 0.0), Z)
 
 
 def _flip(more: dict[str, Any]) -> np.ndarray:
-    """A flipped joint's frame on `one` is upside down."""
+    """Return the rotation of the frame on `one` for a flipped joint."""
     return rotation(math.pi, X) if more.get("flipped") else np.eye(4)
 
 

@@ -1,4 +1,4 @@
-"""Collections of the API: count, item, itemByName, and Python's own len, index and iteration."""
+"""Collections of the API: count, item, itemByName, and len, index and iteration of Python."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from .base import Base
 
 
 class Items(Base):
-    """A collection over a list that is made afresh at every access: collections are live."""
+    """A collection whose list is created at every access, so that it is up to date."""
 
     def _all(self) -> list[Any]:
         return self._make()
@@ -32,7 +32,7 @@ class Items(Base):
 
 
 def listing(cls: type) -> type:
-    """Give a collection the members `count` and `item`."""
+    """Add the members `count` and `item` to a collection."""
     cls.count = property(lambda self: len(self._all()))
 
     def item(self: Any, index: int) -> Any:
@@ -43,7 +43,7 @@ def listing(cls: type) -> type:
 
 
 def named(cls: type) -> type:
-    """Give a collection `count`, `item` and `itemByName`."""
+    """Add the members `count`, `item` and `itemByName` to a collection."""
 
     def itemByName(self: Any, name: str) -> Any:
         return self._by_name(name)

@@ -1,4 +1,4 @@
-"""Control of the running fake by tests: reads what the user was shown, plays the user."""
+"""Control of the running fake by tests: messages shown to the user, actions of the user."""
 
 # ruff: noqa: A002 -- the API's names
 
@@ -14,60 +14,60 @@ from .ui.ui_data import ui
 
 
 class Fake:
-    """The Fusion that runs. Everything that World records is here too: messages, log, ..."""
+    """Controller of the running Fusion, with the records of World such as messages and log."""
 
     @property
     def world(self) -> World:
-        """The state."""
+        """State of the running Fusion."""
         return world()
 
     @property
     def app(self) -> Application:
-        """The API's application."""
+        """API object of the application."""
         return Application.get()
 
     @property
     def design(self) -> Any:
-        """The active design, or None."""
+        """Active design, or None."""
         return self.app.activeProduct
 
     @property
     def options(self) -> Options:
-        """What is unknown about Fusion: change it to test that it does not matter."""
+        """Unknown properties of Fusion, which tests change to check that they do not matter."""
         return world().options
 
     @property
     def messages(self) -> list[str]:
-        """Texts of the message boxes so far."""
+        """Texts of all message boxes."""
         return world().messages
 
     @property
     def log(self) -> list[str]:
-        """Texts logged so far."""
+        """All logged texts."""
         return [text for text, _, _ in world().log]
 
     def fingerprint(self) -> str:
-        """A text that changes with anything of the user's in the active design."""
+        """Return a text that depends on all data of the user in the active design."""
         return fingerprint(world().active)
 
     def full_fingerprint(self) -> str:
-        """A text that changes with anything in the active design, the add-in's points included."""
+        """Return a text that depends on all data in the active design, including the add-in's."""
         return fingerprint(world().active, everything=True)
 
     def undo(self) -> None:
-        """Undo the last step, as the user would."""
+        """Undo the last step."""
         roll_back(world().undo_steps.pop())
 
     def without(self, *members: str) -> None:
-        """Take members, such as `Design.designIntent`, away: an older version of Fusion."""
+        """Remove members, such as `Design.designIntent`, to simulate an older version."""
         world().missing.update(members)
 
     def run_command(self, id: str) -> Driver:
-        """Press the button of a command that the add-in has added: see `driver`."""
+        """Press the button of a command of the add-in; see `driver`."""
         return start(ui().definitions[id])
 
     def buttons(self, panel: str = "SolidScriptsAddinsPanel") -> list[str]:
-        """Ids of the commands in a panel."""
+        """Return the ids of the commands in a panel."""
         return [control.definition.id for control in ui().panel(panel).controls]
 
     def activate(self, design: Any) -> None:
@@ -75,9 +75,9 @@ class Fake:
         world().active = design._data
 
     def building(self) -> Any:
-        """A context in which the test edits the model through the API, as the user did before."""
+        """Return a context for edits of the user before the test."""
         return world().building()
 
     def transaction(self) -> Any:
-        """A context of one undo step, as execute is."""
+        """Return a context of one undo step, like execute."""
         return world().transaction()

@@ -12,7 +12,7 @@ from .model.shapes import EdgeShape, FaceShape
 
 
 def curve_of(edge: EdgeShape, T: np.ndarray) -> Any:
-    """The Line3D, Circle3D or Arc3D of an edge, moved by T."""
+    """Return the Line3D, Circle3D or Arc3D of an edge, transformed by T."""
     axis, centre = T[:3, :3] @ edge.axis, apply(T, edge.centre)
     if edge.sweep > 0.0:
         reference = T[:3, :3] @ frame((0.0, 0.0, 0.0), edge.axis)[:3, 0]
@@ -30,7 +30,7 @@ def curve_of(edge: EdgeShape, T: np.ndarray) -> Any:
 
 
 def surface_of(face: FaceShape, T: np.ndarray) -> Any:
-    """The Plane, Cylinder, Sphere or Torus of a face, moved by T."""
+    """Return the Plane, Cylinder, Sphere or Torus of a face, transformed by T."""
     axis, origin = T[:3, :3] @ face.axis, apply(T, face.origin)
     if face.kind == "plane":
         return new(Plane, origin=origin, normal=axis)
@@ -69,7 +69,7 @@ class Circle3D(Curve3D):
 
 @api("adsk.core")
 class Arc3D(Curve3D):
-    """Part of a circle, from one angle to another about the normal."""
+    """Circular arc between two angles about the normal."""
 
     _type = 1
 
@@ -121,7 +121,7 @@ class Torus(Surface):
 
 
 def bounding_box(points: Any) -> Any:
-    """The BoundingBox3D of points, shape (n, 3)."""
+    """Return the BoundingBox3D of points, shape (n, 3)."""
     return new(BoundingBox3D, low=np.min(points, axis=0), high=np.max(points, axis=0))
 
 
@@ -137,7 +137,7 @@ class BoundingBox3D(Base):
 
 @api("adsk.core")
 class Color(Base):
-    """Four numbers from 0 to 255."""
+    """Colour with components from 0 to 255."""
 
     @staticmethod
     def create(red: int, green: int, blue: int, opacity: int) -> Color:

@@ -1,15 +1,15 @@
-"""Plays the user of a command: presses its button, picks, types, presses OK or Cancel.
+"""Simulated user of a command, who presses its button, picks, types, and presses OK or Cancel.
 
     command = fake.run_command("defineMuscles")
-    command.pick("points", vertex)          # rejected as Fusion does where a filter reports it
-    command.set("muscle", "biceps")         # text, number, truth, item of a drop-down, items
+    command.pick("points", vertex)          # rejected if a filter does not accept it
+    command.set("muscle", "biceps")         # text, number, boolean, item of a drop-down, items
     command.press("add")                    # a button
     command.row("table", 2)
     command.cell("table", 1, 0)             # the input in a cell; set(id, ...) changes it
     command.ok()                            # or cancel()
 
-After each of the user's steps Fusion fires inputChanged, validateInputs and, where the inputs are
-valid, executePreview, whose edits of the model are undone before anything else.
+After each action of the user Fusion fires inputChanged, validateInputs and, if the inputs are
+valid, executePreview. The edits of executePreview are undone before the next event.
 """
 
 # ruff: noqa: A002, N818 -- the API's names
@@ -43,18 +43,18 @@ from .ui.inputs import (
 )
 
 
-class Refused(Exception):
-    """What the user cannot do: pick what a filter rejects, press a button that is grey."""
+class Rejected(Exception):
+    """The user cannot do this: pick an entity rejected by a filter, press a disabled button."""
 
 
 def start(definition: DefinitionData) -> Driver:
-    """Run a command as its button does; whatever runs is ended first."""
+    """Run a command like its button; a running command is terminated first."""
     if world().running is not None:
         world().running.preempt()
     if definition.native:
         raise FakeMistake(f"{definition.id} is Fusion's own")
     if not definition.enabled:
-        raise Refused(f"the button of {definition.id} is disabled")
+        raise Rejected(f"the button of {definition.id} is disabled")
     driver = Driver(CommandData(definition))
     world().running = driver
     driver.open()
@@ -62,19 +62,19 @@ def start(definition: DefinitionData) -> Driver:
 
 
 def running(data: CommandData) -> Driver:
-    """The driver of a command that runs."""
+    """Return the driver of a running command."""
     assert world().running is not None
     assert world().running.data is data
     return world().running
 
 
 class Driver:
-    """A command that runs.
+    """Driver of a running command.
 
     Attributes:
         data: The command.
-        is_open: Whether its dialog is on the screen.
-        failed: Message of an execute that failed; empty if none did.
+        is_open: Whether its dialog is open.
+        failed: Message of a failed execute, or empty.
     """
 
     def __init__(self, data: CommandData) -> None:
@@ -83,13 +83,13 @@ class Driver:
         self.failed = ""
         self._steps: list[Any] = []
 
-    # What the user does ------------------------------------------------------------------------
+    # Actions of the user ------------------------------------------------------------------------
 
     def pick(self, id: str, entity: Any, at: Any = None) -> None:
-        """Click an entity while the selection input of that id has the focus.
+        """Click an entity while a selection input has the focus.
 
         Raises:
-            Rejected: Its filters reject it, or it is invisible.
+            Rejected: The filters of the input reject the entity, or the input is invisible.
         """
         data = self._input(id)
         self._must_be(data, SelectionCommandInput)
@@ -109,7 +109,7 @@ class Driver:
 
         Args:
             id: The input.
-            value: A text, number or truth; name of the item; names of all ticked items.
+            value: Text, number or boolean; name of the item; names of all ticked items.
 
         Raises:
             Rejected: The input is read-only, disabled, invisible, or has no such item.
@@ -134,11 +134,11 @@ class Driver:
         self._changed(data)
 
     def row(self, id: str, row: int) -> None:
-        """Click a row of a table; -1 clicks next to it."""
+        """Click a row of a table; -1 clicks outside the rows."""
         self._input(id).view().selectedRow = row
 
     def tab(self, id: str) -> None:
-        """Open a tab: it tells, and the one that is left tells after it."""
+        """Open a tab; the event is sent first for this tab and then for the previous one."""
         left, self.data.tab = self.data.active_tab(), self._input(id)
         self._changed(self.data.tab)
         if left is not None and left is not self.data.tab:
@@ -148,13 +148,13 @@ class Driver:
         """Press OK.
 
         Raises:
-            Rejected: It is disabled or not there.
+            Rejected: The button is disabled or does not exist.
         """
         self._must_be_open()
         if not self.data.fields["isOKButtonVisible"]:
-            raise Refused("there is no OK button")
+            raise Rejected("there is no OK button")
         if not self.is_valid():
-            raise Refused("the OK button is disabled")
+            raise Rejected("the OK button is disabled")
         self._execute()
         self._close()
 
@@ -163,30 +163,30 @@ class Driver:
         self._must_be_open()
         self._close()
 
-    # What a test looks at ----------------------------------------------------------------------
+    # State for tests ----------------------------------------------------------------------
 
     def __getitem__(self, id: str) -> Any:
-        """The API's input of that id."""
+        """Return the API input with an id."""
         return self._input(id).view()
 
     def ids(self) -> list[str]:
-        """Ids of all inputs."""
+        """Return the ids of all inputs."""
         return [data.id for data in every_input(self.data)]
 
     def items(self, id: str) -> list[str]:
-        """Names of the items of a drop-down."""
+        """Return the names of the items of a drop-down."""
         return [item.name for item in self._input(id).fields["items"]]
 
     def chosen(self, id: str) -> list[str]:
-        """Names of its chosen items."""
+        """Return the names of the chosen items of a drop-down."""
         return [item.name for item in self._input(id).fields["items"] if item.selected]
 
     def cell(self, id: str, row: int, column: int) -> Any:
-        """The API's input in a cell of a table; None if there is none."""
+        """Return the API input in a cell of a table, or None."""
         return self[id].getInputAtPosition(row, column)
 
     def table(self, id: str) -> list[list[Any]]:
-        """What a table shows: value, chosen item or name of the icon of every cell, by row."""
+        """Return the rows of a table: value, chosen item or icon name of every cell."""
         view = self[id]
         columns = range(view.numberOfColumns)
         return [
@@ -194,7 +194,7 @@ class Driver:
         ]
 
     def is_valid(self) -> bool:
-        """Whether OK can be pressed."""
+        """Return whether OK is enabled."""
         for data in every_input(self.data):
             if data.cls is SelectionCommandInput and data.fields.get("isVisible", True):
                 least, _ = data.fields["limits"]
@@ -204,10 +204,10 @@ class Driver:
         args = fire(firing, ValidateInputsEventArgs, command=self.data.view())
         return bool(args._areInputsValid)
 
-    # What Fusion does --------------------------------------------------------------------------
+    # Actions of Fusion --------------------------------------------------------------------------
 
     def open(self) -> None:
-        """Let the add-in make the dialog; a command without inputs is executed at once."""
+        """Let the add-in create the dialog; a command without inputs is executed directly."""
         definition = self.data.definition
         firing = event(
             type(definition.view().commandCreated),
@@ -227,7 +227,7 @@ class Driver:
         self._close()
 
     def preview(self) -> None:
-        """Undo the last preview and fire executePreview where the inputs are valid."""
+        """Undo the last preview and fire executePreview if the inputs are valid."""
         self._undo_preview()
         if not self.is_open or not self.is_valid():
             return
@@ -238,13 +238,13 @@ class Driver:
             self._steps, world().journal = world().journal or [], None
 
     def preempt(self) -> None:
-        """Another command was started."""
+        """Start another command."""
         if self.data.fields["isExecutedWhenPreEmpted"] and self.is_valid():
             self._execute()
         self._close()
 
     def terminate(self) -> None:
-        """Another part of the program ends the command."""
+        """Terminate the command by another part of the program."""
         self._close()
 
     def _execute(self) -> None:
@@ -292,7 +292,7 @@ class Driver:
 
     def _must_be_open(self) -> None:
         if not self.is_open:
-            raise Refused("the dialog is closed")
+            raise Rejected("the dialog is closed")
 
     def _input(self, id: str) -> InputData:
         self._must_be_open()
@@ -310,10 +310,10 @@ class Driver:
         while holder is not None:
             shown = holder.fields.get("isVisible", True)
             if not shown or not holder.fields.get("isEnabled", True):
-                raise Refused(f"{data.id}: it is disabled or not visible")
+                raise Rejected(f"{data.id}: it is disabled or not visible")
             holder = holder.parent
         if data.fields.get("isReadOnly"):
-            raise Refused(f"{data.id}: it is read-only")
+            raise Rejected(f"{data.id}: it is read-only")
 
     def _must_be_pickable(self, entity: Any, data: InputData) -> None:
         design = world().active
@@ -324,16 +324,16 @@ class Driver:
             raise FakeMistake(f"{entity!r}: what the user picks is in the root's context")
         if not passes(entity, data.fields["filters"]):
             expected = ", ".join(data.fields["filters"])
-            raise Refused(f"{data.id}: {entity!r} is not one of {expected}")
+            raise Rejected(f"{data.id}: {entity!r} is not one of {expected}")
         if any(entity == chosen.entity for chosen in data.fields["selections"]):
-            raise Refused(f"{data.id}: {entity!r} is selected already")
+            raise Rejected(f"{data.id}: {entity!r} is selected already")
 
     def _choose(self, data: InputData, value: Any) -> None:
         items = data.fields["items"]
         expected = [value] if isinstance(value, str) else list(value)
         unknown = set(expected) - {item.name for item in items}
         if unknown:
-            raise Refused(f"{data.id}: no item {unknown} among {[i.name for i in items]}")
+            raise Rejected(f"{data.id}: no item {unknown} among {[i.name for i in items]}")
         if data.fields["many"]:
             for item in items:
                 item.selected = item.name in expected

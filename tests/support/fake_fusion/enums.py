@@ -1,4 +1,4 @@
-"""The enumerations of the API that the add-in and its tests use, with their integers."""
+"""Enumerations of the API that the add-in and its tests use, with their values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fixtures for tests of the add-in; a conftest imports them."""
+"""Fixtures for tests of the add-in, imported by a conftest."""
 
 from __future__ import annotations
 
@@ -12,6 +12,6 @@ from .install import install
 
 @pytest.fixture
 def fusion() -> Iterator[Fake]:
-    """A newly started Fusion without documents; `import adsk.core` works within the test."""
+    """Start a new Fusion without documents; `import adsk.core` works in the test."""
     with install() as fake:
         yield fake

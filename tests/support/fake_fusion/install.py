@@ -1,4 +1,4 @@
-"""Puts the fake where `import adsk.core, adsk.fusion` finds it."""
+"""Installation of the fake as modules `adsk.core` and `adsk.fusion`."""
 
 from __future__ import annotations
 
@@ -47,16 +47,16 @@ _MODULES: dict[str, types.ModuleType] = {}
 
 
 def do_events() -> None:
-    """`adsk.doEvents`: lets the user interface live."""
+    """Count a call of `adsk.doEvents`, which processes events of the user interface."""
     check_thread("adsk.doEvents")
     world().do_events += 1
 
 
 def adsk_modules() -> dict[str, types.ModuleType]:
-    """The modules `adsk`, `adsk.core`, `adsk.fusion`, by name; always the same ones."""
+    """Return the modules `adsk`, `adsk.core`, `adsk.fusion`, by name; always the same ones."""
     if not _MODULES:
         api("adsk.core")(Base)
-        adsk = types.ModuleType("adsk", "The fake of Fusion's API.")
+        adsk = types.ModuleType("adsk", "Fake of Fusion's API.")
         adsk.__path__ = []  # type: ignore[attr-defined]
         adsk.doEvents = do_events  # type: ignore[attr-defined]
         _MODULES["adsk"] = adsk
@@ -70,7 +70,7 @@ def adsk_modules() -> dict[str, types.ModuleType]:
 
 @contextmanager
 def modules() -> Iterator[None]:
-    """Make `import adsk.core, adsk.fusion` give the fake; afterwards as it was."""
+    """Make `import adsk.core, adsk.fusion` import the fake within the context."""
     made = adsk_modules()
     before = {name: sys.modules.get(name) for name in made}
     sys.modules.update(made)
@@ -86,7 +86,7 @@ def modules() -> Iterator[None]:
 
 @contextmanager
 def install() -> Iterator[Any]:
-    """A newly started Fusion without documents, and the modules; gives the Fake to control it."""
+    """Start a new Fusion without documents, install the modules, and yield the Fake."""
     from .control import Fake
 
     before = replace_world()

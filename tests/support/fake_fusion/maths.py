@@ -1,4 +1,4 @@
-"""Points, vectors, matrices and curves of adsk.core, with Fusion's meaning. Lengths are in cm."""
+"""Points, vectors and matrices of adsk.core with the conventions of Fusion. Lengths are in cm."""
 
 from __future__ import annotations
 
@@ -9,38 +9,38 @@ import numpy as np
 
 from .base import Base, api, new
 
-_TOLERANCE = 1e-6  # cm; Fusion's for points
+_TOLERANCE = 1e-6  # cm; tolerance of points in Fusion
 
 
 def point(xyz: Any) -> Point3D:
-    """A Point3D of three numbers, in [cm]."""
+    """Return a Point3D with three coordinates, in [cm]."""
     x, y, z = (float(v) for v in xyz)
     return new(Point3D, x=x, y=y, z=z)
 
 
 def vector(xyz: Any) -> Vector3D:
-    """A Vector3D of three numbers."""
+    """Return a Vector3D with three components."""
     x, y, z = (float(v) for v in xyz)
     return new(Vector3D, x=x, y=y, z=z)
 
 
 def matrix(cells: Any) -> Matrix3D:
-    """A Matrix3D of a 4x4 array."""
+    """Return a Matrix3D of a 4x4 array."""
     return new(Matrix3D, m=np.array(cells, dtype=float).reshape(4, 4))
 
 
 def xyz(item: Any) -> np.ndarray:
-    """The three numbers of a Point3D or Vector3D."""
+    """Return the components of a Point3D or Vector3D."""
     return np.array((item._x, item._y, item._z))
 
 
 def apply(m: np.ndarray, p: Any) -> np.ndarray:
-    """A point moved by a 4x4 matrix."""
+    """Return a point transformed by a 4x4 matrix."""
     return m[:3, :3] @ np.asarray(p, dtype=float) + m[:3, 3]
 
 
 class _Triple(Base):
-    """x, y, z that can be written."""
+    """Object with writable coordinates x, y, z."""
 
     @property
     def x(self) -> float:
@@ -102,7 +102,7 @@ class Vector3D(_Triple):
         return self._set(scale * xyz(self))
 
     def transformBy(self, matrix: Matrix3D) -> bool:
-        """Turned and scaled, not moved."""
+        """Rotate and scale the vector without translation."""
         return self._set(matrix._m[:3, :3] @ xyz(self))
 
 
@@ -110,7 +110,7 @@ _vector = vector
 
 
 def rotation(angle: float, axis: Any, origin: Any = (0.0, 0.0, 0.0)) -> np.ndarray:
-    """The 4x4 matrix that turns by an angle, in [rad], about an axis through a point."""
+    """Return the 4x4 matrix of a rotation by an angle, in [rad], about an axis through a point."""
     x, y, z = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     R = np.eye(3) + math.sin(angle) * K + (1.0 - math.cos(angle)) * K @ K
@@ -121,14 +121,14 @@ def rotation(angle: float, axis: Any, origin: Any = (0.0, 0.0, 0.0)) -> np.ndarr
 
 
 def translation(xyz: Any) -> np.ndarray:
-    """The 4x4 matrix that moves by a vector."""
+    """Return the 4x4 matrix of a translation."""
     T = np.eye(4)
     T[:3, 3] = xyz
     return T
 
 
 def inverse(T: np.ndarray) -> np.ndarray:
-    """The inverse of a rigid 4x4 matrix."""
+    """Return the inverse of a rigid 4x4 matrix."""
     made = np.eye(4)
     made[:3, :3] = T[:3, :3].T
     made[:3, 3] = -T[:3, :3].T @ T[:3, 3]
@@ -136,14 +136,14 @@ def inverse(T: np.ndarray) -> np.ndarray:
 
 
 def is_rigid(T: np.ndarray) -> bool:
-    """Whether a 4x4 matrix turns and moves only."""
+    """Return whether a 4x4 matrix is a rigid transform."""
     R = T[:3, :3]
     right = np.allclose(R @ R.T, np.eye(3), atol=1e-6) and np.linalg.det(R) > 0.0
     return bool(right and np.array_equal(T[3], (0.0, 0.0, 0.0, 1.0)))
 
 
 def frame(origin: Any, z: Any = (0.0, 0.0, 1.0), x: Any = None) -> np.ndarray:
-    """A 4x4 matrix with that origin, third axis and (roughly) first axis."""
+    """Return a 4x4 matrix from an origin, z axis and approximate x axis."""
     z = np.asarray(z, dtype=float) / np.linalg.norm(z)
     if x is None:
         x = np.eye(3)[int(np.argmin(np.abs(z)))]
@@ -157,7 +157,7 @@ def frame(origin: Any, z: Any = (0.0, 0.0, 1.0), x: Any = None) -> np.ndarray:
 
 @api("adsk.core")
 class Matrix3D(Base):
-    """A 4x4 matrix that acts on column vectors; arrays are row by row."""
+    """A 4x4 matrix that acts on column vectors; arrays are in row-major order."""
 
     @staticmethod
     def create() -> Matrix3D:
@@ -184,6 +184,6 @@ class Matrix3D(Base):
         return True
 
     def transformBy(self, matrix: Matrix3D) -> bool:
-        """This motion, then the other one: this = matrix · this."""
+        """Apply another transform after this one: this = matrix · this."""
         self._m = matrix._m @ self._m
         return True

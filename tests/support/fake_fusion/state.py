@@ -1,4 +1,4 @@
-"""State of the fake beyond the objects: the transaction, the options, what the user was shown."""
+"""State of the fake: transactions, options, and messages shown to the user."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ ProductSign = Literal["tensor", "integral"]
 
 @dataclass
 class Options:
-    """What is not known about Fusion, or differs between its versions and designs.
+    """Properties of Fusion that are unknown or differ between versions and designs.
 
     Attributes:
         product_sign: `tensor`: xy of getXYZMomentsOfInertia is -∫xy dm; `integral`: +∫xy dm.
-        nested_native_geometry: What geometryOrOriginOne of a joint in a sub-component gives where
-            it is not read through a proxy: `null`, or `local` to that component.
+        nested_native_geometry: Value of geometryOrOriginOne of a native joint in a sub-component:
+            `null`, or `local` to that component.
         joint_transforms: Frame of Joint.geometryOneTransform, geometryTwoTransform and
-            JointOrigin.transform of a proxy: `component`, that of the component which holds it, as
-            it is with AsBuiltJoint.transform; or `context`.
-        ball_vectors: Directions of a ball joint: `fixed`, those at its zero pose, carried by
-            occurrenceTwo alone; or `carried`, those about which it turns at its pose.
+            JointOrigin.transform of a proxy: `component`, the frame of its component, like
+            AsBuiltJoint.transform; or `context`.
+        ball_vectors: Directions of a ball joint: `fixed` to occurrenceTwo at the zero pose, or
+            `carried` by the preceding rotations.
         mesh_frame: Frame of the mesh of a body's proxy: `context` or `component`.
         all_joints_fail: allJoints and allAsBuiltJoints of a design with assembly constraints raise
             InternalValidationError.
@@ -39,7 +39,7 @@ class Options:
 
 @dataclass
 class ProgressRecord:
-    """One progress dialog that was shown."""
+    """A progress dialog that was shown."""
 
     title: str
     message: str
@@ -51,28 +51,28 @@ class ProgressRecord:
 
 
 class World:
-    """All that one running Fusion holds.
+    """State of a running Fusion.
 
     Attributes:
         options: See Options.
-        missing: Members, such as `Design.designIntent`, that this version does not have.
+        missing: Members that this version does not have, such as `Design.designIntent`.
         documents: Open documents (private data).
-        active: The active one, or None.
+        active: The active document, or None.
         messages: Texts of message boxes, in order.
-        message_boxes: The same with title, buttons and icon.
-        log: Texts given to app.log, with level and type.
-        message_answers: DialogResults to answer message boxes with; OK (or Yes) when empty.
-        folder_answers: Folders to answer folder dialogs with; None cancels, as does an empty queue.
-        file_answers: Files to answer file dialogs with; likewise.
-        folder_dialogs: Title and first folder of every folder dialog shown.
+        message_boxes: Texts of message boxes with title, buttons and icon.
+        log: Texts of app.log, with level and type.
+        message_answers: DialogResults of message boxes; OK (or Yes) if empty.
+        folder_answers: Folders chosen in folder dialogs; None or an empty queue cancels.
+        file_answers: Files chosen in file dialogs; None or an empty queue cancels.
+        folder_dialogs: Title and initial folder of every folder dialog shown.
         file_dialogs: Title and filter of every file dialog shown.
         progress: Progress dialogs that were shown.
-        in_design: Whether the user is in the Design workspace; else the product is not a design.
-        modeling_orientation: The preference: 0 y up, 1 z up.
+        in_design: Whether the Design workspace is active; otherwise the product is not a design.
+        modeling_orientation: Preference of the up axis: 0 for y, 1 for z.
         cancel_progress_after: Number of updates after which a progress dialog is cancelled.
-        do_events: How often adsk.doEvents was called.
-        edit_scopes: How often a base feature was opened for an edit.
-        changing: The input whose inputChanged is being handled.
+        do_events: Number of calls of adsk.doEvents.
+        edit_scopes: Number of edits of base features.
+        changing: Input whose inputChanged event is handled.
     """
 
     def __init__(self) -> None:
@@ -109,7 +109,7 @@ class World:
         }
 
     def show_message(self, text: str, title: str = "", buttons: int = 0, icon: int = 0) -> int:
-        """Show a message box; gives the answer: the next of `message_answers`, else OK or Yes."""
+        """Show a message box and return the next item of `message_answers`, else OK or Yes."""
         self.messages.append(text)
         self.message_boxes.append((text, title, buttons, icon))
         if self.message_answers:
@@ -119,10 +119,10 @@ class World:
     # Edits of the model ----------------------------------------------------------------------
 
     def require_edit(self, what: str) -> None:
-        """Reject an edit where Fusion has no transaction open.
+        """Reject an edit without an open transaction.
 
         Raises:
-            RuntimeError: It is not within a command's execute or executePreview.
+            RuntimeError: The edit is not in execute or executePreview of a command.
         """
         if self.journal is None:
             where = f" (now in {self.why})" if self.why else ""
@@ -131,27 +131,27 @@ class World:
             )
 
     def set(self, owner: Any, name: str, value: Any, what: str = "") -> None:
-        """Set a field of the model's data, so that it can be undone."""
+        """Set a field of the model and record it for undo."""
         self.require_edit(what or name)
         old = getattr(owner, name)
         self.journal.append(lambda: setattr(owner, name, old))  # type: ignore[union-attr]
         setattr(owner, name, value)
 
     def append(self, items: list, item: Any, what: str = "") -> None:
-        """Append to a list of the model's data, so that it can be undone."""
+        """Append to a list of the model and record it for undo."""
         self.require_edit(what)
         self.journal.append(lambda: _remove(items, item))  # type: ignore[union-attr]
         items.append(item)
 
     def remove(self, items: list, item: Any, what: str = "") -> None:
-        """Remove from a list of the model's data, so that it can be undone."""
+        """Remove from a list of the model and record it for undo."""
         self.require_edit(what)
         i = next(k for k, other in enumerate(items) if other is item)
         self.journal.append(lambda: items.insert(i, item))  # type: ignore[union-attr]
         del items[i]
 
     def put(self, mapping: dict, key: Any, value: Any, what: str = "") -> None:
-        """Set or, with None, drop an entry of the model's data, so that it can be undone."""
+        """Set an entry of the model, or remove it if None, and record it for undo."""
         self.require_edit(what)
         old = dict(mapping)
 
@@ -167,7 +167,7 @@ class World:
 
     @contextmanager
     def transaction(self, *, keep: Callable[[], bool] = lambda: True) -> Iterator[None]:
-        """Allow edits; they are one undo step, or are undone at once where `keep()` is False."""
+        """Allow edits as one undo step; they are undone at the end if `keep()` is False."""
         outer, self.journal = self.journal, []
         done = False
         try:
@@ -184,7 +184,7 @@ class World:
 
     @contextmanager
     def building(self) -> Iterator[None]:
-        """Allow edits that the user made before: no undo step."""
+        """Allow edits of the user before the test, without an undo step."""
         outer, self.journal = self.journal, []
         try:
             yield
@@ -193,7 +193,7 @@ class World:
 
 
 def roll_back(steps: list[Callable[[], None]]) -> None:
-    """Undo edits, the last first."""
+    """Undo edits in reverse order."""
     for undo in reversed(steps):
         undo()
 
@@ -206,12 +206,12 @@ _current = World()
 
 
 def world() -> World:
-    """The Fusion that runs now."""
+    """Return the running Fusion."""
     return _current
 
 
 def replace_world(other: World | None = None) -> World:
-    """Let another Fusion run, a new one without documents if none is given; gives the old one."""
+    """Replace the running Fusion (default: by a new one) and return the old one."""
     global _current
     old, _current = _current, other or World()
     return old

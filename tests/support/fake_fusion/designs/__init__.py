@@ -1,7 +1,7 @@
-"""Designs to test with. Every function opens a new document and gives the API's Design.
+"""Designs for tests. Every function opens a new document and returns the API Design.
 
-`FEATURES` holds those without arguments that are needed, by name: one for each thing that exporters
-have failed on.
+`FEATURES` contains the designs without required arguments, by name: one for each property that
+other exporters cannot handle.
 """
 
 from __future__ import annotations

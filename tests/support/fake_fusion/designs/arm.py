@@ -1,4 +1,4 @@
-"""The two-link arm of the examples, drawn."""
+"""Design of the two-link arm of the examples."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ PLANAR_2R = File(__file__).parents[4] / "examples/planar_2r/robot"
 
 
 def kg_cm2(inertia: Inertia) -> list[list[float]]:
-    """A link's inertia matrix in [kg·cm²]."""
+    """Return the inertia matrix of a link in [kg·cm²]."""
     return [[1e4 * value for value in row] for row in inertia.matrix]
 
 
@@ -36,23 +36,23 @@ def two_link_arm(
     q: tuple[float, float] = (0.0, 0.0),
     robot: Robot | None = None,
 ) -> Any:
-    """The arm of examples/planar_2r, drawn.
+    """Open a design of the arm of examples/planar_2r.
 
     Links `base` (1 kg, grounded), `link_1`, `link_2`; joints `joint_1`, `joint_2` about y; the
     cables of the active set as construction points, the task point `tip` on link_2.
 
     Args:
         motion: A rigid 4x4 motion of the whole design, in [cm].
-        nesting: How many components each link is within, at most; the number is random.
-        seed: Of the component frames, the nesting and the order of creation; None: all frames are
-            the link frames of the example, the order is natural.
-        groups: Whether the links are rigid groups `EXPORT_<link>`; else plain components.
-        attributes: Whether points have the add-in's attributes (muscles `cable_1` ...) and the
-            design the muscle table; else only old names (`VP_motor0_EXPORT_link_1_1` ...).
+        nesting: Maximum number of parent components of each link; the number is random.
+        seed: Seed of the component frames, the nesting and the order of creation; None to use the
+            link frames of the example and the natural order.
+        groups: Whether the links are rigid groups `EXPORT_<link>`; otherwise components.
+        attributes: Whether points have attributes of the add-in (muscles `cable_1` ...) and the
+            design has a muscle table; otherwise old names (`VP_motor0_EXPORT_link_1_1` ...).
         as_built: Whether the joints are as-built.
         by_origins: Whether joint origins define the joints.
-        q: Its pose, in [rad].
-        robot: Another robot of revolute joints than the example.
+        q: Joint coordinates, in [rad].
+        robot: Another robot with revolute joints instead of the example.
     """
     robot = robot or read_robot(PLANAR_2R)
     order = random.Random(seed)
@@ -63,7 +63,7 @@ def two_link_arm(
     frames: dict[str, np.ndarray] = {}
     for name in T_root:
         T_link_own = np.eye(4) if seed is None else random_motion(order)
-        frames[name] = inverse(T_link_own)  # of the link, in the component
+        frames[name] = inverse(T_link_own)  # pose of the link in the component
         depth = order.randint(0, nesting) if seed is not None else nesting
         T = T_root[name] @ T_link_own
         paths[name] = nested_place(build, name, T, order, depth, grounded=name == "base")
@@ -85,7 +85,7 @@ def two_link_arm(
 
 
 def _link_poses(robot: Robot, q: Any, whole: np.ndarray) -> dict[str, np.ndarray]:
-    """Poses of the links in the root frame, in [cm]; the joint frames are the children's."""
+    """Return the poses of the links in the root frame, in [cm]; joint frames are child frames."""
     found = {"base": whole}
     for joint, value in zip(robot.joints, q, strict=True):
         parent = "base" if joint.parent == WORLD else joint.parent

@@ -1,4 +1,4 @@
-"""One design for each thing that exporters have failed on."""
+"""Designs with properties that other exporters cannot handle."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LINKS = ("base", "upper", "lower")
 
 
 def as_built_only() -> Any:
-    """Every joint is as-built; one of them rigid: a lid on the last link."""
+    """All joints are as-built; a rigid one connects a lid to the last link."""
     build = Builder("as built")
     paths = chain(build, as_built=True)
     lid = build.place("lid", translation((0.0, 0.0, 30.0)))
@@ -43,7 +43,7 @@ def joint_to_root(*, root_body: bool = False) -> Any:
     """The first link is joined to the root component: its second occurrence is null.
 
     Args:
-        root_body: Whether the root component has a body of its own.
+        root_body: Whether the root component has a body.
     """
     build = Builder("to the root")
     paths = chain(build, ("upper", "lower"))
@@ -55,7 +55,7 @@ def joint_to_root(*, root_body: bool = False) -> Any:
 
 
 def closed_loop() -> Any:
-    """Four bars: base, left, right, top; joints a, b, c, d, of which one is too many."""
+    """Four bars: base, left, right, top; joints a, b, c, d form a closed loop."""
     build = Builder("four bars")
     base = build.place("base", grounded=True)
     build.box(base, (20.0, 2.0, 1.0))
@@ -95,7 +95,7 @@ def inferred_joint() -> Any:
 
 
 def suppressed_and_broken() -> Any:
-    """`upper_joint` is sound; of `lower_joint` the geometry is lost, `old` is suppressed."""
+    """`upper_joint` is valid, `lower_joint` has lost its geometry, `old` is suppressed."""
     build = Builder("broken")
     paths = chain(build)
     broken = build.root.joints[1]
@@ -153,7 +153,7 @@ def limits() -> Any:
 
 
 def rigid_groups() -> Any:
-    """Links of several components, some nested; one nested part is in no group itself."""
+    """Links of several components, some nested; one nested part is not in a group."""
     build = Builder("rigid groups")
     paths = chain(build, groups=False)
     order = random.Random(5)
@@ -195,7 +195,7 @@ def nested_rotated(seed: int = 11) -> Any:
 
 
 def component_twice() -> Any:
-    """One component `finger` is in two places, left and right; each is a link, with a via point."""
+    """Component `finger` has two occurrences, left and right; each is a link with a via point."""
     build = Builder("twice")
     base = build.place("palm", grounded=True)
     build.box(base, (10.0, 4.0, 2.0))
@@ -213,7 +213,7 @@ def component_twice() -> Any:
 
 
 def referenced_components(*, points: bool = True) -> Any:
-    """The link `lower` comes from another document: what is in it cannot be edited."""
+    """The link `lower` comes from another document and cannot be edited."""
     build = Builder("referenced")
     paths = chain(build)
     paths[2][-1].component.referenced = True
@@ -223,7 +223,7 @@ def referenced_components(*, points: bool = True) -> Any:
 
 
 def no_groups() -> Any:
-    """Components and joints, but no rigid group: the original failed with a progress dialog."""
+    """Components and joints without rigid groups; the original failed in the progress dialog."""
     build = Builder("no groups")
     chain(build, groups=False)
     return build.done()
@@ -238,7 +238,7 @@ def occurrence_in_two_groups() -> Any:
 
 
 def body_in_no_group() -> Any:
-    """The component `cover` and the root's body `plate` are in no rigid group."""
+    """The component `cover` and the body `plate` of the root are not in a rigid group."""
     build = Builder("ungrouped")
     chain(build)
     cover = build.place("cover", translation((20.0, 0.0, 0.0)))
@@ -272,7 +272,7 @@ def small_parts() -> Any:
 
 
 def overridden_mass(mass: float = 2.5) -> Any:
-    """The user has set the mass of `upper`, which has a part below it, in [kg]."""
+    """The user has set the mass of `upper`, which contains another part, in [kg]."""
     build = Builder("overridden")
     paths = chain(build)
     part = build.place("part", translation((1.5, 0.0, 5.0)), above=paths[1])
@@ -282,7 +282,7 @@ def overridden_mass(mass: float = 2.5) -> Any:
 
 
 def l_shape() -> Any:
-    """`lower` is an L of two boxes, several bodies in one component."""
+    """`lower` is an L shape of two boxes: several bodies in one component."""
     build = Builder("L")
     paths = chain(build)
     build.box(paths[2], (6.0, 3.0, 2.0), translation((4.0, 0.0, 1.0)), name="foot")
@@ -290,7 +290,7 @@ def l_shape() -> Any:
 
 
 def surface_and_mesh_bodies() -> Any:
-    """`upper` has a surface and a mesh body next to its solid, `lower` nothing but a mesh body."""
+    """`upper` has a surface and a mesh body in addition to its solid; `lower` has a mesh body."""
     build = Builder("surfaces")
     paths = chain(build)
     T = translation((0.0, 0.0, 5.0))
@@ -312,7 +312,7 @@ def hidden_bodies() -> Any:
 
 
 def no_material() -> Any:
-    """The body of `lower` has neither material nor mass."""
+    """The body of `lower` has no material and no mass."""
     build = Builder("no material")
     paths = chain(build)
     body = paths[2][-1].component.bodies[0]
@@ -324,7 +324,7 @@ def no_material() -> Any:
 
 
 def name_clash() -> Any:
-    """The joint `upper` has the name of the link that it carries."""
+    """The joint `upper` has the same name as its child link."""
     build = Builder("clash")
     chain(build, joints=("upper", "lower_joint"))
     return build.done()
@@ -343,7 +343,7 @@ def duplicate_names() -> Any:
 
 
 def odd_link_names() -> Any:
-    """Links `a_0`, `a_0_1`, `2b`: underscores and digits that split names wrongly."""
+    """Links `a_0`, `a_0_1`, `2b`: underscores and digits that make names ambiguous."""
     names = ("a_0", "a_0_1", "2b")
     build = Builder("odd names")
     paths = chain(build, names)
@@ -353,7 +353,7 @@ def odd_link_names() -> Any:
 
 
 def many_numbers() -> Any:
-    """A muscle with via points 0 to 11 on two links: `10` comes after `9`, not after `1`."""
+    """A muscle with via points 0 to 11 on two links: `10` must come after `9`."""
     build = Builder("numbers")
     paths = chain(build, ("base", "upper"))
     for k in range(12):
@@ -371,7 +371,7 @@ def case_differences() -> Any:
 
 
 def unexported_link() -> Any:
-    """A via point names `?`, which is not a link: issue 5 of the original."""
+    """A via point refers to the unknown link `?`: issue 5 of the original."""
     build = Builder("unexported")
     paths = chain(build)
     muscle(build, 0, [("base", paths[0]), ("?", paths[1])])
@@ -379,7 +379,7 @@ def unexported_link() -> Any:
 
 
 def unicode_names() -> Any:
-    """Names of other scripts, and with characters that XML and file systems mind."""
+    """Names in other scripts, and with special characters of XML and file systems."""
     names = ("основа", "上臂", 'ell"bow <&>')
     build = Builder("Schülter – 肩")
     paths = chain(build, names)
@@ -398,11 +398,11 @@ def old_markers() -> Any:
     return build.done()
 
 
-# Kinds of design ---------------------------------------------------------------------------------
+# Types of design ---------------------------------------------------------------------------------
 
 
 def y_up() -> Any:
-    """The arm lies along y, which the user's preference says is up."""
+    """The arm is along y, which is the up axis in the preferences of the user."""
     from ..state import world
 
     world().modeling_orientation = 0
@@ -410,7 +410,7 @@ def y_up() -> Any:
 
 
 def assembly_intent() -> Any:
-    """An assembly design: components come from other documents, the root takes no features."""
+    """An assembly design: components come from other documents; the root has no features."""
     build = Builder("assembly", intent="assembly")
     chain(build)
     return build.done()
@@ -425,17 +425,17 @@ def part_intent() -> Any:
 
 
 def direct_modelling() -> Any:
-    """A design without timeline: points may be put anywhere."""
+    """A design without timeline, which accepts points at any position."""
     build = Builder("direct", parametric=False)
     chain(build)
     return build.done()
 
 
 def things_to_pick(seed: int | None = None) -> Any:
-    """Links with everything that can be picked: boxes, cylinders, spheres, tori, sketches, points.
+    """Links with all entities that can be picked: boxes, cylinders, spheres, tori, sketches.
 
-    `base`: a box, a user's sketch with a point. `upper`: a cylinder about x and a
-    sphere. `lower`: a torus, a nested part `tip` with a box, a user's construction point `mine`.
+    `base`: a box and a sketch of the user with a point. `upper`: a cylinder about x and a sphere.
+    `lower`: a torus, a nested part `tip` with a box, and a construction point `mine` of the user.
     """
     build = Builder("to pick")
     order = random.Random(seed)

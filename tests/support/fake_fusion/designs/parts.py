@@ -13,7 +13,7 @@ from ..maths import inverse, rotation, translation
 
 
 def random_motion(order: random.Random, reach: float = 30.0) -> np.ndarray:
-    """A rigid motion, drawn evenly over the rotations; translations in [cm]."""
+    """Return a random rigid motion with uniformly distributed rotation; translation in [cm]."""
     q = np.array([order.gauss(0.0, 1.0) for _ in range(4)])
     angle = 2.0 * np.arctan2(np.linalg.norm(q[1:]), q[0])
     T = rotation(angle, q[1:])
@@ -29,7 +29,7 @@ def nested_place(
     depth: int = 0,
     **more: Any,
 ) -> Path:
-    """Put a new component at a pose in the root frame, below `depth` components at random poses."""
+    """Place a new component at a pose in the root frame, below `depth` random components."""
     above: Path = ()
     T_above = np.eye(4)
     for k in range(depth):
@@ -50,15 +50,15 @@ def chain(
     as_built: bool = False,
     by_origins: bool = False,
 ) -> list[Path]:
-    """Boxes one above the other along z, joined by revolute joints about y.
+    """Draw a chain of boxes along z, connected by revolute joints about y.
 
     Args:
-        build: The design to draw in.
-        names: Of components and links; the first is grounded.
-        joints: Names of the joints; `<link>_joint` if there is none.
+        build: Builder of the design.
+        names: Names of components and links; the first one is grounded.
+        joints: Names of the joints (default: `<link>_joint`).
         groups: Whether the links are rigid groups.
-        length: Of a link, in [cm]; its component's origin is at its lower end.
-        limits: Of the joints, in [rad].
+        length: Length of a link, in [cm]; the component origin is at its lower end.
+        limits: Limits of the joints, in [rad].
         as_built: Whether the joints are as-built.
         by_origins: Whether joint origins define the joints.
     """
@@ -92,6 +92,6 @@ def muscle(
     links: Sequence[tuple[str, Path]],
     side: float = 1.0,
 ) -> None:
-    """A muscle by old names: one via point on every link, at the middle of its box's face."""
+    """Draw a muscle by old names: one via point per link, at the centre of a face of its box."""
     for k, (link, path) in enumerate(links):
         build.point(path, (side, 0.0, 5.0), f"VP_motor{number}_EXPORT_{link}_{k}")

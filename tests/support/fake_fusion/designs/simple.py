@@ -1,4 +1,4 @@
-"""A cube, shoulders, one joint of every type, and a large design for speed."""
+"""Simple designs: a cube, shoulders, one joint of every type, and a large design."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .parts import nested_place, random_motion
 
 
 def single_cube(size: float = 1.0, density: float = 1e-3) -> Any:
-    """A cube in the root component, no group, no joint: the original never exported it."""
+    """A cube in the root component without groups and joints; the original could not export it."""
     build = Builder("cube")
     build.box((), (size, size, size), density=density)
     return build.done()
@@ -28,16 +28,16 @@ def shoulder_with_gimbal(
     seed: int | None = 7,
     groups: bool = True,
 ) -> Any:
-    """A torso and an arm with three rotations between, at a displaced pose, limits on all three.
+    """A torso and an arm with three rotations between them, with limits, at a nonzero pose.
 
-    The rotations are pitch, yaw, roll about z, x, y of the joint's frame, in this order from torso
-    to arm; the joint is at (5, 0, 30) cm in the torso's frame, its axes turned about x.
+    The rotations are pitch, yaw, roll about z, x, y of the joint frame, in this order from torso
+    to arm. The joint is at (5, 0, 30) cm in the frame of the torso, rotated about x.
 
     Args:
-        ball: Whether a ball joint `shoulder`; else revolute joints `shoulder_pitch`, `_yaw`,
-            `_roll` through links `gimbal_1`, `gimbal_2` in a nested, rotated assembly.
+        ball: Whether to use a ball joint `shoulder`; otherwise revolute joints `shoulder_pitch`,
+            `_yaw`, `_roll` through links `gimbal_1`, `gimbal_2` in a nested, rotated assembly.
         values: Values of the three rotations, in [rad].
-        seed: Of the pose of the torso and of the components; None leaves them as they are.
+        seed: Seed of the poses of torso and components; None for poses without rotation.
         groups: Whether the links are rigid groups.
     """
     build = Builder("shoulder")
@@ -87,7 +87,7 @@ def shoulder_with_gimbal(
 
 
 def _gimbal(axes: Any, values: Sequence[float], count: int) -> np.ndarray:
-    """The product of the first rotations."""
+    """Return the product of the first rotations."""
     T = np.eye(4)
     for axis, value in zip(axes[:count], values[:count], strict=True):
         T = T @ rotation(value, axis)
@@ -95,12 +95,12 @@ def _gimbal(axes: Any, values: Sequence[float], count: int) -> np.ndarray:
 
 
 def every_joint_type(*, as_built: bool = False, seed: int = 3, displaced: bool = True) -> Any:
-    """A base with one child by each type of joint but `inferred`, at random places.
+    """A base with one child for each joint type except `inferred`, at random poses.
 
     Args:
         as_built: Whether the joints are as-built.
-        seed: Of the places and values.
-        displaced: Whether the joints are away from zero.
+        seed: Seed of the poses and values.
+        displaced: Whether the joint values are nonzero.
     """
     build = Builder("every joint")
     order = random.Random(seed)
@@ -132,11 +132,11 @@ def every_joint_type(*, as_built: bool = False, seed: int = 3, displaced: bool =
 
 
 def many_links(links: int = 200, via_points: int = 400) -> Any:
-    """A chain of boxes with muscles by name, each of as many via points as fit: for speed.
+    """A chain of boxes with muscles by name, for speed tests.
 
     Args:
-        links: Number of links, the base included.
-        via_points: Number of via points, two a muscle on consecutive links.
+        links: Number of links, including the base.
+        via_points: Number of via points, two per muscle on consecutive links.
     """
     build = Builder("many links")
     paths: list[Path] = []

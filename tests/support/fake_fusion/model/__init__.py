@@ -1,1 +1,1 @@
-"""The model of a design: components, bodies, joints, points."""
+"""Model of a design: components, bodies, joints, points."""

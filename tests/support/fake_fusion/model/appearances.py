@@ -1,4 +1,4 @@
-"""Appearances of bodies, as far as their colour."""
+"""Appearances of bodies with their colours."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Properties(Items):
 
 @api("adsk.core")
 class Appearance(Base):
-    """Its colour is among others."""
+    """Appearance with several colour properties."""
 
     name = property(lambda _: "Steel - Satin")
     appearanceProperties = property(lambda self: new(Properties, rgb=self._rgb))

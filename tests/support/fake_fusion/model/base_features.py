@@ -1,10 +1,10 @@
-"""Base features: what holds points by coordinates in parametric designs.
+"""Base features, which contain points at coordinates in parametric designs.
 
-Importing this module gives the members to Component, ConstructionPoint and ConstructionPoints. What
-is made through the API is the add-in's, so it is in the fingerprint of everything only.
+Importing this module adds members to Component, ConstructionPoint and ConstructionPoints. Objects
+created through the API belong to the add-in, so only the full fingerprint includes them.
 
-A construction point of a base feature is made, and deleted, only while the feature is being edited
-[reference: ConstructionPointInput.targetBaseOrFormFeature]; its Point3D is in the frame of the
+A construction point of a base feature can be created and deleted only while the feature is edited
+[reference: ConstructionPointInput.targetBaseOrFormFeature]. Its Point3D is in the frame of the
 component [inferred].
 """
 
@@ -19,7 +19,7 @@ from ..state import world
 from .captures import revert
 from .component import Component
 from .data import Named, PointData
-from .entity import Deletable, WithName, refuse_reference, unique, wrap, wraps
+from .entity import Deletable, WithName, reject_reference, unique, wrap, wraps
 from .points import ConstructionPoint, ConstructionPointInput, ConstructionPoints, _place
 from .timeline import WithTimeline
 
@@ -46,7 +46,7 @@ class BaseFeature(WithName, WithTimeline, Deletable):
     constructionPoints = property(lambda self: new(_PointsOfFeature, feature=self._data))
 
     def startEdit(self) -> bool:
-        refuse_reference(self._data.component, "BaseFeature.startEdit")
+        reject_reference(self._data.component, "BaseFeature.startEdit")
         if any(f.is_edited for f in self._shelf()):
             raise RuntimeError("3 : a base feature is being edited already")
         self._data.is_edited = True
@@ -76,14 +76,14 @@ class _PointsOfFeature(ConstructionPoints):
 @api("adsk.fusion")
 @named
 class BaseFeatures(Items):
-    """Of a component."""
+    """Base features of a component."""
 
     def _all(self) -> list[Any]:
         return [wrap(f) for f in self._component.base_features]
 
     def add(self) -> Any:
         component = self._component
-        refuse_reference(component, "BaseFeatures.add")
+        reject_reference(component, "BaseFeatures.add")
         if component.design.kind == 0:
             raise RuntimeError("3 : direct designs have no base features")
         if component.design.intent == 1 and component is component.design.root:
@@ -96,7 +96,7 @@ class BaseFeatures(Items):
 
 @api("adsk.fusion")
 class Features(Base):
-    """Of a component; base features are all that there are here."""
+    """Features of a component; the fake has only base features."""
 
     baseFeatures = property(lambda self: new(BaseFeatures, component=self._component))
 
@@ -121,7 +121,7 @@ _add, _delete = ConstructionPoints.add, ConstructionPoint.deleteMe
 
 
 def _set_name(self: Any, value: str) -> None:
-    """A point gets its name once its base feature's edit is finished [reference]."""
+    """Set the name of a point, which is allowed after the edit of its base feature [reference]."""
     feature = self._data.__dict__.get("base_feature")
     if feature is not None and feature.is_edited:
         raise RuntimeError("3 : the point cannot be named while its base feature is edited")
@@ -133,7 +133,7 @@ def _add_to_feature(self: Any, made: ConstructionPointInput) -> Any:
     if feature is None:
         return _add(self, made)
     component = self._component
-    refuse_reference(component, "ConstructionPoints.add")
+    reject_reference(component, "ConstructionPoints.add")
     if feature._data.component is not component or not feature._data.is_edited:
         raise RuntimeError("3 : the base feature is of another component, or not being edited")
     if made._how is None:

@@ -32,7 +32,7 @@ class _Body(Placed, WithName, WithVisibility, Deletable):
 
     @property
     def boundingBox(self) -> Any:
-        """The exact box along the axes of the context."""
+        """Exact bounding box along the axes of the context."""
         return bounding_box(self._data.shape.bounds(self._T))
 
 
@@ -44,7 +44,7 @@ class BRepBody(_Body):
 
     @property
     def visibleOpacity(self) -> float:
-        """With that of the components that it is in."""
+        """Opacity, including the opacities of the parent components."""
         above = [self._data.component, *(o.parent for o in self._path)]
         return self._data.opacity * math.prod(c.opacity for c in above)
 
@@ -73,7 +73,7 @@ class MeshBody(_Body):
 
 
 class _Bodies(Items):
-    """`_component` is ComponentData, `_path` the context."""
+    """Bodies of a component; `_component` is ComponentData, `_path` the context."""
 
     def _all(self) -> list[Any]:
         return [wrap(body, self._path) for body in self._shelf()]
@@ -110,7 +110,7 @@ class TriangleMeshCalculator(Base):
         return True
 
     def calculate(self) -> Any:
-        """The mesh; the surface tolerance, where set, decides the number of sides of a circle."""
+        """Return the mesh; the surface tolerance determines the number of sides of a circle."""
         segments, shape = self._segments, self._manager._body._data.shape
         radius = max(getattr(shape, "radius", 0.0), getattr(shape, "major", 0.0))
         if self._tolerance > 0.0 and radius > self._tolerance:
@@ -128,7 +128,7 @@ def _triangle_mesh(body: Any, segments: int) -> Any:
 
 @api("adsk.fusion")
 class TriangleMesh(Base):
-    """Nodes in cm."""
+    """Triangle mesh with nodes in cm."""
 
     nodeCoordinatesAsDouble = property(lambda self: self._nodes.ravel().tolist())
     nodeIndices = property(lambda self: self._triangles.ravel().tolist())
@@ -196,7 +196,7 @@ class BRepFaces(_TopologyItems):
 
 
 def _bounds(face: Any, edge: Any) -> bool:
-    """Whether an edge bounds a face of one of our shapes."""
+    """Return whether an edge bounds a face of a shape."""
     if face.kind == "cylinder":
         return edge.radius > 0.0
     if face.kind != "plane":

@@ -1,4 +1,4 @@
-"""Positions that were moved and not captured; tangent relationships."""
+"""Moved positions that are not captured; tangent relationships."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from .data import DesignData, OccurrenceData
 
 
 def moved(design: DesignData) -> list[OccurrenceData]:
-    """What was moved and is not captured."""
+    """Return the occurrences that were moved without capturing the position."""
     held = [o for c in design.components for o in c.occurrences]
     return [o for o in held if o.captured is not None]
 
 
 def revert(design: DesignData) -> None:
-    """Put back what was moved and is not captured, as an edit of a parametric design does."""
+    """Revert positions that are not captured, like an edit of a parametric design."""
     for occurrence in moved(design) if design.kind == 1 else ():
         world().set(occurrence, "T", occurrence.captured, "revert")
         world().set(occurrence, "captured", None, "revert")
@@ -42,7 +42,7 @@ class Snapshot(Base):
 
 @api("adsk.fusion")
 class TangentRelationship(Base):
-    """Here a name only."""
+    """Tangent relationship, only a name in the fake."""
 
     name = property(lambda self: self._name)
 

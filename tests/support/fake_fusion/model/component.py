@@ -18,7 +18,7 @@ from .physical import physical_properties
 
 
 def material(name: str) -> Any:
-    """The Material of that name; None for an empty one."""
+    """Return the Material with a name; None for an empty name."""
     return new(Material, name=name) if name else None
 
 
@@ -55,7 +55,7 @@ class Component(WithName, BaseComponent):
     @property
     def allOccurrences(self) -> Any:
         data = self._data
-        _refuse_unresolved(data)
+        _reject_unresolved(data)
         return _listed(OccurrenceList, lambda: [occurrence(p) for p in paths_below(data)])
 
     motionLinks = property(lambda self: by_name("MotionLinks", component=self._data))
@@ -78,17 +78,17 @@ class Component(WithName, BaseComponent):
 
     @property
     def allJoints(self) -> list:
-        self._refuse_constraints("allJoints")
+        self._reject_constraints("allJoints")
         return self._everywhere("joints")
 
-    def _refuse_constraints(self, what: str) -> None:
-        """Fusion fails where assembly constraints exist: ACDC4Robot issue 10."""
+    def _reject_constraints(self, what: str) -> None:
+        """Fail like Fusion if assembly constraints exist: ACDC4Robot issue 10."""
         below = [self._data, *(p[-1].component for p in paths_below(self._data))]
         if world().options.all_joints_fail and any(c.constraints for c in below):
             raise RuntimeError(f"2 : InternalValidationError : {what}")
 
     def _everywhere(self, shelf: str) -> list:
-        """A list of the component and of all below, as proxies in the component's context."""
+        """Return a list of the component and all its children, as proxies in its context."""
         found = [wrap(item) for item in getattr(self._data, shelf)]
         for path in paths_below(self._data):
             found += [wrap(item, path) for item in getattr(path[-1].component, shelf)]
@@ -101,7 +101,7 @@ class Component(WithName, BaseComponent):
 @api("adsk.fusion")
 @wraps(OccurrenceData)
 class Occurrence(Seen):
-    """A component in a place. `_path` ends with the occurrence itself."""
+    """Occurrence of a component. `_path` ends with the occurrence itself."""
 
     _component = property(lambda self: self._data.parent)
     name = property(lambda self: self._data.name)
@@ -109,11 +109,11 @@ class Occurrence(Seen):
 
     @property
     def component(self) -> Any:
-        self._refuse_unresolved()
+        self._reject_unresolved()
         return wrap(self._data.component)
 
-    def _refuse_unresolved(self) -> None:
-        """What an external reference without its document does [inferred]."""
+    def _reject_unresolved(self) -> None:
+        """Fail like an unresolved external reference [inferred]."""
         if self._data.unresolved:
             raise RuntimeError("2 : InternalValidationError : occ")
 
@@ -136,7 +136,7 @@ class Occurrence(Seen):
 
     @property
     def childOccurrences(self) -> Any:
-        self._refuse_unresolved()
+        self._reject_unresolved()
         path, data = self._path, self._data
         children = lambda: [occurrence((*path, o)) for o in data.component.occurrences]  # noqa: E731
         return _listed(OccurrenceList, children)
@@ -156,12 +156,12 @@ class Occurrence(Seen):
         return self._physical(accuracy)
 
     def _physical(self, accuracy: int) -> Any:
-        self._refuse_unresolved()
+        self._reject_unresolved()
         return physical_properties(self._data.component.mass(self._path), accuracy, self._T)
 
 
-def _refuse_unresolved(component: ComponentData) -> None:
-    """One external reference without its document is enough [live]."""
+def _reject_unresolved(component: ComponentData) -> None:
+    """Fail if one external reference is unresolved [live]."""
     if any(path[-1].unresolved for path in paths_below(component)):
         raise RuntimeError("2 : InternalValidationError : occ")
 
@@ -203,7 +203,7 @@ class Design(Product):
         return document_of(self._data)
 
     def findAttributes(self, groupName: str, attributeName: str) -> list:
-        """Attributes of entities, not the design's own; empty matches all, `re:` is a pattern."""
+        """Return attributes of entities; empty names match all, `re:` starts a pattern."""
         group, name = _matcher(groupName), _matcher(attributeName)
         owners = [wrap(d) for d in every_entity(self._data)]
         return [
@@ -223,7 +223,7 @@ def _matcher(text: str) -> Any:
 
 
 def every_entity(design: DesignData) -> list[Any]:
-    """The data of all entities in a design that may have attributes."""
+    """Return the data of all entities of a design that may have attributes."""
     found: list[Any] = []
     for c in design.components:
         found.append(c)

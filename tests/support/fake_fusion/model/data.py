@@ -1,6 +1,7 @@
-"""The model behind the objects of the API: plain data that the wrappers read and edit.
+"""Data model of the API objects: plain data that the wrappers read and edit.
 
-An occurrence in a place is a path: the tuple of OccurrenceData from the context's component down.
+An occurrence in a context is a path: a tuple of OccurrenceData, starting at the component of the
+context.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ Path = tuple["OccurrenceData", ...]
 
 @dataclass(eq=False)
 class Named:
-    """What most entities have."""
+    """Common properties of most entities."""
 
     name: str
     attributes: dict[tuple[str, str], str] = field(default_factory=dict)
@@ -40,11 +41,11 @@ class BodyData(Named):
     parts: tuple[list, list, list] | None = None
 
     def mass(self) -> Mass:
-        """Mass properties in the component's frame."""
+        """Mass properties in the frame of the component."""
         return self.shape.mass(self.density) if self.kind == "solid" else NOTHING
 
     def topology(self) -> tuple[list, list, list]:
-        """Its vertices, edges and faces (TopologyData)."""
+        """Vertices, edges and faces (TopologyData)."""
         if self.parts is None:
             found = self.shape.parts()
             kinds = ("vertex", "edge", "face")
@@ -60,7 +61,7 @@ class BodyData(Named):
 
 @dataclass(eq=False)
 class TopologyData(Named):
-    """A vertex, an edge or a face of a body; geometry in the component's frame."""
+    """A vertex, an edge or a face of a body, in the frame of the component."""
 
     body: Any = None
     kind: str = "vertex"
@@ -68,13 +69,13 @@ class TopologyData(Named):
 
     @property
     def component(self) -> Any:
-        """The component that its body is in."""
+        """The component of its body."""
         return self.body.component
 
 
 @dataclass(eq=False)
 class PointData(Named):
-    """A construction point. `position`: in its component's frame; `source` follows an entity."""
+    """A construction point. `position` is in the frame of its component."""
 
     component: Any = None
     position: Any = None
@@ -86,7 +87,7 @@ class PointData(Named):
 
 @dataclass(eq=False)
 class SketchData(Named):
-    """A sketch. `T`: its plane's frame in the component."""
+    """A sketch. `T` is the frame of its plane in the component."""
 
     component: Any = None
     T: Any = None
@@ -95,20 +96,20 @@ class SketchData(Named):
 
 @dataclass(eq=False)
 class SketchPointData(Named):
-    """A point of a sketch, in the sketch's frame."""
+    """A point of a sketch, in the frame of the sketch."""
 
     sketch: Any = None
     position: Any = None
 
     @property
     def component(self) -> Any:
-        """The component that its sketch is in."""
+        """The component of its sketch."""
         return self.sketch.component
 
 
 @dataclass(eq=False)
 class GroupData(Named):
-    """A rigid group. `members`: paths from its component; `stale`: its occurrences are gone."""
+    """A rigid group. `members` are paths; `stale` groups have lost their occurrences."""
 
     component: Any = None
     members: list[Path] = field(default_factory=list)
@@ -128,7 +129,7 @@ class JointOriginData(Named):
 
 @dataclass
 class Limits:
-    """Limits of one degree of freedom; values are 0 unless the user types some."""
+    """Limits of one degree of freedom; values are 0 unless the user sets them."""
 
     minimum: float = 0.0
     maximum: float = 0.0
@@ -143,7 +144,7 @@ class Freedom:
 
     Attributes:
         role: `rotation`, `slide`, `primarySlide`, `secondarySlide`, `pitch`, `yaw`, `roll`.
-        axis: Direction in the joint's frame on occurrenceTwo, at the zero pose.
+        axis: Direction in the joint frame on occurrenceTwo, at the zero pose.
         value: In [rad] or [cm].
         limits: Its limits.
     """
@@ -167,9 +168,9 @@ class JointData(Named):
         kind: `joint` or `as-built`.
         type: Its JointTypes value.
         one, two: Paths from its component; empty for the component itself.
-        T_one, T_two: The joint's frame in the frame of `one` and of `two`; None if there is none.
-        origin_one, origin_two: JointOriginData that define them, if any.
-        dragged: Whether the user has dragged it: its angles are then on a grid of 0.1 degrees.
+        T_one, T_two: Joint frame in the frames of `one` and `two`; None if not defined.
+        origin_one, origin_two: JointOriginData that define the frames, if any.
+        dragged: Whether the user has dragged the joint, which rounds its angles to 0.1 degrees.
     """
 
     component: Any = None
@@ -198,10 +199,10 @@ class MotionLinkData(Named):
     """A motion link.
 
     Attributes:
-        joint_one, joint_two: What it links; `joint_two` is None if both motions are of one.
+        joint_one, joint_two: Linked joints; `joint_two` is None for two motions of one joint.
         motions: JointMotionTypes values.
-        values: By how much each moves while the other does, in [rad] or [cm].
-        reversed: Whether the second moves the other way.
+        values: Displacements of both motions, whose ratio is constant, in [rad] or [cm].
+        reversed: Whether the second motion has the opposite direction.
     """
 
     component: Any = None
@@ -227,12 +228,12 @@ class GraphicsData(Named):
 
 @dataclass(eq=False)
 class OccurrenceData(Named):
-    """A component in a place.
+    """An occurrence of a component.
 
     Attributes:
-        T: Its pose in the component that holds it, where nothing above says otherwise.
-        unresolved: Whether its component's document cannot be found.
-        captured: Where it was, if it has been moved since and that is not captured.
+        T: Pose in the parent component, unless `poses` of a parent overrides it.
+        unresolved: Whether the document of its component cannot be found.
+        captured: Captured pose, if the occurrence was moved without capturing the position.
     """
 
     component: Any = None
@@ -249,11 +250,10 @@ class ComponentData(Named):
     """A component.
 
     Attributes:
-        referenced: Whether it lives in another document.
-        source: That document's design, where that matters.
-        poses: Poses of occurrences within a sub-assembly that differ from those which it has
-            elsewhere (its joints are moved here): by path from this component, relative to the
-            occurrence above.
+        referenced: Whether it belongs to another document.
+        source: Design of this document, if needed.
+        poses: Poses of occurrences in a sub-assembly whose joints are moved in this component: by
+            path from this component, relative to the parent occurrence.
     """
 
     design: Any = None
@@ -279,10 +279,10 @@ class ComponentData(Named):
     material: str = "Steel"
 
     def mass(self, above: Path = ()) -> Mass:
-        """Mass properties with everything below, in the component's frame.
+        """Return the mass properties including all children, in the frame of the component.
 
         Args:
-            above: Path that the component is seen at.
+            above: Path of the component.
         """
         parts = [b.mass() for b in self.bodies]
         for o in self.occurrences:
@@ -305,12 +305,12 @@ class DesignData(Named):
     counters: dict[int, int] = field(default_factory=dict)
 
     def is_edited(self) -> bool:
-        """Whether a base feature is being edited, when the design passes for a direct one."""
+        """Whether a base feature is edited; the design is then treated as a direct design."""
         return any(f.is_edited for c in self.components for f in c.base_features)
 
 
 def transform(path: Path) -> np.ndarray:
-    """The pose of an occurrence in its context: the product of the poses on its path."""
+    """Return the pose of an occurrence in its context: the product of the poses on its path."""
     if not path:
         return np.eye(4)
     T = relative_pose(path[:1])
@@ -320,9 +320,9 @@ def transform(path: Path) -> np.ndarray:
 
 
 def relative_pose(path: Path) -> np.ndarray:
-    """The pose of the last occurrence of a path relative to the one above.
+    """Return the pose of the last occurrence of a path relative to its parent.
 
-    The highest component that has a pose of its own for it decides.
+    The pose in `poses` of the topmost component takes precedence.
     """
     for k in range(len(path)):
         poses = path[k].parent.poses
@@ -332,13 +332,13 @@ def relative_pose(path: Path) -> np.ndarray:
 
 
 def first_instance(component: ComponentData) -> Path:
-    """The first place of a component in its design; empty for the root component."""
+    """Return the path of the first occurrence of a component; empty for the root component."""
     places = paths_below(component.design.root)
     return next((path for path in places if path[-1].component is component), ())
 
 
 def motion(freedoms: list[Freedom]) -> np.ndarray:
-    """Pose of `one` relative to `two`, in the joint's frame: the freedoms one after another."""
+    """Return the pose of `one` relative to `two` in the joint frame: the product of all motions."""
     T = np.eye(4)
     for f in freedoms:
         axis = np.asarray(f.axis, dtype=float)
@@ -347,7 +347,7 @@ def motion(freedoms: list[Freedom]) -> np.ndarray:
 
 
 def paths_below(component: ComponentData, above: Path = ()) -> list[Path]:
-    """Paths of all occurrences below a component, depth first."""
+    """Return the paths of all occurrences below a component, depth first."""
     found: list[Path] = []
     for occurrence in component.occurrences:
         path = (*above, occurrence)

@@ -1,4 +1,4 @@
-"""Common properties of a design's entities: name, attributes, proxies in assemblies."""
+"""Common properties of entities of a design: name, attributes, proxies in assemblies."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from .data import ComponentData, Path, transform
 _MAX_ATTRIBUTE = 2 * 1024 * 1024
 
 WRAPPERS: dict[Any, type] = {}
-"""The class of the API for a kind of data: by its class, or by class and kind."""
+"""API class for each type of data, by class, or by class and kind."""
 
 
 def wraps(*keys: Any) -> Any:
-    """Register a class of the API as what a kind of data looks like."""
+    """Register an API class as wrapper of a type of data."""
 
     def register(cls: type) -> type:
         WRAPPERS.update(dict.fromkeys(keys, cls))
@@ -30,11 +30,11 @@ def wraps(*keys: Any) -> Any:
 
 
 def wrap(data: Any, path: Path = ()) -> Any:
-    """The API's object for data seen in a context; None for None.
+    """Return the API object of data in a context; None for None.
 
     Args:
-        data: The data; for an occurrence, the last of its path.
-        path: Where: occurrences from the context's component down to the data's component.
+        data: The data; for an occurrence, the last item of its path.
+        path: Occurrences from the component of the context to the component of the data.
     """
     if data is None:
         return None
@@ -43,15 +43,15 @@ def wrap(data: Any, path: Path = ()) -> Any:
 
 
 def occurrence(path: Path) -> Any:
-    """The Occurrence at the end of a path; None for the empty path."""
+    """Return the Occurrence at the end of a path; None for the empty path."""
     return wrap(path[-1], path) if path else None
 
 
-def refuse_reference(component: ComponentData, what: str) -> None:
-    """Reject an edit of a component that lives in another document.
+def reject_reference(component: ComponentData, what: str) -> None:
+    """Reject an edit of a component of another document.
 
     Raises:
-        RuntimeError: It does.
+        RuntimeError: The component belongs to another document.
     """
     world().require_edit(what)
     if component.referenced:
@@ -59,7 +59,7 @@ def refuse_reference(component: ComponentData, what: str) -> None:
 
 
 class Seen(Base):
-    """Data seen in a context. `_path` leads from the context's component to the data's."""
+    """Data in a context. `_path` is the path from the component of the context to the data."""
 
     _data: Any
     _path: Path
@@ -89,7 +89,7 @@ def _same(a: Path, b: Path) -> bool:
 
 
 class Placed(Seen):
-    """An entity that proxies exist of."""
+    """Entity that can have proxies."""
 
     assemblyContext = property(lambda self: occurrence(self._path))
     nativeObject = property(lambda self: wrap(self._data) if self._path else None)
@@ -103,7 +103,7 @@ class Placed(Seen):
 
 
 class WithName(Seen):
-    """An entity with a name that can be written."""
+    """Entity with a writable name."""
 
     @property
     def name(self) -> str:
@@ -111,18 +111,18 @@ class WithName(Seen):
 
     @name.setter
     def name(self, value: str) -> None:
-        refuse_reference(self._component, f"{type(self).__name__}.name")
+        reject_reference(self._component, f"{type(self).__name__}.name")
         if value != self._data.name:
             value = unique(value, self._siblings())
             world().set(self._data, "name", value)
 
     def _siblings(self) -> list[Any]:
-        """What must not have the same name."""
+        """Entities that must have different names."""
         return []
 
 
 class WithVisibility(Seen):
-    """An entity that is hidden with what it is in."""
+    """Entity that is hidden if a parent is hidden."""
 
     @property
     def isVisible(self) -> bool:
@@ -130,17 +130,17 @@ class WithVisibility(Seen):
 
 
 class Deletable(Seen):
-    """An entity that can be deleted; its class has `_shelf`, the list that holds its data."""
+    """Entity that can be deleted; its class has `_shelf`, the list that contains its data."""
 
     def deleteMe(self) -> bool:
-        refuse_reference(self._component, f"{type(self).__name__}.deleteMe")
+        reject_reference(self._component, f"{type(self).__name__}.deleteMe")
         world().set(self._data, "gone", True)
         world().remove(self._shelf(), self._data)
         return True
 
 
 def unique(name: str, others: list[Any]) -> str:
-    """A name that none of the others has: " (1)", " (2)" ... are appended, as Fusion does."""
+    """Return a unique name: " (1)", " (2)" ... is appended like in Fusion."""
     taken = {other.name for other in others}
     if name not in taken:
         return name
@@ -149,7 +149,7 @@ def unique(name: str, others: list[Any]) -> str:
 
 @api("adsk.core")
 class Attribute(Base):
-    """Group, name and value on an entity; gone when the entity does not have it any more."""
+    """Attribute of an entity; it becomes invalid when it is deleted."""
 
     def _is_gone(self) -> bool:
         return self._owner._is_gone() or self._key not in self._owner._data.attributes
@@ -173,7 +173,7 @@ class Attribute(Base):
     otherParents = property(lambda _: by_name("ObjectCollection", make=list))
 
     def deleteMe(self) -> bool:
-        refuse_reference(self._owner._component, "Attribute.deleteMe")
+        reject_reference(self._owner._component, "Attribute.deleteMe")
         world().put(self._owner._data.attributes, self._key, None)
         return True
 
@@ -181,7 +181,7 @@ class Attribute(Base):
 @api("adsk.core")
 @listing
 class ObjectCollection(Items):
-    """Of any objects."""
+    """Collection of any objects."""
 
 
 @api("adsk.core")
@@ -207,7 +207,7 @@ class Attributes(Items):
 
 
 def _write(owner: Seen, key: tuple[str, str], value: str) -> None:
-    refuse_reference(owner._component, "Attributes.add")
+    reject_reference(owner._component, "Attributes.add")
     if len(value.encode()) > _MAX_ATTRIBUTE:
         raise RuntimeError("3 : the value of an attribute is larger than 2 MB")
     world().put(owner._data.attributes, key, value)

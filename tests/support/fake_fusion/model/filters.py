@@ -1,4 +1,4 @@
-"""Selection filters: which entities a selection input takes."""
+"""Selection filters, which specify the entities that a selection input accepts."""
 
 from __future__ import annotations
 
@@ -84,9 +84,9 @@ FILTERS: dict[str, Callable[[Any], bool]] = {
     "JointOrigins": _of(JointOriginData),
     "Joints": _of(JointData),
 }
-"""Every filter of the user manual, and which data it takes."""
+"""Filters of the user manual, with tests of the data that they accept."""
 
 
 def passes(entity: Any, filters: Sequence[str]) -> bool:
-    """Whether an entity may be selected; everything may if there is no filter."""
+    """Return whether an entity may be selected; without filters every entity may."""
     return not filters or any(FILTERS[name](entity._data) for name in filters)

@@ -1,4 +1,4 @@
-"""A text of all that is in a design, to see if anything was changed."""
+"""Fingerprint of a design, which detects changes."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ GROUP = "CARDSFlow"
 
 
 def fingerprint(design: DesignData, *, everything: bool = False) -> str:
-    """A text that differs where two designs differ.
+    """Return a text that is equal for equal designs only.
 
     Args:
         design: The design.
-        everything: Whether what the add-in may make counts as well: its construction points, its
-            attributes, custom graphics.
+        everything: Whether to include objects that the add-in may create: construction points,
+            attributes and custom graphics.
     """
     text = json.dumps(content(design, everything=everything), sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def content(design: DesignData, *, everything: bool = False) -> Any:
-    """The same as plain data, to see what differs."""
+    """Return the content of a design as plain data, which shows differences."""
     return {
         "design": [design.name, design.kind, design.intent, design.units],
         "attributes": _attributes(design, everything),

@@ -17,7 +17,7 @@ RIGID, REVOLUTE, SLIDER, CYLINDRICAL, PIN_SLOT, PLANAR, BALL, INFERRED = range(8
 
 @api("adsk.fusion")
 class JointLimits(Base):
-    """Values are 0 until they are enabled and typed."""
+    """Limits; values are 0 until they are enabled and set."""
 
     minimumValue = edited("limits.minimum", "float", "minimumValue")
     maximumValue = edited("limits.maximum", "float", "maximumValue")
@@ -27,7 +27,7 @@ class JointLimits(Base):
 
 @api("adsk.fusion")
 class JointMotion(Base):
-    """Motion of a joint, seen in the joint's context."""
+    """Motion of a joint, in the context of the joint."""
 
     def _is_gone(self) -> bool:
         return self._joint._is_gone()
@@ -47,7 +47,7 @@ class JointMotion(Base):
         return new(JointLimits, limits=self._freedom(role).limits)
 
     def _vector(self, role: str) -> Any:
-        """Direction in the root: carried by `two`, and by the freedoms before it if so set."""
+        """Return the direction in the root frame, fixed to `two` or moved (`ball_vectors`)."""
         freedoms = self._joint._data.freedoms
         freedom = self._freedom(role)
         R = self._joint._frame("two")[:3, :3]
@@ -56,14 +56,14 @@ class JointMotion(Base):
         return vector(R @ np.asarray(freedom.axis, dtype=float))
 
     def _direction(self, role: str) -> int:
-        """JointDirections: x 0, y 1, z 2, custom 3."""
+        """Return the value of JointDirections: x 0, y 1, z 2, custom 3."""
         axis = tuple(float(v) for v in self._freedom(role).axis)
         units = [tuple(row) for row in np.eye(3).tolist()]
         return units.index(axis) if axis in units else 3
 
 
 def _of(method: Any) -> Any:
-    """Makes a property of what a method of `JointMotion` says of the freedom in a role."""
+    """Return a function that creates a property from a method of `JointMotion` and a role."""
 
     def member(role: str) -> property:
         return property(lambda self: method(self, role))
@@ -98,7 +98,7 @@ class SliderJointMotion(JointMotion):
 
 @api("adsk.fusion")
 class CylindricalJointMotion(JointMotion):
-    """Slides along the axis that it turns about: there is no slide direction."""
+    """Cylindrical motion, which slides along its rotation axis and has no slide direction."""
 
     rotationAxis = _direction("rotation")
     rotationAxisVector = _axis("rotation")

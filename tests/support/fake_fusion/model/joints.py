@@ -25,7 +25,7 @@ from .timeline import WithTimeline
 
 @api("adsk.fusion")
 class JointGeometry(Base):
-    """Transient: its origin is in the root frame, its axes are in the component's [live]."""
+    """Transient geometry: origin in the root frame, axes in the component frame [live]."""
 
     origin = property(lambda self: point((self._T_root @ self._T)[:3, 3]))
     primaryAxisVector = property(lambda self: vector(self._T[:3, 2]))
@@ -34,10 +34,10 @@ class JointGeometry(Base):
 
 
 def _geometry(T: np.ndarray, T_root: np.ndarray) -> Any:
-    """A JointGeometry.
+    """Return a JointGeometry.
 
     Args:
-        T: The frame in the component that the geometry belongs to.
+        T: Frame of the joint in the component of the geometry.
         T_root: Pose of that component in the root frame.
     """
     return new(JointGeometry, T=T, T_root=T_root)
@@ -53,14 +53,14 @@ class Sibling(Placed, WithName, WithTimeline, Deletable):
 @api("adsk.fusion")
 @wraps(JointOriginData)
 class JointOrigin(Sibling):
-    """Has no origin of its own: that is its geometry's."""
+    """Joint origin; it has no attribute `origin`, only its geometry has one."""
 
     def _shelf(self) -> list[Any]:
         return self._data.component.joint_origins
 
     @property
     def _T_root(self) -> np.ndarray:
-        """Without a context it answers for the first instance [live]."""
+        """Pose of the component; without a context, of its first occurrence [live]."""
         return transform(self._path or first_instance(self._data.component))
 
     transform = property(lambda self: matrix(_told(self._T, self._data.T)))
@@ -71,7 +71,7 @@ class JointOrigin(Sibling):
 
 
 def relative(context: Path, path: Path) -> np.ndarray:
-    """The pose of an occurrence in the component at the end of a context."""
+    """Return the pose of an occurrence in the component at the end of a context."""
     T = np.eye(4)
     for k in range(len(path)):
         T = T @ relative_pose((*context, *path[: k + 1]))
@@ -79,7 +79,7 @@ def relative(context: Path, path: Path) -> np.ndarray:
 
 
 def _told(T_context: np.ndarray, T: np.ndarray) -> np.ndarray:
-    """A transform in the frame of the component that holds its owner, as a proxy tells it."""
+    """Return the transform that a proxy reports for a transform in the component frame."""
     lifted = world().options.joint_transforms == "context"
     return T_context @ T if lifted else T
 
@@ -97,12 +97,12 @@ class _AnyJoint(Sibling, WithVisibility):
         return wrap(self._data, occurrence._path)
 
     def _own_frame(self, side: str) -> np.ndarray:
-        """The joint's frame on `one` or `two` in the component that holds it."""
+        """Return the joint frame on `one` or `two` in the component that contains the joint."""
         T = relative(self._path, getattr(self._data, side))
         return T @ getattr(self._data, f"T_{side}")
 
     def _frame(self, side: str) -> np.ndarray:
-        """The same in the root frame; without a context that of the first instance."""
+        """Return this frame in the root frame; without a context, of the first occurrence."""
         return transform(self._path or self._first) @ self._own_frame(side)
 
     @property
@@ -110,7 +110,7 @@ class _AnyJoint(Sibling, WithVisibility):
         return first_instance(self._data.component)
 
     def _side_geometry(self, side: str) -> Any:
-        """Its geometry has lost its context: it answers for the joint's first instance [live]."""
+        """Return the geometry of a side, which refers to the first occurrence [live]."""
         path = (*self._first, *getattr(self._data, side))
         return _geometry(getattr(self._data, f"T_{side}"), transform(path))
 
@@ -174,7 +174,7 @@ class Joint(_AnyJoint):
 @api("adsk.fusion")
 @wraps((JointData, "as-built"))
 class AsBuiltJoint(_AnyJoint):
-    """Has neither health, nor lock, nor a second geometry."""
+    """As-built joint, without health state, lock and second geometry."""
 
     def _shelf(self) -> list[Any]:
         return self._data.component.as_built
@@ -189,7 +189,7 @@ class AsBuiltJoint(_AnyJoint):
 
     @property
     def transform(self) -> Any:
-        """In the frame of the component that holds it, whatever the proxy [live]."""
+        """Transform in the frame of the component of the joint, for any proxy [live]."""
         return None if self._data.type == RIGID else matrix(self._own_frame("two"))
 
 
@@ -208,7 +208,7 @@ class ModelParameter(Parameter):
 
 
 class _Shelf(Items):
-    """`_component` is ComponentData."""
+    """Collection of a component; `_component` is ComponentData."""
 
     _name = ""
 
@@ -242,7 +242,7 @@ class RigidGroups(_Shelf):
 
 @api("adsk.fusion")
 class AssemblyConstraint(Base):
-    """Here a name only."""
+    """Assembly constraint, only a name in the fake."""
 
     name = property(lambda self: self._name)
 

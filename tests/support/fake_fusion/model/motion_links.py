@@ -1,4 +1,4 @@
-"""Motion links: a motion of a joint that follows another one."""
+"""Motion links, which couple two joint motions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""PhysicalProperties: exact at the highest accuracy, wrong in a known way below it."""
+"""PhysicalProperties, exact at the highest accuracy, with known errors below it."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ _ERROR = {0: 1e-2, 1: 1e-3, 2: 1e-4, 3: 0.0}
 
 
 def physical_properties(mass: Mass, accuracy: int, T: np.ndarray) -> Any:
-    """The API's object.
+    """Return the API object.
 
     Args:
-        mass: In the frame of the component.
+        mass: Mass properties in the frame of the component.
         accuracy: A CalculationAccuracy value.
         T: Pose of the component in the context.
 
     Raises:
-        RuntimeError: It is no accuracy, or there is nothing to weigh.
+        RuntimeError: The accuracy is invalid or the mass is zero.
     """
     if accuracy not in _ERROR:
         raise RuntimeError("3 : invalid argument accuracy")
@@ -40,7 +40,7 @@ def physical_properties(mass: Mass, accuracy: int, T: np.ndarray) -> Any:
 
 @api("adsk.fusion")
 class PhysicalProperties(Base):
-    """`_mass`: in the context's frame."""
+    """Physical properties; `_mass` is in the frame of the context."""
 
     accuracy = property(lambda self: self._accuracy)
     mass = property(lambda self: float(self._mass.mass))
@@ -53,7 +53,7 @@ class PhysicalProperties(Base):
     centerOfMass = property(lambda self: point(self._mass.com))
 
     def getXYZMomentsOfInertia(self) -> tuple:
-        """About the origin and axes of the context, in [kg·cm²]: (ok, xx, yy, zz, xy, yz, xz)."""
+        """Return moments about the origin of the context: ok, xx, yy, zz, xy, yz, xz [kg·cm²]."""
         inertia = self._mass.about_origin()
         sign = 1.0 if world().options.product_sign == "tensor" else -1.0
         xx, yy, zz = np.diag(inertia).tolist()
@@ -61,5 +61,5 @@ class PhysicalProperties(Base):
         return (True, xx, yy, zz, xy, yz, xz)
 
     def getPrincipalMomentsOfInertia(self) -> tuple:
-        """About the centre of mass, in [kg·cm²], in no documented order."""
+        """Return the principal moments about the centre of mass, in [kg·cm²], in any order."""
         return (True, *np.linalg.eigvalsh(self._mass.inertia).tolist())

@@ -22,7 +22,7 @@ from .entity import (
     Seen,
     WithName,
     WithVisibility,
-    refuse_reference,
+    reject_reference,
     unique,
     wrap,
     wraps,
@@ -60,12 +60,12 @@ class ConstructionPoint(Placed, WithName, WithTimeline, WithVisibility, Deletabl
 
     @property
     def geometry(self) -> Any:
-        """In the context's frame."""
+        """Position in the frame of the context."""
         return point(self._placed(self._data.position))
 
     @property
     def definition(self) -> Any:
-        """How it was made; None in direct modelling."""
+        """Definition of the point; None in direct modelling."""
         if self._data.definition is None:
             return None
         by_centre = self._data.definition[0] == "center"
@@ -79,7 +79,7 @@ class ConstructionPoint(Placed, WithName, WithTimeline, WithVisibility, Deletabl
 @api("adsk.fusion")
 class ConstructionPointInput(Base):
     def setByPoint(self, point: Base) -> bool:
-        """A vertex, a sketch point or, in direct modelling, a Point3D; add() fails otherwise."""
+        """Set a vertex, a sketch point or, in direct modelling, a Point3D; else add() fails."""
         if not isinstance(point, (BRepVertex, SketchPoint, Point3D)):
             raise RuntimeError("3 : invalid argument point: a vertex, sketch point or Point3D")
         design = self._component.design
@@ -89,7 +89,7 @@ class ConstructionPointInput(Base):
         return True
 
     def setByCenter(self, circularEntity: Base) -> bool:
-        """A circular edge, a sphere or torus face."""
+        """Set a circular edge, a sphere or a torus face."""
         if not _is_circular(circularEntity):
             raise RuntimeError("3 : invalid argument circularEntity: it has no centre")
         self._how = ("center", circularEntity)
@@ -103,7 +103,7 @@ def _is_circular(entity: Any) -> bool:
 
 
 def position_of(entity: Any) -> np.ndarray:
-    """Where a construction point on an entity is, in the frame of the entity's context, in [cm]."""
+    """Return the position of a point on an entity in the frame of its context, in [cm]."""
     if isinstance(entity, Point3D):
         return xyz(entity)
     if isinstance(entity, (BRepVertex, ConstructionPoint)):
@@ -118,7 +118,7 @@ def position_of(entity: Any) -> np.ndarray:
 @api("adsk.fusion")
 @named
 class ConstructionPoints(Items):
-    """Of a component."""
+    """Construction points of a component."""
 
     def _all(self) -> list[Any]:
         return [wrap(p) for p in self._component.points]
@@ -131,7 +131,7 @@ class ConstructionPoints(Items):
 
     def add(self, input: ConstructionPointInput) -> Any:
         component = self._component
-        refuse_reference(component, "ConstructionPoints.add")
+        reject_reference(component, "ConstructionPoints.add")
         if component.design.intent == 1 and component is component.design.root:
             raise RuntimeError("3 : an assembly design takes no features")
         if input._how is None:
@@ -156,10 +156,10 @@ class ConstructionPoints(Items):
 
 
 def _place(component: ComponentData, entity: Any, creation: Any) -> np.ndarray:
-    """Position in the component's frame, or Fusion's refusal of a mixed context.
+    """Return the position in the frame of the component.
 
     Raises:
-        RuntimeError: The entity is of another component and no occurrence says where this one is.
+        RuntimeError: The entity belongs to another component and the occurrence is missing.
     """
     position = position_of(entity)
     if isinstance(entity, Point3D):
@@ -168,7 +168,7 @@ def _place(component: ComponentData, entity: Any, creation: Any) -> np.ndarray:
     if not context and entity._data.component is component:
         return position
     top = context[0].parent if context else entity._data.component
-    if top is component:  # a proxy in this component's own context
+    if top is component:  # a proxy in the context of this component
         return position
     if creation is None or creation._data.component is not component:
         raise RuntimeError("3 : Provided input paths are not valid.")

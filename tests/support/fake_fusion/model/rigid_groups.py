@@ -13,7 +13,7 @@ from .joints import Sibling
 @api("adsk.fusion")
 @wraps(GroupData)
 class RigidGroup(Sibling, WithVisibility):
-    """Stale ones hold nothing any more; their name and token raise [live]."""
+    """Rigid group. Obsolete groups have no members, and name and token raise [live]."""
 
     def _shelf(self) -> list[Any]:
         return self._data.component.groups
@@ -27,15 +27,15 @@ class RigidGroup(Sibling, WithVisibility):
 
     @property
     def name(self) -> str:
-        self._refuse_stale("name")
+        self._reject_stale("name")
         return self._data.name
 
     @name.setter
     def name(self, value: str) -> None:
-        self._refuse_stale("name")
+        self._reject_stale("name")
         WithName.name.fset(self, value)
 
-    def _refuse_stale(self, member: str) -> None:
+    def _reject_stale(self, member: str) -> None:
         if self._data.stale:
             raise RuntimeError(f"2 : InternalValidationError : RigidGroup.{member}")
 

@@ -32,17 +32,17 @@ class Mass:
     volume: float = 0.0
 
     def moved(self, T: np.ndarray) -> Mass:
-        """The same body in the frame that T leads to."""
+        """Return the mass properties transformed by T."""
         R = T[:3, :3]
         return replace(self, com=apply(T, self.com), inertia=R @ self.inertia @ R.T)
 
     def about_origin(self) -> np.ndarray:
-        """The inertia matrix about the frame's origin, in [kg·cm²]."""
+        """Return the inertia matrix about the origin of the frame, in [kg·cm²]."""
         r = self.com
         return self.inertia + self.mass * (r @ r * np.eye(3) - np.outer(r, r))
 
     def with_mass(self, mass: float) -> Mass:
-        """The same shape with another mass."""
+        """Return the mass properties of the same shape with another mass."""
         factor = mass / self.mass if self.mass else 0.0
         return replace(self, mass=mass, inertia=factor * self.inertia)
 
@@ -51,7 +51,7 @@ NOTHING = Mass(0.0, np.zeros(3), np.zeros((3, 3)))
 
 
 def total(parts: list[Mass]) -> Mass:
-    """Several bodies as one: the parallel-axis theorem."""
+    """Return the total mass properties of several bodies by the parallel-axis theorem."""
     mass = sum(p.mass for p in parts)
     volume = sum(p.volume for p in parts)
     if mass == 0.0:
@@ -105,10 +105,10 @@ class FaceShape:
 
 @dataclass(frozen=True)
 class Shape(ABC):
-    """A shape in its component's frame.
+    """A shape in the frame of its component.
 
     Attributes:
-        T: Its pose, shape (4, 4), in [cm].
+        T: Pose of the shape, shape (4, 4), in [cm].
         density: In [kg/cm³].
     """
 
@@ -117,48 +117,48 @@ class Shape(ABC):
 
     @abstractmethod
     def own_mass(self, density: float) -> Mass:
-        """Mass properties in the shape's own frame."""
+        """Return the mass properties in the frame of the shape."""
 
     @abstractmethod
     def own_mesh(self, segments: int) -> tuple[np.ndarray, np.ndarray]:
-        """Nodes (n, 3) in the shape's own frame and triangles (m, 3), seen from outside."""
+        """Return nodes (n, 3) in the frame of the shape and triangles (m, 3)."""
 
     @abstractmethod
     def own_parts(self) -> tuple[list, list[EdgeShape], list[FaceShape]]:
-        """Vertices, edges and faces in the shape's own frame."""
+        """Return vertices, edges and faces in the frame of the shape."""
 
     @abstractmethod
     def own_reach(self, axes: np.ndarray) -> np.ndarray:
-        """How far it reaches from its frame's origin, which is its middle.
+        """Return the extents of the shape from its centre.
 
         Args:
-            axes: Unit directions in the shape's own frame, shape (n, 3).
+            axes: Unit directions in the frame of the shape, shape (n, 3).
 
         Returns:
             Distances, shape (n,), in [cm].
         """
 
     def bounds(self, T: np.ndarray) -> np.ndarray:
-        """The lowest and the highest corner in a frame, shape (2, 3), in [cm]; exact.
+        """Return the exact minimum and maximum corner in a frame, shape (2, 3), in [cm].
 
         Args:
-            T: The component's pose in that frame.
+            T: Pose of the component in this frame.
         """
         T = T @ self.T
-        reach = self.own_reach(T[:3, :3])  # rows are the frame's axes as the shape has them
+        reach = self.own_reach(T[:3, :3])  # rows are the axes of the frame in the shape frame
         return np.array([T[:3, 3] - reach, T[:3, 3] + reach])
 
     def mass(self, density: float | None = None) -> Mass:
-        """Mass properties in the component's frame."""
+        """Return the mass properties in the frame of the component."""
         return self.own_mass(self.density if density is None else density).moved(self.T)
 
     def mesh(self, segments: int) -> tuple[np.ndarray, np.ndarray]:
-        """Nodes in the component's frame, and triangles."""
+        """Return nodes in the frame of the component, and triangles."""
         nodes, triangles = self.own_mesh(segments)
         return nodes @ self.T[:3, :3].T + self.T[:3, 3], triangles
 
     def parts(self) -> tuple[list, list[EdgeShape], list[FaceShape]]:
-        """Vertices, edges and faces in the component's frame."""
+        """Return vertices, edges and faces in the frame of the component."""
         R = self.T[:3, :3]
         vertices, edges, faces = self.own_parts()
         return (
@@ -170,7 +170,7 @@ class Shape(ABC):
 
 @dataclass(frozen=True)
 class Box(Shape):
-    """A box about its frame's origin. `size`: lengths along x, y, z, in [cm]."""
+    """A box centred at the origin of its frame. `size`: lengths along x, y, z, in [cm]."""
 
     size: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
@@ -205,7 +205,7 @@ class Box(Shape):
 
 @dataclass(frozen=True)
 class Cylinder(Shape):
-    """A cylinder about its frame's z axis, from -height/2 to height/2."""
+    """A cylinder about the z axis of its frame, from -height/2 to height/2."""
 
     radius: float = 1.0
     height: float = 1.0
@@ -243,7 +243,7 @@ class Cylinder(Shape):
 
 @dataclass(frozen=True)
 class Sphere(Shape):
-    """A sphere about its frame's origin."""
+    """A sphere centred at the origin of its frame."""
 
     radius: float = 1.0
 
@@ -265,7 +265,7 @@ class Sphere(Shape):
 
 @dataclass(frozen=True)
 class Torus(Shape):
-    """A torus about its frame's z axis."""
+    """A torus about the z axis of its frame."""
 
     major: float = 2.0
     minor: float = 0.5
@@ -299,11 +299,11 @@ class Torus(Shape):
 
 @dataclass(frozen=True)
 class Explicit(Box):
-    """A box to look at whose mass properties are given: about the frame's origin, exact.
+    """A box with given mass properties, which are independent of its size.
 
     Attributes:
-        kilograms: Its mass.
-        com: Centre of mass in the shape's frame, in [cm].
+        kilograms: Mass, in [kg].
+        com: Centre of mass in the frame of the shape, in [cm].
         inertia: Inertia matrix about the centre of mass, in [kg·cm²], tensor signs.
     """
 
@@ -318,12 +318,12 @@ class Explicit(Box):
 
 
 def at(origin: Any = (0.0, 0.0, 0.0), z: Any = (0.0, 0.0, 1.0), x: Any = None) -> np.ndarray:
-    """The pose of a shape: origin in [cm], third axis and (roughly) first axis."""
+    """Return the pose of a shape from its origin in [cm], z axis and approximate x axis."""
     return frame(origin, z, x)
 
 
 def _across(axes: np.ndarray) -> np.ndarray:
-    """The part of unit vectors that is square to z."""
+    """Return the length of unit vectors perpendicular to z."""
     return np.linalg.norm(axes[:, :2], axis=1)
 
 
@@ -346,7 +346,7 @@ _BOX = np.array(
 
 
 def _revolved(radius: float, segments: int) -> tuple[np.ndarray, np.ndarray]:
-    """A sphere as rings of nodes between two poles."""
+    """Return a sphere as rings of nodes between two poles."""
     rings = max(segments // 2, 2)
     polar = math.pi * np.arange(1, rings) / rings
     around = 2.0 * math.pi * np.arange(segments) / segments

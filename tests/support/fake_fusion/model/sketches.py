@@ -1,4 +1,4 @@
-"""Sketches of the user, with points: to pick, not to touch."""
+"""Sketches of the user with points that can be picked but not edited."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Sketch(Placed, WithName, WithVisibility, Deletable):
 @api("adsk.fusion")
 @named
 class Sketches(Items):
-    """`add` is rejected: the add-in must not make sketches."""
+    """Sketches of a component; `add` fails, because the add-in must not create sketches."""
 
     def _all(self) -> list[Any]:
         return [wrap(s) for s in self._component.sketches]
@@ -54,12 +54,12 @@ class _InSketch(Placed):
 class SketchPoint(_InSketch, SketchEntity):
     @property
     def geometry(self) -> Any:
-        """In the sketch's frame."""
+        """Position in the frame of the sketch."""
         return point(self._data.position)
 
     @property
     def worldGeometry(self) -> Any:
-        """In the context's frame."""
+        """Position in the frame of the context."""
         T = self._T_sketch
         return point(T[:3, :3] @ np.asarray(self._data.position) + T[:3, 3])
 

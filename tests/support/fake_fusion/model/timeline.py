@@ -1,4 +1,4 @@
-"""Objects of the timeline, which know the health of what has none of its own."""
+"""Timeline objects, with the health state of entities that do not have it themselves."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .entity import Seen
 
 @api("adsk.fusion")
 class TimelineObject(Base):
-    """`_owner`: the entity that it belongs to."""
+    """Timeline object of the entity `_owner`."""
 
     entity = property(lambda self: self._owner)
     name = property(lambda self: self._owner._data.name)
@@ -24,7 +24,7 @@ class TimelineObject(Base):
 
 
 class WithTimeline(Seen):
-    """An entity of the timeline; direct designs have none."""
+    """Entity with a timeline object, except in direct designs."""
 
     @property
     def timelineObject(self) -> Any:

@@ -1,1 +1,1 @@
-"""The user interface: commands, inputs, dialogs, toolbars, graphics."""
+"""User interface: commands, inputs, dialogs, toolbars, graphics."""

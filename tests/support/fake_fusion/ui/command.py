@@ -1,4 +1,4 @@
-"""Commands that run, and the definitions that they run from."""
+"""Running commands and command definitions."""
 
 # ruff: noqa: A002 -- the API's names
 
@@ -29,7 +29,7 @@ _EVENTS = {
 
 
 class CommandData:
-    """A command that runs, or has run."""
+    """A running or finished command."""
 
     def __init__(self, definition: Any) -> None:
         self.definition = definition
@@ -52,16 +52,16 @@ class CommandData:
         return new(Command, data=self)
 
     def event(self, name: str) -> Any:
-        """The API's object of one of its events."""
+        """Return the API object of one of its events."""
         return event(_EVENTS[name], name, self.view(), self.listeners[name])
 
     def active_tab(self) -> InputData | None:
-        """The tab that is open: the first, unless another was activated."""
+        """Active tab: the first one unless another was activated."""
         tabs = [data for data in self.inputs if data.cls is TabCommandInput]
         return self.tab if self.tab is not None else (tabs[0] if tabs else None)
 
     def focused(self) -> InputData | None:
-        """The selection input that takes what is picked."""
+        """Selection input that receives picked entities."""
         if self.focus is not None and not self.focus.gone:
             return self.focus
         shown = [

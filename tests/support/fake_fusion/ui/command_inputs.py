@@ -1,4 +1,4 @@
-"""Inputs that an add-in puts into its dialog."""
+"""Inputs that an add-in adds to its dialog."""
 
 # ruff: noqa: A002 -- the API's names
 
@@ -28,7 +28,7 @@ from .inputs import (
 @api("adsk.core")
 @listing
 class CommandInputs(Items):
-    """Of a command, or of a tab or group in it."""
+    """Inputs of a command, or of one of its tabs or groups."""
 
     def _is_gone(self) -> bool:
         return self._command.gone or (self._parent is not None and self._parent.gone)
@@ -47,7 +47,7 @@ class CommandInputs(Items):
     command = property(lambda self: self._command.view())
 
     def itemById(self, id: str) -> Any:
-        """Of the command: wherever it is in the dialog; of a tab or group: within that."""
+        """Return an input by id, anywhere in the dialog or in the tab or group."""
         found = next((data for data in below(self._shelf) if data.id == id), None)
         return None if found is None else found.view()
 

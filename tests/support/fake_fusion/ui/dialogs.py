@@ -1,4 +1,4 @@
-"""Dialogs for progress, folders and files: they are recorded, and answered from queues."""
+"""Dialogs for progress, folders and files, which are recorded and answered from queues."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..state import ProgressRecord, world
 
 @api("adsk.core")
 class ProgressDialog(Base):
-    """Its updates are recorded; World.cancel_progress_after says when the user cancels."""
+    """Progress dialog with recorded updates; World.cancel_progress_after cancels it."""
 
     _record: Any = None
     _is_cancel_shown = True

@@ -1,6 +1,7 @@
-"""Events, their arguments and the handlers that an add-in derives.
+"""Events, their arguments, and base classes of handlers.
 
-Fusion does not keep handlers alive: an event holds them weakly, so one that nobody keeps is silent.
+An event holds only weak references to its handlers, like Fusion. A handler without another
+reference is not called.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from ..state import world
 
 @api("adsk.core")
 class EventHandler(Base):
-    """Base of the handlers; these alone may be derived from and made by calling."""
+    """Base class of handlers, the only classes that can be subclassed and instantiated."""
 
     __hash__ = object.__hash__
 
@@ -27,7 +28,7 @@ class EventHandler(Base):
 
 def _handler(name: str) -> type:
     def notify(self: Any, eventArgs: Base) -> None:
-        """To be overridden."""
+        """Handle the event; subclasses override this method."""
 
     made = type(name, (EventHandler,), {"notify": notify, "__module__": __name__})
     return api("adsk.core")(made)
@@ -40,19 +41,19 @@ ValidateInputsEventHandler = _handler("ValidateInputsEventHandler")
 
 
 class Listeners:
-    """What listens to one event; the API's event objects come and go."""
+    """Handlers of one event; they exist longer than the API object of the event."""
 
     def __init__(self) -> None:
         self.handlers: list[weakref.ref] = []
 
     def alive(self) -> list[Any]:
-        """The handlers that somebody keeps."""
+        """Return the handlers that still exist."""
         return [h for h in (ref() for ref in self.handlers) if h is not None]
 
 
 @api("adsk.core")
 class Event(Base):
-    """`_listeners` outlive the wrapper."""
+    """Event; `_listeners` exist longer than the wrapper."""
 
     name = property(lambda self: self._name)
     sender = property(lambda self: self._sender)
@@ -83,13 +84,13 @@ ValidateInputsEvent = _event("ValidateInputsEvent", ValidateInputsEventHandler)
 
 
 def event(cls: type, name: str, sender: Any, listeners: Listeners) -> Any:
-    """The API's object of an event."""
+    """Return the API object of an event."""
     return new(cls, name=name, sender=sender, listeners=listeners)
 
 
 @api("adsk.core")
 class EventArgs(Base):
-    """`_event` is what fires."""
+    """Arguments of an event; `_event` is the event."""
 
 
 @api("adsk.core")
@@ -121,16 +122,16 @@ class ValidateInputsEventArgs(EventArgs):
 
 @api("adsk.core")
 class Selection(Base):
-    """An entity and where it was clicked."""
+    """A selected entity and the clicked position."""
 
     entity = property(lambda self: self._entity)
     point = property(lambda self: self._point)
 
 
 def fire(firing: Any, args_class: type, **fields: Any) -> Any:
-    """Call every handler of an event; gives the arguments back as the handlers left them.
+    """Call every handler of an event and return the arguments, which handlers may have changed.
 
-    What a handler raises goes through to the test: in Fusion the user would see a trace.
+    Exceptions of handlers reach the test; Fusion would show a traceback to the user.
     """
     args = new(args_class, event=firing, **fields)
     outer, world().why = world().why, firing._name

@@ -15,7 +15,7 @@ from ..state import world
 
 @api("adsk.fusion")
 class CustomGraphicsCoordinates(Base):
-    """x, y, z of points in a row, in [cm]."""
+    """Sequence of coordinates x, y, z of points, in [cm]."""
 
     @staticmethod
     def create(coordinates: list[float]) -> CustomGraphicsCoordinates:
@@ -62,7 +62,7 @@ class CustomGraphicsViewScale(Base):
 
 
 def _field(name: str, kind: str, default: Any, doc: str = "") -> property:
-    """A property that lives in the data's fields; `kind` is its annotation."""
+    """Return a property stored in the fields of the data; `kind` is its annotation."""
 
     def fget(self: Any) -> Any:
         return self._data.fields.get(name, default)

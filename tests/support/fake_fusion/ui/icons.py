@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def check_icons(folder: str) -> None:
-    """A resource folder must hold icons of both sizes, as PNG or SVG."""
+    """Check that a resource folder contains icons of both sizes, as PNG or SVG."""
     if not folder:
         return
     for size in ("16x16", "32x32"):

@@ -1,4 +1,4 @@
-"""Drop-downs, button rows and radio buttons: inputs that hold items."""
+"""Drop-downs, button rows and radio buttons: inputs with items."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class ListItem(Base):
 
 
 def select_item(data: InputData, item: _ItemData, selected: bool) -> None:
-    """Select an item of a list: the only one, unless the list has check boxes."""
+    """Select an item of a list; deselect the others unless the list has check boxes."""
     if selected and not data.fields["many"]:
         for other in data.fields["items"]:
             other.selected = False
@@ -73,7 +73,7 @@ class _List(CommandInput):
 
     @property
     def selectedItem(self) -> Any:
-        """None if nothing is selected."""
+        """Selected item, or None."""
         items = [i for i in self._data.fields["items"] if i.selected]
         return new(ListItem, data=self._data, item=items[0]) if items else None
 

@@ -16,7 +16,7 @@ from .inputs import CommandInput, field
 
 @api("adsk.core")
 class SelectionCommandInput(CommandInput):
-    """At first it takes exactly one entity of any kind."""
+    """Selection input; by default it accepts exactly one entity of any kind."""
 
     commandPrompt = field("prompt", "str", "")
     isUseCurrentSelections = field("isUseCurrentSelections", "bool", True)

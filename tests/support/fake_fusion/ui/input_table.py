@@ -13,15 +13,15 @@ from .input_selection import SelectionCommandInput
 from .inputs import CommandInput, field
 
 
-def _refuse_changing(inputs: Iterable[Any]) -> None:
-    """An input whose own event is being handled cannot be deleted [reference]."""
+def _reject_changing(inputs: Iterable[Any]) -> None:
+    """Reject the deletion of an input during its own event [reference]."""
     if any(data is world().changing for data in inputs):
         raise RuntimeError("3 : the input is deleted while its own event is handled")
 
 
 @api("adsk.core")
 class TableCommandInput(CommandInput):
-    """`cells`: the inputs by row and column; rows below a deleted one move up."""
+    """Table; `cells` are the inputs by row and column. Rows below a deleted row move up."""
 
     minimumVisibleRows = field("minimumVisibleRows", "int", 2)
     maximumVisibleRows = field("maximumVisibleRows", "int", 4)
@@ -68,7 +68,7 @@ class TableCommandInput(CommandInput):
     def deleteRow(self, row: int) -> bool:
         if not 0 <= row < self.rowCount:
             raise RuntimeError("3 : invalid argument row")
-        _refuse_changing(data for (r, _), data in self._cells.items() if r == row)
+        _reject_changing(data for (r, _), data in self._cells.items() if r == row)
         for place in [place for place in self._cells if place[0] == row]:
             self._cells.pop(place).remove()
         moved = {(r - (r > row), c): data for (r, c), data in self._cells.items()}

@@ -1,4 +1,4 @@
-"""Command inputs: what a command's dialog holds."""
+"""Inputs in the dialog of a command."""
 
 # ruff: noqa: A002 -- the API's names
 
@@ -10,7 +10,7 @@ from ..base import Base, api, by_name, new
 
 
 class InputData:
-    """One input of a dialog; the API's object is a view of it."""
+    """Data of one input of a dialog; the API object is a view of it."""
 
     def __init__(self, cls: type, id: str, name: str, command: Any, parent: Any) -> None:
         self.cls = cls
@@ -24,11 +24,11 @@ class InputData:
         self.fields: dict[str, Any] = {}
 
     def view(self) -> Any:
-        """The API's object."""
+        """Return the API object."""
         return new(self.cls, data=self)
 
     def remove(self) -> None:
-        """Take it out of the dialog, with all that is in it."""
+        """Remove the input and its children from the dialog."""
         self.gone = True
         for child in self.children:
             child.remove()
@@ -38,7 +38,7 @@ class InputData:
 
 
 def field(name: str, kind: str, default: Any, *, writable: bool = True) -> property:
-    """A member that lives in the input's fields; `kind` is its annotation."""
+    """Return a property stored in the fields of the input; `kind` is its annotation."""
 
     def fget(self: Any) -> Any:
         return self._data.fields.get(name, default)
@@ -71,7 +71,7 @@ class CommandInput(Base):
 
     @property
     def commandInputs(self) -> Any:
-        """Those that this one is among: the command's, or those of the tab or group it is in."""
+        """Inputs of the command, tab or group that contains this input."""
         from .command_inputs import CommandInputs
 
         return new(CommandInputs, command=self._data.command, parent=self._data.parent)
@@ -143,7 +143,7 @@ class IntegerSpinnerCommandInput(_Spinner):
 
 @api("adsk.core")
 class FloatSpinnerCommandInput(_Spinner):
-    """Value in internal units."""
+    """Spinner with a value in internal units."""
 
     minimumValue = field("min", "float", 0.0, writable=False)
     maximumValue = field("max", "float", 0.0, writable=False)
@@ -167,5 +167,5 @@ def below(inputs: list[InputData]) -> list[InputData]:
 
 
 def every_input(command: Any) -> list[InputData]:
-    """All inputs of a command, wherever they are in the dialog."""
+    """Return all inputs of a command, including nested ones."""
     return below(command.inputs)

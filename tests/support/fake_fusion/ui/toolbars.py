@@ -106,7 +106,7 @@ class ToolbarPanel(Base):
 @api("adsk.core")
 @listing
 class ToolbarPanelList(Items):
-    """All panels; none can be added."""
+    """All panels; add-ins cannot add panels."""
 
     def _all(self) -> list[Any]:
         return [new(ToolbarPanel, data=data) for data in ui().panels]

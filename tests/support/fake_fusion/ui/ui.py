@@ -1,4 +1,4 @@
-"""The user interface as a whole: message boxes, what is selected."""
+"""User interface object: message boxes, selections."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .ui_data import ui
 @api("adsk.core")
 @listing
 class Selections(Items):
-    """What is highlighted."""
+    """Highlighted entities."""
 
     def _all(self) -> list[Any]:
         return ui().selections
@@ -42,7 +42,7 @@ class UserInterface(Base):
 
     @property
     def activeCommand(self) -> str:
-        """Id of the running command; that of selecting if none is."""
+        """Id of the running command, or of the selection command."""
         running = world().running
         return "SelectCommand" if running is None else running.data.definition.id
 

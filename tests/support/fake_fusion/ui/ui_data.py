@@ -1,4 +1,4 @@
-"""The user interface: buttons, panels, tabs."""
+"""Data of the user interface: buttons, panels, tabs."""
 
 # ruff: noqa: A002 -- the API's names
 
@@ -37,7 +37,7 @@ class PanelData:
 
 
 class UiData:
-    """What the user interface holds."""
+    """State of the user interface."""
 
     def __init__(self) -> None:
         self.definitions: dict[str, DefinitionData] = {}
@@ -48,12 +48,12 @@ class UiData:
         self.selections: list[Any] = []
 
     def panel(self, id: str) -> Any:
-        """The panel of that id, or None."""
+        """Return the panel with an id, or None."""
         return next((panel for panel in self.panels if panel.id == id), None)
 
 
 def ui() -> UiData:
-    """The user interface of the Fusion that runs."""
+    """Return the user interface of the running Fusion."""
     if world().ui is None:
         world().ui = UiData()
     return world().ui
