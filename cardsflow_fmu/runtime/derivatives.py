@@ -121,7 +121,7 @@ def _check(model: Differentiable, knowns: Indices, *, at_start: bool) -> None:
             allowed |= k in model.states or port.variability == "tunable"
         if not allowed or port.boolean:
             when = "at the start" if at_start else "over a step"
-            raise InputError(f"there is no derivative with respect to {port.name} {when}")
+            raise InputError(f"no derivative with respect to {port.name} {when}")
 
 
 def _start(model: Differentiable, t: float, h: float, change: FloatArray) -> FloatArray:

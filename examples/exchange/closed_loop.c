@@ -1,11 +1,12 @@
-/* A host in C99: steps reference, controller and plant FMU of FMI 2.0 on a fixed step, without Python.
+/* A host in C99: steps the FMI 2.0 FMUs of reference, controller and plant with a fixed step, without
+   Python.
 
-   cc -std=c99 -O2 closed_loop.c -o closed_loop -ldl
-   ./closed_loop FOLDER [hardware] > results.csv     FOLDER has each .fmu unpacked in a folder of its name
+       cc -std=c99 -O2 closed_loop.c -o closed_loop -ldl
+       ./closed_loop FOLDER [hardware] > results.csv     FOLDER contains each unpacked .fmu in a folder of its name
 
-   In each step the controller ticks with the present outputs of robot and reference, then both advance
-   with its forces held. Inputs take the outputs of their names, or keep their start values; all
-   variables that are no real numbers stay as they are.                                                  */
+   In each step the controller ticks with the current outputs of robot and reference, then both advance with
+   constant forces. An input is set to the output with its name, or keeps its start value. Variables that are
+   not real numbers do not change. */
 #define _XOPEN_SOURCE 700
 #include <dlfcn.h>
 #include <stdio.h>
@@ -14,7 +15,7 @@
 
 enum { MAX_VARIABLES = 1000, MAX_NAME = 200, PATHS = 4096 };
 
-typedef void *Component; /* what this needs of fmi2TypesPlatform.h and fmi2FunctionTypes.h */
+typedef void *Component; /* the required part of fmi2TypesPlatform.h and fmi2FunctionTypes.h */
 typedef struct {
     void (*log)(void *, const char *, int, const char *, const char *, ...);
     void *(*allocate)(size_t, size_t);
@@ -31,7 +32,7 @@ typedef struct {
 
 typedef struct {
     Variable inputs[MAX_VARIABLES], outputs[MAX_VARIABLES];
-    const Variable *sources[MAX_VARIABLES]; /* of the inputs; NULL keeps the start value */
+    const Variable *sources[MAX_VARIABLES]; /* of the inputs; NULL: keep the start value */
     size_t input_count, output_count;
     double step, stop;
     Component component;
@@ -68,7 +69,7 @@ static char *read_text(const char *path)
     return text;
 }
 
-/* The value of an attribute of the element that begins at `element`; 0 if it has none. */
+/* Read an attribute of the element that begins at `element`. Return 0 if it does not exist. */
 static int attribute(const char *element, const char *name, char *value)
 {
     const char *end = strchr(element, '>'), *at = element;
@@ -106,7 +107,7 @@ static void read_outputs(Participant *p)
 {
     for (size_t i = 0; i < p->output_count; i++)
         if (p->get_real(p->component, &p->outputs[i].reference, 1, &p->outputs[i].value))
-            fail("does not give this output", p->outputs[i].name);
+            fail("does not have this output", p->outputs[i].name);
 }
 
 static void *function(void *library, const char *name)
@@ -116,7 +117,7 @@ static void *function(void *library, const char *name)
     return found;
 }
 
-/* Load the FMU in a folder and bring it to its first step. */
+/* Load the FMU in a folder and initialize it. */
 static Participant *participant(const char *folder, const char *name)
 {
     static const Callbacks callbacks = {log_message, calloc, free, NULL, NULL};
@@ -129,15 +130,15 @@ static Participant *participant(const char *folder, const char *name)
     const char *experiment = strstr(description, "<DefaultExperiment");
     if (!p || !root || !kind || !experiment || !attribute(root, "guid", guid) ||
         !attribute(kind, "modelIdentifier", model))
-        fail("is not of FMI 2.0 for co-simulation", path);
+        fail("is not an FMI 2.0 FMU for co-simulation", path);
     if (attribute(experiment, "stepSize", number)) p->step = strtod(number, NULL);
     if (attribute(experiment, "stopTime", number)) p->stop = strtod(number, NULL);
     read_variables(p, description, path);
     free(description);
 
     snprintf(path, sizeof path, "%s/%s", folder, name);
-    if (!realpath(path, absolute)) fail("is not there", path);
-    if (strlen(absolute) + strlen(model) + 30 > sizeof path) fail("is too long a path", absolute);
+    if (!realpath(path, absolute)) fail("does not exist", path);
+    if (strlen(absolute) + strlen(model) + 30 > sizeof path) fail("is too long", absolute);
     strcat(strcat(strcat(strcpy(path, absolute), "/binaries/linux64/"), model), ".so");
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (!library) fail(dlerror(), path);
@@ -175,7 +176,7 @@ static void write_inputs(Participant *p)
     for (size_t i = 0; i < p->input_count; i++)
         if (p->sources[i] &&
             p->set_real(p->component, &p->inputs[i].reference, 1, &p->sources[i]->value))
-            fail("does not take this input", p->inputs[i].name);
+            fail("rejects this input", p->inputs[i].name);
 }
 
 static void step(Participant *p, double time, double size, const char *name)
@@ -199,7 +200,7 @@ static void print_row(Participant *const *all, size_t count, double time, int na
 
 int main(int count, char **words)
 {
-    if (count < 2 || count > 3) fail("give the folder of the unpacked FMUs [hardware]", "usage");
+    if (count < 2 || count > 3) fail("requires the folder of the unpacked FMUs [hardware]", "usage");
     const char *robot = count > 2 ? words[2] : "plant";
     Participant *reference = participant(words[1], "reference");
     Participant *controller = participant(words[1], "controller");

@@ -1,6 +1,6 @@
-/* A controller that speaks docs/reference/hardware_protocol.md: the other side of device.c, without any Python.
+/* A controller for docs/reference/hardware_protocol.md: the counterpart of device.c, without Python.
  *
- * A computed-torque law ticks: the state comes by UDP, the forces go back. make_controller.py writes robot.h
+ * A computed-torque law receives the state by UDP and sends the forces. make_controller.py writes robot.h
  * and the reference of an experiment:
  *
  *     python make_controller.py ../planar_2r build
@@ -9,13 +9,14 @@
  *             ! -path "*freestanding*" ! -path "*tangent*") -o build/controller -lm
  *     build/controller 127.0.0.1 5005 realtime < build/reference.f64 > run.csv
  *
- * For a processor whose floating point unit knows single precision only, with the law compiled so, write
- * robot.h by `make_controller.py --single` and add what compiles for single precision:
+ * For a processor with a single-precision floating point unit, write robot.h with
+ * `make_controller.py --single` and compile the law in single precision:
  *
  *     gcc -DCARDSFLOW_FLOAT -fsingle-precision-constant ...
  *
- * Where the experiment has an [estimator], q and qd are estimated from lengths and tensions: robot_estimator.h.
- * Nothing is allocated. What a microcontroller exchanges is the clock, the socket and the source of chance. */
+ * If the experiment has an [estimator], q and qd are estimated from lengths and tensions:
+ * robot_estimator.h. The program does not allocate memory. On a microcontroller, replace the clock, the
+ * socket and the source of random numbers. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "robot_estimator.h"
@@ -35,18 +36,18 @@ enum { COMMANDS = MUSCLES, STATES = 2 * COORDINATES + 2 * MUSCLES, ROWS = TASKS 
 enum { HELLO_VALUES = 7, ACK_VALUES = 9, MAX_VALUES = ACK_VALUES + STATES };
 #include "frame.h"
 
-static const uint64_t SECOND = 1000000000, REPEAT = 20000000;  /* [ns] */
-static const double PATIENCE = 0.6, RAMP_DOWN = 0.5, NEAR = 0.1; /* part of a step, [s], [rad] or [m] */
+static const uint64_t SECOND = 1000000000, REPEAT = 20000000;  /* fraction of a step, [s], [rad] or [m] */
+static const double PATIENCE = 0.6, RAMP_DOWN = 0.5, NEAR = 0.1; /* fraction of a step, [s], [rad] or [m] */
 enum { HELLOS = 40, STOPS = 10 };
 #ifndef MAX_MISSED
-#define MAX_MISSED 10 /* answers in a row, in real time */
+#define MAX_MISSED 10 /* consecutive answers, in real time */
 #endif
 
-/* ---- The link: one frame there, one back */
+/* ---- The link: send one frame, receive one */
 static int line, lockstep;
 static uint32_t run, seq;
-static uint64_t origin; /* when the run began */
-static double state[STATES], forces[MUSCLES]; /* the newest; what was commanded last */
+static uint64_t origin; /* start of the run */
+static double state[STATES], forces[MUSCLES]; /* latest state; last commands */
 static real load[COORDINATES];
 static struct frame f;
 static struct packed sent;
@@ -73,7 +74,7 @@ static void say(unsigned kind, double t, const double *values, unsigned count)
     (void)send(line, sent.bytes, sent.size, 0);
 }
 
-/* Whether a frame of this run and one of two kinds came until then; it is in `f`. */
+/* Return whether a frame of this run and one of two kinds arrives until then; it is in `f`. */
 static int hear(unsigned kind, unsigned other, uint64_t until)
 {
     static uint8_t data[sizeof sent.bytes + 1];
@@ -102,10 +103,10 @@ static size_t read_file(const char *name, void *to, size_t size)
 
 static int is_half(double half) { return half >= 0 && half < 4294967296.0 && half == floor(half); }
 
-/* Takes the run that the device has agreed to, in a HELLO_ACK; whether it is one. */
+/* Start the run that the device has accepted, in a HELLO_ACK. Return whether the frame is valid. */
 static int begin(void)
 {
-    uint8_t both[12]; /* the run's number and the device's, of which the run's key is made */
+    uint8_t both[12]; /* numbers of the run and of the device, from which the key of the run is derived */
     if (f.count != ACK_VALUES + STATES || !is_half(f.values[7]) || !is_half(f.values[8]))
         return 0;
     put(both, 4, run);
@@ -116,7 +117,7 @@ static int begin(void)
     return 1;
 }
 
-/* Whether the device agrees to a run; then `state` is its own. */
+/* Return whether the device accepts a run; `state` is then the state of the device. */
 static int greet(void)
 {
     const double wish[HELLO_VALUES] = {SIGNATURE_HIGH, SIGNATURE_LOW, STEP, 1, 0, COMMANDS, STATES};
@@ -129,12 +130,12 @@ static int greet(void)
         if (f.kind == HELLO_ACK && begin())
             return 1;
         if (f.kind != ERROR || f.count != 1 || f.values[0] != BUSY)
-            return fprintf(stderr, "controller: the device refuses; see the protocol's codes\n"), 0;
+            return fprintf(stderr, "controller: the device rejects the run; see the codes of the protocol\n"), 0;
     }
-    return fprintf(stderr, "controller: nobody answers, or it is in use\n"), 0;
+    return fprintf(stderr, "controller: no answer, or the device is in use\n"), 0;
 }
 
-/* Whether a new state came: in lockstep what is lost is sent again, in real time it is missed. */
+/* Return whether a new state arrives: in lockstep lost frames are sent again, in real time they are missed. */
 static int exchange(double t)
 {
     const uint64_t begin = clock_ns(), patience = (uint64_t)(PATIENCE * STEP * (double)SECOND);
@@ -153,7 +154,7 @@ static int exchange(double t)
     return 0;
 }
 
-/* In real time, waits for time t of the run. Who is late by more than a step slips: no burst follows. */
+/* In real time, wait for time t of the run. A delay of more than a step shifts the run, without a burst. */
 static void pace(double t)
 {
     const uint64_t due = origin + (uint64_t)(t * (double)SECOND), now = clock_ns();
@@ -170,7 +171,7 @@ static void ramp_down(long tick)
     const long steps = (long)(RAMP_DOWN / STEP + 0.5);
     double top[MUSCLES];
     memcpy(top, forces, sizeof top);
-    ended = 0; /* a second Ctrl-C cuts it short */
+    ended = 0; /* a second Ctrl-C ends the program at once */
     for (long left = steps, missed = 0; left-- && !ended && missed <= most_missed(); tick++) {
         for (int i = 0; i < MUSCLES; i++)
             forces[i] = F_MIN[i] + (double)left / (double)steps * (top[i] - F_MIN[i]);
@@ -179,7 +180,7 @@ static void ramp_down(long tick)
     }
 }
 
-/* Tells the device to stop, until it says that it has. */
+/* Tell the device to stop, until it confirms. */
 static void stop(void)
 {
     for (int k = 0; k < STOPS; k++) {
@@ -200,7 +201,7 @@ static void show(double t)
     putchar('\n');
 }
 
-/* Position, velocity and acceleration of the next tick; 0 at the end. */
+/* Read position, velocity and acceleration for the next tick. Return 0 at the end. */
 static int next_reference(double *reference)
 {
     uint8_t *to = (uint8_t *)reference;
@@ -226,7 +227,7 @@ static int are_finite(const double *found)
     return 1;
 }
 
-/* What went wrong; NULL for nothing. Forces that somebody still follows fall slowly in the end. */
+/* Run. Return the error, or NULL. If the device still follows, the forces decrease slowly at the end. */
 static const char *drive(void)
 {
     double reference[3 * ROWS], found[MUSCLES];
@@ -237,16 +238,16 @@ static const char *drive(void)
         const double t = (double)tick * STEP;
         pace(t);
         if (tick_law(STEP, state, reference, load, found) >= COMPUTED_TORQUE_FAILED || !are_finite(found)) {
-            wrong = "no forces are found";
+            wrong = "no forces found";
             break;
         }
         memcpy(forces, found, sizeof forces);
         show(t);
         missed = exchange(t) ? 0 : missed + 1;
         if (missed > most_missed())
-            return "the device is lost";
+            return "the device does not answer";
         if (!missed && f.flags & SAFE)
-            return "the device has gone to its safe state";
+            return "the device is in its safe state";
         is_known = estimate(state, !missed, 1, load);
     }
     wrong = ended ? "interrupted" : is_known ? wrong : "the estimate is lost";
@@ -267,14 +268,14 @@ int main(int count, char **arguments)
     if (count > 4 && (key_size = read_file(arguments[4], pre_shared, MAX_KEY)) < 16)
         return fprintf(stderr, "controller: no key of 16 bytes in %s\n", arguments[4]), 2;
     if (!open_law() || !open_estimator() || connect(line, (const struct sockaddr *)&there, sizeof there) < 0)
-        return fprintf(stderr, "controller: no robot, or no way there\n"), 2;
+        return fprintf(stderr, "controller: invalid robot or address\n"), 2;
     struct sigaction action = {0};
     action.sa_handler = end;
     sigaction(SIGINT, &action, NULL), sigaction(SIGTERM, &action, NULL);
     if (!greet())
         return 1;
-    const char *wrong = !estimate(state, 1, 0, load) ? "the first pose is not found"
-                        : !is_near()                 ? "it is too far from its start"
+    const char *wrong = !estimate(state, 1, 0, load) ? "the first pose was not found"
+                        : !is_near()                 ? "the robot is too far from its start"
                                                      : drive();
     stop();
     if (wrong)

@@ -1,10 +1,11 @@
-/* A device that speaks docs/reference/hardware_protocol.md: what firmware has to do, by BSD sockets.
+/* A device for docs/reference/hardware_protocol.md: the tasks of firmware, with BSD sockets.
  *
  *     cc -std=c99 -O2 -o device device.c -lm
  *     ./device 127.0.0.1 5005 SIGNATURE [KEY_FILE]
  *
- * The signature is that of names and units of the signals: see the protocol. Nothing is allocated.
- * What a microcontroller exchanges is the robot, the clock, the socket and the source of chance. */
+ * The signature is computed from the names and units of the signals: see the protocol. The program does not
+ * allocate memory. On a microcontroller, replace the robot, the clock, the socket and the source of random
+ * numbers. */
 #define _POSIX_C_SOURCE 200809L
 
 #include <arpa/inet.h>
@@ -19,8 +20,8 @@
 #include <time.h>
 #include <unistd.h>
 
-/* ---- Your hardware here. What stands in for it: tensions follow commands, and joints follow
- * tensions, each like a first-order lag; muscle i turns joint i % JOINTS, every other one back. */
+/* ---- Replace this by your hardware. Simulation: tensions follow commands, and joints follow tensions, with
+ * first-order lags; muscle i moves joint i % JOINTS, with alternating sign. */
 #ifndef JOINTS
 #define JOINTS 2
 #define MUSCLES 4
@@ -74,15 +75,15 @@ static void robot_state(double *values)
     }
 }
 
-/* ---- The device: who may command the robot, when, and what happens in silence */
+/* ---- The device: who may command the robot, when, and the watchdog */
 static enum { IDLE, READY, RUNNING, IN_SAFE_STATE } state;
 static struct sockaddr_in peer;
 static uint32_t run, last_seq;
 static uint64_t signature, nonce, heard;
-static uint32_t begun[64], runs; /* numbers of the last runs, and how many there were */
+static uint32_t begun[64], runs; /* numbers of the last runs, and their count */
 static double agreed_step, agreed_watchdog, device_time;
 static int lockstep;
-static struct packed answer, other; /* the newest STATE; what else is said */
+static struct packed answer, other; /* latest STATE; other answers */
 static volatile sig_atomic_t ended;
 static const uint64_t SECOND = 1000000000, AWAKE = 50000; /* in [ns] */
 
@@ -113,7 +114,7 @@ static void watch(uint64_t now)
         go_safe();
 }
 
-/* Makes the answer to a frame out of it; count and values are there already. */
+/* Complete the answer to a frame in place; count and values are already set. */
 static const struct packed *say(struct frame *f, unsigned kind, uint64_t now, struct packed *to)
 {
     f->kind = kind, f->echo = f->sent, f->sent = now, f->t = device_time;
@@ -127,7 +128,7 @@ static int is_peer(const struct sockaddr_in *from)
     return from->sin_addr.s_addr == peer.sin_addr.s_addr && from->sin_port == peer.sin_port;
 }
 
-/* Whether a hello is of a run that has begun before: a copy, maybe by someone who has no key. */
+/* Return whether a hello belongs to an earlier run: a copy, possibly from someone without a key. */
 static int is_copy(const struct frame *hello)
 {
     int k = 64;
@@ -137,7 +138,7 @@ static int is_copy(const struct frame *hello)
 
 static double shorter(double wish) { return wish > 0 && wish < WATCHDOG ? wish : WATCHDOG; }
 
-/* Why a run cannot be as wished; 0 if it can. */
+/* Return why a requested run is impossible; 0 if it is possible. */
 static unsigned objection(const struct frame *hello)
 {
     const double *wish = hello->values, step = wish[2], steps = step / STEP;
@@ -146,7 +147,7 @@ static unsigned objection(const struct frame *hello)
         wish[5] != COMMANDS || wish[6] != STATES)
         return PORTS;
     if (wish[3] != 1)
-        return WRONG_SCALE; /* values are in SI units here */
+        return WRONG_SCALE; /* values are in SI units */
     if (!(step > 0) || ((hello->flags & LOCKSTEP) && !whole))
         return WRONG_STEP;
     return !(hello->flags & LOCKSTEP) && shorter(wish[4]) < 2 * step ? SHORT_WATCHDOG : 0;
@@ -154,9 +155,9 @@ static unsigned objection(const struct frame *hello)
 
 static void begin(const struct frame *hello, const struct sockaddr_in *from, uint64_t now)
 {
-    heard = is_copy(hello) ? now - SECOND - 1 : now; /* others need not wait for a copy's run */
+    heard = is_copy(hello) ? now - SECOND - 1 : now; /* others need not wait for the run of a copy */
     begun[runs++ % 64] = hello->run;
-    uint8_t both[12]; /* the run's number and one of chance: your hardware's here */
+    uint8_t both[12]; /* number of the run and a random number: from your hardware */
     if (read_file("/dev/urandom", both + 4, 8) != 8)
         put(both + 4, 8, clock_ns());
     nonce = get(both + 4, 8);
@@ -175,14 +176,14 @@ static const struct packed *greet(struct frame *f, const struct sockaddr_in *fro
     const int is_free = state == IDLE || state == IN_SAFE_STATE ||
                         (state == READY && is_peer(from)) || (at_rest && now > heard + SECOND);
     if (f->run == 0 || f->count != HELLO_VALUES || (known && state != READY))
-        return NULL; /* nonsense, or a late copy: that run is under way or over */
+        return NULL; /* invalid, or a late copy of an earlier run */
     const unsigned refusal = known ? 0 : is_free ? objection(f) : BUSY;
     if (refusal) {
         f->count = 1, f->values[0] = refusal;
         return say(f, ERROR, now, &other);
     }
     if (!known)
-        begin(f, from, now); /* who repeats a hello is not heard: it may be a copy */
+        begin(f, from, now); /* a repeated hello does not reset the watchdog: it may be a copy */
     f->values[4] = agreed_watchdog;
     f->values[7] = (double)(nonce >> 32), f->values[8] = (double)(nonce & 0xffffffffu);
     robot_state(f->values + ACK_VALUES);
@@ -196,9 +197,9 @@ static const struct packed *follow(struct frame *f, uint64_t now)
     if (f->count != COMMANDS)
         return NULL;
     if (lockstep && ahead == 0 && answer.size)
-        return &answer; /* it was lost: the same once more, without another step */
+        return &answer; /* the answer was lost: send it again, without another step */
     if (ahead == 0 || ahead >= 0x80000000u)
-        return NULL; /* a copy, or overtaken by a newer one */
+        return NULL; /* a copy, or older than the last one */
     last_seq = f->seq, f->flags = 0;
     if (state != IN_SAFE_STATE) {
         heard = now, state = RUNNING;
@@ -216,7 +217,7 @@ static const struct packed *follow(struct frame *f, uint64_t now)
     return say(f, STATE, now, &answer);
 }
 
-/* Takes whatever came; returns what to answer, NULL for nothing. */
+/* Process a received frame. Return the answer, or NULL. */
 static const struct packed *receive(const uint8_t *data, size_t size,
                                     const struct sockaddr_in *from, uint64_t now)
 {
@@ -246,7 +247,7 @@ static void serve(int line)
     while (!ended) {
         uint64_t now = clock_ns();
         if (now - reached > SECOND / 20)
-            reached = now - step; /* held up: time that is lost is not made up for in a burst */
+            reached = now - step; /* after a delay, lost time is not caught up in a burst */
         for (; reached + step <= now; reached += step)
             if (!lockstep && (state == RUNNING || state == IN_SAFE_STATE))
                 robot_advance(STEP), device_time += STEP;
@@ -255,7 +256,7 @@ static void serve(int line)
         FD_ZERO(&readable);
         FD_SET(line, &readable);
         const struct timespec wait = {0, (long)(reached + step - now)};
-        /* In lock step the next set point comes soon; to sleep and be woken would take longer. */
+        /* In lockstep the next set point comes soon; sleeping and waking up would take longer. */
         const int awake = lockstep && state == RUNNING && now - heard < AWAKE;
         if (!awake && pselect(line + 1, &readable, NULL, NULL, &wait, NULL) <= 0)
             continue;
@@ -289,9 +290,9 @@ int main(int count, char **arguments)
     if (fcntl(line, F_SETFL, O_NONBLOCK) < 0 ||
         bind(line, (struct sockaddr *)&here, sizeof here) < 0 ||
         getsockname(line, (struct sockaddr *)&here, &size) < 0)
-        return perror("device: cannot listen there"), 2;
+        return perror("device: cannot listen on this address"), 2;
     if (!key_size && ntohl(here.sin_addr.s_addr) >> 24 != 127)
-        fprintf(stderr, "device: without a key, whoever reaches it can command the robot\n");
+        fprintf(stderr, "device: without a key, anyone on the network can command the robot\n");
     signal(SIGINT, end), signal(SIGTERM, end), robot_reset();
     printf("udp://%s:%u\n", arguments[1], (unsigned)ntohs(here.sin_port)), fflush(stdout);
     serve(line);

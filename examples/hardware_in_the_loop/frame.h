@@ -1,6 +1,6 @@
 /* The frame of docs/reference/hardware_protocol.md in portable C99: pack, unpack, checksum, authentication.
  *
- * Define MAX_VALUES before: frames with more values are rejected. */
+ * Define MAX_VALUES before including this file: frames with more values are rejected. */
 #ifndef FRAME_H
 #define FRAME_H
 
@@ -11,7 +11,7 @@
 
 #include "hmac_sha256.h"
 
-/* Kinds, flags, and why a hello is rejected. */
+/* Kinds, flags, and reasons for rejecting a hello. */
 enum { HELLO = 1, HELLO_ACK, SETPOINT, STATE, STOP, STOPPED, ERROR, PING, PONG };
 enum { SIGNED = 1, LOCKSTEP = 2, SAFE = 4, CLAMPED = 16 };
 enum { BUSY = 1, PORTS, WRONG_SCALE, WRONG_STEP, SHORT_WATCHDOG, WRONG_MODE, FAULT };
@@ -66,7 +66,7 @@ static uint32_t checksum(const uint8_t *data, size_t size) /* CRC-32 as in Ether
 {
     uint32_t crc = 0xffffffffu;
     for (size_t i = 0; i < size; i++) {
-        crc ^= i >= 44 && i < 48 ? 0 : data[i]; /* its own place counts as zeros */
+        crc ^= i >= 44 && i < 48 ? 0 : data[i]; /* the checksum itself is replaced by zeros */
         for (int bit = 0; bit < 8; bit++)
             crc = crc >> 1 ^ (crc & 1 ? 0xedb88320u : 0);
     }
@@ -81,7 +81,7 @@ static void sign(const uint8_t *data, size_t size, unsigned kind, uint8_t *mac)
         hmac_sha256(run_key, sizeof run_key, data, size, mac);
 }
 
-/* Whether the bytes are one whole frame: undamaged, numbers finite, signed if there is a key. */
+/* Return whether the bytes are one whole frame: undamaged, with finite numbers, and signed if a key is set. */
 static int unpack(const uint8_t *data, size_t size, struct frame *f)
 {
     if (size < HEADER || get(data, 4) != MAGIC || data[4] != VERSION)

@@ -116,7 +116,7 @@ static void hmac_sha256(const uint8_t *key, size_t key_size, const uint8_t *data
     sha256_end(&s, digest);
 }
 
-/* Takes as long for bytes that differ at once as for bytes that differ late. */
+/* Compare in constant time, independent of the position of the first difference. */
 static int same_bytes(const uint8_t *a, const uint8_t *b, size_t size)
 {
     uint8_t difference = 0;

@@ -1,5 +1,5 @@
-/* The estimator of sim_dart/csrc on the robot as it knows it, in static memory: q and qd from lengths and tensions,
- * where robot.h says that there is one. make_controller.py writes its settings. */
+/* The estimator of sim_dart/csrc with a model of the robot, in static memory: q and qd from lengths and
+ * tensions, if robot.h contains an estimator. make_controller.py writes its settings. */
 #ifndef ROBOT_ESTIMATOR_H
 #define ROBOT_ESTIMATOR_H
 
@@ -31,8 +31,8 @@ static int open_estimator(void)
     return 1;
 }
 
-/* Readings of a frame, q, qd, l, f, into the estimator; those of a missed one are no numbers. Only joints with an
- * encoder are looked at. */
+/* Copy the measurements of a frame, q, qd, l, f, to the estimator; those of a missed frame are NaN. Only
+ * joints with an encoder are used. */
 static void take_readings(const double *state, int is_new)
 {
     const double *lengths = state + 2 * COORDINATES, *tensions = lengths + MUSCLES;
@@ -44,8 +44,8 @@ static void take_readings(const double *state, int is_new)
         observed("encoders")[j] = is_new && ENCODED[j] ? (real)state[j] : NAN;
 }
 
-/* Puts the estimate in the place of a frame's q and qd, and gives the load that it finds; whether it is valid. The
- * first readings are those of the start: steps is 0. */
+/* Replace q and qd of a frame by the estimate, and return the estimated load; return whether the estimate is
+ * valid. The first measurements are those at the start: steps is 0. */
 static int estimate(double *state, int is_new, int32_t steps, real *load)
 {
     take_readings(state, is_new);

@@ -1,5 +1,6 @@
-/* The computed-torque law of controllers/csrc on the robot of sim_dart/csrc, in static memory; robot.h is
- * written by make_controller.py. It computes in single precision if compiled so: see sim_dart/csrc/numbers/real.h. */
+/* The computed-torque law of controllers/csrc for the robot of sim_dart/csrc, in static memory;
+ * make_controller.py writes robot.h. The law can be compiled in single precision: see
+ * sim_dart/csrc/numbers/real.h. */
 #ifndef ROBOT_LAW_H
 #define ROBOT_LAW_H
 
@@ -75,8 +76,8 @@ static int open_law(void)
     return 1;
 }
 
-/* q and qd, and the reference, to forces, all of double precision as frames have them; load: known, on the left
- * of the motion equation. An enum computed_torque_status. */
+/* Compute forces from q and qd, and the reference, all in double precision as in frames; load: known, on the
+ * left side of the motion equation. Return an enum computed_torque_status. */
 static int tick_law(double period, const double *state, const double *reference, const real *load, double *forces)
 {
     real at[2 * COORDINATES], desired[3 * (TASKS ? TASKS : COORDINATES)];

@@ -205,7 +205,7 @@ def test_a_blob_of_the_other_precision_is_refused(single: Precision) -> None:
     blob = np.frombuffer(compile_blob(robot), np.uint64).copy()
     message = bytes(200)
     assert not single.call("core_size", blob, blob.nbytes, message, len(message))
-    assert message.startswith(b"the blob's numbers are of double precision")
+    assert message.startswith(b"the blob has double precision")
 
 
 def test_a_number_that_single_precision_cannot_hold_is_refused() -> None:

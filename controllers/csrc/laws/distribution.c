@@ -1,12 +1,13 @@
-/* The forces that make the torque of a law, eq. (3):
+/* The forces that produce the torque of a law, eq. (3):
 
      min 1/2 (f - f_p)'H (f - f_p)   s.t.   tau = -L'f,   f_min <= f <= f_max
 
-   or another norm of H^1/2 (f - f_p), and where no force fits, the forces whose acceleration errs least: |M^-1 (tau + L'f)|.
+   or another norm of H^1/2 (f - f_p). If this is infeasible, the forces minimise the error of the
+   acceleration, |M^-1 (tau + L'f)|.
 
-   Passive coordinates follow nothing: their accelerations are whatever the others make of them. They are
-   eliminated by their own rows, so that the rest is exact: M, tau and L of the others become their Schur
-   complements.                                                                                         */
+   Passive coordinates are not controlled: their accelerations result from the other coordinates. They are
+   eliminated with their own rows, so that the remaining equations are exact: M, tau and L of the other
+   coordinates become their Schur complements. */
 #include "distribution.h"
 
 #include "../../../sim_dart/csrc/math/cholesky.h"
@@ -17,8 +18,8 @@
 #include <math.h>
 #include <string.h>
 
-static const real TOLERANCE = PRECISE(1e-6, 1e-4); /* of a torque, relative to 1 + the largest */
-static const real SOFTNESS[2] = {PRECISE(1e-8, 1e-6), PRECISE(1e-6, 1e-4)}; /* relative to the rows' size */
+static const real TOLERANCE = PRECISE(1e-6, 1e-4); /* of a torque, relative to 1 + the maximum */
+static const real SOFTNESS[2] = {PRECISE(1e-8, 1e-6), PRECISE(1e-6, 1e-4)}; /* relative to the rows */
 
 /* The smallest softness that is a normal number. */
 static const real MIN_SOFTNESS = PRECISE(2.3e-308, 1.2e-38);
@@ -28,7 +29,7 @@ static void fill(const computed_torque *s, dual_newton *program)
     real mean = 0;
     for (size_t i = 0; i < s->m; i++) mean += s->H_f[i] / (real)s->m;
     for (size_t i = 0; i < s->m; i++) {
-        program->H_diagonal[i] = s->H_f[i] / mean; /* only ratios matter */
+        program->H_diagonal[i] = s->H_f[i] / mean; /* only ratios are relevant */
         program->g[i] = program->H_diagonal[i] * (0 - s->f_p[i]);
         program->lb[i] = s->f_min[i];
         program->ub[i] = s->f_max[i];
@@ -42,7 +43,7 @@ static real allowed(const computed_torque *s)
     return (s->tolerance[0] > 0 ? s->tolerance[0] : TOLERANCE) * (1 + most);
 }
 
-/* slack = tau + L'f; its largest entry. */
+/* Compute slack = tau + L'f. Return its maximum. */
 static real missing(computed_torque *s)
 {
     real most = 0;
@@ -52,14 +53,14 @@ static real missing(computed_torque *s)
     return most;
 }
 
-/* Forces and slack of an answer; the largest slack. */
+/* Compute forces and slack of a solution. Return the maximum slack. */
 static real take(computed_torque *s, const real *forces)
 {
     for (size_t i = 0; i < s->m; i++) s->forces[i] = clip(forces[i], s->f_min[i], s->f_max[i]);
     return missing(s);
 }
 
-/* Take a passive coordinate out of all other rows; its own become those of a unit mass at rest. */
+/* Eliminate a passive coordinate from all other rows; its rows become those of a unit mass at rest. */
 static void eliminate(computed_torque *s, size_t p, real *tau)
 {
     const size_t n = s->n, m = s->m;
@@ -77,7 +78,7 @@ static void eliminate(computed_torque *s, size_t p, real *tau)
     tau[p] = 0;
 }
 
-/* The torque, without passive coordinates; 0, or COMPUTED_TORQUE_WRONG. */
+/* Compute the torque without passive coordinates. Return 0, or COMPUTED_TORQUE_WRONG. */
 static int require(computed_torque *s)
 {
     joint_law_torque(s);
@@ -98,7 +99,7 @@ static void build_hard(computed_torque *s)
     s->built = s->hard;
 }
 
-/* 0, or COMPUTED_TORQUE_WRONG. */
+/* Return 0, or COMPUTED_TORQUE_WRONG. */
 static int build_soft(computed_torque *s, real relative_softness)
 {
     const size_t n = s->n, m = s->m;
@@ -133,7 +134,7 @@ int distribution_build_soft(computed_torque *s)
     return wrong ? wrong : build_soft(s, SOFTNESS[0]);
 }
 
-/* From forces of least squares that fit. */
+/* Continue from the feasible least-squares forces with another norm. */
 static int finish(computed_torque *s)
 {
     if (norm_least(s) != DUAL_NEWTON_SOLVED) return COMPUTED_TORQUE_NOT_CONVERGED;

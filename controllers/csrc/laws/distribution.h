@@ -1,10 +1,10 @@
-/* Force distribution: the forces that make a torque, eq. (3). */
+/* Force distribution: the forces that produce a torque, eq. (3). */
 #ifndef CARDSFLOW_DISTRIBUTION_H
 #define CARDSFLOW_DISTRIBUTION_H
 
 #include "computed_torque.h"
 
-/* As computed_torque_build, _build_soft, _finish and _solve. */
+/* See computed_torque_build, _build_soft, _finish and _solve. */
 int distribution_build(computed_torque *s);
 int distribution_build_soft(computed_torque *s);
 int distribution_finish(computed_torque *s, const real *x);

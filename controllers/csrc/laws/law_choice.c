@@ -1,4 +1,4 @@
-/* Choice among the laws in joint space. */
+/* Selection of the law in joint space. */
 #include "law_choice.h"
 
 #include "joint/joint_laws.h"

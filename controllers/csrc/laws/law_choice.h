@@ -1,10 +1,10 @@
-/* The law in joint space that a handle's array `law` chooses. */
+/* The law in joint space that the array `law` of a handle selects. */
 #ifndef CARDSFLOW_LAW_CHOICE_H
 #define CARDSFLOW_LAW_CHOICE_H
 
 #include "torque_state.h"
 
-/* tau of the law, in s->tau; unchanged if it is given. */
+/* Compute tau of the law in s->tau; a given tau does not change. */
 void joint_law_torque(computed_torque *s);
 
 #endif

@@ -1,5 +1,5 @@
-/* min sum |H^1/2 (f - f_p)|^p by Newton's method: a program takes each step, which continues to where the power is
-   least on its way. The norms 1 and infinity are linear programs, see ../qp/linear.h.                  */
+/* min sum |H^1/2 (f - f_p)|^p by Newton's method: a quadratic program computes each step, and a line search
+   minimises the power along it. The norms 1 and infinity are linear programs, see ../qp/linear.h. */
 #include "norm.h"
 
 #include "../qp/linear.h"
@@ -9,8 +9,8 @@
 #include <string.h>
 
 enum { STEPS = 60, HALVINGS = 40 };
-static const real ENOUGH = PRECISE(1e-15, 1e-7);  /* of the power: a step that lowers it by less is the last */
-static const real CURVED = PRECISE(1e-12, 1e-6); /* least curvature, relative to the largest */
+static const real ENOUGH = PRECISE(1e-15, 1e-7);  /* relative decrease of the power in the last step */
+static const real CURVED = PRECISE(1e-12, 1e-6); /* minimum curvature, relative to the maximum */
 
 static real power(real z, int p)
 {
@@ -19,7 +19,7 @@ static real power(real z, int p)
     return product;
 }
 
-/* z |z|^(p - 2) */
+/* Return z |z|^(p - 2). */
 static real slope_at(real z, int p)
 {
     return z < 0 ? -power(-z, p - 1) : power(z, p - 1);
@@ -44,7 +44,8 @@ static real least_on_way(const computed_torque *s, int p)
     return low;
 }
 
-/* The norm's second-order model at the forces: cost of the program, and apart, in units of size; the power. */
+/* Compute the second-order model of the norm at the forces: the cost of the program, and `apart` in units of
+   size. Return the power. */
 static real model_at(computed_torque *s, int p, real size)
 {
     real sum = 0;
@@ -58,7 +59,7 @@ static real model_at(computed_torque *s, int p, real size)
     return sum;
 }
 
-/* From the forces of least squares to those of least 1-norm, or infinity norm. */
+/* Continue from the least-squares forces with the minimum 1-norm or infinity norm. */
 static int least_linear(computed_torque *s)
 {
     real *counts = s->apart;

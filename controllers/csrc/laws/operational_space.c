@@ -5,11 +5,11 @@
      s.t. M qdd + h = -L'f,   J qdd + J' qd + s = ydd_d + Kd (yd_d - J qd) + Kp (y_d - y),
           f_min <= f <= f_max,   -2 w qd - w^2 (q - q_min) <= qdd <= -2 w qd + w^2 (q_max - q)
 
-   over qdd, f and s, with qdd_p = kp (q0 - q) - kd qd. Where that has no solution all tasks give way, then
-   the limits of the joints; the motion equation never does.
+   over qdd, f and s, with qdd_p = kp (q0 - q) - kd qd. If this is infeasible, all tasks become soft, then
+   the joint limits are dropped; the motion equation always holds.
 
-   Tasks of several priorities make a program each, of these tasks and those before, whose J qdd is kept as the
-   program before has left it.                                                                          */
+   With several priorities, each program contains the tasks of its priority and of all earlier ones, whose J
+   qdd is fixed to the result of the previous program. */
 #include "operational_space.h"
 
 #include "program.h"
@@ -17,18 +17,18 @@
 #include <math.h>
 #include <string.h>
 
-/* Of tasks that give way, relative to the program's scale: first that, then much more; and last, where the rows
-   of tasks before depend on one another and disagree by rounding errors, with a little for these as well. */
+/* Softness of tasks, relative to the scale of the program: first this value, then much more; finally, as the
+   rows of earlier tasks may depend on each other and disagree by rounding errors, also a little for these. */
 static const struct {
     real now, before;
 } SOFTNESS[3] = {{1e-4, 0}, {1e-2, 0}, {1e-4, PRECISE(1e-10, 1e-6)}};
 
-/* Of a row of an answer, of another solver and of ours that is not converged, relative to its terms; terms below
-   a share of the largest row's are not compared with themselves: at rest at its target a task asks for rounding
-   errors alone.                                                                                        */
+/* Tolerances of a row in a solution of another solver and of our solver if it has not converged, relative to
+   the terms of the row. Rows with terms below a share of the largest row are compared with that share: a
+   task at rest at its target consists of rounding errors only. */
 static const real ACCEPTED = PRECISE(1e-6, 1e-4), NEAR = PRECISE(1e-9, 1e-5), MIN_ROW = PRECISE(1e-8, 1e-4);
 
-/* Is the task of the priority of the program, or of one before? Others have empty rows. */
+/* Return whether the task has the priority of the program or an earlier one. Other tasks have empty rows. */
 static int is_now(const computed_torque *s, size_t task)
 {
     return s->priority[task] == s->rank;
@@ -46,7 +46,7 @@ static int has_before(const computed_torque *s)
     return 0;
 }
 
-/* The least priority above a number; infinite if there is none. */
+/* Return the minimum priority above a number; infinite if there are no further priorities. */
 static real rank_above(const computed_torque *s, real rank)
 {
     real next = INFINITY;
@@ -60,7 +60,7 @@ static int has_limits(const computed_torque *s)
     return s->limit_bandwidth[0] > 0;
 }
 
-/* Costs, bounds of f and rows. Variables are qdd and then f. */
+/* Set the costs, the bounds of f and the rows. Variables are qdd and then f. */
 static void fill(const computed_torque *s, dual_newton *program)
 {
     const size_t n = s->n, m = s->m, k = s->k, rows = s->rows;
@@ -96,7 +96,7 @@ static void bound_accelerations(const computed_torque *s, dual_newton *program)
     }
 }
 
-/* Of the rows of the tasks: one of a finite weight may give way. */
+/* Return the softness of the row of a task, from its weight. */
 static real own_softness(const computed_torque *s, size_t task)
 {
     return is_now(s, task) && isfinite(s->W[task]) ? 1 / s->W[task] : 0;
@@ -110,7 +110,7 @@ static void build_hard(computed_torque *s)
     for (size_t i = 0; i < s->k; i++) s->hard->softness[s->n + i] = own_softness(s, i);
 }
 
-/* All tasks of the priority give way, those of a finite weight at least as much as that says. */
+/* Make all tasks of the priority soft: those of finite weight keep at least their own softness. */
 static void build_soft(computed_torque *s, int attempt)
 {
     dual_newton *program = s->built = second_program(s, s->n + s->m);
@@ -136,7 +136,7 @@ static int all_weighted(const computed_torque *s)
     return 1;
 }
 
-/* 0, or COMPUTED_TORQUE_WRONG. */
+/* Return 0, or COMPUTED_TORQUE_WRONG. */
 static int begin(computed_torque *s)
 {
     desired_acceleration(s, s->desired);
@@ -150,7 +150,7 @@ static int begin(computed_torque *s)
     return 0;
 }
 
-/* Take qdd and f of a priority, and continue to the next, or finish. */
+/* Use qdd and f of a priority, and continue with the next one, or finish. */
 static int take(computed_torque *s, const real *x, int status)
 {
     const size_t n = s->n;
@@ -169,7 +169,7 @@ static int take(computed_torque *s, const real *x, int status)
     return s->worst;
 }
 
-/* Whether x fulfils the hard rows and the bounds of the program; rows are of length 1 where H is 1. */
+/* Return whether x satisfies the hard rows and the bounds of the program; rows have length 1 if H is 1. */
 static int fits(dual_newton *program, const real *x, real tolerance)
 {
     const size_t rows = program->m;
@@ -194,7 +194,7 @@ static int fits(dual_newton *program, const real *x, real tolerance)
     return 1;
 }
 
-/* The status of a program, solved where what is left is rounding errors. */
+/* Solve a program, and accept residuals due to rounding errors. Return the status. */
 static int solve_near(dual_newton *program, real *start)
 {
     const int status = solve_from(program, start);
@@ -202,7 +202,7 @@ static int solve_near(dual_newton *program, real *start)
     return is_near && fits(program, program->x, NEAR) ? DUAL_NEWTON_SOLVED : status;
 }
 
-/* The program of the priority; if it has no solution the tasks give way, then the limits of the joints. */
+/* Solve the program of the priority; if it is infeasible, make the tasks soft, then drop the joint limits. */
 static int solve_priority(computed_torque *s)
 {
     real *hard = s->memory + s->m, *soft = hard + s->rows;
@@ -220,11 +220,11 @@ static int solve_priority(computed_torque *s)
             build_soft(s, attempt);
             status = solve_from(s->built, soft);
             if (status == DUAL_NEWTON_SOLVED) return take(s, s->built->x, otherwise);
-            if (status == DUAL_NEWTON_INFEASIBLE && attempt == 0) attempt = 1; /* no softness of these helps */
+            if (status == DUAL_NEWTON_INFEASIBLE && attempt == 0) attempt = 1; /* more softness is useless */
         }
         if (status == DUAL_NEWTON_NOT_CONVERGED) otherwise = COMPUTED_TORQUE_NOT_CONVERGED;
     }
-    /* Forces that fulfil the motion equation are given, though the least error is not proven. */
+    /* These forces satisfy the motion equation, but the minimum error is not proven. */
     s->limited = 0;
     return fits(s->built, s->built->x, ACCEPTED) ? take(s, s->built->x, COMPUTED_TORQUE_NOT_CONVERGED)
                                                  : COMPUTED_TORQUE_FAILED;

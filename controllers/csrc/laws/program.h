@@ -1,4 +1,4 @@
-/* What the laws share: the acceleration that they ask for, and their programs. */
+/* Common parts of the laws: the desired acceleration, and the quadratic programs. */
 #ifndef CARDSFLOW_PROGRAM_H
 #define CARDSFLOW_PROGRAM_H
 
@@ -6,14 +6,14 @@
 
 #include <string.h>
 
-/* acceleration + correction + Kd rate_error + Kp error */
+/* Compute acceleration + correction + Kd rate_error + Kp error. */
 static inline void desired_acceleration(const computed_torque *s, real *desired)
 {
     for (size_t i = 0; i < s->r; i++)
         desired[i] = s->acceleration[i] + s->correction[i] + s->kd[i] * s->rate_error[i] + s->kp[i] * s->error[i];
 }
 
-/* Solve a program from where the last of its kind ended, kept in `start`. */
+/* Solve a program from the result of the last program of this kind, which is stored in `start`. */
 static inline int solve_from(dual_newton *program, real *start)
 {
     memcpy(program->start, start, program->m * sizeof(real));
@@ -22,8 +22,8 @@ static inline int solve_from(dual_newton *program, real *start)
     return status;
 }
 
-/* The program in the second memory: that in which rows give way; or in joint space, of twice the variables, that
-   of forces in two parts for the norm 1.                                                              */
+/* Return the program in the second memory: the one with soft rows; or, in joint space, the one of twice the
+   variables, for forces in two parts with the norm 1. */
 static inline dual_newton *second_program(computed_torque *s, size_t variables)
 {
     if (s->second_variables != variables) dual_newton_open((int)variables, (int)s->rows, s->second);

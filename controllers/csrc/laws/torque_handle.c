@@ -1,4 +1,4 @@
-/* The handle of the laws: its memory, its arrays, and which law is solved. */
+/* The handle of the laws: its memory, its arrays, and the selection of the law. */
 #include "distribution.h"
 #include "law_choice.h"
 #include "operational_space.h"
@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-/* The law in operational space has the motion equation next to the tasks, and qdd beside f. */
+/* Return the number of variables: the law in operational space has qdd in addition to f. */
 static int variables_of(int n, int m, int k)
 {
     return k ? n + m : m;
@@ -69,7 +69,7 @@ real *computed_torque_array(computed_torque *s, const char *name, size_t *length
     return NULL;
 }
 
-/* Nothing, where the bounds allow it: motors of joints may push as well. */
+/* Return the value nearest to zero within the bounds: motors at joints may also push. */
 static real smallest(real low, real high)
 {
     return low >= 0 ? low : high < 0 ? high : 0;
@@ -81,7 +81,7 @@ void computed_torque_reset(computed_torque *s)
     for (size_t i = 0; i < s->m; i++) s->memory[i] = s->forces[i] = smallest(s->f_min[i], s->f_max[i]);
 }
 
-/* The forces of a solution are those of the call before for the next. */
+/* Store the forces of a solution as the last ones for the next call. */
 static int remember(computed_torque *s, int status)
 {
     if (status < COMPUTED_TORQUE_FAILED) memcpy(s->memory, s->forces, s->m * sizeof(real));

@@ -1,11 +1,11 @@
-/* The inside of a computed-torque handle. */
+/* Internal state of a computed-torque handle. */
 #ifndef CARDSFLOW_COMPUTED_TORQUE_STATE_H
 #define CARDSFLOW_COMPUTED_TORQUE_STATE_H
 
 #include "../qp/state.h"
 #include "computed_torque.h"
 
-/* ARRAY(name, number of elements): those of computed_torque_array first. */
+/* ARRAY(name, number of elements): first the arrays of computed_torque_array. */
 #define TORQUE_ARRAYS(ARRAY)                                                                           \
     ARRAY(M, n *n)                                                                                     \
     ARRAY(h, n)                                                                                        \
@@ -45,12 +45,12 @@
     ARRAY(slack, r)                                                                                    \
     ARRAY(qdd, n)                                                                                      \
     ARRAY(limits_dropped, 1)                                                                           \
-    ARRAY(memory, m + 2 * rows) /* last forces, and where both programs start */                       \
+    ARRAY(memory, m + 2 * rows) /* last forces, and starts of both programs */                         \
     ARRAY(desired, r)           /* acceleration of joints or tasks */                                  \
-    ARRAY(active_tau, n)        /* tau, without passive coordinates */                                 \
-    ARRAY(target, k)            /* J qdd of each task: desired, or what a priority has reached */      \
-    ARRAY(squares, m)           /* forces of least squares, before another norm */                     \
-    ARRAY(apart, m)             /* from f_p, and which way a step goes */                              \
+    ARRAY(active_tau, n)        /* tau, after elimination of passive coordinates */                    \
+    ARRAY(target, k)            /* J qdd of each task: desired, or result of a priority */             \
+    ARRAY(squares, m)           /* least-squares forces, before another norm */                        \
+    ARRAY(apart, m)             /* distance from f_p, and direction of a step */                       \
     ARRAY(way, m)                                                                                      \
     ARRAY(factor, n *n)
 
@@ -58,12 +58,12 @@
 struct computed_torque {
     size_t n, m, k, r, rows;
     dual_newton *hard;  /* the program with hard rows */
-    void *second;       /* memory of another, see program.h, made for that many variables */
+    void *second;       /* memory of another program, see program.h, for that number of variables */
     size_t second_variables;
     dual_newton *built; /* the last program that was built */
-    real rank;          /* the priority that it is for */
+    real rank;          /* priority of the program */
     int limited;        /* whether joint limits bound its qdd */
-    int worst;          /* status of the priorities so far */
+    int worst;          /* status of the priorities up to now */
     TORQUE_ARRAYS(TORQUE_MEMBER)
 };
 #undef TORQUE_MEMBER

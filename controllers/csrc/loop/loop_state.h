@@ -1,11 +1,11 @@
-/* The inside of a control loop. */
+/* Internal state of a control loop. */
 #ifndef CARDSFLOW_LOOP_STATE_H
 #define CARDSFLOW_LOOP_STATE_H
 
 #include "../laws/torque_state.h"
 #include "control_loop.h"
 
-/* ARRAY(name, number of elements); those from acting to seen_load are what the loop remembers. */
+/* ARRAY(name, number of elements); the arrays from acting to seen_load form the internal state. */
 #define LOOP_ARRAYS(ARRAY)                                                                             \
     ARRAY(ki, r)                                                                                       \
     ARRAY(gain, 1)                                                                                     \
@@ -36,7 +36,7 @@ struct control_loop {
 };
 #undef LOOP_MEMBER
 
-/* M, h and L of the robot at a state, in the law's arrays. */
+/* Compute M, h and L of the robot at a state, in the arrays of the law. */
 static inline void loop_terms(control_loop *s, const real *q, const real *qd)
 {
     s->robot.terms(s->robot.self, q, qd, s->law->M, s->law->h, s->law->L);

@@ -1,11 +1,11 @@
-/* A tick of the loop. */
+/* A tick of the control loop. */
 #include "loop_state.h"
 #include "observer.h"
 #include "prediction.h"
 
 #include <string.h>
 
-/* What is still to go to a position of the reference, at q. */
+/* Compute the position error of the reference at q. */
 static void remaining(control_loop *s, const real *q, const real *qd, const real *position)
 {
     computed_torque *law = s->law;
@@ -17,7 +17,7 @@ static void remaining(control_loop *s, const real *q, const real *qd, const real
         for (size_t j = 0; j < law->n; j++) law->error[j] = position[j] - q[j];
 }
 
-/* The law in C, with the torque of a custom one if there is one. */
+/* Solve the law in C, with the torque of a custom law if it exists. */
 static int solve(control_loop *s, const real *q, const real *qd, const real *reference)
 {
     computed_torque *law = s->law;
@@ -53,7 +53,7 @@ static int has_integral(const control_loop *s)
     return 0;
 }
 
-/* correction += T Ki e, where the law is met. */
+/* Compute correction += T Ki e if the law is feasible. */
 static void integrate(control_loop *s, real T, const real *q, const real *qd, const real *reference)
 {
     if (!has_integral(s)) return;
@@ -61,7 +61,7 @@ static void integrate(control_loop *s, real T, const real *q, const real *qd, co
     for (size_t i = 0; i < s->law->r; i++) s->correction[i] += T * s->ki[i] * s->law->error[i];
 }
 
-/* What the observer compares at the next tick. */
+/* Store the values that the observer compares at the next tick. */
 static void remember(control_loop *s, const real *q, const real *qd, const real *load)
 {
     const size_t n = s->law->n;

@@ -1,4 +1,4 @@
-/* The disturbance by the velocity that the last tick's forces have made. */
+/* Disturbance observer, based on the change of velocity due to the forces of the last tick. */
 #ifndef CARDSFLOW_OBSERVER_OF_LOOP_H
 #define CARDSFLOW_OBSERVER_OF_LOOP_H
 

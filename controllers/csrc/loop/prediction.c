@@ -1,7 +1,8 @@
-/* The state one period on, when the forces of a delayed law take effect, by the midpoint rule:
+/* Prediction of the state after one period, when the forces of a delayed law take effect, by the midpoint
+   rule:
 
      qdd = -M^-1 (L'f + h + w)
-     later = q + T (qd + T/2 qdd(q, qd)),   faster = qd + T qdd(q + T/2 qd, qd + T/2 qdd(q, qd))           */
+     later = q + T (qd + T/2 qdd(q, qd)),   faster = qd + T qdd(q + T/2 qd, qd + T/2 qdd(q, qd)) */
 #include "prediction.h"
 
 #include "../../../sim_dart/csrc/math/cholesky.h"
@@ -16,7 +17,7 @@ static void accelerate(control_loop *s, const real *q, const real *qd, const rea
     if (s->robot.complete) s->robot.complete(s->robot.self, q, qd, s->qdd);
 }
 
-/* With the acceleration of the reference held. */
+/* The acceleration of the reference is constant. */
 static void predict_reference(control_loop *s, real T, const real *reference)
 {
     const size_t r = s->law->r;

@@ -1,4 +1,4 @@
-/* State and reference one period on, in `later`, `faster` and `ahead`. */
+/* State and reference after one period, in `later`, `faster` and `ahead`. */
 #ifndef CARDSFLOW_PREDICTION_H
 #define CARDSFLOW_PREDICTION_H
 

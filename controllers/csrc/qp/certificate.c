@@ -1,16 +1,16 @@
-/* Farkas' lemma: y with y'b > max { y'A x : lb <= x <= ub } proves that A x = b has no solution. */
+/* Farkas' lemma: y with y'b > max { y'A x : lb <= x <= ub } proves that A x = b is infeasible. */
 #include "state.h"
 
 #include <math.h>
 #include <string.h>
 
-/* The gap must exceed this share of the terms added up: rounding errors are far below. */
+/* Minimum gap relative to the sum of the terms, far above rounding errors. */
 static const real MIN_GAP = PRECISE(1e-12, 1e-5);
 
-/* An infinite bound, multiplied by what should be zero, is taken for this many times the largest x. */
+/* An infinite bound times a product that should be zero is replaced by this multiple of the largest x. */
 static const real FAR = 1e4;
 
-/* Of a projection, relative to the matrix; and how often it is repeated. */
+/* Regularisation of a projection, relative to the matrix; and number of repetitions. */
 static const real RIDGE = PRECISE(1e-12, 1e-6);
 enum { PROJECTIONS = 2 };
 
@@ -25,7 +25,8 @@ static real far_away(const dual_newton *s)
     return FAR * size;
 }
 
-/* Whether y proves it; the variables that it pulls towards no bound get a weight of 1, all others of 0. */
+/* Return whether y is a proof. Variables that it pulls towards an infinite bound get a weight of 1, all
+   others of 0. */
 static int holds(dual_newton *s, const real *y, int *is_clean)
 {
     const size_t n = s->n, m = s->m;
@@ -53,8 +54,8 @@ static int holds(dual_newton *s, const real *y, int *is_clean)
     return gap > MIN_GAP * terms && gap > 0;
 }
 
-/* Take from y what pulls at the variables with weights: there a direction of rounding errors would prove what
-   a large x refutes. It is (A_F A_F')^-1 A_F A_F'y.                                                    */
+/* Remove from y the part that acts on the variables with weights, since otherwise rounding errors would
+   prove what a large x refutes. This part is (A_F A_F')^-1 A_F A_F'y. */
 static void project(dual_newton *s, real *y)
 {
     const size_t m = s->m;

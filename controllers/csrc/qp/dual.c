@@ -1,4 +1,4 @@
-/* The dual function's gradient r, and what belongs to it. */
+/* The gradient r of the dual function, and related functions. */
 #include "state.h"
 
 #include <math.h>
@@ -21,7 +21,7 @@ void dual_direction(dual_newton *s)
     for (size_t i = 0; i < s->n; i++) s->dv[i] = dot(s->m, s->sA + i * s->m, s->d);
 }
 
-/* r = b - eps lam - A x, and the sum of the sizes of its terms, for comparison. */
+/* Compute r = b - eps lam - A x, and the sum of the absolute terms, for comparison. */
 void dual_rest(const dual_newton *s, const real *x, const real *lam, real *r, real *size)
 {
     const size_t n = s->n, m = s->m;

@@ -1,16 +1,17 @@
-/* Cholesky's factor of a symmetric matrix over the rows: S = U'U, U upper, row by row. */
+/* Cholesky factor of a symmetric matrix over the rows: S = U'U, U upper triangular, row by row. */
 #include "state.h"
 
 #include <math.h>
 #include <string.h>
 
-/* Below this a pivot is rounding error: rows have length 1; or as a share of the row's own entry. */
+/* A pivot below this is a rounding error: absolutely, since rows have length 1; and relative to the diagonal
+   entry of the row. */
 static const real MIN_PIVOT = PRECISE(1e-14, 1e-7), MIN_SHARE = PRECISE(1e-15, 1e-7);
 
-/* An entry of this size is taken for zero. */
+/* Absolute value of an entry that is treated as zero. */
 static const real NOTHING = PRECISE(1e-200, 1e-30);
 
-/* S += weight a a' */
+/* Compute S += weight a a'. */
 static void add_column(dual_newton *s, const real *a, real weight)
 {
     const size_t m = s->m;
@@ -18,7 +19,7 @@ static void add_column(dual_newton *s, const real *a, real weight)
         if (a[j] != 0) add(m - j, s->factor + j * m + j, weight * a[j], a + j);
 }
 
-/* The diagonal is kept inverted: a solution then divides by nothing. */
+/* Factorise. The diagonal is stored inverted, so that solving needs no division. */
 static void decompose(dual_newton *s)
 {
     const size_t m = s->m;

@@ -1,10 +1,13 @@
-/* The interior point method, for problems among whose bounds the Newton iteration wanders: Mehrotra's predictor
-   and corrector, with variables of their own for the distances to the bounds, and for how hard these push:
-       low_gap = x - low > 0,   high_gap = high - x > 0,
-       b - eps lam - A x = r -> 0,   A'lam - g - x + low_push - high_push = 0,   gap push -> 0
-   x is not found from the multipliers: where those are large, it would lose digits.
+/* Interior point method, for problems in which the Newton iteration cycles among the bounds: Mehrotra's
+   predictor-corrector method, with separate variables for the distances to the bounds and for their
+   multipliers:
 
-   S. Mehrotra, On the implementation of a primal-dual interior point method, SIAM J. Optim. 2 (1992).  */
+     low_gap = x - low > 0,   high_gap = high - x > 0,
+     b - eps lam - A x = r -> 0,   A'lam - g - x + low_push - high_push = 0,   gap push -> 0
+
+   x is not computed from the multipliers, since large multipliers would cost digits.
+
+   S. Mehrotra, On the implementation of a primal-dual interior point method, SIAM J. Optim. 2 (1992). */
 #include "state.h"
 
 #include <math.h>
@@ -12,25 +15,26 @@
 
 enum { MAX_STEPS = 60, REFINEMENTS = 1 };
 
-/* Of a row, relative to its terms; and at the end, where rounding errors leave no better one. */
+/* Tolerance of a row, relative to its terms; and at the end, when rounding errors prevent a better result. */
 static const real TOLERANCE = PRECISE(1e-13, 1e-5), LAST_TOLERANCE = PRECISE(1e-7, 1e-4);
 
-/* Remainder of the products at least, if it is stuck; a full step. */
+/* Minimum share of the products that a stuck step leaves; minimum length of a full step. */
 static const real STUCK_SHARE = 0.1, NEARLY_FULL = 0.9;
 
-/* A product that costs nothing, relative to the cost. */
+/* A product that does not affect the cost, relative to the cost. */
 static const real SMALL_PRODUCT = PRECISE(1e-15, 1e-10);
 
-/* The end: a product of gap and push this small, relative to the first. */
+/* Termination: a product of gap and push of this size, relative to the first. */
 static const real MIN_PRODUCT = PRECISE(1e-30, 1e-15);
 
-/* How far a step goes of the way to where a gap or a push would be zero. */
+/* Length of a step relative to the step at which a gap or a push becomes zero. */
 static const real SHY = 0.995;
 
-/* Keeps the matrix regular where rows depend on each other, relative to its diagonal. */
+/* Regularisation for rows that depend on each other, relative to the diagonal. */
 static const real RIDGE = PRECISE(1e-15, 1e-6), FIRST_RIDGE = PRECISE(1e-8, 1e-4);
 
-/* At the start: a gap, of the way between the bounds; and a push, of the gaps. Multipliers may be large. */
+/* Initial gap, relative to the distance of the bounds; and initial push, relative to the gaps. Multipliers
+   may be large. */
 static const real FIRST_GAP = 0.1, FIRST_PUSH = PRECISE(1e4, 1);
 
 static int is_fixed(const dual_newton *s, size_t i)
@@ -48,7 +52,8 @@ static int has_high(const dual_newton *s, size_t i)
     return isfinite(s->high[i]) && !is_fixed(s, i);
 }
 
-/* The x nearest to -g with A x = b, but for the bounds; the largest distance from them is returned. */
+/* Compute the x nearest to -g with A x = b, ignoring the bounds. Return its maximum distance from the
+   bounds. */
 static real begin_outside(dual_newton *s)
 {
     const size_t n = s->n, m = s->m;
@@ -87,7 +92,7 @@ static void begin(dual_newton *s)
     }
 }
 
-/* The mean product of gap and push, a step further. */
+/* Return the mean product of gap and push after a step. */
 static real mean_product(const dual_newton *s, real step)
 {
     real sum = 0, count = 0;
@@ -101,7 +106,7 @@ static real mean_product(const dual_newton *s, real step)
     return count > 0 ? sum / count : 0;
 }
 
-/* Remainder of the equations: r, and v = A'lam - g - x. The weights are dx/dv. */
+/* Compute the residuals: r, and v = A'lam - g - x. The weights are dx/dv. */
 static void evaluate(dual_newton *s)
 {
     dual_rest(s, s->inner_x, s->lam, s->r, s->size);
@@ -115,7 +120,7 @@ static void evaluate(dual_newton *s)
     }
 }
 
-/* d and dx with A dx + eps d = r, so that v + A'd - dx + goal = 0 off the bounds. */
+/* Compute d and dx with A dx + eps d = r, so that v + A'd - dx + goal = 0 for variables not at bounds. */
 static void solve_equations(dual_newton *s)
 {
     const size_t n = s->n, m = s->m;
@@ -130,7 +135,7 @@ static void solve_equations(dual_newton *s)
     }
 }
 
-/* The step towards products of gap and push of `product`, with the second order of the step before. */
+/* Compute the step towards gap-push products of `product`, with the second-order term of the previous step. */
 static void direction(dual_newton *s, real product)
 {
     for (size_t i = 0; i < s->n; i++) {
@@ -160,7 +165,7 @@ static real shorter(real step, real value, real change)
     return value < -step * change ? -value / change : step;
 }
 
-/* How far a step may go until a gap or a push is zero, a little more than 1 at most. */
+/* Return the step length at which a gap or a push becomes zero, slightly more than 1 at most. */
 static real longest_step(const dual_newton *s)
 {
     real step = 1 / SHY;
@@ -173,7 +178,7 @@ static real longest_step(const dual_newton *s)
     return step;
 }
 
-/* x is counted from the nearer bound. */
+/* x is computed from the nearer bound. */
 static void move(dual_newton *s, real step)
 {
     add(s->m, s->lam, step, s->d);
@@ -189,7 +194,7 @@ static void move(dual_newton *s, real step)
     }
 }
 
-/* Are bounds that push harder than they are far those of the optimum? */
+/* Return whether the bounds whose push exceeds their gap are the active bounds of the optimum. */
 static int is_found(dual_newton *s, real tolerance)
 {
     for (size_t i = 0; i < s->n; i++) {
@@ -201,16 +206,16 @@ static int is_found(dual_newton *s, real tolerance)
     return settle_at_bounds(s, tolerance);
 }
 
-/* How much of the products a step is to leave: Mehrotra's cube of what the predictor leaves. Where a full step
-   does not shrink what is left of the rows, the products would vanish before it does; and if they do not
-   shrink, steps may go round in circles.                                                              */
+/* Return the share of the products that a step should leave: Mehrotra's cube of the share that the predictor
+   leaves. If a full step does not reduce the residual of the rows, the products would vanish before the
+   residual does; and if they do not decrease, steps may cycle. */
 static real share(real left, int is_stuck)
 {
     const real cube = left * left * left;
     return is_stuck ? larger(cube, STUCK_SHARE) : cube;
 }
 
-/* Then there is a solution always, and only the best one counts. */
+/* Return whether the problem has soft rows: then it is always feasible, and only the optimum is valid. */
 static int has_soft_rows(const dual_newton *s)
 {
     for (size_t j = 0; j < s->m; j++)
@@ -223,7 +228,7 @@ static int is_near(dual_newton *s, real product)
     return product < SMALL_PRODUCT * dot(s->n, s->sx, s->sx) && settle_here(s, TOLERANCE);
 }
 
-/* A step's direction; how far it may go. */
+/* Compute the direction of a step. Return its maximum length. */
 static real predict_and_correct(dual_newton *s, real product, int is_stuck)
 {
     factor_weighted(s, s->eps, RIDGE);

@@ -1,4 +1,4 @@
-/* Both end at a solution of the linear program after finitely many quadratic ones. */
+/* Both methods solve a linear program by a finite number of quadratic programs. */
 #include "linear.h"
 
 #include "state.h"
@@ -8,24 +8,24 @@
 
 enum { STEPS = 100 };
 
-/* How much a distance is widened where rounding errors let no x fit that should, relative to itself. */
+/* Relative increase of a distance for which rounding errors prevent a solution. */
 static const real WIDER = PRECISE(1e-10, 1e-5);
 
-/* A proof that raises the distance by less than this part of what is open is loose. */
+/* A proof that raises the distance by less than this share of the open interval is loose. */
 static const real SLOW = 0.1;
 
-/* How far the first step of the proximal point method may go, in distances of the first x from p, and where a
-   program is not solved, less; and how often later ones may go ten times as far.                      */
+/* Length of the first step of the proximal point method, in distances of the first x from p; smaller if a
+   program is not solved; and how often later steps may be ten times longer. */
 static const real FAR[2] = {100, 1};
 enum { FARTHER = 6 };
 
-/* A step that changes x by less than this part of that distance is the last. */
+/* A step that changes x by less than this share of that distance is the last one. */
 static const real MIN_STEP = PRECISE(1e-12, 1e-5);
 
-/* A reduced cost, relative to c, that is zero but for rounding errors. */
+/* Maximum reduced cost, relative to c, that is treated as zero. */
 static const real NO_COST = PRECISE(1e-9, 1e-4);
 
-/* The x nearest to p within the bounds of the program. */
+/* Compute the x nearest to p within the bounds of the program. */
 static int nearest(dual_newton *s, const real *p)
 {
     for (size_t i = 0; i < s->n; i++) s->H_diagonal[i] = 1, s->g[i] = -p[i];
@@ -35,9 +35,10 @@ static int nearest(dual_newton *s, const real *p)
 
 /* ------------------------------------------------------------------------------- the largest distance
 
-   x fits a distance t if A x = b with |x_i - p_i| <= t/c_i within the bounds. Where none fits, y proves it:
-   y'b > max y'A x. That maximum grows with t, and where it reaches y'b is a better bound below for t. It is
-   piecewise linear, and so is the bound in all proofs: after finitely many the least t is met exactly.   */
+   x is feasible for a distance t if A x = b with |x_i - p_i| <= t/c_i within the bounds. If no x is
+   feasible, y proves it: y'b > max y'A x. This maximum grows with t; the t at which it reaches y'b is a
+   better lower bound for t. The maximum is piecewise linear, and so is the bound over all proofs: after
+   finitely many proofs, the minimum t is found exactly. */
 
 static real reach(const real *c, size_t i, real t)
 {
@@ -54,7 +55,7 @@ static real lower(box bounds, const real *p, size_t i, real reach)
     return smaller(bounds.high[i], larger(bounds.low[i], p[i] - reach));
 }
 
-/* The least t at which the multipliers no longer prove that no x fits. */
+/* Return the minimum t at which the multipliers no longer prove infeasibility. */
 static real refuted(const dual_newton *s, box bounds, const real *c, const real *p, real t)
 {
     const real *y = s->multipliers;
@@ -64,18 +65,18 @@ static real refuted(const dual_newton *s, box bounds, const real *c, const real 
             const real pull = dot(s->m, y, s->A + i * s->m), way = reach(c, i, t);
             if (pull == 0) continue;
             gap -= pull * (pull > 0 ? upper(bounds, p, i, way) : lower(bounds, p, i, way));
-            /* whether the distance bounds it, and not the box */
+            /* whether the distance is the active bound, not the box */
             if (pull > 0 ? p[i] + way < bounds.high[i] : p[i] - way > bounds.low[i])
                 slope += fabs(pull) / c[i];
         }
         if (!(gap > 0)) break;
-        if (!(slope > 0)) break; /* a proof of rounding errors */
+        if (!(slope > 0)) break; /* a proof from rounding errors */
         t += gap / slope;
     }
     return t;
 }
 
-/* The distance that the bounds demand of each x. */
+/* Return the minimum distance due to the bounds of each x. */
 static real least_distance(const dual_newton *s, box bounds, const real *c, const real *p)
 {
     real t = 0;
@@ -84,7 +85,7 @@ static real least_distance(const dual_newton *s, box bounds, const real *c, cons
     return t;
 }
 
-/* The largest distance of x from p. */
+/* Return the maximum distance of x from p. */
 static real largest_distance(const dual_newton *s, const real *c, const real *p, const real *x)
 {
     real t = 0;
@@ -92,7 +93,7 @@ static real largest_distance(const dual_newton *s, const real *c, const real *p,
     return t;
 }
 
-/* The x nearest to p of all that fit a distance; an enum dual_newton_status. */
+/* Compute the x nearest to p of all x that are feasible for a distance. Return an enum dual_newton_status. */
 static int fit(dual_newton *s, box bounds, const real *c, const real *p, real t)
 {
     for (size_t i = 0; i < s->n; i++) {
@@ -110,7 +111,7 @@ int least_largest(dual_newton *s, box bounds, const real *c, const real *p, cons
         int status = fit(s, bounds, c, p, t);
         if (status != DUAL_NEWTON_INFEASIBLE && status != DUAL_NEWTON_NOT_CONVERGED) return status;
         real next = status == DUAL_NEWTON_INFEASIBLE ? refuted(s, bounds, c, p, t) : t;
-        if (next < t + SLOW * (most - t)) { /* a loose proof: one half way fits, or makes a better one */
+        if (next < t + SLOW * (most - t)) { /* loose proof: evaluate the midpoint */
             const real middle = next + (most - next) / 2;
             status = fit(s, bounds, c, p, middle);
             if (status == DUAL_NEWTON_INFEASIBLE) next = larger(next, refuted(s, bounds, c, p, middle));
@@ -128,11 +129,13 @@ int least_largest(dual_newton *s, box bounds, const real *c, const real *p, cons
 
 /* --------------------------------------------------------------------------------- the sum of distances
 
-   With x = p + u - v, u and v not negative, the sum is c'(u + v). The proximal point method,
-       u, v <- argmin c'(u + v) + 1/2 |u - u_last|^2_H + 1/2 |v - v_last|^2_H,
-   ends at a solution of the linear program, and its multipliers y at one of the dual. With these the solutions
-   are all x that fit and lie, by a = A'y, at bounds where |a| > c, at p where |a| < c, and on one side of p
-   where |a| = c; of them the nearest to p is taken.
+   With x = p + u - v, and nonnegative u and v, the sum is c'(u + v). The proximal point method,
+
+     u, v <- argmin c'(u + v) + 1/2 |u - u_last|^2_H + 1/2 |v - v_last|^2_H,
+
+   converges to a solution of the linear program, and its multipliers y to a solution of the dual program.
+   With a = A'y, the set of solutions consists of all feasible x that are at bounds where |a| > c, at p where
+   |a| < c, and on one side of p where |a| = c. Of these, the x nearest to p is returned.
 
    R. T. Rockafellar, Monotone operators and the proximal point algorithm, SIAM J. Control Optim. 14 (1976). */
 
@@ -148,7 +151,7 @@ static real first_distance(const dual_newton *s, const real *p, const real *firs
     return size;
 }
 
-/* Rows, bounds and cost of u and v, which begin at `first`. */
+/* Set the rows, bounds and cost of u and v, which begin at `first`. */
 static void part(const dual_newton *s, dual_newton *parts, box bounds, const real *c, const real *p, const real *first,
                  real far)
 {
@@ -170,7 +173,7 @@ static void part(const dual_newton *s, dual_newton *parts, box bounds, const rea
     }
 }
 
-/* Go to the fixed point; the last u and v are kept where s has its bounds later. */
+/* Iterate to the fixed point; the last u and v are stored in the bounds of s, which are set later. */
 static int proximal_points(dual_newton *s, dual_newton *parts, const real *c, real size)
 {
     const size_t n = s->n;
@@ -191,7 +194,7 @@ static int proximal_points(dual_newton *s, dual_newton *parts, const real *c, re
     return DUAL_NEWTON_NOT_CONVERGED;
 }
 
-/* The bounds of all solutions, by the multipliers of one. */
+/* Set the bounds to the set of all solutions, from the multipliers of one solution. */
 static void bound_solutions(dual_newton *s, const dual_newton *parts, box bounds, const real *c, const real *p)
 {
     for (size_t i = 0; i < s->n; i++) {

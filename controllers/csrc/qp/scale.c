@@ -1,4 +1,4 @@
-/* The scaled problem; nothing in the caller's is trusted. */
+/* The scaled problem. All inputs of the caller are checked. */
 #include "state.h"
 
 #include <math.h>
@@ -25,7 +25,7 @@ static int scale_bounds(dual_newton *s)
     return DUAL_NEWTON_SOLVED;
 }
 
-/* A row of zeros gets the norm of the longest, so that its right side is compared with something. */
+/* Compute the norms of the rows. A row of zeros gets the largest norm, to scale its right side. */
 static int row_norms(dual_newton *s)
 {
     const size_t n = s->n, m = s->m;

@@ -1,10 +1,11 @@
-/* The exact search: along lam + t d the dual value is concave and piecewise quadratic, so its slope is
-   piecewise linear and falls; it bends where a variable meets a bound. A heap gives the bends in order. */
+/* Exact line search: along lam + t d the dual function is concave and piecewise quadratic, so its slope is
+   piecewise linear and decreasing, with a breakpoint where a variable reaches a bound. A heap sorts the
+   breakpoints. */
 #include "state.h"
 
 #include <math.h>
 
-/* Curvature left from larger ones that went is rounding error below this share of the largest. */
+/* Relative to the maximum curvature, the remaining curvature below this share is a rounding error. */
 static const real LOST_DIGITS = PRECISE(1e-8, 1e-5);
 
 static void sink(breakpoint *heap, size_t count, size_t at)
@@ -18,7 +19,7 @@ static void sink(breakpoint *heap, size_t count, size_t at)
     heap[at] = moved;
 }
 
-/* Where v_i + t dv_i enters its bounds and where it leaves them again, for t >= 0. */
+/* Collect the t >= 0 at which v_i + t dv_i enters or leaves its bounds. */
 static size_t collect(dual_newton *s)
 {
     size_t count = 0;
@@ -35,7 +36,7 @@ static size_t collect(dual_newton *s)
     return count;
 }
 
-/* The curvature just after t, afresh. */
+/* Compute the curvature just after t from scratch. */
 static real curvature(const dual_newton *s, real floor, real t)
 {
     real sum = floor;
@@ -68,5 +69,5 @@ real search_peak(dual_newton *s, real ridge, int *is_far)
     }
     *is_far = !count;
     const real left = larger(bend, floor);
-    return left > 0 ? t + slope / left : t; /* a direction of nothing leads nowhere */
+    return left > 0 ? t + slope / left : t; /* a zero direction does not change the value */
 }

@@ -1,20 +1,20 @@
-/* The end: with the right bounds, the optimum is the solution of linear equations, refined until only
-   rounding errors are left. It is computed from the bounds alone, so it does not depend on the start. */
+/* Final computation: with the correct active bounds, the optimum is the solution of linear equations. It is
+   refined until only rounding errors remain. It depends only on the active bounds, not on the start. */
 #include "state.h"
 
 #include <math.h>
 #include <string.h>
 
-static const real NOISE = PRECISE(2e-16, 1e-7);          /* of a row, relative to the largest row's terms */
-static const real MAX_NOISE = PRECISE(1e-9, 1e-4);      /* the same, relative to its own */
-static const real EXACT = PRECISE(3e-16, 2e-7);          /* the same: refining further gains nothing */
-static const real NEAR = PRECISE(1e-10, 1e-5);           /* of a bound, relative to the terms of x */
+static const real NOISE = PRECISE(2e-16, 1e-7);          /* of a row, relative to the largest terms */
+static const real MAX_NOISE = PRECISE(1e-9, 1e-4);      /* the same, relative to the terms of the row */
+static const real EXACT = PRECISE(3e-16, 2e-7);          /* the same: further refinement is useless */
+static const real NEAR = PRECISE(1e-10, 1e-5);           /* distance from a bound, relative to the terms of x */
 static const real DUAL_TOLERANCE = PRECISE(1e-12, 1e-6); /* of a variable, relative to its terms */
-static const real CLOSE_DUAL = PRECISE(1e-14, 3e-7);     /* the same, beside large multipliers */
-static const real RIDGE = PRECISE(1e-13, 2e-7);          /* where a set of bounds is tried */
+static const real CLOSE_DUAL = PRECISE(1e-14, 3e-7);     /* the same, for large multipliers */
+static const real RIDGE = PRECISE(1e-13, 2e-7);          /* for candidate sets of bounds */
 enum { MAX_REFINEMENTS = 8 };
 
-/* Does the full step stay, but for rounding errors, within the piece that it was made for? */
+/* Return whether the full step stays, except for rounding errors, in the piece for which it was computed. */
 static int stays(const dual_newton *s)
 {
     for (size_t i = 0; i < s->n; i++) {
@@ -25,7 +25,7 @@ static int stays(const dual_newton *s)
     return 1;
 }
 
-/* The worst row's rest, relative to its terms; infinite if one is not a number. */
+/* Return the maximum residual of a row, relative to its terms; infinite if a value is NaN. */
 static real relative_rest(const dual_newton *s)
 {
     real largest = 0, worst = 0;
@@ -38,7 +38,7 @@ static real relative_rest(const dual_newton *s)
     return worst;
 }
 
-/* The variables at their bounds stay there; the others and the multipliers start from zero multipliers. */
+/* Variables at their bounds stay there; the others and the multipliers start from zero multipliers. */
 static void begin(dual_newton *s)
 {
     memset(s->end_lam, 0, s->m * sizeof(real));
@@ -46,7 +46,7 @@ static void begin(dual_newton *s)
         s->end_x[i] = s->side[i] < 0 ? s->low[i] : s->side[i] > 0 ? s->high[i] : -s->sg[i];
 }
 
-/* x is corrected by itself, not found from the multipliers: where those are large, x would lose digits. */
+/* Correct x directly. It is not computed from the multipliers, since large multipliers would cost digits. */
 static void correct(dual_newton *s)
 {
     factor_solve(s, s->rest, s->correction);
@@ -55,7 +55,7 @@ static void correct(dual_newton *s)
         if (!s->side[i]) s->end_x[i] += dot(s->m, s->sA + i * s->m, s->correction);
 }
 
-/* The relative rest that remains. */
+/* Refine. Return the remaining relative residual. */
 static real refine(dual_newton *s)
 {
     real before = INFINITY;
@@ -72,8 +72,8 @@ static real refine(dual_newton *s)
     return relative_rest(s);
 }
 
-/* Largest violation of the dual conditions by end_x and lam, relative to the terms; infinite if one
-   is not a number.                                                                                    */
+/* Return the maximum violation of the dual conditions by end_x and lam, relative to the terms; infinite if a
+   value is NaN. */
 static real dual_violation(const dual_newton *s, const real *lam)
 {
     real worst = 0;
@@ -92,8 +92,8 @@ static real dual_violation(const dual_newton *s, const real *lam)
     return worst;
 }
 
-/* Is the iterate itself the optimum already? Then what is left in a step is rounding error, which may be
-   large in directions that no variable sees.                                                          */
+/* Return whether the iterate is already the optimum. The remaining step then consists of rounding errors,
+   which may be large in directions that do not affect any variable. */
 static int is_optimal(dual_newton *s, real tolerance)
 {
     real largest = 0, rest = 0;
@@ -102,13 +102,14 @@ static int is_optimal(dual_newton *s, real tolerance)
         largest = larger(largest, fabs(s->sb[j]));
         rest = larger(rest, fabs(s->r[j]));
     }
-    if (rest > NEAR * largest) return 0; /* saves the accurate comparison */
+    if (rest > NEAR * largest) return 0; /* skips the accurate comparison */
     dual_rest(s, s->sx, s->lam, s->rest, s->size);
     return relative_rest(s) <= tolerance;
 }
 
-/* Residuals of end_x with the better of two vectors of multipliers, left in end_lam; 1 if they are small.
-   Multipliers are not unique where bounds leave too few variables: then those of the step fit.        */
+/* Compute the residuals of end_x with the better of two vectors of multipliers, in end_lam. Return 1 if they
+   are small. Multipliers are not unique if bounds leave too few variables; in this case the multipliers of
+   the step are suitable. */
 static int is_verified(dual_newton *s, real rest, real tolerance, real dual)
 {
     if (rest > tolerance) return 0;
@@ -127,7 +128,7 @@ static int accept(dual_newton *s)
     return 1;
 }
 
-/* The iterate itself, for where the equations of the bounds do not give the optimum. */
+/* Verify the iterate itself, if the equations of the bounds do not result in the optimum. */
 static int iterate_is_verified(dual_newton *s, real tolerance)
 {
     memcpy(s->end_x, s->sx, s->n * sizeof(real));
@@ -142,8 +143,8 @@ int settle(dual_newton *s, real tolerance)
     if (is_left && !is_optimal(s, tolerance)) return 0;
     if (is_left) memset(s->d, 0, s->m * sizeof(real));
     if (is_verified(s, refine(s), tolerance, DUAL_TOLERANCE)) return accept(s);
-    /* Variables that touch their bounds, but do not lean on them, may be off in the equations, and so may be
-       all if the equations are ill-conditioned: the iterate itself may be better.                   */
+    /* Variables that are at their bounds with zero multipliers may be inaccurate in the equations, and so
+       may be all variables if the equations are ill-conditioned: the iterate itself may be better. */
     if (!is_left && !is_optimal(s, tolerance)) return 0;
     return iterate_is_verified(s, tolerance) && accept(s);
 }

@@ -1,28 +1,29 @@
-/* The Newton iteration, and what follows where it wanders. */
+/* The Newton iteration, and the alternatives if it does not converge. */
 #include "state.h"
 
 #include <math.h>
 #include <string.h>
 
-/* Bounds of the work, beside those of the interior point method. */
+/* Maximum numbers of steps, in addition to those of the interior point method. */
 enum { MAX_STEPS = 24, STEPS_OF_A_WARM_START = 4 };
 
-/* Keeps the Newton matrix regular where rows depend on each other, or too few variables are between
-   their bounds: there a step is long, and the search finds how long it may be.                        */
+/* Regularisation of the Newton matrix, for rows that depend on each other or too few variables between their
+   bounds: in this case a step is long, and the line search limits it. */
 static const real RIDGE = PRECISE(1e-13, 2e-7);
 
-/* Of a row, relative to its terms. */
+/* Tolerance of a row, relative to its terms. */
 static const real TOLERANCE = PRECISE(1e-13, 1e-5);
 
-/* What is left at the least violation is a proof, and so is a direction without a peak. Looking for
-   them costs as much as half a step, so few steps do without.                                         */
+/* Return whether the problem is infeasible: the residual at the minimum violation is a proof, and so is a
+   direction without a maximum. The check costs as much as half a step, so it is skipped in the first steps. */
 static int is_infeasible(dual_newton *s, int peak_is_far)
 {
     if (!peak_is_far && s->steps <= STEPS_OF_A_WARM_START) return 0;
     return is_proof(s, s->d) || is_proof(s, s->r);
 }
 
-/* One step to the peak of the dual value less ridge/2 |t d|^2; is it beyond every bend? */
+/* Step to the maximum of the dual function minus ridge/2 |t d|^2. Return whether it is beyond every
+   breakpoint. */
 static int step_to_peak(dual_newton *s)
 {
     int is_far;
@@ -45,7 +46,7 @@ static int newton(dual_newton *s)
     return DUAL_NEWTON_NOT_CONVERGED;
 }
 
-/* In the caller's numbers; a variable at its bound gets the bound itself. */
+/* Convert x to the scale of the caller; a variable at its bound gets exactly the bound. */
 static void hand_over_x(dual_newton *s)
 {
     for (size_t j = 0; j < s->m; j++) s->slack[j] = -s->b[j];

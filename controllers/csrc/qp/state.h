@@ -1,10 +1,12 @@
-/* The inside of a handle.
+/* Internal state of a handle.
 
-   All work is done in scaled numbers, in which H is the identity and every row of A has length 1: then
-   no unit and no scale of the caller's matters.
-       x_i sqrt(H_i),   g_i / sqrt(H_i),   A_ji / (sqrt(H_i) norm_j),   b_j / norm_j,   y_j norm_j
-   With lam the scaled multipliers, x(lam) = clip(A'lam - g, low, high), and what is left is
-   r(lam) = b - eps lam - A x(lam) = 0, the gradient of a concave, piecewise quadratic function.        */
+   All computations use scaled numbers, in which H is the identity and every row of A has length 1, so that
+   units and scales of the caller are irrelevant:
+
+     x_i sqrt(H_i),   g_i / sqrt(H_i),   A_ji / (sqrt(H_i) norm_j),   b_j / norm_j,   y_j norm_j
+
+   With lam the scaled multipliers, x(lam) = clip(A'lam - g, low, high), and the residual r(lam) = b - eps
+   lam - A x(lam) = 0 is the gradient of a concave, piecewise quadratic function. */
 #ifndef CARDSFLOW_DUAL_NEWTON_STATE_H
 #define CARDSFLOW_DUAL_NEWTON_STATE_H
 
@@ -13,13 +15,13 @@
 
 #include <stdint.h>
 
-/* Where a search meets a bound, and by how much the curvature along the search changes there. */
+/* Point on the search line at which a variable reaches a bound, and the change of the curvature there. */
 typedef struct breakpoint {
     real at, change;
 } breakpoint;
 
-/* ARRAY(type, name, number of elements) in the working memory behind the handle; every type has a
-   multiple of a real's bytes, none must be aligned to more.                                           */
+/* ARRAY(type, name, number of elements) in the working memory after the handle. The size of every type is a
+   multiple of the size of a real, and its alignment is not larger. */
 #define STATE_ARRAYS(ARRAY)                                                                            \
     /* the problem, its start and its answer: see dual_newton_array */                                 \
     ARRAY(real, H_diagonal, n)                                                                         \
@@ -53,7 +55,7 @@ typedef struct breakpoint {
     ARRAY(real, d, m)                                                                                  \
     ARRAY(real, dv, n)                                                                                 \
     ARRAY(real, factor, m *m)                                                                          \
-    ARRAY(real, pivot, m) /* the smallest ones that are no rounding errors */                          \
+    ARRAY(real, pivot, m) /* the smallest ones that are not rounding errors */                         \
     ARRAY(real, size, m)                                                                               \
     ARRAY(breakpoint, heap, 2 * n)                                                                     \
     /* of the interior point method: see interior.c */                                                 \
@@ -67,7 +69,7 @@ typedef struct breakpoint {
     ARRAY(real, goal, n)                                                                               \
     ARRAY(real, inner_x, n)                                                                            \
     ARRAY(real, dx, n)                                                                                 \
-    /* the end, while it is refined */                                                                 \
+    /* the final computation */                                                                        \
     ARRAY(real, end_x, n)                                                                              \
     ARRAY(real, end_lam, m)                                                                            \
     ARRAY(real, rest, m)                                                                               \
@@ -81,7 +83,7 @@ struct dual_newton {
 };
 #undef STATE_MEMBER
 
-/* scale.c: the scaled problem from the caller's; an enum dual_newton_status. */
+/* scale.c: compute the scaled problem from the inputs. Return an enum dual_newton_status. */
 int scale_problem(dual_newton *s);
 
 /* dual.c */
@@ -89,31 +91,31 @@ void dual_evaluate(dual_newton *s);                  /* v, sx, side and r at lam
 void dual_direction(dual_newton *s);                 /* dv = A'd */
 void dual_rest(const dual_newton *s, const real *x, const real *lam, real *r, real *size);
 
-/* factor.c: S = A_F A_F' + diag(eps + ridge) over the variables F between their bounds. */
+/* factor.c: compute S = A_F A_F' + diag(eps + ridge) over the variables F between their bounds. */
 void factor_build(dual_newton *s, real ridge);
-/* S = A diag(weight) A' + diag(rows), its diagonal raised by a share of itself. */
+/* Compute S = A diag(weight) A' + diag(rows), with its diagonal raised by a share of itself. */
 void factor_weighted(dual_newton *s, const real *rows, real ridge);
 void factor_solve(const dual_newton *s, const real *r, real *d);
 
-/* search.c: how far to go from lam along d for the largest dual value, less ridge/2 |t d|^2; far where it is
-   beyond every bend.                                                                                  */
+/* search.c: return the step from lam along d to the maximum of the dual function minus ridge/2 |t d|^2.
+   `is_far`: it is beyond every breakpoint. */
 real search_peak(dual_newton *s, real ridge, int *is_far);
 
-/* settle.c: 1 if the bounds that the step began with are those of the optimum; then sx and lam are it, and
-   no row is off by more than the tolerance, relative to its terms.                                    */
+/* settle.c: return 1 if the active bounds at the start of the step are those of the optimum; then sx and lam
+   are the optimum, and no residual of a row exceeds the tolerance, relative to its terms. */
 int settle(dual_newton *s, real tolerance);
-/* The same for the bounds in `side`, with sx and lam for where these alone do not say all. */
+/* Do the same for the bounds in `side`, with sx and lam for cases that the bounds alone do not determine. */
 int settle_at_bounds(dual_newton *s, real tolerance);
-/* The same for sx and lam. */
+/* Do the same for sx and lam. */
 int settle_here(dual_newton *s, real tolerance);
-/* The residuals of sx and lam, which are made finite. */
+/* Compute the residuals of sx and lam; they are made finite. */
 void measure(dual_newton *s);
 
-/* certificate.c: 1 if y, cleared in soft rows and in what is without bounds, proves that no x fulfils the hard
-   rows. Then it is left in s->correction.                                                             */
+/* certificate.c: return 1 if y, set to zero in soft rows and for unbounded variables, proves that the hard
+   rows are infeasible. The proof is stored in s->correction. */
 int is_proof(dual_newton *s, const real *y);
 
-/* interior.c: an enum dual_newton_status. */
+/* interior.c: return an enum dual_newton_status. */
 int interior_point(dual_newton *s);
 
 #endif

@@ -6,7 +6,8 @@
 
 #include <stddef.h>
 
-/* The sum in four parts: a fixed order, and no chain of additions that wait for each other. */
+/* Return the dot product, summed in four parts: the order is fixed, and additions do not wait for each
+   other. */
 static inline real dot(size_t count, const real *restrict a, const real *restrict b)
 {
     real s0 = 0, s1 = 0, s2 = 0, s3 = 0;
@@ -21,7 +22,7 @@ static inline real dot(size_t count, const real *restrict a, const real *restric
     return (s0 + s1) + (s2 + s3);
 }
 
-/* y += c x */
+/* Compute y += c x. */
 static inline void add(size_t count, real *restrict y, real c, const real *restrict x)
 {
     for (size_t k = 0; k < count; k++) y[k] += c * x[k];

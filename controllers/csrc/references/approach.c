@@ -1,4 +1,4 @@
-/* A straight line of minimum jerk from rest to rest: y = a + (b - a) s(t/T). */
+/* A straight minimum-jerk path from rest to rest: y = a + (b - a) s(t/T). */
 #include "references.h"
 
 #include "../../../sim_dart/csrc/math/quintic_step.h"

@@ -1,4 +1,4 @@
-/* References of any kind: their size, and their evaluation at one time or at many. */
+/* References of any kind: their size, and their evaluation at one or several times. */
 #include "references.h"
 
 uint64_t reference_part_length(const reference_part *part)

@@ -1,11 +1,12 @@
 /* Reference motions: the positions, velocities and accelerations of r rows (coordinates or task coordinates)
    as functions of time.
 
-   A part of a reference is at rest before 0 and after its duration. Its numbers lie in `data`:
+   A part of a reference is at rest before time 0 and after its duration. Its numbers are in `data`:
+
      splines     begins of the segments and end of the last one (segments + 1); coefficients of the powers of the
-                 time since a segment's begin, lowest first (segments x powers x 3 x r); first and last position
-     rose        centre, first and second axis (r each); radius R, petals k, largest angle phi_end
-     approach    start and displacement (r each)                                                         */
+                 time since the begin of a segment, lowest first (segments x powers x 3 x r); first and last position
+     rose        centre, first and second axis (r each); radius R, petals k, maximum angle phi_end
+     approach    start and displacement (r each) */
 #ifndef CARDSFLOW_REFERENCE_H
 #define CARDSFLOW_REFERENCE_H
 
@@ -20,17 +21,17 @@ typedef struct {
     const real *data;
 } reference_part;
 
-/* The number of elements of `data`; 0 if the part is invalid. */
+/* Return the number of elements of `data`; 0 if the part is invalid. */
 uint64_t reference_part_length(const reference_part *part);
 
-/* Parts one after another, part i from begins[i] on, at some times in [s]: positions, velocities and
-   accelerations, `rows` is times x 3 x r. */
+/* Evaluate consecutive parts, part i from begins[i] on, at given times in [s]: positions, velocities and
+   accelerations; `rows` is times x 3 x r. */
 DUAL_NEWTON_API void reference_evaluate(const reference_part *parts, const real *begins, size_t part_count,
                                         size_t time_count, const real *times, real *rows);
 
-/* For the files of this folder */
+/* Functions of the files in this folder */
 
-/* s(u) = 10 u^3 - 15 u^4 + 6 u^5 of u = t/T, and its derivatives by t: s, s', s''. */
+/* Compute s(u) = 10 u^3 - 15 u^4 + 6 u^5 of u = t/T, and its derivatives by t: s, s', s''. */
 void quintic(real t, real T, real s[3]);
 
 void splines_at(const reference_part *part, real t, real *rows);

@@ -1,6 +1,6 @@
-/* A rose curve (the flower), drawn once from rest to rest:
+/* A rose curve (the flower), traversed once from rest to rest:
 
-     y = c + R cos(k phi) u,    u = cos(phi) e1 + sin(phi) e2,    phi = phi_end s(t/T)                 */
+     y = c + R cos(k phi) u,    u = cos(phi) e1 + sin(phi) e2,    phi = phi_end s(t/T) */
 #include "references.h"
 
 #include "../../../sim_dart/csrc/math/elementary.h"

@@ -1,4 +1,4 @@
-/* Piecewise polynomials of time: positions, velocities and accelerations have a polynomial each. */
+/* Piecewise polynomials of time: positions, velocities and accelerations have separate polynomials. */
 #include "references.h"
 
 #include <string.h>
@@ -9,7 +9,7 @@ static void rest_at(const reference_part *part, const real *position, real *rows
     memcpy(rows, position, part->r * sizeof *rows);
 }
 
-/* The last segment that begins at t or before. */
+/* Return the last segment that begins at t or before. */
 static size_t segment_of(const reference_part *part, real t)
 {
     size_t low = 0, high = part->segments;
@@ -23,7 +23,7 @@ static size_t segment_of(const reference_part *part, real t)
     return low;
 }
 
-/* y = sum_k c_k (t - t_i)^k on the segment from t_i on, by Horner's rule */
+/* Evaluate y = sum_k c_k (t - t_i)^k on the segment from t_i on, by Horner's rule. */
 void splines_at(const reference_part *part, real t, real *rows)
 {
     const size_t r = part->r, S = part->segments, O = part->powers, width = 3 * r;

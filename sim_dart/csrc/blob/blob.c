@@ -49,11 +49,11 @@ static size_t expected_size(const blob_counts *n)
 static int check_header(const blob_header *h, size_t size, char *message, size_t capacity)
 {
     if (h->magic == PRECISE(BLOB_MAGIC_FLOAT, BLOB_MAGIC_DOUBLE))
-        return refuse(message, capacity, "the blob's numbers are of " PRECISE("single", "double")
-                      " precision, those of this library of " PRECISE("double", "single"));
+        return refuse(message, capacity, "the blob has " PRECISE("single", "double")
+                      " precision, this library " PRECISE("double", "single"));
     if (h->magic != BLOB_MAGIC) return refuse(message, capacity, "this is not a robot blob");
     if (h->version != BLOB_VERSION || h->layout_hash != core_layout_hash())
-        return refuse(message, capacity, "the blob has version %u, this library reads version %u",
+        return refuse(message, capacity, "the blob has version %u, this library version %u",
                       (unsigned)h->version, BLOB_VERSION);
 #define CHECK_COUNT(name, largest)                                                                     \
     if (h->counts.name < 0 || h->counts.name > largest)                                                \
@@ -62,7 +62,7 @@ static int check_header(const blob_header *h, size_t size, char *message, size_t
     BLOB_COUNTS(CHECK_COUNT)
 #undef CHECK_COUNT
     if (h->size != size || expected_size(&h->counts) != size)
-        return refuse(message, capacity, "the blob has %zu bytes, its header promises %zu", size,
+        return refuse(message, capacity, "the blob has %zu bytes, its header specifies %zu", size,
                       expected_size(&h->counts));
     return 0;
 }

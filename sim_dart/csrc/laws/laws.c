@@ -42,14 +42,14 @@ int laws_check(blob_view *view, char *message, size_t capacity)
     for (int32_t m = 0; m < view->counts.muscles; m++) {
         const int32_t kind = view->law_kind[m];
         if (kind < 0 || kind >= LAW_KINDS)
-            return refuse(message, capacity, "muscle %d: unknown tension law %d", (int)m, (int)kind);
+            return refuse(message, capacity, "muscle %d: unknown muscle law %d", (int)m, (int)kind);
         const law_entry *entry = LAW_TABLE + kind;
         const tension_law *law = entry->law;
         left -= entry->parameters;
         if (left < 0) break;
         if (parameters_check(entry, p, (int)m, message, capacity)) return 1;
         if (view->muscle_bends[m] && entry->pushes)
-            return refuse(message, capacity, "muscle %d: %s pushes, and so has no friction in bends", (int)m, entry->name);
+            return refuse(message, capacity, "muscle %d: %s pushes and cannot have friction", (int)m, entry->name);
         if (law->place && view->muscle_points[m] != 2)
             return refuse(message, capacity, "muscle %d: %s hangs between two via points", (int)m, entry->name);
         states += entry->states ? entry->states(p) : 0;
@@ -57,7 +57,7 @@ int laws_check(blob_view *view, char *message, size_t capacity)
         constants += law->constants;
         p += entry->parameters;
     }
-    if (left) return refuse(message, capacity, "the laws' parameters do not add up");
+    if (left) return refuse(message, capacity, "the law parameters do not add up");
     view->law_states = (int32_t)states + view->stretches + view->counts.bends, view->law_constants = (int32_t)constants;
     return 0;
 }
@@ -111,7 +111,7 @@ typedef struct {
     real is_known, l, v, h, x[MAX_LAW_STATES], at_low, at_high;
 } reach;
 
-_Static_assert(sizeof(reach) == REACH_NUMBERS * sizeof(real), "as many as there is room for");
+_Static_assert(sizeof(reach) == REACH_NUMBERS * sizeof(real), "REACH_NUMBERS is wrong");
 
 static reach *reach_of(const core *c, const muscle_law *at)
 {

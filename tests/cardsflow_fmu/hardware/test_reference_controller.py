@@ -303,12 +303,12 @@ def test_bad_answers_do_no_harm_under_the_sanitizers(
 @pytest.mark.parametrize(
     ("halves", "words"),
     [
-        ((1e300, 1.0), "the device refuses"),
-        ((1.0, -1.0), "the device refuses"),
-        ((0.5, 1.0), "the device refuses"),
-        ((4294967296.0, 1.0), "the device refuses"),
-        ((math.nan, 1.0), "nobody answers"),
-        ((1.0, math.inf), "nobody answers"),
+        ((1e300, 1.0), "the device rejects the run"),
+        ((1.0, -1.0), "the device rejects the run"),
+        ((0.5, 1.0), "the device rejects the run"),
+        ((4294967296.0, 1.0), "the device rejects the run"),
+        ((math.nan, 1.0), "no answer, or the device is in use"),
+        ((1.0, math.inf), "no answer, or the device is in use"),
     ],
 )
 def test_a_nonce_that_is_no_number_of_64_bits_is_refused(
@@ -355,7 +355,7 @@ def test_forces_that_are_no_numbers_are_not_sent(planar: Path) -> None:
         assert device.counters["not finite"] == 0
         assert device.counters["received"] > 6
     assert done.returncode == 1
-    assert b"no forces are found" in done.stderr
+    assert b"no forces found" in done.stderr
 
 
 def test_in_real_time_it_tracks_and_stops(planar: Path) -> None:
@@ -395,7 +395,7 @@ def test_far_from_the_start_nothing_moves(planar: Path) -> None:
     made = Experiment.load(PLANAR_2R, {"start.q": [0.0, 0.0]})
     with served(made) as (device, port):
         done = driven(planar, port, "realtime")
-        assert (done.returncode, done.stderr) == (1, "controller: it is too far from its start\n")
+        assert (done.returncode, done.stderr) == (1, "controller: the robot is too far from its start\n")
         assert device.counters["setpoints"] == 0
         assert device.state == "safe"
 
@@ -406,11 +406,11 @@ def test_errors_are_messages(planar: Path, tmp_path: Path) -> None:
     assert driven(planar, "9").returncode == 2
     done = driven(planar, "9", "lockstep")
     assert (done.returncode, done.stdout) == (1, "")
-    assert "nobody answers" in done.stderr
+    assert "no answer, or the device is in use" in done.stderr
     with served(Experiment.load(ARM)) as (device, port):
         done = driven(planar, port, "lockstep")
         assert (done.returncode, device.state) == (1, "idle")
-        assert "the device refuses" in done.stderr
+        assert "the device rejects the run" in done.stderr
 
 
 @pytest.mark.parametrize(

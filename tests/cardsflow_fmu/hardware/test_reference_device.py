@@ -255,7 +255,7 @@ def test_without_a_key_it_warns_where_others_can_reach_it(built: Path) -> None:
         assert device.stdout.readline().startswith(b"udp://")
         device.terminate()
         _, words = device.communicate(timeout=600)
-        assert (b"whoever reaches it can command the robot" in words) == warned
+        assert (b"anyone on the network can command the robot" in words) == warned
 
 
 @contextmanager

@@ -223,7 +223,7 @@ def test_a_model_that_cannot_be_made(mode: str, damaged: Path) -> None:
 
 def test_unknown_mode(toy_fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", "elsewhere")
-    assert cannot_open(toy_fmu) == "CARDSFLOW_FMU_HOST is in-process or worker, not elsewhere"
+    assert cannot_open(toy_fmu) == "CARDSFLOW_FMU_HOST must be in-process or worker, not elsewhere"
 
 
 def test_the_toy_is_one(toy_fmu: Path) -> None:

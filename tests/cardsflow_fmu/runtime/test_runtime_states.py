@@ -175,7 +175,7 @@ def test_another_fmus_state_is_refused(toy_fmu: Path, tmp_path: Path, fmi: FmiVe
         one.start()
         data = one.save()
         refused(lambda: two.slave.deSerializeFMUstate(data))
-        assert two.last == "deSerializeFMUstate: the state is another FMU's"
+        assert two.last == "deSerializeFMUstate: the state belongs to another FMU"
 
 
 def test_a_state_that_the_model_refuses(started: Host, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -232,7 +232,7 @@ def test_the_state_of_another_fmu_is_refused(
         other.start()
         state = other.slave.getFMUstate()
         refused(lambda: started.slave.setFMUstate(state))
-        assert started.last == "setFMUstate: the state is another FMU's"
+        assert started.last == "setFMUstate: the state belongs to another FMU"
         other.slave.freeFMUstate(state)
     started.slave.reset()
     started.start()

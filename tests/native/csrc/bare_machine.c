@@ -1,7 +1,7 @@
 #include "bare_machine.h"
 
-/* Arm's semihosting. Debuggers of Cortex-M take the breakpoint; QEMU's user mode, which runs the same
-   instructions as an application processor's, takes the supervisor call.                               */
+/* Arm's semihosting. Debuggers of Cortex-M use the breakpoint instruction; QEMU's user mode, which executes
+   the same instructions as an application processor, uses the supervisor call. */
 #if defined(CORTEX_M_SEMIHOSTING)
 #define ASK "bkpt 0xab"
 #else

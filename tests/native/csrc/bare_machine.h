@@ -1,4 +1,4 @@
-/* A Cortex-M7 without an operating system: it starts, says what it finds to the debugger, and ends. */
+/* A Cortex-M7 without an operating system: it starts, reports results to the debugger, and ends. */
 #ifndef BARE_MACHINE_H
 #define BARE_MACHINE_H
 

@@ -1,8 +1,8 @@
-/* An example's plant and controller for a long time: endurance STEPS TICKS
+/* Plant and controller of an example for a long time: endurance STEPS TICKS
 
-   STEPS of the plant, then TICKS of the closed loop at its reference. Prints bytes of the heap in use before
-   and after; of the ticks of the controller alone, in us, the median, the 99.9th percentile, the longest, and
-   the longest without what other programs took of it; and how many times faster than time the loop ran. */
+   Runs STEPS of the plant, then TICKS of the closed loop at its reference. Prints the bytes of the heap in
+   use before and after; the median, the 99.9th percentile and the maximum of the controller ticks in us, and
+   the maximum without the time that other programs used; and the real-time factor of the loop. */
 #include "example.h"
 #include "example_loop.h"
 

@@ -1,5 +1,5 @@
-/* The controller of an example, whose robot and settings are constant data and whose memory is static.
-   `example.h` is written by example.py.                                                                */
+/* The controller of an example, with robot and settings as constant data and with static memory. example.py
+   writes `example.h`. */
 #ifndef EXAMPLE_LOOP_H
 #define EXAMPLE_LOOP_H
 
@@ -8,12 +8,12 @@
 
 extern core *robot;
 extern control_loop *loop;
-extern size_t robot_size, loop_size; /* of the memory, in bytes */
+extern size_t robot_size, loop_size; /* size of the memory, in bytes */
 
-/* 0, or nonzero where the memory is too small. */
+/* Return 0, or nonzero if the memory is too small. */
 int example_open(void);
 
-/* An array of the robot. */
+/* Return an array of the robot. */
 real *robot_part(const char *name);
 
 #endif

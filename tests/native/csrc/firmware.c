@@ -1,5 +1,5 @@
-/* The controller of an example on a bare machine. Says what memory and stack it needs, and the forces of its
-   ticks as bits.                                                                                       */
+/* The controller of an example on a bare machine. Prints its use of memory and stack, and the forces of its
+   ticks as bits. */
 #include "bare_machine.h"
 #include "example.h"
 #include "example_loop.h"
@@ -9,7 +9,7 @@
 enum { PAINTED = 16384, TICKS = 20 };
 static const uint32_t PAINT = 0xdeadbeefu;
 
-/* Paint what is free below; later, how much of it is painted over. */
+/* Fill the free stack with a pattern; later, return how much of it was overwritten. */
 __attribute__((noinline)) static size_t stack(int look)
 {
     volatile uint32_t *here = __builtin_frame_address(0), *at;

@@ -1,8 +1,8 @@
-/* A host in C, without Python: steps an FMI 2.0 FMU with inputs that it makes up, and prints its outputs
-   bit for bit.
+/* A host in C, without Python: steps an FMI 2.0 FMU with synthetic inputs, and prints its outputs bit for
+   bit.
 
    Arguments: library, GUID, resource location, number of steps, step in ms, number of inputs, then value
-   references of the inputs and of the outputs. Every input swings about its start value.               */
+   references of the inputs and of the outputs. Every input oscillates about its start value. */
 #ifdef _WIN32
 #include <windows.h>
 #define OPEN(path) ((void *)LoadLibraryA(path))

@@ -1,7 +1,7 @@
 /* Opens damaged robot blobs: fuzz_blobs FIRST COUNT BLOB...
 
-   Each is rejected with a message, or is a robot that can be moved, evaluated and stepped. Prints how many
-   were rejected. The sanitizers that this is compiled with end it at anything else.                      */
+   Each blob is either rejected with a message, or is a robot that can be moved, evaluated and stepped.
+   Prints the number of rejected blobs. The program is compiled with sanitizers, which end it on any error. */
 #include "mutate.h"
 #include "sim_dart/csrc/core.h"
 #include "sim_dart/csrc/tangent/tangent.h"
@@ -16,7 +16,7 @@ static real *array(core *c, const char *name, size_t *length)
     return core_array(c, name, length);
 }
 
-/* Numbers that a simulation may come to, and now and then such as it may not. */
+/* Return values that can occur in a simulation, and occasionally invalid ones. */
 static real *numbers(uint64_t *state, size_t count)
 {
     const real odd[] = {NAN, INFINITY, -INFINITY, PRECISE(1e300, 1e37), 1e9, -1e9, 0};
@@ -38,7 +38,7 @@ static void use_laws(core *c, const real *qd, const real *u)
     core_advance(c, u, 1e-3);
 }
 
-/* Steps with their derivatives, from wherever the core is and with what pushes it: only with doubles. */
+/* Step with derivatives, from the current state and forces; only in double precision. */
 static void go_with_tangents(core *c, const real *f, const real *wrenches, const real *dq, const real *dqd)
 {
 #if !defined(CARDSFLOW_FLOAT)
@@ -110,11 +110,11 @@ static int is_refused(unsigned char *blob, size_t size, uint64_t *state)
 {
     char message[64] = "";
     const size_t needed = core_size(blob, size, message, sizeof message);
-    if (needed > (size_t)1 << 28) { /* a large robot, not a wrong one */
+    if (needed > (size_t)1 << 28) { /* a large but valid robot */
         free(blob);
         return 0;
     }
-    if (!needed && !*message) exit(3); /* without a reason */
+    if (!needed && !*message) exit(3); /* rejected without a message */
     void *memory = needed ? malloc(needed) : NULL;
     if (needed) {
         core *c = core_open(blob, size, memory);
@@ -129,7 +129,7 @@ static int is_refused(unsigned char *blob, size_t size, uint64_t *state)
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     uint64_t state = size;
-    unsigned char *blob = malloc(size + !size); /* of exactly its size */
+    unsigned char *blob = malloc(size + !size); /* with exactly its size */
     if (!blob) return 0;
     memcpy(blob, data, size);
     is_refused(blob, size, &state);

@@ -1,7 +1,7 @@
-/* libFuzzer's inputs as what hosts hand to an FMU: saved states, and the table of variables.
+/* libFuzzer inputs as data from hosts of an FMU: saved states, and the table of variables.
 
-   FUZZ_RESOURCES are those of a sound native FMU, FUZZ_SCRATCH is a folder to write in. With FUZZ_SEED a
-   sound state is written there, and nothing else is done.                                               */
+   FUZZ_RESOURCES are the resources of a valid native FMU, FUZZ_SCRATCH is a folder for output. With
+   FUZZ_SEED only a valid state is written to that folder. */
 #include "cardsflow_fmu/runtime/csrc/model/port_table.h"
 
 #include <stdint.h>
@@ -49,7 +49,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
             if (ports.ports[i].size && !strlen(ports.ports[i].name)) exit(3);
         port_table_free(&ports);
     } else if (!*text_get(&error))
-        exit(4); /* without a reason */
+        exit(4); /* failed without a message */
     text_free(&error);
     return 0;
 }
@@ -109,7 +109,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     }
     if (state) fmi2FreeFMUstate(c, &state);
     free(bytes);
-    fmi2FreeInstance(c), c = NULL; /* an FMU that failed stays so */
+    fmi2FreeInstance(c), c = NULL; /* a failed FMU cannot continue */
     return 0;
 }
 #endif

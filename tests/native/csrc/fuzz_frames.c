@@ -1,7 +1,7 @@
-/* libFuzzer's inputs as datagrams for the device and the controller in C, unsigned and signed.
+/* libFuzzer inputs as datagrams for the device and the controller in C, unsigned and signed.
 
-   An input is a byte, whether there is a key, and frames, each after its length in two bytes. Their
-   checksum, and signature, is made to fit, for no fuzzer would find it.                                 */
+   An input is a byte that enables the key, and frames, each preceded by its length in two bytes. Checksum
+   and signature are corrected, since no fuzzer would find them. */
 #define main program
 #include FUZZ_PROGRAM
 #undef main
@@ -35,7 +35,7 @@ static void take(const uint8_t *data, size_t size)
     if (size >= HEADER && data[5] != HELLO && state != IDLE) put((uint8_t *)data + 8, 4, run);
     receive(data, size, &from, now += 1000000);
     for (int i = 0; i < COMMANDS; i++)
-        if (!(command[i] >= 0 && command[i] <= 2 * F_MAX)) abort(); /* nobody pulls with that */
+        if (!(command[i] >= 0 && command[i] <= 2 * F_MAX)) abort(); /* no actuator reaches this force */
     if (state != IDLE) robot_advance(STEP);
 }
 #else

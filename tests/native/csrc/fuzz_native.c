@@ -1,8 +1,8 @@
 /* Opens damaged files of native FMUs: fuzz_native FIRST COUNT SCRATCH RESOURCES...
 
-   SCRATCH is a folder to write in; RESOURCES are those of sound FMUs. Each damaged native.bin is rejected
-   with a message, or is a model that can be stepped, saved and restored; half of them have a checksum
-   that fits. Prints how many were rejected.                                                              */
+   SCRATCH is a folder for output; RESOURCES are the resources of valid FMUs. Each damaged native.bin is
+   either rejected with a message, or is a model that can be stepped, saved and restored. Half of the files
+   have a correct checksum. Prints the number of rejected files. */
 #include "mutate.h"
 #include "cardsflow_fmu/runtime/csrc/native/open.h"
 
@@ -23,7 +23,7 @@ static uint32_t checksum(const unsigned char *bytes, size_t size)
     return ~crc;
 }
 
-/* Length and checksum as they should be. */
+/* Set the correct length and checksum. */
 static void seal(unsigned char *bytes, size_t size)
 {
     if (size < CHECKED_FROM) return;
@@ -55,13 +55,13 @@ static void restore(struct model *model)
     free(bytes);
 }
 
-/* Damaged settings may ask for very many steps: what takes long has been tried enough. */
+/* Return whether the time limit is exceeded: damaged settings may request a large number of steps. */
 static int is_long(clock_t begin)
 {
     return clock() - begin > CLOCKS_PER_SEC / 10;
 }
 
-/* A derivative of an output by one value, whatever that is. */
+/* Request the derivative of an output by a random value. */
 static void ask(struct model *model, const struct port_table *ports, uint64_t *state)
 {
     const double seed = 1;
@@ -90,7 +90,8 @@ static void use(struct model *model, const struct port_table *ports, uint64_t *s
     }
 }
 
-/* Whether the native.bin in `scratch` is rejected, next to the variables in `resources`; used if not. */
+/* Return whether the native.bin in `scratch`, with the variables in `resources`, is rejected; otherwise use
+   it. */
 static int is_refused(const char *scratch, const char *resources, uint64_t *state)
 {
     struct port_table ports;
@@ -98,7 +99,7 @@ static int is_refused(const char *scratch, const char *resources, uint64_t *stat
     struct text error = {0};
     if (port_table_read(&ports, resources, &error)) exit(2);
     const int refused = native_open(&model, &ports, scratch, &error);
-    if (refused && !*text_get(&error)) exit(3); /* without a reason */
+    if (refused && !*text_get(&error)) exit(3); /* rejected without a message */
     if (!refused) {
         use(&model, &ports, state);
         model.functions->close(&model);
@@ -108,7 +109,7 @@ static int is_refused(const char *scratch, const char *resources, uint64_t *stat
 }
 
 #if defined(CARDSFLOW_LIBFUZZER)
-/* The first byte chooses one of the folders in FUZZ_RESOURCES, that are numbered. */
+/* The first byte selects one of the numbered folders in FUZZ_RESOURCES. */
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     const char *scratch = getenv("FUZZ_SCRATCH"), *all = getenv("FUZZ_RESOURCES");

@@ -26,7 +26,7 @@ uint64_t draw(uint64_t *state)
     return z ^ z >> 31;
 }
 
-/* A place for `width` aligned bytes, more often near the beginning, where the counts are. */
+/* Return a position for `width` aligned bytes, more often near the beginning, which contains the counts. */
 static size_t place(uint64_t *state, size_t size, size_t safe, size_t width)
 {
     size_t end = size - width + 1;

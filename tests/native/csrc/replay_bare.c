@@ -1,4 +1,4 @@
-/* The replay on a bare machine: the vectors are part of the program, VECTORS is their file. */
+/* The replay on a bare machine: the vectors are part of the program; VECTORS is their file. */
 #include "bare_machine.h"
 #include "replay_vectors.h"
 
@@ -13,7 +13,7 @@ static size_t used;
 void *room(size_t size)
 {
     const size_t words = (size + 7) / 8, begin = used;
-    if (!size || words > sizeof arena / 8 - used) fail("no memory, or a size that is refused", "room");
+    if (!size || words > sizeof arena / 8 - used) fail("memory or size is rejected", "room");
     used += words;
     return arena + begin;
 }

@@ -18,7 +18,7 @@ void fail(const char *what, const char *name)
 void *room(size_t size)
 {
     void *memory = size ? malloc(size) : NULL;
-    if (!memory) fail("no memory, or a size that is refused", "room");
+    if (!memory) fail("memory or size is rejected", "room");
     return memory;
 }
 
@@ -38,7 +38,7 @@ static char *contents(const char *path, size_t *size)
 int main(int argc, char **argv)
 {
     size_t size;
-    if (argc != 2) fail("takes a file", argv[0]);
+    if (argc != 2) fail("requires a file", argv[0]);
     const char *bytes = contents(argv[1], &size);
     return replay_vectors(bytes, size);
 }

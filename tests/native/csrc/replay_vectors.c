@@ -1,8 +1,8 @@
 /* Replays vectors through the core and the control laws.
 
-   The vectors are a list of records, see vector_file.py. For every comparison a line is said: the digest of
-   the bits that came out, and the name. Needs nothing of a C library beyond what core and laws need, so that
-   it runs on a bare machine too.                                                                        */
+   The vectors are a list of records, see vector_file.py. Each comparison prints a line: the digest of the
+   resulting bits, and the name. The program uses the same part of the C library as core and laws, so that it
+   also runs on a bare machine. */
 #include "replay_vectors.h"
 
 #include "robot_terms.h"
@@ -20,7 +20,7 @@ typedef struct {
 static core *robot;
 static dual_newton *program;
 static control_loop *loop;
-static size_t n, m, k; /* coordinates, muscles, task coordinates that are followed */
+static size_t n, m, k; /* coordinates, muscles, controlled task coordinates */
 static real *positions, *forces; /* at every tick of the last run */
 static size_t ticks;
 
@@ -29,7 +29,7 @@ static real *room_for(size_t count)
     return room((count + 1) * sizeof(real));
 }
 
-/* --------------------------------------------------------------------------------- what has a name */
+/* --------------------------------------------------------------------------------- named arrays */
 
 static real *core_part(const char *name)
 {
@@ -45,7 +45,7 @@ static real *find(const char *name, size_t *length)
     if (!strncmp(name, "loop.", 5)) found = control_loop_array(loop, name + 5, length);
     if (!strcmp(name, "run.q")) *length = ticks * n, found = positions;
     if (!strcmp(name, "run.forces")) *length = ticks * m, found = forces;
-    if (!found) fail("there is no such array", name);
+    if (!found) fail("unknown array", name);
     return found;
 }
 
@@ -96,7 +96,7 @@ static void open_robot(const real *blob, uint64_t count)
     core_array(robot, "lengths", &m);
 }
 
-/* Everything at q, qd and muscle forces f; `coriolis` is left with C + G. */
+/* Compute all quantities at q, qd and muscle forces f; `coriolis` then contains C + G. */
 static void visit(const real *q, const real *qd, const real *f)
 {
     real *none = room_for(n);
@@ -121,7 +121,7 @@ static void open_loop(const real *rows, uint64_t count)
     loop = control_loop_open(&asked, (int)n, (int)m, (int)k, room(control_loop_size((int)n, (int)m, (int)k)));
 }
 
-/* values: period; step of the plant; its steps a period; q, qd at the start; reference of every tick */
+/* values: period; step of the plant; number of steps per period; q, qd at the start; reference of every tick */
 static void run(const real *values, uint64_t count)
 {
     const size_t r = k ? k : n;
@@ -136,12 +136,12 @@ static void run(const real *values, uint64_t count)
     control_loop_reset(loop);
     for (size_t t = 0; t < ticks; t++) {
         if (control_loop_tick(loop, period, q, qd, reference + 3 * r * t, still) >= COMPUTED_TORQUE_FAILED)
-            fail("the law fails", "run");
+            fail("the law failed", "run");
         const real *acting = control_loop_array(loop, "acting", &length);
         memcpy(core_part("q"), q, n * sizeof(real));
         memcpy(core_part("qd"), qd, n * sizeof(real));
         core_move(robot, q);
-        if (core_step(robot, acting, NULL, step, (int32_t)values[2])) fail("the plant diverges", "run");
+        if (core_step(robot, acting, NULL, step, (int32_t)values[2])) fail("the plant diverged", "run");
         memcpy(q, core_part("q"), n * sizeof(real));
         memcpy(qd, core_part("qd"), n * sizeof(real));
         memcpy(positions + t * n, q, n * sizeof(real));

@@ -1,14 +1,14 @@
-/* The replay of vectors, and what it asks of the machine that it runs on. */
+/* The replay of vectors, and the functions that the machine must provide. */
 #ifndef REPLAY_VECTORS_H
 #define REPLAY_VECTORS_H
 
 #include <stddef.h>
 
-/* 0 if all that came out is as near to what is expected as the vectors ask. */
+/* Return 0 if all results agree with the expected ones within the tolerances of the vectors. */
 int replay_vectors(const char *bytes, size_t size);
 
-void *room(size_t size);      /* memory, 8-byte aligned, never given back */
-void say(const char *text);   /* to whoever watches */
-void fail(const char *what, const char *name); /* say it and end */
+void *room(size_t size);      /* return memory, 8-byte aligned, never freed */
+void say(const char *text);   /* print a text */
+void fail(const char *what, const char *name); /* print a message and end */
 
 #endif

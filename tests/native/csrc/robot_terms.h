@@ -1,4 +1,4 @@
-/* What a control loop asks of a robot, from its core: `terms` and `tasks` of a control_robot. */
+/* Functions of a robot for a control loop, by its core: `terms` and `tasks` of a control_robot. */
 #ifndef ROBOT_TERMS_H
 #define ROBOT_TERMS_H
 
@@ -9,7 +9,7 @@
 
 typedef struct {
     core *robot;
-    const real *rows; /* of the task coordinates that are followed */
+    const real *rows; /* of the controlled task coordinates */
     size_t count;
 } robot_and_rows;
 

@@ -58,7 +58,7 @@ def test_mutated_blobs_are_rejected_or_can_be_moved() -> None:
         ("parent", [-1, 1], "frame 1: parent 1"),
         ("parent", [-2, 0], "frame 0: parent -2"),
         ("motion", [0, 7], "frame 1: unknown motion 7"),
-        ("coordinate", [0, 3], "frame 1: there is no coordinate 3"),
+        ("coordinate", [0, 3], "frame 1: unknown coordinate 3"),
         ("axis", [[0, 2, 0], [0, 1, 0]], "frame 0: its axis"),
         ("offset_rotation", [np.eye(3), np.ones((3, 3))], "frame 1: its rotation"),
         ("offset_position", [[0, 0, np.nan], [0, 0, 0]], "frame 0: its position"),
@@ -75,7 +75,7 @@ def test_mutated_blobs_are_rejected_or_can_be_moved() -> None:
         ("lower", [0, 2], "coordinate 1: its limits"),
         ("upper", [np.nan, 1], "coordinate 0: its limits"),
         ("armature", [0, 0, -1], "coordinate 2: its armature"),
-        ("limit_variable", [3], "limit force 0: there is no variable 3"),
+        ("limit_variable", [3], "limit force 0: unknown variable 3"),
         ("limit_numbers", [-1, 1, 0, 3, 0.1, 0], "limit force 0: its numbers"),
         ("variable_terms", [0, 1, 1], "variable 1: it cannot have 1 functions"),
         ("variable_terms", [0, 0, 3], "variable 2: it cannot have 3 functions"),
@@ -88,16 +88,16 @@ def test_mutated_blobs_are_rejected_or_can_be_moved() -> None:
         ("term_size", [1, 3], "the functions' numbers do not add up to 17"),
         ("term_number", [0, 1, *[np.inf] * 15], "numbers are not finite"),
         ("term_number", [0, 1, *np.arange(15.0)[::-1]], "function 1: its pieces are out of order"),
-        ("gravity", [0, 0, np.nan], "no finite gravity"),
+        ("gravity", [0, 0, np.nan], "gravity is not finite"),
         ("muscle_points", [1], "muscle 0: fewer"),
         ("muscle_points", [3], "do not add up"),
         ("muscle_bends", [1], "muscle 0: its cable does not have 1 bends"),
         ("presliding", [0.0], "muscle 0: its presliding"),
-        ("point_frame", [-1, 2], "via point 1: there is no frame 2"),
+        ("point_frame", [-1, 2], "via point 1: unknown frame 2"),
         ("point_position", [[0, 0, 0], [np.inf, 0, 0]], "via point 1: its position"),
         ("task_kind", [2], "task 0: unknown kind 2"),
         ("task_rotation", [np.ones((3, 3))], "task 0: its rotation"),
-        ("task_frame", [5], "task 0: there is no frame 5"),
+        ("task_frame", [5], "task 0: unknown frame 5"),
     ],
 )
 def test_invalid_field_is_named(field: str, value: object, message: str) -> None:
@@ -151,7 +151,7 @@ def test_invalid_field_is_named(field: str, value: object, message: str) -> None
 def test_message_is_truncated_at_its_capacity(capacity: int) -> None:
     blob = np.frombuffer(compile_blob(planar_2r()), np.float64)
     message = ctypes.create_string_buffer(b"?" * 64, 64)
-    whole = f"the blob has {blob.nbytes - 8} bytes, its header promises {blob.nbytes}"
+    whole = f"the blob has {blob.nbytes - 8} bytes, its header specifies {blob.nbytes}"
     assert library().core_size(blob.ctypes.data, blob.nbytes - 8, message, capacity) == 0
     assert message.value.decode() == whole[: capacity - 1]
     assert message.raw[capacity:] == (b"?" * 64)[capacity:]

@@ -95,7 +95,7 @@ def _fields() -> list[str]:
 def test_blob_with_invalid_law_is_rejected() -> None:
     Core(_blob())
     for kind in (-1, len(MUSCLE_LAWS), 2**31 - 1):
-        with pytest.raises(CardsflowError, match=f"muscle 0: unknown tension law {kind}"):
+        with pytest.raises(CardsflowError, match=f"muscle 0: unknown muscle law {kind}"):
             Core(_blob(law_kind=[kind]))
     sound = list(law_parameters(CableModel("hill_degroote2016", tuple(HILL.items()))).values())
     for wrong in (sound[:-1], [*sound, 1.0], []):

@@ -23,7 +23,7 @@ static struct instance *instance_of(fmi2Component c)
     return ((struct component *)c)->instance;
 }
 
-/* Answers a call for something that there is not; the instance stays as it is. */
+/* Reject a call of an unsupported function. The state of the instance does not change. */
 static fmi2Status refuse(fmi2Component c, enum status status, const char *text)
 {
     if (c)
@@ -158,14 +158,14 @@ FMI2_Export fmi2Status fmi2Reset(fmi2Component c)
 
 /* Variables */
 
-/* Whether the arrays can be used; else the instance has failed. */
+/* Return whether the arrays are valid; otherwise the instance fails. */
 static int has_arrays(fmi2Component c, const void *vr, size_t nvr, const void *value)
 {
     if (!c)
         return 0;
     if (nvr == 0 || (vr && value))
         return 1;
-    instance_fail(instance_of(c), "a variable was got or set with a null pointer");
+    instance_fail(instance_of(c), "null pointer in access to a variable");
     return 0;
 }
 
@@ -212,7 +212,7 @@ FMI2_Export fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference 
     return (fmi2Status)set_variables(instance_of(c), &SET_BOOLEAN, scalars(vr, nvr), value);
 }
 
-/* No variable is an integer or a string. */
+/* Reject access to integers or strings, which no FMU has. */
 static fmi2Status no_variables_of_type(fmi2Component c, size_t nvr)
 {
     if (c && nvr == 0)

@@ -4,16 +4,16 @@
 
 #include <string.h>
 
-/* Hosts cut messages off; FMPy does so behind 2047 bytes. */
+/* Hosts truncate messages; FMPy does so after 2047 bytes. */
 enum { MAX_MESSAGE = 2000 };
 
-/* The message is a printf format, in which "#r0#" means a variable. */
+/* The message is a printf format, in which "#r0#" refers to a variable. */
 static int is_special(char c)
 {
     return c == '%' || c == '#';
 }
 
-/* How many bytes fit into one message: up to the end, a line break, or the end of a character. */
+/* Return how many bytes to put into one message: up to the end, a line break, or the end of a character. */
 static size_t piece_length(const char *text)
 {
     size_t width = 0, line = 0, i = 0;
@@ -29,7 +29,7 @@ static size_t piece_length(const char *text)
     return i;
 }
 
-/* Copies with doubled special characters, and a question mark for what is not UTF-8. */
+/* Copy the text with doubled special characters, and question marks for bytes that are not UTF-8. */
 static void escape(char *out, const char *text, size_t length)
 {
     for (const char *end = text + length; text < end; text += utf8_next(text)) {
@@ -42,8 +42,7 @@ static void escape(char *out, const char *text, size_t length)
     *out = '\0';
 }
 
-/* The text is the format itself, without arguments: hosts whose logger is a ctypes function do not
- * see arguments. */
+/* The text is the format, without arguments: a logger that is a ctypes function does not receive arguments. */
 void fmi2_log_write(void *context, enum status status, const char *text)
 {
     const struct fmi2_log *log = context;

@@ -156,7 +156,7 @@ FMI3_Export fmi3Status fmi3GetDirectionalDerivative(
 
 /* Co-simulation */
 
-/* Tells the importer, who may get variables meanwhile, of a step that is done. */
+/* Inform the importer about a completed step; it may get variables in the callback. */
 static void update(const struct fmi3_component *component)
 {
     fmi3Boolean early_return_requested = fmi3False;

@@ -1,4 +1,5 @@
-/* FMI 3.0: what this FMU does not have. Each function rejects; the instance stays as it is. */
+/* Unsupported functions of FMI 3.0. Each of them reports an error; the state of the instance does not
+   change. */
 #include "fmi3_types.h"
 
 #include "fmi3_component.h"

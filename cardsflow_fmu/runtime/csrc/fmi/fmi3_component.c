@@ -9,7 +9,7 @@ struct instance *fmi3_instance(fmi3Instance instance)
     return instance ? ((struct fmi3_component *)instance)->instance : NULL;
 }
 
-/* Replaces what is not UTF-8 by question marks. */
+/* Replace bytes that are not UTF-8 by question marks. */
 static void clean(char *text)
 {
     for (; *text; text += utf8_next(text))

@@ -1,4 +1,4 @@
-/* What an FMI 3 instance pointer points to. */
+/* Data of an FMI 3 instance pointer. */
 #ifndef FMI3_COMPONENT_H
 #define FMI3_COMPONENT_H
 
@@ -12,13 +12,13 @@ struct fmi3_component {
     struct instance *instance;
 };
 
-/* The instance, NULL for a null pointer. */
+/* Return the instance, or NULL for a null pointer. */
 struct instance *fmi3_instance(fmi3Instance instance);
 
 /* A log_writer; the context is a struct fmi3_component. */
 void fmi3_log_write(void *context, enum status status, const char *text);
 
-/* Answers a call for something that there is not; the instance stays as it is. */
+/* Reject a call of an unsupported function. The state of the instance does not change. */
 fmi3Status fmi3_refuse(fmi3Instance instance, enum status status, const char *text);
 
 #endif

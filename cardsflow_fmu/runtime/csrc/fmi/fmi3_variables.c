@@ -4,7 +4,7 @@
 #include "../instance/variables.h"
 #include "fmi3_component.h"
 
-/* Whether the arrays can be used; else the instance has failed. */
+/* Return whether the arrays are valid; otherwise the instance fails. */
 static int has_arrays(fmi3Instance instance, const void *references, size_t count,
                       const void *values, size_t value_count)
 {
@@ -12,7 +12,7 @@ static int has_arrays(fmi3Instance instance, const void *references, size_t coun
         return 0;
     if ((references || count == 0) && (values || value_count == 0))
         return 1;
-    instance_fail(fmi3_instance(instance), "a variable was got or set with a null pointer");
+    instance_fail(fmi3_instance(instance), "null pointer in access to a variable");
     return 0;
 }
 

@@ -18,14 +18,14 @@ static enum status refuse(struct instance *instance, const char *why)
     return STATUS_ERROR;
 }
 
-/* Whether the reference names a real variable. */
+/* Return whether the reference refers to a real variable. */
 static int is_real(const struct port_table *ports, uint32_t reference)
 {
     return reference < ports->count && ports->ports[reference].size > 0 &&
            ports->ports[reference].type == PORT_REAL;
 }
 
-/* Takes the elements of every variable, of which there must be `expected`. NULL, or what is wrong. */
+/* Read the elements of all variables; their number must be `expected`. Return NULL, or an error message. */
 static const char *expand(const struct port_table *ports, const uint32_t *references, size_t count,
                           size_t expected, struct indices *indices)
 {
@@ -56,7 +56,7 @@ static const char *check(const struct port_table *ports, const struct derivative
     return NULL;
 }
 
-/* NULL, or what is wrong. */
+/* Compute the derivatives. Return NULL, or an error message. */
 static const char *ask(struct instance *instance, const struct derivative *request)
 {
     struct model *model = &instance->model;

@@ -1,4 +1,4 @@
-/* Directional derivatives of an instance's outputs. */
+/* Directional derivatives of the outputs of an instance. */
 #ifndef DERIVATIVE_H
 #define DERIVATIVE_H
 
@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* A question in value references; an array counts with all of its elements. */
+/* A request in value references; an array includes all of its elements. */
 struct derivative_call {
     const uint32_t *unknowns;
     size_t unknown_count;
@@ -19,8 +19,8 @@ struct derivative_call {
     size_t answer_count;
 };
 
-/* In initialization mode, of the outputs at the start; later, of the outputs behind a step of the
- * preferred length. A refusal leaves the instance as it is. */
+/* Compute derivatives: in initialization mode, of the outputs at the start; later, of the outputs after a
+ * step of the preferred length. After an error the state of the instance does not change. */
 enum status get_directional_derivative(struct instance *instance,
                                        const struct derivative_call *call);
 

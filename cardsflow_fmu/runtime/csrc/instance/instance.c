@@ -41,7 +41,7 @@ int instance_allows(struct instance *instance, const char *call, unsigned life_c
 {
     if (instance->life_cycle & life_cycles)
         return 1;
-    if (instance->life_cycle != FAILED) /* what failed was reported then, once */
+    if (instance->life_cycle != FAILED) /* a failure was reported when it occurred */
         instance_fail(instance, "%s: out of order, the instance is %s", call,
                       life_cycle_name(instance->life_cycle));
     return 0;
@@ -121,7 +121,7 @@ enum status instance_set_up(struct instance *instance, const char *call, double 
     if (!instance_allows(instance, call, INSTANTIATED))
         return STATUS_ERROR;
     if (!isfinite(start_time) || !(stop_time >= start_time))
-        return instance_fail(instance, "%s: no time from %.12g s to %.12g s", call, start_time,
+        return instance_fail(instance, "%s: invalid time from %.12g s to %.12g s", call, start_time,
                              stop_time);
     instance->is_set_up = 1;
     instance->start_time = instance->time = start_time;
@@ -151,7 +151,7 @@ enum status instance_exit_initialization_mode(struct instance *instance)
     return STATUS_OK;
 }
 
-/* The rounding of hosts that keep their own time; a hair next to the step. */
+/* Return the tolerance for rounding errors of hosts that compute their own time, relative to the step. */
 static double time_tolerance(double time, double step)
 {
     return 1e-6 * step + 16 * DBL_EPSILON * fabs(time);
@@ -187,7 +187,7 @@ enum status instance_step(struct instance *instance, double time, double step)
     return STATUS_OK;
 }
 
-/* What has failed lets go too: it is safety that may hang on it. */
+/* Terminate. A failed instance also releases its devices, for safety. */
 enum status instance_terminate(struct instance *instance)
 {
     int (*terminate)(struct model *) = instance->model.functions->terminate;

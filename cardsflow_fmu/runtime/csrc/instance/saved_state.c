@@ -15,9 +15,9 @@ struct header {
     uint32_t life_cycle;
     uint32_t is_set_up;
     uint32_t initialization_is_due;
-    uint64_t size;     /* of the whole block, in bytes */
+    uint64_t size;     /* size of the whole block, in bytes */
     uint64_t guid;     /* hash of the GUID: a state belongs to one FMU */
-    uint64_t count;    /* of values */
+    uint64_t count;    /* number of values */
     double start_time, stop_time, time;
 };
 
@@ -35,7 +35,7 @@ static size_t values_size(const struct instance *instance)
     return instance->ports.count * sizeof(double);
 }
 
-/* A model that is not initialized yet has nothing to remember but the values. */
+/* Get the state of the model. Before initialization it consists of the values only. */
 static int take_model_state(struct instance *instance, void **bytes, size_t *size)
 {
     if (instance->initialization_is_due)
@@ -111,7 +111,7 @@ static int is_consistent(const struct header *header)
     }
 }
 
-/* Whether inputs and parameters are such as can be set. */
+/* Return whether inputs and parameters are finite. */
 static int are_finite(const struct instance *instance, const unsigned char *values)
 {
     for (size_t i = 0; i < instance->ports.count; i++) {
@@ -123,7 +123,7 @@ static int are_finite(const struct instance *instance, const unsigned char *valu
     return 1;
 }
 
-/* What is wrong with serialized bytes, or NULL. */
+/* Return the error in serialized bytes, or NULL. */
 static const char *check(const struct instance *instance, const void *bytes, size_t size)
 {
     struct header header;
@@ -136,7 +136,7 @@ static const char *check(const struct instance *instance, const void *bytes, siz
     if (header.size != size)
         return "has another length than it had when it was serialized";
     if (header.guid != hash(instance->ports.guid) || header.count != instance->ports.count)
-        return "is another FMU's";
+        return "belongs to another FMU";
     if (!is_consistent(&header) ||
         !are_finite(instance, (const unsigned char *)bytes + sizeof header))
         return "is damaged";
@@ -171,7 +171,7 @@ static void restore_values(struct instance *instance, const struct saved_state *
     memcpy(instance->model.values, saved_values(saved), values_size(instance));
 }
 
-/* Whether a parameter has another value than the one that the model goes by. */
+/* Return whether a parameter differs from the value that the model uses. */
 static int parameters_differ(const struct instance *instance, const struct saved_state *saved)
 {
     for (size_t i = 0; i < instance->ports.count; i++)
@@ -192,7 +192,8 @@ static void restore_header(struct instance *instance, const struct header *heade
     instance->time = header->time;
 }
 
-/* The values go in first, for a model that computes from them, and last, to be the same bits. */
+/* Restore the model. The values are copied first, for a model that computes from them, and again last, to be
+   bit-identical. */
 static enum status restore_model(struct instance *instance, const struct saved_state *saved)
 {
     size_t fixed = sizeof(struct header) + values_size(instance);
@@ -212,7 +213,7 @@ static enum status reset_model(struct instance *instance, const struct saved_sta
     return STATUS_OK;
 }
 
-/* A model without the parameters of the state has to take them over before its own bytes fit. */
+/* Initialize a model that uses other parameters than the state, so that it accepts the bytes. */
 static enum status prepare_model(struct instance *instance, const struct saved_state *saved)
 {
     if (reset_model(instance, saved) != STATUS_OK)

@@ -1,4 +1,4 @@
-/* The state functions of FMI 2 and FMI 3: the same but for their names. */
+/* The state functions of FMI 2 and FMI 3, which differ only in their names. */
 #ifndef STATE_CALLS_H
 #define STATE_CALLS_H
 
@@ -6,8 +6,8 @@
 
 #include <stddef.h>
 
-/* States are saved_states behind void pointers. A null pointer is rejected, and the instance stays as
- * it is; it may itself be NULL. A state that *state holds already is replaced. */
+/* States are saved_states behind void pointers. A null pointer is rejected without changing the state of the
+ * instance; the instance may also be NULL. If *state is a state, it is replaced. */
 enum status state_get(struct instance *instance, void **state);
 enum status state_set(struct instance *instance, const void *state);
 enum status state_free(void **state);

@@ -5,12 +5,12 @@
 
 static const char *const TYPE_NAMES[PORT_TYPES] = {"real", "boolean"};
 
-/* The variable, or NULL after the instance has failed. */
+/* Return the variable, or NULL after the instance has failed. */
 static const struct port *find(struct instance *instance, const char *call, uint32_t reference,
                                enum port_type type)
 {
     if (reference >= instance->ports.count) {
-        instance_fail(instance, "%s: there is no value reference %lu; the last one is %ld", call,
+        instance_fail(instance, "%s: unknown value reference %lu; the last one is %ld", call,
                       (unsigned long)reference, (long)instance->ports.count - 1);
         return NULL;
     }
@@ -37,7 +37,7 @@ static unsigned settable_in(const struct port *port)
     return INSTANTIATED | INITIALIZATION_MODE | STEP_MODE;
 }
 
-/* Whether the variable may be set now; else the instance has failed. */
+/* Return whether the variable may be set now; otherwise the instance fails. */
 static int may_set(struct instance *instance, const char *call, uint32_t reference,
                    enum port_type type)
 {
@@ -70,7 +70,7 @@ static void end_set(struct instance *instance)
         instance->initialization_is_due = 1;
 }
 
-/* Whether `left` of the host's values are enough for a variable of this size. */
+/* Return whether `left` values of the host are enough for a variable of this size. */
 static int has_room(struct instance *instance, const char *call, const struct port *port,
                     size_t left)
 {
@@ -81,7 +81,7 @@ static int has_room(struct instance *instance, const char *call, const struct po
     return 0;
 }
 
-/* Remainder of the host's values once every variable has had its own must be nothing. */
+/* Check that no values of the host remain after the last variable. */
 static enum status check_left(struct instance *instance, const char *call, size_t left)
 {
     if (left == 0)
@@ -90,7 +90,7 @@ static enum status check_left(struct instance *instance, const char *call, size_
                          (unsigned long)left);
 }
 
-/* Copies values to the host's, from `at` on. */
+/* Copy values to those of the host, from `at` on. */
 static void write_values(void *host, size_t at, enum representation as, const double *values,
                          size_t count)
 {
@@ -110,7 +110,7 @@ static void write_values(void *host, size_t at, enum representation as, const do
     }
 }
 
-/* Copies the host's values, from `at` on; they are finite. */
+/* Copy values of the host, from `at` on; they must be finite. */
 static void read_values(const void *host, size_t at, enum representation as, double *values,
                         size_t count)
 {
@@ -130,7 +130,7 @@ static void read_values(const void *host, size_t at, enum representation as, dou
     }
 }
 
-/* Whether the host's values from `at` on can be set; else the instance has failed. */
+/* Return whether the values of the host, from `at` on, are finite; otherwise the instance fails. */
 static int are_finite(struct instance *instance, const struct access *access, const char *name,
                       const void *host, size_t at, size_t count)
 {
@@ -145,13 +145,13 @@ static int are_finite(struct instance *instance, const struct access *access, co
     return 1;
 }
 
-/* The independent variable: its reference is the first behind those of the values. */
+/* Return whether this is the independent variable, whose reference is the first after those of the values. */
 static int is_time(const struct instance *instance, uint32_t reference, enum port_type type)
 {
     return reference == instance->ports.count && type == PORT_REAL && instance->has_time_variable;
 }
 
-/* How many values one variable has given; 0 after the instance has failed. */
+/* Get a variable. Return its number of values; 0 after the instance has failed. */
 static size_t get_variable(struct instance *instance, const struct access *access,
                            uint32_t reference, void *values, size_t at, size_t left)
 {

@@ -1,4 +1,4 @@
-/* Getting and setting the variables of an instance. */
+/* Access to the variables of an instance. */
 #ifndef VARIABLES_H
 #define VARIABLES_H
 
@@ -7,17 +7,17 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* What the host's values are, in C. */
+/* C type of the values of the host. */
 enum representation { AS_DOUBLE, AS_INT, AS_BOOL };
 
-/* A kind of access: how FMI calls it, which variables are meant, and what the host passes. */
+/* A kind of access: name of the FMI function, type of the variables, and type of the values of the host. */
 struct access {
     const char *call;
     enum port_type type;
     enum representation representation;
 };
 
-/* The variables to get or set, and the host's values, one variable behind the other. */
+/* The variables to get or set, and the values of the host, variable after variable. */
 struct variables {
     const uint32_t *references;
     size_t count;

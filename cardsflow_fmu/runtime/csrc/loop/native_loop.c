@@ -7,11 +7,11 @@ struct native_loop {
     int32_t count, turns_count, columns_count, before;
     const int32_t *turns, *copies, *columns, *timer;
     const double *changes;
-    struct opened_model *models[]; /* count of them */
+    struct opened_model *models[]; /* `count` models */
 };
 
-enum { MODEL, EVERY, COPIES, STAGE, TURN }; /* of a turn */
-enum { SOURCE, FROM, TARGET, TO, COPY };    /* of a copy */
+enum { MODEL, EVERY, COPIES, STAGE, TURN }; /* columns of a turn */
+enum { SOURCE, FROM, TARGET, TO, COPY };    /* columns of a copy */
 
 struct native_loop *native_loop_open(int32_t count, struct opened_model *const *models)
 {
@@ -94,13 +94,13 @@ static void copy(const struct native_loop *loop, int32_t first, int32_t count)
         const int32_t *way = loop->copies + COPY * i;
         const double *change = loop->changes + 2 * i;
         const double value = loop->models[way[SOURCE]]->model.values[way[FROM]];
-        const int is_same = change[0] == 1 && change[1] == 0; /* which keeps a negative zero */
+        const int is_same = change[0] == 1 && change[1] == 0; /* an exact copy preserves a negative zero */
         loop->models[way[TARGET]]->model.values[way[TO]] = is_same ? value : change[0] * value + change[1];
     }
 }
 
-/* The turns of one stage: inputs for all of them, then their steps. `turn` and `at` move on to the next
- * stage's turns and copies. 0, or 1 + the model that failed. */
+/* Run the turns of one stage: copy the inputs of all of them, then step them. `turn` and `at` advance to the
+ * turns and copies of the next stage. Return 0, or 1 + the model that failed. */
 static int advance(struct native_loop *loop, int64_t k, double step, int32_t *turn, int32_t *at, double *time)
 {
     const int32_t *turns = loop->turns, begin = *turn, stage = turns[TURN * begin + STAGE];

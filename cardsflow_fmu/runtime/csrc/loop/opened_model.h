@@ -1,4 +1,4 @@
-/* A native model in the program that opens it, on memory of that program: what Python binds with ctypes.
+/* A native model in a host program that provides its memory; Python uses it with ctypes.
  *
  * Every model must be called from one thread at a time. */
 #ifndef OPENED_MODEL_H
@@ -23,34 +23,35 @@ struct opened_model {
     void *state; /* the bytes of native_model_get_state */
 };
 
-/* The layout of a kind of model, 0 plant, 1 controller, 2 reference, 3 sensors, 4 estimator: see native/layout.h.
- * NULL if there is no such kind. */
+/* Return the layout of a kind of model, 0 plant, 1 controller, 2 reference, 3 sensors, 4 estimator: see
+ * native/layout.h. Return NULL for other kinds. */
 NATIVE_API const char *native_model_layout(int32_t kind);
 NATIVE_API uint32_t native_model_layout_hash(int32_t kind);
 
-/* Opens a model from the contents of its native.bin and its ports.bin, which are copied. Its variables are in
- * `values`, which must outlive it and hold the start values now. NULL with a message. */
+/* Open a model from the contents of its native.bin and its ports.bin, which are copied. The variables are in
+ * `values`, which must contain the start values and outlive the model. Return NULL with a message on
+ * failure. */
 NATIVE_API struct opened_model *native_model_open(const void *file, size_t size, const void *ports,
                                                   size_t ports_size, double *values, char *message,
                                                   size_t capacity);
 NATIVE_API void native_model_close(struct opened_model *opened);
 
-/* Each returns 0, or nonzero with a message: see model_functions. Times are in s. */
+/* Each function returns 0, or nonzero with a message: see model_functions. Times are in s. */
 NATIVE_API int native_model_initialize(struct opened_model *opened, double t);
 NATIVE_API int native_model_step(struct opened_model *opened, double t, double h);
-/* The bytes are the model's, and stay until the next call. */
+/* The bytes belong to the model and are valid until the next call. */
 NATIVE_API int native_model_get_state(struct opened_model *opened, void **bytes, size_t *size);
 NATIVE_API int native_model_set_state(struct opened_model *opened, const void *bytes, size_t size);
 NATIVE_API int native_model_derivative(struct opened_model *opened, double t, double h, size_t unknown_count,
                                        const uint32_t *unknowns, size_t known_count, const uint32_t *knowns,
                                        const double *seeds, double *answers);
 
-/* What Python does for a controller: see native/controller/controller.h. */
+/* Set Python functions of a controller: see native/controller/controller.h. */
 NATIVE_API int native_model_use(struct opened_model *opened, const control_law *law,
                                 const struct muscle_functions *muscles);
 NATIVE_API double *native_model_array(struct opened_model *opened, const char *name, size_t *length);
 
-/* What was wrong last. */
+/* Return the last error message. */
 NATIVE_API const char *native_model_message(const struct opened_model *opened);
 
 #endif

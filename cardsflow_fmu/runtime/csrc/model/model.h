@@ -1,4 +1,4 @@
-/* The seam between FMI and whatever computes: a table of functions that a backend fills in. */
+/* Interface between FMI and the model: a table of functions that a backend fills in. */
 #ifndef MODEL_H
 #define MODEL_H
 
@@ -9,7 +9,7 @@
 
 struct model;
 
-/* A question for a directional derivative: unknowns and knowns are indices into `model->values`. */
+/* A request for directional derivatives: unknowns and knowns are indices into `model->values`. */
 struct derivative {
     size_t unknown_count;
     const uint32_t *unknowns;
@@ -19,28 +19,29 @@ struct derivative {
     double *answers;     /* one for each unknown, to be filled in */
 };
 
-/* Each returns 0, or nonzero with the reason in `model->error`. */
+/* Each returns 0, or nonzero with a message in `model->error`. */
 struct model_functions {
-    /* Takes over the parameters, goes to the start state and computes the outputs there. */
+    /* Apply the parameters, go to the start state and compute the outputs there. */
     int (*initialize)(struct model *model);
-    /* Advances from clock[0] by clock[1] with the inputs unchanged. */
+    /* Advance from clock[0] by clock[1] with constant inputs. */
     int (*step)(struct model *model);
-    /* Back to the start values; also the way out after a failure. */
+    /* Restore the start values; also used after a failure. */
     int (*reset)(struct model *model);
-    /* Lets go of what is held beyond the process; outputs stay readable, and a reset leads back. NULL
-     * when the backend holds nothing. */
+    /* Release resources outside of the process; outputs stay readable, and a reset is possible. NULL if the
+     * backend has no such resources. */
     int (*terminate)(struct model *model);
-    /* What the model remembers beyond `values`, as bytes on the heap that the caller frees. */
+    /* Return the internal state beyond `values`, as bytes on the heap that the caller frees. */
     int (*get_state)(struct model *model, void **bytes, size_t *size);
     int (*set_state)(struct model *model, const void *bytes, size_t size);
-    /* How the unknowns change with the knowns, at the present state, which stays as it is. NULL when
-     * the backend offers none; a model that offers none answers with a failure that does no harm. */
+    /* Compute derivatives of the unknowns by the knowns, at the current state, which does not change. NULL
+     * if the backend does not support derivatives; a model without derivatives returns a failure without
+     * other effects. */
     int (*derivative)(struct model *model, const struct derivative *request);
     void (*close)(struct model *model);
 };
 
-/* The memory of clock and values is the backend's, so that it can be shared with where the model
- * runs and last as long as anything there looks at it. */
+/* The backend owns the memory of clock and values, so that it can share the memory with another process and
+ * keep it until all users have released it. */
 struct model {
     const struct model_functions *functions;
     void *backend;

@@ -11,7 +11,7 @@ enum { FORMAT_VERSION = 2, VALUE_SIZE = 8 };
 
 static const char MAGIC[8] = {'C', 'A', 'R', 'D', 'S', 'F', 'M', 'U'};
 
-/* Takes values off the front; once the bytes have run out it is damaged, and gives zeros. */
+/* Reads values from the front. If the bytes are exhausted, the reader is damaged and returns zeros. */
 struct reader {
     const unsigned char *at;
     size_t left;
@@ -79,7 +79,7 @@ static int is_consistent(const struct port *port)
     return port->variability != VARIABILITY_CONTINUOUS && (port->start == 0 || port->start == 1);
 }
 
-/* Fills in the ports of the next variable, which may have at most `room` values; how many it has. */
+/* Read the ports of the next variable, which may have at most `room` values. Return its number of values. */
 static size_t take_variable(struct reader *reader, struct port *ports, size_t room)
 {
     struct port port;
@@ -116,7 +116,7 @@ static void take_variables(struct reader *reader, struct port_table *table)
         reader->damaged = 1;
 }
 
-/* 0 unless everything is as the format says and nothing is left over. */
+/* Read the table. Return 0 if all fields have the format and no bytes remain. */
 static int take_table(struct reader *reader, struct port_table *table)
 {
     table->guid = take_string(reader);
@@ -159,7 +159,7 @@ static const char *take_header(struct reader *reader, size_t size)
     return crc == crc32(reader->at, reader->left) ? NULL : "is damaged";
 }
 
-/* What is wrong, or NULL. */
+/* Return the error, or NULL. */
 static const char *parse(struct port_table *table, size_t size)
 {
     struct reader reader = {table->file, size, 0};

@@ -1,4 +1,4 @@
-/* In the library of native FMUs, in the place of backend.c: no model but a native one. */
+/* Replaces backend.c in the library of native FMUs: supports native models only. */
 #include "../model/backend.h"
 #include "open.h"
 

@@ -52,7 +52,7 @@ int native_file_exists(const char *folder)
     return bytes != NULL;
 }
 
-/* What is wrong with it, or NULL. */
+/* Return the error in the file, or NULL. */
 static const char *parse(struct native_file *file, size_t size)
 {
     static const char damaged[] = "damaged";

@@ -1,10 +1,10 @@
-/* What native.bin says of a model next to its robot: groups of variables, counts, and fields.
+/* The settings of a model in native.bin: groups of variables, counts, and fields.
  *
- * This is the only place that states their order. Python asks the library for it as text (native_layout), so
- * that both ends agree by construction; the hash of that text is in every file.
+ * Only this file defines their order. Python reads the order from the library as text (native_layout), so
+ * that both sides agree by construction. Every file contains the hash of this text.
  *
- * Groups and counts come first, in their order, as two uint32 each: the index of a group's first variable, or 0
- * of a count; and how many there are. The fields follow, each padded to 8 bytes. */
+ * Groups and counts come first, in order, as two uint32 each: the index of the first variable of a group, or
+ * 0 for a count; and the number of variables. The fields follow, each padded to 8 bytes. */
 #ifndef NATIVE_LAYOUT_H
 #define NATIVE_LAYOUT_H
 
@@ -15,21 +15,21 @@
 
 enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SENSORS, NATIVE_ESTIMATOR, NATIVE_KINDS };
 
-/* GROUP(name, how many variables: for n coordinates, m muscles, a actuators, which are the muscles and behind
- *       them the motors of joints, r rows of the reference, k tasks; or ANY)
- * FIELD(element type, name, elements an item, group or count that says how many items)
- *     load_rows         row of each load among all three of every task
- *     task_rows         the same of each task coordinate
+/* GROUP(name, number of variables: for n coordinates, m muscles, a actuators, which are the muscles and then
+ *       the motors of joints, r rows of the reference, k tasks; or ANY)
+ * FIELD(element type, name, elements per item, group or count that specifies the number of items)
+ *     load_rows         row of each load in the list of all rows of all tasks
+ *     task_rows         row of each task coordinate in this list
  *     commanded         muscle of each command
  *     motors            coordinate of each torque
  *     modelled          muscle of each tension
- *     rubbing           muscle of each tension at the far end
- *     state_order       which of all muscles' states each state is
+ *     rubbing           muscle of each tension at the far end of a cable with friction
+ *     state_order       index of each state among the states of all muscles
  *     external_frame    frame of each point of external wrenches, those of loads first; -1 for the world
- *     external_point    where it is in that frame, in [m]
- *     substeps          of the integrator, in a step of the plant
- *     integrator        0 semi-implicit Euler, 1 Runge and Kutta
- *     fixed_energy      potential energy of what does not move, in [J] */
+ *     external_point    position in that frame, in [m]
+ *     substeps          steps of the integrator per step of the plant
+ *     integrator        0 semi-implicit Euler, 1 Runge-Kutta
+ *     fixed_energy      potential energy of fixed bodies, in [J] */
 #define PLANT_GROUPS(GROUP)                                                                                   \
     GROUP(commands, ANY)                                                                                      \
     GROUP(torques, ANY)                                                                                       \
@@ -62,16 +62,17 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(uint32_t, integrator, 1, models)                                                                    \
     FIELD(double, fixed_energy, 1, models)
 
-/* The report: number of actuators at a bound, time that the tick took, infeasible, not converged, limits
- *     dropped.
- *     is_angle          whether each task coordinate is one
+/* The report: number of actuators at a bound, computation time of the tick, infeasible, not converged,
+ * limits
+ * dropped.
+ *     is_angle          whether each task coordinate is an angle
  *     muscle_horizon    in [s], 0 for late_periods periods; see muscles.h
- *     start_forces      tensions before the first tick, where muscles have laws; start_commands their commands
+ *     start_forces      tensions before the first tick, for muscles with laws; start_commands: their commands
  *     observer          bandwidth in [rad/s]
- *     ramp_down, ramp_in   of commands where the state is lost and back, in [s]; q_start is where it begins
- *     dependent         whether each coordinate follows from the others, by loops
- *     array_names       of settings that are arrays of the loop or of its law, each ended by a 0; see control_loop.h
- *     array_values      those arrays in turn */
+ *     ramp_down, ramp_in   ramps of the commands when the state is lost and returns, in [s]; q_start: start pose
+ *     dependent         whether each coordinate depends on the others, due to loops
+ *     array_names       names of arrays of the loop or of its law, zero-terminated; see control_loop.h
+ *     array_values      the values of these arrays, in the same order */
 #define CONTROLLER_GROUPS(GROUP)                                                                              \
     GROUP(q, n)                                                                                               \
     GROUP(qd, n)                                                                                              \
@@ -110,10 +111,11 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(char, array_names, 1, letters)                                                                      \
     FIELD(double, array_values, 1, numbers)
 
-/*     part_begin, part_duration    of each part of the reference, in [s]
+/* Fields of a reference:
+ *     part_begin, part_duration    of each part of the reference, in [s]
  *     part_kind, part_segments, part_powers, data   of each part: reference_part in
  *                       controllers/csrc/references/references.h
- *     load_forces       that act from load_begin to load_end, in [s] */
+ *     load_forces       loads that act from load_begin to load_end, in [s] */
 #define REFERENCE_GROUPS(GROUP) GROUP(reference, 3 * r) GROUP(loads, ANY)
 #define REFERENCE_COUNTS(COUNT) COUNT(parts) COUNT(numbers) COUNT(models)
 #define REFERENCE_FIELDS(FIELD)                                                                               \
@@ -127,13 +129,14 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(double, load_end, 1, models)                                                                        \
     FIELD(double, load_forces, 1, loads)
 
-/* Of sensors and estimators, with i inertial units:
+/* Fields of sensors and estimators, with i IMUs:
  *     measured          muscle of each length and tension
- *     motors            coordinate of each torque; encoded of each encoder
- *     imu_frame         frame of each unit
- *     delay             in readings
+ *     motors            coordinate of each torque
+ *     encoded           coordinate of each encoder
+ *     imu_frame         frame of each IMU
+ *     delay             in measurements
  *     exact             whether the transition matrix is exact
- *     and what the arrays of sensors.h and estimator.h are named; channels and numbers are those of theirs. */
+ *     other fields      arrays of sensors.h and estimator.h, with the same channels and sizes */
 #define READING_GROUPS(GROUP)                                                                                 \
     GROUP(lengths, ANY)                                                                                       \
     GROUP(measured_tensions, ANY)                                                                             \
@@ -210,7 +213,7 @@ struct native_group {
     uint32_t first, count;
 };
 
-/* Pointers into the file's memory. */
+/* Pointers into the memory of the file. */
 #define NATIVE_GROUP_MEMBER(name, length) struct native_group name;
 #define NATIVE_COUNT_MEMBER(name) struct native_group name;
 #define NATIVE_FIELD_MEMBER(type, name, per_item, group) const type *name;
@@ -229,7 +232,7 @@ NATIVE_SETTINGS(reference, REFERENCE)
 NATIVE_SETTINGS(sensors, SENSORS)
 NATIVE_SETTINGS(estimator, ESTIMATOR)
 
-/* The layout of a kind of model: a line a group, count or field; and its hash. */
+/* Return the layout of a kind of model, one line per group, count or field; and its hash. */
 const char *native_layout(enum native_kind kind);
 uint32_t native_layout_hash(enum native_kind kind);
 

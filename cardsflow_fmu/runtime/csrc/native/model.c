@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double TOLERANCE = 1e-9; /* of a time that is to be whole steps */
-static const double MAX_STEPS = 100000; /* of a call, as for models in Python */
+static const double TOLERANCE = 1e-9; /* tolerance of a time in whole steps */
+static const double MAX_STEPS = 100000; /* in a call, as for models in Python */
 
 void native_close(struct native_model *native)
 {

@@ -5,12 +5,12 @@
 #include "../model/model.h"
 #include "../model/port_table.h"
 
-/* Opens the model whose files are in the folder `resources`, in this process and without any Python. 0, or
- * nonzero with a message; the model needs no close then. */
+/* Open the model with its files in the folder `resources`, in this process and without Python. Return 0, or
+ * nonzero with a message; in this case the model needs no close. */
 int native_open(struct model *model, const struct port_table *ports, const char *resources,
                 struct text *error);
 
-/* The same of the contents of native.bin; the variables are the caller's `values`. */
+/* Open a model from the contents of native.bin; the variables are in `values` of the caller. */
 int native_open_bytes(struct model *model, const struct port_table *ports, const void *bytes, size_t size,
                       double *values, struct text *error);
 

@@ -1,4 +1,4 @@
-/* The reference as a native model: desired positions, velocities and accelerations out, and loads. */
+/* The reference as a native model. Outputs: desired positions, velocities and accelerations, and loads. */
 #include "reference.h"
 
 #include "../../../../controllers/csrc/references/references.h"
@@ -74,7 +74,7 @@ static const struct model_functions FUNCTIONS = {
     .close = close_reference,
 };
 
-/* ----------------------------------------------------------------------------------- opening it */
+/* ----------------------------------------------------------------------------------- opening */
 
 static int has_nan(const double *values, size_t count)
 {
@@ -84,7 +84,7 @@ static int has_nan(const double *values, size_t count)
     return 0;
 }
 
-/* Where each part's data begin; nonzero where the settings are not those of a reference. */
+/* Compute where the data of each part begin. Return nonzero if the settings are not those of a reference. */
 static int place_parts(struct reference *c)
 {
     const struct reference_settings *s = &c->settings;

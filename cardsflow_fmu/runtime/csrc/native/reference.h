@@ -4,7 +4,7 @@
 
 #include "model.h"
 
-/* Fills in the functions. 0, or nonzero with a message. */
+/* Fill in the functions. Return 0, or nonzero with a message. */
 int native_reference_open(struct model *model, struct native_model *native, struct text *error);
 
 #endif

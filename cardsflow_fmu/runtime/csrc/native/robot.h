@@ -1,4 +1,4 @@
-/* A robot of a native FMU, opened in the C core, with what its models take from it. */
+/* A robot of a native FMU, opened in the C core, with the arrays that its models use. */
 #ifndef NATIVE_ROBOT_H
 #define NATIVE_ROBOT_H
 
@@ -13,23 +13,23 @@ struct native_robot {
     size_t n, m, s, tasks, far, bends;
     double *q, *qd, *lengths, *jacobian, *task_values, *task_jacobian, *task_bias;
     double *mass_matrix, *bias, *gravity;
-    double *tensions, *states; /* m, s: of muscles with muscle laws */
+    double *tensions, *states; /* m, number of states: of muscles with muscle laws */
     double *force_low, *force_high, *commands; /* m */
-    double *far_tensions; /* far: m where cables have friction, else none */
-    double *pull_jacobian, *slips; /* m x n there; bends, the last ones of the states */
+    double *far_tensions; /* m with cable friction, otherwise empty */
+    double *pull_jacobian, *slips; /* m x n with cable friction; number of bends, the last states */
     double *work, *energies, *momenta;
     const double *lower, *upper, *damping;
-    double *load; /* generalised, n: room for the models */
+    double *load; /* n: working memory for generalised loads */
 };
 
-/* 0, or nonzero with a message. */
+/* Return 0, or nonzero with a message. */
 int native_robot_open(struct native_robot *robot, const struct native_file *file, struct text *error);
 void native_robot_close(struct native_robot *robot);
 
-/* Whether all of some indices are below an end. */
+/* Return whether all indices are below `end`. */
 int native_all_below(const uint32_t *indices, size_t count, size_t end);
 
-/* load = sign J' w at the last q, of forces w on rows of the tasks. */
+/* Compute load = sign J' w at the last q, for forces w on rows of the tasks. */
 void native_robot_load(struct native_robot *robot, const uint32_t *rows, size_t count, const double *w,
                        double sign);
 

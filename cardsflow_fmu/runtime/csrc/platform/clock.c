@@ -1,5 +1,5 @@
 #if !defined(_WIN32) && !defined(_GNU_SOURCE)
-#define _POSIX_C_SOURCE 200809L /* for clock_gettime, where a compiler is strict */
+#define _POSIX_C_SOURCE 200809L /* strict compilers need it for clock_gettime */
 #endif
 #include "clock.h"
 

@@ -1,8 +1,8 @@
-/* The clock that times are measured by. */
+/* Monotonic clock. */
 #ifndef CLOCK_H
 #define CLOCK_H
 
-/* Seconds on a clock that only goes forward. */
+/* Return seconds on a clock that never goes backwards. */
 double monotonic_seconds(void);
 
 #endif

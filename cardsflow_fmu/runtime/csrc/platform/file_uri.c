@@ -20,7 +20,7 @@ static int hex_digit(char c)
     return c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
 }
 
-/* Decodes in place; 0 unless every '%' leads two hexadecimal digits other than 00. */
+/* Decode in place; return 0 unless each '%' is followed by two hexadecimal digits other than 00. */
 static int decode_percent(char *text)
 {
     char *out = text;
@@ -41,13 +41,13 @@ static int decode_percent(char *text)
 }
 
 #ifdef _WIN32
-/* file://server/share names the path //server/share. */
+/* Return the path: file://server/share is the path //server/share. */
 static const char *path_on_host(const char *uri)
 {
     return uri;
 }
 
-/* /C:/folder names the path C:/folder. */
+/* Remove the first slash: /C:/folder is the path C:/folder. */
 static void drop_slash_before_drive(char *path)
 {
     if (path[0] == '/' && isalpha((unsigned char)path[1]) && path[2] == ':')
@@ -66,7 +66,7 @@ static void drop_slash_before_drive(char *path)
 }
 #endif
 
-/* What follows the scheme and the local host; NULL for what is not a file of this machine. */
+/* Return the part after the scheme and the local host; NULL if the URI is not a file of this machine. */
 static const char *path_part(const char *uri)
 {
     if (!starts_with(uri, "file:/"))

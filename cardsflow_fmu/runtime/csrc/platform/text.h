@@ -1,4 +1,4 @@
-/* A text that grows as needed, for messages. */
+/* A text of variable length, for messages. */
 #ifndef TEXT_H
 #define TEXT_H
 
@@ -11,20 +11,20 @@
 #endif
 
 struct text {
-    char *chars; /* NULL when there is none */
+    char *chars; /* NULL if the text is not set */
 };
 
-/* Replaces the text; an argument may be a part of the old one. */
+/* Replace the text; an argument may be a part of the old text. */
 void text_set(struct text *text, const char *format, ...) TEXT_FORMAT(2, 3);
 
 void text_set_list(struct text *text, const char *format, va_list arguments);
 
-/* The text, never NULL. */
+/* Return the text, never NULL. */
 const char *text_get(const struct text *text);
 
 void text_free(struct text *text);
 
-/* A copy on the heap, NULL without memory. */
+/* Return a copy on the heap; NULL if memory is insufficient. */
 char *text_copy(const char *chars);
 
 #endif

@@ -5,7 +5,7 @@ static int is_continuation(unsigned char byte)
     return (byte & 0xc0) == 0x80;
 }
 
-/* Whether the second byte is within the range that the first one leaves it. */
+/* Return whether the second byte is within the range that the first byte allows. */
 static int is_second(unsigned char first, unsigned char second)
 {
     unsigned char low = first == 0xe0 ? 0xa0 : first == 0xf0 ? 0x90 : 0x80;

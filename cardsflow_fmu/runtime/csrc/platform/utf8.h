@@ -1,13 +1,13 @@
-/* Characters of UTF-8. */
+/* Characters in UTF-8. */
 #ifndef UTF8_H
 #define UTF8_H
 
 #include <stddef.h>
 
-/* Length in bytes of the character that the text begins with; 0 when that is none. */
+/* Return the length in bytes of the first character of the text; 0 if it is invalid. */
 size_t utf8_length(const char *text);
 
-/* Length in bytes of the character, or stray byte, that the text begins with. */
+/* Return the length in bytes of the first character or invalid byte of the text. */
 size_t utf8_next(const char *text);
 
 #endif

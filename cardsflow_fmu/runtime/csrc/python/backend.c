@@ -39,7 +39,7 @@ int backend_open(struct model *model, const struct port_table *ports, const char
     else if (strcmp(host, "worker") == 0)
         failed = python_worker_open(model, ports, resources, error);
     else
-        text_set(error, "CARDSFLOW_FMU_HOST is in-process or worker, not %s", host);
+        text_set(error, "CARDSFLOW_FMU_HOST must be in-process or worker, not %s", host);
     free(host);
     return failed;
 }

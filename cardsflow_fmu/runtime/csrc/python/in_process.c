@@ -9,11 +9,11 @@
 
 enum { CLOCK_SIZE = 2 };
 
-/* The callables return None for success, text for a failure; get_state and
- * derivative return bytes or text. */
+/* The callables return None on success, or an error message; get_state and derivative return bytes or an
+ * error message. */
 struct python_model {
     struct python_api py;
-    python_object *memory; /* a bytearray, or a view of memory of another: the clock, then the values */
+    python_object *memory; /* a bytearray or memoryview: the clock, then the values */
     python_object *initialize;
     python_object *step;
     python_object *reset;
@@ -29,7 +29,7 @@ static void drop(const struct python_api *py, python_object *object)
         py->Py_DecRef(object);
 }
 
-/* Sets the text from a str; 0, or nonzero when the object is none. */
+/* Set the text from a str. Return 0, or nonzero if the object is not a str. */
 static int take_text(const struct python_api *py, python_object *object, struct text *text)
 {
     const char *chars = py->PyUnicode_AsUTF8AndSize(object, NULL);
@@ -40,7 +40,7 @@ static int take_text(const struct python_api *py, python_object *object, struct 
     return chars == NULL;
 }
 
-/* As take_text, from what str(object) gives; an empty text counts as none. */
+/* Do the same as take_text for str(object); an empty text is a failure. */
 static int take_str(const struct python_api *py, python_object *object, struct text *text)
 {
     python_object *as_str = object ? py->PyObject_Str(object) : NULL;
@@ -50,7 +50,7 @@ static int take_str(const struct python_api *py, python_object *object, struct t
     return failed;
 }
 
-/* Sets the text from the exception that is raised, and clears that. */
+/* Set the text from the current exception, and clear the exception. */
 static void take_exception(const struct python_api *py, struct text *text)
 {
     python_object *type = NULL, *value = NULL, *traceback = NULL;
@@ -62,7 +62,7 @@ static void take_exception(const struct python_api *py, struct text *text)
     drop(py, traceback);
 }
 
-/* Takes over the result of a callable. 0, or nonzero with a message. */
+/* Process and release the result of a callable. Return 0, or nonzero with a message. */
 static int finish(const struct python_api *py, python_object *result, struct text *error)
 {
     if (!result) {
@@ -162,7 +162,7 @@ static python_object *as_bytes(const struct python_api *py, const void *items, s
     return py->PyBytes_FromStringAndSize(items, (python_ssize)size);
 }
 
-/* The answers of the model, from the bytes that it gave. 0, or nonzero with a message. */
+/* Read the answers of the model from the bytes that it returned. Return 0, or nonzero with a message. */
 static int take_answers(const struct python_api *py, python_object *result,
                         const struct derivative *request, struct text *error)
 {
@@ -220,7 +220,7 @@ static void drop_all(struct python_model *self)
 static void close_model(struct model *model)
 {
     struct python_model *self = model->backend;
-    if (self->py.Py_IsInitialized()) { /* else Python has taken the objects with it */
+    if (self->py.Py_IsInitialized()) { /* otherwise Python has already freed the objects */
         int gil = self->py.PyGILState_Ensure();
         drop_all(self);
         self->py.PyGILState_Release(gil);
@@ -243,7 +243,7 @@ static void explain_import(const struct python_api *py, const char *version, str
 {
     struct text reason = {NULL}, executable = {NULL};
     take_exception(py, &reason);
-    python_object *path = py->PySys_GetObject("executable"); /* borrowed */
+    python_object *path = py->PySys_GetObject("executable"); /* borrowed reference */
     if (!path || take_text(py, path, &executable))
         text_set(&executable, "no executable");
     text_set(error,
@@ -254,7 +254,7 @@ static void explain_import(const struct python_api *py, const char *version, str
     text_free(&executable);
 }
 
-/* A new reference to what open_model returned, NULL with a message. */
+/* Return a new reference to the result of open_model; NULL with a message on failure. */
 static python_object *call_entry(const struct python_model *self, python_object *entry,
                                  const char *resources, struct text *error)
 {
@@ -312,7 +312,7 @@ static int get_memory(struct python_model *self, struct model *model,
     return 0;
 }
 
-/* A new reference to the attribute of the module that is called; NULL with a message. */
+/* Return a new reference to an attribute of the Python module; NULL with a message on failure. */
 static python_object *from_entry_module(const struct python_api *py, const char *name,
                                         const char *version, struct text *error)
 {
@@ -338,7 +338,7 @@ static int open_hosted(struct python_model *self, const char *version, const cha
     return failed;
 }
 
-/* Finds Python in this process. 0, or nonzero with a message. */
+/* Find Python in this process. Return 0, or nonzero with a message. */
 static int find_api(struct python_api *py, const char *version, struct text *error)
 {
     struct text missing = {NULL};

@@ -13,7 +13,7 @@ static const char IN_ENVIRONMENT[] = "Scripts/python.exe", ON_PATH[] = "python";
 static const char IN_ENVIRONMENT[] = "bin/python", ON_PATH[] = "python3";
 #endif
 
-/* The first line of resources/python.txt, on the heap; NULL without one. */
+/* Return the first line of resources/python.txt, on the heap; NULL if it does not exist. */
 static char *recorded(const char *resources)
 {
     size_t size = 0;
@@ -23,7 +23,7 @@ static char *recorded(const char *resources)
     text_free(&path);
     if (!line)
         return NULL;
-    line[size] = '\0'; /* there is room for it */
+    line[size] = '\0'; /* the buffer has a further byte */
     line[strcspn(line, "\r\n")] = '\0';
     if (*line)
         return line;

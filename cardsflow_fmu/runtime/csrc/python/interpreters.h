@@ -1,18 +1,18 @@
-/* Where a Python may be that has the package. */
+/* Python interpreters that may have the package. */
 #ifndef INTERPRETERS_H
 #define INTERPRETERS_H
 
 #include <stddef.h>
 
 struct interpreter {
-    const char *source; /* who names it, for messages */
+    const char *source; /* source of the path, for messages */
     char *program;      /* path or name, on the heap */
 };
 
 enum { MAX_INTERPRETERS = 3 };
 
-/* The ones to try, in this order: what CARDSFLOW_PYTHON names, and then no other; what
- * resources/python.txt has recorded; that of VIRTUAL_ENV; python3. Returns how many. */
+/* Find the candidates, in order: only CARDSFLOW_PYTHON, if it is set; otherwise the path in
+ * resources/python.txt, the one of VIRTUAL_ENV, and python3. Return their number. */
 size_t interpreters_find(const char *resources, struct interpreter found[MAX_INTERPRETERS]);
 
 void interpreters_free(struct interpreter found[], size_t count);

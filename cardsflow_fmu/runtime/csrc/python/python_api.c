@@ -8,7 +8,7 @@ typedef void (*function)(void);
 #include <stdio.h>
 #include <windows.h>
 
-/* python3.dll only forwards, and is not there in every process that runs Python. */
+/* python3.dll only forwards calls, and is not loaded in every process that runs Python. */
 static HMODULE python_module(void)
 {
     enum { OLDEST = 11, NEWEST = 99 };

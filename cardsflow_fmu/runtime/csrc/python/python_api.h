@@ -1,7 +1,7 @@
-/* The functions of Python that are used, looked up in the running process.
+/* The functions of Python that the library uses, looked up in the running process.
  *
- * Nothing of Python is linked, so that the library loads everywhere. All of them belong to the stable
- * ABI, so that one library serves every version of Python. */
+ * The library does not link to Python, so that it loads everywhere. All functions belong to the stable ABI,
+ * so that one library supports all versions of Python. */
 #ifndef PYTHON_API_H
 #define PYTHON_API_H
 
@@ -41,7 +41,7 @@ struct python_api {
 #undef F
 };
 
-/* Fills in the functions. 0, or nonzero with what is missing in this process. */
+/* Fill in the functions. Return 0, or nonzero with a message about missing functions. */
 int python_api_find(struct python_api *api, struct text *error);
 
 #endif

@@ -1,8 +1,8 @@
-/* Force-position control, computed torque without the acceleration of the reference:
+/* Force-position control: computed torque without the acceleration of the reference:
 
      tau = M (Kp (q_d - q) + Kd (qd_d - qd) + correction) + C + G + D qd + w_e
 
-   After kindyn's ForcePositionController, with the full M for its M_jj.                                 */
+   As ForcePositionController in kindyn, with the full M instead of M_jj. */
 #include "joint_laws.h"
 
 void force_position_torque(const computed_torque *s, real *tau)

@@ -1,6 +1,6 @@
-/* Computed torque, the left side of eq. (3) with the joints' damping and the known load:
+/* Computed torque: the left side of eq. (3), with joint damping and the known load:
 
-     tau = M (qdd_d + correction + Kd (qd_d - qd) + Kp (q_d - q)) + C + G + D qd + w_e                    */
+     tau = M (qdd_d + correction + Kd (qd_d - qd) + Kp (q_d - q)) + C + G + D qd + w_e */
 #include "../program.h"
 #include "joint_laws.h"
 

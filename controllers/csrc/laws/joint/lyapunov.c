@@ -1,8 +1,8 @@
-/* Lyapunov static compensation, a spring, a damper and the robot's weight:
+/* Lyapunov static compensation: a spring, a damper and gravity compensation:
 
      tau = G + Kp (q_d - q) + Kd (qd_d - qd) + correction + w_e
 
-   A. B. Alp and S. K. Agrawal, Cable suspended robots: design, planning and control, ICRA 2002.         */
+   A. B. Alp and S. K. Agrawal, Cable suspended robots: design, planning and control, ICRA 2002. */
 #include "joint_laws.h"
 
 void lyapunov_torque(const computed_torque *s, real *tau)

@@ -1,8 +1,8 @@
-/* Torque-position control, a spring and a damper at every joint:
+/* Torque-position control: a spring and a damper at every joint:
 
      tau = Kp (q_d - q) - Kd qd + correction + w_e
 
-   After kindyn's TorquePositionController.                                                             */
+   As TorquePositionController in kindyn. */
 #include "joint_laws.h"
 
 void torque_position_torque(const computed_torque *s, real *tau)

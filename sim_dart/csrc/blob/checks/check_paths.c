@@ -27,9 +27,9 @@ static int check_surfaces(const blob_view *b, char *message, size_t capacity)
         if (b->surface_kind[k] < 0 || b->surface_kind[k] >= SURFACES)
             return refuse(message, capacity, "surface %d: unknown kind %d", k, (int)b->surface_kind[k]);
         if (!is_unit(b->surface_axis + 3 * k))
-            return refuse(message, capacity, "surface %d: its axis is no unit vector", k);
+            return refuse(message, capacity, "surface %d: its axis is not a unit vector", k);
         if (!is_size(b->surface_radius[k]) || (b->surface_half[k] != 0 && !is_size(b->surface_half[k])))
-            return refuse(message, capacity, "surface %d: its size is not above zero and finite", k);
+            return refuse(message, capacity, "surface %d: its size must be positive and finite", k);
         if (b->surface_half[k] != 0 && b->surface_kind[k] != SURFACE_CYLINDER)
             return refuse(message, capacity, "surface %d: only a cylinder has ends", k);
     }
@@ -47,12 +47,12 @@ static int check_ellipsoids(const blob_view *b, char *message, size_t capacity)
             continue;
         }
         if (!is_unit(across) || !(fabs(dot3(across, b->surface_axis + 3 * k)) < UNIT_TOLERANCE))
-            return refuse(message, capacity, "surface %d: its x axis is no unit vector across its z axis", k);
+            return refuse(message, capacity, "surface %d: its x axis must be a unit vector normal to z", k);
         if (!is_size(axes[0]) || !is_size(axes[1]))
-            return refuse(message, capacity, "surface %d: its half axes are not above zero and finite", k);
+            return refuse(message, capacity, "surface %d: its half axes must be positive and finite", k);
         const real longest = larger(larger(axes[0], axes[1]), radius), least = smaller(smaller(axes[0], axes[1]), radius);
         if (longest > MAX_HALF_AXIS * least * (1 + UNIT_TOLERANCE))
-            return refuse(message, capacity, "surface %d: a half axis is more than %d times as long as another one", k,
+            return refuse(message, capacity, "surface %d: its ratio of half axes is more than %d", k,
                           MAX_HALF_AXIS);
     }
     return 0;
@@ -62,7 +62,7 @@ static int check_ellipsoid_wrap(const blob_view *b, int k, char *message, size_t
 {
     if (b->surface_kind[b->wrap_surface[k]] == SURFACE_ELLIPSOID &&
         (b->wrap_side[k] || b->wrap_turns[k] || b->wrap_rule[k] == RULE_MUJOCO))
-        return refuse(message, capacity, "wrap %d: over an ellipsoid there is no side, no turn and no rule of MuJoCo's", k);
+        return refuse(message, capacity, "wrap %d: an ellipsoid has no side, turns or MuJoCo rule", k);
     return 0;
 }
 
@@ -77,31 +77,31 @@ static int check_wraps(const blob_view *b, char *message, size_t capacity)
             return refuse(message, capacity, "wrap %d is out of order", k);
         while (end <= point) end += b->muscle_points[++muscle], ruled = 0;
         if (point == end - 1)
-            return refuse(message, capacity, "wrap %d: via point %d is its muscle's last", k, (int)point);
+            return refuse(message, capacity, "wrap %d: via point %d is the muscle's last", k, (int)point);
         if (b->wrap_rule[k] < 0 || b->wrap_rule[k] >= RULES)
             return refuse(message, capacity, "wrap %d: unknown rule %d", k, (int)b->wrap_rule[k]);
         if (b->wrap_last[k] < point || b->wrap_last[k] >= end - 1 ||
             (b->wrap_last[k] != point && b->wrap_rule[k] != RULE_OPENSIM))
-            return refuse(message, capacity, "wrap %d: it cannot be up to via point %d", k, (int)b->wrap_last[k]);
+            return refuse(message, capacity, "wrap %d: it cannot end at via point %d", k, (int)b->wrap_last[k]);
         ruled += b->wrap_rule[k] == RULE_OPENSIM;
         if (ruled > MAX_SEQUENCE)
-            return refuse(message, capacity, "wrap %d: more than %d by OpenSim's rules in one muscle", k, MAX_SEQUENCE);
+            return refuse(message, capacity, "wrap %d: more than %d OpenSim wraps in one muscle", k, MAX_SEQUENCE);
         if (b->wrap_guide[k] < -1 || b->wrap_guide[k] >= b->counts.guides)
-            return refuse(message, capacity, "wrap %d: there is no guide %d", k, (int)b->wrap_guide[k]);
+            return refuse(message, capacity, "wrap %d: unknown guide %d", k, (int)b->wrap_guide[k]);
         here = k && point == b->wrap_point[k - 1] ? here + 1 : 1;
         if (here > MAX_SEQUENCE)
             return refuse(message, capacity, "wrap %d: more than %d in one segment", k, MAX_SEQUENCE);
         if (b->wrap_surface[k] < 0 || b->wrap_surface[k] >= b->counts.surfaces)
-            return refuse(message, capacity, "wrap %d: there is no surface %d", k, (int)b->wrap_surface[k]);
+            return refuse(message, capacity, "wrap %d: unknown surface %d", k, (int)b->wrap_surface[k]);
         if (b->wrap_side[k] < -1 || b->wrap_side[k] > WRAP_INSIDE)
             return refuse(message, capacity, "wrap %d: unknown side %d", k, (int)b->wrap_side[k]);
         if (b->wrap_turns[k] < 0 || b->wrap_turns[k] > MAX_TURNS)
-            return refuse(message, capacity, "wrap %d: turns %d are not within 0 to %d", k,
+            return refuse(message, capacity, "wrap %d: turns %d must be from 0 to %d", k,
                           (int)b->wrap_turns[k], MAX_TURNS);
         if (b->wrap_rule[k] != RULE_TAUT && (b->wrap_side[k] || b->wrap_turns[k]))
-            return refuse(message, capacity, "wrap %d: a side or turns are for our own rules", k);
+            return refuse(message, capacity, "wrap %d: its rule has no side or turns", k);
         if (b->wrap_side[k] == WRAP_INSIDE && b->wrap_turns[k])
-            return refuse(message, capacity, "wrap %d: inside a surface there are no turns", k);
+            return refuse(message, capacity, "wrap %d: no turns inside a surface", k);
         if (check_ellipsoid_wrap(b, k, message, capacity)) return 1;
     }
     return 0;
@@ -119,9 +119,9 @@ static int check_pulleys(const blob_view *b, char *message, size_t capacity)
             return refuse(message, capacity, "pulley %d: no muscle begins at via point %d", k,
                           (int)b->pulley_point[k]);
         if (!is_unit(b->pulley_direction + 3 * k))
-            return refuse(message, capacity, "pulley %d: its direction is no unit vector", k);
+            return refuse(message, capacity, "pulley %d: its direction is not a unit vector", k);
         if (!is_size(b->pulley_radius[k]))
-            return refuse(message, capacity, "pulley %d: its radius is not above zero and finite", k);
+            return refuse(message, capacity, "pulley %d: its radius must be positive and finite", k);
     }
     return 0;
 }

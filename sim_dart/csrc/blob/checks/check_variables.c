@@ -26,11 +26,11 @@ static int check_limit_forces(const blob_view *b, char *message, size_t capacity
     for (int32_t l = 0; l < b->counts.limit_forces; l++) {
         const real *n = b->limit_numbers + LIMIT_NUMBERS * l;
         if (b->limit_variable[l] < 0 || b->limit_variable[l] >= b->counts.variables)
-            return refuse(message, capacity, "limit force %d: there is no variable %d", (int)l,
+            return refuse(message, capacity, "limit force %d: unknown variable %d", (int)l,
                           (int)b->limit_variable[l]);
         if (!all_finite(n, LIMIT_NUMBERS) || !(n[0] <= n[1]) || !(n[2] >= 0) || !(n[3] >= 0) || !(n[4] >= 0) ||
             !(n[5] > 0))
-            return refuse(message, capacity, "limit force %d: its numbers make no sense", (int)l);
+            return refuse(message, capacity, "limit force %d: its numbers are invalid", (int)l);
     }
     return 0;
 }
@@ -39,7 +39,7 @@ int check_variables(const blob_view *b, char *message, size_t capacity)
 {
     const int32_t dofs = b->counts.dofs, variables = b->counts.variables;
     if (variables < dofs || b->counts.frames > variables || (variables == dofs && b->counts.frames != dofs))
-        return refuse(message, capacity, "%d variables do not drive %d frames", (int)variables,
+        return refuse(message, capacity, "%d variables for %d frames", (int)variables,
                       (int)b->counts.frames);
     if (!all_finite(b->term_number, (size_t)b->counts.term_numbers))
         return refuse(message, capacity, "a function's numbers are not finite");

@@ -107,13 +107,13 @@ static const char *millard_refusal(const void *parameters)
     real k[MILLARD_CONSTANTS];
     prepare_curves(parameters, k);
     if (!bezier_is_sound(k + MILLARD_ACTIVE, ACTIVE_PIECES))
-        return "the active force-length curve folds over; see its lengths and slope";
+        return "the active force-length curve turns back; see its lengths and slope";
     if (!bezier_is_sound(k + MILLARD_VELOCITY, VELOCITY_PIECES))
-        return "the force-velocity curve folds over; see its slopes and eccentric_force";
+        return "the force-velocity curve turns back; see its slopes and eccentric_force";
     if (!bezier_is_sound(k + MILLARD_PASSIVE, PASSIVE_PIECES))
-        return "the passive force-length curve folds over; see its strains and stiffnesses";
+        return "the passive force-length curve turns back; see its strains and stiffnesses";
     if (!bezier_is_sound(k + MILLARD_TENDON, TENDON_PIECES))
-        return "the tendon curve folds over; see its strain, stiffness and toe";
+        return "the tendon curve turns back; see its strain, stiffness and toe";
     return NULL;
 }
 

@@ -1,4 +1,5 @@
-/* The controller as a native model: state, reference and known loads in, muscle forces and commands out. */
+/* The controller as a native model. Inputs: state, reference and known loads; outputs: muscle forces and
+   commands. */
 #include "controller.h"
 
 #include "../../../../../sim_dart/csrc/math/elementary.h"
@@ -14,7 +15,7 @@
 
 static const double AT_BOUND = 1e-9;
 
-/* --------------------------------------------------------------- what the loop asks of the robot */
+/* ----------------------------------------------------------------- functions of the robot for the loop */
 
 static struct controller *controller_of(const void *robot)
 {
@@ -23,7 +24,7 @@ static struct controller *controller_of(const void *robot)
     return native->own;
 }
 
-/* L has the rows of the muscles, and those of motors behind them. */
+/* L has the rows of the muscles, then those of the motors. */
 static void terms(void *self, const double *q, const double *qd, double *M, double *h, double *L)
 {
     struct native_robot *robot = self;
@@ -43,7 +44,7 @@ static void terms(void *self, const double *q, const double *qd, double *M, doub
     native_independent_terms(c, robot, qd, M, h, L);
 }
 
-/* G at the state of the terms, asked for after them. */
+/* Compute G at the state of the last call of `terms`. */
 static void gravity(void *self, const double *q, double *G)
 {
     struct native_robot *robot = self;
@@ -53,7 +54,7 @@ static void gravity(void *self, const double *q, double *G)
     native_independent_gravity(controller_of(self), robot, G);
 }
 
-/* Which way cables with friction rub, by the way of the joints since the last tick. */
+/* Update the states of cable friction with the joint displacement since the last tick. */
 static void follow(const struct controller *c, const struct native_robot *robot)
 {
     double *known = c->slid, *last = known + 1;
@@ -66,7 +67,7 @@ static void follow(const struct controller *c, const struct native_robot *robot)
     memcpy(last, c->q, robot->n * sizeof(double));
 }
 
-/* An angle within half a turn, as Python's remainder has it. */
+/* Return the angle within half a turn, like Python's math.remainder. */
 static double nearest_turn(double angle)
 {
     const double shifted = angle + PI, rest = fmod(shifted, 2 * PI);
@@ -201,7 +202,7 @@ static int are_inputs_finite(const struct controller *c)
            all_finite(c->states, c->settings.of.states.count);
 }
 
-/* The loop is to choose among the forces that the muscles can come to. */
+/* Restrict the forces of the loop to those that the muscles can reach. */
 static void bound_by_muscles(const struct native_model *native, double period)
 {
     struct controller *c = native->own;
@@ -214,18 +215,18 @@ static void bound_by_muscles(const struct native_model *native, double period)
             robot->load[j] += robot->jacobian[i * robot->n + j] * muscles->passive_push[i];
     memcpy(c->in_loop.f_min, muscles->least, size);
     memcpy(c->in_loop.f_max, muscles->most, size);
-    if (muscles->has_ticked[0] != 0) /* what they really pulled with is what the observer is to know */
+    if (muscles->has_ticked[0] != 0) /* the observer needs the forces that acted */
         memcpy(c->in_loop.seen_forces, muscles->applied, size);
 }
 
-/* A tick without a state: commands go down. */
+/* Compute a tick without a state: commands decrease. */
 static void fall(struct native_model *native, double period)
 {
     struct controller *c = native->own;
     struct native_robot *robot = &native->robot;
     native_ramp_down(c, period);
     c->slid[0] = 0;
-    if (c->muscles.are_modelled) { /* where they were at last, and at rest */
+    if (c->muscles.are_modelled) { /* at the last positions, and at rest */
         const double *q = c->ramp + 1 + c->a;
         memset(robot->load, 0, robot->n * sizeof(double));
         native_muscles_set_state(&c->muscles, robot, q, robot->load, c->states, c->f_min, c->f_max, period);

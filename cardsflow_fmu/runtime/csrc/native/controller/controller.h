@@ -6,13 +6,15 @@
 #include "../model.h"
 #include "muscles.h"
 
-/* Fills in the functions, and what the model needs beyond the robot. 0, or nonzero with a message. */
+/* Fill in the functions, and the data of the model beyond the robot. Return 0, or nonzero with a message. */
 int native_controller_open(struct model *model, struct native_model *native, struct text *error);
 
-/* Puts a custom law, and muscle laws outside of C, into a controller; nonzero where the model is none. */
+/* Set a custom law, and muscle laws outside of C, of a controller. Return nonzero if the model is not a
+   controller. */
 int native_controller_use(struct model *model, const control_law *law, const struct muscle_functions *muscles);
 
-/* An array of a controller's loop, of its law, or of its core, by name, and its length; NULL if it does not exist. */
+/* Return an array of the loop, the law or the core of a controller, by name, and its length; NULL if it does
+   not exist. */
 double *native_controller_array(struct model *model, const char *name, size_t *length);
 
 #endif

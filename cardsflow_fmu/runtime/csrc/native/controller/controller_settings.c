@@ -5,7 +5,7 @@
 
 static const char DOES_NOT_FIT[] = "native.bin does not match its controller";
 
-/* Whether no index is beyond what there is. */
+/* Return whether all indices are within their ranges. */
 static int are_sound(const struct controller_settings *s, const struct native_robot *robot)
 {
     return native_all_below(s->load_rows, s->of.loads.count, 3 * robot->tasks) &&
@@ -37,7 +37,8 @@ int native_controller_settings(struct controller *c, const struct native_model *
     return 0;
 }
 
-/* The settings that are arrays of the loop or of its law; nonzero where names or numbers do not fit. */
+/* Copy the settings that are arrays of the loop or of its law. Return nonzero if a name or a size is
+   invalid. */
 static int copy_arrays(const struct controller *c)
 {
     const struct controller_settings *s = &c->settings;

@@ -4,10 +4,11 @@
 
 #include "state.h"
 
-/* Takes over the settings in the file, and the values of each group of variables; nonzero with a message. */
+/* Read the settings in the file, and the values of each group of variables. Return nonzero with a message on
+   failure. */
 int native_controller_settings(struct controller *c, const struct native_model *native, struct text *error);
 
-/* Fills in what the law and the loop hold, once they are open; nonzero with a message. */
+/* Set the data of the law and the loop, after they are open. Return nonzero with a message on failure. */
 int native_controller_fill(struct controller *c, const struct native_model *native, struct text *error);
 
 #endif

@@ -1,6 +1,6 @@
 #include "independent_terms.h"
 
-/* N and c at the core's last q; nonzero where the robot has no dependent coordinates. */
+/* Compute N and c at the last q of the core. Return nonzero if the robot has no dependent coordinates. */
 static int move(struct controller *c, const struct native_robot *robot, const double *qd)
 {
     if (!c->has_dependent)

@@ -54,7 +54,7 @@ static void go(const struct native_robot *robot, const double *q, const double *
     core_rates(robot->core, qd);
 }
 
-/* The tensions with the commands that are held, at the core's last rates. */
+/* Compute the tensions for the current commands, at the last rates of the core. */
 static void drive(struct native_muscles *muscles, const struct native_robot *robot, const double *qd)
 {
     memcpy(muscles->inner, muscles->commands, muscles->m * sizeof(double));

@@ -29,7 +29,7 @@ int native_ramp_is_due(const struct controller *c)
     return c->settings.of.valid.count && c->valid[0] == 0;
 }
 
-/* The smallest force of a muscle, and no torque of a motor, where bounds allow it. */
+/* Return the smallest force of a muscle, or zero torque of a motor, within its bounds. */
 static double rest(const struct controller *c, size_t i)
 {
     return fmin(fmax(0, c->f_min[i]), c->f_max[i]);

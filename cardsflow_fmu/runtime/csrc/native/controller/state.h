@@ -1,4 +1,4 @@
-/* The inside of a native controller. */
+/* Internal state of a native controller. */
 #ifndef NATIVE_CONTROLLER_STATE_H
 #define NATIVE_CONTROLLER_STATE_H
 
@@ -8,7 +8,7 @@
 
 #include <stddef.h>
 
-/* Arrays of the loop and of its law that every tick needs: they are found once. */
+/* Arrays of the loop and of its law that every tick needs; they are looked up once. */
 #define FOUND_ARRAYS(ARRAY)                                                                                   \
     ARRAY(acting) ARRAY(coming) ARRAY(seen_forces) ARRAY(gain)                                                \
     ARRAY(kp) ARRAY(kd) ARRAY(f_min) ARRAY(f_max) ARRAY(forces) ARRAY(slack) ARRAY(limits_dropped)
@@ -22,12 +22,12 @@ struct controller {
     struct {
         FOUND_ARRAYS(ARRAY_MEMBER)
     } in_loop;
-    size_t r, k; /* rows of the reference; task coordinates that are followed, or 0 */
-    size_t a;    /* actuators: muscles, and motors behind them */
+    size_t r, k; /* rows of the reference; number of controlled task coordinates, or 0 */
+    size_t a;    /* number of actuators: muscles, then motors */
     struct native_muscles muscles;
     double *ramp; /* see ramp.h */
-    double *slid;    /* whether the last position is known, and it; n */
-    int has_dependent; /* whether loops make coordinates follow from others; see independent_terms.h */
+    double *slid;    /* n + 1: whether the last position is valid; the position */
+    int has_dependent; /* whether loops make coordinates dependent on others; see independent_terms.h */
     int undetermined;       /* 1 + the index of a coordinate that does not follow from the others, or 0 */
 };
 #undef VALUES_MEMBER

@@ -4,7 +4,7 @@
 
 #include "../model.h"
 
-/* Each opens its model on a robot that is open. 0, or nonzero with a message. */
+/* Each opens its model for an open robot. Return 0, or nonzero with a message. */
 int native_sensors_open(struct model *model, struct native_model *native, struct text *error);
 int native_estimator_open(struct model *model, struct native_model *native, struct text *error);
 

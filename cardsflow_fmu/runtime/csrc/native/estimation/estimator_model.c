@@ -1,4 +1,5 @@
-/* The estimator as a native model: readings in; state, loads, deviations and validity out. */
+/* The estimator as a native model. Inputs: measurements; outputs: state, loads, standard deviations and
+   validity. */
 #include "estimation_models.h"
 
 #include "../../../../../sim_dart/csrc/estimator/estimator.h"
@@ -14,7 +15,7 @@ struct estimator_model {
     ESTIMATOR_GROUPS(VALUES_MEMBER) /* the values of each group */
     estimator *estimator;
     void *transition;
-    double since; /* steps from the last tick to the next; below 0, ticks until the first readings come */
+    double since; /* steps between the last tick and the next; negative: ticks until the first measurements */
     double *state, *deviations, *innovation, *used, *status, *is_valid;
 };
 #undef VALUES_MEMBER
@@ -33,7 +34,7 @@ static int all_finite(const double *values, size_t count)
     return 1;
 }
 
-/* The estimate; the last one if it is lost to what is not a number. */
+/* Write the estimate; the last one if the current one is not finite. */
 static void write_outputs(const struct estimator_model *s, size_t n)
 {
     if (all_finite(s->state, 3 * n) && all_finite(s->deviations, n)) {
@@ -84,7 +85,7 @@ static void take_readings(const struct estimator_model *s, int has_moved)
     for (size_t i = 0; i < of->of.encoders.count; i++)
         encoders[of->encoded[i]] = s->encoders[i];
     memcpy(array(s, "gyroscope"), s->gyroscopes, of->of.gyroscopes.count * sizeof(double));
-    /* the first reading has no step whose acceleration it could tell */
+    /* the first measurements belong to no step, so they contain no acceleration */
     for (size_t i = 0; i < of->of.accelerometers.count; i++)
         accelerometers[i] = has_moved ? s->accelerometers[i] : NAN;
 }
@@ -154,7 +155,7 @@ static const struct model_functions FUNCTIONS = {
     .close = close_estimator,
 };
 
-/* Whether no index is beyond what there is, and all counts fit. */
+/* Return whether all indices are within their ranges, and all counts agree. */
 static int are_sound(const struct estimator_settings *s, const struct native_robot *robot)
 {
     return native_all_below(s->measured, s->of.lengths.count, robot->m) &&

@@ -1,4 +1,4 @@
-/* Simulated sensors as a native model: the true state, tensions and torques in; readings out. */
+/* Simulated sensors as a native model. Inputs: true state, tensions and torques; outputs: measurements. */
 #include "estimation_models.h"
 
 #include "../../../../../sim_dart/csrc/sensors/sensors.h"
@@ -21,7 +21,8 @@ static double *array(const struct sensors_model *s, const char *name, size_t *le
     return sensors_array(s->sensors, name, length);
 }
 
-/* Readings of a group, of the channels that are `first` of a kind and each item's index in it. */
+/* Write the measurements of a group; its channels begin with `first`, and `indices` are their indices in the
+   kind. */
 static void give(const struct sensors_model *s, double *values, size_t count, size_t first, const uint32_t *items)
 {
     for (size_t i = 0; i < count; i++)
@@ -107,7 +108,7 @@ static const struct model_functions FUNCTIONS = {
     .close = close_sensors,
 };
 
-/* Whether no index is beyond what there is, and all counts fit. */
+/* Return whether all indices are within their ranges, and all counts agree. */
 static int are_sound(const struct sensors_settings *s, const struct native_robot *robot)
 {
     return native_all_below(s->measured, s->of.lengths.count, robot->m) &&

@@ -1,5 +1,5 @@
-/* The plant as a native model: commands, torques of motors, loads and wrenches in; positions, velocities, lengths, tasks,
- * tensions, states of muscles, energies and momenta out. */
+/* The plant as a native model. Inputs: commands, motor torques, loads and wrenches; outputs: positions,
+ * velocities, lengths, tasks, tensions, muscle states, energies and momenta. */
 #include "plant.h"
 
 #include "plant_derivative.h"
@@ -20,7 +20,7 @@ static int refuse_command(struct model *model, size_t muscle)
     return 1;
 }
 
-/* Tensions and states of muscles, with the commands unchanged. */
+/* Write the tensions and states of muscles for the current commands. */
 static int write_muscles(struct model *model)
 {
     const struct native_model *native = model->backend;
@@ -49,7 +49,7 @@ static void write_energies(const struct plant *plant, const struct native_robot 
     memcpy(at + WORKS, robot->momenta, 6 * sizeof(double));
 }
 
-/* The outputs at the core's state. */
+/* Write the outputs at the state of the core. */
 static int write_outputs(struct model *model)
 {
     const struct native_model *native = model->backend;
@@ -65,7 +65,7 @@ static int write_outputs(struct model *model)
     return plant->settings.of.tensions.count || plant->settings.of.far_tensions.count ? write_muscles(model) : 0;
 }
 
-/* Moves the core to its q and qd, and shows where it is. */
+/* Move the core to its q and qd, and write the outputs. */
 static int go(struct model *model)
 {
     struct native_model *native = model->backend;
@@ -79,7 +79,7 @@ static int go(struct model *model)
     return write_outputs(model);
 }
 
-/* Muscles that have been at rest with their commands for long. */
+/* Set the muscles to the steady state of their commands. */
 static int start_muscles(struct model *model)
 {
     const struct native_model *native = model->backend;
@@ -138,7 +138,8 @@ static int refuse_step(struct model *model, int bad)
     return 1;
 }
 
-/* One step of the plant, as of `muscle_commands`, `motor_torques` and `external_wrenches`. 0, or what core_step answers. */
+/* Advance by one step of the plant with `muscle_commands`, `motor_torques` and `external_wrenches`. Return
+ * the same as core_step. */
 static int advance(const struct native_robot *robot, struct plant *plant)
 {
     const uint32_t substeps = plant->settings.substeps[0];

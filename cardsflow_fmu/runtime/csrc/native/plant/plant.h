@@ -4,7 +4,7 @@
 
 #include "../model.h"
 
-/* Fills in the functions, and what the model needs beyond the robot. 0, or nonzero with a message. */
+/* Fill in the functions, and the data of the model beyond the robot. Return 0, or nonzero with a message. */
 int native_plant_open(struct model *model, struct native_model *native, struct text *error);
 
 #endif

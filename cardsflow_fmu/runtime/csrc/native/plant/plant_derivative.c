@@ -1,6 +1,6 @@
-/* Directional derivatives of a native plant, exact: over a step of the preferred length, of the outputs at
- * its end by inputs, positions, velocities and states of muscles at its beginning; at the start, of the
- * outputs there by commands and the start state. */
+/* Exact directional derivatives of a native plant. Over a step of the preferred length: of the outputs at
+ * the end by inputs, positions, velocities and muscle states at the start of the step. At the start: of the
+ * outputs by commands and the start state. */
 #include "plant_derivative.h"
 
 #include "../../../../../sim_dart/csrc/tangent/tangent.h"
@@ -12,14 +12,14 @@
 
 #if HAS_CORE_TANGENT
 
-/* A direction: of all that a step begins with; later, of all that it ends with. */
+/* A direction: change of all quantities at the start of a step; later, at its end. */
 struct change {
     double largest; /* seed: the directions are multiples of it */
     double *commands, *torques, *wrenches, *q, *qd, *states, *lengths, *tasks, *tensions, *far_tensions;
-    double energies[3], work[WORKS], momenta[6]; /* as of the core; work adds up over steps */
+    double energies[3], work[WORKS], momenta[6]; /* as in the core; work accumulates over steps */
 };
 
-/* It stays open for further questions. */
+/* Return the handle, which stays open for further requests. */
 static core_tangent *open_tangent(const struct native_model *native)
 {
     struct plant *plant = native->own;
@@ -49,14 +49,14 @@ static int open_change(struct change *change, const struct native_robot *robot, 
     return 0;
 }
 
-/* Whether a variable is of a group; `at` is its place in it. */
+/* Return whether a variable belongs to a group; `at` is its index there. */
 static int is_in(struct native_group group, uint32_t variable, uint32_t *at)
 {
     *at = variable - group.first;
     return variable >= group.first && *at < group.count;
 }
 
-/* Adds a seed to the direction. Nonzero if there is no derivative by that variable. */
+/* Add a seed to the direction. Return nonzero if the derivative by that variable does not exist. */
 static int add_seed(const struct plant_settings *s, const struct change *change, uint32_t known, double seed,
                     int is_at_start)
 {
@@ -75,7 +75,7 @@ static int add_seed(const struct plant_settings *s, const struct change *change,
         change->qd[at] += seed;
     else if (!is_at_start && is_in(s->of.states, known, &at))
         change->states[s->state_order[at]] += seed;
-    else /* of which nothing at the start depends */
+    else /* the start does not depend on these */
         return !(is_at_start && (is_in(s->of.step, known, &at) || is_in(s->of.worker_timeout, known, &at)));
     return 0;
 }
@@ -91,7 +91,7 @@ static int add_seeds(struct model *model, struct change *change, const struct de
         const uint32_t known = request->knowns[i];
         const double seed = change->largest > 0 ? request->seeds[i] / change->largest : 0;
         if (add_seed(&plant->settings, change, known, seed, is_at_start)) {
-            text_set(&model->error, "there is no derivative with respect to %s %s",
+            text_set(&model->error, "no derivative with respect to %s %s",
                      native->ports->ports[known].name, is_at_start ? "at the start" : "over a step");
             return 1;
         }
@@ -127,7 +127,7 @@ static int go_step(const struct plant *plant, core_tangent *tangent, struct chan
     return 0;
 }
 
-/* To where the answers are. */
+/* Advance to the time of the outputs. */
 static int go_with_tangent(struct model *model, core_tangent *tangent, struct change *change)
 {
     const struct native_model *native = model->backend;
@@ -163,7 +163,7 @@ static void end(core_tangent *tangent, struct change *change)
     core_tangent_changes(tangent, TANGENT_MOMENTA, change->momenta);
 }
 
-/* Of an energy or momentum, in the order of the outputs. */
+/* Return the change of an energy or momentum, in the order of the outputs. */
 static double energy(const struct change *change, size_t at)
 {
     if (at < 2)
@@ -171,7 +171,7 @@ static double energy(const struct change *change, size_t at)
     return at < 2 + WORKS ? change->work[at - 2] : change->momenta[at - 2 - WORKS];
 }
 
-/* The change of an output; NaN if it is none of these. */
+/* Return the change of an output; NaN if it is not in these groups. */
 static double answer(const struct plant_settings *s, const struct change *change, uint32_t unknown)
 {
     uint32_t at;
@@ -200,7 +200,7 @@ static int answer_all(struct model *model, const struct change *change, const st
         const uint32_t unknown = request->unknowns[i];
         request->answers[i] = change->largest * answer(&plant->settings, change, unknown);
         if (!isfinite(request->answers[i])) {
-            text_set(&model->error, "there is no derivative of %s", native->ports->ports[unknown].name);
+            text_set(&model->error, "no derivative of %s", native->ports->ports[unknown].name);
             return 1;
         }
     }
@@ -239,7 +239,7 @@ int native_plant_derivative(struct model *model, const struct derivative *reques
 int native_plant_derivative(struct model *model, const struct derivative *request)
 {
     (void)request;
-    text_set(&model->error, "there are no derivatives: this FMU was compiled by a compiler that has no complex "
+    text_set(&model->error, "no derivatives: this FMU was compiled by a compiler that has no complex "
                             "numbers");
     return 1;
 }

@@ -40,7 +40,7 @@ int native_plant_apply_inputs(struct model *model)
     if (check_finite(model, plant->torques, torques) || check_finite(model, plant->loads, loads) || check_finite(model, plant->wrenches, wrenches))
         return 1;
     for (size_t i = 0; i < loads; i += 3)
-        memcpy(plant->external_wrenches + 2 * i, plant->loads + i, 3 * sizeof(double)); /* and no moment */
+        memcpy(plant->external_wrenches + 2 * i, plant->loads + i, 3 * sizeof(double)); /* without moments */
     memcpy(plant->external_wrenches + 2 * loads, plant->wrenches, wrenches * sizeof(double));
     for (size_t i = 0; i < torques; i++)
         plant->motor_torques[plant->settings.motors[i]] = plant->torques[i];

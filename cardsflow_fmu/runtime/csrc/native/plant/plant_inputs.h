@@ -4,17 +4,17 @@
 
 #include "state.h"
 
-/* The command of every muscle, in the order of the robot, into `muscle_commands`, which it returns. */
+/* Compute and return `muscle_commands`: the command of every muscle, in the order of the robot. */
 const double *native_plant_commands(const struct plant *plant);
 
-/* Torques of motors on all coordinates, for the core's step; NULL without motors. */
+/* Return the motor torques on all coordinates, for the step of the core; NULL without motors. */
 const double *native_plant_torques(const struct plant *plant);
 
-/* Commands, torques, loads and wrenches to where the core's step looks for them. Nonzero with a message where a
- * torque, load or wrench is not finite. */
+/* Copy commands, torques, loads and wrenches to the arrays for the step of the core. Return nonzero with a
+ * message if a torque, load or wrench is not finite. */
 int native_plant_apply_inputs(struct model *model);
 
-/* The name of the variable that a value is of. */
+/* Return the name of the variable of a value. */
 const char *native_port_name(const struct native_model *native, const double *value);
 
 #endif

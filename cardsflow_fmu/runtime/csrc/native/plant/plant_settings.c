@@ -12,7 +12,7 @@ static int has_friction(const struct native_robot *robot)
     return 0;
 }
 
-/* Whether no index is beyond what there is, and the numbers are some that a plant can have. */
+/* Return whether all indices are within their ranges, and all numbers are valid. */
 static int are_sound(const struct plant_settings *s, const struct native_robot *robot)
 {
     const uint32_t points = s->of.loads.count / 3 + s->of.wrenches.count / 6, integrator = s->integrator[0];
@@ -29,7 +29,7 @@ static int are_sound(const struct plant_settings *s, const struct native_robot *
            s->of.wrenches.count % 6 == 0 && s->of.external_points.count == points &&
            (s->of.energies.count == 0 || s->of.energies.count == ENERGIES) && s->substeps[0] >= 1 &&
            s->substeps[0] <= 1000000 && isfinite(s->fixed_energy[0]) &&
-           /* friction is nothing that Runge and Kutta know */
+           /* Runge-Kutta does not support friction */
            (integrator == 0 || (integrator == 1 && !has_friction(robot) && !robot->far));
 }
 
@@ -61,7 +61,7 @@ int native_plant_settings(struct plant *plant, struct native_model *native, stru
         text_set(error, "not enough memory for the model");
         return 1;
     }
-    /* the core reads these arrays from now on, in every step */
+    /* the core reads these arrays in every step */
     if (core_external_wrenches(robot->core, (int32_t)points->count, s->external_frame, s->external_point,
                                plant->external_wrenches)) {
         text_set(error, "native.bin does not match its plant");

@@ -4,11 +4,11 @@
 
 #include "state.h"
 
-/* Takes over the settings in the file, finds room for what they ask for, and the values of each group of
- * variables; nonzero with a message. */
+/* Read the settings in the file, allocate memory, and find the values of each group of variables. Return
+ * nonzero with a message on failure. */
 int native_plant_settings(struct plant *plant, struct native_model *native, struct text *error);
 
-/* Frees it. */
+/* Free this memory. */
 void native_plant_free(struct plant *plant);
 
 #endif

@@ -1,4 +1,4 @@
-/* The inside of a native plant. */
+/* Internal state of a native plant. */
 #ifndef NATIVE_PLANT_STATE_H
 #define NATIVE_PLANT_STATE_H
 
@@ -9,7 +9,7 @@
 
 enum { ENERGIES = 12, WORKS = 4 }; /* outputs: energies 2, work 4, momentum 3, angular momentum 3 */
 
-/* A rule of the core: core_step or core_runge_kutta. */
+/* An integrator: core_step or core_runge_kutta. */
 typedef int plant_rule(core *c, const double *u, const double *extra, double h, int32_t steps);
 
 #define VALUES_MEMBER(name, length) double *name;
@@ -19,10 +19,10 @@ struct plant {
     plant_rule *rule;
     double ticks;
     double work[WORKS];           /* since the start; see core.h */
-    double *muscle_commands;   /* m: of passive muscles 0 */
-    double *external_wrenches; /* 6 a point: see core_external_wrenches */
-    double *motor_torques;     /* n: what motors of joints make */
-    struct core_tangent *tangent; /* from the first question for a derivative on */
+    double *muscle_commands;   /* m: 0 for passive muscles */
+    double *external_wrenches; /* 6 per point: see core_external_wrenches */
+    double *motor_torques;     /* n: torques of motors at joints */
+    struct core_tangent *tangent; /* created at the first request for derivatives */
 };
 #undef VALUES_MEMBER
 

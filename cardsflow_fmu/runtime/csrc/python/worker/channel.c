@@ -7,14 +7,14 @@
 
 enum { ROOM = 1 << 16, CLOCK_SIZE = 2, LINE = 64 };
 
-/* The host writes its half, the worker the other; each has a cache line of its own. */
+/* The host writes the first half, the worker the second half; each half has separate cache lines. */
 struct channel_block {
     struct {
         uint32_t asked;  /* number of commands */
         uint32_t sleeps; /* whether a ring is needed */
         uint32_t command;
         uint32_t count; /* of values */
-        uint64_t size;  /* of the bytes in the room */
+        uint64_t size;  /* size of the bytes in the buffer */
         unsigned char rest[LINE - 24];
     } host;
     struct {
@@ -22,8 +22,8 @@ struct channel_block {
         uint32_t sleeps;
         uint32_t outcome;
         uint32_t unused;
-        uint64_t size;  /* of the bytes in the room */
-        uint64_t total; /* of all bytes of the answer */
+        uint64_t size;  /* size of the bytes in the buffer */
+        uint64_t total; /* size of all bytes of the answer */
         unsigned char rest[LINE - 32];
     } worker;
     unsigned char room[ROOM];
@@ -70,7 +70,7 @@ void channel_free(struct channel *channel)
     clear_bytes(channel);
 }
 
-/* Appends what is in the room. 0, or nonzero when there cannot be so much. */
+/* Append the bytes in the buffer. Return 0, or nonzero if the total size is invalid. */
 static int append(struct channel *channel, uint64_t size)
 {
     if (size > ROOM)
@@ -87,7 +87,7 @@ static int append(struct channel *channel, uint64_t size)
     return 0;
 }
 
-/* Tells the other side of a new number, which everything written before comes with. */
+/* Publish a new number to the other side, after everything written before. */
 static void notify(uint32_t *number, const uint32_t *others_sleep, const struct bell *bell)
 {
     __atomic_store_n(number, *number + 1, __ATOMIC_SEQ_CST);
@@ -95,7 +95,7 @@ static void notify(uint32_t *number, const uint32_t *others_sleep, const struct 
         bell_ring(bell);
 }
 
-/* Sleeps until a ring, unless the number has come meanwhile. */
+/* Sleep until a ring, unless the number has already the value. */
 static enum bell_answer sleep_for(const uint32_t *number, uint32_t value, uint32_t *sleeps,
                                   const struct bell *bell, double seconds)
 {
@@ -107,7 +107,7 @@ static enum bell_answer sleep_for(const uint32_t *number, uint32_t value, uint32
     return answer;
 }
 
-/* Asleep at most this long, in s: then it is looked after whether the process still runs. */
+/* Maximum time asleep, in s; then the process is checked. */
 static const double MAX_SLEEP = 0.1;
 
 static int explain(struct process *process, enum bell_answer answer, double longest, double waited,
@@ -115,7 +115,7 @@ static int explain(struct process *process, enum bell_answer answer, double long
 {
     struct text how = {NULL};
     int failed = 1;
-    const double last_moment = 1; /* between the end of the connection and that of the process */
+    const double last_moment = 1; /* time between the end of the connection and that of the process */
     if (process_has_ended(process, answer == BELL_GONE ? last_moment : 0, &how))
         text_set(error, "the worker process %s", text_get(&how));
     else if (answer == BELL_GONE)
@@ -128,7 +128,7 @@ static int explain(struct process *process, enum bell_answer answer, double long
     return failed;
 }
 
-/* 0, or nonzero with a message. */
+/* Return 0, or nonzero with a message. */
 static int wait_for_answer(struct channel *channel, struct process *process, double longest,
                            struct text *error)
 {
@@ -149,7 +149,7 @@ static int wait_for_answer(struct channel *channel, struct process *process, dou
     return 0;
 }
 
-/* One exchange, with bytes that fit into the room. */
+/* Exchange one command and answer, with bytes that fit into the buffer. */
 static int exchange(struct channel *channel, struct process *process, enum command command,
                     const void *bytes, size_t size, double longest, struct text *error)
 {
@@ -162,7 +162,7 @@ static int exchange(struct channel *channel, struct process *process, enum comma
     return wait_for_answer(channel, process, longest, error);
 }
 
-/* Gets all bytes of an answer. */
+/* Receive all bytes of an answer. */
 static int collect(struct channel *channel, struct process *process, double longest,
                    struct text *error)
 {
@@ -234,7 +234,7 @@ static void post(struct channel *channel, const struct bell *bell, enum outcome 
     notify(&block->worker.answered, &block->host.sleeps, bell);
 }
 
-/* Answers a part. */
+/* Confirm a part. */
 static void acknowledge(struct channel *channel, const struct bell *bell)
 {
     channel->block->worker.size = channel->block->worker.total = 0;

@@ -15,17 +15,17 @@ struct python_worker {
     struct process process;
     int is_alive;
     char *program;   /* the interpreter */
-    char *library;   /* the file that this is in: the worker loads it too */
+    char *library;   /* path of this library: the worker loads it too */
     char *resources; /* folder */
     char *version;   /* of the package */
     size_t count;    /* of values */
     double longest_start, longest_call;
-    const double *chosen_longest_call; /* the parameter for it, NULL without one */
+    const double *chosen_longest_call; /* the parameter for the maximum time of a call, or NULL */
 };
 
-/* Before the package is known to be there: any Python 3 understands it. Nothing is imported from the
- * host's current folder. Files that the host has left open for its children are closed. What cannot be
- * imported is reported to the host. */
+/* This code must run in any Python 3, since the package may be missing. It does not import from the current
+ * folder of the host. It closes files that the host left open for its children. It reports import errors to
+ * the host. */
 static const char START[] =
     "import sys\n"
     "sys.path[:] = [p for p in sys.path if p]\n"
@@ -40,7 +40,7 @@ static const char START[] =
     "else:\n"
     "    main(*sys.argv[1:])\n";
 
-/* Waits this long for a process that has the command to quit, and at least for one to terminate, in s. */
+/* Maximum time for a process to quit, and minimum time for a process to terminate, in s. */
 static const double MAX_QUIT = 5;
 
 static void stop(struct python_worker *self, double patience)
@@ -57,7 +57,8 @@ static void quit(struct python_worker *self)
     stop(self, MAX_QUIT);
 }
 
-/* A copy of the host, made by fork, shares the memory, but neither calls the worker nor ends it. */
+/* Return whether this process is a forked copy of the host. A copy shares the memory, but neither calls the
+ * worker nor ends it. */
 static int belongs_to_another(const struct python_worker *self, struct text *error)
 {
     if (process_is_own(&self->process))
@@ -66,8 +67,8 @@ static int belongs_to_another(const struct python_worker *self, struct text *err
     return 1;
 }
 
-/* Asks; the bytes of the answer are in the channel. A worker that does not answer is ended: it may
- * not write to the values later. 0, or nonzero with a message. */
+/* Send a command; the bytes of the answer are in the channel. A worker that does not answer is ended, since
+ * it could write to the values later. Return 0, or nonzero with a message. */
 static int ask(struct python_worker *self, enum command command, const void *bytes, size_t size,
                double longest, enum outcome *outcome, struct text *error)
 {
@@ -89,7 +90,7 @@ static int ask(struct python_worker *self, enum command command, const void *byt
     return 1;
 }
 
-/* Starts the worker and opens the model there. */
+/* Start the worker and open the model there. */
 static enum outcome start(struct python_worker *self, const char *program, struct text *error)
 {
     const char *const arguments[] = {"-E",          "-c",          START,
@@ -105,14 +106,14 @@ static enum outcome start(struct python_worker *self, const char *program, struc
     return outcome;
 }
 
-/* The parameter counts unless it makes no sense; NaN does not either. */
+/* Return the maximum time of a call. A parameter that is not positive, such as NaN, is ignored. */
 static double longest_call(const struct python_worker *self)
 {
     const double *chosen = self->chosen_longest_call;
     return chosen && *chosen > 0 ? *chosen : self->longest_call;
 }
 
-/* A command to the model. */
+/* Send a command to the model. */
 static int call_with(struct model *model, enum command command, const void *bytes, size_t size)
 {
     struct python_worker *self = model->backend;
@@ -130,7 +131,7 @@ static int step(struct model *model)
     return call_with(model, COMMAND_STEP, NULL, 0);
 }
 
-/* The way out after a failure, the end of the worker included. */
+/* Reset, also after a failure or the end of the worker. */
 static int reset(struct model *model)
 {
     struct python_worker *self = model->backend;
@@ -141,7 +142,7 @@ static int reset(struct model *model)
     return self->is_alive || start(self, self->program, &model->error) != OUTCOME_DONE;
 }
 
-/* A worker that has ended holds nothing any more. */
+/* Terminate. A worker that has ended has no resources. */
 static int terminate(struct model *model)
 {
     struct python_worker *self = model->backend;
@@ -152,7 +153,7 @@ static int terminate(struct model *model)
                &outcome, &model->error);
 }
 
-/* Takes the bytes of the answer over. */
+/* Move the bytes of the answer to the caller. */
 static int take_bytes(struct channel *channel, void **bytes, size_t *size, struct text *error)
 {
     *size = channel->bytes.size;
@@ -176,7 +177,7 @@ static int set_state(struct model *model, const void *bytes, size_t size)
     return call_with(model, COMMAND_SET_STATE, bytes, size);
 }
 
-/* As bytes: both counts, unknowns, knowns, seeds. */
+/* Encode the request as bytes: both counts, unknowns, knowns, seeds. */
 static int derivative(struct model *model, const struct derivative *request)
 {
     struct python_worker *self = model->backend;
@@ -232,7 +233,8 @@ static const struct model_functions FUNCTIONS = {
     .close = close_model,
 };
 
-/* The value of the parameter `worker_timeout`, NULL when there is none or the environment decides. */
+/* Return the value of the parameter `worker_timeout`; NULL if it does not exist or the environment variable
+ * takes precedence. */
 static const double *find_timeout(const struct python_worker *self, const struct port_table *ports)
 {
     char *decided = environment_get("CARDSFLOW_FMU_TIMEOUT");
@@ -270,13 +272,13 @@ static struct python_worker *make_worker(const struct port_table *ports, const c
     return NULL;
 }
 
-/* The first line only: what was tried is in one. */
+/* Return the length of the first line, which contains the reason. */
 static int first_line(const char *text)
 {
     return (int)strcspn(text, "\n");
 }
 
-/* Tries interpreters until one fits. */
+/* Start interpreters until one is suitable. */
 static enum outcome start_any(struct python_worker *self, struct text *error)
 {
     struct interpreter found[MAX_INTERPRETERS];

@@ -18,8 +18,9 @@ static void let_others_run(void)
 }
 #endif
 
-/* In s. A sleep and a wake-up take some 50 us: who usually waits longer than the first is put to sleep
- * soon. A look that takes as long as the last has lent the processor to others, who want it. */
+/* In s. A sleep and a wake-up take about 50 us. If the usual wait exceeds the first value, the process
+ * sleeps early. If a poll takes as long as the last value, another process has used the processor and needs
+ * it. */
 static const double MAX_USUAL = 500e-6, MAX_SPIN = 1e-3, MIN_SPIN = 20e-6, CROWDED = 200e-6;
 
 static void pause_processor(void)

@@ -1,4 +1,4 @@
-/* The worker's end: what Python calls in a process that the host has started. */
+/* The worker side: functions that Python calls in a process that the host has started. */
 #include "../../model/model.h"
 #include "../../platform/text.h"
 #include "../in_process.h"
@@ -14,12 +14,12 @@
 #define WORKER_EXPORT __attribute__((visibility("default")))
 #endif
 
-/* Runs the model in `resources` for the host, until that has had enough. 0, or nonzero without a
- * host. */
+/* Run the model in `resources` for the host, until the host sends the command to quit. Return 0, or nonzero
+ * without a host. */
 WORKER_EXPORT int cardsflow_worker_run(const char *links, const char *resources,
                                        const char *version);
 
-/* Tells the host why no model can run here. */
+/* Report to the host why this process cannot run models. */
 WORKER_EXPORT int cardsflow_worker_refuse(const char *links, const char *reason);
 
 struct worker {
@@ -52,7 +52,7 @@ int cardsflow_worker_refuse(const char *links, const char *reason)
     return 0;
 }
 
-/* Whether the bytes are a request, which then points into them. */
+/* Return whether the bytes are a valid request; `request` then points into them. */
 static int read_request(const struct bytes *bytes, struct derivative *request)
 {
     uint32_t counts[2];
@@ -69,12 +69,12 @@ static int read_request(const struct bytes *bytes, struct derivative *request)
     return 1;
 }
 
-/* The answers are taken over by the caller. */
+/* Compute derivatives; the caller frees the answers. */
 static int derive(struct model *model, const struct bytes *bytes, void **answers, size_t *size)
 {
     struct derivative request;
     if (!model->functions->derivative || !read_request(bytes, &request)) {
-        text_set(&model->error, "there are no directional derivatives");
+        text_set(&model->error, "no directional derivatives");
         return 1;
     }
     size_t m = request.known_count;
@@ -114,12 +114,12 @@ static int carry_out(struct model *model, enum command command, const struct byt
     case COMMAND_DERIVATIVE:
         return derive(model, bytes, answer, size);
     default:
-        text_set(&model->error, "there is no command %d", (int)command);
+        text_set(&model->error, "unknown command %d", (int)command);
         return 1;
     }
 }
 
-/* Answers commands until the host says to quit. */
+/* Answer commands until the host sends the command to quit. */
 static void serve(struct worker *worker, struct model *model)
 {
     for (;;) {

@@ -1,4 +1,4 @@
-/* How two processes wake each other, and how each learns of the other's end. */
+/* Wake-up signals between two processes, which also detect the end of the other process. */
 #ifndef BELL_H
 #define BELL_H
 
@@ -7,16 +7,16 @@ struct bell {
     void *mine, *others; /* the event to wait for, the event to set */
     void *peer;          /* the other process */
 #else
-    int socket; /* a byte is a ring; the end of the stream is the other's end */
+    int socket; /* a byte is a ring; the end of the stream is the end of the other process */
 #endif
 };
 
 enum bell_answer { BELL_RUNG, BELL_SILENT, BELL_GONE };
 
-/* Wakes the other one; rings that nobody waits for are kept or lost, never waited for. */
+/* Wake the other process. Rings without a waiting receiver are stored or lost; this call never blocks. */
 void bell_ring(const struct bell *bell);
 
-/* Waits for a ring, for a time at most. A ring may be an old one. */
+/* Wait for a ring, for a maximum time. A ring may be an old one. */
 enum bell_answer bell_wait(const struct bell *bell, double seconds);
 
 void bell_close(struct bell *bell);

@@ -21,7 +21,7 @@ void bell_ring(const struct bell *bell)
     while (sent < 0 && errno == EINTR);
 }
 
-/* Takes all rings that are there; whether the other one has left. */
+/* Receive all stored rings. Return whether the other process has ended. */
 static int drain(int socket)
 {
     char rings[64];

@@ -1,4 +1,4 @@
-/* A process that works for this one, over shared memory and a bell. */
+/* A child process that is connected by shared memory and a bell. */
 #ifndef PROCESS_H
 #define PROCESS_H
 
@@ -12,31 +12,31 @@ struct process {
 #ifdef _WIN32
     void *handle, *job;
 #else
-    long id, owner; /* owner: who started it */
-    int status; /* as of waitpid, once it runs no more */
+    long id, owner; /* owner: process that started it */
+    int status; /* as from waitpid, after its end */
 #endif
 };
 
-/* Starts a program with `arguments`, its own name not among them, NULL behind the last, and one more
- * behind them for process_attach. A name without a slash is looked for as a shell does. 0, or nonzero
- * with a message. */
+/* Start a program with `arguments`, without its name and ending with NULL, and one further argument for
+ * process_attach. A name without a slash is searched like in a shell. Return 0, or nonzero with a message. */
 int process_start(struct process *process, const char *program, const char *const arguments[],
                   const struct shared_memory *memory, struct text *error);
 
-/* Whether this process has started it, and is no copy of the one that has, made by fork. */
+/* Return whether this process started it, and is not a forked copy of that process. */
 int process_is_own(const struct process *process);
 
-/* Whether it has ended by itself, or does so within some seconds, and how. */
+/* Return whether it has ended, or ends within some seconds, and how. */
 int process_has_ended(struct process *process, double seconds, struct text *how);
 
-/* Waits for its end, for a time at most, then ends it. Nothing of it is left. Another's continues. */
+/* Wait for its end, for a maximum time, then kill it and release all resources. A process that another
+ * process started continues. */
 void process_end(struct process *process, double patience);
 
-/* In the process that was started: finds memory and bell by the last argument. From then on this
- * process ends as soon as the other one has. 0, or nonzero. */
+/* In the started process: find memory and bell by the last argument. From then on this process ends when its
+ * parent ends. Return 0, or nonzero. */
 int process_attach(const char *argument, struct shared_memory *memory, struct bell *bell);
 
-/* Path of the file that holds this function, in UTF-8, on the heap; NULL when that is unknown. */
+/* Return the path of the file that contains this function, in UTF-8, on the heap; NULL if it is unknown. */
 char *process_own_library(void);
 
 #endif

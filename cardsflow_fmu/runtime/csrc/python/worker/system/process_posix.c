@@ -23,10 +23,10 @@
 extern char **environ;
 #endif
 
-/* What the process that is started has open: nothing, output and errors as here, and these. */
+/* File descriptors of the started process: no input, output and errors as in this process, and these. */
 enum { BELL_NUMBER = 3, MEMORY_NUMBER = 4, FIRST_FREE = 5 };
 
-/* A copy that the process will not get, with a number that is not one of its own. */
+/* Return a copy of a file with a number outside of this range, which the process does not inherit. */
 static int move_up(int file)
 {
     int moved = file < 0 ? -1 : fcntl(file, F_DUPFD_CLOEXEC, FIRST_FREE);
@@ -59,7 +59,7 @@ static int open_sockets(int sockets[2])
     return 1;
 }
 
-/* A host without output or errors has them closed: the next file that is opened would take their
+/* If the host has no output or errors, their descriptors are closed, and the next file would get these
  * numbers. */
 static int add_output(posix_spawn_file_actions_t *files, int number)
 {
@@ -76,7 +76,7 @@ static int add_files(posix_spawn_file_actions_t *files, int bell, int memory)
            posix_spawn_file_actions_adddup2(files, memory, MEMORY_NUMBER);
 }
 
-/* No signal is blocked, and the terminal's Ctrl-C goes to the host alone. */
+/* Unblock all signals, and send Ctrl-C of the terminal to the host only. */
 static int set_attributes(posix_spawnattr_t *attributes)
 {
     sigset_t none;
@@ -86,7 +86,7 @@ static int set_attributes(posix_spawnattr_t *attributes)
            posix_spawnattr_setflags(attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETPGROUP);
 }
 
-/* 0, or an error number. */
+/* Return 0, or an error number. */
 static int spawn(pid_t *id, char *const arguments[], int bell, int memory)
 {
     posix_spawn_file_actions_t files;
@@ -104,7 +104,8 @@ static int spawn(pid_t *id, char *const arguments[], int bell, int memory)
     return failed;
 }
 
-/* The whole command line, on the heap. The system wants it writable, but does not write. */
+/* Return the whole command line, on the heap. The system function requires a writable one, but does not
+ * modify it. */
 static char **command_line(const char *program, const char *const arguments[], const char *last)
 {
     size_t count = 0;
@@ -150,8 +151,8 @@ int process_start(struct process *process, const char *program, const char *cons
     return 0;
 }
 
-/* Takes over the end of the process, if that has come or is to be waited for. Where the host does
- * that for all its children, how it ended is not known. */
+/* Collect the exit status of the process, if it has ended or `options` request to wait. If the host collects
+ * the status of all its children, the status is unknown. */
 static int reap(struct process *process, int options)
 {
     pid_t found;
@@ -198,8 +199,8 @@ void process_end(struct process *process, double patience)
     bell_close(&process->bell);
 }
 
-/* Ends this process when the host closes its end or is not the parent any more: a copy of the host
- * made by fork may hold the socket open. */
+/* End this process when the host closes its end or is no longer the parent, since a forked copy of the host
+ * may keep the socket open. */
 static void *watch_host(void *argument)
 {
     long host = (long)(size_t)argument;
@@ -227,7 +228,7 @@ int process_attach(const char *argument, struct shared_memory *memory, struct be
     fcntl(MEMORY_NUMBER, F_SETFD, FD_CLOEXEC);
     if (shared_memory_map(memory))
         return 1;
-    sigfillset(&all); /* signals are for Python's own thread */
+    sigfillset(&all); /* only the Python thread handles signals */
     pthread_sigmask(SIG_BLOCK, &all, &before);
     int failed = pthread_create(&thread, NULL, watch_host, (void *)(size_t)host);
     pthread_sigmask(SIG_SETMASK, &before, NULL);

@@ -10,7 +10,7 @@
 #include <string.h>
 #include <windows.h>
 
-/* Quotes for an argument: backslashes count only before a quote. Returns the end of what it wrote. */
+/* Quote an argument: backslashes are special only before a quote. Return the end of the written text. */
 static char *quote(char *out, const char *argument)
 {
     size_t backslashes = 0;
@@ -29,7 +29,7 @@ static char *quote(char *out, const char *argument)
     return out;
 }
 
-/* The whole command line, on the heap. */
+/* Return the whole command line, on the heap. */
 static wchar_t *command_line(const char *program, const char *const arguments[], const char *last)
 {
     size_t size = 2 * (strlen(program) + strlen(last)) + 8;
@@ -48,7 +48,7 @@ static wchar_t *command_line(const char *program, const char *const arguments[],
     return wide;
 }
 
-/* Ends the process with the last handle to the job, which goes when this process ends. */
+/* Create a job that ends the process when this process ends and its handle is closed. */
 static HANDLE make_job(void)
 {
     JOBOBJECT_EXTENDED_LIMIT_INFORMATION limits;
@@ -60,7 +60,7 @@ static HANDLE make_job(void)
     return job;
 }
 
-/* What the started process inherits, in the order of its arguments. */
+/* Handles that the started process inherits, in the order of its arguments. */
 enum { OWN_EVENT, HOST_EVENT, HOST_PROCESS, MEMORY, HANDLES };
 
 static int make_handles(HANDLE handles[HANDLES], const struct shared_memory *memory)
@@ -161,7 +161,7 @@ int process_has_ended(struct process *process, double seconds, struct text *how)
 
 int process_is_own(const struct process *process)
 {
-    (void)process; /* there is no fork */
+    (void)process; /* fork does not exist */
     return 1;
 }
 

@@ -1,4 +1,4 @@
-/* Memory that two processes share. It has no name in the system: it is gone with them. */
+/* Memory that two processes share. It has no name in the system and is released with both processes. */
 #ifndef SHARED_MEMORY_H
 #define SHARED_MEMORY_H
 
@@ -7,7 +7,7 @@
 #include <stddef.h>
 
 struct shared_memory {
-    void *bytes; /* zeros at first */
+    void *bytes; /* initially zeros */
     size_t size;
 #ifdef _WIN32
     void *handle;
@@ -16,10 +16,10 @@ struct shared_memory {
 #endif
 };
 
-/* 0, or nonzero with a message. */
+/* Return 0, or nonzero with a message. */
 int shared_memory_create(struct shared_memory *memory, size_t size, struct text *error);
 
-/* Maps what another process made; `handle` and `size` are set. 0, or nonzero. */
+/* Map the memory of another process; `handle` and `size` must be set. Return 0, or nonzero. */
 int shared_memory_map(struct shared_memory *memory);
 
 void shared_memory_close(struct shared_memory *memory);

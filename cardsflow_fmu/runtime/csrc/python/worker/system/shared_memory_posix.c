@@ -12,14 +12,14 @@
 #ifdef __linux__
 #include <sys/syscall.h>
 
-/* The call itself: older C libraries have no function for it. */
+/* Call the system directly: older C libraries have no function for it. */
 static int create_file(void)
 {
     const unsigned close_on_exec = 1;
     return (int)syscall(SYS_memfd_create, "cardsflow", close_on_exec);
 }
 #else
-/* A name for as long as it takes to open it. */
+/* Create a file with a name that exists only until it is open. */
 static int create_file(void)
 {
     enum { TRIES = 1000 };
@@ -52,7 +52,7 @@ int shared_memory_create(struct shared_memory *memory, size_t size, struct text 
     if (memory->handle >= 0 && ftruncate(memory->handle, (off_t)size) == 0 &&
         shared_memory_map(memory) == 0)
         return 0;
-    text_set(error, "cannot make shared memory of %lu bytes: %s", (unsigned long)size,
+    text_set(error, "no shared memory of %lu bytes: %s", (unsigned long)size,
              strerror(errno));
     shared_memory_close(memory);
     return 1;

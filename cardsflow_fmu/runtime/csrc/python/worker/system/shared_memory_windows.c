@@ -20,7 +20,7 @@ int shared_memory_create(struct shared_memory *memory, size_t size, struct text 
                            (DWORD)((unsigned long long)size >> 32), (DWORD)size, NULL);
     if (memory->handle && shared_memory_map(memory) == 0)
         return 0;
-    text_set(error, "cannot make shared memory of %lu bytes: Windows error %lu",
+    text_set(error, "no shared memory of %lu bytes: Windows error %lu",
              (unsigned long)size, (unsigned long)GetLastError());
     shared_memory_close(memory);
     return 1;
