@@ -6,8 +6,8 @@ unknowns, the others are the knowns, and h is the preferred communication step. 
 state is a known as well: the state at the beginning. At the start, before the first step, the
 outputs are functions of the parameters and inputs that the initialization uses.
 
-The derivative along the direction d is (Γ(v + s d) - Γ(v - s d)) / 2s, where s is so small that no
-known changes by more than 1e-6 (1 + |v|). If Γ is smooth, the error is of order 1e-10 relative to
+The derivative along the direction d is (Γ(v + s d) - Γ(v - s d)) / 2s, with s such that no known
+changes by more than 1e-6 (1 + |v|). If Γ is smooth, the error is of order 1e-10 relative to
 the second and third derivative.
 
 Values beyond a limit of an input's range act like the limit, so Γ has a kink there: an ideal cable
@@ -32,7 +32,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 Indices = NDArray[np.intp]
 
 DIFFERENCE = 1e-6
-"""Largest change of a known in each direction, relative to 1 + |value|."""
+"""Maximum change of a known in each direction, relative to 1 + |value|."""
 
 
 class Differentiable(Protocol):
@@ -43,7 +43,7 @@ class Differentiable(Protocol):
         values: Their values.
         states: Indices of outputs that are states.
         steady_outputs: Indices of outputs whose derivative is zero.
-        ranges: The smallest and largest values that act, shapes (len(ports),).
+        ranges: Smallest and largest effective values, shapes (len(ports),).
     """
 
     ports: tuple[Port, ...]
@@ -75,7 +75,7 @@ def directional_derivative(
 
     Args:
         model: The model, initialised.
-        t: The present time, in [s].
+        t: Current time, in [s].
         h: Length of a step, in [s]; 0 for the outputs at the start.
         unknowns: Indices of outputs.
         knowns: Indices of the variables that change.
@@ -95,14 +95,14 @@ def directional_derivative(
         return np.zeros(len(unknowns))
     change = direction * (DIFFERENCE / sizes.max())
     evaluate = _start if h == 0 else _step
-    offset = _off_the_ends(model, np.abs(change))
+    offset = _shift_from_limits(model, np.abs(change))
     ahead, behind = (evaluate(model, t, h, offset + sign * change) for sign in (1.0, -1.0))
     slopes: FloatArray = (ahead - behind) / (2.0 * DIFFERENCE / sizes.max())
     slopes[model.steady_outputs] = 0.0
     return slopes[unknowns]
 
 
-def _off_the_ends(model: Differentiable, sizes: FloatArray) -> FloatArray:
+def _shift_from_limits(model: Differentiable, sizes: FloatArray) -> FloatArray:
     """Return the shift of the values that keeps changes of these sizes within the range."""
     v, (low, high) = model.values, model.ranges
     inside = np.clip(v, low + sizes, high - sizes)
@@ -131,11 +131,11 @@ def _start(model: Differentiable, t: float, h: float, change: FloatArray) -> Flo
         model.values[:] = values
         model.initialize(t)
 
-    def go() -> None:
+    def evaluate() -> None:
         model.values[:] += change
         model.initialize(t)
 
-    return _outputs(model, go, restore, values)
+    return _outputs(model, evaluate, restore, values)
 
 
 def _step(model: Differentiable, t: float, h: float, change: FloatArray) -> FloatArray:
@@ -145,21 +145,24 @@ def _step(model: Differentiable, t: float, h: float, change: FloatArray) -> Floa
         model.values[:] = values
         model.set_state(state)
 
-    def go() -> None:
+    def evaluate() -> None:
         model.values[:] += change
         if change[model.states].any():
             model.set_states(model.values[model.states])
         model.step(t, h)
 
-    return _outputs(model, go, restore, values)
+    return _outputs(model, evaluate, restore, values)
 
 
 def _outputs(
-    model: Differentiable, go: Callable[[], None], restore: Callable[[], None], values: FloatArray
+    model: Differentiable,
+    evaluate: Callable[[], None],
+    restore: Callable[[], None],
+    values: FloatArray,
 ) -> FloatArray:
-    """Return the values after `go`."""
+    """Return the values after `evaluate`; restore the model."""
     try:
-        go()
+        evaluate()
         return model.values.copy()
     finally:
         restore()

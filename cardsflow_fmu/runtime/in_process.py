@@ -32,7 +32,7 @@ def open_model(resources: str, memory: bytearray | memoryview) -> HostedModel | 
         The model, or an error message.
     """
     try:
-        return HostedModel(_model_maker(Path(resources), memory), memory)
+        return HostedModel(_model_factory(Path(resources), memory), memory)
     except BaseException as error:
         return _failure(error)
 
@@ -145,7 +145,7 @@ class HostedModel:
         return _failure(error)
 
 
-def _model_maker(folder: Path, memory: bytearray | memoryview) -> Callable[[], FmuModel]:
+def _model_factory(folder: Path, memory: bytearray | memoryview) -> Callable[[], FmuModel]:
     """Check the versions with which the FMU was built; return its model factory."""
     record = read_model_file(folder)
     if record.package != __version__:
@@ -170,7 +170,7 @@ def _model_maker(folder: Path, memory: bytearray | memoryview) -> Callable[[], F
 
 
 def _failure(error: BaseException) -> str:
-    """Format an exception with its trace; errors of this package without a trace."""
+    """Format an exception with its trace; omit the trace for errors of this package."""
     try:
         if isinstance(error, CardsflowError):
             return _plain(str(error))

@@ -119,9 +119,9 @@ def prebuilt_libraries() -> dict[str, Path]:
     """
     folder = _root() / PREBUILT
     files = {name: folder / f"{name}{PLATFORMS[name].suffix}" for name in PREBUILT_PLATFORMS}
-    there = {name: file for name, file in files.items() if file.is_file()}
-    fingerprint = NATIVE.fingerprint() if there else ""
-    return {name: file for name, file in there.items() if _mark(file) == fingerprint}
+    existing = {name: file for name, file in files.items() if file.is_file()}
+    fingerprint = NATIVE.fingerprint() if existing else ""
+    return {name: file for name, file in existing.items() if _mark(file) == fingerprint}
 
 
 def _mark(file: Path) -> str:

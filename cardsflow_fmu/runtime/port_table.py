@@ -1,4 +1,4 @@
-"""Table of variables for the C library, in the format of csrc/port_table.h."""
+"""Table of variables for the C library, in the format of csrc/model/port_table.h."""
 
 from __future__ import annotations
 

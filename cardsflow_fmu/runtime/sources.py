@@ -55,7 +55,7 @@ class Library(NamedTuple):
         return self._files(root, "*.h")
 
     def _files(self, root: Path, pattern: str) -> list[str]:
-        return list(_found(self.folders, self.without, root, pattern))
+        return list(_find_files(self.folders, self.without, root, pattern))
 
     def fingerprint(self, root: Path = ROOT) -> str:
         """Return a hash of all sources, which identifies the compiled library."""
@@ -67,13 +67,13 @@ class Library(NamedTuple):
 
 
 @cache
-def _found(
+def _find_files(
     folders: tuple[str, ...], without: tuple[str, ...], root: Path, pattern: str
 ) -> list[str]:
     paths = {path for folder in folders for path in (root / folder).rglob(pattern)}
-    others = [root / name for name in without]
-    mine = (path for path in paths if not any(map(path.is_relative_to, others)))
-    return sorted(path.relative_to(root).as_posix() for path in mine)
+    excluded = [root / name for name in without]
+    included = (path for path in paths if not any(map(path.is_relative_to, excluded)))
+    return sorted(path.relative_to(root).as_posix() for path in included)
 
 
 _LIB = "cardsflow_fmu/runtime/lib"

@@ -29,7 +29,7 @@ def main(library: str, version: str, resources: str, links: str) -> NoReturn:
     runtime = ctypes.CDLL(library)
     if version != __version__:
         reason = f"has cardsflow {__version__}"
-        code = runtime.cardsflow_worker_refuse(links.encode(), reason.encode())
+        code = runtime.cardsflow_worker_reject(links.encode(), reason.encode())
     else:
         folder = os.fsencode(resources)
         code = runtime.cardsflow_worker_run(links.encode(), folder, version.encode())

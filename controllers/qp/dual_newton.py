@@ -41,7 +41,7 @@ def library() -> ctypes.PyDLL:
     solver.dual_newton_array.restype = ctypes.POINTER(ctypes.c_double)
     solver.dual_newton_solve.argtypes = [pointer]
     solver.dual_newton_steps.argtypes = [pointer]
-    solver.least_largest.argtypes = [pointer, _Box, pointer, pointer, pointer]
+    solver.minimize_largest.argtypes = [pointer, _Box, pointer, pointer, pointer]
     return solver
 
 
@@ -133,7 +133,7 @@ class DualNewton:
         """
         vectors = [np.ascontiguousarray(v, dtype=np.float64) for v in (low, high, c, p, first)]
         low_, high_, *others = (vector.ctypes.data for vector in vectors)
-        status: int = library().least_largest(self._handle, _Box(low_, high_), *others)
+        status: int = library().minimize_largest(self._handle, _Box(low_, high_), *others)
         return status
 
     @property

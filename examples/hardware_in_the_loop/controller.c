@@ -75,7 +75,7 @@ static void say(unsigned kind, double t, const double *values, unsigned count)
 }
 
 /* Return whether a frame of this run and one of two kinds arrives until then; it is in `f`. */
-static int hear(unsigned kind, unsigned other, uint64_t until)
+static int receive_frame(unsigned kind, unsigned other, uint64_t until)
 {
     static uint8_t data[sizeof sent.bytes + 1];
     for (;;) {
@@ -118,14 +118,14 @@ static int begin(void)
 }
 
 /* Return whether the device accepts a run; `state` is then the state of the device. */
-static int greet(void)
+static int connect_device(void)
 {
     const double wish[HELLO_VALUES] = {SIGNATURE_HIGH, SIGNATURE_LOW, STEP, 1, 0, COMMANDS, STATES};
     if (read_file("/dev/urandom", &run, sizeof run) != sizeof run || !run)
         run = (uint32_t)clock_ns() | 1;
     for (int k = 0; k < HELLOS && !ended; k++) {
         say(HELLO, 0, wish, HELLO_VALUES);
-        if (!hear(HELLO_ACK, ERROR, clock_ns() + SECOND / 20))
+        if (!receive_frame(HELLO_ACK, ERROR, clock_ns() + SECOND / 20))
             continue;
         if (f.kind == HELLO_ACK && begin())
             return 1;
@@ -144,7 +144,7 @@ static int exchange(double t)
     say(SETPOINT, t, forces, COMMANDS);
     while (!ended && clock_ns() < until) {
         const uint64_t again = clock_ns() + REPEAT;
-        if (!hear(STATE, STATE, again < until ? again : until)) {
+        if (!receive_frame(STATE, STATE, again < until ? again : until)) {
             (void)(lockstep && send(line, sent.bytes, sent.size, 0));
         } else if (f.seq == seq && f.count == STATES) {
             memcpy(state, f.values, sizeof state);
@@ -155,7 +155,7 @@ static int exchange(double t)
 }
 
 /* In real time, wait for time t of the run. A delay of more than a step shifts the run, without a burst. */
-static void pace(double t)
+static void wait_until(double t)
 {
     const uint64_t due = origin + (uint64_t)(t * (double)SECOND), now = clock_ns();
     const struct timespec until = {(time_t)(due / SECOND), (long)(due % SECOND)};
@@ -175,7 +175,7 @@ static void ramp_down(long tick)
     for (long left = steps, missed = 0; left-- && !ended && missed <= most_missed(); tick++) {
         for (int i = 0; i < MUSCLES; i++)
             forces[i] = F_MIN[i] + (double)left / (double)steps * (top[i] - F_MIN[i]);
-        pace((double)tick * STEP);
+        wait_until((double)tick * STEP);
         missed = exchange((double)tick * STEP) ? 0 : missed + 1;
     }
 }
@@ -185,13 +185,13 @@ static void stop(void)
 {
     for (int k = 0; k < STOPS; k++) {
         say(STOP, 0, NULL, 0);
-        if (hear(STOPPED, STOPPED, clock_ns() + REPEAT))
+        if (receive_frame(STOPPED, STOPPED, clock_ns() + REPEAT))
             return;
     }
 }
 
 /* ---- The run */
-static void show(double t)
+static void print_row(double t)
 {
     printf("%.17g", t);
     for (int j = 0; j < COORDINATES; j++)
@@ -236,13 +236,13 @@ static const char *drive(void)
     int is_known = 1;
     for (int missed = 0; !ended && !wrong && is_known && next_reference(reference); tick++) {
         const double t = (double)tick * STEP;
-        pace(t);
+        wait_until(t);
         if (tick_law(STEP, state, reference, load, found) >= COMPUTED_TORQUE_FAILED || !are_finite(found)) {
             wrong = "no forces found";
             break;
         }
         memcpy(forces, found, sizeof forces);
-        show(t);
+        print_row(t);
         missed = exchange(t) ? 0 : missed + 1;
         if (missed > most_missed())
             return "the device does not answer";
@@ -272,7 +272,7 @@ int main(int count, char **arguments)
     struct sigaction action = {0};
     action.sa_handler = end;
     sigaction(SIGINT, &action, NULL), sigaction(SIGTERM, &action, NULL);
-    if (!greet())
+    if (!connect_device())
         return 1;
     const char *wrong = !estimate(state, 1, 0, load) ? "the first pose was not found"
                         : !is_near()                 ? "the robot is too far from its start"

@@ -37,7 +37,7 @@ static const double MOTOR_LAG = 0.005, JOINT_LAG = 0.1;          /* [s] */
 static const double COMPLIANCE = 1e-3, LENGTH = 0.3, ARM = 0.02; /* [rad/N], [m], [m] */
 static double q[JOINTS], qd[JOINTS], command[MUSCLES], tension[MUSCLES];
 
-static double way(int i) { return i / JOINTS % 2 ? -1.0 : 1.0; }
+static double direction(int i) { return i / JOINTS % 2 ? -1.0 : 1.0; }
 
 static void robot_apply(int i, double force) { command[i] = force; }
 
@@ -59,7 +59,7 @@ static void robot_advance(double dt)
     double goal[JOINTS] = {0};
     for (int i = 0; i < MUSCLES; i++) {
         tension[i] += (command[i] - tension[i]) * dt / (MOTOR_LAG + dt);
-        goal[i % JOINTS] += way(i) * COMPLIANCE * tension[i];
+        goal[i % JOINTS] += direction(i) * COMPLIANCE * tension[i];
     }
     for (int j = 0; j < JOINTS; j++)
         qd[j] = (goal[j] - q[j]) / (JOINT_LAG + dt), q[j] += qd[j] * dt;
@@ -70,7 +70,7 @@ static void robot_state(double *values)
     for (int j = 0; j < ENCODERS; j++)
         values[j] = q[j], values[ENCODERS + j] = qd[j];
     for (int i = 0; i < MUSCLES; i++) {
-        values[2 * ENCODERS + i] = LENGTH - way(i) * ARM * q[i % JOINTS];
+        values[2 * ENCODERS + i] = LENGTH - direction(i) * ARM * q[i % JOINTS];
         values[2 * ENCODERS + MUSCLES + i] = tension[i];
     }
 }
@@ -115,7 +115,7 @@ static void watch(uint64_t now)
 }
 
 /* Complete the answer to a frame in place; count and values are already set. */
-static const struct packed *say(struct frame *f, unsigned kind, uint64_t now, struct packed *to)
+static const struct packed *complete_answer(struct frame *f, unsigned kind, uint64_t now, struct packed *to)
 {
     f->kind = kind, f->echo = f->sent, f->sent = now, f->t = device_time;
     f->flags = (f->flags & CLAMPED) | (lockstep ? LOCKSTEP : 0) | (state == IN_SAFE_STATE ? SAFE : 0);
@@ -139,7 +139,7 @@ static int is_copy(const struct frame *hello)
 static double shorter(double wish) { return wish > 0 && wish < WATCHDOG ? wish : WATCHDOG; }
 
 /* Return why a requested run is impossible; 0 if it is possible. */
-static unsigned objection(const struct frame *hello)
+static unsigned hello_error(const struct frame *hello)
 {
     const double *wish = hello->values, step = wish[2], steps = step / STEP;
     const int whole = steps > 0.5 && steps < 1000.5 && fabs(steps - floor(steps + 0.5)) < 1e-6 * steps;
@@ -177,10 +177,10 @@ static const struct packed *greet(struct frame *f, const struct sockaddr_in *fro
                         (state == READY && is_peer(from)) || (at_rest && now > heard + SECOND);
     if (f->run == 0 || f->count != HELLO_VALUES || (known && state != READY))
         return NULL; /* invalid, or a late copy of an earlier run */
-    const unsigned refusal = known ? 0 : is_free ? objection(f) : BUSY;
+    const unsigned refusal = known ? 0 : is_free ? hello_error(f) : BUSY;
     if (refusal) {
         f->count = 1, f->values[0] = refusal;
-        return say(f, ERROR, now, &other);
+        return complete_answer(f, ERROR, now, &other);
     }
     if (!known)
         begin(f, from, now); /* a repeated hello does not reset the watchdog: it may be a copy */
@@ -188,7 +188,7 @@ static const struct packed *greet(struct frame *f, const struct sockaddr_in *fro
     f->values[7] = (double)(nonce >> 32), f->values[8] = (double)(nonce & 0xffffffffu);
     robot_state(f->values + ACK_VALUES);
     f->count = ACK_VALUES + STATES;
-    return say(f, HELLO_ACK, now, &other);
+    return complete_answer(f, HELLO_ACK, now, &other);
 }
 
 static const struct packed *follow(struct frame *f, uint64_t now)
@@ -214,7 +214,7 @@ static const struct packed *follow(struct frame *f, uint64_t now)
     }
     robot_state(f->values);
     f->count = STATES;
-    return say(f, STATE, now, &answer);
+    return complete_answer(f, STATE, now, &answer);
 }
 
 /* Process a received frame. Return the answer, or NULL. */
@@ -234,8 +234,8 @@ static const struct packed *receive(const uint8_t *data, size_t size,
     f.flags = 0;
     if (f.kind == STOP)
         go_safe();
-    return f.kind == STOP ? say(&f, STOPPED, now, &other)
-           : f.kind == PING ? say(&f, PONG, now, &other) : NULL;
+    return f.kind == STOP ? complete_answer(&f, STOPPED, now, &other)
+           : f.kind == PING ? complete_answer(&f, PONG, now, &other) : NULL;
 }
 
 static void end(int number) { ended = number; }

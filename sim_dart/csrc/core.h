@@ -95,9 +95,9 @@ CORE_API void core_move(core *c, const real *q);
 
 /* A state beyond this size, in rad, m or their rates, has diverged. Engines mask overflow, so a test for
    infinity would miss it. */
-#define CORE_LARGEST_STATE 1e9
+#define CORE_MAX_STATE 1e9
 
-/* Do the same as core_move, after checking that q and qd are finite and within CORE_LARGEST_STATE. Return 0,
+/* Do the same as core_move, after checking that q and qd are finite and within CORE_MAX_STATE. Return 0,
    or 1 + the index of the first invalid coordinate; in this case nothing changes. */
 CORE_API int core_move_checked(core *c, const real *q, const real *qd);
 

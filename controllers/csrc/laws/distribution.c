@@ -44,7 +44,7 @@ static real allowed(const computed_torque *s)
 }
 
 /* Compute slack = tau + L'f. Return its maximum. */
-static real missing(computed_torque *s)
+static real compute_slack(computed_torque *s)
 {
     real most = 0;
     memcpy(s->slack, s->active_tau, s->n * sizeof(real));
@@ -54,14 +54,14 @@ static real missing(computed_torque *s)
 }
 
 /* Compute forces and slack of a solution. Return the maximum slack. */
-static real take(computed_torque *s, const real *forces)
+static real use_solution(computed_torque *s, const real *forces)
 {
     for (size_t i = 0; i < s->m; i++) s->forces[i] = clip(forces[i], s->f_min[i], s->f_max[i]);
-    return missing(s);
+    return compute_slack(s);
 }
 
 /* Eliminate a passive coordinate from all other rows; its rows become those of a unit mass at rest. */
-static void eliminate(computed_torque *s, size_t p, real *tau)
+static void eliminate_passive(computed_torque *s, size_t p, real *tau)
 {
     const size_t n = s->n, m = s->m;
     const real pivot = s->M[p * n + p];
@@ -79,12 +79,12 @@ static void eliminate(computed_torque *s, size_t p, real *tau)
 }
 
 /* Compute the torque without passive coordinates. Return 0, or COMPUTED_TORQUE_WRONG. */
-static int require(computed_torque *s)
+static int compute_torque(computed_torque *s)
 {
     joint_law_torque(s);
     memcpy(s->active_tau, s->tau, s->n * sizeof(real));
     for (size_t j = 0; j < s->n; j++)
-        if (s->passive[j] != 0) eliminate(s, j, s->active_tau);
+        if (s->passive[j] != 0) eliminate_passive(s, j, s->active_tau);
     for (size_t j = 0; j < s->n; j++)
         if (!isfinite(s->active_tau[j])) return COMPUTED_TORQUE_WRONG;
     return 0;
@@ -123,27 +123,27 @@ static int build_soft(computed_torque *s, real relative_softness)
 
 int distribution_build(computed_torque *s)
 {
-    const int wrong = require(s);
+    const int wrong = compute_torque(s);
     build_hard(s);
     return wrong;
 }
 
 int distribution_build_soft(computed_torque *s)
 {
-    const int wrong = require(s);
+    const int wrong = compute_torque(s);
     return wrong ? wrong : build_soft(s, SOFTNESS[0]);
 }
 
 /* Continue from the feasible least-squares forces with another norm. */
 static int finish(computed_torque *s)
 {
-    if (norm_least(s) != DUAL_NEWTON_SOLVED) return COMPUTED_TORQUE_NOT_CONVERGED;
-    return missing(s) <= allowed(s) ? COMPUTED_TORQUE_SOLVED : COMPUTED_TORQUE_NOT_CONVERGED;
+    if (norm_minimize(s) != DUAL_NEWTON_SOLVED) return COMPUTED_TORQUE_NOT_CONVERGED;
+    return compute_slack(s) <= allowed(s) ? COMPUTED_TORQUE_SOLVED : COMPUTED_TORQUE_NOT_CONVERGED;
 }
 
 int distribution_finish(computed_torque *s, const real *x)
 {
-    return take(s, x) <= allowed(s) ? finish(s) : COMPUTED_TORQUE_FAILED;
+    return use_solution(s, x) <= allowed(s) ? finish(s) : COMPUTED_TORQUE_FAILED;
 }
 
 static int solve_soft(computed_torque *s, int is_proven)
@@ -154,7 +154,7 @@ static int solve_soft(computed_torque *s, int is_proven)
         status = solve_from(s->built, s->memory + s->m + s->rows);
     }
     if (status != DUAL_NEWTON_SOLVED) return COMPUTED_TORQUE_FAILED;
-    if (take(s, s->built->x) <= allowed(s)) return COMPUTED_TORQUE_SOLVED;
+    if (use_solution(s, s->built->x) <= allowed(s)) return COMPUTED_TORQUE_SOLVED;
     return is_proven ? COMPUTED_TORQUE_SOFT : COMPUTED_TORQUE_NOT_CONVERGED;
 }
 
@@ -163,6 +163,6 @@ int distribution_solve(computed_torque *s)
     if (distribution_build(s)) return COMPUTED_TORQUE_WRONG;
     const int status = solve_from(s->hard, s->memory + s->m);
     if (status > DUAL_NEWTON_NOT_CONVERGED) return COMPUTED_TORQUE_WRONG;
-    if (status == DUAL_NEWTON_SOLVED && take(s, s->hard->x) <= allowed(s)) return finish(s);
+    if (status == DUAL_NEWTON_SOLVED && use_solution(s, s->hard->x) <= allowed(s)) return finish(s);
     return solve_soft(s, status == DUAL_NEWTON_INFEASIBLE);
 }

@@ -24,19 +24,19 @@ int computed_torque_law(const char *name)
     return COMPUTED_TORQUE_GIVEN;
 }
 
-static const joint_law *chosen(const computed_torque *s)
+static const joint_law *chosen_law(const computed_torque *s)
 {
     return s->law[0] >= 0 && s->law[0] < COUNT ? &LAWS[(size_t)s->law[0]] : NULL;
 }
 
 void joint_law_torque(computed_torque *s)
 {
-    const joint_law *law = chosen(s);
+    const joint_law *law = chosen_law(s);
     if (law) law->torque(s, s->tau);
 }
 
 int computed_torque_needs_gravity(const computed_torque *s)
 {
-    const joint_law *law = chosen(s);
+    const joint_law *law = chosen_law(s);
     return law && law->needs_gravity;
 }

@@ -9,8 +9,8 @@
 #include <string.h>
 
 enum { STEPS = 60, HALVINGS = 40 };
-static const real ENOUGH = PRECISE(1e-15, 1e-7);  /* relative decrease of the power in the last step */
-static const real CURVED = PRECISE(1e-12, 1e-6); /* minimum curvature, relative to the maximum */
+static const real MIN_DECREASE = PRECISE(1e-15, 1e-7);  /* relative decrease of the power in the last step */
+static const real MIN_CURVATURE = PRECISE(1e-12, 1e-6); /* minimum curvature, relative to the maximum */
 
 static real power(real z, int p)
 {
@@ -32,7 +32,7 @@ static int falls(const computed_torque *s, int p, real t)
     return slope <= 0;
 }
 
-static real least_on_way(const computed_torque *s, int p)
+static real minimize_on_line(const computed_torque *s, int p)
 {
     real low = 0, high = 1;
     if (falls(s, p, 1)) return 1;
@@ -51,7 +51,7 @@ static real model_at(computed_torque *s, int p, real size)
     real sum = 0;
     for (size_t i = 0; i < s->m; i++) {
         const real unit = sqrt(s->H_f[i]) / size, z = unit * (s->forces[i] - s->f_p[i]), away = fabs(z);
-        const real curve = (real)(p - 1) * unit * unit * larger(power(away, p - 2), CURVED);
+        const real curve = (real)(p - 1) * unit * unit * larger(power(away, p - 2), MIN_CURVATURE);
         s->apart[i] = z, sum += power(away, p);
         s->hard->H_diagonal[i] = curve;
         s->hard->g[i] = unit * slope_at(z, p) - curve * s->forces[i];
@@ -60,21 +60,21 @@ static real model_at(computed_torque *s, int p, real size)
 }
 
 /* Continue from the least-squares forces with the minimum 1-norm or infinity norm. */
-static int least_linear(computed_torque *s)
+static int minimize_linear_norm(computed_torque *s)
 {
     real *counts = s->apart;
     for (size_t i = 0; i < s->m; i++) counts[i] = sqrt(s->H_f[i]);
     const box bounds = {s->f_min, s->f_max};
     const int status = isfinite(s->norm[0])
-                           ? least_sum(s->hard, second_program(s, 2 * s->m), bounds, counts, s->f_p, s->forces)
-                           : least_largest(s->hard, bounds, counts, s->f_p, s->forces);
+                           ? minimize_sum(s->hard, second_program(s, 2 * s->m), bounds, counts, s->f_p, s->forces)
+                           : minimize_largest(s->hard, bounds, counts, s->f_p, s->forces);
     if (status == DUAL_NEWTON_SOLVED) memcpy(s->forces, s->hard->x, s->m * sizeof(real));
     return status;
 }
 
-int norm_least(computed_torque *s)
+int norm_minimize(computed_torque *s)
 {
-    if (s->norm[0] == 1 || s->norm[0] == INFINITY) return least_linear(s);
+    if (s->norm[0] == 1 || s->norm[0] == INFINITY) return minimize_linear_norm(s);
     const int p = (int)s->norm[0];
     dual_newton *program = s->hard;
     real size = 0;
@@ -94,8 +94,8 @@ int norm_least(computed_torque *s)
             s->way[i] = sqrt(s->H_f[i]) / size * (program->x[i] - s->forces[i]);
             lower -= slope_at(s->apart[i], p) * s->way[i];
         }
-        if (lower <= ENOUGH * sum) break;
-        const real t = least_on_way(s, p);
+        if (lower <= MIN_DECREASE * sum) break;
+        const real t = minimize_on_line(s, p);
         for (size_t i = 0; i < s->m; i++) s->forces[i] += t * (program->x[i] - s->forces[i]);
     }
     return DUAL_NEWTON_SOLVED;

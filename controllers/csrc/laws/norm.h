@@ -6,6 +6,6 @@
 
 /* Continue from the least-squares forces, with the rows and bounds in s->hard, to the forces of minimum
    p-norm. Return 0, or the status of a program that was not solved; in this case the forces do not change. */
-int norm_least(computed_torque *s);
+int norm_minimize(computed_torque *s);
 
 #endif

@@ -29,7 +29,7 @@ static const struct {
 static const real ACCEPTED = PRECISE(1e-6, 1e-4), NEAR = PRECISE(1e-9, 1e-5), MIN_ROW = PRECISE(1e-8, 1e-4);
 
 /* Return whether the task has the priority of the program or an earlier one. Other tasks have empty rows. */
-static int is_now(const computed_torque *s, size_t task)
+static int is_active_task(const computed_torque *s, size_t task)
 {
     return s->priority[task] == s->rank;
 }
@@ -47,7 +47,7 @@ static int has_before(const computed_torque *s)
 }
 
 /* Return the minimum priority above a number; infinite if there are no further priorities. */
-static real rank_above(const computed_torque *s, real rank)
+static real next_rank(const computed_torque *s, real rank)
 {
     real next = INFINITY;
     for (size_t i = 0; i < s->k; i++)
@@ -97,9 +97,9 @@ static void bound_accelerations(const computed_torque *s, dual_newton *program)
 }
 
 /* Return the softness of the row of a task, from its weight. */
-static real own_softness(const computed_torque *s, size_t task)
+static real task_softness(const computed_torque *s, size_t task)
 {
-    return is_now(s, task) && isfinite(s->W[task]) ? 1 / s->W[task] : 0;
+    return is_active_task(s, task) && isfinite(s->W[task]) ? 1 / s->W[task] : 0;
 }
 
 static void build_hard(computed_torque *s)
@@ -107,7 +107,7 @@ static void build_hard(computed_torque *s)
     s->built = s->hard;
     fill(s, s->hard);
     bound_accelerations(s, s->hard);
-    for (size_t i = 0; i < s->k; i++) s->hard->softness[s->n + i] = own_softness(s, i);
+    for (size_t i = 0; i < s->k; i++) s->hard->softness[s->n + i] = task_softness(s, i);
 }
 
 /* Make all tasks of the priority soft: those of finite weight keep at least their own softness. */
@@ -117,22 +117,22 @@ static void build_soft(computed_torque *s, int attempt)
     real scale = 0, count = 0;
     fill(s, program);
     bound_accelerations(s, program);
-    for (size_t i = 0; i < s->k; i++) count += is_now(s, i);
+    for (size_t i = 0; i < s->k; i++) count += is_active_task(s, i);
     for (size_t i = 0; i < s->n + s->m; i++)
         for (size_t j = 0; j < s->k; j++) {
-            const real a = is_now(s, j) ? program->A[i * s->rows + s->n + j] : 0;
+            const real a = is_active_task(s, j) ? program->A[i * s->rows + s->n + j] : 0;
             scale += a * a / program->H_diagonal[i] / count;
         }
     if (!(scale > 0)) scale = 1;
     const real now = SOFTNESS[attempt].now * scale, before = SOFTNESS[attempt].before * scale;
     for (size_t i = 0; i < s->k; i++)
-        program->softness[s->n + i] = is_now(s, i) ? larger(own_softness(s, i), now) : before;
+        program->softness[s->n + i] = is_active_task(s, i) ? larger(task_softness(s, i), now) : before;
 }
 
 static int all_weighted(const computed_torque *s)
 {
     for (size_t i = 0; i < s->k; i++)
-        if (is_now(s, i) && !isfinite(s->W[i])) return 0;
+        if (is_active_task(s, i) && !isfinite(s->W[i])) return 0;
     return 1;
 }
 
@@ -144,22 +144,22 @@ static int begin(computed_torque *s)
         s->target[i] = s->desired[i] -= s->bias[i];
         if (!isfinite(s->desired[i])) return COMPUTED_TORQUE_WRONG;
     }
-    s->rank = rank_above(s, -INFINITY);
+    s->rank = next_rank(s, -INFINITY);
     s->limited = has_limits(s);
     s->worst = COMPUTED_TORQUE_SOLVED;
     return 0;
 }
 
 /* Use qdd and f of a priority, and continue with the next one, or finish. */
-static int take(computed_torque *s, const real *x, int status)
+static int use_solution(computed_torque *s, const real *x, int status)
 {
     const size_t n = s->n;
-    const real next = rank_above(s, s->rank);
+    const real next = next_rank(s, s->rank);
     memcpy(s->qdd, x, n * sizeof(real));
     s->worst = status > s->worst ? status : s->worst;
     if (isfinite(next)) {
         for (size_t i = 0; i < s->k; i++)
-            if (is_now(s, i)) s->target[i] = dot(n, s->J + i * n, x);
+            if (is_active_task(s, i)) s->target[i] = dot(n, s->J + i * n, x);
         s->rank = next;
         return COMPUTED_TORQUE_NEXT;
     }
@@ -170,7 +170,7 @@ static int take(computed_torque *s, const real *x, int status)
 }
 
 /* Return whether x satisfies the hard rows and the bounds of the program; rows have length 1 if H is 1. */
-static int fits(dual_newton *program, const real *x, real tolerance)
+static int satisfies_rows(dual_newton *program, const real *x, real tolerance)
 {
     const size_t rows = program->m;
     real *rest = program->r, *size = program->size, *length = program->rest, largest = 0;
@@ -195,11 +195,11 @@ static int fits(dual_newton *program, const real *x, real tolerance)
 }
 
 /* Solve a program, and accept residuals due to rounding errors. Return the status. */
-static int solve_near(dual_newton *program, real *start)
+static int solve_approximately(dual_newton *program, real *start)
 {
     const int status = solve_from(program, start);
     const int is_near = status == DUAL_NEWTON_NOT_CONVERGED && program->residuals[1] <= NEAR;
-    return is_near && fits(program, program->x, NEAR) ? DUAL_NEWTON_SOLVED : status;
+    return is_near && satisfies_rows(program, program->x, NEAR) ? DUAL_NEWTON_SOLVED : status;
 }
 
 /* Solve the program of the priority; if it is infeasible, make the tasks soft, then drop the joint limits. */
@@ -210,23 +210,23 @@ static int solve_priority(computed_torque *s)
     const int first = s->limited;
     for (; s->limited >= 0; s->limited--) {
         build_hard(s);
-        int status = solve_near(s->hard, hard);
+        int status = solve_approximately(s->hard, hard);
         if (status > DUAL_NEWTON_NOT_CONVERGED) return COMPUTED_TORQUE_WRONG;
         if (status == DUAL_NEWTON_SOLVED)
-            return take(s, s->hard->x, s->limited == first ? COMPUTED_TORQUE_SOLVED : otherwise);
+            return use_solution(s, s->hard->x, s->limited == first ? COMPUTED_TORQUE_SOLVED : otherwise);
         if (status == DUAL_NEWTON_NOT_CONVERGED) otherwise = COMPUTED_TORQUE_NOT_CONVERGED;
         if (all_weighted(s) && status == DUAL_NEWTON_INFEASIBLE) continue;
         for (int attempt = 0; attempt < 2 + has_before(s); attempt++) {
             build_soft(s, attempt);
             status = solve_from(s->built, soft);
-            if (status == DUAL_NEWTON_SOLVED) return take(s, s->built->x, otherwise);
+            if (status == DUAL_NEWTON_SOLVED) return use_solution(s, s->built->x, otherwise);
             if (status == DUAL_NEWTON_INFEASIBLE && attempt == 0) attempt = 1; /* more softness is useless */
         }
         if (status == DUAL_NEWTON_NOT_CONVERGED) otherwise = COMPUTED_TORQUE_NOT_CONVERGED;
     }
     /* These forces satisfy the motion equation, but the minimum error is not proven. */
     s->limited = 0;
-    return fits(s->built, s->built->x, ACCEPTED) ? take(s, s->built->x, COMPUTED_TORQUE_NOT_CONVERGED)
+    return satisfies_rows(s->built, s->built->x, ACCEPTED) ? use_solution(s, s->built->x, COMPUTED_TORQUE_NOT_CONVERGED)
                                                  : COMPUTED_TORQUE_FAILED;
 }
 
@@ -246,8 +246,8 @@ int operational_space_build_soft(computed_torque *s)
 
 int operational_space_finish(computed_torque *s, const real *x)
 {
-    if (!fits(s->built, x, ACCEPTED)) return COMPUTED_TORQUE_FAILED;
-    const int status = take(s, x, COMPUTED_TORQUE_SOLVED);
+    if (!satisfies_rows(s->built, x, ACCEPTED)) return COMPUTED_TORQUE_FAILED;
+    const int status = use_solution(s, x, COMPUTED_TORQUE_SOLVED);
     if (status == COMPUTED_TORQUE_NEXT) build_hard(s);
     return status;
 }

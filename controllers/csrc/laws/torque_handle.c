@@ -13,7 +13,7 @@ static int variables_of(int n, int m, int k)
     return k ? n + m : m;
 }
 
-static int most_variables(int n, int m, int k)
+static int max_variables(int n, int m, int k)
 {
     return k ? n + m : 2 * m;
 }
@@ -31,7 +31,7 @@ size_t computed_torque_size(int coordinates, int muscles, int tasks)
     const size_t n = (size_t)coordinates, m = (size_t)muscles, k = (size_t)tasks;
     const size_t r = k ? k : n, rows = n + k;
     const size_t program = dual_newton_size(variables_of(coordinates, muscles, tasks), coordinates + tasks);
-    const size_t second = dual_newton_size(most_variables(coordinates, muscles, tasks), coordinates + tasks);
+    const size_t second = dual_newton_size(max_variables(coordinates, muscles, tasks), coordinates + tasks);
     size_t doubles = 0;
 #define ADD_LENGTH(name, length) doubles += length;
     TORQUE_ARRAYS(ADD_LENGTH)
@@ -52,7 +52,7 @@ computed_torque *computed_torque_open(int coordinates, int muscles, int tasks, v
     s->hard = s->built = dual_newton_open(variables, (int)rows, at);
     at += padded(dual_newton_size(variables, (int)rows));
     s->second = at;
-    at += padded(dual_newton_size(most_variables(coordinates, muscles, tasks), (int)rows));
+    at += padded(dual_newton_size(max_variables(coordinates, muscles, tasks), (int)rows));
 #define PLACE(name, length) s->name = (real *)(void *)at, at += (length) * sizeof(real);
     TORQUE_ARRAYS(PLACE)
 #undef PLACE
@@ -70,7 +70,7 @@ real *computed_torque_array(computed_torque *s, const char *name, size_t *length
 }
 
 /* Return the value nearest to zero within the bounds: motors at joints may also push. */
-static real smallest(real low, real high)
+static real nearest_to_zero(real low, real high)
 {
     return low >= 0 ? low : high < 0 ? high : 0;
 }
@@ -78,11 +78,11 @@ static real smallest(real low, real high)
 void computed_torque_reset(computed_torque *s)
 {
     memset(s->memory, 0, (s->m + 2 * s->rows) * sizeof(real));
-    for (size_t i = 0; i < s->m; i++) s->memory[i] = s->forces[i] = smallest(s->f_min[i], s->f_max[i]);
+    for (size_t i = 0; i < s->m; i++) s->memory[i] = s->forces[i] = nearest_to_zero(s->f_min[i], s->f_max[i]);
 }
 
 /* Store the forces of a solution as the last ones for the next call. */
-static int remember(computed_torque *s, int status)
+static int store_forces(computed_torque *s, int status)
 {
     if (status < COMPUTED_TORQUE_FAILED) memcpy(s->memory, s->forces, s->m * sizeof(real));
     return status;
@@ -90,7 +90,7 @@ static int remember(computed_torque *s, int status)
 
 int computed_torque_solve(computed_torque *s)
 {
-    return remember(s, s->k ? operational_space_solve(s) : distribution_solve(s));
+    return store_forces(s, s->k ? operational_space_solve(s) : distribution_solve(s));
 }
 
 void computed_torque_require(computed_torque *s)
@@ -117,5 +117,5 @@ int computed_torque_finish(computed_torque *s, const real *x)
 {
     for (size_t i = 0; i < s->built->n; i++)
         if (!isfinite(x[i])) return COMPUTED_TORQUE_FAILED;
-    return remember(s, s->k ? operational_space_finish(s, x) : distribution_finish(s, x));
+    return store_forces(s, s->k ? operational_space_finish(s, x) : distribution_finish(s, x));
 }

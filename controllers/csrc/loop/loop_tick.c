@@ -6,7 +6,7 @@
 #include <string.h>
 
 /* Compute the position error of the reference at q. */
-static void remaining(control_loop *s, const real *q, const real *qd, const real *position)
+static void position_error(control_loop *s, const real *q, const real *qd, const real *position)
 {
     computed_torque *law = s->law;
     if (s->custom.error)
@@ -25,7 +25,7 @@ static int solve(control_loop *s, const real *q, const real *qd, const real *ref
     const real *velocity = reference + law->r, *acceleration = reference + 2 * law->r;
     loop_terms(s, q, qd);
     if (s->robot.gravity && computed_torque_needs_gravity(law)) s->robot.gravity(s->robot.self, q, law->G);
-    remaining(s, q, qd, reference);
+    position_error(s, q, qd, reference);
     for (size_t j = 0; j < law->n; j++) law->load[j] = s->load[j], law->q[j] = q[j], law->qd[j] = qd[j];
     for (size_t i = 0; i < law->r; i++) {
         law->rate_error[i] = velocity[i] - (law->k ? dot(law->n, law->J + i * law->n, qd) : qd[i]);
@@ -57,12 +57,12 @@ static int has_integral(const control_loop *s)
 static void integrate(control_loop *s, real T, const real *q, const real *qd, const real *reference)
 {
     if (!has_integral(s)) return;
-    remaining(s, q, qd, reference);
+    position_error(s, q, qd, reference);
     for (size_t i = 0; i < s->law->r; i++) s->correction[i] += T * s->ki[i] * s->law->error[i];
 }
 
 /* Store the values that the observer compares at the next tick. */
-static void remember(control_loop *s, const real *q, const real *qd, const real *load)
+static void store_tick(control_loop *s, const real *q, const real *qd, const real *load)
 {
     const size_t n = s->law->n;
     s->has_seen[0] = 1;
@@ -88,6 +88,6 @@ int control_loop_tick(control_loop *s, real T, const real *q, const real *qd, co
     if (status == COMPUTED_TORQUE_SOLVED) integrate(s, T, q, qd, reference);
     memcpy(s->acting, s->delay[0] ? s->coming : law->forces, m * sizeof(real));
     memcpy(s->coming, law->forces, m * sizeof(real));
-    if (s->gain[0] > 0) remember(s, q, qd, load);
+    if (s->gain[0] > 0) store_tick(s, q, qd, load);
     return status;
 }

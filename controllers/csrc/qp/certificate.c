@@ -8,13 +8,13 @@
 static const real MIN_GAP = PRECISE(1e-12, 1e-5);
 
 /* An infinite bound times a product that should be zero is replaced by this multiple of the largest x. */
-static const real FAR = 1e4;
+static const real INFINITE_BOUND = 1e4;
 
 /* Regularisation of a projection, relative to the matrix; and number of repetitions. */
 static const real RIDGE = PRECISE(1e-12, 1e-6);
 enum { PROJECTIONS = 2 };
 
-static real far_away(const dual_newton *s)
+static real bound_value(const dual_newton *s)
 {
     real size = 0;
     for (size_t i = 0; i < s->n; i++) {
@@ -22,15 +22,15 @@ static real far_away(const dual_newton *s)
         if (isfinite(s->high[i])) size = larger(size, fabs(s->high[i]));
     }
     for (size_t j = 0; j < s->m; j++) size = larger(size, fabs(s->sb[j]));
-    return FAR * size;
+    return INFINITE_BOUND * size;
 }
 
 /* Return whether y is a proof. Variables that it pulls towards an infinite bound get a weight of 1, all
    others of 0. */
-static int holds(dual_newton *s, const real *y, int *is_clean)
+static int is_valid_proof(dual_newton *s, const real *y, int *is_clean)
 {
     const size_t n = s->n, m = s->m;
-    const real far = far_away(s);
+    const real far = bound_value(s);
     real gap = 0, terms = 0;
     *is_clean = 1;
     for (size_t j = 0; j < m; j++) {
@@ -76,8 +76,8 @@ int is_proof(dual_newton *s, const real *y)
     int is_clean;
     real *own = s->correction;
     for (size_t j = 0; j < s->m; j++) own[j] = s->eps[j] > 0 ? 0 : y[j];
-    if (!holds(s, own, &is_clean)) return 0;
+    if (!is_valid_proof(s, own, &is_clean)) return 0;
     if (is_clean) return 1;
     project(s, own);
-    return holds(s, own, &is_clean);
+    return is_valid_proof(s, own, &is_clean);
 }

@@ -22,7 +22,7 @@ void dual_direction(dual_newton *s)
 }
 
 /* Compute r = b - eps lam - A x, and the sum of the absolute terms, for comparison. */
-void dual_rest(const dual_newton *s, const real *x, const real *lam, real *r, real *size)
+void dual_residual(const dual_newton *s, const real *x, const real *lam, real *r, real *size)
 {
     const size_t n = s->n, m = s->m;
     for (size_t j = 0; j < m; j++) {

@@ -9,7 +9,7 @@
 static const real MIN_PIVOT = PRECISE(1e-14, 1e-7), MIN_SHARE = PRECISE(1e-15, 1e-7);
 
 /* Absolute value of an entry that is treated as zero. */
-static const real NOTHING = PRECISE(1e-200, 1e-30);
+static const real ZERO = PRECISE(1e-200, 1e-30);
 
 /* Compute S += weight a a'. */
 static void add_column(dual_newton *s, const real *a, real weight)
@@ -56,8 +56,8 @@ void factor_weighted(dual_newton *s, const real *rows, real ridge)
         if (s->weight[i] > 0) add_column(s, s->sA + i * s->m, s->weight[i]);
     for (size_t j = 0; j < s->m; j++) {
         real *entry = s->factor + j * s->m + j;
-        s->pivot[j] = MIN_SHARE * *entry + NOTHING;
-        *entry += ridge * *entry + NOTHING;
+        s->pivot[j] = MIN_SHARE * *entry + ZERO;
+        *entry += ridge * *entry + ZERO;
     }
     decompose(s);
 }

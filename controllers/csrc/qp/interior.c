@@ -28,7 +28,7 @@ static const real SMALL_PRODUCT = PRECISE(1e-15, 1e-10);
 static const real MIN_PRODUCT = PRECISE(1e-30, 1e-15);
 
 /* Length of a step relative to the step at which a gap or a push becomes zero. */
-static const real SHY = 0.995;
+static const real STEP_SHARE = 0.995;
 
 /* Regularisation for rows that depend on each other, relative to the diagonal. */
 static const real RIDGE = PRECISE(1e-15, 1e-6), FIRST_RIDGE = PRECISE(1e-8, 1e-4);
@@ -54,7 +54,7 @@ static int has_high(const dual_newton *s, size_t i)
 
 /* Compute the x nearest to -g with A x = b, ignoring the bounds. Return its maximum distance from the
    bounds. */
-static real begin_outside(dual_newton *s)
+static real begin_unbounded(dual_newton *s)
 {
     const size_t n = s->n, m = s->m;
     real outside = 0;
@@ -63,7 +63,7 @@ static real begin_outside(dual_newton *s)
         s->inner_x[i] = clip(-s->sg[i], s->low[i], s->high[i]);
         s->weight[i] = !is_fixed(s, i);
     }
-    dual_rest(s, s->inner_x, s->lam, s->rest, s->size);
+    dual_residual(s, s->inner_x, s->lam, s->rest, s->size);
     factor_weighted(s, s->eps, FIRST_RIDGE);
     factor_solve(s, s->rest, s->correction);
     for (size_t i = 0; i < n; i++) {
@@ -76,7 +76,7 @@ static real begin_outside(dual_newton *s)
 
 static void begin(dual_newton *s)
 {
-    const real outside = begin_outside(s);
+    const real outside = begin_unbounded(s);
     for (size_t i = 0; i < s->n; i++) {
         const real between = s->high[i] - s->low[i], x = s->inner_x[i];
         const real away = isfinite(between) ? FIRST_GAP * between : larger(outside, 1e-3 * (1 + fabs(x)));
@@ -109,7 +109,7 @@ static real mean_product(const dual_newton *s, real step)
 /* Compute the residuals: r, and v = A'lam - g - x. The weights are dx/dv. */
 static void evaluate(dual_newton *s)
 {
-    dual_rest(s, s->inner_x, s->lam, s->r, s->size);
+    dual_residual(s, s->inner_x, s->lam, s->r, s->size);
     for (size_t i = 0; i < s->n; i++) {
         real stiffness = 1;
         s->v[i] = dot(s->m, s->sA + i * s->m, s->lam) - s->sg[i] - s->inner_x[i];
@@ -160,7 +160,7 @@ static real largest(const dual_newton *s, const real *r)
     return size;
 }
 
-static real shorter(real step, real value, real change)
+static real limit_step(real step, real value, real change)
 {
     return value < -step * change ? -value / change : step;
 }
@@ -168,12 +168,12 @@ static real shorter(real step, real value, real change)
 /* Return the step length at which a gap or a push becomes zero, slightly more than 1 at most. */
 static real longest_step(const dual_newton *s)
 {
-    real step = 1 / SHY;
+    real step = 1 / STEP_SHARE;
     for (size_t i = 0; i < s->n; i++) {
-        if (has_low(s, i)) step = shorter(step, s->low_gap[i], s->dx[i]);
-        if (has_low(s, i)) step = shorter(step, s->low_push[i], s->low_change[i]);
-        if (has_high(s, i)) step = shorter(step, s->high_gap[i], -s->dx[i]);
-        if (has_high(s, i)) step = shorter(step, s->high_push[i], s->high_change[i]);
+        if (has_low(s, i)) step = limit_step(step, s->low_gap[i], s->dx[i]);
+        if (has_low(s, i)) step = limit_step(step, s->low_push[i], s->low_change[i]);
+        if (has_high(s, i)) step = limit_step(step, s->high_gap[i], -s->dx[i]);
+        if (has_high(s, i)) step = limit_step(step, s->high_push[i], s->high_change[i]);
     }
     return step;
 }
@@ -203,13 +203,13 @@ static int is_found(dual_newton *s, real tolerance)
         if (has_high(s, i) && s->high_push[i] > s->high_gap[i]) s->side[i] = 1;
         s->sx[i] = clip(s->inner_x[i], s->low[i], s->high[i]);
     }
-    return settle_at_bounds(s, tolerance);
+    return polish_at_bounds(s, tolerance);
 }
 
 /* Return the share of the products that a step should leave: Mehrotra's cube of the share that the predictor
    leaves. If a full step does not reduce the residual of the rows, the products would vanish before the
    residual does; and if they do not decrease, steps may cycle. */
-static real share(real left, int is_stuck)
+static real remaining_share(real left, int is_stuck)
 {
     const real cube = left * left * left;
     return is_stuck ? larger(cube, STUCK_SHARE) : cube;
@@ -225,7 +225,7 @@ static int has_soft_rows(const dual_newton *s)
 
 static int is_near(dual_newton *s, real product)
 {
-    return product < SMALL_PRODUCT * dot(s->n, s->sx, s->sx) && settle_here(s, TOLERANCE);
+    return product < SMALL_PRODUCT * dot(s->n, s->sx, s->sx) && polish_here(s, TOLERANCE);
 }
 
 /* Compute the direction of a step. Return its maximum length. */
@@ -234,8 +234,8 @@ static real predict_and_correct(dual_newton *s, real product, int is_stuck)
     factor_weighted(s, s->eps, RIDGE);
     direction(s, 0);
     const real left = mean_product(s, clip(longest_step(s), 0, 1));
-    direction(s, share(product > 0 ? left / product : 0, is_stuck) * product);
-    return SHY * longest_step(s);
+    direction(s, remaining_share(product > 0 ? left / product : 0, is_stuck) * product);
+    return STEP_SHARE * longest_step(s);
 }
 
 int interior_point(dual_newton *s)
@@ -257,7 +257,7 @@ int interior_point(dual_newton *s)
         if (step > 0.5 && is_found(s, TOLERANCE)) return DUAL_NEWTON_SOLVED;
         if (!is_soft && is_near(s, product)) return DUAL_NEWTON_SOLVED;
     }
-    if (is_soft) return settle_here(s, TOLERANCE) ? DUAL_NEWTON_SOLVED : DUAL_NEWTON_NOT_CONVERGED;
-    return is_found(s, LAST_TOLERANCE) || settle_here(s, LAST_TOLERANCE) ? DUAL_NEWTON_SOLVED
+    if (is_soft) return polish_here(s, TOLERANCE) ? DUAL_NEWTON_SOLVED : DUAL_NEWTON_NOT_CONVERGED;
+    return is_found(s, LAST_TOLERANCE) || polish_here(s, LAST_TOLERANCE) ? DUAL_NEWTON_SOLVED
                                                                          : DUAL_NEWTON_NOT_CONVERGED;
 }

@@ -9,15 +9,15 @@
 enum { STEPS = 100 };
 
 /* Relative increase of a distance for which rounding errors prevent a solution. */
-static const real WIDER = PRECISE(1e-10, 1e-5);
+static const real WIDENING = PRECISE(1e-10, 1e-5);
 
 /* A proof that raises the distance by less than this share of the open interval is loose. */
-static const real SLOW = 0.1;
+static const real MIN_PROGRESS = 0.1;
 
 /* Length of the first step of the proximal point method, in distances of the first x from p; smaller if a
    program is not solved; and how often later steps may be ten times longer. */
-static const real FAR[2] = {100, 1};
-enum { FARTHER = 6 };
+static const real FIRST_STEP[2] = {100, 1};
+enum { LONGER_STEPS = 6 };
 
 /* A step that changes x by less than this share of that distance is the last one. */
 static const real MIN_STEP = PRECISE(1e-12, 1e-5);
@@ -26,7 +26,7 @@ static const real MIN_STEP = PRECISE(1e-12, 1e-5);
 static const real NO_COST = PRECISE(1e-9, 1e-4);
 
 /* Compute the x nearest to p within the bounds of the program. */
-static int nearest(dual_newton *s, const real *p)
+static int nearest_point(dual_newton *s, const real *p)
 {
     for (size_t i = 0; i < s->n; i++) s->H_diagonal[i] = 1, s->g[i] = -p[i];
     memset(s->start, 0, s->m * sizeof(real));
@@ -56,7 +56,7 @@ static real lower(box bounds, const real *p, size_t i, real reach)
 }
 
 /* Return the minimum t at which the multipliers no longer prove infeasibility. */
-static real refuted(const dual_newton *s, box bounds, const real *c, const real *p, real t)
+static real refuted_distance(const dual_newton *s, box bounds, const real *c, const real *p, real t)
 {
     const real *y = s->multipliers;
     for (size_t bend = 0; bend <= 2 * s->n; bend++) {
@@ -77,7 +77,7 @@ static real refuted(const dual_newton *s, box bounds, const real *c, const real 
 }
 
 /* Return the minimum distance due to the bounds of each x. */
-static real least_distance(const dual_newton *s, box bounds, const real *c, const real *p)
+static real min_distance(const dual_newton *s, box bounds, const real *c, const real *p)
 {
     real t = 0;
     for (size_t i = 0; i < s->n; i++)
@@ -86,7 +86,7 @@ static real least_distance(const dual_newton *s, box bounds, const real *c, cons
 }
 
 /* Return the maximum distance of x from p. */
-static real largest_distance(const dual_newton *s, const real *c, const real *p, const real *x)
+static real max_distance(const dual_newton *s, const real *c, const real *p, const real *x)
 {
     real t = 0;
     for (size_t i = 0; i < s->n; i++) t = larger(t, c[i] * fabs(x[i] - p[i]));
@@ -94,36 +94,36 @@ static real largest_distance(const dual_newton *s, const real *c, const real *p,
 }
 
 /* Compute the x nearest to p of all x that are feasible for a distance. Return an enum dual_newton_status. */
-static int fit(dual_newton *s, box bounds, const real *c, const real *p, real t)
+static int fit_distance(dual_newton *s, box bounds, const real *c, const real *p, real t)
 {
     for (size_t i = 0; i < s->n; i++) {
         s->lb[i] = lower(bounds, p, i, reach(c, i, t));
         s->ub[i] = upper(bounds, p, i, reach(c, i, t));
     }
-    return nearest(s, p);
+    return nearest_point(s, p);
 }
 
-int least_largest(dual_newton *s, box bounds, const real *c, const real *p, const real *first)
+int minimize_largest(dual_newton *s, box bounds, const real *c, const real *p, const real *first)
 {
-    real t = least_distance(s, bounds, c, p), most = largest_distance(s, c, p, first), wider = WIDER;
+    real t = min_distance(s, bounds, c, p), most = max_distance(s, c, p, first), wider = WIDENING;
     memset(s->softness, 0, s->m * sizeof(real));
     for (int step = 0; step < STEPS && t < most; step++) {
-        int status = fit(s, bounds, c, p, t);
+        int status = fit_distance(s, bounds, c, p, t);
         if (status != DUAL_NEWTON_INFEASIBLE && status != DUAL_NEWTON_NOT_CONVERGED) return status;
-        real next = status == DUAL_NEWTON_INFEASIBLE ? refuted(s, bounds, c, p, t) : t;
-        if (next < t + SLOW * (most - t)) { /* loose proof: evaluate the midpoint */
+        real next = status == DUAL_NEWTON_INFEASIBLE ? refuted_distance(s, bounds, c, p, t) : t;
+        if (next < t + MIN_PROGRESS * (most - t)) { /* loose proof: evaluate the midpoint */
             const real middle = next + (most - next) / 2;
-            status = fit(s, bounds, c, p, middle);
-            if (status == DUAL_NEWTON_INFEASIBLE) next = larger(next, refuted(s, bounds, c, p, middle));
-            if (status == DUAL_NEWTON_SOLVED) most = smaller(most, largest_distance(s, c, p, s->x));
+            status = fit_distance(s, bounds, c, p, middle);
+            if (status == DUAL_NEWTON_INFEASIBLE) next = larger(next, refuted_distance(s, bounds, c, p, middle));
+            if (status == DUAL_NEWTON_SOLVED) most = smaller(most, max_distance(s, c, p, s->x));
         }
-        if (next <= t * (1 + WIDER)) {
+        if (next <= t * (1 + WIDENING)) {
             t *= 1 + wider;
             wider *= 2;
         } else
             t = next;
     }
-    if (fit(s, bounds, c, p, most) != DUAL_NEWTON_SOLVED) memcpy(s->x, first, s->n * sizeof(real));
+    if (fit_distance(s, bounds, c, p, most) != DUAL_NEWTON_SOLVED) memcpy(s->x, first, s->n * sizeof(real));
     return t < most ? DUAL_NEWTON_NOT_CONVERGED : DUAL_NEWTON_SOLVED;
 }
 
@@ -152,7 +152,7 @@ static real first_distance(const dual_newton *s, const real *p, const real *firs
 }
 
 /* Set the rows, bounds and cost of u and v, which begin at `first`. */
-static void part(const dual_newton *s, dual_newton *parts, box bounds, const real *c, const real *p, const real *first,
+static void split_program(const dual_newton *s, dual_newton *parts, box bounds, const real *c, const real *p, const real *first,
                  real far)
 {
     const size_t n = s->n, m = s->m;
@@ -189,7 +189,7 @@ static int proximal_points(dual_newton *s, dual_newton *parts, const real *c, re
             change = larger(change, fabs(parts->x[n + i] - s->ub[i]));
         }
         if (change <= MIN_STEP * size) return DUAL_NEWTON_SOLVED;
-        for (size_t i = 0; i < 2 * n && step < FARTHER; i++) parts->H_diagonal[i] *= (real)0.1;
+        for (size_t i = 0; i < 2 * n && step < LONGER_STEPS; i++) parts->H_diagonal[i] *= (real)0.1;
     }
     return DUAL_NEWTON_NOT_CONVERGED;
 }
@@ -205,7 +205,7 @@ static void bound_solutions(dual_newton *s, const dual_newton *parts, box bounds
     }
 }
 
-int least_sum(dual_newton *s, dual_newton *parts, box bounds, const real *c, const real *p, const real *first)
+int minimize_sum(dual_newton *s, dual_newton *parts, box bounds, const real *c, const real *p, const real *first)
 {
     const size_t n = s->n;
     const real size = first_distance(s, p, first);
@@ -214,12 +214,12 @@ int least_sum(dual_newton *s, dual_newton *parts, box bounds, const real *c, con
     if (size == 0) return DUAL_NEWTON_SOLVED;
     int status = DUAL_NEWTON_NOT_CONVERGED;
     for (int attempt = 0; attempt < 2 && status != DUAL_NEWTON_SOLVED; attempt++) {
-        part(s, parts, bounds, c, p, first, FAR[attempt] * size);
+        split_program(s, parts, bounds, c, p, first, FIRST_STEP[attempt] * size);
         status = proximal_points(s, parts, c, size);
     }
     if (status != DUAL_NEWTON_SOLVED) return status;
     bound_solutions(s, parts, bounds, c, p);
-    if (nearest(s, p) != DUAL_NEWTON_SOLVED)
+    if (nearest_point(s, p) != DUAL_NEWTON_SOLVED)
         for (size_t i = 0; i < n; i++) s->x[i] = clip(p[i] + parts->x[i] - parts->x[n + i], bounds.low[i], bounds.high[i]);
     return DUAL_NEWTON_SOLVED;
 }

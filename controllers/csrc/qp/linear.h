@@ -12,11 +12,11 @@ typedef struct {
 /* Compute min max_i c_i |x_i - p_i| over the rows of a program, all hard, and bounds. If several solutions
    exist, return the x nearest to p. `first` satisfies rows and bounds. Cost and bounds of the program are
    overwritten. Return an enum dual_newton_status. */
-DUAL_NEWTON_API int least_largest(dual_newton *s, box bounds, const real *c, const real *p, const real *first);
+DUAL_NEWTON_API int minimize_largest(dual_newton *s, box bounds, const real *c, const real *p, const real *first);
 
 /* Do the same for sum_i c_i |x_i - p_i|, with positive c, and `parts` as working memory: a program with
    twice the variables and the same number of rows. */
-DUAL_NEWTON_API int least_sum(dual_newton *s, dual_newton *parts, box bounds, const real *c, const real *p,
+DUAL_NEWTON_API int minimize_sum(dual_newton *s, dual_newton *parts, box bounds, const real *c, const real *p,
                               const real *first);
 
 #endif

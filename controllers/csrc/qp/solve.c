@@ -40,14 +40,14 @@ static int newton(dual_newton *s)
         factor_solve(s, s->r, s->d);
         dual_direction(s);
         s->steps++;
-        if (settle(s, TOLERANCE)) return DUAL_NEWTON_SOLVED;
+        if (polish(s, TOLERANCE)) return DUAL_NEWTON_SOLVED;
         if (is_infeasible(s, step_to_peak(s))) return DUAL_NEWTON_INFEASIBLE;
     }
     return DUAL_NEWTON_NOT_CONVERGED;
 }
 
 /* Convert x to the scale of the caller; a variable at its bound gets exactly the bound. */
-static void hand_over_x(dual_newton *s)
+static void export_x(dual_newton *s)
 {
     for (size_t j = 0; j < s->m; j++) s->slack[j] = -s->b[j];
     for (size_t i = 0; i < s->n; i++) {
@@ -60,7 +60,7 @@ static void hand_over_x(dual_newton *s)
     }
 }
 
-static void hand_over_multipliers(dual_newton *s, const real *lam)
+static void export_multipliers(dual_newton *s, const real *lam)
 {
     for (size_t j = 0; j < s->m; j++) s->multipliers[j] = lam[j] / s->norm[j];
 }
@@ -73,8 +73,8 @@ int dual_newton_solve(dual_newton *s)
     int status = newton(s);
     if (status == DUAL_NEWTON_NOT_CONVERGED) status = interior_point(s);
     if (status != DUAL_NEWTON_SOLVED) measure(s);
-    hand_over_x(s);
-    hand_over_multipliers(s, status == DUAL_NEWTON_INFEASIBLE ? s->correction : s->lam);
+    export_x(s);
+    export_multipliers(s, status == DUAL_NEWTON_INFEASIBLE ? s->correction : s->lam);
     if (status == DUAL_NEWTON_SOLVED) memcpy(s->start, s->multipliers, s->m * sizeof(real));
     return status;
 }

@@ -89,7 +89,7 @@ int scale_problem(dual_newton *s);
 /* dual.c */
 void dual_evaluate(dual_newton *s);                  /* v, sx, side and r at lam */
 void dual_direction(dual_newton *s);                 /* dv = A'd */
-void dual_rest(const dual_newton *s, const real *x, const real *lam, real *r, real *size);
+void dual_residual(const dual_newton *s, const real *x, const real *lam, real *r, real *size);
 
 /* factor.c: compute S = A_F A_F' + diag(eps + ridge) over the variables F between their bounds. */
 void factor_build(dual_newton *s, real ridge);
@@ -101,13 +101,13 @@ void factor_solve(const dual_newton *s, const real *r, real *d);
    `is_far`: it is beyond every breakpoint. */
 real search_peak(dual_newton *s, real ridge, int *is_far);
 
-/* settle.c: return 1 if the active bounds at the start of the step are those of the optimum; then sx and lam
+/* polish.c: return 1 if the active bounds at the start of the step are those of the optimum; then sx and lam
    are the optimum, and no residual of a row exceeds the tolerance, relative to its terms. */
-int settle(dual_newton *s, real tolerance);
+int polish(dual_newton *s, real tolerance);
 /* Do the same for the bounds in `side`, with sx and lam for cases that the bounds alone do not determine. */
-int settle_at_bounds(dual_newton *s, real tolerance);
+int polish_at_bounds(dual_newton *s, real tolerance);
 /* Do the same for sx and lam. */
-int settle_here(dual_newton *s, real tolerance);
+int polish_here(dual_newton *s, real tolerance);
 /* Compute the residuals of sx and lam; they are made finite. */
 void measure(dual_newton *s);
 

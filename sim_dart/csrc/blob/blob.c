@@ -49,20 +49,20 @@ static size_t expected_size(const blob_counts *n)
 static int check_header(const blob_header *h, size_t size, char *message, size_t capacity)
 {
     if (h->magic == PRECISE(BLOB_MAGIC_FLOAT, BLOB_MAGIC_DOUBLE))
-        return refuse(message, capacity, "the blob has " PRECISE("single", "double")
+        return reject(message, capacity, "the blob has " PRECISE("single", "double")
                       " precision, this library " PRECISE("double", "single"));
-    if (h->magic != BLOB_MAGIC) return refuse(message, capacity, "this is not a robot blob");
+    if (h->magic != BLOB_MAGIC) return reject(message, capacity, "this is not a robot blob");
     if (h->version != BLOB_VERSION || h->layout_hash != core_layout_hash())
-        return refuse(message, capacity, "the blob has version %u, this library version %u",
+        return reject(message, capacity, "the blob has version %u, this library version %u",
                       (unsigned)h->version, BLOB_VERSION);
 #define CHECK_COUNT(name, largest)                                                                     \
     if (h->counts.name < 0 || h->counts.name > largest)                                                \
-        return refuse(message, capacity, "number of " #name " %d is not within 0 to %d",               \
+        return reject(message, capacity, "number of " #name " %d is not within 0 to %d",               \
                       (int)h->counts.name, largest);
     BLOB_COUNTS(CHECK_COUNT)
 #undef CHECK_COUNT
     if (h->size != size || expected_size(&h->counts) != size)
-        return refuse(message, capacity, "the blob has %zu bytes, its header specifies %zu", size,
+        return reject(message, capacity, "the blob has %zu bytes, its header specifies %zu", size,
                       expected_size(&h->counts));
     return 0;
 }
@@ -80,8 +80,8 @@ static void set_pointers(blob_view *view, const blob_header *h)
 
 int blob_open(blob_view *view, const void *blob, size_t size, char *message, size_t capacity)
 {
-    if (!blob || size < sizeof(blob_header)) return refuse(message, capacity, "the blob is too short");
-    if ((uintptr_t)blob % 8) return refuse(message, capacity, "the blob is not 8-byte aligned");
+    if (!blob || size < sizeof(blob_header)) return reject(message, capacity, "the blob is too short");
+    if ((uintptr_t)blob % 8) return reject(message, capacity, "the blob is not 8-byte aligned");
     if (check_header(blob, size, message, capacity)) return 1;
     set_pointers(view, blob);
     return check_robot(view, message, capacity) || check_paths(view, message, capacity) ||

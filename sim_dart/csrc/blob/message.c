@@ -52,7 +52,7 @@ void message_write(char *message, size_t capacity, const char *format, va_list a
     *out.at = 0;
 }
 
-int refuse(char *message, size_t capacity, const char *format, ...)
+int reject(char *message, size_t capacity, const char *format, ...)
 {
     if (message && capacity) {
         va_list arguments;

@@ -12,6 +12,6 @@ void message_write(char *message, size_t capacity, const char *format, va_list a
 #if defined(__GNUC__)
 __attribute__((format(printf, 3, 4)))
 #endif
-int refuse(char *message, size_t capacity, const char *format, ...);
+int reject(char *message, size_t capacity, const char *format, ...);
 
 #endif

@@ -57,7 +57,7 @@ static real angle_between(const real u[3], const real v[3])
 }
 
 /* Add a span, which begins at a via point or after a contact. */
-static void go(cable_walk *at, const real u[3], const real A[3], int32_t a, const real B[3], int32_t b, real length)
+static void add_span_part(cable_walk *at, const real u[3], const real A[3], int32_t a, const real B[3], int32_t b, real length)
 {
     span_add(at->c, u, A, a, B, b, at->row);
     memcpy(at->last, u, sizeof at->last);
@@ -70,7 +70,7 @@ static void pass_point(cable_walk *at, int32_t first, const real u[3])
     if (at->point > first) bend_by(at, angle_between(at->last, u));
 }
 
-static void go_straight(cable_walk *at, int32_t first, int32_t contacts)
+static void add_straight_segment(cable_walk *at, int32_t first, int32_t contacts)
 {
     const int32_t *frame = at->c->blob.point_frame + at->point;
     const real *A = at->c->point + 3 * at->point, *B = A + 3;
@@ -79,7 +79,7 @@ static void go_straight(cable_walk *at, int32_t first, int32_t contacts)
     for (int k = 0; k < 3; k++) u[k] = value_of(length) > 0 ? (B[k] - A[k]) / length : at->last[k];
     pass_point(at, first, u);
     while (contacts-- > 0) bend_by(at, 0);
-    if (value_of(length) > 0) go(at, u, A, frame[0], B, frame[1], length);
+    if (value_of(length) > 0) add_span_part(at, u, A, frame[0], B, frame[1], length);
 }
 
 /* Square of the radius below which a span is ignored. */
@@ -104,27 +104,27 @@ static void span_direction(const core *c, int32_t s, const real *point, const re
 }
 
 /* Return the angle by which a cable turns about an axis. */
-static real turned_about(const real *contact)
+static real turning_about(const real *contact)
 {
     const real *u = contact + 3, *axis = contact + 18;
     const real climb = dot3(u, axis), square = dot3(u, u), level = square - climb * climb;
     return value_of(level) > 0 ? contact[CONTACT_NUMBERS - 1] * sqrt(level / square) : 0;
 }
 
-static real turned_over(const core *c, int32_t s, const real *contact)
+static real turning_over(const core *c, int32_t s, const real *contact)
 {
     const wrap_surface placed = placed_surface(c, s);
     const real way = contact[CONTACT_NUMBERS - 1];
-    if (placed.kind != SURFACE_ELLIPSOID) return turned_about(contact);
+    if (placed.kind != SURFACE_ELLIPSOID) return turning_about(contact);
     return value_of(way) > 0 ? ellipsoid_bend(&placed, contact + 12, contact + 3, way) : 0;
 }
 
 /* Pass a surface or a pulley with the contact of core_trace. Half the arc is before the bend, as on a circle
    of that radius. */
-static void go_over(cable_walk *at, const real *contact, real angle, real radius, int32_t *frame, int32_t next)
+static void pass_surface(cable_walk *at, const real *contact, real angle, real radius, int32_t *frame, int32_t next)
 {
     const real half = 0.5 * radius * contact[CONTACT_NUMBERS - 1];
-    go(at, contact + 3, contact, *frame, contact, next, distance(contact, contact + 12) + half);
+    add_span_part(at, contact + 3, contact, *frame, contact, next, distance(contact, contact + 12) + half);
     bend_by(at, angle);
     memcpy(at->last, contact + 9, sizeof at->last);
     at->way += half;
@@ -139,7 +139,7 @@ static real arc_radius(const blob_view *blob, int32_t wrap, int32_t s)
     return blob->surface_kind[s] == SURFACE_ELLIPSOID ? 1 : blob->surface_radius[s];
 }
 
-static void go_in_contact(cable_walk *at, int32_t first, int32_t wraps, int32_t pulleys)
+static void pass_contact(cable_walk *at, int32_t first, int32_t wraps, int32_t pulleys)
 {
     core *c = at->c;
     const real *wrap = c->wrap_contact + CONTACT_NUMBERS * at->wrap, *pulley = c->pulley_contact + CONTACT_NUMBERS * at->pulley;
@@ -151,17 +151,17 @@ static void go_in_contact(cable_walk *at, int32_t first, int32_t wraps, int32_t 
     else span_direction(c, surface[0], wrap, wrap + 12, wrap + 3, u);
     pass_point(at, first, u);
     if (pulleys)
-        go_over(at, pulley, turned_about(pulley), c->blob.pulley_radius[at->pulley], &frame, frame);
+        pass_surface(at, pulley, turning_about(pulley), c->blob.pulley_radius[at->pulley], &frame, frame);
     for (int32_t w = 0; w < wraps; w++, wrap += CONTACT_NUMBERS) {
         const int32_t s = surface[w];
         const real radius = arc_radius(&c->blob, at->wrap + w, s);
-        go_over(at, wrap, turned_over(c, s, wrap), radius, &frame, c->blob.surface_frame[s]);
+        pass_surface(at, wrap, turning_over(c, s, wrap), radius, &frame, c->blob.surface_frame[s]);
     }
-    go(at, end + 9, end + 6, frame, end + 6, c->blob.point_frame[at->point + 1], distance(end + 15, end + 6));
+    add_span_part(at, end + 9, end + 6, frame, end + 6, c->blob.point_frame[at->point + 1], distance(end + 15, end + 6));
     if (wraps) span_direction(c, surface[wraps - 1], end + 6, end + 15, end + 9, at->last);
 }
 
-static void go_segment(cable_walk *at, int32_t first)
+static void add_curved_segment_of(cable_walk *at, int32_t first)
 {
     const blob_view *blob = &at->c->blob;
     int32_t wraps = 0, touched = 0;
@@ -169,13 +169,13 @@ static void go_segment(cable_walk *at, int32_t first)
         touched |= value_of(at->c->wrap_contact[CONTACT_NUMBERS * (at->wrap + wraps + 1) - 1]) > 0;
     const int32_t pulleys = at->pulley < blob->counts.pulleys && blob->pulley_point[at->pulley] == at->point;
     if (pulleys) touched |= value_of(at->c->pulley_contact[CONTACT_NUMBERS * (at->pulley + 1) - 1]) > 0;
-    if (touched) go_in_contact(at, first, wraps, pulleys);
-    else go_straight(at, first, wraps + pulleys);
+    if (touched) pass_contact(at, first, wraps, pulleys);
+    else add_straight_segment(at, first, wraps + pulleys);
     at->wrap += wraps, at->pulley += pulleys;
 }
 
 /* Compute A_k = L - (spans before the bend), in place: bend_flow contains the spans before. */
-static void flow_behind(core *c, int32_t muscle, int32_t begin, int32_t end)
+static void compute_flow(core *c, int32_t muscle, int32_t begin, int32_t end)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs;
     const real *L = c->jacobian + (size_t)muscle * dofs;
@@ -196,7 +196,7 @@ void bends_move(core *c)
         memset(at.row, 0, (size_t)blob->counts.variables * sizeof(real));
         memset(at.last, 0, sizeof at.last);
         at.muscle = m, at.way = 0;
-        for (at.point = first; at.point < end - 1; at.point++) go_segment(&at, first);
-        flow_behind(c, m, begin, at.bend);
+        for (at.point = first; at.point < end - 1; at.point++) add_curved_segment_of(&at, first);
+        compute_flow(c, m, begin, at.bend);
     }
 }

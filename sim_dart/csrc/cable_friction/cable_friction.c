@@ -16,7 +16,7 @@
      F_k(s+) dl_k - V(s+) + V(s)  >=  F_k(s+) d x s+  >=  0   (x > 0; x < 0 likewise),
 
    as exp is convex and s+ - s = x (1 - s+). Each bend needs a state. With a single state per cable, energy
-   would be created when some spans lengthen while others shorten.
+   would be created when some spans compute_rates while others shorten.
 
    A step of the plant uses F_k at the end of the step: with v = qd + h qdd at the end, and x = h A_k v / d,
 
@@ -25,7 +25,7 @@
    has one solution, as F_k grows with x. It is found by Newton's method. The tangent of F_k(x) at x_k adds
    (h^2 / d) A_k' F_k' A_k to M. Starting from x = 0 on the side of the solution, the iterates approach it
    monotonically, as F_k is concave there for E <= 1; an iterate that changes sides restarts at 0 on the new
-   side. After QUICK_ROUNDS iterations, each step ends at the minimum, along its direction, of the convex
+   side. After NEWTON_ROUNDS iterations, each step ends at the minimum, along its direction, of the convex
    function that the solution minimises: with P_k the force of the tangent, which defines M v, the slope of
    this function is sum d (F_k - P_k) dx_k. T is the tension at the start of the step. For cables that
    stretch along their path, see cable_stretch.c. */
@@ -36,7 +36,7 @@
 
 #include <string.h>
 
-#define QUICK_ROUNDS 8
+#define NEWTON_ROUNDS 8
 #define MAX_ROUNDS 60
 #define FRICTION_HALVINGS 12
 /* Tolerance of the friction in a bend in the last iteration, relative to the tensions on both sides. */
@@ -47,7 +47,7 @@ static const real *flow_of(const core *c, int32_t k)
     return c->bend_flow + (size_t)k * (size_t)c->blob.counts.dofs;
 }
 
-static real slid(const core *c, int32_t k, const real *qd)
+static real sliding_distance(const core *c, int32_t k, const real *qd)
 {
     const real *flow = flow_of(c, k);
     real rate = 0;
@@ -61,7 +61,7 @@ static void add_force(core *c, int32_t k, real F)
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) c->torques[j] -= flow[j] * F;
 }
 
-static real followed(real s, real x)
+static real next_state(real s, real x)
 {
     return (s + x) / (1 + fabs(x));
 }
@@ -115,7 +115,7 @@ static void take_tangents(core *c, real h)
 {
     const real *slip = slips_of(c), *d = c->bend_presliding;
     for (int32_t k = 0; k < c->blob.counts.bends; k++) {
-        const real x = c->bend_way[k], near = 1 + fabs(x), s = followed(slip[k], x);
+        const real x = c->bend_way[k], near = 1 + fabs(x), s = next_state(slip[k], x);
         const real F = friction_at(c, k, s), per_way = (1 - c->bend_side[k] * slip[k]) / (near * near);
         c->bend_force[k] = F;
         c->bend_slope[k] = (c->bend_tension[k] + F) * c->bend_grip[k] * per_way;
@@ -124,7 +124,7 @@ static void take_tangents(core *c, real h)
 }
 
 /* Compute the sliding distances for bend_rates and rates if friction stayed unchanged. */
-static void begin_rounds(core *c, real h)
+static void begin_iterations(core *c, real h)
 {
     const real *slip = slips_of(c);
     for (int32_t k = 0; k < c->blob.counts.bends; k++)
@@ -139,13 +139,13 @@ static void begin_rounds(core *c, real h)
 }
 
 /* Return whether the tangents agree with the friction law at bend_next. */
-static int is_found(core *c, real h)
+static int has_converged(core *c, real h)
 {
     const real *slip = slips_of(c);
     int agrees = 1;
     for EACH_CABLE (c, at) pull_by_tangents(c, &at, h);
     for (int32_t k = 0; k < c->blob.counts.bends; k++) {
-        const real F = friction_at(c, k, followed(slip[k], c->bend_next[k]));
+        const real F = friction_at(c, k, next_state(slip[k], c->bend_next[k]));
         agrees &= value_of(fabs(F - c->bend_next_pull[k])) <= value_of(AGREEMENT * (c->bend_tension[k] + fabs(F)));
         c->bend_force[k] = F;
     }
@@ -153,7 +153,7 @@ static int is_found(core *c, real h)
 }
 
 /* Start the next iteration at the end of this one, or at 0 if the sliding direction changes. */
-static void go_quickly(core *c)
+static void start_newton_step(core *c)
 {
     for (int32_t k = 0; k < c->blob.counts.bends; k++) {
         const int turns = value_of(c->bend_side[k] * c->bend_next[k]) < 0;
@@ -165,23 +165,23 @@ static void go_quickly(core *c)
 
 /* Return whether the minimum along the step lies before the fraction t from bend_way to bend_next, see
    above. */
-static int is_past(const core *c, real t)
+static int is_minimum_before(const core *c, real t)
 {
     const real *slip = slips_of(c);
     real slope = 0;
     for (int32_t k = 0; k < c->blob.counts.bends; k++) {
-        const real dx = c->bend_next[k] - c->bend_way[k], F = friction_at(c, k, followed(slip[k], c->bend_way[k] + t * dx));
+        const real dx = c->bend_next[k] - c->bend_way[k], F = friction_at(c, k, next_state(slip[k], c->bend_way[k] + t * dx));
         slope += c->bend_presliding[k] * (F - c->bend_pull[k] - t * (c->bend_next_pull[k] - c->bend_pull[k])) * dx;
     }
     return value_of(slope) > 0;
 }
 
 /* Start the next iteration at the minimum along the step from bend_way to bend_next. `is_whole`: at its end. */
-static void go_surely(core *c, int is_whole)
+static void start_at_minimum(core *c, int is_whole)
 {
     real low = 0, high = 1, t = 1;
     for (int i = 0; i < FRICTION_HALVINGS && !is_whole; i++) {
-        if (is_past(c, t)) high = t;
+        if (is_minimum_before(c, t)) high = t;
         else low = t;
         t = 0.5 * (low + high);
     }
@@ -194,15 +194,15 @@ static void go_surely(core *c, int is_whole)
 
 /* Return whether another iteration is needed: bend_force is not yet the friction at bend_next. If so,
    compute its tangents. */
-static int goes_on(core *c, real h)
+static int needs_iteration(core *c, real h)
 {
     const int32_t was = c->friction_rounds++, is_last = was >= MAX_ROUNDS;
-    const int agrees = is_found(c, h);
+    const int agrees = has_converged(c, h);
     /* derivatives need one more iteration */
     if ((agrees && (!HAS_TANGENT || c->friction_settled)) || is_last) return 0;
     c->friction_settled = agrees;
-    if (was < QUICK_ROUNDS) go_quickly(c);
-    else go_surely(c, agrees || was == QUICK_ROUNDS);
+    if (was < NEWTON_ROUNDS) start_newton_step(c);
+    else start_at_minimum(c, agrees || was == NEWTON_ROUNDS);
     take_tangents(c, h);
     return 1;
 }
@@ -211,11 +211,11 @@ static int goes_on(core *c, real h)
 
 void cable_friction_rates(core *c, const real *qd)
 {
-    for (int32_t k = 0; k < c->blob.counts.bends; k++) c->bend_rates[k] = slid(c, k, qd);
+    for (int32_t k = 0; k < c->blob.counts.bends; k++) c->bend_rates[k] = sliding_distance(c, k, qd);
 }
 
 /* Compute bend_rates and rates at the current velocities. */
-static void lengthen(core *c)
+static void compute_rates(core *c)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs;
     cable_friction_rates(c, c->qd);
@@ -240,7 +240,7 @@ static void add_friction(core *c, const real *F, real times)
 }
 
 /* Compute the friction from the tangents at the velocities at the start of the step, for the next iteration. */
-static void pull_for_round(core *c, real h)
+static void pull_for_iteration(core *c, real h)
 {
     memcpy(c->torques, c->torques_before, (size_t)c->blob.counts.dofs * sizeof(real));
     for EACH_CABLE (c, at) pull_by_tangents(c, &at, h);
@@ -255,23 +255,23 @@ void cable_friction_begin(core *c, real h)
     add_friction(c, c->bend_force, -1);
     memcpy(c->torques_before, c->torques, (size_t)c->blob.counts.dofs * sizeof(real));
     c->is_rubbing = 1;
-    lengthen(c);
-    begin_rounds(c, h);
-    pull_for_round(c, h);
+    compute_rates(c);
+    begin_iterations(c, h);
+    pull_for_iteration(c, h);
 }
 
-int cable_friction_agrees(core *c, real h)
+int cable_friction_has_converged(core *c, real h)
 {
-    lengthen(c);
-    if (!goes_on(c, h)) {
+    compute_rates(c);
+    if (!needs_iteration(c, h)) {
         memcpy(c->torques, c->torques_before, (size_t)c->blob.counts.dofs * sizeof(real));
         add_friction(c, c->bend_force, 1);
         c->is_rubbing = 0;
         return 1;
     }
     memcpy(c->qd, c->before, (size_t)c->blob.counts.dofs * sizeof(real));
-    lengthen(c);
-    pull_for_round(c, h);
+    compute_rates(c);
+    pull_for_iteration(c, h);
     return 0;
 }
 
@@ -316,7 +316,7 @@ void cable_friction_resist(const core *c, real *M)
 /* ------------------------------------------------------------------------------ states */
 
 /* Return the energy that a bend dissipates, over T d; see above. */
-static real dissipated(real E, real s, real x, real next)
+static real dissipated_energy(real E, real s, real x, real next)
 {
     const real begin = exponential_less_one(E * s), end = exponential_less_one(E * next);
     return value_of(E) > 0 ? end * x + (next - s) - (end - begin) / E : 0;
@@ -344,8 +344,8 @@ void cable_friction_start(core *c)
 static void find_slips(core *c, real h)
 {
     if (c->blob.stretches) {
-        begin_rounds(c, h);
-        while (goes_on(c, h)) continue;
+        begin_iterations(c, h);
+        while (needs_iteration(c, h)) continue;
         return;
     }
     for (int32_t k = 0; k < c->blob.counts.bends; k++) c->bend_next[k] = h / c->bend_presliding[k] * c->bend_rates[k];
@@ -357,8 +357,8 @@ void cable_friction_advance(core *c, real h)
     const real *d = c->bend_presliding;
     find_slips(c, h);
     for (int32_t k = 0; k < c->blob.counts.bends; k++) {
-        const real x = c->bend_next[k], next = followed(slip[k], x);
-        const real lost = c->bend_tension[k] * d[k] * larger(dissipated(c->bend_grip[k], slip[k], x, next), 0);
+        const real x = c->bend_next[k], next = next_state(slip[k], x);
+        const real lost = c->bend_tension[k] * d[k] * larger(dissipated_energy(c->bend_grip[k], slip[k], x, next), 0);
         c->work[0] += lost, c->work[3] -= lost; /* torques contain both */
         slip[k] = next;
     }
@@ -371,7 +371,7 @@ void cable_friction_advance(core *c, real h)
 void core_slide(core *c, const real *way)
 {
     real *slip = slips_of(c);
-    for (int32_t k = 0; k < c->blob.counts.bends; k++) slip[k] = followed(slip[k], slid(c, k, way) / c->bend_presliding[k]);
+    for (int32_t k = 0; k < c->blob.counts.bends; k++) slip[k] = next_state(slip[k], sliding_distance(c, k, way) / c->bend_presliding[k]);
 }
 
 void core_pulling(core *c)

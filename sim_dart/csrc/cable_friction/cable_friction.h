@@ -12,7 +12,7 @@ CORE_INSIDE void cable_friction_pull(core *c);
 CORE_INSIDE void cable_friction_begin(core *c, real h);
 /* Return whether the velocities found with the last torques agree with friction. If they do, torques are the
    acting ones. Otherwise compute the torques for the next iteration. */
-CORE_INSIDE int cable_friction_agrees(core *c, real h);
+CORE_INSIDE int cable_friction_has_converged(core *c, real h);
 /* Add to M, dofs x dofs, the resistance of friction within a step. */
 CORE_INSIDE void cable_friction_resist(const core *c, real *M);
 

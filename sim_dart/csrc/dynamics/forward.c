@@ -164,7 +164,7 @@ void dynamics_respond(core *c, const real *impulse, real *change)
     for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
         real *jump = c->acceleration + 6 * i;
         const real *U = c->reaction + 6 * i;
-        bodies_carry(c, i, c->acceleration, jump);
+        bodies_parent_acceleration(c, i, c->acceleration, jump);
         const real taken = dot3(U, jump) + dot3(U + 3, jump + 3);
         const real own = change[c->blob.coordinate[i]] = (c->drive[i] - taken) / c->pivot[i];
         real *moved = jump + (c->blob.motion[i] == ROTATION ? 0 : 3);
@@ -179,7 +179,7 @@ static void forward(core *c)
     for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
         real *acceleration = c->acceleration + 6 * i;
         const real *U = c->reaction + 6 * i, *drift = c->drift + 6 * i;
-        bodies_carry(c, i, c->acceleration, acceleration);
+        bodies_parent_acceleration(c, i, c->acceleration, acceleration);
         if (c->blob.parent[i] < 0)
             for (int k = 0; k < 3; k++) acceleration[3 + k] = -g[k];
         for (int k = 0; k < 6; k++) acceleration[k] += drift[k];

@@ -23,17 +23,17 @@
 #include <string.h>
 
 /* Return the lower kink of the interval in which coordinate j slides. */
-static real lower_corner(const core *c, int32_t j)
+static real lower_kink(const core *c, int32_t j)
 {
     return value_of(c->grip[j]) > 0 && value_of(c->slides[j]) > 0 ? larger(c->low[j], 0) : c->low[j];
 }
 
-static real upper_corner(const core *c, int32_t j)
+static real upper_kink(const core *c, int32_t j)
 {
     return value_of(c->grip[j]) > 0 && value_of(c->slides[j]) < 0 ? smaller(c->high[j], 0) : c->high[j];
 }
 
-static void hold(core *c, int32_t j, real corner, int32_t *count)
+static void hold_coordinate(core *c, int32_t j, real corner, int32_t *count)
 {
     c->slides[j] = 0;
     c->target[j] = c->sliding[j] = corner;
@@ -42,7 +42,7 @@ static void hold(core *c, int32_t j, real corner, int32_t *count)
 }
 
 /* Compute free = the velocities without friction plus the effect of the friction of sliding coordinates. */
-static void rub(core *c)
+static void apply_sliding_friction(core *c)
 {
     const int32_t dofs = c->blob.counts.dofs;
     for (int32_t j = 0; j < dofs; j++) c->impulse[j] = -c->grip[j] * c->slides[j];
@@ -52,30 +52,30 @@ static void rub(core *c)
 
 /* Let all coordinates slide in the direction without friction, and hold those that reach a kink. Return the
    number of held coordinates. */
-static int32_t guess(core *c)
+static int32_t guess_sliding(core *c)
 {
     const int32_t dofs = c->blob.counts.dofs;
     int32_t count = 0;
     for (int32_t j = 0; j < dofs; j++)
         c->slides[j] = value_of(smaller(larger(c->unbraked[j], c->low[j]), c->high[j])) < 0 ? -1 : 1;
-    rub(c);
+    apply_sliding_friction(c);
     memcpy(c->sliding, c->free, (size_t)dofs * sizeof(real));
     for (int32_t j = 0; j < dofs; j++) {
-        const real low = lower_corner(c, j), high = upper_corner(c, j);
-        if (value_of(c->sliding[j]) <= value_of(low)) hold(c, j, low, &count);
-        else if (value_of(c->sliding[j]) >= value_of(high)) hold(c, j, high, &count);
+        const real low = lower_kink(c, j), high = upper_kink(c, j);
+        if (value_of(c->sliding[j]) <= value_of(low)) hold_coordinate(c, j, low, &count);
+        else if (value_of(c->sliding[j]) >= value_of(high)) hold_coordinate(c, j, high, &count);
     }
     return count;
 }
 
 /* Move the sliding coordinates towards qd, up to the first kink. Return the coordinate at that kink, or -1. */
-static int32_t slide(core *c, real *corner)
+static int32_t move_sliding(core *c, real *corner)
 {
     const int32_t dofs = c->blob.counts.dofs;
     int32_t first = -1;
     real share = 1;
     for (int32_t j = 0; j < dofs; j++) {
-        const real begin = c->sliding[j], low = lower_corner(c, j), high = upper_corner(c, j), to = c->qd[j];
+        const real begin = c->sliding[j], low = lower_kink(c, j), high = upper_kink(c, j), to = c->qd[j];
         const int falls_short = value_of(to) < value_of(low), goes_beyond = value_of(to) > value_of(high);
         if (c->slides[j] == 0 || !(falls_short || goes_beyond)) continue;
         const real end = falls_short ? low : high, part = (end - begin) / (to - begin);
@@ -84,7 +84,7 @@ static int32_t slide(core *c, real *corner)
     for (int32_t j = 0; j < dofs; j++) {
         if (c->slides[j] == 0) continue;
         const real next = first < 0 ? c->qd[j] : c->sliding[j] + share * (c->qd[j] - c->sliding[j]);
-        c->sliding[j] = smaller(larger(next, lower_corner(c, j)), upper_corner(c, j));
+        c->sliding[j] = smaller(larger(next, lower_kink(c, j)), upper_kink(c, j));
     }
     return first;
 }
@@ -102,7 +102,7 @@ static real impulse_excess(const core *c, int32_t j, real p)
 }
 
 /* Release the held coordinate whose impulse exceeds its bound most. Return its index, or -1. */
-static int32_t let_go(core *c, int32_t *count)
+static int32_t release_coordinate(core *c, int32_t *count)
 {
     int32_t worst = -1;
     real most = 0;
@@ -119,22 +119,22 @@ static int32_t let_go(core *c, int32_t *count)
     return j;
 }
 
-void friction_keep(core *c, real h)
+void friction_enforce(core *c, real h)
 {
     const int32_t dofs = c->blob.counts.dofs;
     for (int32_t j = 0; j < dofs; j++) c->grip[j] = h * c->blob.friction[j];
     memcpy(c->unbraked, c->qd, (size_t)dofs * sizeof(real));
     if (!c->blob.counts.closures) dynamics_factor(c, c->blob.armature); /* loops: already done */
-    int32_t count = guess(c), freed = -1;
+    int32_t count = guess_sliding(c), freed = -1;
     for (int32_t round = 0; count > 0 || freed >= 0; round++) {
         real corner = 0;
-        rub(c);
+        apply_sliding_friction(c);
         limits_solve(c, count);
         limits_apply(c, count);
-        const int32_t stuck = slide(c, &corner);
+        const int32_t stuck = move_sliding(c, &corner);
         const int was_right = stuck >= 0 && stuck == freed && value_of(corner) == value_of(c->target[stuck]);
-        if (stuck >= 0) hold(c, stuck, corner, &count), freed = -1;
-        else freed = let_go(c, &count);
+        if (stuck >= 0) hold_coordinate(c, stuck, corner, &count), freed = -1;
+        else freed = release_coordinate(c, &count);
         if ((stuck < 0 && freed < 0) || was_right || round > 8 * dofs) break;
     }
     memcpy(c->qd, c->sliding, (size_t)dofs * sizeof(real));

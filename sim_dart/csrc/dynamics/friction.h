@@ -4,7 +4,7 @@
 
 #include "../blob/state.h"
 
-/* Do the same as limits_keep, including joint friction over a time h. */
-CORE_INSIDE void friction_keep(core *c, real h);
+/* Do the same as limits_enforce, including joint friction over a time h. */
+CORE_INSIDE void friction_enforce(core *c, real h);
 
 #endif

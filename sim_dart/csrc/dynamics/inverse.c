@@ -40,7 +40,7 @@ static real *collect(core *c, real *forces)
 }
 
 /* Add the springs of joints and the weight of heavy cables, about half of it at either end. */
-static void add_still(const core *c, real *forces)
+static void add_static_forces(const core *c, real *forces)
 {
     if (c->has_weight) laws_weigh(c, NULL, -1, forces);
     for (int32_t j = 0; j < c->blob.counts.variables; j++)
@@ -60,19 +60,19 @@ void core_gravity(core *c)
     bodies_inertias(c);
     for (int32_t i = 0; i < c->blob.counts.frames; i++) newton_euler(c, i, up, still, c->wrench + 6 * i);
     real *forces = collect(c, c->gravity);
-    add_still(c, forces);
+    add_static_forces(c, forces);
     if (c->is_driven) variables_fold(c, forces, c->gravity);
 }
 
 /* Compute the forces at qdd = 0 in a world with the acceleration `world`; returns the same as `collect`. */
-static real *coast(core *c, const real *qd, const real world[3], real *forces)
+static real *zero_acceleration_forces(core *c, const real *qd, const real world[3], real *forces)
 {
     bodies_links(c);
     bodies_inertias(c);
     bodies_velocities(c, qd);
     for (int32_t i = 0; i < c->blob.counts.frames; i++) {
         real *acceleration = c->acceleration + 6 * i;
-        bodies_carry(c, i, c->acceleration, acceleration);
+        bodies_parent_acceleration(c, i, c->acceleration, acceleration);
         if (c->blob.parent[i] < 0) add3(acceleration + 3, world);
         add3(acceleration, c->drift + 6 * i);
         add3(acceleration + 3, c->drift + 6 * i + 3);
@@ -87,22 +87,22 @@ static real *coast(core *c, const real *qd, const real world[3], real *forces)
 void core_coriolis(core *c, const real *qd)
 {
     static const real still[3] = {0, 0, 0};
-    real *forces = coast(c, qd, still, c->coriolis);
+    real *forces = zero_acceleration_forces(c, qd, still, c->coriolis);
     if (c->is_driven) variables_fold(c, forces, c->coriolis);
 }
 
 void core_bias(core *c, const real *qd)
 {
     const real *g = c->blob.gravity, up[3] = {-g[0], -g[1], -g[2]};
-    real *forces = coast(c, qd, up, c->coriolis);
-    add_still(c, forces);
+    real *forces = zero_acceleration_forces(c, qd, up, c->coriolis);
+    add_static_forces(c, forces);
     if (c->is_driven) variables_fold(c, forces, c->coriolis);
 }
 
 void inverse_fall(core *c, const real *qd, real *forces)
 {
     const real *g = c->blob.gravity, up[3] = {-g[0], -g[1], -g[2]};
-    variables_fold(c, coast(c, qd, up, forces), forces);
+    variables_fold(c, zero_acceleration_forces(c, qd, up, forces), forces);
 }
 
 /* Add the moments of a composite body about the origin of frame i to its parent:

@@ -114,7 +114,7 @@ void limits_apply(core *c, int32_t count)
     for (int32_t a = 0; a < count; a++) c->qd[(int32_t)c->met[a]] = c->target[(int32_t)c->met[a]];
 }
 
-void limits_keep(core *c)
+void limits_enforce(core *c)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs;
     memset(c->side, 0, dofs * sizeof(real));

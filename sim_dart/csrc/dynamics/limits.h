@@ -6,7 +6,7 @@
 
 /* Change qd by impulses so that all velocities are within low and high. Links and inertias must be those of
    the last q. */
-CORE_INSIDE void limits_keep(core *c);
+CORE_INSIDE void limits_enforce(core *c);
 /* Compute row j of `response`: the change of qd for a unit impulse on coordinate j. Call dynamics_factor
    first. */
 CORE_INSIDE void limits_respond(core *c, int32_t j);

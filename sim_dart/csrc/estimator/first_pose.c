@@ -12,12 +12,12 @@ enum { MAX_STEPS = 30 };
 static const real FIRST_DAMPING = PRECISE(1e-3, 1e-3), MIN_DAMPING = PRECISE(1e-9, 1e-5);
 static const real MAX_DAMPING = 1e8;
 static const real SMALL_STEP = PRECISE(1e-10, 1e-5); /* in rad or m */
-static const real SAME = 25;  /* squared distance over variance within which poses are equal */
-static const real EQUAL = 25; /* difference of sums of squares within which both poses fit */
-static const real POOR = 25;  /* mean square above which a pose does not fit */
+static const real SAME_POSE = 25;  /* squared distance over variance within which poses are equal */
+static const real SAME_FIT = 25; /* difference of sums of squares within which both poses fit */
+static const real POOR_FIT = 25;  /* mean square above which a pose does not fit */
 
 /* Move to a pose. Return the sum of squares. */
-static real go(estimator *e, const real *q, size_t *count)
+static real move_to_pose(estimator *e, const real *q, size_t *count)
 {
     const core *c = e->core;
     real sum = 0;
@@ -84,13 +84,13 @@ static real descend(estimator *e, real *q)
     const size_t n = e->n;
     real *next = e->pose + n, damping = FIRST_DAMPING;
     size_t count;
-    real cost = go(e, q, &count);
+    real cost = move_to_pose(e, q, &count);
     for (int step = 0; step < MAX_STEPS; step++) {
         normal_equations(e, q);
         real size, then;
         for (;;) {
             size = try_step(e, q, damping, next);
-            then = size < 0 ? INFINITY : go(e, next, &count);
+            then = size < 0 ? INFINITY : move_to_pose(e, next, &count);
             if (then <= cost || damping > MAX_DAMPING) break;
             damping *= 8;
         }
@@ -130,30 +130,30 @@ static real distance(const estimator *e, const real *a, const real *b)
 }
 
 /* Store the minimum sum of squares, and the minimum of a different pose. */
-static void keep(estimator *e, const real *q, real cost)
+static void store_best(estimator *e, const real *q, real cost)
 {
     const size_t n = e->n;
     real *best = e->first_poses, *second = best + n, *costs = best + 2 * n;
     normal_equations(e, q);
     if (cost < costs[0]) {
-        if (distance(e, q, best) > SAME) {
+        if (distance(e, q, best) > SAME_POSE) {
             memcpy(second, best, n * sizeof(real));
             costs[1] = costs[0];
         }
         memcpy(best, q, n * sizeof(real));
         costs[0] = cost;
-    } else if (cost < costs[1] && distance(e, q, best) > SAME) {
+    } else if (cost < costs[1] && distance(e, q, best) > SAME_POSE) {
         memcpy(second, q, n * sizeof(real));
         costs[1] = cost;
     }
 }
 
 /* Set P of q to (J'J)^-1 at the best pose, limited by the range. Return 1 if J'J is singular. */
-static int take_pose(estimator *e)
+static int use_best_pose(estimator *e)
 {
     const size_t n = e->n, N = e->N;
     size_t count;
-    go(e, e->first_poses, &count);
+    move_to_pose(e, e->first_poses, &count);
     normal_equations(e, e->first_poses);
     for (size_t j = 0; j < n; j++) {
         const real range = e->start_high[j] - e->start_low[j];
@@ -180,11 +180,11 @@ int estimator_find(estimator *e)
     for (size_t number = 0; number < (size_t)e->starts[0]; number++) {
         start_at(e, number, e->pose);
         const real cost = descend(e, e->pose);
-        go(e, e->pose, &count);
+        move_to_pose(e, e->pose, &count);
         if (count < n) return ESTIMATOR_UNOBSERVABLE;
-        keep(e, e->pose, cost);
+        store_best(e, e->pose, cost);
     }
-    if (!(costs[0] <= POOR * (real)count)) return ESTIMATOR_NO_FIT;
-    if (costs[1] - costs[0] < EQUAL) return ESTIMATOR_AMBIGUOUS;
-    return take_pose(e) ? ESTIMATOR_UNOBSERVABLE : ESTIMATOR_TRACKING;
+    if (!(costs[0] <= POOR_FIT * (real)count)) return ESTIMATOR_NO_FIT;
+    if (costs[1] - costs[0] < SAME_FIT) return ESTIMATOR_AMBIGUOUS;
+    return use_best_pose(e) ? ESTIMATOR_UNOBSERVABLE : ESTIMATOR_TRACKING;
 }

@@ -47,7 +47,7 @@ static int fill_transition(estimator *e, const real *q, const real *qd, const re
 }
 
 /* Compute P <- A P A'. A differs from the identity only in the rows of q and qd. */
-static void carry_covariance(estimator *e)
+static void propagate_covariance(estimator *e)
 {
     const size_t n = e->n, N = e->N, top = 2 * n, wide = 3 * n;
     const real *A = e->transition;
@@ -102,7 +102,7 @@ int estimator_predict(estimator *e, real h)
     memcpy(q, c->q, n * sizeof(real));
     memcpy(qd, c->qd, n * sizeof(real));
     memcpy(e->slips, slips, e->bends * sizeof(real));
-    carry_covariance(e);
+    propagate_covariance(e);
     add_noise(e, h);
     return 0;
 }

@@ -81,12 +81,12 @@ struct estimator {
 /* Return whether a noise setting enables a measurement. */
 static inline int is_measured(real noise)
 {
-    return noise > 0 && noise <= CORE_LARGEST_STATE;
+    return noise > 0 && noise <= CORE_MAX_STATE;
 }
 
 static inline int is_number(real x)
 {
-    return x <= CORE_LARGEST_STATE && x >= -CORE_LARGEST_STATE;
+    return x <= CORE_MAX_STATE && x >= -CORE_MAX_STATE;
 }
 
 /* Return whether the length of a muscle is measured and the muscle is taut. */

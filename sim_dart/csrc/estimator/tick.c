@@ -47,7 +47,7 @@ static int update_sd(estimator *e)
 
 /* Update the exponential average with time constant T: mean += (1 - exp(-h/T)) (now - mean). Without
    measurements for the time T the model cannot be verified, so that the estimate is not valid. */
-static void judge(estimator *e, real time)
+static void update_validity(estimator *e, real time)
 {
     e->blind[0] = e->seen ? 0 : e->blind[0] + time;
     if (e->seen) {
@@ -59,7 +59,7 @@ static void judge(estimator *e, real time)
     e->valid[0] = valid;
 }
 
-static int lose(estimator *e)
+static int mark_lost(estimator *e)
 {
     e->valid[0] = 0;
     return (int)(e->status[0] = ESTIMATOR_DIVERGED);
@@ -71,19 +71,19 @@ int estimator_tick(estimator *e, real h, int32_t steps)
     if (e->status[0] == ESTIMATOR_DIVERGED) return ESTIMATOR_DIVERGED;
     if (e->status[0] != ESTIMATOR_TRACKING && e->search[0] != 0) {
         e->status[0] = (real)estimator_find(e);
-        if (update_sd(e)) return lose(e);
-        if (e->status[0] == ESTIMATOR_TRACKING) judge(e, 0);
+        if (update_sd(e)) return mark_lost(e);
+        if (e->status[0] == ESTIMATOR_TRACKING) update_validity(e, 0);
         return (int)e->status[0];
     }
     e->status[0] = ESTIMATOR_TRACKING;
     for (int32_t k = 0; k < steps; k++)
-        if (estimator_predict(e, h)) return lose(e);
+        if (estimator_predict(e, h)) return mark_lost(e);
     estimator_begin(e);
     take_lengths(e);
     take_encoders(e);
     estimator_take_inertial(e);
     estimator_end(e);
-    if (update_sd(e)) return lose(e);
-    judge(e, h * (real)steps);
+    if (update_sd(e)) return mark_lost(e);
+    update_validity(e, h * (real)steps);
     return ESTIMATOR_TRACKING;
 }

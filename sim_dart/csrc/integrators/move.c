@@ -17,7 +17,7 @@ void core_move(core *c, const real *q)
 
 static int is_sound(real x)
 {
-    return value_of(fabs(x)) <= CORE_LARGEST_STATE; /* false for NaN */
+    return value_of(fabs(x)) <= CORE_MAX_STATE; /* false for NaN */
 }
 
 int core_move_checked(core *c, const real *q, const real *qd)

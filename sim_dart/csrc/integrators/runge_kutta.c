@@ -73,7 +73,7 @@ static void add_stage(core *c, real weight, real h)
 }
 
 /* Move to before + h rates. Return the same as core_step. */
-static int go_to(core *c, real h, const real *q_rates, const real *qd_rates, const real *x_rates)
+static int move_to(core *c, real h, const real *q_rates, const real *qd_rates, const real *x_rates)
 {
     const int32_t dofs = c->blob.counts.dofs, states = c->blob.law_states;
     for (int32_t j = 0; j < dofs; j++) c->q[j] = c->before[j] + h * q_rates[j]; /* q_rates may be qd itself */
@@ -102,7 +102,7 @@ static void stop_at_limits(core *c)
         bodies_links(c);
         bodies_inertias(c);
     }
-    limits_keep(c);
+    limits_enforce(c);
 }
 
 static int one_step(core *c, const real *u, const real *extra, real h)
@@ -114,8 +114,8 @@ static int one_step(core *c, const real *u, const real *extra, real h)
         const int wrong = evaluate_rates(c, u, extra);
         if (wrong) return -wrong;
         add_stage(c, weights[stage], h);
-        const int bad = stage < 3 ? go_to(c, shares[stage] * h, c->qd, c->qdd, c->law_rates)
-                                  : go_to(c, h / 6, c->slopes, c->slopes + dofs, c->slopes + 2 * dofs);
+        const int bad = stage < 3 ? move_to(c, shares[stage] * h, c->qd, c->qdd, c->law_rates)
+                                  : move_to(c, h / 6, c->slopes, c->slopes + dofs, c->slopes + 2 * dofs);
         if (bad) return bad;
     }
     if (c->blob.counts.closures) loops_close(c);

@@ -35,14 +35,14 @@ static void accelerate(core *c, real h)
 }
 
 /* Compute qd += h qdd, with loops closed. Return whether q then passes a limit within h. */
-static int speed_up(core *c, real h)
+static int update_velocities(core *c, real h)
 {
     int passes = 0;
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
         c->before[j] = c->qd[j];
         c->qd[j] += h * c->qdd[j];
     }
-    if (c->blob.counts.closures) loops_keep(c, h);
+    if (c->blob.counts.closures) loops_enforce(c, h);
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
         const real next = c->q[j] + h * c->qd[j];
         passes |= value_of(next) < value_of(c->blob.lower[j]) || value_of(next) > value_of(c->blob.upper[j]);
@@ -54,14 +54,14 @@ static int speed_up(core *c, real h)
 static const real MAX_RETURN = 10;
 
 /* Apply joint limits and joint friction: no coordinate may pass a limit within h. */
-static void stay_within(core *c, real h)
+static void enforce_limits(core *c, real h)
 {
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
         c->low[j] = smaller((c->blob.lower[j] - c->q[j]) / h, MAX_RETURN);
         c->high[j] = larger((c->blob.upper[j] - c->q[j]) / h, -MAX_RETURN);
     }
-    if (c->has_friction) friction_keep(c, h);
-    else limits_keep(c);
+    if (c->has_friction) friction_enforce(c, h);
+    else limits_enforce(c);
 }
 
 /* Compute qd at the end of the step, from the forces at its start and the cable friction at its end. */
@@ -70,8 +70,8 @@ static void find_velocities(core *c, real h)
     if (c->blob.counts.bends) cable_friction_begin(c, h);
     for (;;) {
         accelerate(c, h);
-        if (speed_up(c, h) || c->has_friction) stay_within(c, h);
-        if (!c->blob.counts.bends || cable_friction_agrees(c, h)) return;
+        if (update_velocities(c, h) || c->has_friction) enforce_limits(c, h);
+        if (!c->blob.counts.bends || cable_friction_has_converged(c, h)) return;
     }
 }
 

@@ -36,7 +36,7 @@ void bodies_inertias(core *c)
 }
 
 /* Add the contribution of the second derivatives of the motions to the drift. */
-static void add_bends(core *c)
+static void add_second_derivatives(core *c)
 {
     for (int32_t i = 0; i < c->blob.counts.frames; i++) {
         const real bend = c->bend[c->blob.coordinate[i]];
@@ -67,10 +67,10 @@ void bodies_velocities(core *c, const real *qd)
         add_cross3(turns ? drift : drift + 3, w, own);
         if (!turns) add_cross3(drift + 3, w, own); /* Coriolis acceleration: factor 2 */
     }
-    if (c->is_driven) add_bends(c);
+    if (c->is_driven) add_second_derivatives(c);
 }
 
-void bodies_carry(const core *c, int32_t i, const real *accelerations, real out[6])
+void bodies_parent_acceleration(const core *c, int32_t i, const real *accelerations, real out[6])
 {
     const int32_t parent = c->blob.parent[i];
     if (parent < 0) {

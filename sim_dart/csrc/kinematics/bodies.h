@@ -11,6 +11,6 @@ CORE_INSIDE void bodies_inertias(core *c);
 /* Compute spin, velocity, slide and drift. */
 CORE_INSIDE void bodies_velocities(core *c, const real *qd);
 /* Compute the acceleration of the parent at the origin of frame i; that of the world is zero. */
-CORE_INSIDE void bodies_carry(const core *c, int32_t i, const real *accelerations, real out[6]);
+CORE_INSIDE void bodies_parent_acceleration(const core *c, int32_t i, const real *accelerations, real out[6]);
 
 #endif

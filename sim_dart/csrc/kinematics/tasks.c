@@ -102,7 +102,7 @@ void core_task_bias(core *c, const real *qd)
     bodies_velocities(c, qd);
     for (int32_t i = 0; i < c->blob.counts.frames; i++) {
         real *acceleration = c->acceleration + 6 * i;
-        bodies_carry(c, i, c->acceleration, acceleration);
+        bodies_parent_acceleration(c, i, c->acceleration, acceleration);
         for (int k = 0; k < 6; k++) acceleration[k] += c->drift[6 * i + k];
     }
     memset(c->task_bias, 0, 3 * (size_t)c->blob.counts.tasks * sizeof(real));

@@ -63,7 +63,7 @@ typedef struct {
     int is_heavy;
 } hanging;
 
-static hanging hanging_at(const real *k, real l, real u)
+static hanging hanging_geometry(const real *k, real l, real u)
 {
     hanging at;
     at.l = larger(l, MIN_CHORD), at.rest = larger(u, at.l / MAX_DRAW);
@@ -75,7 +75,7 @@ static hanging hanging_at(const real *k, real l, real u)
 }
 
 /* Return the logarithm of the square root of the left side over L, at x = e^z. */
-static real too_long(const void *data, real z, real *slope)
+static real length_residual(const void *data, real z, real *slope)
 {
     const hanging *at = data;
     const real x = exponential(z), m = exponential_less_one(x), kappa = at->kappa;
@@ -90,7 +90,7 @@ static real too_long(const void *data, real z, real *slope)
 
 /* Compute x. The first guess is the tension of the parabola for three cases: taut, as long as the chord,
    slack. */
-static real slack_of(const real *k, const hanging *at)
+static real solve_slack(const real *k, const hanging *at)
 {
     const real EA = k[HEAVY_STIFFNESS], W = at->w * at->rest, over = at->l / at->rest - 1;
     const real level = k[HEAVY_RUN] * W, taut = 2 * EA * larger(over, 0);
@@ -98,24 +98,24 @@ static real slack_of(const real *k, const hanging *at)
     if (value_of(over) < 0) sagged = smaller(sagged, level / sqrt(-24 * over));
     const real high = logarithm(MAX_SLACK), low = logarithm(W / (8 * EA + 2 * W));
     const real guess = logarithm(W / (taut + 2 * sagged));
-    return exponential(bracketed_root(too_long, at, low, high, clamped(guess, low, high), ENOUGH_OF_SLACK));
+    return exponential(bracketed_root(length_residual, at, low, high, clamped(guess, low, high), ENOUGH_OF_SLACK));
 }
 
 static real heavy_tension(const real *k, const real *x, real l, real v, real u)
 {
     (void)x;
-    const hanging at = hanging_at(k, l, u);
+    const hanging at = hanging_geometry(k, l, u);
     const real damping = k[HEAVY_DAMPING] * v;
     if (!at.is_heavy) return larger(k[HEAVY_STIFFNESS] * (at.l / at.rest - 1), 0) + damping;
-    return at.w * at.l / (2 * (at.kappa + slack_of(k, &at))) + damping;
+    return at.w * at.l / (2 * (at.kappa + solve_slack(k, &at))) + damping;
 }
 
 static void heavy_weigh(const real *k, real l, real u, real down[2])
 {
-    const hanging at = hanging_at(k, l, u);
+    const hanging at = hanging_geometry(k, l, u);
     down[0] = down[1] = 0;
     if (!at.is_heavy) return;
-    const real x = slack_of(k, &at), t = hyperbolic_tangent(x), half = at.w * at.rest / 2;
+    const real x = solve_slack(k, &at), t = hyperbolic_tangent(x), half = at.w * at.rest / 2;
     const real steep = half * at.rise * (x - t) / ((at.kappa + t) * (at.kappa + x));
     down[0] = half - steep, down[1] = half + steep;
 }

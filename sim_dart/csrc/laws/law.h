@@ -34,7 +34,7 @@ typedef struct {
     int is_hill; /* constants and states are those of hill.h */
     /* Return the error of parameters that are within their bounds, or NULL; NULL if there are no further
        rules. */
-    const char *(*refusal)(const void *parameters);
+    const char *(*check)(const void *parameters);
     /* Compute the specific constants of the law; NULL if it has none. */
     void (*prepare)(const void *parameters, real *k);
     real (*tension)(const real *k, const real *x, real l, real v, real u);

@@ -27,11 +27,11 @@ static int parameters_check(const law_entry *entry, const real *p, int m, char *
     for (int i = 0; i < entry->parameters; i++) {
         const law_bounds *bounds = BOUNDS + entry->bounds[i];
         if (!is_within(bounds, p[i]))
-            return refuse(message, capacity, "muscle %d: %s: %s must be %s", m, entry->name, entry->names[i], bounds->words);
+            return reject(message, capacity, "muscle %d: %s: %s must be %s", m, entry->name, entry->names[i], bounds->words);
     }
     const char *wrong = entry->broken_rule ? entry->broken_rule(p) : NULL;
-    if (!wrong && entry->law->refusal) wrong = entry->law->refusal(p);
-    return wrong ? refuse(message, capacity, "muscle %d: %s: %s", m, entry->name, wrong) : 0;
+    if (!wrong && entry->law->check) wrong = entry->law->check(p);
+    return wrong ? reject(message, capacity, "muscle %d: %s: %s", m, entry->name, wrong) : 0;
 }
 
 int laws_check(blob_view *view, char *message, size_t capacity)
@@ -42,22 +42,22 @@ int laws_check(blob_view *view, char *message, size_t capacity)
     for (int32_t m = 0; m < view->counts.muscles; m++) {
         const int32_t kind = view->law_kind[m];
         if (kind < 0 || kind >= LAW_KINDS)
-            return refuse(message, capacity, "muscle %d: unknown muscle law %d", (int)m, (int)kind);
+            return reject(message, capacity, "muscle %d: unknown muscle law %d", (int)m, (int)kind);
         const law_entry *entry = LAW_TABLE + kind;
         const tension_law *law = entry->law;
         left -= entry->parameters;
         if (left < 0) break;
         if (parameters_check(entry, p, (int)m, message, capacity)) return 1;
         if (view->muscle_bends[m] && entry->pushes)
-            return refuse(message, capacity, "muscle %d: %s pushes and cannot have friction", (int)m, entry->name);
+            return reject(message, capacity, "muscle %d: %s pushes and cannot have friction", (int)m, entry->name);
         if (law->place && view->muscle_points[m] != 2)
-            return refuse(message, capacity, "muscle %d: %s hangs between two via points", (int)m, entry->name);
+            return reject(message, capacity, "muscle %d: %s hangs between two via points", (int)m, entry->name);
         states += entry->states ? entry->states(p) : 0;
         if (law->stretch) view->stretches += view->muscle_bends[m];
         constants += law->constants;
         p += entry->parameters;
     }
-    if (left) return refuse(message, capacity, "the law parameters do not add up");
+    if (left) return reject(message, capacity, "the law parameters do not add up");
     view->law_states = (int32_t)states + view->stretches + view->counts.bends, view->law_constants = (int32_t)constants;
     return 0;
 }
@@ -71,7 +71,7 @@ typedef struct {
     int32_t m, states;
 } muscle_law;
 
-static int found_muscle(const core *c, muscle_law *at)
+static int muscle_law_at(const core *c, muscle_law *at)
 {
     if (at->m >= c->blob.counts.muscles) return 0;
     at->entry = LAW_TABLE + c->blob.law_kind[at->m], at->law = at->entry->law;
@@ -83,20 +83,20 @@ static int first_muscle(const core *c, muscle_law *at)
 {
     at->m = at->states = 0, at->p = c->blob.law_parameter;
     at->k = c->law_constants, at->x = c->law_states, at->xd = c->law_rates;
-    return found_muscle(c, at);
+    return muscle_law_at(c, at);
 }
 
 static int next_muscle(const core *c, muscle_law *at)
 {
     at->m++, at->p += at->entry->parameters, at->k += at->law->constants;
     at->x += at->states, at->xd += at->states;
-    return found_muscle(c, at);
+    return muscle_law_at(c, at);
 }
 
 #define EACH_MUSCLE(c, at) (int more = first_muscle(c, at); more; more = next_muscle(c, at))
 
 /* Share constants with the muscle before, if they are equal. */
-static void share(const muscle_law *before, muscle_law *at)
+static void share_constants(const muscle_law *before, muscle_law *at)
 {
     if (!at->law->shared_from || before->law != at->law) return;
     for (int i = at->law->shared_from; i < at->entry->parameters; i++)
@@ -126,7 +126,7 @@ void laws_prepare(core *c)
         if (at.law->prepare) at.law->prepare(at.p, at.k);
         reach_of(c, &at)->is_known = 0;
         at.k[LAW_STATES] = at.entry->states ? at.entry->states(at.p) : 0;
-        share(&before, &at);
+        share_constants(&before, &at);
         before = at;
         c->has_weight |= at.law->place != NULL;
     }
@@ -150,7 +150,7 @@ static real length_at(const core *c, int32_t m)
 }
 
 /* Return 0, or 1 + the index of the first muscle whose command is not finite. */
-static int bad_command(const core *c, const real *u)
+static int find_bad_command(const core *c, const real *u)
 {
     real sum = 0; /* of zeros, or NaN */
     for (int32_t m = 0; m < c->blob.counts.muscles; m++) sum += 0 * u[m];
@@ -242,7 +242,7 @@ static void stretch_cables(core *c, const real *u)
 
 int core_start(core *c, const real *u)
 {
-    const int bad = bad_command(c, u);
+    const int bad = find_bad_command(c, u);
     if (bad) return bad;
     muscle_law at;
     for EACH_MUSCLE (c, &at)
@@ -286,7 +286,7 @@ int core_pull(core *c, const real *f)
 
 int core_drive(core *c, const real *qd, const real *u)
 {
-    const int bad = bad_command(c, u);
+    const int bad = find_bad_command(c, u);
     if (bad) return bad;
     core_rates(c, qd);
     muscle_law at;
@@ -300,7 +300,7 @@ int core_drive(core *c, const real *qd, const real *u)
 
 int core_law_rates(core *c, const real *u)
 {
-    const int bad = bad_command(c, u);
+    const int bad = find_bad_command(c, u);
     if (bad) return bad;
     muscle_law at;
     for EACH_MUSCLE (c, &at)
@@ -312,7 +312,7 @@ int core_law_rates(core *c, const real *u)
 
 int core_advance(core *c, const real *u, real h)
 {
-    const int bad = bad_command(c, u);
+    const int bad = find_bad_command(c, u);
     if (bad) return bad;
     muscle_law at;
     activations active;
@@ -328,11 +328,11 @@ int core_advance(core *c, const real *u, real h)
     return 0;
 }
 
-#define ALMOST (real)1e-6 /* of a period */
+#define PERIOD_TOLERANCE (real)1e-6 /* of a period */
 #define MAX_HELD 100
 
 /* Return the tension at the driven end of a cable with the mean tension f. */
-static real at_driven_end(const core *c, int32_t m, real f)
+static real tension_at_driven_end(const core *c, int32_t m, real f)
 {
     return does_stretch(c, m) ? f / (1 + c->cable_rise[m]) : f;
 }
@@ -342,16 +342,16 @@ static real at_driven_end(const core *c, int32_t m, real f)
 static real tension_after(const core *c, const muscle_law *at, real u, real h, real held)
 {
     const real l = c->lengths[at->m], driven = length_at(c, at->m), v = c->rates[at->m];
-    if (!at->states) return at_driven_end(c, at->m, bounded_tension(at, NULL, l, v, u));
+    if (!at->states) return tension_at_driven_end(c, at->m, bounded_tension(at, NULL, l, v, u));
     real x[MAX_LAW_STATES];
     memcpy(x, at->x, (size_t)at->states * sizeof(real));
-    const int steps = at->law->moves_along ? whole_steps(ceil(h / held - ALMOST), MAX_HELD) : 1;
+    const int steps = at->law->moves_along ? whole_steps(ceil(h / held - PERIOD_TOLERANCE), MAX_HELD) : 1;
     const real t = h / steps, along = at->law->moves_along ? v * t : 0;
     for (int i = 0; i < steps; i++) at->law->advance(at->k, x, driven + v * t * i, v, u + along * i, t);
-    return at_driven_end(c, at->m, bounded_tension(at, x, l + v * h, v, u));
+    return tension_at_driven_end(c, at->m, bounded_tension(at, x, l + v * h, v, u));
 }
 
-static void keep_reach(const core *c, const muscle_law *at, real h, real at_low, real at_high)
+static void store_reach(const core *c, const muscle_law *at, real h, real at_low, real at_high)
 {
     reach *r = reach_of(c, at);
     if (at->law->moves_along || at->law->place || does_stretch(c, at->m)) return; /* not a function of the state */
@@ -361,7 +361,7 @@ static void keep_reach(const core *c, const muscle_law *at, real h, real at_low,
 }
 
 /* Return the result of core_reach if nothing has changed since; otherwise NULL. */
-static const reach *reach_here(const core *c, const muscle_law *at, real h)
+static const reach *known_reach(const core *c, const muscle_law *at, real h)
 {
     const reach *r = reach_of(c, at);
     int same = r->is_known == 1 && r->l == c->lengths[at->m] && r->v == c->rates[at->m] && r->h == h;
@@ -381,13 +381,13 @@ void core_reach(core *c, real h)
         const real a = tension_after(c, &at, at.k[LAW_LOW], h, h);
         const real b = at.entry->driven ? tension_after(c, &at, at.k[LAW_HIGH], h, h) : a;
         *low = smaller(a, b), *high = larger(a, b);
-        keep_reach(c, &at, h, a, b);
+        store_reach(c, &at, h, a, b);
     }
 }
 
 #define MAX_INVERSIONS 60
-#define ENOUGH PRECISE(1e-14, 5e-6) /* relative tolerance of a force */
-#define ROUGH PRECISE(1e-11, 2e-5) /* the same, for laws that are rough */
+#define FORCE_TOLERANCE PRECISE(1e-14, 5e-6) /* relative tolerance of a force */
+#define ROUGH_TOLERANCE PRECISE(1e-11, 2e-5) /* the same, for laws that are rough */
 #define NEAR_INVERSIONS 6
 
 /* Difference of the tension from f at a command, during the search. */
@@ -395,12 +395,12 @@ typedef struct {
     real u, off;
 } attempt;
 
-static real zero_of_chord(const attempt *a, const attempt *b)
+static real secant_zero(const attempt *a, const attempt *b)
 {
     return (a->u * b->off - b->u * a->off) / (b->off - a->off);
 }
 
-static attempt attempted(const core *c, const muscle_law *at, real u, real f, real h, real held)
+static attempt evaluate_attempt(const core *c, const muscle_law *at, real u, real f, real h, real held)
 {
     return (attempt){u, tension_after(c, at, u, h, held) - f};
 }
@@ -411,51 +411,51 @@ static int is_between(const attempt *a, const attempt *b, real u)
     return value_of(u) > value_of(smaller(a->u, b->u)) && value_of(u) < value_of(larger(a->u, b->u));
 }
 
-static real enough_of(const muscle_law *at, real f, const attempt *a, const attempt *b)
+static real tolerance_of(const muscle_law *at, real f, const attempt *a, const attempt *b)
 {
-    const real enough = ENOUGH * (fabs(f) + fabs(a->off - b->off));
-    return at->law->is_rough ? enough + ROUGH * fabs(f) : enough;
+    const real enough = FORCE_TOLERANCE * (fabs(f) + fabs(a->off - b->off));
+    return at->law->is_rough ? enough + ROUGH_TOLERANCE * fabs(f) : enough;
 }
 
 /* Apply the secant method from the guess of a law. Return whether it has found a command within the range. */
-static int found_near(const core *c, const muscle_law *at, real f, real h, real held, real *u)
+static int search_near(const core *c, const muscle_law *at, real f, real h, real held, real *u)
 {
     real step;
     *u = at->law->guess(at->k, at->x, length_at(c, at->m), f, &step);
-    attempt before = attempted(c, at, *u, f, h, held), last = before;
+    attempt before = evaluate_attempt(c, at, *u, f, h, held), last = before;
     *u += value_of(last.off) > 0 ? step : -step;
     for (int i = 0; i < NEAR_INVERSIONS; i++) {
         if (!(value_of(*u) >= value_of(at->k[LAW_LOW]) && value_of(*u) <= value_of(at->k[LAW_HIGH]))) return 0;
-        before = last, last = attempted(c, at, *u, f, h, held);
-        if (value_of(fabs(last.off)) <= value_of(enough_of(at, f, &before, &last))) return 1;
-        *u = zero_of_chord(&before, &last);
+        before = last, last = evaluate_attempt(c, at, *u, f, h, held);
+        if (value_of(fabs(last.off)) <= value_of(tolerance_of(at, f, &before, &last))) return 1;
+        *u = secant_zero(&before, &last);
     }
     return 0;
 }
 
 /* Apply the secant method on a bracket, which is bisected if a step would leave it, and regularly. First try
    the command that keeps an activation constant: there the time constant changes. */
-static real inverted(const core *c, const muscle_law *at, real f, real h, real held)
+static real invert_law(const core *c, const muscle_law *at, real f, real h, real held)
 {
     real near;
-    if (at->law->guess && found_near(c, at, f, h, held, &near)) return near;
-    const reach *known = reach_here(c, at, h);
-    attempt low = known ? (attempt){at->k[LAW_LOW], known->at_low - f} : attempted(c, at, at->k[LAW_LOW], f, h, held);
+    if (at->law->guess && search_near(c, at, f, h, held, &near)) return near;
+    const reach *known = known_reach(c, at, h);
+    attempt low = known ? (attempt){at->k[LAW_LOW], known->at_low - f} : evaluate_attempt(c, at, at->k[LAW_LOW], f, h, held);
     if (low.off == 0) return low.u;
-    attempt high = known ? (attempt){at->k[LAW_HIGH], known->at_high - f} : attempted(c, at, at->k[LAW_HIGH], f, h, held);
+    attempt high = known ? (attempt){at->k[LAW_HIGH], known->at_high - f} : evaluate_attempt(c, at, at->k[LAW_HIGH], f, h, held);
     if ((value_of(low.off) > 0) == (value_of(high.off) > 0))
         return value_of(fabs(low.off)) <= value_of(fabs(high.off)) ? low.u : high.u;
-    const real enough = enough_of(at, f, &high, &low);
+    const real enough = tolerance_of(at, f, &high, &low);
     attempt before = low, last = high;
-    real u = at->law->is_hill ? at->x[0] : zero_of_chord(&low, &high);
+    real u = at->law->is_hill ? at->x[0] : secant_zero(&low, &high);
     for (int i = 0; i < MAX_INVERSIONS; i++) {
         if (!is_between(&low, &high, u) || i % 8 == 7) u = (low.u + high.u) / 2;
-        before = last, last = attempted(c, at, u, f, h, held);
+        before = last, last = evaluate_attempt(c, at, u, f, h, held);
         if (value_of(fabs(last.off)) <= value_of(enough)) break;
         const int is_high = (value_of(last.off) > 0) == (value_of(high.off) > 0);
         *(is_high ? &high : &low) = last;
         if (!i) before = is_high ? low : high; /* the end on the other side of the kink */
-        u = zero_of_chord(&before, &last);
+        u = secant_zero(&before, &last);
     }
     return last.u;
 }
@@ -471,7 +471,7 @@ int core_invert(core *c, const real *f, real h, real held)
         else if (c->blob.law_kind[at.m] == KIND_ideal)
             c->commands[at.m] = larger(f[at.m], 0);
         else
-            c->commands[at.m] = inverted(c, &at, f[at.m], h, held);
+            c->commands[at.m] = invert_law(c, &at, f[at.m], h, held);
     }
     return 0;
 }

@@ -16,9 +16,9 @@ enum {
     MUJOCO_WIDTH, /* transition width between them */
     MUJOCO_FORCE,
     MUJOCO_FROM, /* l0, r0, L0 */
-    MUJOCO_SHORTEST,
+    MUJOCO_MIN_LENGTH,
     MUJOCO_OPTIMUM,
-    MUJOCO_PASSIVE_SHORTEST,
+    MUJOCO_PASSIVE_MIN_LENGTH,
     MUJOCO_PASSIVE_OPTIMUM,
     MUJOCO_SPEED, /* L0 vmax */
     MUJOCO_LMIN,
@@ -29,7 +29,7 @@ enum {
     MUJOCO_CONSTANTS
 };
 
-static const real MUJOCO_LEAST = PRECISE(1e-15, 1e-15); /* minimum divisor */
+static const real MUJOCO_MIN_DIVISOR = PRECISE(1e-15, 1e-15); /* minimum divisor */
 #define MAX_MUJOCO_DECAY 0.14
 #define MAX_MUJOCO_STEPS 256
 
@@ -40,13 +40,13 @@ static void mujoco_prepare(const void *parameters, real *k)
     const real low = is_same ? p->range_low : p->passive_range_low;
     const real high = is_same ? p->range_high : p->passive_range_high, span = p->length_high - p->length_low;
     k[HILL_RISE] = 1 / p->activation_time_constant, k[HILL_FALL] = 1 / p->deactivation_time_constant;
-    k[HILL_LEAST_ACTIVATION] = k[HILL_SMOOTHING] = 0;
+    k[HILL_MIN_ACTIVATION] = k[HILL_SMOOTHING] = 0;
     k[MUJOCO_RISE] = p->activation_time_constant, k[MUJOCO_FALL] = p->deactivation_time_constant;
     k[MUJOCO_WIDTH] = p->activation_width;
     k[MUJOCO_FORCE] = value_of(p->force) < 0 ? p->scale / p->acc0 : p->force;
-    k[MUJOCO_FROM] = p->length_low, k[MUJOCO_SHORTEST] = p->range_low;
+    k[MUJOCO_FROM] = p->length_low, k[MUJOCO_MIN_LENGTH] = p->range_low;
     k[MUJOCO_OPTIMUM] = span / (p->range_high - p->range_low);
-    k[MUJOCO_PASSIVE_SHORTEST] = low, k[MUJOCO_PASSIVE_OPTIMUM] = span / (high - low);
+    k[MUJOCO_PASSIVE_MIN_LENGTH] = low, k[MUJOCO_PASSIVE_OPTIMUM] = span / (high - low);
     k[MUJOCO_SPEED] = k[MUJOCO_OPTIMUM] * p->vmax;
     k[MUJOCO_LMIN] = p->lmin, k[MUJOCO_LMAX] = p->lmax;
     k[MUJOCO_PASSIVE_LMAX] = p->passive_lmax == 0 ? p->lmax : p->passive_lmax;
@@ -56,7 +56,7 @@ static void mujoco_prepare(const void *parameters, real *k)
 /* Return half the square of the relative position of x between a and b. */
 static real half_square(real x, real a, real b)
 {
-    const real part = (x - a) / larger(b - a, MUJOCO_LEAST);
+    const real part = (x - a) / larger(b - a, MUJOCO_MIN_DIVISOR);
     return 0.5 * part * part;
 }
 
@@ -74,12 +74,12 @@ static real mujoco_velocity(const real *k, real V)
     const real most = k[MUJOCO_FVMAX], y = most - 1;
     if (value_of(V) <= -1) return 0;
     if (value_of(V) <= 0) return (V + 1) * (V + 1);
-    return value_of(V) <= value_of(y) ? most - (y - V) * (y - V) / larger(y, MUJOCO_LEAST) : most;
+    return value_of(V) <= value_of(y) ? most - (y - V) * (y - V) / larger(y, MUJOCO_MIN_DIVISOR) : most;
 }
 
 static real mujoco_passive(const real *k, real L)
 {
-    const real b = 0.5 * (1 + k[MUJOCO_PASSIVE_LMAX]), width = larger(b - 1, MUJOCO_LEAST);
+    const real b = 0.5 * (1 + k[MUJOCO_PASSIVE_LMAX]), width = larger(b - 1, MUJOCO_MIN_DIVISOR);
     if (value_of(L) <= 1) return 0;
     if (value_of(L) <= value_of(b)) return k[MUJOCO_FPMAX] * half_square(L, 1, b);
     return k[MUJOCO_FPMAX] * (0.5 + (L - b) / width);
@@ -88,8 +88,8 @@ static real mujoco_passive(const real *k, real L)
 static real mujoco_tension(const real *k, const real *x, real l, real v, real u)
 {
     (void)u;
-    const real along = l - k[MUJOCO_FROM], L = k[MUJOCO_SHORTEST] + along / k[MUJOCO_OPTIMUM];
-    const real passive = k[MUJOCO_PASSIVE_SHORTEST] + along / k[MUJOCO_PASSIVE_OPTIMUM];
+    const real along = l - k[MUJOCO_FROM], L = k[MUJOCO_MIN_LENGTH] + along / k[MUJOCO_OPTIMUM];
+    const real passive = k[MUJOCO_PASSIVE_MIN_LENGTH] + along / k[MUJOCO_PASSIVE_OPTIMUM];
     const real active = mujoco_active(k, L) * mujoco_velocity(k, v / k[MUJOCO_SPEED]);
     return k[MUJOCO_FORCE] * active * x[0] + k[MUJOCO_FORCE] * mujoco_passive(k, passive);
 }
@@ -100,11 +100,11 @@ static real mujoco_rate(const real *k, real a, real u)
     const real within = clamped(a, 0, 1), slowness = 0.5 + 1.5 * within, away = u - a;
     const real rise = k[MUJOCO_RISE] * slowness, fall = k[MUJOCO_FALL] / slowness;
     real tau = value_of(away) > 0 ? rise : fall;
-    if (value_of(k[MUJOCO_WIDTH]) >= value_of(MUJOCO_LEAST)) {
+    if (value_of(k[MUJOCO_WIDTH]) >= value_of(MUJOCO_MIN_DIVISOR)) {
         const real s = clamped(away / k[MUJOCO_WIDTH] + 0.5, 0, 1);
         tau = fall + (rise - fall) * (s * s * s * (3 * s * (2 * s - 5) + 10));
     }
-    return away / larger(tau, MUJOCO_LEAST);
+    return away / larger(tau, MUJOCO_MIN_DIVISOR);
 }
 
 static void mujoco_rates(const real *k, const real *x, real l, real v, real u, real *xd)
@@ -123,7 +123,7 @@ static void mujoco_start(const real *k, real l, real u, real *x)
 static void mujoco_advance(const real *k, real *x, real l, real v, real u, real h)
 {
     (void)l, (void)v;
-    if (!(value_of(k[MUJOCO_WIDTH]) >= value_of(MUJOCO_LEAST))) {
+    if (!(value_of(k[MUJOCO_WIDTH]) >= value_of(MUJOCO_MIN_DIVISOR))) {
         x[0] = activation_after(k, x[0], u, h);
         return;
     }

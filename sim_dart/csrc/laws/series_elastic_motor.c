@@ -29,14 +29,14 @@ enum {
     MOTOR_STIFFNESS,
     MOTOR_REST_LENGTH,
     MOTOR_EFFICIENCY,
-    MOTOR_QUICKNESS, /* bound of the rate of the states, in [1/s] */
+    MOTOR_MAX_RATE, /* bound of the rate of the states, in [1/s] */
     MOTOR_STALL,     /* force per volt at rest, in [N/V] */
     MOTOR_PER_RESISTANCE,
     MOTOR_CONSTANTS
 };
 enum { CURRENT, SPEED, ANGLE, MOTOR_STATES };
 
-/* Maximum of MOTOR_QUICKNESS x time for which the terms of the series suffice. */
+/* Maximum of MOTOR_MAX_RATE x time for which the terms of the series suffice. */
 #define MAX_CHANGE 0.5
 #define TERMS 18
 #define MAX_SUBSTEP 1e-4
@@ -58,7 +58,7 @@ static void motor_prepare(const void *parameters, real *k)
     k[MOTOR_DRIVE] = p->torque_constant / (N * J), k[MOTOR_LOAD] = p->spindle_radius / (N * N * J);
     k[MOTOR_RADIUS] = p->spindle_radius, k[MOTOR_STIFFNESS] = p->stiffness;
     k[MOTOR_REST_LENGTH] = p->rest_length;
-    k[MOTOR_EFFICIENCY] = p->gear_efficiency, k[MOTOR_QUICKNESS] = series_elastic_motor_quickness(p);
+    k[MOTOR_EFFICIENCY] = p->gear_efficiency, k[MOTOR_MAX_RATE] = series_elastic_motor_quickness(p);
     k[MOTOR_PER_RESISTANCE] = 1 / R;
     k[MOTOR_STALL] = efficiency(k, 0, 0) * N * p->torque_constant / (R * p->spindle_radius);
 }
@@ -113,7 +113,7 @@ static void substep(const real *k, real *x, real l, real v, real u, real t)
 
 static void motor_advance(const real *k, real *x, real l, real v, real u, real h)
 {
-    const real least = ceil(h * larger(k[MOTOR_QUICKNESS] / MAX_CHANGE, 1 / MAX_SUBSTEP));
+    const real least = ceil(h * larger(k[MOTOR_MAX_RATE] / MAX_CHANGE, 1 / MAX_SUBSTEP));
     const int steps = whole_steps(least, MAX_SUBSTEPS);
     const real t = h / steps;
     for (int i = 0; i < steps; i++) substep(k, x, l + v * t * i, v, u, t);

@@ -36,7 +36,7 @@ enum {
     WINCH_LEAD,
     WINCH_REST_LENGTH,
     WINCH_GEAR,       /* drum torque per command; 0 with a drive */
-    WINCH_MOST,       /* maximum torque of the drum */
+    WINCH_MAX_TORQUE,       /* maximum torque of the drum */
     WINCH_PROPORTIONAL, /* of a drive, Kp; 0 without a drive */
     WINCH_DERIVATIVE,
     WINCH_CONSTANTS
@@ -53,7 +53,7 @@ static const real MAX_WINCH_TURN = 0.05;
 #define MAX_DRIVE_ITERATIONS 60
 /* Last relative step of Newton's method: the remaining error is about its square; derivatives need a further
    step. */
-static const real ENOUGH_OF_SPEED = HAS_TANGENT ? 1e-14 : PRECISE(1e-8, 1e-4);
+static const real SPEED_TOLERANCE = HAS_TANGENT ? 1e-14 : PRECISE(1e-8, 1e-4);
 
 static void winch_prepare(const void *parameters, real *k)
 {
@@ -64,7 +64,7 @@ static void winch_prepare(const void *parameters, real *k)
     k[WINCH_VISCOUS] = p->viscous_friction, k[WINCH_DRY] = p->dry_friction;
     k[WINCH_AXIAL_STIFFNESS] = p->axial_stiffness, k[WINCH_DISSIPATION] = p->dissipation;
     k[WINCH_LEAD] = p->lead_length, k[WINCH_REST_LENGTH] = p->rest_length;
-    k[WINCH_GEAR] = N, k[WINCH_MOST] = N * p->max_torque;
+    k[WINCH_GEAR] = N, k[WINCH_MAX_TORQUE] = N * p->max_torque;
     k[WINCH_PROPORTIONAL] = k[WINCH_DERIVATIVE] = 0;
 }
 
@@ -92,7 +92,7 @@ typedef struct {
 } cable_pull;
 
 /* Compute the pull of a cable of `length`, stretched by `over`, at the stretch rate v + rho w. */
-static cable_pull cable_at(const real *k, real over, real length, real v, real w, real reach)
+static cable_pull pull_at(const real *k, real over, real length, real v, real w, real reach)
 {
     cable_pull pull = {0, 0, 0};
     if (!(value_of(over) > 0)) return pull;
@@ -110,7 +110,7 @@ static cable_pull cable_at(const real *k, real over, real length, real v, real w
 static cable_pull pull_of(const real *k, const real *x, real l, real v)
 {
     const real over = l - paid_out(k, x[WINCH_ANGLE]);
-    return cable_at(k, over, stretched_length(k, x[WINCH_ANGLE]), v, x[WINCH_SPEED], 0);
+    return pull_at(k, over, stretched_length(k, x[WINCH_ANGLE]), v, x[WINCH_SPEED], 0);
 }
 
 static real winch_tension(const real *k, const real *x, real l, real v, real u)
@@ -132,7 +132,7 @@ static real motor_torque(const real *k, real angle, real w, real u, real reach, 
     *slope = 0;
     if (value_of(k[WINCH_PROPORTIONAL]) == 0) return k[WINCH_GEAR] * u;
     const real Kp = k[WINCH_PROPORTIONAL], Kd = k[WINCH_DERIVATIVE];
-    const real T = Kp * ((paid_out(k, angle) - u) / k[WINCH_RADIUS]) - Kd * w, most = k[WINCH_MOST];
+    const real T = Kp * ((paid_out(k, angle) - u) / k[WINCH_RADIUS]) - Kd * w, most = k[WINCH_MAX_TORQUE];
     if (value_of(fabs(T)) >= value_of(most)) return value_of(T) > 0 ? most : -most;
     *slope = -Kp * reach - Kd;
     return T;
@@ -152,14 +152,14 @@ static void winch_rates(const real *k, const real *x, real l, real v, real u, re
 
 /* Return the length paid out at which the drum holds a pull g at a path length l: g = EA ((1 + e)^2 - 1) /
    2. */
-static real paid_out_by(const real *k, real l, real g)
+static real paid_out_for_pull(const real *k, real l, real g)
 {
     return (l + k[WINCH_LEAD]) / sqrt(1 + 2 * g / k[WINCH_AXIAL_STIFFNESS]) - k[WINCH_LEAD];
 }
 
 /* Return the length paid out at which a drive within its limits is in equilibrium, Kp (l_u - u) / rho^2 = g,
    or u of a slack cable. Solved for s = (l_u + l_lead) / (l + l_lead) from 1, where the residual is convex. */
-static real paid_out_at(const real *k, real l, real u)
+static real paid_out_for_command(const real *k, real l, real u)
 {
     if (value_of(u) >= value_of(l)) return u;
     const real rho = k[WINCH_RADIUS], most = l + k[WINCH_LEAD], least = (u + k[WINCH_LEAD]) / most;
@@ -178,14 +178,14 @@ static real paid_out_at(const real *k, real l, real u)
    carries no load. */
 static void winch_start(const real *k, real l, real u, real *x)
 {
-    const real rho = k[WINCH_RADIUS], strongest = k[WINCH_MOST] / rho;
+    const real rho = k[WINCH_RADIUS], strongest = k[WINCH_MAX_TORQUE] / rho;
     real paid;
     if (value_of(k[WINCH_PROPORTIONAL]) == 0) {
-        paid = paid_out_by(k, l, larger(k[WINCH_GEAR] * u / rho, 0));
+        paid = paid_out_for_pull(k, l, larger(k[WINCH_GEAR] * u / rho, 0));
     } else {
-        paid = paid_out_at(k, l, u);
-        const real weakest = paid_out_by(k, l, strongest);
-        if (value_of(k[WINCH_PROPORTIONAL] * (paid - u)) > value_of(k[WINCH_MOST] * rho)) paid = weakest;
+        paid = paid_out_for_command(k, l, u);
+        const real weakest = paid_out_for_pull(k, l, strongest);
+        if (value_of(k[WINCH_PROPORTIONAL] * (paid - u)) > value_of(k[WINCH_MAX_TORQUE] * rho)) paid = weakest;
     }
     x[WINCH_SPEED] = 0, x[WINCH_ANGLE] = (k[WINCH_REST_LENGTH] - paid) / rho;
 }
@@ -196,7 +196,7 @@ static real winch_guess(const real *k, const real *x, real l, real f, real *step
 {
     const real rho = k[WINCH_RADIUS], Kp = k[WINCH_PROPORTIONAL];
     (void)l;
-    *step = rho * k[WINCH_MOST] / (10 * Kp);
+    *step = rho * k[WINCH_MAX_TORQUE] / (10 * Kp);
     return paid_out(k, x[WINCH_ANGLE]) - rho * (rho * f + k[WINCH_DERIVATIVE] * x[WINCH_SPEED]) / Kp;
 }
 
@@ -213,14 +213,14 @@ static real drum_torque(const real *k, const winch_substep *s, real w1, real *sl
     const real angle = s->x[WINCH_ANGLE] + s->t * w / 2, over = s->l + s->v * s->t / 2 - paid_out(k, angle);
     real by_motor;
     const real T = motor_torque(k, angle, w, s->u, s->t / 2, &by_motor);
-    const cable_pull pull = cable_at(k, over, s->length, s->v, w, rho * s->t / 2);
+    const cable_pull pull = pull_at(k, over, s->length, s->v, w, rho * s->t / 2);
     *slope = (by_motor - rho * pull.slope - k[WINCH_VISCOUS]) / 2;
     return T - rho * pull.g - k[WINCH_VISCOUS] * w;
 }
 
 /* Compute w1 by Newton's method. The equation is not linear due to a cable that gets taut, a drive at its
    limit and D. */
-static real speed_after(const real *k, const winch_substep *s)
+static real solve_speed(const real *k, const winch_substep *s)
 {
     const real heavy = k[WINCH_INERTIA] / s->t, w0 = s->x[WINCH_SPEED];
     real slope, w = 0;
@@ -231,16 +231,16 @@ static real speed_after(const real *k, const winch_substep *s)
     for (int i = 0; i < MAX_WINCH_ITERATIONS; i++) {
         const real step = left / (heavy - slope);
         w += step;
-        if (value_of(fabs(step)) <= value_of(ENOUGH_OF_SPEED * (fabs(w) + fabs(w0)))) break;
+        if (value_of(fabs(step)) <= value_of(SPEED_TOLERANCE * (fabs(w) + fabs(w0)))) break;
         left = heavy * (w0 - w) + drum_torque(k, s, w, &slope) + braked;
     }
     return w;
 }
 
-static void winch_substep_on(const real *k, real *x, real l, real v, real u, real t)
+static void winch_advance_substep(const real *k, real *x, real l, real v, real u, real t)
 {
     const winch_substep s = {l, v, u, t, stretched_length(k, x[WINCH_ANGLE] + t * x[WINCH_SPEED] / 2), x};
-    const real w1 = speed_after(k, &s);
+    const real w1 = solve_speed(k, &s);
     x[WINCH_ANGLE] += t * (x[WINCH_SPEED] + w1) / 2;
     x[WINCH_SPEED] = w1;
 }
@@ -253,7 +253,7 @@ static void winch_advance(const real *k, real *x, real l, real v, real u, real h
     const real least = ceil(h * larger(quick / MAX_WINCH_TURN, 1 / MAX_WINCH_STEP));
     const int steps = whole_steps(least, MAX_WINCH_STEPS);
     const real t = h / steps;
-    for (int i = 0; i < steps; i++) winch_substep_on(k, x, l + v * t * i, v, u, t);
+    for (int i = 0; i < steps; i++) winch_advance_substep(k, x, l + v * t * i, v, u, t);
 }
 
 TENSION_LAW(winch) = {

@@ -59,7 +59,7 @@ static void solve_gaps(core *c)
 }
 
 /* Take one step within the limits. Coordinates that would leave them are held at the limit in the next step. */
-static void go_nearer(core *c, const real *held, real *q)
+static void reduce_gaps(core *c, const real *held, real *q)
 {
     const int32_t closures = c->blob.counts.closures, dofs = c->blob.counts.dofs;
     real most = 0;
@@ -95,7 +95,7 @@ static int close_from(core *c, const real *held, real *q)
         const real gap = worst_gap(c);
         if (gap <= CLOSED_START || (step > 0 && gap <= CLOSED_POSE && gap >= 0.5 * before)) break;
         before = gap;
-        go_nearer(c, held, q);
+        reduce_gaps(c, held, q);
     }
     tree_move(c, q);
     closures_angles(c);

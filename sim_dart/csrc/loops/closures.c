@@ -146,7 +146,7 @@ void closures_bias(core *c)
 {
     for (int32_t i = 0; i < c->blob.counts.frames; i++) {
         real *acceleration = c->acceleration + 6 * i;
-        bodies_carry(c, i, c->acceleration, acceleration);
+        bodies_parent_acceleration(c, i, c->acceleration, acceleration);
         for (int k = 0; k < 6; k++) acceleration[k] += c->drift[6 * i + k];
     }
     for (int32_t k = 0; k < c->blob.counts.closures; k++) {

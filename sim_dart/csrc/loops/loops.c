@@ -130,7 +130,7 @@ void loops_respond(core *c, const real *impulse, real *change)
     if (c->closure_rank) loops_project(c, NULL, change);
 }
 
-void loops_keep(core *c, real h)
+void loops_enforce(core *c, real h)
 {
     closures_move(c);
     loops_factor(c);
@@ -140,7 +140,7 @@ void loops_keep(core *c, real h)
 }
 
 /* Factorise everything at the last q. */
-static void factor_here(core *c)
+static void factor_all(core *c)
 {
     bodies_links(c);
     bodies_inertias(c);
@@ -152,7 +152,7 @@ static void factor_here(core *c)
 void loops_close(core *c)
 {
     for (int round = 0; round < 10; round++) {
-        factor_here(c);
+        factor_all(c);
         const int is_last = value_of(fabs(c->closure_gap[closures_worst(c)])) <= value_of(CLOSED);
         for (int32_t k = 0; k < c->blob.counts.closures; k++) c->closure_bias[k] = -c->closure_gap[k];
         memset(c->closing, 0, (size_t)c->blob.counts.dofs * sizeof(real));
@@ -161,14 +161,14 @@ void loops_close(core *c)
         core_move(c, c->q);
         if (is_last) break;
     }
-    factor_here(c);
+    factor_all(c);
     loops_project(c, NULL, c->qd);
 }
 
 void core_close_rates(core *c, real *qd)
 {
     if (!c->blob.counts.closures) return;
-    factor_here(c);
+    factor_all(c);
     loops_project(c, NULL, qd);
 }
 

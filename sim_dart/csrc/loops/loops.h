@@ -12,7 +12,7 @@ CORE_INSIDE void loops_project(core *c, const real *goal, real *rates);
    allow. */
 CORE_INSIDE void loops_respond(core *c, const real *impulse, real *change);
 /* Change the velocities at the end of a step of h so that the gaps of the loops close. */
-CORE_INSIDE void loops_keep(core *c, real h);
+CORE_INSIDE void loops_enforce(core *c, real h);
 /* Close all gaps of q, and project qd so that they stay closed; moves the handle. */
 CORE_INSIDE void loops_close(core *c);
 

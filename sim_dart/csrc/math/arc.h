@@ -40,13 +40,13 @@ static inline real arc_of(real b, real a)
 }
 
 /* Maximum and minimum of numbers for which products do not overflow and all digits are kept. */
-#define ARC_LARGEST PRECISE(1e300, 1e37)
-#define ARC_LEAST PRECISE(1e-250, 1e-30)
+#define ARC_MAX PRECISE(1e300, 1e37)
+#define ARC_MIN PRECISE(1e-250, 1e-30)
 
 /* Return whether sums and products of both are finite and normal. */
 static inline int arc_is_moderate(real b, real a)
 {
-    return (a > ARC_LEAST) & (a < ARC_LARGEST) & (b < ARC_LARGEST);
+    return (a > ARC_MIN) & (a < ARC_MAX) & (b < ARC_MAX);
 }
 
 /* Move an angle of the first quadrant to the quadrant of (x, y). */

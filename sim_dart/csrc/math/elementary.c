@@ -101,7 +101,7 @@ real arc_tangent(real y, real x)
 {
     const real a = fabs(x), b = fabs(y);
     const int is_moderate = arc_is_moderate(b, a);
-    if (!is_moderate && b > ARC_LARGEST * a) return signbit(y) ? -ARC_CORNER[4][0] : ARC_CORNER[4][0]; /* straight up */
+    if (!is_moderate && b > ARC_MAX * a) return signbit(y) ? -ARC_CORNER[4][0] : ARC_CORNER[4][0]; /* straight up */
     return arc_in_quadrant(is_moderate ? arc_of(b, a) : extreme_arc_tangent_of(b, a), y, x);
 }
 

@@ -8,7 +8,7 @@
 #define LONG_STEPS 8 /* number of steps after which a slow step is a bisection */
 
 /* Apply Newton's method once more, so that the tangent converges, too. */
-static real settled(root_function *g, const void *data, real z)
+static real refine_root(root_function *g, const void *data, real z)
 {
     real slope;
     const real value = g(data, z, &slope);
@@ -39,7 +39,7 @@ real bracketed_root(root_function *g, const void *data, real low, real high, rea
         const int is_inside = value_of(to) >= value_of(low) && value_of(to) <= value_of(high);
         if (value_of(fabs(step)) <= value_of(enough)) {
             z = smaller(larger(z - step, low), high);
-            return HAS_TANGENT ? settled(g, data, z) : z;
+            return HAS_TANGENT ? refine_root(g, data, z) : z;
         }
         const real next = is_inside && !(is_slow && i >= LONG_STEPS) ? to : (low + high) / 2;
         last = fabs(next - z);

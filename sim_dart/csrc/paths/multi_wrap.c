@@ -37,7 +37,7 @@
 #define ITERATIONS 60
 #define FREE_SIDES 4
 #define AGREEMENT PRECISE(1e-13, 1e-6) /* tolerance of directions, which are about 1 */
-#define NO_BETTER PRECISE(1e-11, 1e-4) /* the same: if it no longer decreases, only rounding errors remain */
+#define STALLED PRECISE(1e-11, 1e-4) /* the same: if it no longer decreases, only rounding errors remain */
 #define DIFFERENCE PRECISE(1e-7, 3e-4) /* relative to the length of a span, for second derivatives */
 #define LENGTH_ROUNDING PRECISE(1e-14, 5e-6)  /* relative to a length */
 #define MIN_PIVOT PRECISE(1e-12, 1e-5)
@@ -223,7 +223,7 @@ static void tighten(cable *c)
         const real was = c->disagreement;
         if (k >= 2 && step_newton(c) && value_of(c->disagreement) < value_of(0.5 * was)) continue;
         const real now = c->disagreement;
-        if (value_of(now) < NO_BETTER && k > 4 && value_of(now) >= value_of(0.5 * was))
+        if (value_of(now) < STALLED && k > 4 && value_of(now) >= value_of(0.5 * was))
             return; /* only rounding errors remain */
         pull_tight(c);
     }
@@ -231,7 +231,7 @@ static void tighten(cable *c)
 
 /* Let the tangents of the points converge, which the search does not: Newton's steps for the tangents only.
    Each step leaves 1e-7 of the error, since the second derivatives are differences. */
-static void settle_tangents(cable *c)
+static void converge_tangents(cable *c)
 {
     real last = INFINITY;
     for (int round = 0; round < 3; round++) {
@@ -265,7 +265,7 @@ static real turning_angle(const sequence_part *p, int sense, const real a[3], co
 }
 
 /* Return whether the surface may be passed on either side. */
-static int is_open(const sequence_part *p)
+static int has_free_side(const sequence_part *p)
 {
     if (!p->surface || p->way.side == WRAP_INSIDE) return 0;
     if (p->surface->kind == SURFACE_ELLIPSOID) return !p->way.side;
@@ -285,7 +285,7 @@ static void begin_cable(cable *c, const sequence_part *parts, int count, const r
 }
 
 /* Pass part i on a side: a cylinder in that sense; a sphere, for -1, on the opposite side of its centre. */
-static void pass_on(cable *c, int i, int side, const real a[3], const real b[3])
+static void select_side(cable *c, int i, int side, const real a[3], const real b[3])
 {
     const wrap_surface *s = c->parts[i].surface;
     if (is_followed(c->parts + i)) {
@@ -306,15 +306,15 @@ real sequence_solve(const sequence_part *parts, int count, real (*points)[3], co
     cable best, c;
     int open[FREE_SIDES], opens = 0;
     for (int i = 0; i < count && opens < FREE_SIDES; i++)
-        if (is_open(parts + i)) open[opens++] = i;
+        if (has_free_side(parts + i)) open[opens++] = i;
     for (int combination = 0; combination < 1 << opens; combination++) {
         begin_cable(&c, parts, count, points[0], points[count]);
         for (int k = 0; k < opens; k++)
-            pass_on(&c, open[k], combination >> k & 1 ? -1 : 1, points[0], points[count]);
+            select_side(&c, open[k], combination >> k & 1 ? -1 : 1, points[0], points[count]);
         tighten(&c);
         if (!combination || value_of(c.length) < value_of(best.length)) best = c;
     }
-    if (HAS_TANGENT) settle_tangents(&best);
+    if (HAS_TANGENT) converge_tangents(&best);
     memcpy(points, best.points, (size_t)(count + 1) * sizeof *points);
     memcpy(contacts, best.contacts, (size_t)count * sizeof *contacts);
     return best.length;

@@ -37,7 +37,7 @@ static void trace_wrap(core *c, int32_t k, int32_t w)
 {
     const real *A = c->point + 3 * k, *B = A + 3;
     const wrap_surface surface = placed_surface(c, c->blob.wrap_surface[w]);
-    const wrap_way way = way_of(c, w);
+    const wrap_way way = wrap_way_of(c, w);
     contact passed;
     wrap_over(&surface, &way, A, B, &passed);
     write_contact(c->wrap_contact + CONTACT_NUMBERS * w, &passed, A, B);
@@ -49,7 +49,7 @@ static real add_wrap(core *c, int32_t k, int32_t w, real *row)
     const real *A = c->point + 3 * k, *B = A + 3;
     const int32_t s = c->blob.wrap_surface[w], frame = c->blob.surface_frame[s];
     const wrap_surface surface = placed_surface(c, s);
-    const wrap_way way = way_of(c, w);
+    const wrap_way way = wrap_way_of(c, w);
     pull over;
     const int ends = wrap_ends(&c->blob, w), is_touched = wrap_pull(&surface, &way, A, B, ends, &over);
     if (way.is_counted) c->wrap_turning[w] = over.turning;
@@ -108,7 +108,7 @@ static real add_sequence(core *c, int32_t k, progress at, int32_t surfaces, int3
         const int32_t s = c->blob.wrap_surface[at.wrap + i];
         placed[i] = placed_surface(c, s);
         parts[pulleys + i].surface = placed + i;
-        parts[pulleys + i].way = way_of(c, at.wrap + i);
+        parts[pulleys + i].way = wrap_way_of(c, at.wrap + i);
         frames[pulleys + i + 1] = c->blob.surface_frame[s];
     }
     frames[count + 1] = c->blob.point_frame[k + 1];
@@ -141,7 +141,7 @@ static inline int is_in_lane(const core *c, int32_t k, int32_t w, wrap_lanes *la
 }
 
 /* Add a segment with wraps or a pulley; `at` is the index of its first wrap and its pulley in their lists. */
-static real add_way(core *c, int32_t k, progress *at, wrap_lanes *lanes, real *row, int is_traced)
+static real add_curved_segment(core *c, int32_t k, progress *at, wrap_lanes *lanes, real *row, int is_traced)
 {
     const blob_view *blob = &c->blob;
     const progress here = *at;
@@ -161,7 +161,7 @@ static real add_way(core *c, int32_t k, progress *at, wrap_lanes *lanes, real *r
 }
 
 /* Return the next via point with a wrap or a pulley after it. */
-static inline int32_t next_way(const blob_view *blob, const progress *at)
+static inline int32_t next_curved_segment(const blob_view *blob, const progress *at)
 {
     int32_t next = blob->counts.points;
     if (at->wrap < blob->counts.wraps) next = blob->wrap_point[at->wrap];
@@ -207,7 +207,7 @@ static void walk(core *c, int is_traced)
     wrap_lanes lanes;
     lanes.first = lanes.count = 0;
     memset(c->jacobian, 0, (size_t)blob->counts.muscles * dofs * sizeof(real));
-    int32_t k = 0, next = next_way(blob, &at);
+    int32_t k = 0, next = next_curved_segment(blob, &at);
     for (int32_t m = 0; m < blob->counts.muscles; m++, k++) {
         real length = 0, *own = c->jacobian + (size_t)m * dofs, *row = c->is_driven ? c->row : own;
         const int is_routed = c->is_routed[m] != 0;
@@ -215,15 +215,15 @@ static void walk(core *c, int is_traced)
         if (is_routed) {
             length = routed_add(c, m, k, &at, row, is_traced);
             k += blob->muscle_points[m] - 1;
-            next = next_way(blob, &at);
+            next = next_curved_segment(blob, &at);
         }
         for (const int32_t last = k + (is_routed ? 0 : blob->muscle_points[m] - 1); k < last; k++) {
             if (k != next) {
                 length += add_segment(c, k, row);
                 continue;
             }
-            length += add_way(c, k, &at, &lanes, row, is_traced);
-            next = next_way(blob, &at);
+            length += add_curved_segment(c, k, &at, &lanes, row, is_traced);
+            next = next_curved_segment(blob, &at);
         }
         if (c->is_driven) variables_fold(c, row, own);
         c->lengths[m] = length;

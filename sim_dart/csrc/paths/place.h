@@ -24,7 +24,7 @@ static inline wrap_surface placed_surface(const core *c, int32_t s)
     return placed;
 }
 
-static inline wrap_way way_of(const core *c, int32_t w)
+static inline wrap_way wrap_way_of(const core *c, int32_t w)
 {
     const wrap_way way = {
         .side = c->blob.wrap_side[w],

@@ -46,15 +46,15 @@ typedef struct {
 } view;
 
 /* Return the position on the straight line, 0 to 1, nearest to the axis. */
-static real nearest(const view *v)
+static real nearest_position(const view *v)
 {
     return value_of(v->ad) >= 0 ? 0 : value_of(-v->ad) >= value_of(v->dd) ? 1 : -v->ad / v->dd;
 }
 
 /* Return the radius of a cylinder where the straight line passes its axis, and its slope along the axis. */
-static real tapered(const wrap_surface *s, const view *v, real *slope)
+static real tapered_radius(const wrap_surface *s, const view *v, real *slope)
 {
-    const real z = v->za + nearest(v) * (v->zb - v->za), beyond = fabs(z) - s->half;
+    const real z = v->za + nearest_position(v) * (v->zb - v->za), beyond = fabs(z) - s->half;
     if (value_of(beyond) <= 0) return s->radius;
     if (value_of(beyond) >= value_of(s->radius)) return 0;
     const real phase = PI * beyond / s->radius;
@@ -64,10 +64,10 @@ static real tapered(const wrap_surface *s, const view *v, real *slope)
 
 /* Compute the circle: its radius is not larger than the distance of either end, so that both are on it or
    outside. */
-static inline void fit(const wrap_surface *s, view *v)
+static inline void fit_circle(const wrap_surface *s, view *v)
 {
     v->slope = 0;
-    v->R = value_of(s->half) > 0 ? tapered(s, v, &v->slope) : s->radius;
+    v->R = value_of(s->half) > 0 ? tapered_radius(s, v, &v->slope) : s->radius;
     v->RR = v->R * v->R;
     const real inner = value_of(v->aa) < value_of(v->bb) ? v->aa : v->bb;
     v->is_shrunk = value_of(inner) < value_of(v->RR);
@@ -76,7 +76,7 @@ static inline void fit(const wrap_surface *s, view *v)
 
 /* Compute the view. Return whether the straight line does not meet the circle: if the nearest point is
    between the ends, its distance is |a x b| / |d|; if it is an end, its distance is at least the radius. */
-static inline int look(const wrap_surface *s, const real A[3], const real B[3], view *v)
+static inline int compute_view(const wrap_surface *s, const real A[3], const real B[3], view *v)
 {
     const real *n = s->axis, *c = s->centre;
     const real p[3] = {A[0] - c[0], A[1] - c[1], A[2] - c[2]}, q[3] = {B[0] - c[0], B[1] - c[1], B[2] - c[2]};
@@ -87,7 +87,7 @@ static inline int look(const wrap_surface *s, const real A[3], const real B[3], 
     const real d[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
     for (int k = 0; k < 3; k++) v->a[k] = a[k], v->b[k] = b[k];
     v->aa = dot3(a, a), v->bb = dot3(b, b), v->dd = dot3(d, d), v->ad = dot3(a, d);
-    fit(s, v);
+    fit_circle(s, v);
     cross3(v->x, a, b);
     v->xx = dot3(v->x, v->x);
     const int is_before = value_of(v->ad) >= 0, is_behind = value_of(-v->ad) >= value_of(v->dd);
@@ -114,7 +114,7 @@ int wrap_is_clear(const wrap_surface *s, const wrap_way *way, const real a[3], c
     if (s->kind == SURFACE_ELLIPSOID) return ellipsoid_is_clear(s, a, b);
     if (way->side == WRAP_INSIDE) return wrap_inside_is_clear(s, a, b);
     view v;
-    return look(s, a, b, &v);
+    return compute_view(s, a, b, &v);
 }
 
 /* Sense of turning, whether this is the longer path, and the additional whole turns. */
@@ -122,7 +122,7 @@ typedef struct {
     int sense, is_long, turns;
 } course;
 
-static inline course choose(const wrap_surface *s, const wrap_way *way, const view *v, int is_clear)
+static inline course choose_course(const wrap_surface *s, const wrap_way *way, const view *v, int is_clear)
 {
     const int natural = value_of(v->cross) >= 0 ? 1 : -1;
     course c = {natural, 0, way->turns};
@@ -147,7 +147,7 @@ static real shorter_turn(const view *v)
 
 /* Return the course that continues a stored turning angle: the cable has turned by less than half a turn
    since. */
-static course go_on(const view *v, real remembered)
+static course continue_turns(const view *v, real remembered)
 {
     const real whole = round((remembered - shorter_turn(v)) / (2 * PI));
     course c = {value_of(v->cross) >= 0 ? 1 : -1, 0, 0};
@@ -184,7 +184,7 @@ static inline real contact_angle(const view *v, const course *c, real ta, real t
 /* Add the effect of the taper to the gradient: dR = slope dz, z = za + t h, t = -a.d / d.d. */
 static void add_taper(const wrap_surface *s, const view *v, real rate, pull *out)
 {
-    const real t = nearest(v), h = v->zb - v->za;
+    const real t = nearest_position(v), h = v->zb - v->za;
     const real scale = value_of(t) > 0 && value_of(t) < 1 ? rate * h / v->dd : 0;
     for (int k = 0; k < 3; k++) {
         const real d = v->b[k] - v->a[k];
@@ -205,7 +205,7 @@ static void add_radius(const wrap_surface *s, const view *v, real rate, pull *ou
 }
 
 /* Compute scale (across n x end + along end) + climb n. */
-static inline void direct(const view *v, const real end[3], real scale, real across, real along,
+static inline void set_direction(const view *v, const real end[3], real scale, real across, real along,
                           real climb, real out[3])
 {
     real turned[3];
@@ -229,19 +229,19 @@ static inline void pull_along(const view *v, int sense, real ta, real tb, int en
         const real per = out->length * per_square; /* so that root and quotient are computed in parallel */
         climb = per * h, ia *= per * P, ib *= per * P;
     }
-    if (ends & ENTERING) direct(v, v->a, ia, sR, -ta, climb, out->entering);
-    if (ends & LEAVING) direct(v, v->b, ib, sR, tb, climb, out->leaving);
+    if (ends & ENTERING) set_direction(v, v->a, ia, sR, -ta, climb, out->entering);
+    if (ends & LEAVING) set_direction(v, v->b, ib, sR, tb, climb, out->leaving);
 }
 
 /* Return the sense of turning if the cable touches, 0 if it is straight. `plain`, only if not NULL, is the
    pull without the effect of a changing radius. `v` is computed by wrap_is_clear. */
-static inline int bend(const wrap_surface *s, const wrap_way *way, view *v, int is_clear, int ends,
+static inline int compute_contact(const wrap_surface *s, const wrap_way *way, view *v, int is_clear, int ends,
                        pull *out, pull *plain)
 {
     const int changes = v->is_shrunk || v->slope != 0; /* whether the radius depends on the ends */
     find_normal(s, v);
     const int goes_on = way->is_counted && !isnan(way->remembered);
-    const course c = goes_on ? go_on(v, way->remembered) : choose(s, way, v, is_clear);
+    const course c = goes_on ? continue_turns(v, way->remembered) : choose_course(s, way, v, is_clear);
     if (way->is_counted) out->turning = turning(v, &c);
     const real ta = sqrt(v->aa - v->RR), tb = sqrt(v->bb - v->RR);
     out->angle = contact_angle(v, &c, ta, tb) + 2 * PI * c.turns;
@@ -259,9 +259,9 @@ int wrap_pull(const wrap_surface *s, const wrap_way *way, const real a[3], const
     if (s->kind == SURFACE_ELLIPSOID) return ellipsoid_pull(s, way, a, b, out);
     if (way->side == WRAP_INSIDE) return wrap_inside_pull(s, a, b, out);
     view v;
-    const int is_clear = look(s, a, b, &v);
+    const int is_clear = compute_view(s, a, b, &v);
     if (is_clear && !way->turns && !way->is_counted && !way->is_forced) return 0;
-    return bend(s, way, &v, is_clear, ends, out, NULL) != 0;
+    return compute_contact(s, way, &v, is_clear, ends, out, NULL) != 0;
 }
 
 static void run_straight(const real A[3], const real B[3], real t, contact *out)
@@ -292,10 +292,10 @@ void wrap_over(const wrap_surface *s, const wrap_way *way, const real A[3], cons
         if (!wrap_inside_over(s, A, B, out)) run_straight(A, B, 0.5, out);
         return;
     }
-    const int is_clear = look(s, A, B, &v), is_free = is_clear && !way->turns && !way->is_counted && !way->is_forced;
-    const int sense = is_free ? 0 : bend(s, way, &v, is_clear, BOTH_ENDS, &out->pull, &plain);
+    const int is_clear = compute_view(s, A, B, &v), is_free = is_clear && !way->turns && !way->is_counted && !way->is_forced;
+    const int sense = is_free ? 0 : compute_contact(s, way, &v, is_clear, BOTH_ENDS, &out->pull, &plain);
     if (!sense) {
-        run_straight(A, B, nearest(&v), out);
+        run_straight(A, B, nearest_position(&v), out);
         return;
     }
     const real ta = sqrt(v.aa - v.RR), tb = sqrt(v.bb - v.RR), P = ta + tb + v.R * plain.angle;

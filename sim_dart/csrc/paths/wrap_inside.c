@@ -29,7 +29,7 @@ typedef struct {
 } ends;
 
 /* Return whether the cable touches; compute `at` if it does. */
-static int see(const wrap_surface *s, const real A[3], const real B[3], ends *at)
+static int find_contact(const wrap_surface *s, const real A[3], const real B[3], ends *at)
 {
     const real *n = s->axis, RR = s->radius * s->radius;
     real *a = at->a, *b = at->b, d[3], x[3];
@@ -54,7 +54,7 @@ typedef struct {
     real G, by_a, by_b; /* R/|a|, R/|b| */
 } mirror;
 
-static real off_mirror(const void *data, real z, real *derivative)
+static real mirror_residual(const void *data, real z, real *derivative)
 {
     const mirror *m = data;
     real sine_z, cosine_z, sine_rest, cosine_rest;
@@ -65,21 +65,21 @@ static real off_mirror(const void *data, real z, real *derivative)
 }
 
 /* Return the angle from a to the contact. It is limited by the tangents of both ends. */
-static real touched_angle(const ends *at, real R)
+static real contact_angle_inside(const ends *at, real R)
 {
     const mirror m = {at->G, R / at->ra, R / at->rb};
     const real seen_a = arc_cosine(m.by_a), seen_b = arc_cosine(m.by_b);
     const real low = larger(0, at->G - seen_b), high = larger(low, smaller(at->G, seen_a));
     const real guess = at->G * (1 - m.by_a) / ((1 - m.by_a) + (1 - m.by_b));
-    return bracketed_root(off_mirror, &m, low, high, smaller(larger(guess, low), high), LAST_WRAP_STEP);
+    return bracketed_root(mirror_residual, &m, low, high, smaller(larger(guess, low), high), LAST_WRAP_STEP);
 }
 
 /* Compute the contact point relative to the centre, perpendicular to the axis: R (cos z a + sin z n x a) /
    |a|. */
-static void touched_point(const ends *at, real R, real p[3])
+static void contact_point_inside(const ends *at, real R, real p[3])
 {
     real s, c, across[3];
-    sine_cosine(touched_angle(at, R), &s, &c);
+    sine_cosine(contact_angle_inside(at, R), &s, &c);
     cross3(across, at->normal, at->a);
     for (int k = 0; k < 3; k++) p[k] = R / at->ra * (c * at->a[k] + s * across[k]);
 }
@@ -104,15 +104,15 @@ static real pull_through(const wrap_surface *s, const ends *at, const real p[3],
 int wrap_inside_is_clear(const wrap_surface *s, const real A[3], const real B[3])
 {
     ends at;
-    return !see(s, A, B, &at);
+    return !find_contact(s, A, B, &at);
 }
 
 int wrap_inside_pull(const wrap_surface *s, const real A[3], const real B[3], pull *out)
 {
     ends at;
     real p[3];
-    if (!see(s, A, B, &at)) return 0;
-    touched_point(&at, s->radius, p);
+    if (!find_contact(s, A, B, &at)) return 0;
+    contact_point_inside(&at, s->radius, p);
     pull_through(s, &at, p, out);
     return 1;
 }
@@ -121,8 +121,8 @@ int wrap_inside_over(const wrap_surface *s, const real A[3], const real B[3], co
 {
     ends at;
     real p[3];
-    if (!see(s, A, B, &at)) return 0;
-    touched_point(&at, s->radius, p);
+    if (!find_contact(s, A, B, &at)) return 0;
+    contact_point_inside(&at, s->radius, p);
     const real share = pull_through(s, &at, p, &out->pull);
     for (int k = 0; k < 3; k++) {
         out->touch[k] = s->centre[k] + p[k] + (at.za + share * (at.zb - at.za)) * s->axis[k];

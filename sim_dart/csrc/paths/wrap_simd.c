@@ -49,7 +49,7 @@ static inline real is_less(real a, real b)
 }
 
 /* Compute the ends perpendicular to the axis, and whether the cable touches. */
-static void look_at_lanes(const core *c, lane_views *restrict v, wrap_lanes *restrict out)
+static void compute_views(const core *c, lane_views *restrict v, wrap_lanes *restrict out)
 {
     const real *radius = c->wrap_radius + out->first, *half = c->wrap_half + out->first;
     const real *side = c->wrap_sense + out->first, *has_axis = c->wrap_has_axis + out->first;
@@ -133,7 +133,7 @@ static void direct_lanes(const real *radius, int count, const lane_views *v, rea
 }
 
 /* Compute the same for cables that all do not touch. */
-static void straighten(const lane_views *v, wrap_lanes *restrict out)
+static void straight_lanes(const lane_views *v, wrap_lanes *restrict out)
 {
     for (int i = 0; i < out->count; i++) {
         const real d0 = v->d[0][i], d1 = v->d[1][i], d2 = v->d[2][i];
@@ -155,9 +155,9 @@ void wrap_simd_fill(const core *c, int32_t first, wrap_lanes *out)
     out->is_alone[0] = count == 1; /* faster separately */
     if (count == 1) return;
     gather(c, first, count, &v);
-    look_at_lanes(c, &v, out);
+    compute_views(c, &v, out);
     if (!is_any_touched(&v, count)) {
-        straighten(&v, out);
+        straight_lanes(&v, out);
         return;
     }
     multiply(radius, count, &v);
@@ -168,7 +168,7 @@ void wrap_simd_fill(const core *c, int32_t first, wrap_lanes *out)
 }
 
 /* Return whether a wrap shares its segment. `pulley` is the first one that is not before it. */
-static int has_company(const blob_view *blob, int32_t w, int32_t *pulley)
+static int shares_segment(const blob_view *blob, int32_t w, int32_t *pulley)
 {
     const int32_t *point = blob->wrap_point + w, wraps = blob->counts.wraps, pulleys = blob->counts.pulleys;
     while (*pulley < pulleys && blob->pulley_point[*pulley] < *point) ++*pulley;
@@ -189,7 +189,7 @@ void wrap_simd_prepare(core *c)
         c->wrap_half[w] = value_of(blob->surface_half[s]) > 0 ? blob->surface_half[s] : INFINITY;
         c->wrap_sense[w] = side;
         c->wrap_is_special[w] = side == WRAP_INSIDE || is_ellipsoid || blob->wrap_turns[w] ||
-                                (c->is_counting && is_cylinder) || has_company(blob, w, &pulley);
+                                (c->is_counting && is_cylinder) || shares_segment(blob, w, &pulley);
         c->wrap_ends |= wrap_ends(blob, w);
     }
 }

@@ -2,7 +2,7 @@
 
 #include "../math/elementary.h"
 
-static uint64_t mixed(uint64_t x)
+static uint64_t mix_bits(uint64_t x)
 {
     x += 0x9e3779b97f4a7c15u;
     x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9u;
@@ -18,6 +18,6 @@ static real uniform(uint64_t bits)
 
 real normal_number(uint64_t seed, uint64_t row, uint64_t column)
 {
-    const uint64_t first = mixed(mixed(mixed(seed) ^ row) ^ column);
-    return sqrt(-2 * logarithm(uniform(first))) * cosine((real)(2 * PI) * uniform(mixed(first)));
+    const uint64_t first = mix_bits(mix_bits(mix_bits(seed) ^ row) ^ column);
+    return sqrt(-2 * logarithm(uniform(first))) * cosine((real)(2 * PI) * uniform(mix_bits(first)));
 }

@@ -13,7 +13,7 @@ void accelerate_frames(core *c, real *rates)
         rates = c->qdd;
     for (int32_t f = 0; f < c->blob.counts.frames; f++) {
         real *a = c->acceleration + 6 * f;
-        bodies_carry(c, f, c->acceleration, a);
+        bodies_parent_acceleration(c, f, c->acceleration, a);
         for (int k = 0; k < 6; k++) a[k] += c->drift[6 * f + k];
         const real rate = rates[c->blob.coordinate[f]];
         for (int k = 0; k < 3; k++) a[(c->blob.motion[f] == ROTATION ? 0 : 3) + k] += rate * c->axis[3 * f + k];

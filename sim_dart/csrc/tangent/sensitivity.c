@@ -63,7 +63,7 @@ core_sensitivity *core_sensitivity_open(const core *plain, void *memory)
 }
 
 /* Copy the states of cable friction from the plain handle. */
-static void take_slips(const core_sensitivity *s)
+static void copy_slips(const core_sensitivity *s)
 {
     const size_t bends = (size_t)s->plain->blob.counts.bends, others = (size_t)s->plain->blob.law_states - bends;
     if (!bends) return;
@@ -75,7 +75,7 @@ static void take_slips(const core_sensitivity *s)
 
 /* Simulate through the measurements. `derivatives` is a column of their derivatives, with elements `stride`
    numbers apart. */
-static int go(const core_sensitivity *s, const roll *roll, const double *dq, const double *dqd, const double *dcommands,
+static int simulate(const core_sensitivity *s, const roll *roll, const double *dq, const double *dqd, const double *dcommands,
               double *readings, double *derivatives, size_t stride)
 {
     const size_t n = s->n, m = s->m;
@@ -83,7 +83,7 @@ static int go(const core_sensitivity *s, const roll *roll, const double *dq, con
     core_tangent_set(s->tangent, TANGENT_QD, roll->qd, dqd);
     core_tangent_set(s->tangent, TANGENT_COMMANDS, roll->commands, s->none);
     if (core_tangent_move(s->tangent) || core_tangent_start(s->tangent)) return 1;
-    take_slips(s);
+    copy_slips(s);
     for (int32_t row = 0; row < roll->rows; row++) {
         core_tangent_values(s->tangent, TANGENT_Q, readings + (size_t)row * (n + m));
         core_tangent_values(s->tangent, TANGENT_LENGTHS, readings + (size_t)row * (n + m) + n);
@@ -112,15 +112,15 @@ int core_sensitivity_roll(core_sensitivity *s, const double *q, const double *qd
         core_tangent_change_robot(s->tangent, robot_changes + k * s->numbers);
         const size_t whole = (size_t)rows * s->m;
         const double *dcommands = commanded[k] < 0 ? NULL : command_changes + (size_t)commanded[k] * whole;
-        const int bad = go(s, &roll, s->none, s->none, dcommands, readings, derivatives + k, stride);
+        const int bad = simulate(s, &roll, s->none, s->none, dcommands, readings, derivatives + k, stride);
         if (bad) return bad;
     }
     core_tangent_change_robot(s->tangent, s->none);
-    if (!derivatives) return go(s, &roll, s->none, s->none, NULL, readings, NULL, 0);
+    if (!derivatives) return simulate(s, &roll, s->none, s->none, NULL, readings, NULL, 0);
     for (size_t j = 0; j < 2 * s->n; j++) {
         s->of_start[j % s->n] = 1;
         const double *dq = j < s->n ? s->of_start : s->none, *dqd = j < s->n ? s->none : s->of_start;
-        const int bad = go(s, &roll, dq, dqd, NULL, readings, derivatives + (size_t)directions + j, stride);
+        const int bad = simulate(s, &roll, dq, dqd, NULL, readings, derivatives + (size_t)directions + j, stride);
         s->of_start[j % s->n] = 0;
         if (bad) return bad;
     }

@@ -395,7 +395,10 @@ def test_far_from_the_start_nothing_moves(planar: Path) -> None:
     made = Experiment.load(PLANAR_2R, {"start.q": [0.0, 0.0]})
     with served(made) as (device, port):
         done = driven(planar, port, "realtime")
-        assert (done.returncode, done.stderr) == (1, "controller: the robot is too far from its start\n")
+        assert (done.returncode, done.stderr) == (
+            1,
+            "controller: the robot is too far from its start\n",
+        )
         assert device.counters["setpoints"] == 0
         assert device.state == "safe"
 

@@ -106,7 +106,7 @@ static void use(core *c, uint64_t *state)
     free(q), free(qd), free(f), free(points), free(wrenches);
 }
 
-static int is_refused(unsigned char *blob, size_t size, uint64_t *state)
+static int is_rejected(unsigned char *blob, size_t size, uint64_t *state)
 {
     char message[64] = "";
     const size_t needed = core_size(blob, size, message, sizeof message);
@@ -132,7 +132,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     unsigned char *blob = malloc(size + !size); /* with exactly its size */
     if (!blob) return 0;
     memcpy(blob, data, size);
-    is_refused(blob, size, &state);
+    is_rejected(blob, size, &state);
     return 0;
 }
 #else
@@ -146,7 +146,7 @@ int main(int argc, char **argv)
         uint64_t state = number;
         unsigned char *contents = file_contents(argv[3 + draw(&state) % (uint64_t)(argc - 3)], &size);
         unsigned char *blob = mutated(&state, contents, &size, 0);
-        refused += (unsigned long)is_refused(blob, size, &state);
+        refused += (unsigned long)is_rejected(blob, size, &state);
         free(contents);
     }
     printf("%lu\n", refused);

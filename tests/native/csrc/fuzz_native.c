@@ -92,7 +92,7 @@ static void use(struct model *model, const struct port_table *ports, uint64_t *s
 
 /* Return whether the native.bin in `scratch`, with the variables in `resources`, is rejected; otherwise use
    it. */
-static int is_refused(const char *scratch, const char *resources, uint64_t *state)
+static int is_rejected(const char *scratch, const char *resources, uint64_t *state)
 {
     struct port_table ports;
     struct model model = {0};
@@ -123,7 +123,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     memcpy(bytes, data + 1, size - 1);
     seal(bytes, size - 1);
     write_file(scratch, bytes, size - 1);
-    is_refused(scratch, resources, &state);
+    is_rejected(scratch, resources, &state);
     free(bytes);
     return 0;
 }
@@ -149,7 +149,7 @@ int main(int argc, char **argv)
         uint64_t state = number;
         const char *resources = argv[4 + draw(&state) % (uint64_t)(argc - 4)];
         damage(argv[3], resources, &state);
-        refused += (unsigned long)is_refused(argv[3], resources, &state);
+        refused += (unsigned long)is_rejected(argv[3], resources, &state);
     }
     printf("%lu\n", refused);
     return 0;

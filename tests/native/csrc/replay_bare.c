@@ -10,10 +10,10 @@ extern const char vectors[], vectors_end[];
 static uint64_t arena[1 << 17];
 static size_t used;
 
-void *room(size_t size)
+void *allocate(size_t size)
 {
     const size_t words = (size + 7) / 8, begin = used;
-    if (!size || words > sizeof arena / 8 - used) fail("memory or size is rejected", "room");
+    if (!size || words > sizeof arena / 8 - used) fail("memory or size is rejected", "allocate");
     used += words;
     return arena + begin;
 }

@@ -15,10 +15,10 @@ void fail(const char *what, const char *name)
     exit(2);
 }
 
-void *room(size_t size)
+void *allocate(size_t size)
 {
     void *memory = size ? malloc(size) : NULL;
-    if (!memory) fail("memory or size is rejected", "room");
+    if (!memory) fail("memory or size is rejected", "allocate");
     return memory;
 }
 
@@ -29,7 +29,7 @@ static char *contents(const char *path, size_t *size)
     fseek(file, 0, SEEK_END);
     *size = (size_t)ftell(file);
     rewind(file);
-    char *bytes = room(*size);
+    char *bytes = allocate(*size);
     if (fread(bytes, 1, *size, file) != *size) fail("cannot be read", path);
     fclose(file);
     return bytes;

@@ -24,9 +24,9 @@ static size_t n, m, k; /* coordinates, muscles, controlled task coordinates */
 static real *positions, *forces; /* at every tick of the last run */
 static size_t ticks;
 
-static real *room_for(size_t count)
+static real *allocate_reals(size_t count)
 {
-    return room((count + 1) * sizeof(real));
+    return allocate((count + 1) * sizeof(real));
 }
 
 /* --------------------------------------------------------------------------------- named arrays */
@@ -91,15 +91,15 @@ static void open_robot(const real *blob, uint64_t count)
     char message[256] = "";
     const size_t size = core_size(blob, (size_t)count * sizeof(real), message, sizeof message);
     if (!size) fail(message, "robot");
-    robot = core_open(blob, (size_t)count * sizeof(real), room(size));
+    robot = core_open(blob, (size_t)count * sizeof(real), allocate(size));
     core_array(robot, "q", &n);
     core_array(robot, "lengths", &m);
 }
 
 /* Compute all quantities at q, qd and muscle forces f; `coriolis` then contains C + G. */
-static void visit(const real *q, const real *qd, const real *f)
+static void evaluate_all(const real *q, const real *qd, const real *f)
 {
-    real *none = room_for(n);
+    real *none = allocate_reals(n);
     memset(none, 0, n * sizeof(real));
     if (core_move_checked(robot, q, qd) || core_pull(robot, f)) fail("a number is not finite", "state");
     core_task_jacobian(robot);
@@ -118,7 +118,7 @@ static void open_loop(const real *rows, uint64_t count)
     const control_robot asked = {&own, terms, tasks, NULL, NULL, NULL};
     k = (size_t)count;
     own = (robot_and_rows){robot, rows, k};
-    loop = control_loop_open(&asked, (int)n, (int)m, (int)k, room(control_loop_size((int)n, (int)m, (int)k)));
+    loop = control_loop_open(&asked, (int)n, (int)m, (int)k, allocate(control_loop_size((int)n, (int)m, (int)k)));
 }
 
 /* values: period; step of the plant; number of steps per period; q, qd at the start; reference of every tick */
@@ -126,10 +126,10 @@ static void run(const real *values, uint64_t count)
 {
     const size_t r = k ? k : n;
     const real period = values[0], step = values[1], *reference = values + 3 + 2 * n;
-    real *q = room_for(n), *qd = room_for(n), *still = room_for(n);
+    real *q = allocate_reals(n), *qd = allocate_reals(n), *still = allocate_reals(n);
     size_t length;
     ticks = ((size_t)count - 3 - 2 * n) / (3 * r);
-    positions = room_for(ticks * n), forces = room_for(ticks * m);
+    positions = allocate_reals(ticks * n), forces = allocate_reals(ticks * m);
     memset(still, 0, n * sizeof(real));
     memcpy(q, values + 3, n * sizeof(real));
     memcpy(qd, values + 3 + n, n * sizeof(real));
@@ -162,10 +162,10 @@ static int replay(const record *head, const real *values)
     else if (!strcmp(name, "robot"))
         open_robot(values, count);
     else if (!strcmp(name, "state"))
-        visit(values, values + n, values + 2 * n);
+        evaluate_all(values, values + n, values + 2 * n);
     else if (!strcmp(name, "program")) {
         program = dual_newton_open((int)values[0], (int)values[1],
-                                   room(dual_newton_size((int)values[0], (int)values[1])));
+                                   allocate(dual_newton_size((int)values[0], (int)values[1])));
     } else if (!strcmp(name, "solve")) {
         if (dual_newton_solve(program) != DUAL_NEWTON_SOLVED) fail("is not solved", name);
     } else if (!strcmp(name, "loop"))

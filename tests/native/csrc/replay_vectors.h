@@ -7,7 +7,7 @@
 /* Return 0 if all results agree with the expected ones within the tolerances of the vectors. */
 int replay_vectors(const char *bytes, size_t size);
 
-void *room(size_t size);      /* return memory, 8-byte aligned, never freed */
+void *allocate(size_t size);      /* return memory, 8-byte aligned, never freed */
 void say(const char *text);   /* print a text */
 void fail(const char *what, const char *name); /* print a message and end */
 

@@ -89,7 +89,11 @@ def good() -> tuple[dict[str, int], dict[str, object]]:
         ("surface_half_axes", [[0, 0], [0, 0], [0.2, -0.1]], "surface 2: its half axes"),
         ("surface_half_axes", [[0, 0], [0, 0], [np.nan, 0.1]], "surface 2: its half axes"),
         ("surface_half_axes", [[0, 0], [0, 0], [0.2, np.inf]], "surface 2: its half axes"),
-        ("surface_half_axes", [[0, 0], [0, 0], [0.2, 0.029]], "surface 2: .* half axes is more than 10"),
+        (
+            "surface_half_axes",
+            [[0, 0], [0, 0], [0.2, 0.029]],
+            "surface 2: .* half axes is more than 10",
+        ),
         ("surface_across", [[1, 0, 0], [1, 0, 0], [0, 0, 2]], "surface 2: its x axis"),
         ("surface_across", [[1, 0, 0], [1, 0, 0], [0, 1, 0]], "surface 2: its x axis"),
         ("surface_across", [[1, 0, 0], [1, 0, 0], [0, 0, np.nan]], "surface 2: its x axis"),

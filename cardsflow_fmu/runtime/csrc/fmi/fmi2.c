@@ -24,7 +24,7 @@ static struct instance *instance_of(fmi2Component c)
 }
 
 /* Reject a call of an unsupported function. The state of the instance does not change. */
-static fmi2Status refuse(fmi2Component c, enum status status, const char *text)
+static fmi2Status reject(fmi2Component c, enum status status, const char *text)
 {
     if (c)
         log_status(&instance_of(c)->log, status, text);
@@ -98,7 +98,7 @@ FMI2_Export fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingO
         return fmi2Error;
     int asked = log_asks_for_events(categories ? nCategories : 0, categories);
     instance_of(c)->log.events = loggingOn && asked == 1;
-    return asked < 0 ? refuse(c, STATUS_WARNING, "setDebugLogging: unknown category") : fmi2OK;
+    return asked < 0 ? reject(c, STATUS_WARNING, "setDebugLogging: unknown category") : fmi2OK;
 }
 
 FMI2_Export fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType,
@@ -301,7 +301,7 @@ FMI2_Export fmi2Status fmi2GetDirectionalDerivative(fmi2Component c,
     if (!c)
         return fmi2Error;
     if ((nUnknown && (!vUnknown_ref || !dvUnknown)) || (nKnown && (!vKnown_ref || !dvKnown)))
-        return refuse(c, STATUS_ERROR, "getDirectionalDerivative: null pointer");
+        return reject(c, STATUS_ERROR, "getDirectionalDerivative: null pointer");
     struct derivative_call call = {vUnknown_ref, nUnknown, vKnown_ref, nKnown,
                                    dvKnown,      nKnown,   dvUnknown,  nUnknown};
     return (fmi2Status)get_directional_derivative(instance_of(c), &call);
@@ -314,7 +314,7 @@ FMI2_Export fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2Va
                                                    const fmi2Real value[])
 {
     (void)vr, (void)nvr, (void)order, (void)value;
-    return refuse(c, STATUS_ERROR, "this FMU does not interpolate inputs");
+    return reject(c, STATUS_ERROR, "this FMU does not interpolate inputs");
 }
 
 FMI2_Export fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[],
@@ -322,7 +322,7 @@ FMI2_Export fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2V
                                                     fmi2Real value[])
 {
     (void)vr, (void)nvr, (void)order, (void)value;
-    return refuse(c, STATUS_ERROR, "this FMU has no output derivatives");
+    return reject(c, STATUS_ERROR, "this FMU has no output derivatives");
 }
 
 FMI2_Export fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint,
@@ -338,12 +338,12 @@ FMI2_Export fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunication
 
 FMI2_Export fmi2Status fmi2CancelStep(fmi2Component c)
 {
-    return refuse(c, STATUS_ERROR, "cancelStep: no step is under way, steps are synchronous");
+    return reject(c, STATUS_ERROR, "cancelStep: no step is under way, steps are synchronous");
 }
 
 static fmi2Status no_such_status(fmi2Component c)
 {
-    return c ? refuse(c, STATUS_DISCARD, "this FMU does not have this status") : fmi2Error;
+    return c ? reject(c, STATUS_DISCARD, "this FMU does not have this status") : fmi2Error;
 }
 
 FMI2_Export fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *value)

@@ -24,7 +24,7 @@ FMI3_Export fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean lo
     int asked = log_asks_for_events(categories ? nCategories : 0, categories);
     fmi3_instance(instance)->log.events = loggingOn && asked == 1;
     if (asked < 0)
-        return fmi3_refuse(instance, STATUS_ERROR, "setDebugLogging: unknown category");
+        return fmi3_reject(instance, STATUS_ERROR, "setDebugLogging: unknown category");
     return fmi3OK;
 }
 
@@ -148,7 +148,7 @@ FMI3_Export fmi3Status fmi3GetDirectionalDerivative(
         return fmi3Error;
     if ((nUnknowns && !unknowns) || (nKnowns && !knowns) || (nSeed && !seed) ||
         (nSensitivity && !sensitivity))
-        return fmi3_refuse(instance, STATUS_ERROR, "getDirectionalDerivative: null pointer");
+        return fmi3_reject(instance, STATUS_ERROR, "getDirectionalDerivative: null pointer");
     struct derivative_call call = {unknowns, nUnknowns, knowns,      nKnowns,
                                    seed,     nSeed,     sensitivity, nSensitivity};
     return (fmi3Status)get_directional_derivative(fmi3_instance(instance), &call);
@@ -177,7 +177,7 @@ FMI3_Export fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentComm
     if (!instance)
         return fmi3Error;
     if (!eventHandlingNeeded || !terminateSimulation || !earlyReturn || !lastSuccessfulTime)
-        return fmi3_refuse(instance, STATUS_ERROR, "doStep: null pointer");
+        return fmi3_reject(instance, STATUS_ERROR, "doStep: null pointer");
     enum status status =
         instance_step(fmi3_instance(instance), currentCommunicationPoint, communicationStepSize);
     *eventHandlingNeeded = *terminateSimulation = *earlyReturn = fmi3False;

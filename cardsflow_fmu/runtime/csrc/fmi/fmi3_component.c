@@ -29,7 +29,7 @@ void fmi3_log_write(void *context, enum status status, const char *text)
     free(message);
 }
 
-fmi3Status fmi3_refuse(fmi3Instance instance, enum status status, const char *text)
+fmi3Status fmi3_reject(fmi3Instance instance, enum status status, const char *text)
 {
     if (instance)
         log_status(&fmi3_instance(instance)->log, status, text);

@@ -19,6 +19,6 @@ struct instance *fmi3_instance(fmi3Instance instance);
 void fmi3_log_write(void *context, enum status status, const char *text);
 
 /* Reject a call of an unsupported function. The state of the instance does not change. */
-fmi3Status fmi3_refuse(fmi3Instance instance, enum status status, const char *text);
+fmi3Status fmi3_reject(fmi3Instance instance, enum status status, const char *text);
 
 #endif

@@ -9,7 +9,7 @@ struct indices {
     size_t count;
 };
 
-static enum status refuse(struct instance *instance, const char *why)
+static enum status reject(struct instance *instance, const char *why)
 {
     struct text text = {NULL};
     text_set(&text, "getDirectionalDerivative: %s", why);
@@ -88,5 +88,5 @@ enum status get_directional_derivative(struct instance *instance,
         wrong = ask(instance, &request);
     free(unknowns.items);
     free(knowns.items);
-    return wrong ? refuse(instance, wrong) : STATUS_OK;
+    return wrong ? reject(instance, wrong) : STATUS_OK;
 }

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static enum status refuse(struct instance *instance, const char *text)
+static enum status reject(struct instance *instance, const char *text)
 {
     if (instance)
         log_status(&instance->log, STATUS_ERROR, text);
@@ -16,7 +16,7 @@ enum status state_get(struct instance *instance, void **state)
 {
     struct saved_state *saved = NULL;
     if (!instance || !state)
-        return refuse(instance, "getFMUstate: null pointer");
+        return reject(instance, "getFMUstate: null pointer");
     enum status status = saved_state_take(instance, &saved);
     if (status != STATUS_OK)
         return status;
@@ -28,7 +28,7 @@ enum status state_get(struct instance *instance, void **state)
 enum status state_set(struct instance *instance, const void *state)
 {
     if (!instance || !state)
-        return refuse(instance, "setFMUstate: null pointer");
+        return reject(instance, "setFMUstate: null pointer");
     return saved_state_restore(instance, state);
 }
 
@@ -44,7 +44,7 @@ enum status state_free(void **state)
 enum status state_size(struct instance *instance, const void *state, size_t *size)
 {
     if (!state || !size)
-        return refuse(instance, "serializedFMUstateSize: null pointer");
+        return reject(instance, "serializedFMUstateSize: null pointer");
     *size = ((const struct saved_state *)state)->size;
     return STATUS_OK;
 }
@@ -53,9 +53,9 @@ enum status state_serialize(struct instance *instance, const void *state, void *
 {
     const struct saved_state *saved = state;
     if (!saved || !bytes)
-        return refuse(instance, "serializeFMUstate: null pointer");
+        return reject(instance, "serializeFMUstate: null pointer");
     if (size < saved->size)
-        return refuse(instance, "serializeFMUstate: the buffer is too small");
+        return reject(instance, "serializeFMUstate: the buffer is too small");
     memcpy(bytes, saved->bytes, saved->size);
     return STATUS_OK;
 }
@@ -65,7 +65,7 @@ enum status state_deserialize(struct instance *instance, const void *bytes, size
 {
     struct saved_state *saved = NULL;
     if (!instance || !state)
-        return refuse(instance, "deSerializeFMUstate: null pointer");
+        return reject(instance, "deSerializeFMUstate: null pointer");
     enum status status = saved_state_read(instance, bytes, size, &saved);
     if (status != STATUS_OK)
         return status;

@@ -16,7 +16,7 @@ uint32_t native_model_layout_hash(int32_t kind)
     return native_layout_hash((enum native_kind)kind);
 }
 
-static void say(char *message, size_t capacity, const char *text)
+static void set_message(char *message, size_t capacity, const char *text)
 {
     if (!capacity)
         return;
@@ -34,7 +34,7 @@ struct opened_model *native_model_open(const void *file, size_t size, const void
     if (opened && !port_table_copy(&opened->ports, ports, ports_size, &error) &&
         !native_open_bytes(&opened->model, &opened->ports, file, size, values, &error))
         return opened;
-    say(message, capacity, text_get(&error));
+    set_message(message, capacity, text_get(&error));
     text_free(&error);
     if (opened)
         port_table_free(&opened->ports);

@@ -13,7 +13,7 @@ struct reference {
     reference_part parts[];
 };
 
-static void go(struct reference *c, double time)
+static void evaluate(struct reference *c, double time)
 {
     const struct reference_settings *s = &c->settings;
     c->time = time;
@@ -27,14 +27,14 @@ static void go(struct reference *c, double time)
 static int initialize(struct model *model)
 {
     const struct native_model *native = model->backend;
-    go(native->own, native->clock[0]);
+    evaluate(native->own, native->clock[0]);
     return 0;
 }
 
 static int step(struct model *model)
 {
     const struct native_model *native = model->backend;
-    go(native->own, native->clock[0] + native->clock[1]);
+    evaluate(native->own, native->clock[0] + native->clock[1]);
     return 0;
 }
 
@@ -54,7 +54,7 @@ static int set_state(struct model *model, const void *bytes, size_t size)
     const size_t sizes[] = {1};
     if (native_restore(parts, sizes, 1, bytes, size, &model->error))
         return 1;
-    go(native->own, time);
+    evaluate(native->own, time);
     return 0;
 }
 

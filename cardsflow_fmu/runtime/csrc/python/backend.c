@@ -16,7 +16,7 @@ static int open_in_process(struct model *model, const struct port_table *ports,
     return python_in_process_open(model, ports->package_version, &memory, resources, error);
 }
 
-static int open_where_it_fits(struct model *model, const struct port_table *ports,
+static int open_suitable(struct model *model, const struct port_table *ports,
                               const char *resources, struct text *error)
 {
     struct text why = {NULL};
@@ -33,7 +33,7 @@ int backend_open(struct model *model, const struct port_table *ports, const char
         return native_open(model, ports, resources, error);
     char *host = environment_get("CARDSFLOW_FMU_HOST");
     if (!host)
-        failed = open_where_it_fits(model, ports, resources, error);
+        failed = open_suitable(model, ports, resources, error);
     else if (strcmp(host, "in-process") == 0)
         failed = open_in_process(model, ports, resources, error);
     else if (strcmp(host, "worker") == 0)

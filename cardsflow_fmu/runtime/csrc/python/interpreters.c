@@ -14,7 +14,7 @@ static const char IN_ENVIRONMENT[] = "bin/python", ON_PATH[] = "python3";
 #endif
 
 /* Return the first line of resources/python.txt, on the heap; NULL if it does not exist. */
-static char *recorded(const char *resources)
+static char *recorded_python(const char *resources)
 {
     size_t size = 0;
     struct text path = {NULL};
@@ -31,7 +31,7 @@ static char *recorded(const char *resources)
     return NULL;
 }
 
-static char *of_virtual_environment(void)
+static char *virtual_environment_python(void)
 {
     struct text path = {NULL};
     char *folder = environment_get("VIRTUAL_ENV");
@@ -55,8 +55,8 @@ size_t interpreters_find(const char *resources, struct interpreter found[MAX_INT
     size_t count = add(found, 0, "CARDSFLOW_PYTHON", environment_get("CARDSFLOW_PYTHON"));
     if (count)
         return count;
-    count = add(found, count, "recorded in the FMU", recorded(resources));
-    count = add(found, count, "VIRTUAL_ENV", of_virtual_environment());
+    count = add(found, count, "recorded in the FMU", recorded_python(resources));
+    count = add(found, count, "VIRTUAL_ENV", virtual_environment_python());
     return add(found, count, "on the path", text_copy(ON_PATH));
 }
 

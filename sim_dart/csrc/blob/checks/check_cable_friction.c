@@ -37,15 +37,15 @@ int check_cable_friction(const blob_view *view, char *message, size_t capacity)
         const int32_t contacts = contacts_before(view, first + points, &wrap, &pulley);
         const real way = view->presliding[m];
         if (!(way > 0 && way <= MAX_PRESLIDING))
-            return refuse(message, capacity, "muscle %d: its presliding must be above 0 and up to %d m", (int)m, MAX_PRESLIDING);
+            return reject(message, capacity, "muscle %d: its presliding must be above 0 and up to %d m", (int)m, MAX_PRESLIDING);
         if (bends && !is_simple(view, m, first))
-            return refuse(message, capacity, "muscle %d: its path cannot have friction", (int)m);
+            return reject(message, capacity, "muscle %d: its path cannot have friction", (int)m);
         if (bends && bends != points - 2 + contacts)
-            return refuse(message, capacity, "muscle %d: its cable does not have %d bends", (int)m, (int)bends);
+            return reject(message, capacity, "muscle %d: its cable does not have %d bends", (int)m, (int)bends);
         left -= bends;
         for (int32_t k = 0; k < bends && left >= 0; k++, mu++)
             if (!(*mu >= 0 && *mu <= MAX_FRICTION))
-                return refuse(message, capacity, "muscle %d: its friction must be from 0 to %d", (int)m, MAX_FRICTION);
+                return reject(message, capacity, "muscle %d: its friction must be from 0 to %d", (int)m, MAX_FRICTION);
     }
-    return left ? refuse(message, capacity, "the bends of muscles do not add up") : 0;
+    return left ? reject(message, capacity, "the bends of muscles do not add up") : 0;
 }

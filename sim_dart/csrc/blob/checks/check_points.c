@@ -16,9 +16,9 @@ int check_points(const char *what, const int32_t *frame, const real *position, i
 {
     for (int32_t k = 0; k < points; k++) {
         if (frame[k] < -1 || frame[k] >= dofs)
-            return refuse(message, capacity, "%s %d: unknown frame %d", what, (int)k, (int)frame[k]);
+            return reject(message, capacity, "%s %d: unknown frame %d", what, (int)k, (int)frame[k]);
         if (!all_finite(position + 3 * k, 3))
-            return refuse(message, capacity, "%s %d: its position is not finite", what, (int)k);
+            return reject(message, capacity, "%s %d: its position is not finite", what, (int)k);
     }
     return 0;
 }

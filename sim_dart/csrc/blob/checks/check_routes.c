@@ -16,12 +16,12 @@ static int check_conditions(const blob_view *b, char *message, size_t capacity)
     for (int k = 0; k < b->counts.conditions; k++) {
         const int32_t point = b->condition_point[k];
         if (!is_index(point, b->counts.points) || (k && point <= b->condition_point[k - 1]))
-            return refuse(message, capacity, "condition %d: via point %d is invalid or not in order", k, (int)point);
+            return reject(message, capacity, "condition %d: via point %d is invalid or not in order", k, (int)point);
         if (!is_index(b->condition_coordinate[k], b->counts.variables))
-            return refuse(message, capacity, "condition %d: unknown coordinate", k);
+            return reject(message, capacity, "condition %d: unknown coordinate", k);
         if (!(b->condition_low[k] <= b->condition_high[k]) || !(b->condition_smoothing[k] >= 0) ||
             !isfinite(b->condition_smoothing[k]))
-            return refuse(message, capacity, "condition %d: its limits are not an interval", k);
+            return reject(message, capacity, "condition %d: its limits are not an interval", k);
     }
     return 0;
 }
@@ -29,16 +29,16 @@ static int check_conditions(const blob_view *b, char *message, size_t capacity)
 static int check_moves(const blob_view *b, char *message, size_t capacity)
 {
     if (!all_finite(b->piece, 5 * (size_t)b->counts.pieces))
-        return refuse(message, capacity, "a piece of a function is not finite");
+        return reject(message, capacity, "a piece of a function is not finite");
     for (int k = 0; k < b->counts.moves; k++) {
         const int32_t point = b->move_point[k], first = b->move_first[k], pieces = b->move_pieces[k];
         if (!is_index(point, b->counts.points) || (k && point < b->move_point[k - 1]))
-            return refuse(message, capacity, "move %d: via point %d is invalid or not in order", k, (int)point);
+            return reject(message, capacity, "move %d: via point %d is invalid or not in order", k, (int)point);
         if (!is_index(b->move_coordinate[k], b->counts.variables) || !is_index(first, b->counts.pieces) || pieces < 1 ||
             pieces > b->counts.pieces - first)
-            return refuse(message, capacity, "move %d: unknown coordinate or function", k);
+            return reject(message, capacity, "move %d: unknown coordinate or function", k);
         if (!(b->move_low[k] <= b->move_high[k]) || !all_finite(b->move_axis + 3 * k, 3))
-            return refuse(message, capacity, "move %d: its limits or its axis are invalid", k);
+            return reject(message, capacity, "move %d: its limits or its axis are invalid", k);
     }
     return 0;
 }
@@ -48,9 +48,9 @@ static int check_branches(const blob_view *b, char *message, size_t capacity)
     for (int k = 0; k < b->counts.branches; k++) {
         const int32_t point = b->branch_point[k];
         if (!is_index(point, b->counts.points) || (k && point <= b->branch_point[k - 1]))
-            return refuse(message, capacity, "branch %d: via point %d is invalid or not in order", k, (int)point);
+            return reject(message, capacity, "branch %d: via point %d is invalid or not in order", k, (int)point);
         if (b->branch_divisor[k] == 0 || !all_finite(b->branch_divisor + k, 1))
-            return refuse(message, capacity, "branch %d: its divisor is 0 or not finite", k);
+            return reject(message, capacity, "branch %d: its divisor is 0 or not finite", k);
     }
     return 0;
 }
@@ -59,9 +59,9 @@ static int check_terms(const blob_view *b, char *message, size_t capacity)
 {
     for (int k = 0; k < b->counts.path_terms; k++) {
         if (!is_index(b->path_term_muscle[k], b->counts.muscles) || (k && b->path_term_muscle[k] < b->path_term_muscle[k - 1]))
-            return refuse(message, capacity, "term %d: muscle %d is invalid or not in order", k, (int)b->path_term_muscle[k]);
+            return reject(message, capacity, "term %d: muscle %d is invalid or not in order", k, (int)b->path_term_muscle[k]);
         if (!is_index(b->path_term_coordinate[k], b->counts.variables) || !all_finite(b->path_term_factor + k, 1))
-            return refuse(message, capacity, "term %d: unknown coordinate, or factor not finite", k);
+            return reject(message, capacity, "term %d: unknown coordinate, or factor not finite", k);
     }
     return 0;
 }

@@ -26,7 +26,7 @@ static inline real quick_tanh(real y)
 }
 
 /* Return the maximum 1 / tau between a and u: it decreases with a while rising, and increases while falling. */
-static inline real quickest(const real *k, real a, real u)
+static inline real max_rate_constant(const real *k, real a, real u)
 {
     const int is_rising = value_of(u) > value_of(a);
     const real rise = k[HILL_RISE] / (0.5 + 1.5 * (is_rising ? a : u));
@@ -36,7 +36,7 @@ static inline real quickest(const real *k, real a, real u)
 }
 
 /* Return 1 / tau. */
-static inline real activation_quickness(const real *k, real a, real u)
+static inline real activation_rate_constant(const real *k, real a, real u)
 {
     const real slowness = 0.5 + 1.5 * a;
     if (k[HILL_SMOOTHING] == 0)
@@ -48,27 +48,27 @@ static inline real activation_quickness(const real *k, real a, real u)
 real activation_rate(const real *k, real a, real u)
 {
     a = hill_activation(k, a);
-    return (u - a) * activation_quickness(k, a, u);
+    return (u - a) * activation_rate_constant(k, a, u);
 }
 
 /* Advance by the classical fourth-order Runge-Kutta method. */
 static inline real accurate_step(const real *k, real a, real u, real h)
 {
-    const real one = (u - a) * activation_quickness(k, a, u);
+    const real one = (u - a) * activation_rate_constant(k, a, u);
     real b = a + h / 2 * one;
-    const real two = (u - b) * activation_quickness(k, b, u);
+    const real two = (u - b) * activation_rate_constant(k, b, u);
     b = a + h / 2 * two;
-    const real three = (u - b) * activation_quickness(k, b, u);
+    const real three = (u - b) * activation_rate_constant(k, b, u);
     b = a + h * three;
-    const real four = (u - b) * activation_quickness(k, b, u);
+    const real four = (u - b) * activation_rate_constant(k, b, u);
     return a + h / 6 * (one + 2 * two + 2 * three + four);
 }
 
 /* Advance by the exponential midpoint rule, for steps that are long compared to tau: a never passes u. */
 static real stable_step(const real *k, real a, real u, real h)
 {
-    const real middle = u + (a - u) / (1 + activation_quickness(k, a, u) * h / 2);
-    return u + (a - u) * exponential(-h * activation_quickness(k, middle, u));
+    const real middle = u + (a - u) / (1 + activation_rate_constant(k, a, u) * h / 2);
+    return u + (a - u) * exponential(-h * activation_rate_constant(k, middle, u));
 }
 
 real activation_after(const real *k, real a, real u, real h)
@@ -76,7 +76,7 @@ real activation_after(const real *k, real a, real u, real h)
     a = hill_activation(k, a);
     if (value_of(2 * h * larger(k[HILL_RISE], k[HILL_FALL])) <= MAX_DECAY) /* no 1 / tau is larger */
         return hill_activation(k, accurate_step(k, a, u, h));
-    const real decay = h * quickest(k, a, u);
+    const real decay = h * max_rate_constant(k, a, u);
     if (value_of(decay) <= MAX_DECAY) return hill_activation(k, accurate_step(k, a, u, h));
     const int steps = whole_steps(ceil(decay / MAX_DECAY), MAX_ACTIVATION_STEPS);
     const real part = h / steps;
@@ -90,7 +90,7 @@ real activation_after(const real *k, real a, real u, real h)
 /* ------------------------------------------------------------------------------------ several muscles at
    once */
 
-/* Compute activation_quickness times (u - a); 0 means no smoothing. */
+/* Compute activation_rate_constant times (u - a); 0 means no smoothing. */
 static void find_rates(const activations *s, const real *at, real *restrict rate)
 {
     for (int i = 0; i < s->count; i++) {

@@ -14,12 +14,12 @@ enum {
     HILL_SPEED,            /* maximum contraction velocity, in [m/s] */
     HILL_PER_SPEED,        /* its inverse */
     HILL_DAMPING,          /* beta */
-    HILL_SHORTEST,         /* minimum fibre length, in [m] */
-    HILL_NEAREST,          /* its projection on the tendon */
+    HILL_MIN_FIBRE,         /* minimum fibre length, in [m] */
+    HILL_MIN_PROJECTED,          /* its projection on the tendon */
     HILL_ELASTIC,          /* whether the tendon is elastic */
     HILL_RISE,             /* inverse time constant of activation */
     HILL_FALL,             /* inverse time constant of deactivation */
-    HILL_LEAST_ACTIVATION, /* minimum activation */
+    HILL_MIN_ACTIVATION, /* minimum activation */
     HILL_SMOOTHING,        /* of the transition between both; 0: a switch */
     HILL_CONSTANTS
 };
@@ -44,7 +44,7 @@ CORE_INSIDE void activations_finish(activations *s, real h);
 
 static inline real hill_activation(const real *k, real a)
 {
-    return clamped(a, k[HILL_LEAST_ACTIVATION], 1);
+    return clamped(a, k[HILL_MIN_ACTIVATION], 1);
 }
 
 #endif

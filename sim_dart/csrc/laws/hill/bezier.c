@@ -18,7 +18,7 @@
 enum { CELLS = 0, X = 1, Y = X + 5, TABLE = Y + 5 };
 
 /* Return where the tangents of two knots intersect; the middle if the slopes are equal. */
-static real corner(const real *start, const real *end)
+static real tangent_intersection(const real *start, const real *end)
 {
     const real turn = start[2] - end[2];
     if (value_of(fabs(turn)) <= MIN_TURN) return (start[0] + end[0]) / 2;
@@ -28,7 +28,7 @@ static real corner(const real *start, const real *end)
 int bezier_is_sound(const real *curve, int pieces)
 {
     for (int i = 0; i < pieces; i++) {
-        const real *start = curve + 3 * i, *end = start + 3, x = corner(start, end);
+        const real *start = curve + 3 * i, *end = start + 3, x = tangent_intersection(start, end);
         if (!(value_of(start[0]) < value_of(x) && value_of(x) < value_of(end[0]))) return 0;
         const real y = (x - end[0]) * end[2] + end[1], slack = BEZIER_ROUNDING;
         const real low = smaller(start[1], end[1]) - slack, high = larger(start[1], end[1]) + slack;
@@ -60,7 +60,7 @@ static inline real quintic_rate(const real *k, real t)
 }
 
 /* Return t with x(t) = x; x(t) rises from 0 to `width`. Newton's method starts from the straight line. */
-static real searched(const real *k, real width, real x)
+static real search_parameter(const real *k, real width, real x)
 {
     real low = 0, high = 1, t = x / width;
     for (int i = 0; i < MAX_BEZIER_STEPS; i++) {
@@ -82,13 +82,13 @@ static real searched(const real *k, real width, real x)
 static void prepare_piece(const real *start, real part, real *piece)
 {
     const real *end = start + 3, width = end[0] - start[0];
-    const real x = corner(start, end), y = (x - end[0]) * end[2] + end[1];
+    const real x = tangent_intersection(start, end), y = (x - end[0]) * end[2] + end[1];
     expand(start[0], start[0] + part * (x - start[0]), end[0] + part * (x - end[0]), end[0], piece + X);
     expand(start[1], start[1] + part * (y - start[1]), end[1] + part * (y - end[1]), end[1], piece + Y);
     piece[CELLS] = BEZIER_CELLS / width;
     for (int i = 0; i <= BEZIER_CELLS; i++) {
         real *at = piece + TABLE + 2 * i;
-        at[0] = i == 0 ? 0 : i == BEZIER_CELLS ? 1 : searched(piece + X, width, i * width / BEZIER_CELLS);
+        at[0] = i == 0 ? 0 : i == BEZIER_CELLS ? 1 : search_parameter(piece + X, width, i * width / BEZIER_CELLS);
         at[1] = width / BEZIER_CELLS / quintic_rate(piece + X, at[0]);
     }
 }
@@ -101,7 +101,7 @@ void bezier_prepare(real *curve, int pieces, const real *curviness)
 }
 
 /* Return one step of Chebyshev's method, of third order, from t towards x(t) = x. */
-static inline real improved(const real *k, real x, real t)
+static inline real improve_parameter(const real *k, real x, real t)
 {
     const real tt = t * t, per = 1 / quintic_rate(k, t), off = (quintic(k, t) - x) * per;
     const real half_bend = (k[1] + t * (3 * k[2])) + tt * (6 * k[3] + t * (10 * k[4]));
@@ -117,7 +117,7 @@ typedef struct {
 
 /* Find the piece and the approximate parameter, by a cubic in its cell. Return 0 if x is outside of all
    pieces. */
-static inline int find(const real *curve, int pieces, real x, place *at)
+static inline int find_piece(const real *curve, int pieces, real x, place *at)
 {
     const real *last = curve + 3 * pieces;
     if (!(value_of(x) > value_of(curve[0]) && value_of(x) < value_of(last[0]))) return 0;
@@ -134,25 +134,25 @@ static inline int find(const real *curve, int pieces, real x, place *at)
 
 /* Iterate from the first step, which changed the parameter from `was` to at->t. Mostly this step is
    sufficient. */
-static inline real search(const place *at, real was)
+static inline real refine_parameter(const place *at, real was)
 {
     real t = at->t;
     for (int i = 0; i < 2; i++) {
         if (value_of(fabs(t - was)) <= LAST_LONG_STEP) return t;
-        was = t, t = improved(at->piece + X, at->x, was);
+        was = t, t = improve_parameter(at->piece + X, at->x, was);
     }
     if (value_of(fabs(t - was)) <= LAST_LONG_STEP) return t;
-    return searched(at->piece + X, at->knot[3] - at->knot[0], at->x);
+    return search_parameter(at->piece + X, at->knot[3] - at->knot[0], at->x);
 }
 
 /* Do the same as search, with the tangent of the parameter, which converges one step later than its value. */
-static inline real parameter(const place *at, real was)
+static inline real parameter_at(const place *at, real was)
 {
-    const real t = search(at, was), *k = at->piece + X;
+    const real t = refine_parameter(at, was), *k = at->piece + X;
     return HAS_TANGENT ? t - (quintic(k, t) - at->x) / quintic_rate(k, t) : t;
 }
 
-static real beyond(const real *curve, int pieces, real x, real *slope)
+static real value_outside(const real *curve, int pieces, real x, real *slope)
 {
     const real *last = curve + 3 * pieces, *knot = value_of(x) <= value_of(curve[0]) ? curve : last;
     if (slope) *slope = knot[2];
@@ -162,10 +162,10 @@ static real beyond(const real *curve, int pieces, real x, real *slope)
 real bezier_value(const real *curve, int pieces, real x, real *slope)
 {
     place at;
-    if (!find(curve, pieces, x, &at)) return beyond(curve, pieces, x, slope);
+    if (!find_piece(curve, pieces, x, &at)) return value_outside(curve, pieces, x, slope);
     const real was = at.t;
-    at.t = improved(at.piece + X, at.x, was);
-    const real t = parameter(&at, was);
+    at.t = improve_parameter(at.piece + X, at.x, was);
+    const real t = parameter_at(&at, was);
     if (slope) *slope = quintic_rate(at.piece + Y, t) / quintic_rate(at.piece + X, t);
     return at.knot[1] + quintic(at.piece + Y, t);
 }
@@ -176,12 +176,12 @@ void bezier_values(const bezier_point *of, real y[BEZIER_POINTS])
     real was[BEZIER_POINTS] = {0};
     int is_within[BEZIER_POINTS];
     for (int i = 0; i < BEZIER_POINTS; i++) {
-        is_within[i] = find(of[i].curve, of[i].pieces, of[i].x, at + i);
+        is_within[i] = find_piece(of[i].curve, of[i].pieces, of[i].x, at + i);
         if (is_within[i]) was[i] = at[i].t;
     }
     for (int i = 0; i < BEZIER_POINTS; i++)
-        if (is_within[i]) at[i].t = improved(at[i].piece + X, at[i].x, was[i]);
+        if (is_within[i]) at[i].t = improve_parameter(at[i].piece + X, at[i].x, was[i]);
     for (int i = 0; i < BEZIER_POINTS; i++)
-        y[i] = is_within[i] ? at[i].knot[1] + quintic(at[i].piece + Y, parameter(at + i, was[i]))
-                            : beyond(of[i].curve, of[i].pieces, of[i].x, NULL);
+        y[i] = is_within[i] ? at[i].knot[1] + quintic(at[i].piece + Y, parameter_at(at + i, was[i]))
+                            : value_outside(of[i].curve, of[i].pieces, of[i].x, NULL);
 }

@@ -24,24 +24,24 @@ void hill_prepare(const void *parameters, real shortest, real steepest, real dam
     k[HILL_FORCE] = p->max_isometric_force, k[HILL_OPTIMUM] = optimum;
     k[HILL_SLACK] = p->tendon_slack_length, k[HILL_HEIGHT2] = height * height;
     k[HILL_SPEED] = p->max_contraction_velocity * optimum, k[HILL_DAMPING] = damping;
-    k[HILL_SHORTEST] = larger(shortest * optimum, height / sine(steepest));
-    k[HILL_NEAREST] = sqrt(larger(k[HILL_SHORTEST] * k[HILL_SHORTEST] - k[HILL_HEIGHT2], 0));
+    k[HILL_MIN_FIBRE] = larger(shortest * optimum, height / sine(steepest));
+    k[HILL_MIN_PROJECTED] = sqrt(larger(k[HILL_MIN_FIBRE] * k[HILL_MIN_FIBRE] - k[HILL_HEIGHT2], 0));
     k[HILL_ELASTIC] = p->elastic_tendon;
     k[HILL_PER_OPTIMUM] = 1 / optimum, k[HILL_PER_SPEED] = 1 / k[HILL_SPEED];
     k[HILL_RISE] = 1 / p->activation_time_constant;
     k[HILL_FALL] = 1 / p->deactivation_time_constant;
-    k[HILL_LEAST_ACTIVATION] = p->minimum_activation, k[HILL_SMOOTHING] = smoothing;
+    k[HILL_MIN_ACTIVATION] = p->minimum_activation, k[HILL_SMOOTHING] = smoothing;
 }
 
 /* Return the fibre force over F0, along the fibre, with its derivatives by fibre length [1/m] and velocity. */
 static real fibre_force(const hill_curves *f, const real *k, real a, real fibre, real w,
                         real *by_length, real *by_velocity)
 {
-    const real z = clamped(fibre * k[HILL_PER_OPTIMUM], 0, HILL_FARTHEST);
+    const real z = clamped(fibre * k[HILL_PER_OPTIMUM], 0, HILL_MAX_NORMALISED);
     const real speed = f->speed ? f->speed(a) : 1;
     real active_slope, velocity_slope, passive_slope;
     const real active = f->active(k, z, &active_slope), passive = f->passive(k, z, &passive_slope);
-    const real scaled = clamped(w / speed, -HILL_FARTHEST, HILL_FARTHEST);
+    const real scaled = clamped(w / speed, -HILL_MAX_NORMALISED, HILL_MAX_NORMALISED);
     const real velocity = f->velocity(k, scaled, &velocity_slope);
     *by_length = (a * active_slope * velocity + passive_slope) * k[HILL_PER_OPTIMUM];
     *by_velocity = a * active * velocity_slope / speed + k[HILL_DAMPING];
@@ -50,7 +50,7 @@ static real fibre_force(const hill_curves *f, const real *k, real a, real fibre,
 
 static real tendon_force(const hill_curves *f, const real *k, real tendon, real *slope)
 {
-    const real stretch = clamped(tendon / k[HILL_SLACK], 0, HILL_FARTHEST);
+    const real stretch = clamped(tendon / k[HILL_SLACK], 0, HILL_MAX_NORMALISED);
     if (value_of(stretch) <= 1) return *slope = 0;
     const real force = f->tendon(k, stretch, slope);
     *slope /= k[HILL_SLACK];
@@ -65,7 +65,7 @@ static real projected_length(const real *k, real fibre)
 real hill_elastic_tension(const hill_curves *f, const real *k, const real *x, real l)
 {
     real slope;
-    const real fibre = larger(x[1], k[HILL_SHORTEST]);
+    const real fibre = larger(x[1], k[HILL_MIN_FIBRE]);
     return k[HILL_FORCE] * tendon_force(f, k, l - projected_length(k, fibre), &slope);
 }
 
@@ -107,9 +107,9 @@ static real balanced_length(const balance *b, real guess)
 {
     const real *k = b->k, along = b->l - k[HILL_SLACK];
     const real taut = value_of(along) > 0 ? sqrt(along * along + k[HILL_HEIGHT2]) : 0;
-    const real longest = larger(larger(taut, value_of(b->time) > 0 ? b->from : 0), k[HILL_SHORTEST]);
-    return bracketed_root(excess_by_length, b, k[HILL_SHORTEST], longest,
-                          clamped(guess, k[HILL_SHORTEST], longest), LAST_HILL_STEP * k[HILL_OPTIMUM]);
+    const real longest = larger(larger(taut, value_of(b->time) > 0 ? b->from : 0), k[HILL_MIN_FIBRE]);
+    return bracketed_root(excess_by_length, b, k[HILL_MIN_FIBRE], longest,
+                          clamped(guess, k[HILL_MIN_FIBRE], longest), LAST_HILL_STEP * k[HILL_OPTIMUM]);
 }
 
 void hill_start(const hill_curves *f, const real *k, real l, real u, real *x)
@@ -126,7 +126,7 @@ void hill_rates(const hill_curves *f, const real *k, const real *x, real l, real
     (void)v;
     xd[0] = activation_rate(k, x[0], u);
     if (!k[HILL_ELASTIC]) return;
-    const balance b = {f, k, hill_activation(k, x[0]), l, 0, larger(x[1], k[HILL_SHORTEST]), 0};
+    const balance b = {f, k, hill_activation(k, x[0]), l, 0, larger(x[1], k[HILL_MIN_FIBRE]), 0};
     real slope, w;
     if (value_of(excess_by_velocity(&b, -MAX_VELOCITY, &slope)) >= 0)
         w = -MAX_VELOCITY;
@@ -134,7 +134,7 @@ void hill_rates(const hill_curves *f, const real *k, const real *x, real l, real
         w = MAX_VELOCITY;
     else
         w = bracketed_root(excess_by_velocity, &b, -MAX_VELOCITY, MAX_VELOCITY, 0, LAST_HILL_STEP);
-    xd[1] = value_of(x[1]) <= value_of(k[HILL_SHORTEST]) ? larger(w, 0) * k[HILL_SPEED] : w * k[HILL_SPEED];
+    xd[1] = value_of(x[1]) <= value_of(k[HILL_MIN_FIBRE]) ? larger(w, 0) * k[HILL_SPEED] : w * k[HILL_SPEED];
 }
 
 /* Advance by two implicit stages of an L-stable method of order 2 (SDIRK2), which damps stiff components. A
@@ -143,7 +143,7 @@ void hill_rates(const hill_curves *f, const real *k, const real *x, real l, real
 void hill_advance_fibre(const hill_curves *f, const real *k, real *x, real early, real l, real v, real h)
 {
     if (!k[HILL_ELASTIC] || !(value_of(h) > 0)) return;
-    const real time = HILL_STAGE * h, fibre = larger(x[1], k[HILL_SHORTEST]);
+    const real time = HILL_STAGE * h, fibre = larger(x[1], k[HILL_MIN_FIBRE]);
     const balance first = {f, k, early, l + v * time, 0, fibre, time};
     const real middle = balanced_length(&first, fibre);
     const real from = fibre + (1 - HILL_STAGE) / HILL_STAGE * (middle - fibre);

@@ -13,7 +13,7 @@
 #include <math.h>
 
 /* Beyond this normalised length or velocity, curves are constant to avoid overflow. */
-#define HILL_FARTHEST 1e6
+#define HILL_MAX_NORMALISED 1e6
 
 /* Return y(x) and, unless `slope` is NULL, dy/dx. */
 typedef real hill_curve(const real *k, real x, real *slope);
@@ -57,11 +57,11 @@ static inline real hill_rigid_tension(const hill_curves *f, const real *k, real 
                                       real v)
 {
     const real along = l - k[HILL_SLACK];
-    if (value_of(along) <= 0 || value_of(along) < value_of(k[HILL_NEAREST])) return 0; /* the tendon is slack */
+    if (value_of(along) <= 0 || value_of(along) < value_of(k[HILL_MIN_PROJECTED])) return 0; /* the tendon is slack */
     const real fibre = sqrt(along * along + k[HILL_HEIGHT2]), cosine = along / fibre;
-    const real z = clamped(fibre * k[HILL_PER_OPTIMUM], 0, HILL_FARTHEST);
+    const real z = clamped(fibre * k[HILL_PER_OPTIMUM], 0, HILL_MAX_NORMALISED);
     const real w = v * cosine * k[HILL_PER_SPEED], speed = f->speed ? f->speed(a) : 1;
-    const real scaled = clamped(w / speed, -HILL_FARTHEST, HILL_FARTHEST);
+    const real scaled = clamped(w / speed, -HILL_MAX_NORMALISED, HILL_MAX_NORMALISED);
     real passive;
     const real active = a * hill_product(f, k, z, scaled, &passive);
     return k[HILL_FORCE] * (active + passive + k[HILL_DAMPING] * w) * cosine;

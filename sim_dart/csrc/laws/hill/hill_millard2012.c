@@ -102,7 +102,7 @@ static void prepare_curves(const hill_millard2012_parameters *p, real *k)
 }
 
 /* Check that no piece of a curve turns back, which the bounds of the parameters cannot guarantee. */
-static const char *millard_refusal(const void *parameters)
+static const char *millard_check_curves(const void *parameters)
 {
     real k[MILLARD_CONSTANTS];
     prepare_curves(parameters, k);
@@ -142,7 +142,7 @@ static void millard_prepare(const void *parameters, real *k)
     const hill_millard2012_parameters *p = parameters;
     const real damping = value_of(p->fibre_damping) < value_of(MIN_DAMPING) ? 0 : p->fibre_damping;
     hill_prepare(parameters, p->active_shortest, p->maximum_pennation, damping, 0, k);
-    if (is_singular(p)) k[HILL_LEAST_ACTIVATION] = larger(k[HILL_LEAST_ACTIVATION], 0.01);
+    if (is_singular(p)) k[HILL_MIN_ACTIVATION] = larger(k[HILL_MIN_ACTIVATION], 0.01);
     prepare_curves(p, k);
 }
 
@@ -165,6 +165,6 @@ HILL_FUNCTIONS(millard)
 /* First constant that the curves depend on: whether the tendon is elastic. */
 TENSION_LAW(hill_millard2012) = {
     HILL_LAW(millard, MILLARD_CONSTANTS),
-    .refusal = WHEN_OPENED(millard_refusal),
+    .check = WHEN_OPENED(millard_check_curves),
     .shared_from = offsetof(hill_millard2012_parameters, elastic_tendon) / sizeof(real),
 };

@@ -112,7 +112,7 @@ static void schutte_prepare(const void *parameters, real *k)
     hill_prepare(parameters, 1e-6, 1.57, ((const hill_schutte1993_parameters *)parameters)->fibre_damping, 0, k);
 }
 
-static real schutte_quickness(const real *k, real a, real u)
+static real schutte_rate_constant(const real *k, real a, real u)
 {
     return value_of(u) >= value_of(a) ? u * k[HILL_RISE] + (1 - u) * k[HILL_FALL] : k[HILL_FALL];
 }
@@ -121,7 +121,7 @@ static real schutte_quickness(const real *k, real a, real u)
 static real schutte_activation(const real *k, real a, real u, real h)
 {
     a = hill_activation(k, a);
-    return hill_activation(k, u + (a - u) * exponential(-h * schutte_quickness(k, a, u)));
+    return hill_activation(k, u + (a - u) * exponential(-h * schutte_rate_constant(k, a, u)));
 }
 
 static const hill_curves schutte_curves = {schutte_active, schutte_velocity, schutte_passive,
@@ -138,7 +138,7 @@ static void schutte_rates(const real *k, const real *x, real l, real v, real u, 
 {
     hill_rates(&schutte_curves, k, x, l, v, u, xd);
     const real a = hill_activation(k, x[0]);
-    xd[0] = (u - a) * schutte_quickness(k, a, u);
+    xd[0] = (u - a) * schutte_rate_constant(k, a, u);
 }
 
 static void schutte_start(const real *k, real l, real u, real *x)

@@ -29,7 +29,7 @@
 #define MAX_SHOTS 40
 #define HALVINGS 6
 #define LAST_SHOT_STEP PRECISE(1e-8, 2e-4) /* last step: the remaining error is about its square */
-#define AS_GOOD PRECISE(1e-24, 1e-10)      /* square of the residual that only rounding errors cause */
+#define ROUNDING_SQUARE PRECISE(1e-24, 1e-10)      /* square of the residual that only rounding errors cause */
 #define MAX_TURN 0.5
 #define FINE_FROM 1e-3 /* after smaller steps, geodesics are computed up to rounding */
 #define FINE_TERM PRECISE(1e-15, 1e-8)
@@ -44,7 +44,7 @@ typedef struct {
     int shrunk_by;                 /* 0; 1 or 2: it passes through the end a or b */
     real scale;
     real nearest; /* position on the straight line, 0 to 1, nearest to the centre, scaled */
-} egg_view;
+} ellipsoid_view;
 
 /* Contact point of a tangent: directions of the cable there and their derivatives by the angle. */
 typedef struct {
@@ -54,7 +54,7 @@ typedef struct {
 } tangent_at;
 
 typedef struct {
-    way_over way;
+    path_over way;
     tangent_at a, b;
     geodesic_point end;
     real gap[3], square; /* the three equations; the sum of their squares */
@@ -63,7 +63,7 @@ typedef struct {
 /* ------------------------------------------------------------------------------ the ellipsoid and the ends */
 
 /* Compute the view. Return whether the straight line does not meet the ellipsoid. */
-static int view_egg(const wrap_surface *s, const real A[3], const real B[3], egg_view *v)
+static int view_ellipsoid(const wrap_surface *s, const real A[3], const real B[3], ellipsoid_view *v)
 {
     const real size[3] = {s->radius, s->half_axes[0], s->half_axes[1]};
     v->unit = larger(larger(size[0], size[1]), size[2]);
@@ -88,7 +88,7 @@ static int view_egg(const wrap_surface *s, const real A[3], const real B[3], egg
     return value_of(ab) >= value_of(aa) || value_of(ab) >= value_of(bb) || value_of(dot3(x, x)) >= value_of(RR * dd);
 }
 
-static void shrink_egg(egg_view *v)
+static void shrink_ellipsoid(ellipsoid_view *v)
 {
     if (!v->shrunk_by) return;
     for (int k = 0; k < 3; k++) v->r[k] *= v->scale, v->scaled_a[k] /= v->scale, v->scaled_b[k] /= v->scale;
@@ -97,7 +97,7 @@ static void shrink_egg(egg_view *v)
 /* ------------------------------------------------------------------------------ shooting */
 
 /* `sense`: 1 if the cable runs along the tangent, -1 if it runs against it. */
-static void find_tangent(const egg_view *v, const tangent_cone *c, const real end[3], const real angle[2], int sense,
+static void find_tangent(const ellipsoid_view *v, const tangent_cone *c, const real end[3], const real angle[2], int sense,
                          tangent_at *out)
 {
     real u[3], du[3], n[3];
@@ -120,7 +120,7 @@ static void find_tangent(const egg_view *v, const tangent_cone *c, const real en
     out->turn = sense * dot3(du, out->m) / size;
 }
 
-static void shoot(const egg_view *v, const tangent_cone cones[2], real last_term, shot *s)
+static void shoot(const ellipsoid_view *v, const tangent_cone cones[2], real last_term, shot *s)
 {
     real missed[3];
     find_tangent(v, cones, v->a, s->way.a, 1, &s->a);
@@ -143,7 +143,7 @@ static void turn_tangent(real angle[2], real by)
     angle[0] = cosine_ * c - sine_ * s, angle[1] = sine_ * c + cosine_ * s;
 }
 
-static void move_way(way_over *way, const real step[3], real part)
+static void move_way(path_over *way, const real step[3], real part)
 {
     turn_tangent(way->a, part * step[0]);
     turn_tangent(way->b, part * step[1]);
@@ -151,7 +151,7 @@ static void move_way(way_over *way, const real step[3], real part)
 }
 
 /* Compute Newton's step of alpha, beta and s. Return its size. */
-static real aim(const shot *s, real step[3])
+static real newton_step(const shot *s, real step[3])
 {
     const real det = s->end.dj * s->b.by_m - s->end.j * s->b.turn;
     if (det == 0) return INFINITY;
@@ -162,16 +162,16 @@ static real aim(const shot *s, real step[3])
 }
 
 /* Iterate. Each step is shortened until the residual decreases. Return whether it converges. */
-static int settle_way(const egg_view *v, const tangent_cone cones[2], shot *s)
+static int solve_geodesic(const ellipsoid_view *v, const tangent_cone cones[2], shot *s)
 {
     int is_found = 0;
     real last_term = ROUGH_TERM;
     shoot(v, cones, last_term, s);
     for (int shots = 1; shots < MAX_SHOTS;) {
         real step[3] = {0, 0, 0};
-        const real size = aim(s, step);
+        const real size = newton_step(s, step);
         if (!isfinite(size)) return 0;
-        const int is_last = last_term == FINE_TERM && (value_of(size) <= LAST_SHOT_STEP || value_of(s->square) <= AS_GOOD);
+        const int is_last = last_term == FINE_TERM && (value_of(size) <= LAST_SHOT_STEP || value_of(s->square) <= ROUNDING_SQUARE);
         if (value_of(size) <= FINE_FROM) last_term = FINE_TERM;
         real part = value_of(size) > MAX_TURN ? MAX_TURN / size : 1;
         shot next = *s;
@@ -206,15 +206,15 @@ static int is_on_side(const shot *s, int side)
 }
 
 /* Find the shortest solution from starts in a number of planes. Return 0 if a start does not converge. */
-static int search_ways(const egg_view *v, const tangent_cone cones[2], int planes, int side, shot *best, int *is_found)
+static int search_geodesics(const ellipsoid_view *v, const tangent_cone cones[2], int planes, int side, shot *best, int *is_found)
 {
-    way_over starts[MAX_STARTS];
+    path_over starts[MAX_STARTS];
     const int count = fan_starts(v->r, cones, planes, starts);
     int is_complete = count > 0;
     for (int k = 0; k < count; k++) {
         shot s;
         s.way = starts[k];
-        if (!settle_way(v, cones, &s) || !(value_of(s.way.contact) > 0)) {
+        if (!solve_geodesic(v, cones, &s) || !(value_of(s.way.contact) > 0)) {
             is_complete = 0;
             continue;
         }
@@ -228,9 +228,9 @@ static int search_ways(const egg_view *v, const tangent_cone cones[2], int plane
 
 /* Use the path in the best plane, which is longer, for the few cases across a long ellipsoid in which
    shooting fails. */
-static int take_plane(const egg_view *v, const tangent_cone cones[2], shot *best)
+static int use_plane(const ellipsoid_view *v, const tangent_cone cones[2], shot *best)
 {
-    way_over starts[MAX_STARTS];
+    path_over starts[MAX_STARTS];
     if (!fan_starts(v->r, cones, MANY_PLANES, starts)) return 0;
     best->way = starts[0];
     find_tangent(v, cones, v->a, best->way.a, 1, &best->a);
@@ -239,7 +239,7 @@ static int take_plane(const egg_view *v, const tangent_cone cones[2], shot *best
 }
 
 /* Start from a contact in the world, possibly for other ends. Return 0 if this does not converge. */
-static int go_on_from(const wrap_surface *s, const egg_view *v, const tangent_cone cones[2], const contact *from,
+static int continue_from(const wrap_surface *s, const ellipsoid_view *v, const tangent_cone cones[2], const contact *from,
                       shot *best)
 {
     if (!from || !(value_of(from->pull.angle) > 0)) return 0;
@@ -253,25 +253,25 @@ static int go_on_from(const wrap_surface *s, const egg_view *v, const tangent_co
         angle[0] = c / size, angle[1] = sine_ / size;
     }
     best->way.contact = from->pull.angle / v->unit;
-    return settle_way(v, cones, best) && value_of(best->way.contact) > 0;
+    return solve_geodesic(v, cones, best) && value_of(best->way.contact) > 0;
 }
 
-static int find_way(const wrap_surface *s, const egg_view *v, const wrap_way *way, shot *best)
+static int find_geodesic(const wrap_surface *s, const ellipsoid_view *v, const wrap_way *way, shot *best)
 {
     const int side = (int)way->side;
     tangent_cone cones[2];
     int is_found = 0;
     fan_cones(v->scaled_a, v->scaled_b, cones);
-    if (go_on_from(s, v, cones, way->from, best)) return 1;
-    if (search_ways(v, cones, FEW_PLANES, side, best, &is_found)) return 1;
-    search_ways(v, cones, MANY_PLANES, side, best, &is_found);
-    return is_found || take_plane(v, cones, best);
+    if (continue_from(s, v, cones, way->from, best)) return 1;
+    if (search_geodesics(v, cones, FEW_PLANES, side, best, &is_found)) return 1;
+    search_geodesics(v, cones, MANY_PLANES, side, best, &is_found);
+    return is_found || use_plane(v, cones, best);
 }
 
 /* ------------------------------------------------------------------------------ pull */
 
 /* Compute the directions, and the contribution of the scale, which is the distance of an end. */
-static void direct_egg(const egg_view *v, const shot *s, pull *out)
+static void compute_directions(const ellipsoid_view *v, const shot *s, pull *out)
 {
     real entering[3], leaving[3];
     memcpy(entering, s->a.t, sizeof entering);
@@ -296,29 +296,29 @@ static void direct_egg(const egg_view *v, const shot *s, pull *out)
     }
 }
 
-static int solve_egg(const wrap_surface *s, const wrap_way *way, const real A[3], const real B[3], egg_view *v,
+static int solve_ellipsoid(const wrap_surface *s, const wrap_way *way, const real A[3], const real B[3], ellipsoid_view *v,
                      shot *found)
 {
-    if (view_egg(s, A, B, v) || !(value_of(v->scale) > 0)) return 0;
-    shrink_egg(v);
-    return find_way(s, v, way, found);
+    if (view_ellipsoid(s, A, B, v) || !(value_of(v->scale) > 0)) return 0;
+    shrink_ellipsoid(v);
+    return find_geodesic(s, v, way, found);
 }
 
 int ellipsoid_pull(const wrap_surface *s, const wrap_way *way, const real A[3], const real B[3], pull *out)
 {
-    egg_view v;
+    ellipsoid_view v;
     shot found;
-    if (!solve_egg(s, way, A, B, &v, &found)) return 0;
-    direct_egg(&v, &found, out);
+    if (!solve_ellipsoid(s, way, A, B, &v, &found)) return 0;
+    compute_directions(&v, &found, out);
     return 1;
 }
 
 int ellipsoid_over(const wrap_surface *s, const wrap_way *way, const real A[3], const real B[3], contact *out)
 {
-    egg_view v;
+    ellipsoid_view v;
     shot found;
-    if (!solve_egg(s, way, A, B, &v, &found)) return 0;
-    direct_egg(&v, &found, &out->pull);
+    if (!solve_ellipsoid(s, way, A, B, &v, &found)) return 0;
+    compute_directions(&v, &found, &out->pull);
     for (int k = 0; k < 3; k++) {
         out->touch[k] = s->centre[k], out->lift[k] = s->centre[k], out->axis[k] = 0;
         for (int i = 0; i < 3; i++) {
@@ -331,8 +331,8 @@ int ellipsoid_over(const wrap_surface *s, const wrap_way *way, const real A[3], 
 
 void ellipsoid_normal(const wrap_surface *s, const real touch[3], real normal[3])
 {
-    egg_view v;
-    view_egg(s, touch, touch, &v);
+    ellipsoid_view v;
+    view_ellipsoid(s, touch, touch, &v);
     memset(normal, 0, 3 * sizeof *normal);
     for (int k = 0; k < 3; k++)
         for (int i = 0; i < 3; i++) normal[i] += v.a[k] / (v.r[k] * v.r[k]) * v.R[k][i];
@@ -340,10 +340,10 @@ void ellipsoid_normal(const wrap_surface *s, const real touch[3], real normal[3]
 
 real ellipsoid_bend(const wrap_surface *s, const real touch[3], const real direction[3], real way)
 {
-    egg_view v;
+    ellipsoid_view v;
     geodesic_point p = {.j = 0};
     real n[3], bend = 0;
-    view_egg(s, touch, touch, &v);
+    view_ellipsoid(s, touch, touch, &v);
     ellipsoid_normal(s, touch, n);
     const real off = dot3(direction, n) / dot3(n, n), scale = sqrt(dot3(v.scaled_a, v.scaled_a));
     for (int k = 0; k < 3; k++) n[k] = direction[k] - off * n[k];
@@ -358,21 +358,21 @@ real ellipsoid_bend(const wrap_surface *s, const real touch[3], const real direc
 
 int ellipsoid_is_clear(const wrap_surface *s, const real A[3], const real B[3])
 {
-    egg_view v;
-    return view_egg(s, A, B, &v);
+    ellipsoid_view v;
+    return view_ellipsoid(s, A, B, &v);
 }
 
 real ellipsoid_nearest(const wrap_surface *s, const real A[3], const real B[3])
 {
-    egg_view v;
-    view_egg(s, A, B, &v);
+    ellipsoid_view v;
+    view_ellipsoid(s, A, B, &v);
     return v.nearest;
 }
 
 int ellipsoid_holds(const wrap_surface *s, const real A[3], const real B[3])
 {
-    egg_view v;
-    view_egg(s, A, B, &v);
+    ellipsoid_view v;
+    view_ellipsoid(s, A, B, &v);
     return v.shrunk_by != 0;
 }
 

@@ -21,9 +21,9 @@ static const real PLANE_COSINE[MANY_PLANES / 4 + 1] = {
     0.4713967368259978, 0.38268343236508984, 0.29028467725446233, 0.19509032201612833, 0.09801714032956077, 0};
 
 typedef struct {
-    way_over way;
+    path_over way;
     real length;
-} plane_way;
+} plane_path;
 
 static void set_cone(const real at[3], const real other[3], tangent_cone *c)
 {
@@ -85,7 +85,7 @@ static real arc_length(const real r[3], const real N[3], real cosine_, real sine
 
 /* Compute the path in the plane of the tangent from a with that cosine and sine. Return 0 if the plane does
    not contain a path. */
-static int section(const real r[3], const tangent_cone cones[2], real cosine_, real sine_, plane_way *out)
+static int section(const real r[3], const tangent_cone cones[2], real cosine_, real sine_, plane_path *out)
 {
     const tangent_cone *A = cones, *B = cones + 1;
     const real per_a = 1 / sqrt(A->distance2), size_b = sqrt(B->distance2);
@@ -134,19 +134,19 @@ static void plane_angle(int k, int planes, real *cosine_, real *sine_)
 
 /* Move to the vertex of the parabola through the lengths in three planes, which are `step` apart. */
 static void refine(const real r[3], const tangent_cone cones[2], real step, real before,
-                   real after, plane_way *way)
+                   real after, plane_path *way)
 {
     const real bend = before + after - 2 * way->length;
     if (bend == 0) return;
     const real t = 0.25 * step * (before - after) / bend; /* tangent of half the angle, approximately */
     const real c = (1 - t * t) / (1 + t * t), s = 2 * t / (1 + t * t);
     const real ck = way->way.a[0], sk = way->way.a[1];
-    plane_way refined;
+    plane_path refined;
     if (section(r, cones, c * ck - s * sk, c * sk + s * ck, &refined)) *way = refined;
 }
 
 /* Insert a path into the found ones, sorted by length. Return their number. */
-static int insert(plane_way *found, int count, const plane_way *way)
+static int insert(plane_path *found, int count, const plane_path *way)
 {
     int at = count < MAX_STARTS ? count : MAX_STARTS;
     for (; at > 0 && value_of(found[at - 1].length) > value_of(way->length); at--)
@@ -156,9 +156,9 @@ static int insert(plane_way *found, int count, const plane_way *way)
 }
 
 int fan_starts(const real half_axes[3], const tangent_cone cones[2], int planes,
-               way_over starts[MAX_STARTS])
+               path_over starts[MAX_STARTS])
 {
-    plane_way ways[MANY_PLANES], found[MAX_STARTS];
+    plane_path ways[MANY_PLANES], found[MAX_STARTS];
     int count = 0, sections = 0;
     for (int k = 0; k < planes; k++) {
         real c, s;
@@ -169,7 +169,7 @@ int fan_starts(const real half_axes[3], const tangent_cone cones[2], int planes,
         const real before = ways[(k + planes - 1) % planes].length, after = ways[(k + 1) % planes].length;
         const real here = ways[k].length;
         if (!(value_of(here) < value_of(before) && value_of(here) <= value_of(after))) continue;
-        plane_way way = ways[k];
+        plane_path way = ways[k];
         refine(half_axes, cones, 2 * PI / planes, before, after, &way);
         count = insert(found, count, &way);
     }

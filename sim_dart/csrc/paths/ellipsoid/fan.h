@@ -16,7 +16,7 @@ typedef struct {
 /* A path: cosine and sine of the tangent from each end, and the length on the ellipsoid. */
 typedef struct {
     real a[2], b[2], contact;
-} way_over;
+} path_over;
 
 #define MAX_STARTS 6
 #define FEW_PLANES 16
@@ -28,6 +28,6 @@ CORE_INSIDE void fan_cones(const real a[3], const real b[3], tangent_cone cones[
 /* Find paths that are shorter than their neighbours among a number of planes, which is one of the two
    numbers above; shortest first. Return the number of paths. */
 CORE_INSIDE int fan_starts(const real half_axes[3], const tangent_cone cones[2], int planes,
-                           way_over starts[MAX_STARTS]);
+                           path_over starts[MAX_STARTS]);
 
 #endif

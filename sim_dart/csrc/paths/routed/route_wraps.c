@@ -32,7 +32,7 @@ static wrap_surface without_ends(wrap_surface s)
 }
 
 /* Apply wrap_rule to a wrap between two points in the world. */
-static int judge(const core *c, int32_t w, const real A[3], const real B[3], wrap_way *way)
+static int evaluate_rule(const core *c, int32_t w, const real A[3], const real B[3], wrap_way *way)
 {
     const wrap_surface s = surface_of(c, w);
     const int32_t g = c->blob.wrap_guide[w];
@@ -71,7 +71,7 @@ static real *touch_of(const core *c, int32_t w)
 }
 
 /* Return the wrap of a rank between point i and the next, skipping one; -1 if it does not exist. */
-static int32_t ranked(const core *c, const route *r, int32_t i, int rank, int32_t except)
+static int32_t wrap_of_rank(const core *c, const route *r, int32_t i, int rank, int32_t except)
 {
     for (int32_t w = r->wraps; w < r->wraps + r->wrap_count; w++)
         if (w != except && (int32_t)value_of(c->wrap_before[w]) == i && (int)value_of(c->wrap_rank[w]) == rank) return w;
@@ -83,7 +83,7 @@ static int try_part(const core *c, int32_t w, int32_t i, int rank, const real A[
 {
     wrap_way way;
     contact over;
-    const int how = judge(c, w, A, B, &way);
+    const int how = evaluate_rule(c, w, A, B, &way);
     if (how == RULE_STRAIGHT) return 0;
     const wrap_surface s = without_ends(surface_of(c, w));
     wrap_over(&s, &way, A, B, &over);
@@ -104,7 +104,7 @@ static place_found find_place(const core *c, const route *r, int32_t w)
         if (j >= stop) break;
         const real *from = point_of(c, i);
         for (int rank = 0; from; rank++) {
-            const int32_t other = ranked(c, r, i, rank, w);
+            const int32_t other = wrap_of_rank(c, r, i, rank, w);
             if (try_part(c, w, i, rank, from, other < 0 ? point_of(c, j) : touch_of(c, other), &best)) return best;
             from = other < 0 ? NULL : touch_of(c, other) + 3;
         }
@@ -120,7 +120,7 @@ static void shift_ranks(core *c, const route *r, int32_t i, int rank, int by)
 }
 
 /* Place a wrap again. Return whether its segment has changed. */
-static int replace_wrap(core *c, const route *r, int32_t w)
+static int relocate_wrap(core *c, const route *r, int32_t w)
 {
     const int32_t was = (int32_t)value_of(c->wrap_before[w]);
     const int rank = (int)value_of(c->wrap_rank[w]), sense = (int)value_of(c->wrap_turn[w]);
@@ -150,7 +150,7 @@ void route_wraps_choose(core *c, route *r)
     for (int round = 0, is_changed = 1; round < (is_searched > 1 ? ROUNDS : is_searched) && is_changed; round++) {
         is_changed = 0;
         for (int32_t w = r->wraps; w < r->wraps + r->wrap_count; w++)
-            if (c->blob.wrap_rule[w] == RULE_OPENSIM) is_changed |= replace_wrap(c, r, w);
+            if (c->blob.wrap_rule[w] == RULE_OPENSIM) is_changed |= relocate_wrap(c, r, w);
     }
 }
 
@@ -163,17 +163,17 @@ static void take(const core *c, const route *r, const real u[3], const real at[3
 }
 
 /* Compute the path over one surface. */
-static int over_one(core *c, const route *r, int32_t w, int32_t i, int32_t j, way_between *way, real *row,
+static int path_over_one(core *c, const route *r, int32_t w, int32_t i, int32_t j, path_between *way, real *row,
                     int is_traced)
 {
     const real *A = point_of(c, i), *B = point_of(c, j);
     const int is_taut = c->blob.wrap_rule[w] == RULE_TAUT;
     const int32_t frame = c->blob.surface_frame[c->blob.wrap_surface[w]];
     wrap_surface s = surface_of(c, w);
-    wrap_way round = way_of(c, w);
+    wrap_way round = wrap_way_of(c, w);
     pull over;
     if (!is_taut) {
-        if (judge(c, w, A, B, &round) == RULE_STRAIGHT) return 0;
+        if (evaluate_rule(c, w, A, B, &round) == RULE_STRAIGHT) return 0;
         s = without_ends(s);
     }
     if (is_traced) {
@@ -194,8 +194,8 @@ static int over_one(core *c, const route *r, int32_t w, int32_t i, int32_t j, wa
 
 /* Compute the path over several surfaces. If all wraps have our own rules, the cable may be the straight
    line between the points. */
-static int over_several(core *c, const route *r, const int32_t *wraps, int count, int32_t i, int32_t j,
-                        way_between *way, real *row, int is_traced)
+static int path_over_several(core *c, const route *r, const int32_t *wraps, int count, int32_t i, int32_t j,
+                        path_between *way, real *row, int is_traced)
 {
     sequence_part parts[MAX_SEQUENCE];
     wrap_surface placed[MAX_SEQUENCE];
@@ -209,7 +209,7 @@ static int over_several(core *c, const route *r, const int32_t *wraps, int count
     for (int k = 0; k < count; k++) {
         const int32_t w = wraps[k];
         const int is_taut = c->blob.wrap_rule[w] == RULE_TAUT;
-        parts[k].way = way_of(c, w);
+        parts[k].way = wrap_way_of(c, w);
         placed[k] = is_taut ? surface_of(c, w) : without_ends(surface_of(c, w));
         parts[k].surface = placed + k;
         if (!is_taut) parts[k].way.side = (int32_t)value_of(c->wrap_turn[w]), parts[k].way.is_forced = 1;
@@ -231,15 +231,15 @@ static int over_several(core *c, const route *r, const int32_t *wraps, int count
     return 1;
 }
 
-int route_wraps_over(core *c, const route *r, int32_t i, int32_t j, way_between *way, real *row, int is_traced)
+int route_wraps_over(core *c, const route *r, int32_t i, int32_t j, path_between *way, real *row, int is_traced)
 {
     int32_t wraps[MAX_SEQUENCE];
     int count = 0;
     for (int32_t w = r->wraps; w < r->wraps + r->wrap_count && is_traced; w++)
         if ((int32_t)value_of(c->wrap_before[w]) == i) c->wrap_contact[CONTACT_NUMBERS * w + CONTACT_NUMBERS - 1] = 0;
     for (; count < MAX_SEQUENCE; count++)
-        if ((wraps[count] = ranked(c, r, i, count, -1)) < 0) break;
+        if ((wraps[count] = wrap_of_rank(c, r, i, count, -1)) < 0) break;
     if (!count) return 0;
-    return count == 1 ? over_one(c, r, wraps[0], i, j, way, row, is_traced)
-                      : over_several(c, r, wraps, count, i, j, way, row, is_traced);
+    return count == 1 ? path_over_one(c, r, wraps[0], i, j, way, row, is_traced)
+                      : path_over_several(c, r, wraps, count, i, j, way, row, is_traced);
 }

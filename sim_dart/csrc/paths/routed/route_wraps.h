@@ -16,7 +16,7 @@ typedef struct {
 /* A path between two points: its length and -dl/da, dl/db. */
 typedef struct {
     real length, entering[3], leaving[3];
-} way_between;
+} path_between;
 
 /* Select the points between which each wrap lies: wrap_before is the one before it, or -1 if the wrap is
    inactive. */
@@ -24,7 +24,7 @@ CORE_INSIDE void route_wraps_choose(core *c, route *r);
 
 /* Compute the path from point i to j over the wraps between them, and its contribution to the row without
    the motion of the points on their links. Return 0 if it is straight. */
-CORE_INSIDE int route_wraps_over(core *c, const route *r, int32_t i, int32_t j, way_between *way, real *row,
+CORE_INSIDE int route_wraps_over(core *c, const route *r, int32_t i, int32_t j, path_between *way, real *row,
                                  int is_traced);
 
 #endif

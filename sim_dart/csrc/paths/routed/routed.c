@@ -88,7 +88,7 @@ static void find_shares(core *c, const route *r, progress *at)
 /* ------------------------------------------------------------------------------ paths between points */
 
 /* Add the derivatives of a path, weighted by a factor. */
-static void add_ends(const core *c, const route *r, int32_t i, int32_t j, const way_between *way, real *row)
+static void add_ends(const core *c, const route *r, int32_t i, int32_t j, const path_between *way, real *row)
 {
     real u[3];
     for (int k = 0; k < 3; k++) u[k] = -r->factor * way->entering[k];
@@ -97,7 +97,7 @@ static void add_ends(const core *c, const route *r, int32_t i, int32_t j, const 
     add_own_motion(c, r, j, u, row);
 }
 
-static void add_straight(const core *c, const route *r, int32_t i, int32_t j, way_between *way, real *row)
+static void add_straight(const core *c, const route *r, int32_t i, int32_t j, path_between *way, real *row)
 {
     const real *A = c->point + 3 * i, *B = c->point + 3 * j;
     real u[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]};
@@ -131,7 +131,7 @@ static real add_shared(core *c, route *r, int32_t i, int32_t stop, real divisor,
     real sum = 0, left = c->point_share[i];
     for (int32_t j = i + 1; j < stop && value_of(left) > 0; left *= 1 - c->point_share[j], j++) {
         if (c->point_share[j] == 0) continue;
-        way_between way;
+        path_between way;
         const real share = left * c->point_share[j];
         r->factor = share / divisor;
         add_straight(c, r, i, j, &way, row);
@@ -145,7 +145,7 @@ static real add_shared(core *c, route *r, int32_t i, int32_t stop, real divisor,
 /* Add the path from point i to the next active point, over its wraps. */
 static real add_wrapped(core *c, route *r, int32_t i, int32_t j, real divisor, real *row, int is_traced)
 {
-    way_between way;
+    path_between way;
     r->factor = 1 / divisor;
     if (!route_wraps_over(c, r, i, j, &way, row, is_traced)) add_straight(c, r, i, j, &way, row);
     add_ends(c, r, i, j, &way, row);

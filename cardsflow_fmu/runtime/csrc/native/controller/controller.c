@@ -55,7 +55,7 @@ static void gravity(void *self, const double *q, double *G)
 }
 
 /* Update the states of cable friction with the joint displacement since the last tick. */
-static void follow(const struct controller *c, const struct native_robot *robot)
+static void update_slips(const struct controller *c, const struct native_robot *robot)
 {
     double *known = c->slid, *last = known + 1;
     if (!robot->far)
@@ -142,7 +142,7 @@ static void write_commands(const struct controller *c)
 }
 
 /* Muscles with laws hold the robot until the first tick. */
-static void hold(const struct native_model *native)
+static void hold_robot(const struct native_model *native)
 {
     struct controller *c = native->own;
     const size_t size = native->robot.m * sizeof(double);
@@ -164,7 +164,7 @@ static int initialize(struct model *model)
     control_loop_reset(c->loop);
     memcpy(c->forces, c->in_loop.acting, c->a * sizeof(double));
     if (c->muscles.are_modelled)
-        hold(native);
+        hold_robot(native);
     native_ramp_reset((struct controller *)native->own, c->forces);
     memset(c->slack, 0, c->r * sizeof(double));
     memset(c->report, 0, c->settings.of.report.count * sizeof(double));
@@ -203,7 +203,7 @@ static int are_inputs_finite(const struct controller *c)
 }
 
 /* Restrict the forces of the loop to those that the muscles can reach. */
-static void bound_by_muscles(const struct native_model *native, double period)
+static void limit_to_reachable(const struct native_model *native, double period)
 {
     struct controller *c = native->own;
     struct native_muscles *muscles = &c->muscles;
@@ -220,7 +220,7 @@ static void bound_by_muscles(const struct native_model *native, double period)
 }
 
 /* Compute a tick without a state: commands decrease. */
-static void fall(struct native_model *native, double period)
+static void ramp_down(struct native_model *native, double period)
 {
     struct controller *c = native->own;
     struct native_robot *robot = &native->robot;
@@ -249,7 +249,7 @@ static int step(struct model *model)
     const double period = (double)periods * c->period[0];
     apply_parameters(native);
     if (native_ramp_is_due(c)) {
-        fall(native, period);
+        ramp_down(native, period);
         return 0;
     }
     c->in_loop.gain[0] = 1 - exponential(-c->settings.observer[0] * period);
@@ -257,13 +257,13 @@ static int step(struct model *model)
         text_set(&model->error, "the state or the reference of the controller is not finite");
         return 1;
     }
-    follow(c, robot);
+    update_slips(c, robot);
     const double begin = monotonic_seconds();
     native_robot_load(robot, c->settings.load_rows, c->settings.of.loads.count, c->loads, -1); /* w_e = -J'F */
     for (size_t j = 0; j < c->settings.of.estimated_loads.count; j++)
         robot->load[j] += c->estimated_loads[j];
     if (c->muscles.are_modelled)
-        bound_by_muscles(native, period);
+        limit_to_reachable(native, period);
     native_independent_load(c, robot, c->q, c->qd, robot->load);
     const int status = control_loop_tick(c->loop, period, c->q, c->qd, c->reference, robot->load);
     if (c->undetermined) {
@@ -365,7 +365,7 @@ static int open_loop(struct native_model *native, struct controller *c)
     return !c->loop;
 }
 
-static int open_slid(struct controller *c, const struct native_robot *robot)
+static int open_slips(struct controller *c, const struct native_robot *robot)
 {
     c->slid = calloc(1 + robot->n, sizeof *c->slid);
     return !c->slid;
@@ -376,7 +376,7 @@ int native_controller_open(struct model *model, struct native_model *native, str
     struct controller *c = calloc(1, sizeof *c);
     int failed = !c || native_controller_settings(c, native, error);
     if (!c || (!failed && (native_muscles_open(&c->muscles, &native->robot, &c->settings) ||
-                           native_ramp_open(c) || open_slid(c, &native->robot) || open_loop(native, c)))) {
+                           native_ramp_open(c) || open_slips(c, &native->robot) || open_loop(native, c)))) {
         text_set(error, "not enough memory for the controller");
         failed = 1;
     }

@@ -42,13 +42,13 @@ void native_muscles_reset(struct native_muscles *muscles)
     muscles->has_ticked[0] = 0;
 }
 
-static double ahead(const struct native_muscles *muscles, double period)
+static double horizon_of(const struct native_muscles *muscles, double period)
 {
     const double horizon = muscles->settings->muscle_horizon[0];
     return horizon > 0 ? larger(horizon, period) : muscles->settings->late_periods[0] * period;
 }
 
-static void go(const struct native_robot *robot, const double *q, const double *qd)
+static void move_core(const struct native_robot *robot, const double *q, const double *qd)
 {
     core_move(robot->core, q);
     core_rates(robot->core, qd);
@@ -68,13 +68,13 @@ void native_muscles_set_state(struct native_muscles *muscles, const struct nativ
                         double period)
 {
     const double *low = robot->force_low, *high = robot->force_high;
-    go(robot, q, qd);
+    move_core(robot, q, qd);
     for (size_t i = 0; i < muscles->settings->of.states.count; i++)
         robot->states[muscles->settings->state_order[i]] = states[i];
     drive(muscles, robot, qd);
     for (size_t i = 0; i < muscles->m; i++)
         muscles->applied[i] = 0.5 * (muscles->began[i] + robot->tensions[i]);
-    core_reach(robot->core, ahead(muscles, period));
+    core_reach(robot->core, horizon_of(muscles, period));
     if (muscles->outside.reach)
         muscles->outside.reach(muscles->outside.self);
     for (size_t i = 0; i < muscles->m; i++) {
@@ -89,8 +89,8 @@ void native_muscles_set_state(struct native_muscles *muscles, const struct nativ
 void native_muscles_update(struct native_muscles *muscles, const struct native_robot *robot, const double *q,
                          const double *qd, const double *forces, double period)
 {
-    go(robot, q, qd);
-    core_invert(robot->core, forces, ahead(muscles, period), period);
+    move_core(robot, q, qd);
+    core_invert(robot->core, forces, horizon_of(muscles, period), period);
     if (muscles->outside.invert)
         muscles->outside.invert(muscles->outside.self, forces);
     memcpy(muscles->commands, robot->commands, muscles->m * sizeof(double));

@@ -23,7 +23,7 @@ static double *array(const struct sensors_model *s, const char *name, size_t *le
 
 /* Write the measurements of a group; its channels begin with `first`, and `indices` are their indices in the
    kind. */
-static void give(const struct sensors_model *s, double *values, size_t count, size_t first, const uint32_t *items)
+static void write_group(const struct sensors_model *s, double *values, size_t count, size_t first, const uint32_t *items)
 {
     for (size_t i = 0; i < count; i++)
         values[i] = s->channels[first + (items ? items[i] : i)];
@@ -33,12 +33,12 @@ static void write_outputs(const struct sensors_model *s, const struct native_rob
 {
     const size_t n = robot->n, m = robot->m, units = s->settings.of.units.count;
     const struct sensors_settings *of = &s->settings;
-    give(s, s->lengths, of->of.lengths.count, 0, of->measured);
-    give(s, s->measured_tensions, of->of.lengths.count, m, of->measured);
-    give(s, s->measured_torques, of->of.torques.count, 2 * m, of->motors);
-    give(s, s->encoders, of->of.encoders.count, 2 * m + n, of->encoded);
-    give(s, s->gyroscopes, 3 * units, 2 * m + 2 * n, NULL);
-    give(s, s->accelerometers, 3 * units, 2 * m + 2 * n + 3 * units, NULL);
+    write_group(s, s->lengths, of->of.lengths.count, 0, of->measured);
+    write_group(s, s->measured_tensions, of->of.lengths.count, m, of->measured);
+    write_group(s, s->measured_torques, of->of.torques.count, 2 * m, of->motors);
+    write_group(s, s->encoders, of->of.encoders.count, 2 * m + n, of->encoded);
+    write_group(s, s->gyroscopes, 3 * units, 2 * m + 2 * n, NULL);
+    write_group(s, s->accelerometers, 3 * units, 2 * m + 2 * n + 3 * units, NULL);
 }
 
 static int initialize(struct model *model)

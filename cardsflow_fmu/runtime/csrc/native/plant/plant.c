@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int refuse_command(struct model *model, size_t muscle)
+static int report_bad_command(struct model *model, size_t muscle)
 {
     const struct native_model *native = model->backend;
     const struct plant *plant = native->own;
@@ -29,7 +29,7 @@ static int write_muscles(struct model *model)
     const struct native_robot *robot = &native->robot;
     const int bad = core_drive(robot->core, robot->qd, native_plant_commands(plant));
     if (bad)
-        return refuse_command(model, (size_t)bad - 1);
+        return report_bad_command(model, (size_t)bad - 1);
     for (size_t i = 0; i < s->of.tensions.count; i++)
         plant->tensions[i] = robot->tensions[s->modelled[i]];
     for (size_t i = 0; i < s->of.far_tensions.count; i++)
@@ -66,7 +66,7 @@ static int write_outputs(struct model *model)
 }
 
 /* Move the core to its q and qd, and write the outputs. */
-static int go(struct model *model)
+static int move(struct model *model)
 {
     struct native_model *native = model->backend;
     const struct plant *plant = native->own;
@@ -84,7 +84,7 @@ static int start_muscles(struct model *model)
 {
     const struct native_model *native = model->backend;
     const int bad = core_start(native->robot.core, native_plant_commands(native->own));
-    return bad ? refuse_command(model, (size_t)bad - 1) : 0;
+    return bad ? report_bad_command(model, (size_t)bad - 1) : 0;
 }
 
 static int initialize(struct model *model)
@@ -116,17 +116,17 @@ static int initialize(struct model *model)
         if (start_muscles(model))
             return 1;
     }
-    return go(model);
+    return move(model);
 }
 
-static int refuse_step(struct model *model, int bad)
+static int report_failed_step(struct model *model, int bad)
 {
     struct native_model *native = model->backend;
     const struct plant *plant = native->own;
     const struct native_robot *robot = &native->robot;
     const double time = plant->ticks * plant->step[0];
     if (bad < 0)
-        return refuse_command(model, (size_t)-bad - 1);
+        return report_bad_command(model, (size_t)-bad - 1);
     if ((size_t)bad > robot->n)
         text_set(&model->error,
                  "the robot diverged at t = %.6g s: a muscle's state is not finite; use a smaller step", time);
@@ -162,7 +162,7 @@ static int step(struct model *model)
     for (size_t i = 0; i < steps; i++) {
         const int bad = advance(&native->robot, plant);
         if (bad)
-            return refuse_step(model, bad);
+            return report_failed_step(model, bad);
     }
     return write_outputs(model);
 }
@@ -184,7 +184,7 @@ static int set_state(struct model *model, const void *bytes, size_t size)
     struct plant *plant = native->own;
     double *const parts[] = {&plant->ticks, robot->q, robot->qd, robot->states, plant->work};
     const size_t sizes[] = {1, robot->n, robot->n, robot->s, plant->settings.of.energies.count ? WORKS : 0};
-    return native_restore(parts, sizes, 5, bytes, size, &model->error) || go(model);
+    return native_restore(parts, sizes, 5, bytes, size, &model->error) || move(model);
 }
 
 static void close_plant(struct model *model)

@@ -113,7 +113,7 @@ static void begin(const struct native_model *native, core_tangent *tangent, cons
 }
 
 /* One step of the plant. */
-static int go_step(const struct plant *plant, core_tangent *tangent, struct change *change)
+static int advance_step(const struct plant *plant, core_tangent *tangent, struct change *change)
 {
     const int32_t substeps = (int32_t)plant->settings.substeps[0];
     const double h = plant->step[0] / substeps;
@@ -128,7 +128,7 @@ static int go_step(const struct plant *plant, core_tangent *tangent, struct chan
 }
 
 /* Advance to the time of the outputs. */
-static int go_with_tangent(struct model *model, core_tangent *tangent, struct change *change)
+static int advance_with_tangent(struct model *model, core_tangent *tangent, struct change *change)
 {
     const struct native_model *native = model->backend;
     const struct plant *plant = native->own;
@@ -139,7 +139,7 @@ static int go_with_tangent(struct model *model, core_tangent *tangent, struct ch
         return 1;
     int failed = core_tangent_move(tangent) || (is_at_start && core_tangent_start(tangent));
     for (size_t i = 0; i < steps && !failed; i++)
-        failed = go_step(plant, tangent, change);
+        failed = advance_step(plant, tangent, change);
     const int is_driven = plant->settings.of.tensions.count || plant->settings.of.far_tensions.count;
     if (failed || (is_driven && core_tangent_drive(tangent))) {
         text_set(&model->error, "the step failed: an input is not finite, or the robot diverges");
@@ -172,7 +172,7 @@ static double energy(const struct change *change, size_t at)
 }
 
 /* Return the change of an output; NaN if it is not in these groups. */
-static double answer(const struct plant_settings *s, const struct change *change, uint32_t unknown)
+static double output_change(const struct plant_settings *s, const struct change *change, uint32_t unknown)
 {
     uint32_t at;
     if (is_in(s->of.q, unknown, &at))
@@ -192,13 +192,13 @@ static double answer(const struct plant_settings *s, const struct change *change
     return is_in(s->of.energies, unknown, &at) ? energy(change, at) : NAN;
 }
 
-static int answer_all(struct model *model, const struct change *change, const struct derivative *request)
+static int write_answers(struct model *model, const struct change *change, const struct derivative *request)
 {
     const struct native_model *native = model->backend;
     const struct plant *plant = native->own;
     for (size_t i = 0; i < request->unknown_count; i++) {
         const uint32_t unknown = request->unknowns[i];
-        request->answers[i] = change->largest * answer(&plant->settings, change, unknown);
+        request->answers[i] = change->largest * output_change(&plant->settings, change, unknown);
         if (!isfinite(request->answers[i])) {
             text_set(&model->error, "no derivative of %s", native->ports->ports[unknown].name);
             return 1;
@@ -213,10 +213,10 @@ static int derive(struct model *model, const struct derivative *request, core_ta
     if (add_seeds(model, change, request) || native_plant_apply_inputs(model))
         return 1;
     begin(model->backend, tangent, change);
-    if (go_with_tangent(model, tangent, change))
+    if (advance_with_tangent(model, tangent, change))
         return 1;
     end(tangent, change);
-    return answer_all(model, change, request);
+    return write_answers(model, change, request);
 }
 
 int native_plant_derivative(struct model *model, const struct derivative *request)

@@ -10,13 +10,13 @@
 enum { ENERGIES = 12, WORKS = 4 }; /* outputs: energies 2, work 4, momentum 3, angular momentum 3 */
 
 /* An integrator: core_step or core_runge_kutta. */
-typedef int plant_rule(core *c, const double *u, const double *extra, double h, int32_t steps);
+typedef int plant_integrator(core *c, const double *u, const double *extra, double h, int32_t steps);
 
 #define VALUES_MEMBER(name, length) double *name;
 struct plant {
     struct plant_settings settings;
     PLANT_GROUPS(VALUES_MEMBER) /* the values of each group */
-    plant_rule *rule;
+    plant_integrator *rule;
     double ticks;
     double work[WORKS];           /* since the start; see core.h */
     double *muscle_commands;   /* m: 0 for passive muscles */

@@ -36,7 +36,7 @@ static const char START[] =
     "except BaseException as error:\n"
     "    text = type(error).__name__ + ': ' + str(error)\n"
     "    library = ctypes.CDLL(sys.argv[1])\n"
-    "    library.cardsflow_worker_refuse(sys.argv[-1].encode(), text.encode())\n"
+    "    library.cardsflow_worker_reject(sys.argv[-1].encode(), text.encode())\n"
     "else:\n"
     "    main(*sys.argv[1:])\n";
 
@@ -52,16 +52,16 @@ static void stop(struct python_worker *self, double patience)
 
 static void quit(struct python_worker *self)
 {
-    if (self->is_alive && process_is_own(&self->process))
+    if (self->is_alive && process_is_child(&self->process))
         channel_quit(&self->channel, &self->process);
     stop(self, MAX_QUIT);
 }
 
 /* Return whether this process is a forked copy of the host. A copy shares the memory, but neither calls the
  * worker nor ends it. */
-static int belongs_to_another(const struct python_worker *self, struct text *error)
+static int is_forked_copy(const struct python_worker *self, struct text *error)
 {
-    if (process_is_own(&self->process))
+    if (process_is_child(&self->process))
         return 0;
     text_set(error, "the instance belongs to the process that this one was forked from");
     return 1;
@@ -77,7 +77,7 @@ static int ask(struct python_worker *self, enum command command, const void *byt
         text_set(error, "the worker process has ended; a reset starts a new one");
         return 1;
     }
-    if (belongs_to_another(self, error))
+    if (is_forked_copy(self, error))
         return 1;
     if (channel_ask(&self->channel, &self->process, command, bytes, size, longest, outcome, error)) {
         stop(self, 0);
@@ -107,7 +107,7 @@ static enum outcome start(struct python_worker *self, const char *program, struc
 }
 
 /* Return the maximum time of a call. A parameter that is not positive, such as NaN, is ignored. */
-static double longest_call(const struct python_worker *self)
+static double max_call_time(const struct python_worker *self)
 {
     const double *chosen = self->chosen_longest_call;
     return chosen && *chosen > 0 ? *chosen : self->longest_call;
@@ -118,7 +118,7 @@ static int call_with(struct model *model, enum command command, const void *byte
 {
     struct python_worker *self = model->backend;
     enum outcome outcome;
-    return ask(self, command, bytes, size, longest_call(self), &outcome, &model->error);
+    return ask(self, command, bytes, size, max_call_time(self), &outcome, &model->error);
 }
 
 static int initialize(struct model *model)
@@ -135,7 +135,7 @@ static int step(struct model *model)
 static int reset(struct model *model)
 {
     struct python_worker *self = model->backend;
-    if (belongs_to_another(self, &model->error))
+    if (is_forked_copy(self, &model->error))
         return 1;
     if (self->is_alive && call_with(model, COMMAND_RESET, NULL, 0) == 0)
         return 0;
@@ -147,7 +147,7 @@ static int terminate(struct model *model)
 {
     struct python_worker *self = model->backend;
     enum outcome outcome;
-    double longest = longest_call(self);
+    double longest = max_call_time(self);
     return self->is_alive &&
            ask(self, COMMAND_TERMINATE, NULL, 0, longest > MAX_QUIT ? longest : MAX_QUIT,
                &outcome, &model->error);

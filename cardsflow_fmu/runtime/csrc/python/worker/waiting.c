@@ -5,14 +5,14 @@
 #ifdef _WIN32
 #include <windows.h>
 
-static void let_others_run(void)
+static void yield_processor(void)
 {
     SwitchToThread();
 }
 #else
 #include <sched.h>
 
-static void let_others_run(void)
+static void yield_processor(void)
 {
     sched_yield();
 }
@@ -32,7 +32,7 @@ static void pause_processor(void)
 #endif
 }
 
-static int is_there(const uint32_t *word, uint32_t value)
+static int has_value(const uint32_t *word, uint32_t value)
 {
     return __atomic_load_n(word, __ATOMIC_ACQUIRE) == value;
 }
@@ -44,15 +44,15 @@ int wait_looking(const uint32_t *word, uint32_t value, const struct patience *pa
     double end = now + (patience->usual < MAX_USUAL ? MAX_SPIN : MIN_SPIN);
     do {
         for (int i = 0; i < LOOKS; i++) {
-            if (is_there(word, value))
+            if (has_value(word, value))
                 return 1;
             pause_processor();
         }
-        let_others_run();
+        yield_processor();
         before = now;
         now = monotonic_seconds();
     } while (now < end && now - before < CROWDED);
-    return is_there(word, value);
+    return has_value(word, value);
 }
 
 void patience_learn(struct patience *patience, double waited)

@@ -20,7 +20,7 @@ WORKER_EXPORT int cardsflow_worker_run(const char *links, const char *resources,
                                        const char *version);
 
 /* Report to the host why this process cannot run models. */
-WORKER_EXPORT int cardsflow_worker_refuse(const char *links, const char *reason);
+WORKER_EXPORT int cardsflow_worker_reject(const char *links, const char *reason);
 
 struct worker {
     struct shared_memory memory;
@@ -42,7 +42,7 @@ static void answer_text(struct worker *worker, enum outcome outcome, const char 
     channel_answer(&worker->channel, &worker->bell, outcome, copy, copy ? strlen(copy) : 0);
 }
 
-int cardsflow_worker_refuse(const char *links, const char *reason)
+int cardsflow_worker_reject(const char *links, const char *reason)
 {
     struct worker worker;
     if (attach(&worker, links))
@@ -95,7 +95,7 @@ static int derive(struct model *model, const struct bytes *bytes, void **answers
     return failed;
 }
 
-static int carry_out(struct model *model, enum command command, const struct bytes *bytes,
+static int execute(struct model *model, enum command command, const struct bytes *bytes,
                      void **answer, size_t *size)
 {
     switch (command) {
@@ -128,7 +128,7 @@ static void serve(struct worker *worker, struct model *model)
         enum command command = channel_next(&worker->channel, &worker->bell);
         if (command == COMMAND_QUIT)
             return;
-        if (carry_out(model, command, &worker->channel.bytes, &answer, &size)) {
+        if (execute(model, command, &worker->channel.bytes, &answer, &size)) {
             free(answer);
             answer_text(worker, OUTCOME_FAILED, text_get(&model->error));
         } else {

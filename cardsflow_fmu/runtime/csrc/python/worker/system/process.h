@@ -23,7 +23,7 @@ int process_start(struct process *process, const char *program, const char *cons
                   const struct shared_memory *memory, struct text *error);
 
 /* Return whether this process started it, and is not a forked copy of that process. */
-int process_is_own(const struct process *process);
+int process_is_child(const struct process *process);
 
 /* Return whether it has ended, or ends within some seconds, and how. */
 int process_has_ended(struct process *process, double seconds, struct text *how);

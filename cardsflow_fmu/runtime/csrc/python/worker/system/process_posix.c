@@ -183,7 +183,7 @@ int process_has_ended(struct process *process, double seconds, struct text *how)
     return 1;
 }
 
-int process_is_own(const struct process *process)
+int process_is_child(const struct process *process)
 {
     return process->owner == (long)getpid();
 }
@@ -191,7 +191,7 @@ int process_is_own(const struct process *process)
 void process_end(struct process *process, double patience)
 {
     struct text how = {NULL};
-    if (process_is_own(process) && !process_has_ended(process, patience, &how)) {
+    if (process_is_child(process) && !process_has_ended(process, patience, &how)) {
         kill((pid_t)process->id, SIGKILL);
         reap(process, 0);
     }

@@ -159,7 +159,7 @@ int process_has_ended(struct process *process, double seconds, struct text *how)
     return 1;
 }
 
-int process_is_own(const struct process *process)
+int process_is_child(const struct process *process)
 {
     (void)process; /* fork does not exist */
     return 1;

@@ -44,7 +44,7 @@ FMI3_Export fmi3Instance fmi3InstantiateScheduledExecution(
 #define ABSENT(why, ...)                                                                                       \
     FMI3_Export fmi3Status __VA_ARGS__                                                                        \
     {                                                                                                         \
-        return fmi3_refuse(instance, STATUS_ERROR, why);                                                      \
+        return fmi3_reject(instance, STATUS_ERROR, why);                                                      \
     }
 
 ABSENT(NO_EVENTS, fmi3EnterEventMode(fmi3Instance instance))

@@ -15,7 +15,7 @@ static const real RIDGE = PRECISE(1e-13, 2e-7);          /* for candidate sets o
 enum { MAX_REFINEMENTS = 8 };
 
 /* Return whether the full step stays, except for rounding errors, in the piece for which it was computed. */
-static int stays(const dual_newton *s)
+static int stays_in_piece(const dual_newton *s)
 {
     for (size_t i = 0; i < s->n; i++) {
         const real v = s->v[i] + s->dv[i], x = clip(v, s->low[i], s->high[i]);
@@ -26,7 +26,7 @@ static int stays(const dual_newton *s)
 }
 
 /* Return the maximum residual of a row, relative to its terms; infinite if a value is NaN. */
-static real relative_rest(const dual_newton *s)
+static real relative_residual(const dual_newton *s)
 {
     real largest = 0, worst = 0;
     for (size_t j = 0; j < s->m; j++) largest = larger(largest, s->size[j]);
@@ -61,15 +61,15 @@ static real refine(dual_newton *s)
     real before = INFINITY;
     begin(s);
     for (int k = 0; k < MAX_REFINEMENTS; k++) {
-        dual_rest(s, s->end_x, s->end_lam, s->rest, s->size);
-        const real now = relative_rest(s);
+        dual_residual(s, s->end_x, s->end_lam, s->rest, s->size);
+        const real now = relative_residual(s);
         if (k && (now <= EXACT || !(now < 0.5 * before))) break;
         correct(s);
         before = now;
     }
     for (size_t i = 0; i < s->n; i++) s->end_x[i] = clip(s->end_x[i], s->low[i], s->high[i]);
-    dual_rest(s, s->end_x, s->end_lam, s->rest, s->size);
-    return relative_rest(s);
+    dual_residual(s, s->end_x, s->end_lam, s->rest, s->size);
+    return relative_residual(s);
 }
 
 /* Return the maximum violation of the dual conditions by end_x and lam, relative to the terms; infinite if a
@@ -103,8 +103,8 @@ static int is_optimal(dual_newton *s, real tolerance)
         rest = larger(rest, fabs(s->r[j]));
     }
     if (rest > NEAR * largest) return 0; /* skips the accurate comparison */
-    dual_rest(s, s->sx, s->lam, s->rest, s->size);
-    return relative_rest(s) <= tolerance;
+    dual_residual(s, s->sx, s->lam, s->rest, s->size);
+    return relative_residual(s) <= tolerance;
 }
 
 /* Compute the residuals of end_x with the better of two vectors of multipliers, in end_lam. Return 1 if they
@@ -133,13 +133,13 @@ static int iterate_is_verified(dual_newton *s, real tolerance)
 {
     memcpy(s->end_x, s->sx, s->n * sizeof(real));
     memcpy(s->end_lam, s->lam, s->m * sizeof(real));
-    dual_rest(s, s->end_x, s->end_lam, s->rest, s->size);
-    return is_verified(s, relative_rest(s), tolerance, DUAL_TOLERANCE);
+    dual_residual(s, s->end_x, s->end_lam, s->rest, s->size);
+    return is_verified(s, relative_residual(s), tolerance, DUAL_TOLERANCE);
 }
 
-int settle(dual_newton *s, real tolerance)
+int polish(dual_newton *s, real tolerance)
 {
-    const int is_left = !stays(s);
+    const int is_left = !stays_in_piece(s);
     if (is_left && !is_optimal(s, tolerance)) return 0;
     if (is_left) memset(s->d, 0, s->m * sizeof(real));
     if (is_verified(s, refine(s), tolerance, DUAL_TOLERANCE)) return accept(s);
@@ -149,14 +149,14 @@ int settle(dual_newton *s, real tolerance)
     return iterate_is_verified(s, tolerance) && accept(s);
 }
 
-int settle_at_bounds(dual_newton *s, real tolerance)
+int polish_at_bounds(dual_newton *s, real tolerance)
 {
     memset(s->d, 0, s->m * sizeof(real));
     factor_build(s, RIDGE);
     return is_verified(s, refine(s), tolerance, CLOSE_DUAL) && accept(s);
 }
 
-int settle_here(dual_newton *s, real tolerance)
+int polish_here(dual_newton *s, real tolerance)
 {
     memset(s->d, 0, s->m * sizeof(real));
     return iterate_is_verified(s, tolerance) && accept(s);
