@@ -3,9 +3,8 @@
  *     cc -std=c99 -O2 -o device device.c -lm
  *     ./device 127.0.0.1 5005 SIGNATURE [KEY_FILE]
  *
- * The signature is computed from the names and units of the signals: see the protocol. The program does not
- * allocate memory. On a microcontroller, replace the robot, the clock, the socket and the source of random
- * numbers. */
+ * The signature is computed from names and units of the signals: see the protocol. Memory is not allocated.
+ * On a microcontroller, replace the robot, the clock, the socket and the source of random numbers. */
 #define _POSIX_C_SOURCE 200809L
 
 #include <arpa/inet.h>

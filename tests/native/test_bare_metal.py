@@ -1,6 +1,6 @@
-"""Core and laws on a Cortex-M without a C library: what they need, and what they give.
+"""Core and laws on a Cortex-M without a C library: their memory, and their results.
 
-QEMU's user mode runs the very instructions; if it is missing, the programs are only built.
+QEMU's user mode runs the same instructions. Without QEMU the programs are only built.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ FIRMWARE = ("firmware.c", "example_loop.c")
 
 
 class Processor(NamedTuple):
-    """A processor by its floating point unit, and whether its programs are of single precision."""
+    """Processor with its floating point unit, and whether its programs use single precision."""
 
     cpu: str
     single: bool = False
@@ -52,18 +52,18 @@ PROCESSORS = {
     "M4F": Processor("cortex_m4+vfp4d16sp", True),
     "M7": Processor("cortex_m7+fp_armv8d16sp", True),
 }
-"""Without a unit, the compiler's library computes; the last two know single precision only."""
+"""Without a unit the compiler's library is used; the last two support single precision only."""
 
 SINGLE_FLAGS = ("-DCARDSFLOW_FLOAT", "-Xclang", "-cl-single-precision-constant")
 DOUBLES = {"sqrt", "fmod", "ceil", "round", "fabs"}
-"""Functions of doubles; those of single precision end with an f."""
+"""Functions for doubles; functions for single precision end with an f."""
 
 EMULATOR = "qemu-arm-static"
-STACK, FLASH = 4608, 147456  # in bytes; every law of muscles and of control is in
+STACK, FLASH = 4608, 147456  # in bytes; includes all muscle laws and control laws
 
 
 def build(program: Path, cpu: str, own: tuple[str, ...], flags: tuple[str, ...]) -> Path:
-    """Compile a program for the machine; nothing but this repository and the compiler is used."""
+    """Compile a program for the machine, with this repository and the compiler only."""
     if importlib.util.find_spec("ziglang") is None:
         pytest.skip("no ziglang: the extra `cross`")
     files = [PROGRAMS / name for name in ("bare_machine.c", *own)]
@@ -77,7 +77,7 @@ def build(program: Path, cpu: str, own: tuple[str, ...], flags: tuple[str, ...])
 
 
 def emulate(program: Path) -> list[str]:
-    """What the program says; skips without the emulator."""
+    """Return the output of the program; skip the test without the emulator."""
     emulator = find_runner(EMULATOR)
     if emulator is None:
         pytest.skip(f"no {EMULATOR}")
@@ -86,8 +86,8 @@ def emulate(program: Path) -> list[str]:
 
 @pytest.mark.cases(1)
 @pytest.mark.parametrize("processor", [*(marked(one, LONG) for one in ("none", "double")), "M4F"])
-def test_the_vectors_give_the_same_bits(processor: str, tmp_path: Path) -> None:
-    """As on this machine; test_float.py says how far single precision is from double precision."""
+def test_vectors_are_bit_identical(processor: str, tmp_path: Path) -> None:
+    """The results equal those of this machine; test_float.py compares both precisions."""
     cpu, single = PROCESSORS[processor]
     vectors = write_vectors(tmp_path / "vectors.bin", single=single)
     own, flags = ("replay_bare.c", "replay_vectors.c"), ("-O2", "-g", f'-DVECTORS="{vectors}"')
@@ -108,8 +108,8 @@ def test_the_vectors_give_the_same_bits(processor: str, tmp_path: Path) -> None:
         ("roboy_left_arm", "M4F"),
     ],
 )
-def test_the_controller_of_an_example_fits(example: str, processor: str, tmp_path: Path) -> None:
-    """Sizes for flash and memory, and the stack of a tick; the unit computes single precision."""
+def test_controller_of_an_example_fits(example: str, processor: str, tmp_path: Path) -> None:
+    """Print the sizes in flash and memory, and the stack of a tick, in single precision."""
     cpu, single = PROCESSORS[processor]
     experiment = Experiment.load(EXAMPLES / example)
     blob = write_example(tmp_path / "example.h", experiment, single=single)
@@ -117,7 +117,7 @@ def test_the_controller_of_an_example_fits(example: str, processor: str, tmp_pat
     assert not single or not arithmetic_helpers(program)
     sizes = program_sizes(program)
     print(f"\n{example}, {processor}: code {sizes.code},", end=" ")
-    print(f"constants {sizes.constants} of which robot {blob}, static memory {sizes.memory} bytes")
+    print(f"constants {sizes.constants} including the robot {blob}, memory {sizes.memory} bytes")
     assert sizes.code + sizes.constants < FLASH
     said = {what: int(number) for what, number in map(str.split, emulate(program))}
     print(f"  robot {said['robot']}, law {said['law']}, stack {said['stack']} bytes")
@@ -125,15 +125,15 @@ def test_the_controller_of_an_example_fits(example: str, processor: str, tmp_pat
 
 
 @LONG
-def test_the_check_sees_doubles(tmp_path: Path) -> None:
-    """A firmware of double precision on a processor without is full of them."""
+def test_doubles_are_detected(tmp_path: Path) -> None:
+    """Firmware in double precision contains them if the processor does not support doubles."""
     write_example(tmp_path / "example.h", Experiment.load(EXAMPLES / "planar_2r"))
     program = build(tmp_path / "firmware.elf", PROCESSORS["M4F"].cpu, FIRMWARE, ("-Os", "-g"))
     assert {"__aeabi_dmul", "__aeabi_dadd", "sqrt"} <= arithmetic_helpers(program)
 
 
 def arithmetic_helpers(program: Path) -> set[str]:
-    """Functions that compute in the place of the floating point unit, or with doubles."""
+    """Return functions that replace the floating point unit, or compute with doubles."""
     names = program_names(program)
     assert "control_loop_tick" in names or "replay_vectors" in names  # not stripped
     helpers = {name for name in names if name.startswith("__aeabi_")}

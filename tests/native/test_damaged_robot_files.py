@@ -1,7 +1,7 @@
-"""Numbers of robot files replaced: what is still read as a robot opens in the core and moves.
+"""Robot files with replaced numbers: a robot that can be read opens in the core and moves.
 
-CARDSFLOW_MUTATIONS says how many are tried in all, 200 else. A hundred thousand take an hour or
-two, and look for memory errors where library and Python are prepared for that, as .ci/run does it:
+The number of files is CARDSFLOW_MUTATIONS (default: 200). A hundred thousand take one or two
+hours. .ci/run prepares library and Python to detect memory errors:
 
     CARDSFLOW_MUTATIONS=100000 CARDSFLOW_LIBRARY_DIR=... LD_PRELOAD=... ASAN_OPTIONS=...  \
         python -m pytest -n 0 -s tests/native/test_damaged_robot_files.py
@@ -38,7 +38,7 @@ NASTY = [b"0", b"-1", b"1e-320", b"1e300", b"-1e300", b"1e9", b"nan", b"inf", b"
 
 
 def damage(rng: random.Random, file: Path) -> None:
-    """One to three of its numbers replaced."""
+    """Return a copy with one to three replaced numbers."""
     text = file.read_bytes()
     for _ in range(rng.randint(1, 3)):
         found = rng.choice(list(NUMBER.finditer(text)))
@@ -47,7 +47,7 @@ def damage(rng: random.Random, file: Path) -> None:
 
 
 def use(path: Path) -> None:
-    """All that the core computes of a robot."""
+    """Compute all quantities of a robot with the core."""
     robot = read_robot(path)
     dynamics = CoreDynamics(robot)
     q, qd = np.full((2, dynamics.n), 0.3)
@@ -63,7 +63,7 @@ def use(path: Path) -> None:
 @pytest.mark.filterwarnings("ignore:overflow encountered:RuntimeWarning")
 @pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning")
 @pytest.mark.parametrize("example", ROBOTS)
-def test_a_damaged_robot_is_refused_or_moves(example: str, tmp_path: Path) -> None:
+def test_damaged_robot_is_rejected_or_moves(example: str, tmp_path: Path) -> None:
     moved = 0
     for number in range(MUTATIONS):
         rng, folder = random.Random(number), tmp_path / "robot"
@@ -74,5 +74,5 @@ def test_a_damaged_robot_is_refused_or_moves(example: str, tmp_path: Path) -> No
             use(folder)
             moved += 1
         shutil.rmtree(folder)
-    print(f"\n{example}: {MUTATIONS} robots, {MUTATIONS - moved} refused")
+    print(f"\n{example}: {MUTATIONS} robots, {MUTATIONS - moved} rejected")
     assert 0 < moved < 0.95 * MUTATIONS

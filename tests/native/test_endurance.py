@@ -1,4 +1,4 @@
-"""A robot for hours: no memory is taken after the start, and no tick takes long."""
+"""A robot for hours: no memory is allocated after the start, and no tick takes long."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ TICKS = int(os.environ.get("CARDSFLOW_TICKS", "10000"))
 
 
 @pytest.mark.parametrize("example", ["planar_2r", marked("roboy_left_arm", LONG)])
-def test_the_heap_stays_as_it_is(example: str, tmp_path: Path) -> None:
-    """CARDSFLOW_STEPS and CARDSFLOW_TICKS for longer runs: 10 million and 300,000."""
+def test_heap_does_not_grow(example: str, tmp_path: Path) -> None:
+    """For longer runs set CARDSFLOW_STEPS and CARDSFLOW_TICKS: 10 million and 300,000."""
     write_example(tmp_path / "example.h", Experiment.load(EXAMPLES / example))
     sources = ("endurance.c", "example_loop.c")
     flags = ("-D_GNU_SOURCE", f"-I{tmp_path}")

@@ -1,6 +1,6 @@
-"""Core and laws in single precision: what their digits leave, the same on every platform.
+"""Accuracy of core and laws in single precision, bit-identical on every platform.
 
-Robots, QPs and loops are those of double precision, and so are the numbers that are expected.
+Robots, QPs, loops and expected values are those of the tests in double precision.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.cases import LONG
-from support.native.damaged import SANITIZED, count_refused
+from support.native.damaged import SANITIZED, count_rejected
 from support.native.float_loop import SOFT, SOLVED, run_loop
 from support.native.precision import STRICT, Handle, Precision, open_robot
 from support.native.targets import (
@@ -50,7 +50,7 @@ TERMS = {
     "tensions": 5e-6,
     "qdd": 5e-5,
 }
-"""How far single precision may be off, relative to the largest number of its kind."""
+"""Tolerance of single precision, relative to the largest value of its kind."""
 
 MUSCULAR = ("pneumatic_elbow", "hill_arm")
 
@@ -74,7 +74,7 @@ def vectors(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def replayed(vectors: Path, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
-    """What gcc's program says of the vectors; it fails if one is off."""
+    """Return the output of the program compiled by gcc; it fails if a vector deviates."""
     target, folder = TARGETS[REFERENCE], tmp_path_factory.mktemp("replay")
     program = build_program(target, folder, REPLAY, *single_flags(target), *STRICT)
     return run([*program, vectors]).splitlines()
@@ -82,12 +82,12 @@ def replayed(vectors: Path, tmp_path_factory: pytest.TempPathFactory) -> list[st
 
 @LONG
 @pytest.mark.slow
-def test_the_vectors_come_out_within_single_precision(replayed: list[str]) -> None:
+def test_vectors_agree_within_single_precision(replayed: list[str]) -> None:
     assert len(replayed) > 100
 
 
 @on_targets(["zig linux-aarch64, qemu"], long=["gcc -O3 -march=native", "zig win64, wine"])
-def test_every_platform_gives_the_same_bits(
+def test_results_are_bit_identical_on_every_platform(
     target: str, vectors: Path, replayed: list[str], tmp_path: Path
 ) -> None:
     program = build_program(TARGETS[target], tmp_path, REPLAY, *single_flags(TARGETS[target]))
@@ -95,14 +95,14 @@ def test_every_platform_gives_the_same_bits(
 
 
 @pytest.mark.slow
-def test_literals_must_be_single_too(tmp_path: Path) -> None:
-    """Else doubles would slip in: a compiler without that flag stops."""
+def test_literals_must_have_single_precision(tmp_path: Path) -> None:
+    """Otherwise doubles would occur: a compiler without that flag reports an error."""
     with pytest.raises(AssertionError, match="literals_must_be_of_single_precision"):
         build_program(Target(["gcc", "-O1"]), tmp_path, REPLAY, "-DCARDSFLOW_FLOAT")
 
 
 def evaluate(handle: Handle, q: np.ndarray, qd: np.ndarray, share: np.ndarray) -> None:
-    """Everything at a state, with commands that are a share of what they may be."""
+    """Return all terms at a state; commands are a share of their range."""
     number = handle.precision.numbers
     assert not handle.call("move_checked", number(q), number(qd))
     handle.call("start", number(share))
@@ -111,14 +111,14 @@ def evaluate(handle: Handle, q: np.ndarray, qd: np.ndarray, share: np.ndarray) -
     handle.call("mass_matrix")
     handle.call("gravity")
     handle.call("bias", number(qd))
-    none = np.zeros(64)  # armatures: one for each variable, more than any of these robots has
+    none = np.zeros(64)  # armatures: one for each variable; the array is longer than needed
     handle.call("accelerate", number(qd), handle.array("torques").copy(), number(none))
 
 
 @LONG
 @pytest.mark.slow
-def test_terms_are_off_by_rounding_errors_only(single: Precision, double: Precision) -> None:
-    """The largest error of each kind is printed."""
+def test_terms_deviate_by_rounding_errors_only(single: Precision, double: Precision) -> None:
+    """Print the largest error of each kind."""
     worst = dict.fromkeys(TERMS, 0.0)
     for robot in robots():
         rng = np.random.default_rng(0)
@@ -145,10 +145,10 @@ def test_terms_are_off_by_rounding_errors_only(single: Precision, double: Precis
         ("roboy_left_arm", "step", 0.2),
     ],
 )
-def test_steps_stay_beside_those_of_double_precision(
+def test_steps_agree_with_double_precision(
     name: str, rule: str, friction: float, single: Precision, double: Precision
 ) -> None:
-    """A fifth of a second of the plant by itself, with constant commands."""
+    """Simulate 0.2 s of the plant, with constant commands."""
     experiment = Experiment.load(EXAMPLES / name)
     robot = experiment.robot
     if friction:
@@ -170,12 +170,12 @@ def test_steps_stay_beside_those_of_double_precision(
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("example", "unit"), [("planar_2r", "rad"), ("roboy_left_arm", "m")])
-def test_a_controller_of_single_precision_follows_as_well(
+def test_single_precision_controller_tracks_as_well(
     example: str, unit: str, tmp_path: Path
 ) -> None:
-    """As firmware has it, on a plant of double precision: every tick is solved.
+    """The plant has double precision, as for firmware; every tick is solved.
 
-    CARDSFLOW_LONG_LOOPS in the environment has it run to the end of the reference.
+    With the environment variable CARDSFLOW_LONG_LOOPS it runs to the end of the reference.
     """
     experiment = Experiment.load(EXAMPLES / example)
     runs = [
@@ -185,22 +185,22 @@ def test_a_controller_of_single_precision_follows_as_well(
     single, double = runs
     off = np.abs(single.forces - double.forces).max() / double.forces.max()
     print(f"\n{example}: RMS {single.rms:.5g} {unit}, double {double.rms:.5g} {unit}")
-    print(f"  forces off by {off:.1e} of the largest, {len(single.q)} ticks")
+    print(f"  forces deviate by {off:.1e} of the largest, {len(single.q)} ticks")
     assert set(single.statuses) <= {SOLVED} if set(double.statuses) == {SOLVED} else {SOLVED, SOFT}
     assert single.rms == pytest.approx(double.rms, rel=1e-2)
     assert off < 1e-4
 
 
 def duration(example: str) -> float:
-    """In [s]."""
+    """Return the duration, in [s]."""
     whole = {"planar_2r": 8.0, "roboy_left_arm": 32.0}[example]
     return whole if os.environ.get("CARDSFLOW_LONG_LOOPS") else 1.5
 
 
 @pytest.mark.slow
-def test_a_blob_of_the_other_precision_is_refused(single: Precision) -> None:
+def test_blob_of_the_other_precision_is_rejected(single: Precision) -> None:
     robot = planar_2r()
-    with pytest.raises(CardsflowError, match="numbers are of single precision, those of this"):
+    with pytest.raises(CardsflowError, match="the blob has single precision, this library double"):
         Core(compile_blob(robot, single=True))
     blob = np.frombuffer(compile_blob(robot), np.uint64).copy()
     message = bytes(200)
@@ -208,7 +208,7 @@ def test_a_blob_of_the_other_precision_is_refused(single: Precision) -> None:
     assert message.startswith(b"the blob has double precision")
 
 
-def test_a_number_that_single_precision_cannot_hold_is_refused() -> None:
+def test_number_too_large_for_single_precision_is_rejected() -> None:
     robot = replace(planar_2r(), gravity=(0.0, 0.0, -1e60))
     assert compile_blob(robot)
     with pytest.raises(CardsflowError, match="gravity: -1e\\+60 is too large for single precision"):
@@ -218,7 +218,7 @@ def test_a_number_that_single_precision_cannot_hold_is_refused() -> None:
 @LONG
 @pytest.mark.fuzz
 def test_damaged_blobs(tmp_path: Path) -> None:
-    """Opened under sanitizers: rejected with a reason, or sound."""
+    """Open blobs under sanitizers: each is rejected with a message, or valid."""
     paths = []
     for k, robot in enumerate(robots()):
         paths.append(tmp_path / f"{k}.bin")
@@ -227,6 +227,6 @@ def test_damaged_blobs(tmp_path: Path) -> None:
     program = build_program(
         SANITIZED, tmp_path, ("fuzz_blobs.c", "mutate.c"), *flags, *single_flags(SANITIZED)
     )
-    refused = count_refused(program, *paths)
-    print(f"\n{refused} refused")
-    assert refused > 0
+    rejected = count_rejected(program, *paths)
+    print(f"\n{rejected} rejected")
+    assert rejected > 0

@@ -1,4 +1,4 @@
-"""The estimator in single precision: what its digits leave."""
+"""Accuracy of the estimator in single precision."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ COPIED = (
 
 
 def open_estimator(precision: Precision, like: PoseEstimator) -> Handle:
-    """An estimator of that precision with the settings of another one."""
+    """Open an estimator in that precision with the settings of another one."""
     robot = open_robot(precision, estimated_robot(like.robot))
     memory = room(precision.call("estimator_size", robot.pointer, 0))
     pointer = precision.call("estimator_open", robot.pointer, 0, None, memory)
@@ -38,8 +38,8 @@ def open_estimator(precision: Precision, like: PoseEstimator) -> Handle:
 
 
 @pytest.mark.slow
-def test_single_precision_estimates_as_well(tmp_path: Path) -> None:
-    """The arm swings, pulled by all its muscles: errors are those of double precision."""
+def test_single_precision_has_the_same_errors(tmp_path: Path) -> None:
+    """The arm swings, pulled by all muscles: errors agree with double precision."""
     arm = read_robot(EXAMPLES / "roboy_left_arm" / "robot")
     settings = EstimatorSettings(exact_transition=False, acceleration_noise=0.5, load_drift=0.5)
     double = PoseEstimator(arm, settings, START)

@@ -1,4 +1,4 @@
-"""The law in joint space in single precision, where forces fit and if none do."""
+"""The law in joint space in single precision, for feasible and infeasible torques."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FloatArray = NDArray[np.float64]
 
 
 class Torque:
-    """A desired torque of a random robot; about half of them are too large."""
+    """Desired torque of a random robot; about half of the torques are infeasible."""
 
     def __init__(self, seed: int) -> None:
         rng = np.random.default_rng(seed)
@@ -31,7 +31,7 @@ class Torque:
         self.acceleration = rng.normal(size=self.n) * 10.0 ** rng.uniform(0.0, 2.0)
 
     def solve(self, precision: Precision, norm: int = 2) -> tuple[int, FloatArray]:
-        """Status and forces."""
+        """Return status and forces."""
         memory = room(precision.call("computed_torque_size", self.n, self.m, 0))
         opened = precision.call("computed_torque_open", self.n, self.m, 0, memory)
         law = Handle(precision, "computed_torque", opened)
@@ -45,15 +45,15 @@ class Torque:
         return status, law.array("forces").astype(float)
 
     def error(self, forces: FloatArray) -> float:
-        """Of the acceleration that comes of the forces, in [rad/s²]."""
+        """Return the error of the acceleration due to the forces, in [rad/s²]."""
         torque = self.M @ self.acceleration + self.h + self.L.T @ forces
         return float(np.linalg.norm(np.linalg.solve(self.M, torque)))
 
 
 def test_both_precisions_agree(single: Precision, double: Precision) -> None:
-    """On whether forces fit and on which; if none do, their accelerations err alike.
+    """Status and forces agree; for infeasible torques the acceleration errors agree.
 
-    Where the mass matrix is ill-conditioned, forces that err alike may be quite others.
+    If the mass matrix is ill-conditioned, different forces may have the same error.
     """
     found: Counter[tuple[int, int]] = Counter()
     off, excess = [], []
@@ -65,8 +65,8 @@ def test_both_precisions_agree(single: Precision, double: Precision) -> None:
             off.append(np.abs(forces - true).max() / F_MAX)
         else:
             excess.append(torque.error(forces) / torque.error(true) - 1.0)
-    print(f"\n{found[0, 0]} fit, forces off by {max(off):.0e} of the largest;", end=" ")
-    print(f"{found[1, 1]} do not, errors larger by {np.quantile(excess, 0.99):.0e} for 99 %")
+    print(f"\n{found[0, 0]} feasible, forces deviate by {max(off):.0e} of the largest;", end=" ")
+    print(f"{found[1, 1]} infeasible, errors larger by {np.quantile(excess, 0.99):.0e} for 99 %")
     assert set(found) == {(SOLVED, SOLVED), (SOFT, SOFT)}
     assert max(off) < 1e-5
     assert np.quantile(excess, 0.95) < 1e-3
@@ -75,7 +75,7 @@ def test_both_precisions_agree(single: Precision, double: Precision) -> None:
 
 @pytest.mark.parametrize("norm", [4, 8])
 def test_norms_agree_in_both_precisions(norm: int, single: Precision, double: Precision) -> None:
-    """To what a torque that is solved may be off by in single precision."""
+    """They agree to the tolerance of a feasible torque in single precision."""
     off, solved = [], 0
     for seed in range(COUNT // 10):
         torque = Torque(seed)

@@ -1,6 +1,6 @@
-"""The force QP in single precision: what has a solution is solved, no certificate is false.
+"""The force QP in single precision: feasible problems are solved, certificates are correct.
 
-CARDSFLOW_QP_PROBLEMS says how many problems of each kind, 500 else:
+The number of problems of each kind is CARDSFLOW_QP_PROBLEMS (default: 500):
 
     CARDSFLOW_QP_PROBLEMS=10000 python -m pytest -n 0 -s tests/native/test_float_programs.py
 """
@@ -27,16 +27,16 @@ WITH_SOLUTION = ("feasible", "at_bounds", "rank_deficient")
 FloatArray = NDArray[np.float64]
 
 ROWS = 1e-4
-"""How far a row of a solved problem may be off, relative to its terms."""
+"""Tolerance of a row of a solved problem, relative to its terms."""
 
 ROUNDING = 5e-7
 
 UNDECIDED = 0.01
-"""Share of problems without a solution that may stay undecided: they lack one by little."""
+"""Maximum share of infeasible problems that stay undecided, since they are almost feasible."""
 
 
 class Answer(NamedTuple):
-    """Of a solver."""
+    """Answer of a solver."""
 
     status: int
     x: FloatArray
@@ -44,7 +44,7 @@ class Answer(NamedTuple):
 
 
 def solve(precision: Precision, problem: BoxProblem, softness: float = 0.0) -> Answer:
-    """By a solver of that precision, cold."""
+    """Solve in that precision, without a warm start."""
     handle = open_program(precision, len(problem.g), len(problem.b))
     for name in ("H_diagonal", "g", "lb", "ub", "b"):
         handle.array(name)[:] = getattr(problem, name)
@@ -56,9 +56,9 @@ def solve(precision: Precision, problem: BoxProblem, softness: float = 0.0) -> A
 
 
 def row_error(problem: BoxProblem, x: FloatArray) -> float:
-    """The worst row's, relative to its terms, but for the rounding of the largest row's.
+    """Return the maximum error of a row, relative to its terms, without rounding errors.
 
-    Rows are compared in the solver's own scale, where H is the identity and they have length 1.
+    Rows are compared in the scale of the solver, where H is the identity and rows have length 1.
     """
     norms = np.linalg.norm(problem.A / np.sqrt(problem.H_diagonal), axis=1)
     norms[norms == 0] = 1.0
@@ -68,8 +68,8 @@ def row_error(problem: BoxProblem, x: FloatArray) -> float:
 
 
 @pytest.mark.parametrize("kind", WITH_SOLUTION)
-def test_what_has_a_solution_is_solved(kind: str, single: Precision, double: Precision) -> None:
-    """Rows hold, bounds hold exactly, and most answers are double precision's."""
+def test_feasible_problems_are_solved(kind: str, single: Precision, double: Precision) -> None:
+    """Rows hold, bounds hold exactly, and most solutions equal those of double precision."""
     off, rows = [], []
     for seed in range(COUNT):
         problem = KINDS[kind](seed)
@@ -80,15 +80,15 @@ def test_what_has_a_solution_is_solved(kind: str, single: Precision, double: Pre
         assert (answer.x <= high).all(), seed
         rows.append(row_error(problem, answer.x))
         off.append(np.abs(answer.x - true.x).max() / np.abs(true.x).max().clip(1e-9))
-    print(f"\n{kind}: {COUNT} solved; rows off by {max(rows):.0e} at most; x by", end=" ")
+    print(f"\n{kind}: {COUNT} solved; errors of rows {max(rows):.0e} at most; of x", end=" ")
     print(f"{np.median(off):.0e} in the median, {np.quantile(off, 0.99):.0e} for 99 %")
     assert max(rows) < 1.01 * ROWS
     assert np.median(off) < 1e-6
     assert np.quantile(off, 0.99) < 1e-4
 
 
-def test_what_has_none_is_never_far_from_having_one_where_it_is_solved(single: Precision) -> None:
-    """Certificates are proofs in long arithmetic; the others' rows hold to rounding."""
+def test_solved_infeasible_problems_are_almost_feasible(single: Precision) -> None:
+    """Certificates are proofs in exact arithmetic; otherwise rows hold up to rounding."""
     found: Counter[int] = Counter()
     for seed in range(COUNT):
         problem = KINDS["infeasible"](seed)
@@ -119,7 +119,7 @@ def test_soft_problems_are_always_solved(
         true = solve(double, problem, softness * scale)
         assert (seed, answer.status, true.status) == (seed, SOLVED, SOLVED)
         off.append(np.abs(answer.x - true.x).max() / np.abs(true.x).max().clip(1e-9))
-    print(f"\nx off by {np.median(off):.0e} in the median, {max(off):.0e} at most")
+    print(f"\nx deviates by {np.median(off):.0e} in the median, {max(off):.0e} at most")
     assert np.median(off) < 1e-6
     assert np.quantile(off, 0.99) < 1e-5
     assert max(off) < 5e-2

@@ -1,4 +1,4 @@
-"""Native FMUs in a host in C, on several platforms, and compiled by others: the same bits."""
+"""Native FMUs in a host in C, on several platforms and compilers, are bit-identical."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ MODELS = [
     ("hill_arm", "controller"),
 ]
 MAX_PACKED, MAX_UNPACKED = 350_000, 520_000
-"""Bytes of a library in an FMU, and next to it."""
+"""Maximum size of a library in an FMU, and next to it, in bytes."""
 
 
 class Unpacked(NamedTuple):
-    """A native FMU of FMI 2.0, and its library for this platform."""
+    """Native FMU of FMI 2.0, and its library for this platform."""
 
     folder: Path
     library: Path
@@ -59,14 +59,14 @@ def unpacked(example: str, model: str, folder: Path, fmi: FmiVersion = "2.0") ->
 
 @cache
 def host(name: str, folder: Path) -> list[str]:
-    """The compiled host for a target, and what runs it."""
+    """Return the compiled host for a target, and the command that runs it."""
     target = TARGETS[name]
     runner = require(target)
     program = folder / f"host{target.suffix}"
     source = PROGRAMS / "fmu_trajectory.c"
     headers = Path(fmpy.__file__).parent / "c-code"
     libraries = [] if target.suffix == ".exe" else ["-ldl"]
-    # its inputs are to be the same as well; and ziglang has made the C library of small programs
+    # its inputs must be equal as well; and ziglang has compiled the C library of small programs
     flags = ["-ffp-contract=off", "-Os", f"-I{headers}"]
     command = [*target.compiler, *flags, str(source), "-o", str(program), *libraries]
     run(command)
@@ -74,7 +74,7 @@ def host(name: str, folder: Path) -> list[str]:
 
 
 def trajectory(command: list[str], library: Path, fmu: Unpacked, *, drive: str = "") -> str:
-    """What the host prints."""
+    """Return the output of the host."""
     description = fmpy.read_model_description(str(fmu.folder))
     references = {
         causality: [
@@ -99,7 +99,7 @@ def programs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.cross
 @pytest.mark.parametrize("name", EMULATED)
-def test_the_same_bits_on_every_platform(
+def test_results_are_bit_identical_on_every_platform(
     name: str, fmu: Unpacked, programs: Path, tmp_path: Path
 ) -> None:
     require(TARGETS[name])
@@ -119,7 +119,7 @@ def test_the_same_bits_on_every_platform(
 
 
 def zig_library(folder: Path) -> Path:
-    """The prebuilt one of this platform, which the package's own hides."""
+    """Return the prebuilt library of this platform, which the installed library replaces."""
     from cardsflow_fmu.fmu.platforms import compile_for
     from cardsflow_fmu.runtime.library import prebuilt_libraries
 
@@ -130,10 +130,10 @@ def zig_library(folder: Path) -> Path:
 @pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(("version", "example"), [("2.0", "hill_arm"), ("3.0", "roboy_left_arm")])
-def test_others_can_compile_it(
+def test_sources_can_be_compiled(
     version: FmiVersion, example: str, programs: Path, tmp_path: Path
 ) -> None:
-    """With a compiler and nothing but the FMU, as its description of the build says."""
+    """Compile with the files of the FMU only, as its build description specifies."""
     require(Target(["gcc"]))
     fmu = unpacked(example, "plant", tmp_path, version)
     sources = fmu.folder / "sources"
@@ -148,18 +148,18 @@ def test_others_can_compile_it(
         files = [file.attrib["name"] for file in kit.iterfind("SourceFile")]
         options = kit.attrib["compilerOptions"].split()
         assert kit.attrib["compiler"] == "gcc"
-    quick = "-O0"  # to compile, which changes no bit of what it computes
+    quick = "-O0"  # to compile; this does not change the results
     run(["gcc", *options, quick, "-fPIC", "-shared", *files, "-o", own, "-lm"], sources)
     twin = fmu if version == "2.0" else unpacked(example, "plant", tmp_path / "twin")
     command = host("gcc -O2", programs)
     assert trajectory(command, own, twin) == trajectory(command, twin.library, twin)
 
 
-@pytest.mark.slow  # after .ci/run has made them
+@pytest.mark.slow  # after .ci/run has compiled them
 def test_prebuilt_libraries_are_small() -> None:
-    """Those of other platforms, if they have been made; see hatch_build.py --platforms.
+    """Check libraries of other platforms, if they exist; see hatch_build.py --platforms.
 
-    Inside an FMU, which is a zip: for Windows, whose functions save more, others are not.
+    Libraries for Windows are compared by their compressed size in the FMU.
     """
     from cardsflow_fmu.runtime.library import prebuilt_libraries
     from cardsflow_fmu.runtime.sources import PREBUILT_PLATFORMS

@@ -1,7 +1,7 @@
-"""Damaged robot blobs and native FMUs under sanitizers: rejected with a reason, or sound.
+"""Damaged robot blobs and native FMUs under sanitizers: rejected with a message, or valid.
 
-CARDSFLOW_MUTATIONS says how many of each are tried, 1000 else; as many of robot files are tried
-by test_damaged_robot_files.py.
+The number of each kind is CARDSFLOW_MUTATIONS (default: 1000). test_damaged_robot_files.py uses
+the same number of robot files.
 
     CARDSFLOW_MUTATIONS=100000 python -m pytest -n 0 -s tests/native/test_fuzz.py
 """
@@ -13,7 +13,7 @@ from pathlib import Path
 import fmpy
 import pytest
 from support.cases import LONG
-from support.native.damaged import MUTATIONS, SANITIZED, count_refused
+from support.native.damaged import MUTATIONS, SANITIZED, count_rejected
 from support.native.targets import DERIVATIVES, ROOT, TRANSITION, build_program
 from support.robots.bent import elastic_over_bends
 from support.robots.every_joint import every_joint
@@ -53,12 +53,12 @@ def test_damaged_blobs(tmp_path: Path) -> None:
     for path, robot in zip(blobs, robots, strict=True):
         path.write_bytes(compile_blob(robot))
     program = build_program(SANITIZED, tmp_path, ("fuzz_blobs.c", "mutate.c"), *STRICT, DERIVATIVES)
-    refused = count_refused(program, *blobs)
-    print(f"\n{MUTATIONS} blobs, {refused} refused")
-    assert MUTATIONS / 3 < refused < MUTATIONS
+    rejected = count_rejected(program, *blobs)
+    print(f"\n{MUTATIONS} blobs, {rejected} rejected")
+    assert MUTATIONS / 3 < rejected < MUTATIONS
 
 
-@LONG  # libFuzzer does it for some seconds with the same program
+@LONG  # libFuzzer runs the same program for some seconds
 @pytest.mark.fuzz
 def test_damaged_native_models(tmp_path: Path) -> None:
     folders = []
@@ -74,12 +74,12 @@ def test_damaged_native_models(tmp_path: Path) -> None:
     runtime = [str(ROOT / name) for name in NATIVE.sources() if name.startswith(RUNTIME_FOLDER)]
     flags = [*STRICT, "-D_GNU_SOURCE", *runtime, DERIVATIVES, TRANSITION, "-ldl", "-lpthread"]
     program = build_program(SANITIZED, tmp_path, ("fuzz_native.c", "mutate.c"), *flags)
-    refused = count_refused(program, scratch, *folders)
-    print(f"\n{MUTATIONS} native models, {refused} refused")
-    assert MUTATIONS / 3 < refused < MUTATIONS
+    rejected = count_rejected(program, scratch, *folders)
+    print(f"\n{MUTATIONS} native models, {rejected} rejected")
+    assert MUTATIONS / 3 < rejected < MUTATIONS
 
 
 @pytest.fixture(autouse=True)
 def _without_preloaded_sanitizers(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The programs bring their own, and look for leaks too."""
+    """The programs contain sanitizers, which also detect leaks."""
     monkeypatch.delenv("ASAN_OPTIONS", raising=False)

@@ -1,7 +1,6 @@
-"""libFuzzer with sanitizers on what comes from outside into C: files, saved states, frames.
+"""libFuzzer with sanitizers on external inputs of the C code: files, saved states, frames.
 
-CARDSFLOW_FUZZ_SECONDS says how long each target is fuzzed, CARDSFLOW_FUZZ_FOLDER where to keep what
-is found.
+CARDSFLOW_FUZZ_SECONDS is the time per target, CARDSFLOW_FUZZ_FOLDER the folder for findings.
 
     CARDSFLOW_FUZZ_SECONDS=600 nice python -m pytest -n 5 -s -m fuzz tests/native/test_libfuzzer.py
 """
@@ -41,12 +40,12 @@ SANITIZERS = "fuzzer,address,undefined,float-cast-overflow"
 FUZZED = Target(["clang", "-O0", "-g", f"-fsanitize={SANITIZERS}", "-fno-sanitize-recover=all"])
 LOOP = ROOT / "examples/hardware_in_the_loop"
 FOLDERS = 8
-"""Native FMUs that `fuzz_native` chooses from."""
+"""Native FMUs among which `fuzz_native` selects."""
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Iterator[Path]:
-    """A folder for inputs, without files on a disk if there is a memory for them."""
+    """Return a folder for inputs, in memory if possible."""
     if shutil.which("clang") is None:
         pytest.skip("no clang")
     (tmp_path / "corpus").mkdir()
@@ -59,10 +58,10 @@ def folder(tmp_path: Path) -> Iterator[Path]:
 
 
 def fuzz(program: list[str], folder: Path, **variables: object) -> None:
-    """Fuzz for a time; what it finds fails the test."""
+    """Fuzz for a time; a finding fails the test."""
     own = (
         resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
-    )  # a child's peak begins with it
+    )  # the peak of a child includes the memory of its parent
     limits = [f"-rss_limit_mb={own + 1000}", "-timeout=1200", "-max_len=65536"]
     options = [f"-max_total_time={SECONDS}", *limits]
     done = subprocess.run(
@@ -83,7 +82,7 @@ def fuzz(program: list[str], folder: Path, **variables: object) -> None:
 
 
 def native_resources(folder: Path) -> list[Path]:
-    """Resources of native FMUs of several robots, numbered."""
+    """Return numbered resource folders of native FMUs of several robots."""
     found = []
     for example in ("planar_2r", "roboy_left_arm", "pneumatic_elbow", "hill_arm"):
         settings = {"controller.ki": 500.0, "controller.delay": 1}
@@ -153,14 +152,14 @@ HELLO, HELLO_ACK, SETPOINT, STOP, PING = 1, 2, 3, 5, 8
 
 
 def frame(kind: int, values: list[float], flags: int = 0, seq: int = 1) -> bytes:
-    """A frame after its length; the program seals it."""
+    """Return a frame after its length; the program corrects the checksum."""
     head = HEADER.pack(0, 1, kind, flags, 7, seq, 0.0, 1, 1, len(values), 0, 0)
     data = head + struct.pack(f"<{len(values)}d", *values)
     return struct.pack("<H", len(data)) + data
 
 
 def seeds(folder: Path, hello: list[float], ack: list[float], commands: int) -> None:
-    """Runs of a device, signed and not, in lockstep and not."""
+    """Return runs of a device, signed and unsigned, in lockstep and in real time."""
     for key in (0, 1):
         for flags in (0, 2):
             frames = [frame(HELLO, hello, flags), frame(HELLO_ACK, ack, flags)]

@@ -1,8 +1,8 @@
-"""Both laws in C, of either precision, on force problems of random robots near if none fit.
+"""Both laws in C, in both precisions, on force problems of random robots at the feasibility limit.
 
-CARDSFLOW_QP_PROBLEMS says how many problems; a fourth of it is tried, and a twentieth by native
-controllers. Of 100000 none were answered falsely; 8 stayed undecided in double precision, 8111 in
-single, where 14 failed.
+The tests use a fourth of CARDSFLOW_QP_PROBLEMS problems, and a twentieth for native controllers.
+Of 100000 problems, no answer was wrong; 8 stayed undecided in double precision, 8111 in single
+precision, where 14 failed.
 """
 
 from __future__ import annotations
@@ -45,14 +45,14 @@ NAMES = ("solved", "soft", "not converged", "failed", "wrong")
 SOLVED, SOFT = 0, 1
 BANDWIDTH = 20.0
 ASKED = 50
-"""The linear programme is asked of each so many-th, and wherever an answer is in doubt."""
+"""Interval at which answers are compared with a linear programme, in addition to doubtful ones."""
 
 OFF_IN_SINGLE = 1e-2
-"""Of a row, relative to its terms, with the accelerations that the forces make."""
+"""Tolerance of a row, relative to its terms, with the accelerations due to the forces."""
 
 
 class Law:
-    """The law of one precision, opened for one robot after another."""
+    """The law in one precision, opened for consecutive robots."""
 
     def __init__(self, precision: Precision) -> None:
         self._precision, self.dtype = precision, precision.dtype
@@ -60,11 +60,11 @@ class Law:
 
     @property
     def forces(self) -> FloatArray:
-        """Of the last problem."""
+        """Return the forces of the last problem."""
         return self._law.array("forces").astype(float)
 
     def solve(self, problem: BoxProblem) -> int:
-        """The status."""
+        """Solve a problem; return the status."""
         rows, columns = problem.A.shape
         joint = (problem.H_diagonal == 1.0).all()
         n = rows if joint else int((problem.H_diagonal == 1.0).sum())
@@ -82,7 +82,7 @@ class Law:
 
 
 def _joint(problem: BoxProblem, n: int) -> dict[str, object]:
-    """The torque as that of an acceleration of unit masses."""
+    """Solve for the torque, as the acceleration of unit masses."""
     return {
         "M": np.eye(n),
         "h": 0.0,
@@ -95,7 +95,7 @@ def _joint(problem: BoxProblem, n: int) -> dict[str, object]:
 
 
 def _operational(problem: BoxProblem, n: int) -> dict[str, object]:
-    """At rest at q = 0, with posture and joint limits that make the problem's cost and bounds."""
+    """Solve at rest at q = 0, with posture and joint limits for cost and bounds of the problem."""
     A, w2 = problem.A, BANDWIDTH**2
     limited = bool(np.isfinite(problem.lb[:n]).all())
     return {
@@ -118,14 +118,14 @@ def _operational(problem: BoxProblem, n: int) -> dict[str, object]:
 
 
 def accelerations(problem: BoxProblem, forces: FloatArray) -> FloatArray:
-    """The x of a problem as forces make it, by the motion equation."""
+    """Return the x of a problem for given forces, by the motion equation."""
     n = problem.A.shape[1] - len(forces)
     moved = problem.b[:n] - problem.A[:n, n:] @ forces
     return np.concatenate([np.linalg.solve(problem.A[:n, :n], moved), forces])
 
 
-class Said:
-    """A law, what it has said of problems, and how far rows were off: as each law measures it.
+class Answers:
+    """Answers of a law, and the maximum error of rows.
 
     Args:
         law: The law.
@@ -136,7 +136,7 @@ class Said:
         self.found: Counter[str] = Counter()
 
     def solve(self, problem: BoxProblem) -> int:
-        """Solve a problem, count its status, and verify forces that are said to fit."""
+        """Solve a problem, count its status, and verify forces reported as feasible."""
         self.status = self.law.solve(problem)
         self.found[NAMES[self.status]] += 1
         forces = self.law.forces
@@ -153,13 +153,13 @@ class Said:
         return self.status
 
     def is_solved(self, _: BoxProblem) -> bool:
-        """Whether forces were said to fit, of the last problem."""
+        """Return whether the last problem was reported as feasible."""
         return self.status == SOLVED
 
 
-def test_laws_say_what_a_linear_programme_says(single: Precision, double: Precision) -> None:
-    """Forces that fit do; if none are said to, the programme finds none; few stay undecided."""
-    exact, rough = Said(Law(double)), Said(Law(single))
+def test_laws_agree_with_a_linear_programme(single: Precision, double: Precision) -> None:
+    """Feasible and infeasible problems agree with the programme; few stay undecided."""
+    exact, rough = Answers(Law(double)), Answers(Law(single))
     for k, problem in enumerate(robot_problems(exact.is_solved, COUNT // 4)):
         statuses = {exact.solve(problem), rough.solve(problem)}
         if k % ASKED and len(statuses) == 1 and max(statuses) <= SOFT:
@@ -169,7 +169,7 @@ def test_laws_say_what_a_linear_programme_says(single: Precision, double: Precis
         assert not (exact.status == SOFT and feasible), k
         assert not (rough.status == SOFT and feasible), k
     for said in (exact, rough):
-        print(f"\n{dict(said.found)}; rows off by at most {said.off}", end="")
+        print(f"\n{dict(said.found)}; rows deviate by at most {said.off}", end="")
         assert not said.found["wrong"]
     assert not exact.found["failed"]
     assert rough.found["failed"] <= 1e-3 * COUNT
@@ -184,7 +184,7 @@ def test_laws_say_what_a_linear_programme_says(single: Precision, double: Precis
 PERIOD = 1e-3
 GAINS = {"kp": 100.0, "kd": 20.0}
 TICKS = 200
-"""Of one robot."""
+"""Number of problems per robot."""
 
 EXPERIMENT = """[reference]
 spline = "quintic"
@@ -199,11 +199,11 @@ predict = false
 
 
 class NativeLaw:
-    """The law of a native controller: at states it is given, by FMI.
+    """Law of a native controller at given states, by FMI.
 
     Args:
         host: The FMU.
-        robot: What it controls.
+    robot: Controlled robot.
     """
 
     def __init__(self, host: Host, robot: Robot) -> None:
@@ -215,7 +215,7 @@ class NativeLaw:
         self._of = {g: [names[n] for n in names if n.partition(".")[0] == g] for g in groups}
 
     def solve(self, **inputs: FloatArray) -> tuple[FloatArray, str]:
-        """Forces, and what is said of them."""
+        """Return the forces and the status."""
         slave = self._host.slave
         for group, values in inputs.items():
             slave.setReal(self._of[group], values.tolist())
@@ -229,7 +229,7 @@ class NativeLaw:
 
 @contextmanager
 def native_law(seed: int, folder: Path) -> Iterator[NativeLaw]:
-    """A native controller of a random robot."""
+    """Open a native controller of a random robot."""
     rng = np.random.default_rng([20, seed])
     n = int(rng.integers(6, 13))
     robot = random_robot(seed, joints=n, muscles=int(n * rng.uniform(1.0, 3.0)) + 1)
@@ -247,7 +247,7 @@ def native_law(seed: int, folder: Path) -> Iterator[NativeLaw]:
 def native_problems(
     native: NativeLaw, rng: np.random.Generator
 ) -> Iterator[tuple[Any, FloatArray, str]]:
-    """Problems ever nearer to where no forces fit, with the controller's answers."""
+    """Return problems that approach infeasibility, with the answers of the controller."""
     robot = native.dynamics
     while True:
         q, qd = rng.uniform(-1.0, 1.0, (2, robot.n))
@@ -266,8 +266,8 @@ def native_problems(
             low, high = (middle, high) if said == "solved" else (low, middle)
 
 
-def test_native_controllers_say_what_a_linear_programme_says(tmp_path: Path) -> None:
-    """In operational space: forces that fit are found, and if none are said to, none do."""
+def test_native_controllers_agree_with_a_linear_programme(tmp_path: Path) -> None:
+    """In operational space, feasible and infeasible problems agree with the programme."""
     found, asked, off, seed = Counter[str](), 0, 0.0, 0
     while found.total() < COUNT // 20:
         with native_law(seed, tmp_path / str(seed)) as native:
@@ -286,7 +286,10 @@ def test_native_controllers_say_what_a_linear_programme_says(tmp_path: Path) -> 
                     assert not (said == "soft" and is_feasible(problem)), (seed, k)
                     assert not (said == "solved" and is_infeasible(problem)), (seed, k)
         seed += 1
-    print(f"\n{dict(found)} of {seed} robots, {asked} asked; rows off by at most {off:.1e}", end="")
+    print(
+        f"\n{dict(found)} of {seed} robots, {asked} compared; errors of rows {off:.1e}",
+        end="",
+    )
     assert {"solved", "soft"} <= found.keys()
     assert off < 10 * AT_THE_EDGE
     assert found["not converged"] <= 2e-4 * COUNT

@@ -1,4 +1,4 @@
-"""Names in compiled C: what core and laws call, and what the core for derivatives defines."""
+"""Symbols in compiled C: functions that core and laws call, and those of the core with tangents."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ from controllers.qp import dual_newton
 from sim_dart.core import library as core
 
 EXACT = {"sqrt", "fmod", "ceil", "round"}
-"""IEEE 754 rounds the first in one way, and the others are exact."""
+"""IEEE 754 specifies the rounding of the first; the others are exact."""
 
 OTHERS = {"memcpy", "memmove", "memset", "strcmp", "_GLOBAL_OFFSET_TABLE_"}
 OF_COMPILERS = {"__stack_chk_fail", "__memcpy_chk", "__memset_chk", "__memmove_chk"}
 
 ELEMENTARY = {"arc_cosine", "arc_sine", "arc_tangent", "exponential", "exponential_less_one"}
 ELEMENTARY |= {"hyperbolic_tangent", "logarithm", "sine_cosine"}
-"""Of plain numbers, below those of numbers with a tangent."""
+"""For plain numbers; functions for numbers with a tangent call them."""
 
 
 def symbols(compiler: list[str], sources: list[str], folder: Path) -> tuple[set[str], set[str]]:
-    """External names that files define, and those that they call."""
+    """Return the external symbols that files define, and those that they call."""
     if shutil.which("nm") is None:
         pytest.skip("no nm")
     command = [*compiler, *FLAGS, "-fno-stack-protector", "-c", *sources]
@@ -50,12 +50,12 @@ def symbols(compiler: list[str], sources: list[str], folder: Path) -> tuple[set[
 
 
 @pytest.mark.parametrize("load", [core.library, dual_newton.library], ids=["core", "laws"])
-def test_the_packages_libraries_call_no_function_of_the_platform(load: Callable[[], Any]) -> None:
-    """But those whose answers are the same everywhere, and what compilers add for their own use."""
+def test_libraries_of_the_package_call_no_platform_function(load: Callable[[], Any]) -> None:
+    """Exceptions: functions with platform-independent results, and functions added by compilers."""
     if shutil.which("nm") is None or sys.platform != "linux":
         pytest.skip("no nm")
     if "CARDSFLOW_LIBRARY_DIR" in os.environ:
-        pytest.skip("these libraries are not the package's")
+        pytest.skip("these libraries are not part of the package")
     lines = run(["nm", "-D", "--undefined-only", load()._name]).splitlines()
     called = {name.partition("@")[0] for kind, name in map(str.split, lines) if kind == "U"}
     assert {"memcpy", "memset"} & called
@@ -66,10 +66,8 @@ def test_the_packages_libraries_call_no_function_of_the_platform(load: Callable[
 @pytest.mark.slow
 @pytest.mark.parametrize("single", [False, True], ids=["double", "single"])
 @pytest.mark.parametrize("library", [CORE, CONTROL], ids=["core", "laws"])
-def test_no_function_of_the_platform_is_called(
-    library: Library, single: bool, tmp_path: Path
-) -> None:
-    """But those whose answers are the same everywhere."""
+def test_no_platform_function_is_called(library: Library, single: bool, tmp_path: Path) -> None:
+    """Exceptions: functions with platform-independent results."""
     target = TARGETS["gcc -O3"]
     require(target)
     sources = [str(ROOT / name) for name in library.sources()]
@@ -79,8 +77,8 @@ def test_no_function_of_the_platform_is_called(
 
 
 @on_targets(["gcc -O2"], long=["zig linux64"])
-def test_names_of_the_core_for_derivatives(target: str, tmp_path: Path) -> None:
-    """All are its own; products and quotients of complex numbers call nothing."""
+def test_symbols_of_the_core_with_tangents(target: str, tmp_path: Path) -> None:
+    """All are prefixed; products and quotients of complex numbers call no function."""
     require(TARGETS[target])
     defined, called = symbols([*TARGETS[target].compiler, "-O1"], [DERIVATIVES], tmp_path)
     assert all(symbol.startswith("core_tangent_") for symbol in defined)

@@ -1,4 +1,4 @@
-"""One file of vectors, replayed on every platform and by the package's libraries: the same bits."""
+"""Vectors replayed on every platform and by the libraries of the package are bit-identical."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ LONGER = ["gcc -O1", "clang -O3", "zig linux64 v3", "zig win64, wine"]
 
 @pytest.fixture(scope="module")
 def vectors(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The file, freshly written."""
+    """Return the file, newly written."""
     return write_vectors(tmp_path_factory.mktemp("vectors") / "vectors.bin")
 
 
 @pytest.fixture(scope="module")
 def replayed(vectors: Path, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
-    """The lines of the libraries that came with the package, which may be sanitized."""
+    """Return the output of the libraries of the package, which may be sanitized."""
     libraries = [core.library()._name, dual_newton.library()._name]
     folder = tmp_path_factory.mktemp("replay")
     program = build_program(TARGETS["gcc -O1"], folder, REPLAY, libraries=libraries)
@@ -33,13 +33,13 @@ def replayed(vectors: Path, tmp_path_factory: pytest.TempPathFactory) -> list[st
 
 @pytest.mark.slow
 @pytest.mark.native
-def test_the_package_gives_what_others_give(replayed: list[str]) -> None:
-    """DART's and MuJoCo's terms, quadprog's answers, Python's loop with DART's plant."""
+def test_package_agrees_with_other_software(replayed: list[str]) -> None:
+    """Terms of DART and MuJoCo, solutions of quadprog, Python loop with DART plant."""
     assert len(replayed) > 100
 
 
 @on_targets(OTHERS, long=LONGER)
-def test_every_platform_gives_the_same_bits(
+def test_results_are_bit_identical_on_every_platform(
     target: str, vectors: Path, replayed: list[str], tmp_path: Path
 ) -> None:
     program = build_program(TARGETS[target], tmp_path, REPLAY)

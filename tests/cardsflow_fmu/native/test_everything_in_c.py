@@ -25,7 +25,7 @@ from cardsflow_fmu.simulation.build import build
 
 SEEDS = range(10)
 SEEDS_OF_LOOPS = (0, 1, 2, 3, 5, 6, 7, 8, 10, 11)
-"""Without robots that loops leave no coordinate to move."""
+"""Without robots whose loops prevent any motion."""
 TORQUES = {"controller.kp": 20.0, "controller.kd": 0.5}
 HILL = {
     "kind": "hill_millard2012",
@@ -71,7 +71,7 @@ SDF_LOOPS: tuple[LoopType, ...] = ("fixed", "revolute", "prismatic", "universal"
 
 
 def random_experiment(plan: str, seed: int, folder: Path, **more: Any) -> Experiment:
-    """Three ticks of a random robot that is to stay near where it starts."""
+    """Return three ticks of a random robot with a goal near its start."""
     settings = {"controller.kp": 100.0, "controller.kd": 20.0} | PLANS[plan]
     robot, q = random_robot(seed, joints=4), np.full(4, 0.1)
     if "closed loops" in plan:
@@ -90,7 +90,7 @@ def random_experiment(plan: str, seed: int, folder: Path, **more: Any) -> Experi
 
 
 def check_run(plan: str, seed: int, folder: Path) -> None:
-    """All models of the experiment in C, and three ticks of them."""
+    """Check that all models of the experiment run in C, for three ticks."""
     experiment = random_experiment(plan, seed, folder)
     for model in experiment.columns:
         assert isinstance(C_MODELS[model](experiment).opened, OpenedModel)
@@ -101,28 +101,28 @@ def check_run(plan: str, seed: int, folder: Path) -> None:
 
 
 @pytest.mark.parametrize("plan", few(PLANS, 4))
-def test_it_runs_in_c(plan: str, tmp_path: Path) -> None:
+def test_experiment_runs_in_c(plan: str, tmp_path: Path) -> None:
     for seed in SEEDS_OF_LOOPS if "closed loops" in plan else SEEDS:
         check_run(plan, seed, tmp_path / str(seed))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("plan", PLANS)
-def test_its_fmus_are_in_c(plan: str, tmp_path: Path) -> None:
+def test_fmus_are_in_c(plan: str, tmp_path: Path) -> None:
     experiment = random_experiment(plan, 0, tmp_path / "robot")
     for name, file in build(experiment, tmp_path / "fmus", compute="c").items():
         with ZipFile(file) as archive:
             assert "resources/native.bin" in archive.namelist(), name
 
 
-OWN_LAW = """
+CUSTOM_LAW = """
 from controllers import JointSpaceController
 
 
 class Own(JointSpaceController):
     pass
 """
-REFUSED: dict[str, tuple[dict[str, Any], str]] = {
+UNSUPPORTED: dict[str, tuple[dict[str, Any], str]] = {
     "DART's plant": ({"plant.engine": "dart"}, 'a native plant does not support the engine "dart"'),
     "DART's terms": (
         {"controller.engine": "dart"},
@@ -140,10 +140,10 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
 }
 
 
-@pytest.mark.parametrize("what", REFUSED)
-def test_python_and_dart_are_refused_by_name(what: str, tmp_path: Path) -> None:
-    settings, message = REFUSED[what]
-    (tmp_path / "own.py").write_text(OWN_LAW)
+@pytest.mark.parametrize("what", UNSUPPORTED)
+def test_unsupported_settings_are_rejected_by_name(what: str, tmp_path: Path) -> None:
+    settings, message = UNSUPPORTED[what]
+    (tmp_path / "own.py").write_text(CUSTOM_LAW)
     experiment = random_experiment("joint_space", 0, tmp_path, **settings)
     with pytest.raises(InputError, match=message):
         build(experiment, tmp_path / "fmus", compute="c")

@@ -1,4 +1,4 @@
-"""Native FMUs hold nothing of Python; their states repeat; damaged files are refused."""
+"""Native FMUs contain no Python; restored states repeat; damaged files are rejected."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ESTIMATED = {"run.duration": 0.3, "estimator.exact_transition": True}
 
 
 @pytest.mark.slow
-def test_nothing_of_python_is_in_it(tmp_path: Path) -> None:
+def test_native_fmu_contains_no_python(tmp_path: Path) -> None:
     experiment = Experiment.load(EXAMPLES / "planar_2r")
     for file in build(experiment, tmp_path, compute="c").values():
         names = zipfile.ZipFile(file).namelist()
@@ -35,7 +35,7 @@ def test_nothing_of_python_is_in_it(tmp_path: Path) -> None:
         description = fmpy.read_model_description(str(file))
         assert not description.coSimulation.needsExecutionTool
         assert description.coSimulation.canGetAndSetFMUstate
-        if "CARDSFLOW_LIBRARY_DIR" not in os.environ:  # where sanitizers make it large
+        if "CARDSFLOW_LIBRARY_DIR" not in os.environ:  # sanitizers increase the size
             entries = zipfile.ZipFile(file).infolist()
             libraries = [entry for entry in entries if "binaries/" in entry.filename]
             assert libraries
@@ -48,8 +48,8 @@ def test_nothing_of_python_is_in_it(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("model", NATIVE_MODELS)
 @pytest.mark.native
-def test_states_repeat_bit_for_bit(model: str, tmp_path: Path) -> None:
-    """Run on, go back, run on; and the same in another instance, from serialised bytes."""
+def test_restored_states_are_bit_identical(model: str, tmp_path: Path) -> None:
+    """Continue after restoring a state; also in another instance, from serialised bytes."""
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm", ESTIMATED)
     file = build(experiment, tmp_path, compute="c")[model]
     check_states_repeat(file, tmp_path / "unpacked", step=1e-2)
@@ -62,7 +62,7 @@ def test_states_repeat_bit_for_bit(model: str, tmp_path: Path) -> None:
         ("pick_up", {}, "worlds with contacts.*without --compute c"),
     ],
 )
-def test_what_the_core_lacks_is_refused_by_name(
+def test_unsupported_features_are_rejected_by_name(
     example: str, settings: dict[str, object], message: str, tmp_path: Path
 ) -> None:
     experiment = Experiment.load(EXAMPLES / example, settings)
@@ -75,8 +75,8 @@ def test_what_the_core_lacks_is_refused_by_name(
 @pytest.mark.slow
 @pytest.mark.parametrize("model", NATIVE_MODELS)
 @pytest.mark.native
-def test_a_damaged_file_is_refused(model: str, tmp_path: Path) -> None:
-    """Also with a checksum that fits: no number in it is trusted."""
+def test_damaged_file_is_rejected(model: str, tmp_path: Path) -> None:
+    """Also with a correct checksum: all numbers are checked."""
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm", ESTIMATED)
     file = build(experiment, tmp_path, compute="c")[model]
     folder = tmp_path / "unpacked"
@@ -84,7 +84,7 @@ def test_a_damaged_file_is_refused(model: str, tmp_path: Path) -> None:
     target = folder / "resources" / NATIVE_FILE
     sound = target.read_bytes()
     host = load(folder)
-    rng, refused = np.random.default_rng(0), 0
+    rng, rejected = np.random.default_rng(0), 0
     for _ in range(300):
         damaged = bytearray(sound)
         for _ in range(rng.integers(1, 4)):
@@ -92,8 +92,8 @@ def test_a_damaged_file_is_refused(model: str, tmp_path: Path) -> None:
             damaged[at] = rng.integers(256)
         damaged[16:20] = struct.pack("<I", zlib.crc32(bytes(damaged[20:])))
         target.write_bytes(bytes(damaged))
-        refused += not host.instantiate(host.slave.guid, (folder / "resources").as_uri())
-    assert refused > 50
+        rejected += not host.instantiate(host.slave.guid, (folder / "resources").as_uri())
+    assert rejected > 50
     for cut in range(0, len(sound), 97):
         target.write_bytes(sound[:cut])
         assert not host.instantiate(host.slave.guid, (folder / "resources").as_uri())

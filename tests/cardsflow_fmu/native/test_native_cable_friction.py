@@ -1,4 +1,4 @@
-"""Friction of cables in runs, compensated by what is known of it."""
+"""Cable friction in runs, with compensation by a model."""
 
 from __future__ import annotations
 
@@ -34,27 +34,27 @@ WINCHES = {
 
 
 def flower(
-    folder: Path, friction: float, duration: float, own: float | None = None, **more: Any
+    folder: Path, friction: float, duration: float, first: float | None = None, **more: Any
 ) -> Experiment:
-    """Roboy's arm and its flower, every cable round a corner, and the state at once.
+    """Return Roboy's arm on its flower, with a bend in every cable and undelayed state.
 
-    `own` is the first muscle's coefficient in its first bend.
+    `first` is the coefficient of the first muscle in its first bend.
     """
-    robot = _rougher(bent(read_robot(ARM / "robot/model.sdf"), friction, START), own)
+    robot = _with_friction(bent(read_robot(ARM / "robot/model.sdf"), friction, START), first)
     return with_robot("roboy_left_arm", robot, folder, **{"run.duration": duration}, **more)
 
 
-def _rougher(robot: Robot, own: float | None) -> Robot:
+def _with_friction(robot: Robot, first: float | None) -> Robot:
     muscle, *others = robot.muscles
-    first, bend, *rest = muscle.via_points
-    points = (first, replace(bend, friction=own), *rest)
+    begin, bend, *rest = muscle.via_points
+    points = (begin, replace(bend, friction=first), *rest)
     return robot.with_muscles([replace(muscle, via_points=points), *others])
 
 
 @pytest.mark.native
-def test_tensions_differ_along_cables_and_friction_takes_energy(tmp_path: Path) -> None:
+def test_tensions_vary_along_cables_and_friction_dissipates_energy(tmp_path: Path) -> None:
     settings = {"plant.energy": True, "plant.friction_scale": 1.2}
-    experiment = flower(tmp_path, 0.2, 0.3, own=0.25, **settings)
+    experiment = flower(tmp_path, 0.2, 0.3, first=0.25, **settings)
     found = [muscle.bend_friction for muscle in experiment.plant_robot.muscles[:2]]
     assert found == [(1.2 * 0.25,), (1.2 * 0.2,)]
     native = simulate(experiment, coupling="direct")
@@ -70,27 +70,27 @@ def test_tensions_differ_along_cables_and_friction_takes_energy(tmp_path: Path) 
 @pytest.mark.slow
 @pytest.mark.native
 @pytest.mark.parametrize("part", ["plant", "controller"])
-def test_states_are_whole(part: str, tmp_path: Path) -> None:
-    """What is gone back to continues as before."""
+def test_states_are_complete(part: str, tmp_path: Path) -> None:
+    """A restored state continues as before."""
     file = build(flower(tmp_path, 0.2, 0.3, **WINCHES), tmp_path / "fmus", compute="c")[part]
     check_states_repeat(file, tmp_path / "unpacked", step=5e-3)
 
 
 @pytest.mark.slow
 @pytest.mark.native
-@pytest.mark.parametrize(("friction", "most"), [(0.1, 0.3), (0.2, 0.5)])
+@pytest.mark.parametrize(("friction", "max_error"), [(0.1, 0.3), (0.2, 0.5)])
 @pytest.mark.parametrize("known", [0.7, 1.3])
-def test_the_hand_keeps_to_the_flower(
-    friction: float, most: float, known: float, tmp_path: Path
+def test_hand_tracks_the_flower(
+    friction: float, max_error: float, known: float, tmp_path: Path
 ) -> None:
-    """With a coefficient that is known to 30 %, and an observer for the rest, in [mm] RMS."""
+    """RMS error in [mm], with a coefficient known to 30 % and a disturbance observer."""
     settings = {"plant.friction_scale": 1.0 / known, "controller.observer": 100.0}
     experiment = flower(tmp_path, known * friction, 14.0, **settings)
-    assert hand(experiment) < most
+    assert hand_error(experiment) < max_error
 
 
-def hand(experiment: Experiment) -> float:
-    """RMS of the hand's distance from the flower, in [mm], after the approach."""
+def hand_error(experiment: Experiment) -> float:
+    """Return the RMS error of the hand on the flower, in [mm], after the approach."""
     result = simulate(experiment, coupling="direct")
     columns = [[result.names.index(f"{k}.hand.{axis}") for axis in "xyz"] for k in ("y", "y_d")]
     rows = result.rows[result.rows[:, result.names.index("time")] > 2.0]
@@ -98,13 +98,13 @@ def hand(experiment: Experiment) -> float:
     return 1e3 * float(np.sqrt((off**2).sum(axis=1).mean()))
 
 
-def test_the_fourth_order_rule_is_refused(tmp_path: Path) -> None:
+def test_runge_kutta_is_rejected(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"does not support cable friction \(of motor0, motor1"):
         flower(tmp_path, 0.1, 0.3, **{"plant.integrator": "rk4"})
 
 
-def test_friction_of_an_experiment_is_that_of_the_robot() -> None:
-    """By name or pattern, within its bounds, and if it does nothing a line reports it."""
+def test_friction_of_the_robot_is_set_by_the_experiment() -> None:
+    """By name or pattern, within its bounds; a warning reports friction without effect."""
     example, given = EXAMPLES / "roboy_left_arm", {"muscles.*.friction": 0.1}
     single = {"muscles.motor1.friction": 0.2, "muscles.motor1.presliding": 1e-3}
     muscles = Experiment.load(example, given | single).robot.muscles

@@ -1,4 +1,4 @@
-"""Directional derivatives of native plants: against closed forms, and differences of high order."""
+"""Directional derivatives of native plants, compared with closed forms and finite differences."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ from sim_dart.core.arrays import FloatArray
 def check(
     robot: Robot, folder: Path, seed: int, options: Options = PLAIN, size: float = 2e-3
 ) -> None:
-    """All knowns at once, along random directions, to 1e-9 of the largest."""
+    """Compare all knowns at once, along random directions, to 1e-9 of the maximum."""
     rng = np.random.default_rng(seed)
     n, m = len(robot.coordinates), len(robot.muscles)
     q, qd = rng.uniform(-1, 1, n), rng.uniform(-2, 2, n)
@@ -68,12 +68,12 @@ def check(
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_random_robots(seed: int, tmp_path: Path) -> None:
-    """Branches, turned frames, prismatic and fixed joints, muscles all over them, tasks."""
+    """Branches, rotated frames, prismatic and fixed joints, muscles across all of them, tasks."""
     check(random_robot(seed), tmp_path, seed)
 
 
 def test_motors(tmp_path: Path) -> None:
-    """By torques too: the largest entries are those of M^-1 h."""
+    """Also by torques: the largest entries are those of M^-1 h."""
     check(with_coordinates(random_robot(6), actuated=True), tmp_path, 6)
 
 
@@ -90,14 +90,14 @@ def test_wraps_over_ellipsoids(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("integrator", ["euler", "rk4"])
 def test_joints_driven_by_functions(integrator: str, tmp_path: Path) -> None:
-    """With couplings, springs and damping of what follows, a limit force, energies, a wrench."""
+    """With couplings, springs and damping of dependent joints, limit force, energies, wrench."""
     free = with_coordinates(leg(), lower=-math.inf, upper=math.inf)
     check(free, tmp_path, 1, Options(1, integrator, energy=True, wrenches=("kneecap", "foot")))
 
 
 @pytest.mark.parametrize("integrator", ["euler", "rk4"])
 def test_closed_loops(integrator: str, tmp_path: Path) -> None:
-    """Along directions in which the loop stays closed: a start that opens it is closed."""
+    """Along directions in which the loop stays closed: an open loop is closed at the start."""
     robot, rng = four_bar(), np.random.default_rng(0)
     dynamics, q = CoreDynamics(robot), close_loops(robot, [-1.3, 0.5, -2.0])
     J = dynamics.loop_jacobian(q)
@@ -126,14 +126,14 @@ def test_substeps(tmp_path: Path) -> None:
 @pytest.mark.parametrize("integrator", ["euler", "rk4"])
 @pytest.mark.native
 def test_integrators_wrenches_and_energies(integrator: str, tmp_path: Path) -> None:
-    """Energies, work and momenta by forces, wrenches and where a step begins."""
+    """Energies, work and momenta by forces, wrenches and the start state of a step."""
     robot = random_robot(5)
     pushed = robot.links[-1].name, robot.links[1].name
     check(robot, tmp_path, 5, Options(2, integrator, energy=True, wrenches=pushed))
 
 
 def test_friction(tmp_path: Path) -> None:
-    """Of joints that slide, and of one that it holds."""
+    """Joints that slide, and one that friction holds."""
     robot = random_robot(5)
     grips = [1e6, *[0.5] * len(robot.coordinates)]
     joints = tuple(
@@ -147,14 +147,14 @@ def test_friction(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("seed", [4, 5])
 def test_friction_of_cables(seed: int, tmp_path: Path) -> None:
-    """That is found by rounds within the step, with the tension at the far end."""
+    """Iterated within the step, with the tension at the far end."""
     robot = random_robot(seed)
     rough = [replace(muscle, friction=0.2, presliding=0.01) for muscle in robot.muscles]
     check(robot.with_muscles(rough), tmp_path, seed, Options(2, energy=True), size=5e-4)
 
 
 def test_friction_of_cables_that_stretch(tmp_path: Path) -> None:
-    """By commands, from one start, whose stretch those do not change."""
+    """By commands, from a fixed start whose stretch does not depend on them."""
     robot, rng = random_robot(4), np.random.default_rng(4)
     values = (("stiffness", 2e3), ("damping", 0.0), ("longest_rest_length", 5.0))
     rough = [
@@ -187,8 +187,8 @@ def test_springs_and_damping(tmp_path: Path) -> None:
     check(robot, tmp_path, 6)
 
 
-def test_a_joint_at_its_limit(tmp_path: Path) -> None:
-    """One runs into its stop within the step; by every known apart."""
+def test_joint_at_its_limit(tmp_path: Path) -> None:
+    """A joint hits its stop within the step; by each known separately."""
     robot, seed = random_robot(7), 7
     rng = np.random.default_rng(seed)
     n, m = len(robot.coordinates), len(robot.muscles)
@@ -247,18 +247,18 @@ def test_at_the_start(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_instance_stays_as_it_is(tmp_path: Path) -> None:
-    """A run with questions in between is the same bit for bit; what is no known is rejected."""
+def test_derivatives_do_not_change_the_instance(tmp_path: Path) -> None:
+    """A run with requests in between is bit-identical; other variables are rejected."""
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm")
     file = build(experiment, tmp_path, compute="c")["plant"]
     rows = []
-    for asks in (False, True):
-        slave = Slave(file, tmp_path / str(asks))
+    for has_requests in (False, True):
+        slave = Slave(file, tmp_path / str(has_requests))
         slave.restart()
         slave.slave.setReal(slave.references("f"), [30.0] * len(slave.references("f")))
         for _ in range(5):
             slave.step()
-            if asks:
+            if has_requests:
                 slave.derivative(slave.references("q"), np.ones(4))
                 for what in ("l", "q_start"):
                     refused(lambda: slave.derivative(slave.references(what)[:1], np.ones(1)))  # noqa: B023
@@ -269,13 +269,13 @@ def test_the_instance_stays_as_it_is(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_random_trees(seed: int, tmp_path: Path) -> None:
-    """Joints of several degrees of freedom, and free bases."""
+    """Joints with several degrees of freedom, and free bases."""
     check(random_tree(seed, damping=0.1), tmp_path, seed)
 
 
 @pytest.mark.slow
-def test_a_joint_that_has_left_its_limit(tmp_path: Path) -> None:
-    """No step remembers the stops of another: as from an instance that starts where it is."""
+def test_joint_that_has_left_its_limit(tmp_path: Path) -> None:
+    """A step does not depend on earlier stops: it equals a step of a new instance."""
     robot = random_robot(7)
     n, m = len(robot.coordinates), len(robot.muscles)
     q, qd = np.full(n, 0.2), np.zeros(n)
@@ -298,12 +298,12 @@ def test_a_joint_that_has_left_its_limit(tmp_path: Path) -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max())
 
 
-def test_the_tension_of_an_ideal_cable(tmp_path: Path) -> None:
-    """A file that calls it an output: it is the force, while that is not negative."""
+def test_tension_of_an_ideal_cable(tmp_path: Path) -> None:
+    """As an output, the tension equals the force if the force is not negative."""
     robot = random_robot(1)
     n = len(robot.coordinates)
     groups = dict(plant_groups(robot, [0.0] * n, [0.0] * n, STEP))
-    groups["tensions"] = [Port("t.cable", "N", "output", "continuous", "Its tension")]
+    groups["tensions"] = [Port("t.cable", "N", "output", "continuous", "Tension")]
     counts, fields = plant_fields(robot, 1)
     contents = encode("plant", compile_blob(robot), groups, counts, fields | {"modelled": [0]})
     native = NativeModel(contents, True)
@@ -322,11 +322,11 @@ def test_the_tension_of_an_ideal_cable(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(
     shutil.which("gcc") is None or "CARDSFLOW_LIBRARY_DIR" in os.environ,
-    reason="no gcc, or it is about another library",
+    reason="no gcc, or a different library is tested",
 )
 @LONG
-def test_a_compiler_without_complex_numbers(tmp_path: Path) -> None:
-    """Microsoft's has none: all is there but derivatives, and they are rejected with a reason."""
+def test_compiler_without_complex_numbers(tmp_path: Path) -> None:
+    """As with Microsoft's compiler: derivatives are rejected with a message, the rest works."""
     robot = random_robot(1)
     n, folder = len(robot.coordinates), tmp_path / "unpacked"
     fmpy.extract(str(plant_file(robot, tmp_path, np.zeros(n), np.zeros(n))), str(folder))

@@ -1,4 +1,4 @@
-"""Directional derivatives of native plants whose muscles bend, and of those with muscle laws."""
+"""Directional derivatives of native plants with wrapped muscles and with muscle laws."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ from cardsflow_fmu.simulation.build import build
 from sim_dart import CoreDynamics
 
 PULL = 5e3
-"""In [N]: large, so that how moment arms turn with q is much of what happens."""
+"""Pull in [N]: large, so that changes of moment arms with q are significant."""
 
 
 def inside(robot: Robot) -> Robot:
-    """The same muscles, each inside its surfaces."""
+    """Return the robot with each muscle inside its surfaces."""
     turned = [
         replace(m, wraps=tuple(replace(w, side=0, turns=0, inside=True) for w in m.wraps))
         for m in robot.muscles
@@ -72,7 +72,7 @@ def test_paths(name: str, tmp_path: Path) -> None:
 
 
 def with_law(robot: Robot, kind: str, extra: dict[str, float]) -> Robot:
-    """Every muscle with a law, as long as it is at q = 0."""
+    """Return the robot with a law for every muscle, scaled to its length at q = 0."""
     lengths = CoreDynamics(robot).muscle_lengths(np.zeros(len(robot.coordinates)))
     muscles = []
     for muscle, length in zip(robot.muscles, map(float, lengths), strict=True):
@@ -94,19 +94,19 @@ LAWS = [(kind, {}) for kind in SOUND] + [
 @pytest.mark.parametrize("seed", few(range(2)))
 @pytest.mark.parametrize(("kind", "extra"), LAWS)
 def test_laws(kind: str, extra: dict[str, float], seed: int, tmp_path: Path) -> None:
-    """Tensions and states as outputs, states as what a step begins with."""
+    """Tensions and states as outputs, states also as knowns."""
     rng = np.random.default_rng(seed)
     robot = with_law(random_robot(seed), kind, extra)
     n = len(robot.coordinates)
     q, qd = rng.uniform(-0.1, 0.1, n), rng.uniform(-0.1, 0.1, n)
     commands = rng.uniform(0.2, 0.8, commanded(robot))
     stiff = {"series_elastic_motor": 8e-5, "winch": 8e-5, "winch_position": 6e-4}
-    size = stiff.get(kind, 8e-6)  # else rounding shows
+    size = stiff.get(kind, 8e-6)  # rounding errors limit smaller sizes
     check(robot, tmp_path, q, qd, commands, substeps=2, size=size, tolerance=1e-8)
 
 
 def test_laws_over_wraps_at_a_limit(tmp_path: Path) -> None:
-    """All together: a joint runs into its stop within the step."""
+    """Combination with a joint that hits its stop within the step."""
     rng = np.random.default_rng(5)
     robot = wrapped_tree(random_robot(5), 5)
     robot = with_law(robot, "hill_millard2012", {"elastic_tendon": 1.0})
@@ -121,7 +121,7 @@ def test_laws_over_wraps_at_a_limit(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("example", ["pneumatic_elbow", "hill_arm"])
-def test_examples_say_that_they_have_them(example: str, tmp_path: Path) -> None:
+def test_examples_declare_directional_derivatives(example: str, tmp_path: Path) -> None:
     experiment = Experiment.load(EXAMPLES / example, {"plant.energy": False})
     files = build(experiment, tmp_path, compute="c")
     for name, file in files.items():
@@ -134,7 +134,7 @@ def test_examples_say_that_they_have_them(example: str, tmp_path: Path) -> None:
 
 
 def derivatives(robot: Robot, folder: Path, q: FloatArray, commands: FloatArray) -> FloatArray:
-    """Of all outputs behind a step by everything it begins with, one column each."""
+    """Return derivatives of all outputs after a step, one column for each known."""
     with started(robot, folder, q, np.zeros(q.size)) as slave:
         inputs = slave.of["input"]
         slave.slave.setReal(inputs[: commands.size], list(commands))
@@ -146,13 +146,13 @@ Vector = tuple[float, float, float]
 
 
 def over(surface: WrapSurface, begin: Vector, end: Vector, side: Literal[0, 1]) -> Robot:
-    """A muscle from the world to a carriage, over one surface."""
+    """Return a muscle from the world to a carriage, over one surface."""
     ends = (ViaPoint(WORLD, begin), ViaPoint(FAR, end))
     return carriage([Muscle("m", ends, wraps=(Wrap("ring", 0, side),))], [surface])
 
 
 def straight(begin: Vector, end: Vector) -> Robot:
-    """The same, over none."""
+    """Return the same muscle without a surface."""
     return carriage([Muscle("m", (ViaPoint(WORLD, begin), ViaPoint(FAR, end)))], [])
 
 
@@ -183,15 +183,15 @@ KINKS: dict[str, tuple[Robot, FloatArray]] = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", KINKS)
 def test_kinks(name: str, tmp_path: Path) -> None:
-    """They have numbers, and what does not hang on the kink is right: gravity acts on all alike."""
+    """Derivatives at kinks are finite and bounded."""
     robot, commands = KINKS[name]
     matrix = derivatives(robot, tmp_path, np.zeros(3), commands)
     assert np.isfinite(matrix).all()
     assert np.abs(matrix).max() < 1e3
 
 
-def test_the_side_of_a_kink(tmp_path: Path) -> None:
-    """A cable pushed is slack: nothing changes by its force, nor what others do."""
+def test_side_of_a_kink(tmp_path: Path) -> None:
+    """A negative force is a slack cable: its derivatives are zero, others do not change."""
     robot, commands = KINKS["no force"]
     matrix = derivatives(robot, tmp_path, np.zeros(3), commands - 1e-9)
     assert not matrix[:6, 0].any()
@@ -200,8 +200,8 @@ def test_the_side_of_a_kink(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_fmi_3_says_the_same(tmp_path: Path) -> None:
-    """Arrays of FMI 3.0 and scalars of FMI 2.0: the same bits."""
+def test_fmi_3_is_bit_identical_to_fmi_2(tmp_path: Path) -> None:
+    """Arrays in FMI 3.0 and scalars in FMI 2.0."""
     experiment = Experiment.load(EXAMPLES / "pneumatic_elbow", {"plant.energy": False})
     answers = []
     for version in ("2.0", "3.0"):

@@ -1,4 +1,4 @@
-"""A loop in C: batches, failures, summaries, and what it refuses."""
+"""The loop in C: batches, failures, summaries, and rejected experiments."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def recorded(experiment: Experiment) -> Recording:
         return loop.run()
 
 
-def test_a_batch_in_threads_gives_what_each_gives_alone() -> None:
+def test_batch_in_threads_equals_single_runs() -> None:
     experiments = [load("planar_2r", {"controller.kp": 900.0 + 100.0 * k}) for k in range(4)]
     batch = run_batch(experiments, threads=2)
     for experiment, recording in zip(experiments, batch, strict=True):
@@ -40,8 +40,8 @@ def test_a_batch_in_threads_gives_what_each_gives_alone() -> None:
     assert not np.array_equal(batch[0].rows, batch[1].rows)
 
 
-def test_a_run_that_fails_keeps_what_it_had(tmp_path: Path) -> None:
-    """A force beyond all numbers: the same rows as far as Python objects came."""
+def test_failed_run_keeps_its_rows(tmp_path: Path) -> None:
+    """An overflowing force: the rows before the failure equal those of Python objects."""
     force = {"force": {"tip": [1e308, 1e308, 1e308]}, "begin": 0.05}
     experiment = load("planar_2r", {"disturbance": force})
     found: dict[str, Result] = {}
@@ -57,7 +57,7 @@ def test_a_run_that_fails_keeps_what_it_had(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_summary_has_engine_master_and_speed(tmp_path: Path) -> None:
+def test_summary_has_engine_master_and_speed(tmp_path: Path) -> None:
     experiment = load("planar_2r")
     result = run(experiment, tmp_path / "out", coupling="direct")
     assert result.summary["engine"] == {"plant": "native", "controller": "native"}
@@ -80,8 +80,8 @@ def test_the_summary_has_engine_master_and_speed(tmp_path: Path) -> None:
         ({"world": {"ground": {}}}, "worlds with contacts"),
     ],
 )
-def test_what_it_lacks_is_said_by_name(settings: dict[str, Any], message: str) -> None:
-    """And rejected by those who ask for the loop itself."""
+def test_unsupported_settings_are_reported_by_name(settings: dict[str, Any], message: str) -> None:
+    """Requesting the loop itself rejects them."""
     experiment = load("planar_2r", settings | {"run.duration": 0.01})
     with pytest.raises(InputError, match=rf"experiment\.toml: .*{message}.*; run it with `compute"):
         NativeLoop(experiment)
@@ -90,14 +90,14 @@ def test_what_it_lacks_is_said_by_name(settings: dict[str, Any], message: str) -
     assert re.search(message, summary["not_in_c"]["loop"])
 
 
-def test_the_clock_is_not_its_own() -> None:
+def test_real_time_does_not_use_the_loop() -> None:
     experiment = load("planar_2r", {"run.duration": 0.01})
     summary = simulate(experiment, coupling="direct", realtime=True).summary
     assert summary["master"] == "Python, over objects"
 
 
 @pytest.mark.parametrize("key", ["plant.engine", "controller.engine"])
-def test_an_engine_is_named_rightly(key: str) -> None:
+def test_unknown_and_unsupported_engines_are_rejected(key: str) -> None:
     with pytest.raises(InputError, match=rf"{key}: no engine 'cor'; did you mean 'core'"):
         load("planar_2r", {key: "cor"})
     with pytest.raises(InputError, match=r'plant.engine: "core" does not support contacts.*"dart"'):
@@ -108,8 +108,8 @@ def test_an_engine_is_named_rightly(key: str) -> None:
 
 
 @pytest.mark.slow
-def test_engines_give_the_same_run() -> None:
-    """All four pairs of engines, in one closed loop."""
+def test_engines_agree() -> None:
+    """All four pairs of engines, in the same closed loop."""
     rows = []
     for plant in ("core", "dart"):
         for controller in ("core", "dart"):
@@ -123,8 +123,8 @@ def test_engines_give_the_same_run() -> None:
             np.testing.assert_allclose(other[name], rows[0][name], rtol=0, atol=1e-12)
 
 
-def test_a_loop_runs_once() -> None:
-    """A second run would continue from where the first one ended; a closed loop has no models."""
+def test_loop_runs_only_once() -> None:
+    """A second run would continue at the end of the first; after close no models exist."""
     experiment = Experiment.load(EXAMPLES / "planar_2r", {"run.duration": 0.01})
     loop = NativeLoop(experiment)
     assert loop.run().failure is None
@@ -138,6 +138,6 @@ def test_a_loop_runs_once() -> None:
             closed.run()
 
 
-def test_a_batch_needs_a_thread() -> None:
+def test_batch_without_threads_is_rejected() -> None:
     with pytest.raises(InputError, match="threads must be at least 1, not 0"):
         run_batch([], threads=0)

@@ -24,7 +24,7 @@ CABLE, SPRING = {"kind": "elastic_cable", "stiffness": 2e3}, {"kind": "passive_s
 
 
 def cables(*models: dict[str, Any] | str) -> dict[str, Any]:
-    """The two-link arm's cables, each with its law."""
+    """Return settings with a law for each cable of the two-link arm."""
     return {f"muscles.cable_{k}.model": model for k, model in enumerate(models, 1)}
 
 
@@ -84,15 +84,15 @@ def test_every_law_runs_in_the_loop_in_c(case: str) -> None:
 @pytest.mark.parametrize("model", ["plant", "controller"])
 @pytest.mark.parametrize("case", ["hill", "around"])
 @pytest.mark.native
-def test_states_repeat_bit_for_bit(case: str, model: str, tmp_path: Path) -> None:
-    """Go on, go back, continue; and in another instance from serialised bytes."""
+def test_restored_states_are_bit_identical(case: str, model: str, tmp_path: Path) -> None:
+    """Continue after restoring a state; also in another instance, from serialised bytes."""
     file = build(experiment_of(case), tmp_path, compute="c")[model]
     check_states_repeat(file, tmp_path / "unpacked", step=5e-3)
 
 
 @pytest.mark.slow
 @pytest.mark.native
-def test_a_command_that_is_no_number_is_refused_by_name(tmp_path: Path) -> None:
+def test_command_that_is_not_finite_is_rejected_by_name(tmp_path: Path) -> None:
     file = build(experiment_of("mixed"), tmp_path, compute="c")["plant"]
     with running(file, tmp_path / "unpacked") as host:
         refused(lambda: host.set(**{"u.cable_3": math.nan}) or host.slave.doStep(0.0, 1e-3))
@@ -106,6 +106,6 @@ def test_a_command_that_is_no_number_is_refused_by_name(tmp_path: Path) -> None:
         ({"muscles.cable_2.friction": 0.1}, r"muscles\.cable_2: .* it cannot have friction"),
     ],
 )
-def test_what_heavy_cables_are_not_for_is_named(more: dict[str, Any], message: str) -> None:
+def test_unsupported_use_of_heavy_cables_is_rejected(more: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         Experiment.load(EXAMPLES / "planar_2r", SAGGING | more)

@@ -1,4 +1,4 @@
-"""Native plants with the fourth-order rule, energy balances, wrenches on links and friction."""
+"""Native plants with Runge-Kutta, energy balances, wrenches on links and friction."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ LAWS = ("f", "u", "slack", "tension")
 
 
 def assert_rows_agree(found: Result, expected: Result, *, forces: float, others: float) -> None:
-    """The same columns, near each other relative to the largest number of a column, or to 1.
+    """Check that columns agree relative to the maximum of a column, or to 1.
 
-    Columns of `LAWS` have a tolerance of their own.
+    Columns in `LAWS` have a separate tolerance.
     """
     assert found.names == expected.names
     for k, name in enumerate(expected.names):
@@ -62,9 +62,9 @@ def assert_rows_agree(found: Result, expected: Result, *, forces: float, others:
 
 @pytest.mark.cases(2)
 @pytest.mark.parametrize("case", few(CASES))
-def test_a_closed_loop_is_the_same_on_dart(case: str) -> None:
-    """To rounding."""
-    euler = {"plant.integrator": "euler"}  # the one that DART has
+def test_closed_loop_agrees_with_dart(case: str) -> None:
+    """Up to rounding errors."""
+    euler = {"plant.integrator": "euler"}  # DART supports only this one
     native, on_dart = (
         simulate(experiment_of(case, **euler, **{"plant.engine": engine}), coupling="direct")
         for engine in ("auto", "dart")
@@ -74,7 +74,7 @@ def test_a_closed_loop_is_the_same_on_dart(case: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", ["rk4", "energy", "wrenches", "all"])
-def test_a_plant_gives_the_derivatives_that_it_says_it_has(case: str, tmp_path: Path) -> None:
+def test_plant_has_the_declared_derivatives(case: str, tmp_path: Path) -> None:
     file = build(experiment_of(case), tmp_path, compute="c")["plant"]
     with running(file, tmp_path / "unpacked") as host:
         inputs, outputs = host.of("input"), host.of("output")
@@ -92,14 +92,14 @@ def test_a_plant_gives_the_derivatives_that_it_says_it_has(case: str, tmp_path: 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", ["rk4", "all", "hill rk4"])
 @pytest.mark.native
-def test_states_repeat_bit_for_bit(case: str, tmp_path: Path) -> None:
-    """The work that was done is part of the state."""
+def test_restored_states_are_bit_identical(case: str, tmp_path: Path) -> None:
+    """The work is part of the state."""
     file = build(experiment_of(case), tmp_path, compute="c")["plant"]
     check_states_repeat(file, tmp_path / "unpacked", step=5e-3)
 
 
 @pytest.mark.native
-def test_a_batch_in_threads_gives_what_each_gives_alone() -> None:
+def test_batch_in_threads_equals_single_runs() -> None:
     experiments = [experiment_of(case) for case in ("all", "hill rk4", "all")]
     for experiment, recording in zip(experiments, run_batch(experiments, threads=2), strict=True):
         with NativeLoop(experiment) as loop:
@@ -107,7 +107,7 @@ def test_a_batch_in_threads_gives_what_each_gives_alone() -> None:
 
 
 def energy_lost(rule: str, step: float, folder: Path) -> float:
-    """Error of the energy balance of an arm under cables and wrenches after a tenth of a second."""
+    """Return the error of the energy balance of an arm with cables and wrenches after 0.1 s."""
     settings = {"plant.wrenches": ["link_2"], "plant.energy": True, "plant.integrator": rule}
     experiment = Experiment.load(EXAMPLES / "planar_2r", settings | {"plant.step": step})
     file = build(experiment, folder, compute="c")["plant"]
@@ -126,18 +126,16 @@ def energy_lost(rule: str, step: float, folder: Path) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("rule", "order", "most"), [("euler", 1, 0.05), ("rk4", 4, 1e-7)])
-def test_energy_is_what_work_has_made_of_it(
-    rule: str, order: int, most: float, tmp_path: Path
-) -> None:
-    """To the order of the rule."""
+@pytest.mark.parametrize(("rule", "order", "max_error"), [("euler", 1, 0.05), ("rk4", 4, 1e-7)])
+def test_energy_equals_work(rule: str, order: int, max_error: float, tmp_path: Path) -> None:
+    """With the order of the integrator."""
     coarse, fine = (energy_lost(rule, h, tmp_path / str(h)) for h in (1e-3, 5e-4))
-    assert fine < most
+    assert fine < max_error
     assert coarse / fine > 0.75 * 2**order
 
 
 def rough_experiment(folder: Path, **more: Any) -> Experiment:
-    """The two-link arm with friction in its joints, in the plant's energy balance too."""
+    """Return the two-link arm with joint friction, also in the energy balance of the plant."""
     arm = read_robot(EXAMPLES / "planar_2r/robot/planar_2r_bodies.xml")
     trajectories = EXAMPLES / "planar_2r/robot/planar_2r_trajectories.xml"
     changes = {"reference.file": str(trajectories), "run.duration": 0.2, "plant.energy": True}
@@ -146,8 +144,8 @@ def rough_experiment(folder: Path, **more: Any) -> Experiment:
 
 @pytest.mark.slow
 @pytest.mark.native
-def test_friction_in_joints_is_the_same(tmp_path: Path) -> None:
-    """In C and on DART, which softens its impulses."""
+def test_joint_friction_agrees_with_dart(tmp_path: Path) -> None:
+    """DART softens its impulses."""
     experiment = rough_experiment(tmp_path / "rough")
     softened = rough_experiment(tmp_path / "again", **{"plant.engine": "dart"})
     native, dart = (simulate(each, coupling="direct") for each in (experiment, softened))
@@ -161,7 +159,7 @@ def test_friction_in_joints_is_the_same(tmp_path: Path) -> None:
         assert np.abs(loop.run().rows[:, columns[0]] - native.rows[:, columns[0]]).max() > 1e-5
 
 
-def test_friction_and_the_fourth_order_rule_are_refused(tmp_path: Path) -> None:
+def test_friction_with_runge_kutta_is_rejected(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="rk4 does not support Coulomb friction"):
         rough_experiment(tmp_path, **{"plant.integrator": "rk4"})
 
@@ -170,7 +168,7 @@ def test_friction_and_the_fourth_order_rule_are_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["w.tip.fx", "w.link_1.tz"])
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])
 @pytest.mark.native
-def test_a_push_that_is_no_number_is_refused_by_name(
+def test_wrench_that_is_not_finite_is_rejected_by_name(
     name: str, value: float, tmp_path: Path
 ) -> None:
     file = build(experiment_of("all"), tmp_path, compute="c")["plant"]
@@ -180,7 +178,7 @@ def test_a_push_that_is_no_number_is_refused_by_name(
 
 
 @pytest.mark.native
-def test_a_robot_that_diverges_says_when() -> None:
+def test_divergence_is_reported_with_its_time() -> None:
     push = {"plant.wrenches": ["link_2"], "wiring.plant": {"w.link_2.fx": 1e308}}
     experiment = experiment_of("rk4", **push)
     with NativeLoop(experiment) as loop:

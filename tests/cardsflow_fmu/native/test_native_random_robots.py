@@ -32,7 +32,7 @@ ON_TASKS: list[dict[str, Any]] = [
 
 
 def robot_of(seed: int) -> tuple[Robot, list[float]]:
-    """A random tree, a third of them with loops, and every second coordinate with a motor."""
+    """Return a random tree; a third have loops, and every second coordinate has a motor."""
     robot, q = (random_tree(seed), None) if seed % 3 else random_loops(seed, KINDS)
     joints = tuple(
         replace(
@@ -70,10 +70,10 @@ duration = 0.01
 
 
 @pytest.mark.parametrize("settings", [*IN_JOINT_SPACE, *ON_TASKS], ids=str)
-def test_ten_random_robots_compute_in_c(settings: dict[str, Any], tmp_path: Path) -> None:
+def test_ten_random_robots_run_in_c(settings: dict[str, Any], tmp_path: Path) -> None:
     for seed in range(10):
         if seed % 3 == 0 and settings["type"] in ("lyapunov", "torque_position"):
-            continue  # laws that do not know loops
+            continue  # laws without support for loops
         folder = tmp_path / str(seed)
         folder.mkdir()
         experiment = experiment_of(folder, seed, settings)
@@ -81,6 +81,6 @@ def test_ten_random_robots_compute_in_c(settings: dict[str, Any], tmp_path: Path
             assert missing_in_c(experiment, name) is None
             model = C_MODELS[name](experiment)
             model.initialize()
-            if settings not in ON_TASKS:  # the tasks of these robots may be beyond all forces
+            if settings not in ON_TASKS:  # the tasks of these robots may be infeasible
                 model.step(0.0, 1e-3)
             assert np.isfinite(model.outputs).all()

@@ -1,4 +1,4 @@
-"""Linear models where cables go slack: both kinds of plant against closed forms and each other."""
+"""Linear models at slack cables: both kinds of plant, compared with closed forms."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from cardsflow_fmu.simulation.build import build
 from sim_dart import CoreDynamics
 
 KINDS = [pytest.param(True, marks=pytest.mark.native), False]
-"""Whether native: sanitizers see nothing new in FMUs that start Python."""
+"""Whether the plant is native; Python FMUs are not tested with sanitizers."""
 
 H = 1e-3
 PULLS = {
@@ -40,7 +40,7 @@ def slopes(
     commands: FloatArray,
     of: str = "qd",
 ) -> tuple[FloatArray, FloatArray]:
-    """Of outputs behind a step, by commands one by one, and along a direction of mixed signs."""
+    """Return derivatives of outputs after a step, by single commands and a mixed direction."""
     file = build(experiment, folder, compute=COMPUTE[native], fmi=fmi, arrays=False)["plant"]
     with running(file, folder / "unpacked") as host:
         muscles = [n for n in host.references if n.split(".")[0] in ("f", "u")]
@@ -64,7 +64,7 @@ def directions(count: int) -> FloatArray:
 
 
 def closed_form(experiment: Experiment) -> FloatArray:
-    """-h (M + h D)^-1 L'."""
+    """Return -h (M + h D)^-1 L'."""
     dynamics, q = CoreDynamics(experiment.robot), np.array(experiment.start.q)
     M, L = dynamics.mass_matrix(q), dynamics.muscle_jacobian(q)
     rates: FloatArray = -H * np.linalg.solve(M + H * np.diag(dynamics.damping), L.T)
@@ -76,10 +76,10 @@ def closed_form(experiment: Experiment) -> FloatArray:
 @pytest.mark.parametrize("version", ["3.0", "2.0"])
 @pytest.mark.parametrize("native", KINDS)
 @pytest.mark.parametrize("pull", PULLS)
-def test_a_cable_at_no_force_pulls(
+def test_cable_at_zero_force_has_the_derivative_of_a_pull(
     pull: str, native: bool, version: FmiVersion, tmp_path: Path
 ) -> None:
-    """One B, -M^-1 L', from no force on: that of the side on which cables pull."""
+    """B = -M^-1 L' for forces >= 0: the derivative on the side on which cables pull."""
     experiment = Experiment.load(PLANAR_2R)
     commands = PULLS[pull](np.array([muscle.f_min for muscle in experiment.robot.muscles]))
     expected = closed_form(experiment)
@@ -91,8 +91,8 @@ def test_a_cable_at_no_force_pulls(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("example", ["planar_2r", "hill_arm", "roboy_left_arm"])
-def test_commands_start_as_those_before_the_first_tick(example: str, tmp_path: Path) -> None:
-    """f_min of cables, what holds the robot of muscles with laws; both kinds alike."""
+def test_commands_start_with_those_before_the_first_tick(example: str, tmp_path: Path) -> None:
+    """f_min for cables, the holding command for muscles with laws; both kinds agree."""
     experiment = Experiment.load(EXAMPLES / example)
     controller = ControllerModel(experiment)
     controller.initialize()
@@ -113,8 +113,8 @@ def test_commands_start_as_those_before_the_first_tick(example: str, tmp_path: P
 
 
 @pytest.mark.parametrize("native", KINDS)
-def test_a_cable_below_no_force_is_slack(native: bool, tmp_path: Path) -> None:
-    """However little below, and whatever others do."""
+def test_cable_with_negative_force_is_slack(native: bool, tmp_path: Path) -> None:
+    """For any negative force, independent of other cables."""
     experiment = Experiment.load(PLANAR_2R)
     commands = np.array([-1e-9, 0.0, 3.0, -2.0])
     expected = closed_form(experiment) * (commands >= 0)
@@ -128,7 +128,7 @@ def test_a_cable_below_no_force_is_slack(native: bool, tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("at_the_top", [False, True])
 def test_commands_at_the_ends_of_their_range(at_the_top: bool, tmp_path: Path) -> None:
-    """Muscles with laws have the inside's derivative: pressures follow by 1 - exp(-h / T)."""
+    """Muscles with laws have the derivative inside: pressures change by 1 - exp(-h / T)."""
     experiment = Experiment.load(EXAMPLES / "pneumatic_elbow", {"plant.energy": False})
     model = PlantModel(experiment)
     ends = model.ranges[int(at_the_top)][model.indices("commands")]

@@ -12,7 +12,7 @@ BATCH = 5000
 SANITIZED = Target(["gcc", "-O1", "-g", "-fsanitize=address,undefined"])
 
 
-def count_refused(program: list[str], *arguments: Path) -> int:
+def count_rejected(program: list[str], *arguments: Path) -> int:
     """How many of all are rejected, some thousands a run of the program."""
     refused = 0
     for first in range(0, MUTATIONS, BATCH):
