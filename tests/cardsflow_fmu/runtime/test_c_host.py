@@ -1,4 +1,4 @@
-"""A host in C, without Python, in an environment that leads to none."""
+"""A host in C, in an environment without Python."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from cardsflow_fmu.simulation.build import build
 from cardsflow_fmu.simulation.run import simulate
 
 STEPS = 1000
-KEPT = ("LD_PRELOAD", "ASAN_OPTIONS")  # what sanitized builds need
+KEPT = ("LD_PRELOAD", "ASAN_OPTIONS")  # sanitized builds need these
 
 
 @pytest.fixture(scope="session")
 def c_host(compiler: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The compiled host."""
+    """Return the compiled host."""
     program = tmp_path_factory.mktemp("c_host") / "c_host"
     headers = Path(fmpy.__file__).parent / "c-code"
     source = PROGRAMS / "fmu_trajectory.c"
@@ -36,12 +36,12 @@ def c_host(compiler: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def swing(k: int) -> float:
-    """What the host adds to the start value of an input in step k."""
+    """Return the value that the host adds to the start value of an input in step k."""
     return 0.1 * ((k % 23) / 23.0)
 
 
 def outputs_of(c_host: Path, folder: Path, number: int, references: list[int]) -> np.ndarray:
-    """What the host prints for an unpacked FMU, one of whose inputs swings."""
+    """Return the output of the host for an unpacked FMU with an oscillating input."""
     description = fmpy.read_model_description(str(folder))
     name = description.coSimulation.modelIdentifier
     done = subprocess.run(
@@ -65,12 +65,12 @@ def outputs_of(c_host: Path, folder: Path, number: int, references: list[int]) -
 
 @pytest.mark.slow
 @pytest.mark.native
-def test_steps_the_toy(c_host: Path, toy_fmu: Path) -> None:
+def test_c_host_steps_the_toy(c_host: Path, toy_fmu: Path) -> None:
     found = outputs_of(c_host, toy_fmu, REFERENCES["u"], OUTPUTS)
     assert (found == plain_run(STEPS, u=swing)).all()
 
 
-def test_steps_the_plant(c_host: Path, tmp_path: Path) -> None:
+def test_c_host_steps_the_plant(c_host: Path, tmp_path: Path) -> None:
     experiment = Experiment.load(PLANAR_2R)
     archive = build(experiment, tmp_path / "fmus", compute="python")["plant"]
     fmpy.extract(str(archive), str(tmp_path / "plant"))
@@ -88,8 +88,8 @@ def test_steps_the_plant(c_host: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_closed_loop_of_the_example_is_that_of_run(compiler: str, tmp_path: Path) -> None:
-    """examples/exchange/closed_loop.c: all real variables bit by bit, at every step."""
+def test_closed_loop_of_the_example_equals_run(compiler: str, tmp_path: Path) -> None:
+    """examples/exchange/closed_loop.c: all real variables at every step, bit for bit."""
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.5, "controller.period": 0.002})
     for name, archive in build(experiment, tmp_path / "fmus").items():
         fmpy.extract(str(archive), str(tmp_path / name))

@@ -1,4 +1,4 @@
-"""Instances come and go: neither memory nor descriptors nor processes are left behind."""
+"""Creating and freeing instances leaks no memory, descriptors or processes."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from support.cases import few
 from support.fmu.fmu_host import load
 from support.fmu.worker_host import children, unpack_stubborn
 
-# Not among the native ones: the address sanitizer keeps what is freed.
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+# Not marked native: the address sanitizer keeps freed memory.
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="requires /proc")
 
 CYCLES = os.environ.get("CARDSFLOW_TEST_CYCLES")
-"""Such as 10000: the full number, which takes half an hour with workers."""
+"""For example 10000, which takes half an hour with workers."""
 
 MAX_GROWTH = 512 * 1024  # bytes, over three quarters of the cycles
 
@@ -23,7 +23,7 @@ MAX_GROWTH = 512 * 1024  # bytes, over three quarters of the cycles
 @pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(("mode", "cycles"), few([("in-process", 1000), ("worker", 16)]))
-def test_cycles_leave_nothing(
+def test_cycles_leak_no_resources(
     mode: str, cycles: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", mode)
@@ -44,7 +44,7 @@ def test_cycles_leave_nothing(
 
 
 def descriptors() -> list[str]:
-    """What is open here."""
+    """Return the open file descriptors."""
     return sorted(os.listdir("/proc/self/fd"))  # noqa: PTH208
 
 

@@ -1,4 +1,4 @@
-"""Directional derivatives: against closed forms, and through FMI 2.0 and FMI 3.0."""
+"""Directional derivatives, compared with closed forms, by FMI 2.0 and FMI 3.0."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Ask = Callable[[Sequence[str], Sequence[str], Sequence[float]], FloatArray]
 
 
 def jacobian(model: FmuModel, h: float, unknowns: Sequence[str], knowns: Sequence[str]) -> Any:
-    """Columns of directional derivatives, one for each known."""
+    """Return the directional derivatives, one column for each known."""
     index = {port.name: k for k, port in enumerate(model.ports)}
     rows = np.array([index[name] for name in unknowns])
     columns = [
@@ -63,20 +63,20 @@ def closed_form(model: ArrayModel, h: float) -> dict[str, FloatArray]:
     }
 
 
-def test_over_a_step(moving: ArrayModel) -> None:
+def test_derivatives_over_a_step(moving: ArrayModel) -> None:
     for prefix, expected in closed_form(moving, STEP).items():
         found = jacobian(moving, STEP, ["x.a", "x.b"], [f"{prefix}.a", f"{prefix}.b"])
         np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
-def test_at_the_start(moving: ArrayModel) -> None:
+def test_derivatives_at_the_start(moving: ArrayModel) -> None:
     moving.initialize()
     found = jacobian(moving, 0.0, ["x.a", "x.b"], ["x_start.a", "x_start.b", "u.a"])
     expected = np.column_stack([np.diag(np.cos(moving.parameters[2:])), np.zeros(2)])
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
-def test_directions_add_up(moving: ArrayModel) -> None:
+def test_derivatives_are_linear(moving: ArrayModel) -> None:
     known = np.array([INDEX[name] for name in ("u.a", "x.a", "gain.a", "u.a")])
     seeds = np.array([1e3, -2.0, 0.5, 10.0])
     (found,) = moving.directional_derivative(0.0, STEP, np.array([INDEX["x.a"]]), known, seeds)
@@ -85,29 +85,31 @@ def test_directions_add_up(moving: ArrayModel) -> None:
     assert found == pytest.approx(expected[0, 0], rel=1e-7)
 
 
-def test_nothing_moves(moving: ArrayModel) -> None:
+def test_derivatives_do_not_change_the_model(moving: ArrayModel) -> None:
     before = moving.values.copy(), moving.get_state()
     jacobian(moving, STEP, ["x.a", "calls"], ["u.a", "x.b", "gain.a"])
     assert (moving.values == before[0]).all()
     assert moving.get_state() == before[1]
 
 
-def test_counted_outputs_have_none(moving: ArrayModel) -> None:
+def test_counters_have_zero_derivatives(moving: ArrayModel) -> None:
     assert jacobian(moving, STEP, ["calls"], ["u.a", "x.a"]).tolist() == [[0.0, 0.0]]
 
 
-def test_a_zero_direction(moving: ArrayModel) -> None:
+def test_zero_direction_has_zero_derivative(moving: ArrayModel) -> None:
     one = np.array([INDEX["x.a"]])
     assert moving.directional_derivative(0.0, STEP, one, one, np.zeros(1)) == [0.0]
 
 
 @pytest.mark.parametrize(("h", "known"), [(STEP, "x_start.a"), (STEP, "on.a"), (0.0, "x.a")])
-def test_what_is_no_known(moving: ArrayModel, h: float, known: str) -> None:
+def test_variables_that_are_not_knowns_are_rejected(
+    moving: ArrayModel, h: float, known: str
+) -> None:
     with pytest.raises(InputError, match=f"with respect to {known}"):
         jacobian(moving, h, ["x.a"], [known])
 
 
-def test_models_without() -> None:
+def test_models_without_derivatives_reject_requests() -> None:
     experiment = Experiment.load(PLANAR_2R)
     model = ReferenceModel(experiment)
     model.initialize()
@@ -117,7 +119,7 @@ def test_models_without() -> None:
 
 @pytest.mark.parametrize("folder", [PLANAR_2R, ARM])
 def test_plant_against_closed_forms(folder: Path) -> None:
-    """qd+ = qd + h (M + h D)^-1 (-L'f - C - G - D qd), q+ = q + h qd+: DART's rule of a step."""
+    """qd+ = qd + h (M + h D)^-1 (-L'f - C - G - D qd), q+ = q + h qd+: the integrator of DART."""
     experiment = Experiment.load(folder)
     model, h = PlantModel(experiment), experiment.plant.step
     dynamics = DartDynamics(experiment.robot)
@@ -168,7 +170,7 @@ def test_controller_against_closed_forms() -> None:
     assert (jacobian(model, h, ["solve_time", "at_bound"], names(model, "q")) == 0.0).all()
 
 
-def test_a_run_is_the_same_with_questions_in_between() -> None:
+def test_requests_do_not_change_a_run() -> None:
     experiment = Experiment.load(PLANAR_2R)
     rows = []
     for asks in (False, True):
@@ -188,7 +190,7 @@ def test_a_run_is_the_same_with_questions_in_between() -> None:
 
 
 def open_fmu(folder: Path, version: str, arrays: bool) -> tuple[Any, Ask]:
-    """An instance, and what asks it by the names of ports."""
+    """Open an instance; return it and a function that requests derivatives by port names."""
     options = {"step": STEP, "fmi": version, "arrays": arrays}
     host = load(unpacked(folder / "two", ArrayModel, PORTS, **options))
     host.open()
@@ -204,7 +206,9 @@ def open_fmu(folder: Path, version: str, arrays: bool) -> tuple[Any, Ask]:
 
 
 @pytest.mark.parametrize(("version", "arrays"), [("2.0", False), ("3.0", True), ("3.0", False)])
-def test_through_fmi(tmp_path: Path, version: str, arrays: bool, moving: ArrayModel) -> None:
+def test_derivatives_by_fmi_equal_python(
+    tmp_path: Path, version: str, arrays: bool, moving: ArrayModel
+) -> None:
     slave, ask = open_fmu(tmp_path, version, arrays)
     names = ("x", "u") if arrays else (["x.a", "x.b"], ["u.a", "u.b"])
     unknowns, knowns = ([names[0]], [names[1]]) if arrays else names
@@ -216,7 +220,7 @@ def test_through_fmi(tmp_path: Path, version: str, arrays: bool, moving: ArrayMo
     slave.doStep(0.0, STEP)
     expected = closed_form(moving, STEP)["u"] @ [2.0, -3.0]
     np.testing.assert_allclose(ask(unknowns, knowns, [2.0, -3.0]), expected, atol=1e-9)
-    refused(lambda: ask(knowns, knowns, [1.0, 1.0]))  # inputs are no unknowns
+    refused(lambda: ask(knowns, knowns, [1.0, 1.0]))  # inputs are not unknowns
     refused(lambda: ask(unknowns, knowns, [np.nan, 1.0]))
     refused(
         lambda: (
@@ -234,7 +238,7 @@ def test_through_fmi(tmp_path: Path, version: str, arrays: bool, moving: ArrayMo
 
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
-def test_descriptions_say_so(tmp_path: Path, version: str) -> None:
+def test_descriptions_declare_derivatives(tmp_path: Path, version: str) -> None:
     files = build(Experiment.load(PLANAR_2R), tmp_path, fmi=version, compute="python")  # type: ignore[arg-type]
     flags = {}
     for name in ("plant", "controller", "reference"):

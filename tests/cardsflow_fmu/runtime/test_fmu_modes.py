@@ -1,4 +1,4 @@
-"""Python FMUs in the host's process and in a worker process alike."""
+"""Python FMUs in the process of the host and in a worker process."""
 
 from __future__ import annotations
 
@@ -59,31 +59,31 @@ class Model(FmuModel):
 
 @pytest.fixture(params=["in-process", "worker"])
 def mode(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Where the models run."""
+    """Return the process in which models run."""
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", request.param)
     return str(request.param)
 
 
 @pytest.fixture
 def instance(mode: str, toy_fmu: Path) -> Iterator[Host]:
-    """A new instance of the toy."""
+    """Return a new instance of the toy."""
     with opened(toy_fmu) as (host,):
         yield host
 
 
-def test_where_the_model_runs(mode: str, stubborn_fmu: Path) -> None:
+def test_model_runs_in_the_selected_process(mode: str, stubborn_fmu: Path) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         assert (host.value("process") == os.getpid()) == (mode == "in-process")
 
 
 @pytest.mark.slow
-def test_a_run_is_the_plain_class(instance: Host) -> None:
+def test_run_equals_the_plain_class(instance: Host) -> None:
     instance.start(stiffness=55.5, gain=0.7)
     assert (instance.drive(0, 300) == plain_run(300, stiffness=55.5, gain=0.7)).all()
 
 
 @pytest.mark.slow
-def test_two_classes(mode: str, toy_fmu: Path, tmp_path: Path) -> None:
+def test_two_classes_in_one_host(mode: str, toy_fmu: Path, tmp_path: Path) -> None:
     other = unpack(tmp_path / "other", OtherToyModel, "other", 0.5)
     with opened(toy_fmu, other) as (one, two):
         one.start()
@@ -93,7 +93,7 @@ def test_two_classes(mode: str, toy_fmu: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_two_modules_of_one_name(
+def test_two_modules_with_the_same_name(
     mode: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     hosts = []
@@ -155,7 +155,7 @@ def test_twenty_instances(mode: str, stubborn_fmu: Path) -> None:
 
 
 @pytest.mark.slow
-def test_freed_at_any_time(mode: str, stubborn_fmu: Path) -> None:
+def test_instances_can_be_freed_at_any_time(mode: str, stubborn_fmu: Path) -> None:
     for stage in range(5):
         host = load(stubborn_fmu)
         host.open()
@@ -173,8 +173,8 @@ def test_freed_at_any_time(mode: str, stubborn_fmu: Path) -> None:
 
 
 @pytest.mark.slow
-def test_failed_asked_reset_and_freed_again_and_again(mode: str, stubborn_fmu: Path) -> None:
-    """`CARDSFLOW_TEST_REPEATS=200` is the full number."""
+def test_repeated_failures_resets_and_frees(mode: str, stubborn_fmu: Path) -> None:
+    """The full number of repetitions is `CARDSFLOW_TEST_REPEATS=200`."""
     for _ in range(REPEATS):
         with opened_stubborn(stubborn_fmu) as host:
             host.set(action=RAISE)
@@ -199,7 +199,7 @@ def test_states_of_any_size(mode: str, stubborn_fmu: Path, size: int) -> None:
 
 
 @pytest.mark.slow
-def test_a_state_goes_to_the_other_mode(
+def test_state_is_restored_in_the_other_mode(
     mode: str, toy_fmu: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with opened(toy_fmu) as (one,):
@@ -215,19 +215,19 @@ def test_a_state_goes_to_the_other_mode(
     assert (rest == plain_run(50, stiffness=7.0)[10:]).all()
 
 
-def test_a_model_that_cannot_be_made(mode: str, damaged: Path) -> None:
+def test_model_that_cannot_be_created_is_reported(mode: str, damaged: Path) -> None:
     (damaged / "resources/x_start.txt").write_text("far")
     message = cannot_open(damaged)
     assert message.startswith("ValueError: could not convert string to float: 'far'\nTraceback")
 
 
-def test_unknown_mode(toy_fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unknown_mode_is_rejected(toy_fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", "elsewhere")
     assert cannot_open(toy_fmu) == "CARDSFLOW_FMU_HOST must be in-process or worker, not elsewhere"
 
 
-def test_the_toy_is_one(toy_fmu: Path) -> None:
-    """Its module is in the FMU, for processes that do not find it."""
+def test_toy_class_is_in_the_fmu(toy_fmu: Path) -> None:
+    """Its module is in the FMU, for processes that cannot import it."""
     assert (toy_fmu / "resources/python/toy_model.py").read_bytes() == Path(
         sys.modules[ToyModel.__module__].__file__ or ""
     ).read_bytes()

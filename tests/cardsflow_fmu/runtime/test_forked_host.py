@@ -1,4 +1,4 @@
-"""A host that forks: its copy may free what it has inherited, or call it, and does no harm."""
+"""A host that forks: calls of its copy do not affect the instance."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from support.fmu.worker_host import is_running, opened_stubborn, sums
 
 pytestmark = [
     pytest.mark.native,
-    pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc"),
+    pytest.mark.skipif(sys.platform != "linux", reason="requires /proc"),
     pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning"),
 ]
 
 
-def in_a_copy(action: Callable[[], object]) -> None:
-    """Run it in a copy of this process, which ends without any clean-up."""
+def run_in_copy(action: Callable[[], object]) -> None:
+    """Run a function in a forked copy of this process, which ends without clean-up."""
     copy = os.fork()
     if copy == 0:
         code = 1
@@ -35,9 +35,9 @@ def in_a_copy(action: Callable[[], object]) -> None:
 
 
 def check(host: Host, action: Callable[[], object]) -> None:
-    """The instance continues as it would have, in the same process."""
+    """Check that the instance continues unchanged, in the same process."""
     first, process = sums(host, 0, 3), host.value("process")
-    in_a_copy(action)
+    run_in_copy(action)
     assert host.value("process") == process
     assert is_running(process)
     again = sums(host, 3, 6)
@@ -47,7 +47,7 @@ def check(host: Host, action: Callable[[], object]) -> None:
 
 
 @pytest.mark.parametrize("where", ["worker", "in-process"])
-def test_a_copy_frees_the_instance(
+def test_forked_copy_frees_the_instance(
     where: str, stubborn_fmu: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", where)
@@ -56,7 +56,9 @@ def test_a_copy_frees_the_instance(
 
 
 @pytest.mark.slow
-def test_a_copy_calls_the_instance(stubborn_fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_forked_copy_calls_the_instance(
+    stubborn_fmu: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", "worker")
     with opened_stubborn(stubborn_fmu) as host:
 

@@ -21,13 +21,13 @@ FMI = ("2.0", "3.0")
 INTEGER_MAX = 2**31 - 1
 
 
-def test_equals_the_plain_class(host: Host) -> None:
+def test_fmu_equals_the_plain_class(host: Host) -> None:
     host.start(stiffness=55.5, gain=0.7)
     outputs = host.drive(0, 500)
     assert (outputs == plain_run(500, stiffness=55.5, gain=0.7)).all()
 
 
-def test_fmpy_simulates_it(toy_fmu: Path) -> None:
+def test_fmpy_simulates_the_fmu(toy_fmu: Path) -> None:
     result = fmpy.simulate_fmu(
         str(toy_fmu), stop_time=0.3, step_size=STEP, output_interval=STEP, output=["x"]
     )
@@ -35,7 +35,7 @@ def test_fmpy_simulates_it(toy_fmu: Path) -> None:
     assert result["x"][0] == 0.25
 
 
-def test_booleans(started: Host, fmi: FmiVersion) -> None:
+def test_boolean_variables(started: Host, fmi: FmiVersion) -> None:
     locked, is_right = REFERENCES["locked"], REFERENCES["is_right"]
     assert started.slave.getBoolean([is_right, locked]) == [True, False]
     started.slave.setBoolean([locked], [INTEGER_MAX if fmi == "2.0" else True])
@@ -44,7 +44,7 @@ def test_booleans(started: Host, fmi: FmiVersion) -> None:
     assert started.slave.getBoolean([locked]) == [True]
 
 
-def test_instances_of_one_fmu_are_apart(toy_fmu: Path) -> None:
+def test_instances_of_one_fmu_are_independent(toy_fmu: Path) -> None:
     with opened(toy_fmu, toy_fmu) as (one, two):
         one.start(gain=1.0)
         two.start(gain=-2.0)
@@ -53,7 +53,7 @@ def test_instances_of_one_fmu_are_apart(toy_fmu: Path) -> None:
     assert (np.array(rows)[:, 1] == plain_run(200, gain=-2.0)).all()
 
 
-def test_fmus_are_apart(toy_fmu: Path, tmp_path: Path, fmi: FmiVersion) -> None:
+def test_fmus_are_independent(toy_fmu: Path, tmp_path: Path, fmi: FmiVersion) -> None:
     other = unpack(tmp_path / "other", OtherToyModel, "other", 0.5, fmi)
     with opened(toy_fmu, other) as (one, two):
         one.start()
@@ -63,7 +63,7 @@ def test_fmus_are_apart(toy_fmu: Path, tmp_path: Path, fmi: FmiVersion) -> None:
     assert (np.array(rows)[:, 1] == plain_run(200, OtherToyModel(0.5))).all()
 
 
-def test_steps_from_threads(toy_fmu: Path) -> None:
+def test_steps_in_several_threads(toy_fmu: Path) -> None:
     rows = {}
     with opened(toy_fmu, toy_fmu) as hosts:
 
@@ -80,7 +80,7 @@ def test_steps_from_threads(toy_fmu: Path) -> None:
     assert (rows[1] == rows[0]).all()
 
 
-def test_initial_outputs_follow_what_is_set(host: Host) -> None:
+def test_initial_outputs_depend_on_set_values(host: Host) -> None:
     host.slave.setupExperiment(startTime=0.0)
     host.slave.enterInitializationMode()
     assert host.get("x", "stiffness") == [0.25, 40.0]
@@ -90,13 +90,13 @@ def test_initial_outputs_follow_what_is_set(host: Host) -> None:
     assert (host.drive(0, 10) == plain_run(10, stiffness=1.0)).all()
 
 
-def test_tunable_parameters_act_at_once(started: Host) -> None:
+def test_tunable_parameters_take_effect_immediately(started: Host) -> None:
     started.set(gain=0.0, u=1e9)
     started.slave.doStep(0.0, STEP)
     assert started.get("v") == [-STEP * 40.0 * 0.25]
 
 
-def test_reset_leads_to_a_fresh_run(started: Host) -> None:
+def test_reset_restores_the_start(started: Host) -> None:
     started.set(gain=3.0)
     started.drive(0, 10)
     started.slave.reset()
@@ -112,7 +112,7 @@ def test_start_time(host: Host) -> None:
     assert host.slave.getRealStatus(fmi2.fmi2LastSuccessfulTime) == -2.0 + STEP
 
 
-def test_host_may_accumulate_its_time(started: Host) -> None:
+def test_accumulated_time_of_a_host_is_accepted(started: Host) -> None:
     time = 0.0
     for _ in range(20000):
         started.slave.doStep(time, STEP)
@@ -137,7 +137,7 @@ def test_free_instance_frees_the_model(toy_fmu: Path) -> None:
     assert len(ToyModel.alive) == before
 
 
-def test_memory_lasts_as_long_as_the_model(toy_fmu: Path) -> None:
+def test_memory_outlives_the_model(toy_fmu: Path) -> None:
     before = set(ToyModel.alive)
     with opened(toy_fmu) as (host,):
         host.start()

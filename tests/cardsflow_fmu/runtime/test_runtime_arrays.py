@@ -1,4 +1,4 @@
-"""FMUs of FMI 3.0 with arrays, and what FMI 3.0 has beyond FMI 2.0."""
+"""FMUs of FMI 3.0 with arrays, and functions that FMI 2.0 does not have."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def write(path: Path, **changes: Any) -> Path:
 
 
 class Instance:
-    """An instance, what it has logged, and the times of its intermediate updates."""
+    """Instance with its log and the times of its intermediate updates."""
 
     def __init__(self, folder: Path) -> None:
         self.updates: list[tuple[float, float]] = []
@@ -67,7 +67,7 @@ def started(instance: Instance) -> Instance:
     return instance
 
 
-def test_is_valid(tmp_path: Path) -> None:
+def test_fmu_is_valid(tmp_path: Path) -> None:
     for arrays in (True, False):
         assert validate_fmu(str(write(tmp_path / "two.fmu", arrays=arrays))) == []
 
@@ -85,7 +85,7 @@ def test_variables_are_arrays(folder: Path) -> None:
     assert found["u"].description == "Force of a, b"
 
 
-def test_arrays_are_got_and_set(started: Instance) -> None:
+def test_arrays_can_be_read_and_set(started: Instance) -> None:
     slave = started.slave
     slave.setFloat64([ARRAYS["u"], ARRAYS["gain"]], [1.0, 2.0, 3.0, 4.0])
     slave.setBoolean([ARRAYS["on"]], [False, True])
@@ -106,7 +106,7 @@ def test_arrays_are_got_and_set(started: Instance) -> None:
 
 
 @pytest.mark.parametrize("size", [0, 1, 3, 1000])
-def test_wrong_lengths_are_refused(folder: Path, size: int) -> None:
+def test_wrong_lengths_are_rejected(folder: Path, size: int) -> None:
     for call in (
         lambda slave: slave.getFloat64([ARRAYS["x"]], size),
         lambda slave: slave.setFloat64([ARRAYS["u"]], [1.0] * size),
@@ -120,7 +120,7 @@ def test_wrong_lengths_are_refused(folder: Path, size: int) -> None:
         made.slave.freeInstance()
 
 
-def test_elements_have_no_reference(started: Instance) -> None:
+def test_elements_have_no_value_reference(started: Instance) -> None:
     refused(lambda: started.slave.getFloat64([INDEX["x.b"]]))
     assert "value reference 5 is within the array x" in started.host.last
 
@@ -129,7 +129,7 @@ def test_time_cannot_be_set(started: Instance) -> None:
     refused(lambda: started.slave.setFloat64([ARRAYS["time"]], [1.0]))
 
 
-def test_other_types_are_refused(folder: Path) -> None:
+def test_other_types_are_rejected(folder: Path) -> None:
     for name in ("Float32", "Int8", "UInt16", "Int32", "UInt64"):
         made = Instance(folder)
         made.start()
@@ -138,13 +138,13 @@ def test_other_types_are_refused(folder: Path) -> None:
         made.slave.freeInstance()
 
 
-def test_intermediate_updates_come_at_every_step(started: Instance) -> None:
+def test_every_step_has_an_intermediate_update(started: Instance) -> None:
     for k in range(3):
         assert started.slave.doStep(k * STEP, STEP) == (False, False, False, (k * STEP) + STEP)
     assert started.updates == [(k * STEP + STEP, k + 1.0) for k in range(3)]
 
 
-def test_state_goes_to_another_instance(folder: Path) -> None:
+def test_state_is_restored_in_another_instance(folder: Path) -> None:
     one, two = Instance(folder), Instance(folder)
     one.start()
     one.slave.setFloat64([ARRAYS["u"]], [1.5, -0.5])
@@ -158,7 +158,7 @@ def test_state_goes_to_another_instance(folder: Path) -> None:
     assert rows[0] == rows[1]
 
 
-def test_resources_that_are_not_there(folder: Path) -> None:
+def test_missing_resources_are_reported(folder: Path) -> None:
     slave = Instance(folder).slave
     messages: list[bytes] = []
     log = fmi3.fmi3LogMessageCallback(lambda *arguments: messages.append(arguments[-1]))
@@ -172,7 +172,7 @@ def test_resources_that_are_not_there(folder: Path) -> None:
         assert messages.pop()
 
 
-def test_kinds_that_there_are_not(folder: Path) -> None:
+def test_unsupported_interface_types_are_rejected(folder: Path) -> None:
     for kind in (fmi3.FMU3Model, fmi3.FMU3ScheduledExecution):
         description = fmpy.read_model_description(str(folder))
         slave = kind(
@@ -185,8 +185,8 @@ def test_kinds_that_there_are_not(folder: Path) -> None:
             slave.instantiate()
 
 
-def test_what_the_standard_makes_optional(started: Instance) -> None:
-    """Each of the other functions rejects with a message and does no harm."""
+def test_unsupported_optional_functions_report_errors(started: Instance) -> None:
+    """Each of the other functions reports an error; the instance does not change."""
     slave = started.slave
     csrc = Path(__file__).parents[3] / "cardsflow_fmu/runtime/csrc"
     source = (csrc / "fmi/fmi3_unsupported.c").read_text()
@@ -220,7 +220,7 @@ def test_null_pointers(started: Instance) -> None:
 
 
 @pytest.mark.parametrize(("version", "arrays"), [("2.0", False), ("3.0", True), ("3.0", False)])
-def test_participants_are_all_the_same(tmp_path: Path, version: str, arrays: bool) -> None:
+def test_participants_of_all_versions_agree(tmp_path: Path, version: str, arrays: bool) -> None:
     file = write(tmp_path / "two.fmu", fmi=version, arrays=arrays)
     fmu = FmuInstance("two", file, tmp_path / "two", {"gain.b": 0.25, "on.a": 0.0})
     model = ArrayModel()

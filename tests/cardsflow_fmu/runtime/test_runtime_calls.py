@@ -41,7 +41,7 @@ def test_calls_in_step_mode(toy_fmu: Path) -> None:
             assert host.last.endswith("out of order, the instance is in step mode")
 
 
-def test_in_error_everything_is_refused_but_reset(started: Host) -> None:
+def test_failed_instance_accepts_only_reset(started: Host) -> None:
     refused(lambda: started.slave.doStep(1.0, STEP))
     for call in (
         lambda: started.slave.doStep(0.0, STEP),
@@ -70,7 +70,9 @@ def test_in_error_everything_is_refused_but_reset(started: Host) -> None:
         (-1e-8, STEP, "but the last step ended at 0 s"),
     ],
 )
-def test_steps_that_do_not_continue(started: Host, time: float, step: float, message: str) -> None:
+def test_discontinuous_steps_are_rejected(
+    started: Host, time: float, step: float, message: str
+) -> None:
     refused(lambda: started.slave.doStep(time, step))
     assert message in started.last
 
@@ -87,34 +89,34 @@ def test_steps_end_at_the_stop_time(host: Host) -> None:
 
 
 @pytest.mark.parametrize(("start", "stop"), [(math.nan, 1.0), (math.inf, None), (1.0, 0.5)])
-def test_impossible_times(host: Host, start: float, stop: float | None) -> None:
+def test_impossible_times_are_rejected(host: Host, start: float, stop: float | None) -> None:
     refused(lambda: host.slave.setupExperiment(startTime=start, stopTime=stop))
     assert "invalid time from" in host.last
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_refuses_what_is_not_finite(started: Host, value: float) -> None:
+def test_values_that_are_not_finite_are_rejected(started: Host, value: float) -> None:
     refused(lambda: started.set(u=value))
     assert started.last.startswith("setReal: u cannot be")
 
 
-def test_refuses_to_set_outputs(started: Host) -> None:
+def test_setting_outputs_is_rejected(started: Host) -> None:
     refused(lambda: started.set(x=1.0))
     assert started.last == "setReal: x is an output and cannot be set"
 
 
-def test_refuses_to_set_boolean_outputs(started: Host) -> None:
+def test_setting_boolean_outputs_is_rejected(started: Host) -> None:
     refused(lambda: started.slave.setBoolean([REFERENCES["is_right"]], [True]))
     assert started.last == "setBoolean: is_right is an output and cannot be set"
 
 
-def test_refuses_to_set_fixed_parameters_in_step_mode(started: Host) -> None:
+def test_setting_fixed_parameters_in_step_mode_is_rejected(started: Host) -> None:
     refused(lambda: started.set(stiffness=1.0))
     assert "stiffness is a fixed parameter" in started.last
 
 
 @pytest.mark.parametrize("reference", [len(PORTS), 2**32 - 1])
-def test_refuses_unknown_references(toy_fmu: Path, reference: int) -> None:
+def test_unknown_references_are_rejected(toy_fmu: Path, reference: int) -> None:
     for call in (
         lambda slave: slave.getReal([reference]),
         lambda slave: slave.setReal([reference], [1.0]),
@@ -127,7 +129,7 @@ def test_refuses_unknown_references(toy_fmu: Path, reference: int) -> None:
             assert f"unknown value reference {reference}; the last one is 9" in host.last
 
 
-def test_refuses_other_types(toy_fmu: Path) -> None:
+def test_other_types_are_rejected(toy_fmu: Path) -> None:
     for call, message in (
         (lambda slave: slave.getReal([1]), "locked (value reference 1) is a boolean variable"),
         (lambda slave: slave.setReal([1], [1.0]), "is a boolean variable"),
@@ -168,7 +170,7 @@ def test_null_component(toy_fmu: Path) -> None:
     host.slave.freeLibrary()
 
 
-def test_what_the_standard_makes_optional(started: Host) -> None:
+def test_unsupported_optional_functions_report_errors(started: Host) -> None:
     slave = started.slave
     for call in (
         lambda: slave.getDirectionalDerivative([2], [0], [1.0]),
@@ -182,7 +184,7 @@ def test_what_the_standard_makes_optional(started: Host) -> None:
     assert (started.drive(0, 5) == plain_run(5)).all()
 
 
-def test_statuses(started: Host) -> None:
+def test_status_requests(started: Host) -> None:
     slave = started.slave
     started.drive(0, 2)
     assert slave.getRealStatus(fmi2.fmi2LastSuccessfulTime) == 2 * STEP

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.native
 FMI = ("2.0", "3.0")
 
 
-def test_exception_in_step(host: Host) -> None:
+def test_exception_in_step_is_logged(host: Host) -> None:
     host.start(fail_at=4.5 * STEP)
     assert (host.drive(0, 5) == plain_run(5)).all()
     refused(lambda: host.slave.doStep(5 * STEP, STEP))
@@ -27,7 +27,7 @@ def test_exception_in_step(host: Host) -> None:
     assert "_fail_when_asked" in host.last
 
 
-def test_after_an_exception_a_run_is_as_fresh(host: Host) -> None:
+def test_run_after_an_exception_equals_a_new_run(host: Host) -> None:
     host.start(fail_at=0.0)
     refused(lambda: host.slave.doStep(0.0, STEP))
     refused(lambda: host.get("x"))
@@ -36,7 +36,7 @@ def test_after_an_exception_a_run_is_as_fresh(host: Host) -> None:
     assert (host.drive(0, 50) == plain_run(50)).all()
 
 
-def test_an_exception_does_not_disturb_others(toy_fmu: Path) -> None:
+def test_exception_does_not_affect_other_instances(toy_fmu: Path) -> None:
     with opened(toy_fmu, toy_fmu) as (one, two):
         one.start(fail_at=0.0)
         two.start()
@@ -45,20 +45,22 @@ def test_an_exception_does_not_disturb_others(toy_fmu: Path) -> None:
         assert two.messages == []
 
 
-def test_keyboard_interrupt(host: Host) -> None:
+def test_keyboard_interrupt_is_logged(host: Host) -> None:
     host.slave.setBoolean([REFERENCES["interrupt"]], [True])
     host.start(fail_at=0.0)
     refused(lambda: host.slave.doStep(0.0, STEP))
     assert host.last.startswith("doStep at 0 s: KeyboardInterrupt\nTraceback")
 
 
-def test_exception_at_the_start(host: Host, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_exception_at_the_start_is_logged(host: Host, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ToyModel, "initialize", lambda self, t: 1 / 0)
     refused(host.start)
     assert host.last.startswith("initialization: ZeroDivisionError: division by zero")
 
 
-def test_model_that_cannot_be_made_again(started: Host, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_model_that_cannot_be_created_again_is_reported(
+    started: Host, monkeypatch: pytest.MonkeyPatch
+) -> None:
     started.set(fail_at=0.0)
     refused(lambda: started.slave.doStep(0.0, STEP))
     with monkeypatch.context() as patch:
@@ -71,7 +73,9 @@ def test_model_that_cannot_be_made_again(started: Host, monkeypatch: pytest.Monk
     assert (started.drive(0, 50) == plain_run(50)).all()
 
 
-def test_model_whose_reset_fails(started: Host, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_model_whose_reset_fails_is_replaced(
+    started: Host, monkeypatch: pytest.MonkeyPatch
+) -> None:
     started.drive(0, 3)
     monkeypatch.setattr(ToyModel, "reset", lambda self: 1 / 0)
     started.slave.reset()
@@ -79,13 +83,17 @@ def test_model_whose_reset_fails(started: Host, monkeypatch: pytest.MonkeyPatch)
     assert (started.drive(0, 50) == plain_run(50)).all()
 
 
-def test_model_that_answers_nonsense(started: Host, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_invalid_results_of_a_model_are_reported(
+    started: Host, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(ToyModel, "get_state", lambda self: None)
     refused(started.slave.getFMUstate)
     assert started.last.startswith("getFMUstate: TypeError")
 
 
-def test_what_escapes_from_python(toy_fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failures_outside_of_the_model_are_reported(
+    toy_fmu: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def interrupted(self: HostedModel) -> None:
         raise KeyboardInterrupt
 

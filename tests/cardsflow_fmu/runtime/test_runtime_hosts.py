@@ -30,7 +30,9 @@ def arguments_for(toy_fmu: Path) -> list[str]:
     return [str(library_path()), guid, (toy_fmu / "resources").as_uri()]
 
 
-def test_python_without_the_package(toy_fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_python_host_without_the_package_is_reported(
+    toy_fmu: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", "in-process")
     python = [sys.executable, "-I", "-S", "-c", PYTHON_HOST]
     message, component = run([*python, *arguments_for(toy_fmu)]).splitlines()
@@ -40,6 +42,6 @@ def test_python_without_the_package(toy_fmu: Path, monkeypatch: pytest.MonkeyPat
     assert component == "None"
 
 
-def test_python_without_the_package_gets_a_worker(toy_fmu: Path) -> None:
+def test_python_host_without_the_package_uses_a_worker(toy_fmu: Path) -> None:
     python = [sys.executable, "-I", "-S", "-c", PYTHON_HOST]
     assert int(run([*python, *arguments_for(toy_fmu)]))

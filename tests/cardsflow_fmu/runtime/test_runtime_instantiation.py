@@ -15,7 +15,7 @@ from cardsflow_fmu.version import __version__
 pytestmark = pytest.mark.native
 
 
-def test_wrong_guid(toy_fmu: Path) -> None:
+def test_wrong_guid_is_rejected(toy_fmu: Path) -> None:
     host = load(toy_fmu)
     resources = (toy_fmu / "resources").as_uri()
     assert host.instantiate("{other}", resources) is None
@@ -23,7 +23,7 @@ def test_wrong_guid(toy_fmu: Path) -> None:
     host.slave.freeLibrary()
 
 
-def test_model_exchange(toy_fmu: Path) -> None:
+def test_model_exchange_is_rejected(toy_fmu: Path) -> None:
     host = load(toy_fmu)
     resources = (toy_fmu / "resources").as_uri()
     assert host.instantiate(host.slave.guid, resources, fmi2.fmi2ModelExchange) is None
@@ -31,7 +31,7 @@ def test_model_exchange(toy_fmu: Path) -> None:
     host.slave.freeLibrary()
 
 
-def test_wrong_package_version(toy_fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_wrong_package_version_is_rejected(toy_fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", "in-process")
     monkeypatch.setattr("cardsflow_fmu.runtime.in_process.__version__", "99.0")
     message = cannot_open(toy_fmu)
@@ -50,7 +50,7 @@ def test_wrong_package_version(toy_fmu: Path, monkeypatch: pytest.MonkeyPatch) -
         (b'{"format": 1, "package": 1}', "requires the strings"),
     ],
 )
-def test_model_file(damaged: Path, content: bytes | None, message: str) -> None:
+def test_damaged_model_file_is_rejected(damaged: Path, content: bytes | None, message: str) -> None:
     path = damaged / "resources/model.json"
     path.unlink() if content is None else path.write_bytes(content)
     text = cannot_open(damaged)
@@ -70,14 +70,18 @@ def test_model_file(damaged: Path, content: bytes | None, message: str) -> None:
         ("ports", "0", "has other variables than this FMU"),
     ],
 )
-def test_model_file_entries(damaged: Path, entry: str, value: str, message: str) -> None:
+def test_wrong_entries_of_the_model_file_are_rejected(
+    damaged: Path, entry: str, value: str, message: str
+) -> None:
     path = damaged / "resources/model.json"
     entries = json.loads(path.read_text())
     path.write_text(json.dumps({**entries, entry: value}))
     assert message in cannot_open(damaged)
 
 
-def test_model_with_memory_of_its_own(toy_fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_model_with_separate_memory_is_rejected(
+    toy_fmu: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(
         ToyModel, "from_resources", classmethod(lambda cls, folder, values: cls(0.0))
     )
@@ -108,7 +112,7 @@ def test_locations(toy_fmu: Path) -> None:
     host.slave.freeLibrary()
 
 
-def test_texts_that_are_not_utf8(toy_fmu: Path) -> None:
+def test_texts_that_are_not_utf8_are_accepted(toy_fmu: Path) -> None:
     host = load(toy_fmu)
     name = host.slave.instanceName.encode()
     callbacks = ctypes.byref(host.callbacks)

@@ -10,7 +10,7 @@ from toy_model import REFERENCES, ToyModel
 pytestmark = pytest.mark.native
 
 
-def test_fmpy_shows_it_as_written(toy_fmu: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_fmpy_shows_messages_unchanged(toy_fmu: Path, capfd: pytest.CaptureFixture[str]) -> None:
     slave = load(toy_fmu).slave
     slave.instantiate()
     slave.setupExperiment(startTime=0.0)
@@ -30,7 +30,7 @@ class MuteError(Exception):
 
 
 def fail_with(started: Host, error: type[Exception], *arguments: str) -> None:
-    """A step in which the model raises."""
+    """Run a step in which the model raises an error."""
 
     def fail(self: ToyModel, t: float, h: float) -> None:
         raise error(*arguments)
@@ -40,7 +40,7 @@ def fail_with(started: Host, error: type[Exception], *arguments: str) -> None:
         refused(lambda: started.slave.doStep(0.0, STEP))
 
 
-def test_long_texts_come_in_pieces(started: Host) -> None:
+def test_long_texts_are_split(started: Host) -> None:
     text = "ü%" * 3000 + "\n" + "line\n" * 1000 + "#"
     fail_with(started, ValueError, text)
     pieces = [message.text for message in started.messages]
@@ -49,7 +49,7 @@ def test_long_texts_come_in_pieces(started: Host) -> None:
     assert text.replace("\n", "") in whole.replace("\n", "")
 
 
-def test_texts_that_c_cannot_hold(started: Host) -> None:
+def test_texts_that_c_cannot_represent_are_escaped(started: Host) -> None:
     fail_with(started, ValueError, "nul \0 surrogate \ud800 end")
     assert r"nul \0 surrogate \ud800 end" in started.last
 
@@ -59,7 +59,7 @@ def test_exceptions_without_a_text(started: Host) -> None:
     assert "MuteError" in started.last
 
 
-def test_events_when_asked_for(toy_fmu: Path) -> None:
+def test_events_are_logged_on_request(toy_fmu: Path) -> None:
     with opened(toy_fmu, events=True) as (host,):
         host.start()
         host.slave.terminate()
@@ -88,7 +88,7 @@ def test_categories(host: Host, is_on: bool, categories: list[str], expected: in
     assert len(host.messages) == expected
 
 
-def test_unknown_category(host: Host) -> None:
+def test_unknown_category_is_rejected(host: Host) -> None:
     host.slave.setDebugLogging(True, ["logNonsense"])
     assert host.messages[-1].category == "logStatusWarning"
 

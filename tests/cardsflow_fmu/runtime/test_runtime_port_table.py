@@ -18,7 +18,7 @@ def table(damaged: Path) -> Path:
 
 
 def opens(host: Host, table: Path, content: bytes) -> bool:
-    """Whether the FMU opens with this table; says why when it does not."""
+    """Return whether the FMU opens with this table; if it does not, it must log a message."""
     table.write_bytes(content)
     host.messages.clear()
     component = host.instantiate(host.slave.guid, table.parent.as_uri())
@@ -27,12 +27,12 @@ def opens(host: Host, table: Path, content: bytes) -> bool:
     return bool(component)
 
 
-def test_missing(damaged: Path, table: Path) -> None:
+def test_missing_table_is_rejected(damaged: Path, table: Path) -> None:
     table.unlink()
     assert "ports.bin cannot be read: unpack or build the FMU again" in cannot_open(damaged)
 
 
-def test_truncated(damaged: Path, table: Path) -> None:
+def test_truncated_table_is_rejected(damaged: Path, table: Path) -> None:
     host = load(damaged)
     content = table.read_bytes()
     assert opens(host, table, content)
@@ -42,7 +42,7 @@ def test_truncated(damaged: Path, table: Path) -> None:
     host.slave.freeLibrary()
 
 
-def test_mutated(damaged: Path, table: Path) -> None:
+def test_mutated_table_is_rejected(damaged: Path, table: Path) -> None:
     host = load(damaged)
     content = table.read_bytes()
     rng = random.Random(2)
@@ -52,7 +52,7 @@ def test_mutated(damaged: Path, table: Path) -> None:
 
 
 @pytest.mark.slow
-def test_mutated_with_a_true_checksum(damaged: Path, table: Path) -> None:
+def test_mutated_table_with_correct_checksum_is_rejected(damaged: Path, table: Path) -> None:
     host = load(damaged)
     content = table.read_bytes()
     rng = random.Random(3)
@@ -70,12 +70,12 @@ N = len(PORTS)
     ("values", "variables"),
     [(0, N), (N - 1, N), (N + 1, N), (2**32 - 1, N), (N, N - 1), (N, N + 1), (N, 2**32 - 1)],
 )
-def test_other_counts(damaged: Path, table: Path, values: int, variables: int) -> None:
+def test_wrong_counts_are_rejected(damaged: Path, table: Path, values: int, variables: int) -> None:
     assert not opens_changed(damaged, table, (N, N), (values, variables))
 
 
 @pytest.mark.parametrize("step", [0.0, -1e-3, float("nan"), float("inf")])
-def test_impossible_steps(damaged: Path, table: Path, step: float) -> None:
+def test_impossible_preferred_steps_are_rejected(damaged: Path, table: Path, step: float) -> None:
     assert not opens_changed(damaged, table, (N, N), (N, N), step)
 
 
@@ -86,7 +86,7 @@ def opens_changed(
     new: tuple[int, int],
     step: float = STEP,
 ) -> bool:
-    """Whether the FMU opens with other counts, or another step, in its table."""
+    """Return whether the FMU opens with other counts, or another step, in its table."""
     host = load(damaged)
     content = table.read_bytes()
     at = content.index(struct.pack("<dII", STEP, *counts))
@@ -98,7 +98,7 @@ def opens_changed(
 
 
 def mutated(content: bytes, rng: random.Random) -> bytes:
-    """A few bytes changed, one of them for sure."""
+    """Return the bytes with a few changes, at least one."""
     changed = bytearray(content)
     for _ in range(rng.randint(0, 3)):
         changed[rng.randrange(len(changed))] = rng.randrange(256)

@@ -49,8 +49,8 @@ SAME(fmi2Byte, char);
 """
 
 
-def test_signatures_are_those_of_the_standard(compiler: str) -> None:
-    """The standard's header takes the place of ours, so that the compiler compares."""
+def test_signatures_agree_with_the_standard(compiler: str) -> None:
+    """The header of the standard replaces the one of the runtime, so that the compiler compares."""
     flags = ["-std=c99", "-D_GNU_SOURCE", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"]
     standard = ["-DFMI2_TYPES_H", f"-I{HEADERS}", "-include", "fmi2Functions.h"]
     run([compiler, *flags, *standard, "-Wmissing-prototypes", str(SOURCES / "fmi2.c")])
@@ -62,7 +62,7 @@ def test_signatures_are_those_of_the_standard(compiler: str) -> None:
     run([compiler, *flags, *standard, str(SOURCES / "fmi3_component.c")])
 
 
-def test_types_are_those_of_the_standard(compiler: str, tmp_path: Path) -> None:
+def test_types_agree_with_the_standard(compiler: str, tmp_path: Path) -> None:
     answers = []
     for header in (SOURCES / "fmi2_types.h", HEADERS / "fmi2Functions.h"):
         source, program = tmp_path / "types.c", tmp_path / "types"
@@ -72,7 +72,7 @@ def test_types_are_those_of_the_standard(compiler: str, tmp_path: Path) -> None:
     assert answers[0] == answers[1]
 
 
-def test_types_of_fmi_3_are_those_of_the_standard(compiler: str, tmp_path: Path) -> None:
+def test_types_of_fmi_3_agree_with_the_standard(compiler: str, tmp_path: Path) -> None:
     ours = (SOURCES / "fmi3_types.h").read_text()
     names = re.findall(r"\b(fmi3\w+);|\(\*(fmi3\w+)\)", ours)
     types = [f'printf("{a or b} %zu\\n", sizeof({a or b}));' for a, b in names]
@@ -89,7 +89,7 @@ def test_types_of_fmi_3_are_those_of_the_standard(compiler: str, tmp_path: Path)
     assert answers[0] == answers[1]
 
 
-def test_only_fmi_is_exported() -> None:
+def test_only_fmi_functions_are_exported() -> None:
     nm = shutil.which("nm")
     if nm is None or sys.platform != "linux":
         pytest.skip("no nm")

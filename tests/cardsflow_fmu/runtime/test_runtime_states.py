@@ -38,7 +38,7 @@ def test_rollback_is_exact(started: Host, is_serialized: bool) -> None:
     assert (first == plain_run(60)[20:]).all()
 
 
-def test_every_variable_comes_back(started: Host) -> None:
+def test_every_variable_is_restored(started: Host) -> None:
     slave = started.slave
     started.set(gain=0.1, u=2.0)
     slave.setBoolean([REFERENCES["locked"]], [True])
@@ -54,7 +54,7 @@ def test_every_variable_comes_back(started: Host) -> None:
     assert (slave.getReal(reals), slave.getBoolean([1, 5, 9])) == before
 
 
-def test_a_state_can_be_overwritten(started: Host) -> None:
+def test_state_can_be_overwritten(started: Host) -> None:
     slave = started.slave
     state = slave.getFMUstate()
     started.drive(0, 5)
@@ -65,7 +65,7 @@ def test_a_state_can_be_overwritten(started: Host) -> None:
     assert (started.drive(5, 9) == first).all()
 
 
-def test_goes_to_another_instance(toy_fmu: Path) -> None:
+def test_state_is_restored_in_another_instance(toy_fmu: Path) -> None:
     with opened(toy_fmu, toy_fmu) as (one, two):
         one.start(stiffness=7.0, gain=2.0)
         one.drive(0, 10)
@@ -85,7 +85,7 @@ with opened(Path(sys.argv[1])) as (host,):
 
 
 @pytest.mark.slow
-def test_goes_to_another_process(toy_fmu: Path, started: Host, tmp_path: Path) -> None:
+def test_state_is_restored_in_another_process(toy_fmu: Path, started: Host, tmp_path: Path) -> None:
     started.set(gain=2.0)
     started.drive(0, 10)
     (tmp_path / "state").write_bytes(started.save())
@@ -94,7 +94,7 @@ def test_goes_to_another_process(toy_fmu: Path, started: Host, tmp_path: Path) -
     assert bytes.fromhex(done.stdout) == started.drive(10, 50).tobytes()
 
 
-def test_other_parameters_are_taken_over(started: Host) -> None:
+def test_parameters_of_the_state_are_applied(started: Host) -> None:
     slave = started.slave
     state = slave.getFMUstate()
     slave.reset()
@@ -104,7 +104,7 @@ def test_other_parameters_are_taken_over(started: Host) -> None:
     assert (started.drive(0, 10) == plain_run(10)).all()
 
 
-def test_leads_out_of_an_error(started: Host) -> None:
+def test_state_resolves_an_error(started: Host) -> None:
     slave = started.slave
     started.drive(0, 5)
     state = slave.getFMUstate()
@@ -115,7 +115,7 @@ def test_leads_out_of_an_error(started: Host) -> None:
     assert (started.drive(5, 50) == plain_run(50)[5:]).all()
 
 
-def test_before_the_initialization(host: Host) -> None:
+def test_state_before_the_initialization(host: Host) -> None:
     slave = host.slave
     host.set(gain=0.3)
     state = slave.getFMUstate()
@@ -128,7 +128,7 @@ def test_before_the_initialization(host: Host) -> None:
     assert (host.drive(0, 9) == plain_run(9, gain=0.3)).all()
 
 
-def test_in_initialization_mode(host: Host) -> None:
+def test_state_in_initialization_mode(host: Host) -> None:
     slave = host.slave
     slave.setupExperiment(startTime=0.0)
     slave.enterInitializationMode()
@@ -145,7 +145,7 @@ def test_in_initialization_mode(host: Host) -> None:
     assert (host.drive(0, 9) == plain_run(9, stiffness=3.0)).all()
 
 
-def test_wrong_bytes_are_refused(started: Host) -> None:
+def test_wrong_bytes_are_rejected(started: Host) -> None:
     slave = started.slave
     data = started.save()
     for wrong in (b"", data[:-1], data + b"\0", data[:40], b"\1" + data[1:]):
@@ -154,7 +154,7 @@ def test_wrong_bytes_are_refused(started: Host) -> None:
     assert (started.drive(0, 5) == plain_run(5)).all()
 
 
-def test_damaged_bytes_do_no_harm(toy_fmu: Path) -> None:
+def test_damaged_bytes_have_no_effect(toy_fmu: Path) -> None:
     rng = random.Random(1)
     with opened(toy_fmu) as (host,):
         host.start()
@@ -169,7 +169,9 @@ def test_damaged_bytes_do_no_harm(toy_fmu: Path) -> None:
         assert (host.drive(0, 5) == plain_run(5)).all()
 
 
-def test_another_fmus_state_is_refused(toy_fmu: Path, tmp_path: Path, fmi: FmiVersion) -> None:
+def test_serialized_state_of_another_fmu_is_rejected(
+    toy_fmu: Path, tmp_path: Path, fmi: FmiVersion
+) -> None:
     other = unpack(tmp_path / "other", OtherToyModel, "other", fmi=fmi)
     with opened(toy_fmu, other) as (one, two):
         one.start()
@@ -178,7 +180,9 @@ def test_another_fmus_state_is_refused(toy_fmu: Path, tmp_path: Path, fmi: FmiVe
         assert two.last == "deSerializeFMUstate: the state belongs to another FMU"
 
 
-def test_a_state_that_the_model_refuses(started: Host, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_state_that_the_model_rejects_is_reported(
+    started: Host, monkeypatch: pytest.MonkeyPatch
+) -> None:
     slave = started.slave
     monkeypatch.setattr(ToyModel, "get_state", lambda self: b"short")
     state = slave.getFMUstate()
@@ -187,7 +191,7 @@ def test_a_state_that_the_model_refuses(started: Host, monkeypatch: pytest.Monke
     assert "unpack requires a buffer of 24 bytes" in started.last
 
 
-def test_room_that_is_too_small(started: Host) -> None:
+def test_small_buffer_is_rejected(started: Host) -> None:
     slave = started.slave
     state = slave.getFMUstate()
     room = ctypes.create_string_buffer(3)
@@ -197,7 +201,7 @@ def test_room_that_is_too_small(started: Host) -> None:
 
 
 def go_to(host: Host, data: bytes) -> None:
-    """Take a damaged state for a true one, if the FMU does."""
+    """Restore a damaged state if the FMU accepts it."""
     try:
         state = host.slave.deSerializeFMUstate(data)
     except FMICallException:
@@ -210,7 +214,7 @@ def go_to(host: Host, data: bytes) -> None:
     host.slave.freeFMUstate(state)
 
 
-def test_numbers_that_cannot_be_set_are_refused(started: Host) -> None:
+def test_states_with_invalid_numbers_are_rejected(started: Host) -> None:
     slave = started.slave
     started.drive(0, 5)
     data = started.save()
@@ -225,9 +229,7 @@ def test_numbers_that_cannot_be_set_are_refused(started: Host) -> None:
     assert (started.drive(5, 9) == plain_run(9)[5:]).all()
 
 
-def test_the_state_of_another_fmu_is_refused(
-    started: Host, fmi: FmiVersion, tmp_path: Path
-) -> None:
+def test_state_of_another_fmu_is_rejected(started: Host, fmi: FmiVersion, tmp_path: Path) -> None:
     with opened(unpack(tmp_path / "other", x_start=0.5, fmi=fmi)) as (other,):
         other.start()
         state = other.slave.getFMUstate()

@@ -1,4 +1,4 @@
-"""Steps that no model takes are refused at once, with a reason, by Python and native FMUs alike."""
+"""Invalid step lengths are rejected immediately by Python and native FMUs."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def files(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
 
 
 @pytest.mark.parametrize("model", REASONS)
-def test_far_too_long(files: dict[str, Path], model: str, tmp_path: Path) -> None:
-    """Not a false reason, and not computed until the host gives up."""
+def test_too_long_steps_are_rejected(files: dict[str, Path], model: str, tmp_path: Path) -> None:
+    """The message is correct, and the FMU does not try to compute the step."""
     for step in (1e6, 1e300, 100.001):
         with running(files[model], tmp_path / str(step)) as host:
             refused(lambda host=host, step=step: host.slave.doStep(0.0, step))
@@ -38,14 +38,14 @@ def test_far_too_long(files: dict[str, Path], model: str, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("model", REASONS)
-def test_no_step_at_all(files: dict[str, Path], model: str, tmp_path: Path) -> None:
+def test_zero_steps_are_rejected(files: dict[str, Path], model: str, tmp_path: Path) -> None:
     for step in NO_STEP:
         with running(files[model], tmp_path / str(step)) as host:
             refused(lambda host=host, step=step: host.slave.doStep(0.0, step))
             assert host.last == f"doStep: invalid step of {step:.12g} s at 0 s"
 
 
-def test_a_reset_leads_back(files: dict[str, Path], tmp_path: Path) -> None:
+def test_reset_restarts_a_dead_worker(files: dict[str, Path], tmp_path: Path) -> None:
     with running(files["plant"], tmp_path / "unpacked") as host:
         refused(lambda: host.slave.doStep(0.0, 1e6))
         host.slave.reset()

@@ -1,4 +1,4 @@
-"""A worker process that dies, hangs or is left alone: its host neither dies, hangs nor leaks."""
+"""Worker processes that die, hang or lose their host do not affect the host."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from support.observed import eventually
 
 pytestmark = [
     pytest.mark.native,
-    pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc"),
+    pytest.mark.skipif(sys.platform != "linux", reason="requires /proc"),
 ]
 
 KILLS = int(os.environ.get("CARDSFLOW_TEST_KILLS", "3"))
@@ -45,12 +45,12 @@ sys.stdin.read()
 
 @pytest.fixture(autouse=True)
 def worker(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Models run in worker processes."""
+    """Run models in worker processes."""
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", "worker")
 
 
 @pytest.mark.slow
-def test_killed_in_mid_step(stubborn_fmu: Path) -> None:
+def test_worker_killed_within_a_step_is_reported(stubborn_fmu: Path) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         expected = sums(host, 0, 5)
         for _ in range(KILLS):
@@ -69,7 +69,7 @@ def test_killed_in_mid_step(stubborn_fmu: Path) -> None:
 
 
 @pytest.mark.slow
-def test_killed_between_steps(stubborn_fmu: Path) -> None:
+def test_worker_killed_between_steps_is_reported(stubborn_fmu: Path) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         for call in ("doStep", "reset"):
             os.kill(int(host.value("process")), signal.SIGKILL)
@@ -85,7 +85,7 @@ def test_killed_between_steps(stubborn_fmu: Path) -> None:
     ("action", "message"),
     [(EXIT, "the worker process has ended with exit code 7"), (CRASH, "the worker process ")],
 )
-def test_ends_by_itself(stubborn_fmu: Path, action: int, message: str) -> None:
+def test_worker_that_exits_is_reported(stubborn_fmu: Path, action: int, message: str) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         host.set(action=action)
         refused(lambda: host.slave.doStep(0.0, STEP))
@@ -98,7 +98,7 @@ def test_ends_by_itself(stubborn_fmu: Path, action: int, message: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("action", [SLEEP, HOLD])
 @pytest.mark.parametrize("told_by", ["environment", "parameter"])
-def test_hangs(
+def test_hanging_worker_is_ended(
     stubborn_fmu: Path, action: int, told_by: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if told_by == "environment":
@@ -117,7 +117,7 @@ def test_hangs(
 
 
 @pytest.mark.slow
-def test_a_state_leads_out_of_its_death(stubborn_fmu: Path) -> None:
+def test_state_restores_a_dead_worker(stubborn_fmu: Path) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         state = host.slave.getFMUstate()
         os.kill(int(host.value("process")), signal.SIGKILL)
@@ -130,8 +130,8 @@ def test_a_state_leads_out_of_its_death(stubborn_fmu: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("action", [WELL, SLEEP, HOLD])
-def test_host_is_killed(stubborn_fmu: Path, action: int) -> None:
-    with lonely_host(stubborn_fmu, action) as host:
+def test_worker_ends_with_a_killed_host(stubborn_fmu: Path, action: int) -> None:
+    with separate_host(stubborn_fmu, action) as host:
         process = read_number(host)
         assert is_running(process)
         time.sleep(0.1)
@@ -140,22 +140,22 @@ def test_host_is_killed(stubborn_fmu: Path, action: int) -> None:
 
 
 @pytest.mark.slow
-def test_host_ends_without_freeing(stubborn_fmu: Path) -> None:
-    with lonely_host(stubborn_fmu, WELL) as host:
+def test_worker_ends_with_its_host(stubborn_fmu: Path) -> None:
+    with separate_host(stubborn_fmu, WELL) as host:
         process = read_number(host)
         host.communicate("")
     assert eventually(lambda: not is_running(process))
 
 
 @pytest.mark.slow
-def test_interrupt_of_the_terminal(stubborn_fmu: Path) -> None:
+def test_interrupt_of_the_terminal_is_ignored(stubborn_fmu: Path) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         os.kill(int(host.value("process")), signal.SIGINT)
         assert sums(host, 0, 3) == [0.0, 1.0, 3.0]
         assert os.getpgid(int(host.value("process"))) != os.getpgid(0)
 
 
-def test_host_that_ignores_its_children(stubborn_fmu: Path) -> None:
+def test_host_that_ignores_its_children_is_supported(stubborn_fmu: Path) -> None:
     before = signal.signal(signal.SIGCHLD, signal.SIG_IGN)
     try:
         with opened_stubborn(stubborn_fmu) as host:
@@ -167,15 +167,15 @@ def test_host_that_ignores_its_children(stubborn_fmu: Path) -> None:
 
 
 @pytest.mark.slow
-def test_free_leaves_nothing(stubborn_fmu: Path) -> None:
+def test_free_releases_all_resources(stubborn_fmu: Path) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         process = host.value("process")
         assert int(process) in children()
     assert int(process) not in children()
 
 
-def lonely_host(fmu: Path, action: int) -> subprocess.Popen[str]:
-    """A host process of its own that prints the number of its worker, and then waits."""
+def separate_host(fmu: Path, action: int) -> subprocess.Popen[str]:
+    """Start a separate host process that prints the ID of its worker and waits."""
     return subprocess.Popen(
         [sys.executable, "-c", HOST, str(fmu), str(action)],
         stdin=subprocess.PIPE,
@@ -209,7 +209,7 @@ host.slave.freeInstance()
 @pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("closed", ["2", "01", "012"])
-def test_a_host_without_standard_files(stubborn_fmu: Path, closed: str) -> None:
+def test_host_without_standard_files_is_supported(stubborn_fmu: Path, closed: str) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         expected = sums(host, 0, 5)
     command = [sys.executable, "-c", CLOSED, str(stubborn_fmu), closed]

@@ -1,4 +1,4 @@
-"""Search for the Python of a worker process, and the message if there is none."""
+"""Search for the Python of a worker process, and the message if the search fails."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from cardsflow_fmu.version import __version__
 
 pytestmark = [
     pytest.mark.native,
-    pytest.mark.skipif(sys.platform == "win32", reason="scripts stand in for Pythons"),
+    pytest.mark.skipif(sys.platform == "win32", reason="scripts replace Python interpreters"),
 ]
 
 
 @pytest.fixture(autouse=True)
 def worker(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Models run in worker processes; no Python is named."""
+    """Run models in worker processes; CARDSFLOW_PYTHON is not set."""
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", "worker")
     for name in ("CARDSFLOW_PYTHON", "VIRTUAL_ENV"):
         monkeypatch.delenv(name, raising=False)
@@ -34,7 +34,7 @@ def script(path: Path, text: str) -> Path:
 
 
 def proxy(path: Path, record: Path) -> Path:
-    """This Python by another path, which notes that it was started."""
+    """Create a script that starts this Python and records that it was started."""
     return script(path, f'echo started >> {record}\nexec {sys.executable} "$@"')
 
 
@@ -44,7 +44,7 @@ def runs(folder: Path) -> None:
         assert (host.drive(0, 5) == plain_run(5)).all()
 
 
-def test_the_builder_is_recorded(toy_fmu: Path) -> None:
+def test_builder_is_recorded(toy_fmu: Path) -> None:
     assert (toy_fmu / "resources/python.txt").read_text() == f"{sys.executable}\n"
 
 
@@ -59,7 +59,7 @@ def test_environment_variable_comes_first(
 
 
 @pytest.mark.slow
-def test_virtual_environment(
+def test_virtual_environment_is_used(
     damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     record = tmp_path / "record"
@@ -71,7 +71,9 @@ def test_virtual_environment(
 
 
 @pytest.mark.slow
-def test_python_of_the_path(damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_python_on_the_path_is_used(
+    damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     record = tmp_path / "record"
     (damaged / "resources/python.txt").unlink()
     proxy(tmp_path / "bin/python3", record)
@@ -81,7 +83,7 @@ def test_python_of_the_path(damaged: Path, tmp_path: Path, monkeypatch: pytest.M
 
 
 @pytest.mark.slow
-def test_a_python_without_the_package_is_passed_over(
+def test_python_without_the_package_is_skipped(
     damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bare = script(tmp_path / "bare", f'shift\nexec {sys.executable} -I -S "$@"')
@@ -90,7 +92,7 @@ def test_a_python_without_the_package_is_passed_over(
     runs(damaged)
 
 
-def test_what_was_tried_is_reported_in_one_line(
+def test_candidates_are_reported_in_one_line(
     damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (damaged / "resources/python.txt").write_text("/no/such/python\n")
@@ -107,14 +109,14 @@ def test_what_was_tried_is_reported_in_one_line(
     )
 
 
-def test_the_named_python_is_the_only_one(toy_fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_named_python_is_the_only_candidate(toy_fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CARDSFLOW_PYTHON", "/no/such/python")
     message = cannot_open(toy_fmu)
     assert "/no/such/python (CARDSFLOW_PYTHON): cannot be started" in message
     assert "recorded" not in message
 
 
-def test_another_version_of_the_package(
+def test_other_version_of_the_package_is_reported(
     damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     package = tmp_path / "other/cardsflow_fmu"
@@ -131,7 +133,7 @@ def test_another_version_of_the_package(
     assert message.endswith(f"{start} (CARDSFLOW_PYTHON): has cardsflow 99.0")
 
 
-def test_a_python_that_never_answers(
+def test_python_that_does_not_answer_is_reported(
     toy_fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("CARDSFLOW_FMU_START_TIMEOUT", "0.3")
@@ -140,7 +142,7 @@ def test_a_python_that_never_answers(
 
 
 @pytest.mark.slow
-def test_nothing_is_imported_from_the_current_folder(
+def test_current_folder_is_not_imported(
     toy_fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in ("ctypes", "numpy", "cardsflow_fmu"):
