@@ -143,9 +143,7 @@ def _turned_orientations(robot: Robot, prepared: Robot) -> Iterator[Finding]:
         return
     for subject, frame in all_task_frames(robot):
         if frame.is_orientation:
-            problem = (
-                "link frames are turned parallel to the world at q = 0, where its angles are 0"
-            )
+            problem = "link frames are aligned with the world at q = 0, where its angles are 0"
             yield warning(subject, "orientation-from-zero-pose", problem)
 
 

@@ -123,20 +123,20 @@ DRIVEN_JOINTS = Feature(
     "functions of coordinates; write sdf, or lock its coordinates at a value",
 )
 LINK_FRAMES = Feature(
-    "link frames apart from those of their joints",
+    "link frames that differ from joint frames",
     of_joints(lambda j: j.T_child_joint != IDENTITY and {"child": j.child}),
 )
 JOINT_NAMES = Feature(
-    "names of joints apart from those of their coordinates",
+    "joint names that differ from coordinate names",
     of_robot(lambda robot: _joint_names(robot)),
     "names-left-out",
     "{format} uses the names of coordinates as names of joints; {names} omitted",
 )
 LOOPS = Feature(
-    "joints that close loops",
+    "loop joints",
     of_robot(lambda robot: other_loops(robot, ())),
     "loop-left-out",
-    "{format} has no joints that close such loops; omitted, so that these loops are open: {names}",
+    "{format} has no such loop joints; omitted, so that these loops are open: {names}",
 )
 GRAVITIES = Feature(
     "gravity other than standard gravity",
@@ -150,7 +150,7 @@ MESH_NAMES = Feature(
     "{format} numbers its meshes; their names are omitted",
 )
 COLLISIONS = Feature(
-    "shapes and meshes that collide",
+    "collision shapes and meshes",
     of_links(lambda link: link.shapes or any(mesh.role == "collision" for mesh in link.meshes)),
 )
 LINK_ENDS = Feature(
@@ -171,7 +171,7 @@ FRICTION = Feature(
 )
 ARMATURES = Feature("armatures", of_coordinates(lambda c: c.armature), "armature-left-out")
 LIMIT_FORCES = Feature(
-    "forces beyond a range", of_coordinates(lambda c: c.limit_force), "limit-force-left-out"
+    "limit forces", of_coordinates(lambda c: c.limit_force), "limit-force-left-out"
 )
 MOTORS = Feature("motors of joints", of_coordinates(lambda c: c.actuated))
 MOTOR_BOUNDS = Feature(
@@ -195,7 +195,7 @@ MUSCLE_LAWS = Feature(
     "muscle laws",
     other_laws(()),
     "cable-model-left-out",
-    "{format} has no cable {kind!r}; written as an ideal one",
+    "{format} has no muscle law {kind!r}; written as an ideal cable",
 )
 IDEAL_PARAMETERS = Feature(
     "parameters of ideal cables",
@@ -216,7 +216,7 @@ PULLEYS = Feature(
     "{format} has no swivelling pulley; its fixed location is a via point",
 )
 CABLE_FRICTION = Feature(
-    "friction of cables on their guides",
+    "cable friction",
     of_muscles(lambda m: m.friction or m.bend_friction),
     "cable-friction-left-out",
 )
@@ -239,15 +239,15 @@ BRANCHES = Feature(
     "{format} has no {what}; the path is written as a single piece",
 )
 TERMS = Feature(
-    "lengths in proportion to coordinates", of_muscles(lambda m: m.terms), "terms-left-out"
+    "lengths proportional to coordinates", of_muscles(lambda m: m.terms), "terms-left-out"
 )
 WRAPS = Feature("wraps over surfaces", of_muscles(lambda m: m.wraps))
 WRAP_SURFACES = Feature("wrap surfaces", of_surfaces(lambda surface: True))
 ELLIPSOIDS = Feature(
-    "ellipsoids that muscles wrap over",
+    "ellipsoids as wrap surfaces",
     of_surfaces(lambda surface: surface.shape == "ellipsoid"),
     "ellipsoid-left-out",
-    "{format} has no ellipsoids as wrap surfaces; omitted, together with its wraps",
+    "{format} has no ellipsoids as wrap surfaces; omitted with its wraps",
 )
 _RULES = "{format} has no {what}; it uses its native wrapping rules over {names}"
 OPENSIM_WRAPS = Feature(
@@ -290,7 +290,12 @@ TASK_AXES = Feature(
 
 TERMS_OMITTED = (
     omitted(TERMS, find=of_muscles(lambda m: m.terms and m.via_points), only="next to a path"),
-    rejected(TERMS, find=of_muscles(lambda m: m.terms and not m.via_points), only="without a path"),
+    rejected(
+        TERMS,
+        message="{format} has no {what}; add via points",
+        find=of_muscles(lambda m: m.terms and not m.via_points),
+        only="without a path",
+    ),
 )
 """Rows for formats without such terms; a muscle that has only terms is rejected."""
 

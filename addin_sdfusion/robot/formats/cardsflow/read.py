@@ -121,7 +121,7 @@ class MuscleReader:
             kind = node.attribute("type")
             if node.has("type") and kind != "FIXPOINT" and kind not in SHAPES:
                 known = ", ".join(("FIXPOINT", *SHAPES))
-                problem = f"via point type {short_repr(kind)} is not supported (supported: {known})"
+                problem = f"unknown via point type {short_repr(kind)}; known: {known}"
                 node.error("unsupported-via-point", problem)
             yield _Step(node, link, node.vector3(), SHAPES.get(kind))
 
@@ -171,7 +171,7 @@ def read_surface(node: Node) -> WrapSurface:
     shape = node.attribute("shape")
     if node.has("shape") and shape not in get_args(WrapShape):
         known = ", ".join(get_args(WrapShape))
-        node.error("unsupported-wrap-shape", f"shape {short_repr(shape)} is not one of {known}")
+        node.error("unsupported-wrap-shape", f"unknown shape {short_repr(shape)}; known: {known}")
     x, y, z, *angles = node.numbers(6)
     roll, pitch, yaw = angles
     return WrapSurface(
@@ -265,7 +265,7 @@ def _known_word(node: Node, name: str, known: tuple[str, ...]) -> str:
     """Return the word in an attribute; the first known word if the attribute is not set."""
     word = node.attribute(name, known[0])
     if word not in known:
-        node.error("bad-word", f"{name} {short_repr(word)} is not one of {', '.join(known)}")
+        node.error("bad-word", f"unknown {name} {short_repr(word)}; known: {', '.join(known)}")
         return known[0]
     return word
 
@@ -318,7 +318,7 @@ def _cable_model(node: Node) -> CableModel:
     kind = child.attribute("kind")
     if child.has("kind") and kind not in get_args(CableKind):
         known = ", ".join(get_args(CableKind))
-        child.error("unsupported-cable", f"kind {short_repr(kind)} is not one of {known}")
+        child.error("unsupported-cable", f"unknown kind {short_repr(kind)}; known: {known}")
         return CableModel()
     rows = [(name, values[0]) for name, values in _parameters(child) if len(values) == 1]
     return CableModel(kind or "ideal", tuple(rows))
@@ -330,7 +330,9 @@ def _base_pulley(node: Node) -> BasePulley | None:
         return None
     kind = child.attribute("kind")
     if child.has("kind") and kind not in ("rotating", "screw"):
-        child.error("unsupported-pulley", f"kind {short_repr(kind)} is neither rotating nor screw")
+        child.error(
+            "unsupported-pulley", f"unknown kind {short_repr(kind)}; known: rotating, screw"
+        )
     screw = kind == "screw"
     return BasePulley("screw" if screw else "rotating", tuple(_parameters(child)))
 

@@ -269,7 +269,7 @@ CASPR = Capabilities(
                 of_muscles(_missing_numbers),
             ),
             omitted(
-                "other numbers of pulleys",
+                "additional numbers of pulleys",
                 "caspr-pulley-property",
                 "<{tag}> of CASPR has no {names}; omitted",
                 of_muscles(_other_numbers),

@@ -27,7 +27,7 @@ from ...model.transform import IDENTITY, Transform
 from .document import Document
 
 MUJOCO_MISSING = (
-    "MuJoCo is required to read MJCF, but not installed; pip install 'cardsflow[mujoco]'"
+    "MuJoCo is required to read MJCF, but is not installed; run pip install 'cardsflow[mujoco]'"
 )
 MAX_RUN_TIME = 60.0
 """Maximum run time of the compiler on a busy machine, in [s]; processor time is limited too."""

@@ -100,7 +100,7 @@ def _robot(document: Document, compiled: Compiled) -> Robot:
 
 
 def _name_elements(compiled: Compiled) -> None:
-    """Assign names to elements without a name."""
+    """Set names of elements without a name."""
     for rows, word in (
         (compiled.bodies, "body_"),
         (compiled.joints, "joint_"),

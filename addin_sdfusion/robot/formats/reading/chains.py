@@ -97,7 +97,7 @@ def _others(node: Node) -> dict[str, Any]:
     if unit in ("rad", "m"):
         words["unit"] = unit
     elif unit:
-        node.error("bad-unit", f"unit {short_repr(unit)} is neither rad nor m")
+        node.error("bad-unit", f"unit {short_repr(unit)} must be rad or m")
     terms = (Term(term.attribute("coordinate"), read_function(term)) for term in node.all("term"))
     words["coupling"] = tuple(terms)
     force = node.optional("limit_force")

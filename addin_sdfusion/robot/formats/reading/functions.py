@@ -16,7 +16,7 @@ def read_function(node: Node) -> Function:
         return Polynomial(node.numbers(len(node.text.split())))
     if kind not in POINT_KINDS:
         known = ", ".join((POLYNOMIAL, *POINT_KINDS))
-        node.error("unsupported-function", f"kind {short_repr(kind)} is not one of {known}")
+        node.error("unsupported-function", f"unknown kind {short_repr(kind)}; known: {known}")
         return ITSELF
     x, y = (
         node.numbers_attribute(name, len(node.attribute(name, "").split())) for name in ("x", "y")

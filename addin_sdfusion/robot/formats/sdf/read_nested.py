@@ -39,7 +39,7 @@ def flatten(model: Node, depth: int = 0) -> None:
     if not inner:
         return
     if depth >= _MAX_DEPTH:
-        inner[0].error("nested-too-deep", f"models are nested more than {_MAX_DEPTH} deep")
+        inner[0].error("nested-too-deep", f"models are nested in more than {_MAX_DEPTH} levels")
         return
     for node in inner:
         flatten(node, depth + 1)
@@ -132,7 +132,7 @@ def _included(node: Node, depth: int) -> Node | None:
     if uri is None:
         return None
     if depth >= _MAX_DEPTH or len(node.notes.files) > _MAX_FILES:
-        node.error("nested-too-deep", f"more than {_MAX_DEPTH} levels or {_MAX_FILES} files")
+        node.error("nested-too-deep", f"includes exceed {_MAX_DEPTH} levels or {_MAX_FILES} files")
         return None
     file = _file(uri.text, node.file.parent)
     if file is None:

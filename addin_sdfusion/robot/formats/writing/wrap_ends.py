@@ -33,7 +33,7 @@ def rows(program: str) -> tuple[Row, Row]:
     """Return the rows on wraps whose ends are, or may come, inside the wrap surface."""
     return (
         changed(
-            "points inside of wrap surfaces",
+            "points inside wrap surfaces",
             "via-point-inside-wrap",
             f"where an end is inside {{surface!r}}, {program} takes a straight path and this "
             "simulation wraps around a smaller surface; {first:.2g} m apart at the initial "

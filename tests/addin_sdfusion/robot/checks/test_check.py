@@ -238,7 +238,7 @@ NOT_FINITE = {
     "initial": with_coordinate(initial=NAN),
     "damping": with_coordinate(damping=math.inf),
     "limit": with_coordinate(lower=NAN),
-    "limit at the wrong end": with_coordinate(lower=math.inf, upper=math.inf),
+    "both limits infinite": with_coordinate(lower=math.inf, upper=math.inf),
     "force": with_cable(f_min=NAN),
     "upper force": with_cable(f_max=NAN),
     "friction": with_cable(friction=NAN),
@@ -326,7 +326,7 @@ def test_massless_link_with_fixed_massive_link_has_no_findings():
     light = Link("arm", Inertia(0.0))
     robot = replace(ROBOT, links=(light, ROBOT.links[1]), joints=(ROBOT.joints[0], flange))
     assert codes(robot, "error") == set()
-    point = Link("hand", Inertia(1.0))  # on the axis
+    point = Link("hand", Inertia(1.0))  # a point mass on the axis
     assert "no-inertia-about-axis" in codes(replace(robot, links=(light, point)), "error")
 
 

@@ -168,9 +168,9 @@ def test_crash_of_the_compiler_is_reported_in_one_line(
     (tmp_path / "child.py").write_text(program)
     monkeypatch.setattr(compiled, "_PROGRAM", tmp_path / "child.py")
     monkeypatch.setattr(compiled, "MAX_RUN_TIME", 2.0)
-    with pytest.raises(InputError, match=CRASHES[program]) as refused:
+    with pytest.raises(InputError, match=CRASHES[program]) as caught:
         read(written(tmp_path, BODY))
-    assert "\n" not in str(refused.value)
+    assert "\n" not in str(caught.value)
 
 
 def test_memory_and_time_of_the_compiler_are_limited(

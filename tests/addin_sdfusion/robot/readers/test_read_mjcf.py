@@ -28,11 +28,11 @@ def test_simplified_and_omitted_features_are_reported(tmp_path: Path) -> None:
     reading = read(files(tmp_path))
     robot = reading.require()
     assert robot.gravity == (0.0, 1.0, -9.0)
-    said = {finding.code: str(finding) for finding in reading.findings}
-    assert "1 equalities of loops" in said["exact-equality"]
-    assert "springs" in said["exact-equality"]
-    assert "lengthrange" in said["length-range-found"]
-    assert {"part-left-out", "geometry-left-out"} <= set(said)
+    reported = {finding.code: str(finding) for finding in reading.findings}
+    assert "1 equalities of loops" in reported["exact-equality"]
+    assert "springs" in reported["exact-equality"]
+    assert "lengthrange" in reported["length-range-found"]
+    assert {"part-left-out", "geometry-left-out"} <= set(reported)
     turn = robot.joint("upper_joint").coordinates[0]
     assert (turn.actuated, turn.tau_min, turn.tau_max) == (True, -6.0, 8.0)
     assert robot.muscle("c").f_max == 50.0

@@ -52,11 +52,11 @@ def test_all_parts_of_a_small_model_are_read_or_reported(tmp_path: Path) -> None
     assert condition is not None
     assert (condition.coordinate, condition.high) == ("knee_angle", 1e-5)
     assert (wrap.rule, wrap.segment, wrap.last_segment, wrap.quadrant) == ("opensim", 0, 1, "+x")
-    said = {finding.code: str(finding) for finding in reading.findings}
-    assert "'rod'" in said["loop-left-out"]
-    assert "HuntCrossleyForce" in said["force-left-out"]
+    reported = {finding.code: str(finding) for finding in reading.findings}
+    assert "'rod'" in reported["loop-left-out"]
+    assert "HuntCrossleyForce" in reported["force-left-out"]
     line = OSIM[: OSIM.index("<HuntCrossleyForce")].count("\n") + 1
-    assert f":{line}: " in said["force-left-out"]
+    assert f":{line}: " in reported["force-left-out"]
 
 
 def test_muscles_of_unknown_classes_become_cables(tmp_path: Path) -> None:
@@ -67,8 +67,8 @@ def test_muscles_of_unknown_classes_become_cables(tmp_path: Path) -> None:
     muscle = reading.require().muscle("vas")
     assert (muscle.via_points, muscle.wraps) == (known.via_points, known.wraps)
     assert (muscle.model.kind, muscle.f_min, muscle.f_max) == ("ideal", 0.0, 500.0)
-    said = {finding.code: str(finding) for finding in reading.findings}
-    assert "<Delp1990Muscle_Deprecated> is not supported" in said["muscle-as-cable"]
+    reported = {finding.code: str(finding) for finding in reading.findings}
+    assert "<Delp1990Muscle_Deprecated> is not supported" in reported["muscle-as-cable"]
     weak = other.replace("<max_isometric_force>500</max_isometric_force>", "")
     reading = read(of_text(tmp_path, weak))
     assert [muscle.name for muscle in reading.require().muscles] == ["band"]

@@ -90,7 +90,7 @@ LEFT_OUT = {
         model(SHAPES["box"][0]).replace("true", "false"),
         "moving-model-left-out",
     ),
-    "not said": (
+    "static not specified": (
         model(SHAPES["box"][0]).replace("<static>true</static>", ""),
         "moving-model-left-out",
     ),
@@ -101,7 +101,7 @@ LEFT_OUT = {
         "plane-left-out",
     ),
     "bad size": (model("<sphere><radius>-1</radius></sphere>"), "bad-size"),
-    "no number": (model("<sphere><radius>x</radius></sphere>"), "bad-number"),
+    "invalid number": (model("<sphere><radius>x</radius></sphere>"), "bad-number"),
     "two grounds": (model("<plane/>") * 2, "second-ground"),
     "nested": (
         model(SHAPES["box"][0]).replace("<link", "<model name='m'/><link"),

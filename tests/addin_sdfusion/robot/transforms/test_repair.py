@@ -107,7 +107,7 @@ def test_inertias_about_the_origin_are_repaired_per_link(parts):
     links = [Link(f"l{k}", about_origin(i, r, False)) for k, (i, r) in enumerate(parts)]
     robot = Robot("r", tuple(links), ())
     diagnosis = diagnose(links, [Pose(r) for _, r in parts])
-    if any(gyration(i) > 2.0 for i, _ in parts):  # too large to be evidence at this distance
+    if any(gyration(i) > 2.0 for i, _ in parts):  # too large for an error at this distance
         return
     assert diagnosis is not None
     repaired, findings = repair(robot, diagnosis)

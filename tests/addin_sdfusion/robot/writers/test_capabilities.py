@@ -290,13 +290,13 @@ def test_single_feature_causes_only_findings_of_its_rows(table: Capabilities, na
     names = {feature.name, *ALSO.get(name, ())}
     own = [row for row in table.rows if names & {known.name for known in row.features}]
     before, after = set(table.losses(without)), set(table.losses(having))
-    said = {f for row in own for f in row.findings(having, table.title)} - before
-    assert after - before == said
+    reported = {f for row in own for f in row.findings(having, table.title)} - before
+    assert after - before == reported
     its = [row for row in own if feature in row.features]
     if any(row.code and not row.only for row in its):
-        assert said
+        assert reported
     if all(row.treatment == "kept" for row in own):
-        assert not said
+        assert not reported
 
 
 @pytest.mark.parametrize("table", FORMATS, ids=[table.title for table in FORMATS])

@@ -49,9 +49,9 @@ CARRIED = [f"meshes/{name}" for name in ("a b.stl", "ascii.stl", "box.stl", "oth
 def test_meshes_in_the_folder_are_copied_and_others_are_not(folder, format_, tmp_path, capsys):
     files = converted(folder, format_, tmp_path / "new")
     assert [name for name in files if name.endswith(".stl")] == CARRIED
-    said = capsys.readouterr().err
-    assert "'../outside.stl' is not copied: is outside" in said
-    assert "'meshes/no.stl' is not copied: cannot be used as a mesh" in said
+    output = capsys.readouterr().err
+    assert "'../outside.stl' is not copied: is outside" in output
+    assert "'meshes/no.stl' is not copied: cannot be used as a mesh" in output
 
 
 def test_written_robot_finds_its_meshes(folder, tmp_path):
@@ -85,9 +85,9 @@ def test_check_and_convert_repair_equally(shared, capsys):
     main(["check", robot])
     assert "--repair undoes it" in capsys.readouterr().out
     main(["check", robot, "--repair"])
-    said = capsys.readouterr().out
-    assert "[repaired-inertia]" in said
-    assert "[inertia-about-origin]" not in said
+    output = capsys.readouterr().out
+    assert "[repaired-inertia]" in output
+    assert "[inertia-about-origin]" not in output
 
 
 def test_links_do_not_redirect_meshes(folder, tmp_path, capsys):

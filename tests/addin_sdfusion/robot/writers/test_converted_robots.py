@@ -86,13 +86,13 @@ class Lines(NamedTuple):
 
 def _paths_near(robot: Robot, findings: list[Finding], found: Lines, expected: Lines) -> None:
     """Compare the paths, except of muscles that a finding names."""
-    said = {finding.subject.name for finding in findings if finding.code in PATHS}
+    reported = {finding.subject.name for finding in findings if finding.code in PATHS}
     listing = "".join(f.message for f in findings if f.code == "ends-move-near-wraps")
     apart = np.abs(found.lengths - expected.lengths)
     tilted = np.abs(found.L - expected.L).max(axis=1, initial=0.0)
     other = {m.name for m, a, b in zip(robot.muscles, apart, tilted, strict=True)
              if max(a, b) > CLOSE}  # fmt: skip
-    assert {name for name in other if repr(name) not in listing} <= said
+    assert {name for name in other if repr(name) not in listing} <= reported
 
 
 def _lines(dynamics: DartDynamics, q: FloatArray) -> Lines:
@@ -146,9 +146,9 @@ def _in_pinocchio(robot: Robot, folder: Path) -> None:
 
 
 def _in_mujoco(robot: Robot, folder: Path) -> None:
-    refused = {finding.code for finding in mjcf_losses(robot) if finding.is_error}
-    if refused:
-        assert refused == {"inertia-triangle"}  # physically impossible inertias
+    rejected = {finding.code for finding in mjcf_losses(robot) if finding.is_error}
+    if rejected:
+        assert rejected == {"inertia-triangle"}  # physically impossible inertias
         with pytest.raises(RobotError) as refusal:
             convert(robot, "mjcf", folder)
         assert "--repair" not in str(refusal.value)  # these robots are repaired

@@ -103,15 +103,17 @@ def test_cardsflow_xml_keeps_all_path_features(tmp_path: Path) -> None:
 def test_unsupported_path_features_of_other_formats_are_reported(tmp_path: Path, name: str) -> None:
     robot = everything()
     if name != "mjcf":
-        with pytest.raises(RobotError, match=r"'fixed': .* no lengths in proportion to coord"):
+        with pytest.raises(
+            RobotError, match=r"'fixed': .* lengths proportional to coordinates; add"
+        ):
             convert(robot, name, tmp_path)
     kept = tuple(m for m in robot.muscles if m.name != "fixed")
     findings = convert(robot.with_muscles(kept), name, tmp_path).findings
-    said = {(f.subject.name, f.code) for f in findings}
-    assert (("branched", "point-condition-left-out") in said) == (name != "osim")
-    assert (("branched", "branches-left-out") in said) == (name != "mjcf")
+    reported = {(f.subject.name, f.code) for f in findings}
+    assert (("branched", "point-condition-left-out") in reported) == (name != "osim")
+    assert (("branched", "branches-left-out") in reported) == (name != "mjcf")
     rules = {"osim": ["mujoco"], "mjcf": ["opensim"]}.get(name, ["opensim", "mujoco"])
-    assert {m for m, code in said if code == "wrap-rule-left-out"} == set(rules)
+    assert {m for m, code in reported if code == "wrap-rule-left-out"} == set(rules)
 
 
 @pytest.mark.parametrize(

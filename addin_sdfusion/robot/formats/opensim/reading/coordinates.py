@@ -27,7 +27,7 @@ def read_coordinate(node: Node, unit: str) -> Coordinate:
     if child is not None and is_true(node, "clamped", False):
         lower, upper = child.numbers(2, infinite=True)
     if is_true(node, "prescribed", False):
-        problem = "its motion is prescribed by the file; it moves freely here"
+        problem = "its prescribed motion is ignored; it moves freely here"
         node.warning("prescribed-left-out", problem)
     if node.number("default_speed_value", 0.0):
         node.warning("speed-left-out", "its default speed is omitted; it starts at rest")

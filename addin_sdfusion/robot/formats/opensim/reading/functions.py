@@ -69,7 +69,7 @@ def _linear(node: Node, coordinates: Sequence[str]) -> Terms:
     """Return the terms of a_1 x_1 + a_2 x_2 + ... + b."""
     values = _numbers(node, "coefficients") or (1.0, 0.0)
     if len(values) != len(coordinates) + 1:
-        problem = f"{len(coordinates)} coordinates need one more coefficients, not {len(values)}"
+        problem = f"must have {len(coordinates) + 1} coefficients, not {len(values)}"
         node.error("bad-vector", problem)
         return []
     *slopes, offset = values

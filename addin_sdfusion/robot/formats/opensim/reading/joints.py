@@ -80,7 +80,7 @@ def read_joint(node: Node, frames: Frames) -> Joint:
     parent, T_parent_joint = frames.place(node, "socket_parent_frame", joint_path)
     child, T_child_joint = frames.place(node, "socket_child_frame", joint_path)
     if child == WORLD:
-        problem = "its child is the ground; reverse it, so that the ground is the parent"
+        problem = "its child is the ground; make the ground the parent"
         node.error("reversed-joint", problem)
     named = [c for group in node.all("coordinates") for c in group.all("Coordinate")]
     if node.tag == CUSTOM:

@@ -92,7 +92,7 @@ def _quadrant(node: Node) -> Quadrant:
     word = f"+{word}" if word in ("x", "y", "z") else word
     known: Sequence[str] = get_args(Quadrant)
     if word not in known:
-        problem = f"quadrant {short_repr(word)} is not one of {', '.join(known)}"
+        problem = f"unknown quadrant {short_repr(word)}; known: {', '.join(known)}"
         node.error("bad-word", problem)
         return "all"
     return cast(Quadrant, word)
