@@ -30,12 +30,12 @@ def record_schema(cls: type) -> dict[str, Any]:
         return _tuple(tuple(typing.get_type_hints(cls, include_extras=True).values()))
     hints, texts = typing.get_type_hints(cls, include_extras=True), _texts(cls)
     properties = {
-        f.name: {**_schema(hints[f.name]), **_described(texts.get(f.name)), **_default(f.default)}
+        f.name: {**_schema(hints[f.name]), **_description(texts.get(f.name)), **_default(f.default)}
         for f in fields(cls)
     }
     required = [f.name for f in fields(cls) if f.default is f.default_factory is MISSING]
     return {
-        **_described((cls.__doc__ or "").partition("\n")[0]),
+        **_description((cls.__doc__ or "").partition("\n")[0]),
         "type": "object",
         "properties": properties,
         "required": required,
@@ -48,7 +48,7 @@ def _default(value: Any) -> dict[str, Any]:
     return {"default": value} if is_plain else {}
 
 
-def _described(text: str | None) -> dict[str, str]:
+def _description(text: str | None) -> dict[str, str]:
     return {"description": text} if text else {}
 
 

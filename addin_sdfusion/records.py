@@ -120,7 +120,7 @@ def _value(hint: Any, plain: Any, where: str, budget: _Budget) -> Any:
     """Return the value of a field with this type hint."""
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if origin is typing.Annotated and isinstance(arguments[1], Form):
-        return _formed(arguments[1], plain, where)
+        return _check_format(arguments[1], plain, where)
     if origin is typing.Annotated:
         return _unpack(arguments[1], plain, where, budget)
     if origin is types.UnionType or origin is typing.Union:
@@ -163,7 +163,7 @@ def _mapping(hint: Any, plain: Any, where: str) -> dict[str, Any]:
     return {key: _scalar(hint, item, f"{where}.{key}") for key, item in plain.items()}
 
 
-def _formed(form: Form, plain: Any, where: str) -> str:
+def _check_format(form: Form, plain: Any, where: str) -> str:
     if not isinstance(plain, str) or not re.fullmatch(form.pattern, plain, re.ASCII):
         raise InputError(f"must be {form.text}, not {plain!r}", key=where)
     return plain

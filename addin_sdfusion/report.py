@@ -26,12 +26,12 @@ def report_json(findings: Iterable[Finding]) -> str:
     return json_text(rows, indent=1, ensure_ascii=False) + "\n"
 
 
-def in_order(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+def sort_findings(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     """Return each finding once, errors first."""
     return tuple(errors_first(dict.fromkeys(findings)))
 
 
-def condensed(findings: Iterable[Finding]) -> list[Finding]:
+def merge_similar(findings: Iterable[Finding]) -> list[Finding]:
     """Return the findings with similar warnings about a file format merged into one."""
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in findings:

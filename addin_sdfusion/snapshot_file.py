@@ -76,13 +76,15 @@ def read_snapshot(file: str | Path) -> DesignSnapshot:
     try:
         design = plain["design"]
         return from_plain(
-            DesignSnapshot, design if plain["format"] == FORMAT else _from_1(design), "design"
+            DesignSnapshot,
+            design if plain["format"] == FORMAT else _convert_format_1(design),
+            "design",
         )
     except InputError as error:
         raise InputError(error.what, file=file, key=error.key) from None
 
 
-def _from_1(design: Any) -> Any:
+def _convert_format_1(design: Any) -> Any:
     """Return a design converted from format 1, which stored muscles and uses of points as texts.
 
     Values that are invalid in format 1 are unchanged; the reader rejects them by their key.

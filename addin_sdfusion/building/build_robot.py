@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from ..muscles.design_table import read_table
 from ..muscles.table import MuscleTable
-from ..report import in_order
+from ..report import sort_findings
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import error, warning
 from ..robot.model.joint import Joint
@@ -23,13 +23,13 @@ from .design_checks import (
     snapshot_findings,
     up_hint,
 )
-from .joints.couplings import coupled
+from .joints.couplings import add_couplings
 from .joints.edges import Edges, find_edges, grounded_links, pinned_links
 from .links.links import Links, find_links, is_link_group
 from .links.mass_properties import link_inertia
-from .links.masses import Masses, weigh
-from .overrides import with_joint_settings, with_masses
-from .robot_findings import with_check
+from .links.masses import Masses, compute_masses
+from .overrides import override_joint_settings, override_masses
+from .robot_findings import add_robot_findings
 from .robot_muscles import CABLE_SET, TASK_SET, RobotMuscles, robot_muscles
 from .tree.link_frames import Frames, place_links
 from .tree.tree import Graph, Tree, find_tree
@@ -69,11 +69,11 @@ def build_robot(snapshot: DesignSnapshot) -> BuiltRobot:
     """
     wrong = snapshot_findings(snapshot)
     if not wrong:
-        building = _Building(upright(snapshot))
+        building = _RobotBuilder(upright(snapshot))
         if building.has_links:
-            return building.built()
+            return building.build()
         wrong = building.findings
-    return BuiltRobot(None, in_order([*snapshot.findings, *wrong]))
+    return BuiltRobot(None, sort_findings([*snapshot.findings, *wrong]))
 
 
 def check_design(snapshot: DesignSnapshot) -> list[Finding]:
@@ -93,7 +93,7 @@ def link_of(snapshot: DesignSnapshot) -> Mapping[str, str]:
     return find_links(snapshot).of_occurrence
 
 
-class _Building:
+class _RobotBuilder:
     """Builder of one robot from a design with z up."""
 
     def __init__(self, snapshot: DesignSnapshot) -> None:
@@ -103,9 +103,9 @@ class _Building:
         self.findings += all_links.findings
         edges = find_edges(snapshot, all_links)
         self.findings += edges.findings
-        self._links = self._not_empty(all_links, edges)
-        masses: Masses = weigh(snapshot, self._links)
-        parts, unset = with_masses(masses.parts, snapshot.settings)
+        self._links = self._without_empty_links(all_links, edges)
+        masses: Masses = compute_masses(snapshot, self._links)
+        parts, unset = override_masses(masses.parts, snapshot.settings)
         self._masses = masses._replace(parts=parts)
         self.findings += unset
         self._tree: Tree = self._find_tree(edges)
@@ -116,13 +116,13 @@ class _Building:
         """Whether the design has links."""
         return bool(self._links.names)
 
-    def built(self) -> BuiltRobot:
+    def build(self) -> BuiltRobot:
         """Return the robot with all findings."""
         snapshot, links, masses = self._snapshot, self._links, self._masses
         table, findings = read_table(snapshot, links.of_occurrence)
         muscles = self._muscles(table)
-        joints, uncoupled = coupled(self._frames.joints, snapshot.couplings)
-        joints, unset = with_joint_settings(joints, snapshot.settings)
+        joints, uncoupled = add_couplings(self._frames.joints, snapshot.couplings)
+        joints, unset = override_joint_settings(joints, snapshot.settings)
         robot = self._robot(muscles, joints)
         base = self._tree.branches[0].child if self._tree.branches else ""
         self.findings += [
@@ -139,7 +139,7 @@ class _Building:
             *up_hint(snapshot, masses.parts, base),
         ]
         massless = massless_links(links.names, masses.parts)
-        found = in_order(with_check(self.findings, massless, robot))
+        found = sort_findings(add_robot_findings(self.findings, massless, robot))
         return BuiltRobot(
             None if any(finding.is_error for finding in found) else robot,
             found,
@@ -150,7 +150,7 @@ class _Building:
             self._tree.loops,
         )
 
-    def _not_empty(self, links: Links, edges: Edges) -> Links:
+    def _without_empty_links(self, links: Links, edges: Edges) -> Links:
         """Return the links that have bodies, joints or mass; report the others."""
         if links.from_groups or self._snapshot.settings.components:
             return links

@@ -84,7 +84,7 @@ def point_findings(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -
             f"{listed(names)}"
         )
         yield warning(Subject("point", names[0]), "com-point-ignored", problem)
-    yield from _ambiguous(snapshot, table, links)
+    yield from _ambiguous_points(snapshot, table, links)
 
 
 def _is_com(point: PointSnapshot) -> bool:
@@ -92,7 +92,9 @@ def _is_com(point: PointSnapshot) -> bool:
     return parsed is not None and parsed.role == "com" and point.use is None
 
 
-def _ambiguous(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -> Iterator[Finding]:
+def _ambiguous_points(
+    snapshot: DesignSnapshot, table: MuscleTable, links: Links
+) -> Iterator[Finding]:
     """Yield errors for points and faces whose component has several occurrences.
 
     Such a point exists in every occurrence; its link or its use must select one of them.

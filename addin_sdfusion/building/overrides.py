@@ -14,7 +14,7 @@ from ..settings import ExportSettings, JointSettings, LinkSettings
 from .links.mass_properties import Part
 
 
-def with_masses(
+def override_masses(
     parts: Mapping[str, Part], settings: ExportSettings
 ) -> tuple[dict[str, Part], list[Finding]]:
     """Return the links with the chosen masses and proportionally scaled inertias."""
@@ -34,7 +34,7 @@ def with_masses(
     return made, findings
 
 
-def with_joint_settings(
+def override_joint_settings(
     joints: Sequence[Joint], settings: ExportSettings
 ) -> tuple[tuple[Joint, ...], list[Finding]]:
     """Return the joints with the chosen effort, damping and friction."""

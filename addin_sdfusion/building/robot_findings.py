@@ -29,7 +29,7 @@ _OF_COORDINATES = ("duplicate-coordinate", "bad-name")
 _CANNOT_MOVE = ("no-mass-along-axis", "no-inertia-about-axis")
 
 
-def with_check(
+def add_robot_findings(
     findings: Sequence[Finding], massless: Iterable[Finding], robot: Robot
 ) -> list[Finding]:
     """Return all findings on a design and its robot.
@@ -50,7 +50,9 @@ def with_check(
     if not any(finding.is_error for finding in (*found, *checked)):
         # The check for file formats requires a robot without errors.
         checked += [finding for finding in sdf_losses(robot) if finding.is_error]
-    follows = {(code, _bare(f.subject)) for f in found for code in _CONSEQUENCES.get(f.code, ())}
+    follows = {
+        (code, _with_robot_name(f.subject)) for f in found for code in _CONSEQUENCES.get(f.code, ())
+    }
     found = [finding for finding in found if (finding.code, finding.subject) not in follows]
     known = {(finding.code, finding.subject) for finding in found} | follows
     misnamed = [
@@ -59,16 +61,17 @@ def with_check(
     return found + [
         finding
         for finding in checked
-        if (finding.code, finding.subject) not in known and not _of_a_joint(finding, misnamed)
+        if (finding.code, finding.subject) not in known
+        and not _is_caused_by_joint(finding, misnamed)
     ]
 
 
-def _bare(subject: Subject) -> Subject:
+def _with_robot_name(subject: Subject) -> Subject:
     """Return the subject with its name in the robot instead of its name in Fusion."""
     return Subject(subject.kind, bare_name(subject.name))
 
 
-def _of_a_joint(finding: Finding, misnamed: Sequence[str]) -> bool:
+def _is_caused_by_joint(finding: Finding, misnamed: Sequence[str]) -> bool:
     """Return whether a coordinate has an invalid name because its joint has one."""
     kind, name = finding.subject
     if kind != "coordinate" or finding.code not in _OF_COORDINATES:

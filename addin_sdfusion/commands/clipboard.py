@@ -61,7 +61,7 @@ def paste() -> str:
 def _run(which: int, text: str) -> str:
     system: str = sys.platform
     if system not in PROGRAMS:
-        raise InputError("There is no clipboard on this system; use a file.")
+        raise InputError("The clipboard is not available on this system; use a file.")
     try:
         given = subprocess.check_output(
             PROGRAMS[system][which],

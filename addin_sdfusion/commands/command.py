@@ -12,7 +12,7 @@ import adsk.fusion
 from ..fusion.notes import optional
 from ..robot.errors import InputError
 from .dialogs import Dialog
-from .guard import application, guarded, message, report
+from .guard import application, guard_handler, message, report
 from .inputs import Inputs
 
 PANEL = "SolidScriptsAddinsPanel"
@@ -43,10 +43,10 @@ class Window:
         self.inputs = inputs
         self.design = design
 
-    def opened(self) -> None:
+    def on_open(self) -> None:
         """Handle that the dialog was opened."""
 
-    def changed(self, changed: Any) -> None:
+    def on_change(self, changed: Any) -> None:
         """Handle a changed input; this must not edit the design."""
 
     def valid(self) -> bool:
@@ -88,7 +88,7 @@ class Command:
         clip = folder / "toolclip.png"
         if clip.is_file():
             definition.toolClipFilename = str(clip)
-        opened = guarded(self._open, self.dialog.name)
+        opened = guard_handler(self._open, self.dialog.name)
         self._connect(definition, "commandCreated", opened, self._kept)
         panel = ui.allToolbarPanels.itemById(PANEL)
         if panel is not None:
@@ -144,40 +144,40 @@ class Command:
         command.setDialogInitialSize(*self.dialog.size)
         name = self.dialog.name
         for event, work in (
-            ("inputChanged", guarded(self._changed, name)),
-            ("validateInputs", self._validated),
-            ("executePreview", guarded(self._previewed, f"{name} (preview)", quiet=True)),
-            ("execute", self._executed),
-            ("destroy", guarded(self._destroyed, name)),
+            ("inputChanged", guard_handler(self._on_change, name)),
+            ("validateInputs", self._on_validate),
+            ("executePreview", guard_handler(self._on_preview, f"{name} (preview)", quiet=True)),
+            ("execute", self._on_execute),
+            ("destroy", guard_handler(self._on_destroy, name)),
         ):
             self._connect(command, event, work, self._kept_by_window)
-        window.opened()
+        window.on_open()
         self._window = window  # events before this line are ignored and OK is disabled
 
-    def _changed(self, args: Any) -> None:
+    def _on_change(self, args: Any) -> None:
         if self._window is None or not self._same_design():
             return
         self._window.inputs.written = str(args.input.id)
         try:
-            self._window.changed(args.input)
+            self._window.on_change(args.input)
         finally:
             self._window.inputs.written = ""
 
-    def _validated(self, args: Any) -> None:
+    def _on_validate(self, args: Any) -> None:
         valid = False
 
         def ask(_: Any) -> None:
             nonlocal valid
             valid = self._window is not None and self._same_design() and self._window.valid()
 
-        guarded(ask, f"{self.dialog.name} (OK)", quiet=True)(args)
+        guard_handler(ask, f"{self.dialog.name} (OK)", quiet=True)(args)
         args.areInputsValid = valid
 
-    def _previewed(self, _: Any) -> None:
+    def _on_preview(self, _: Any) -> None:
         if self._window is not None and self._same_design():
             self._window.preview()
 
-    def _executed(self, args: Any) -> None:
+    def _on_execute(self, args: Any) -> None:
         """Edit the design; after a failure Fusion reverts the whole undo step."""
         try:
             if self._window is None or not self._same_design():
@@ -187,7 +187,7 @@ class Command:
             args.executeFailed = True
             args.executeFailedMessage = report(error, self.dialog.name)
 
-    def _destroyed(self, _: Any) -> None:
+    def _on_destroy(self, _: Any) -> None:
         self._window = None
 
     def _same_design(self) -> bool:

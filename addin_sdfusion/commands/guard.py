@@ -71,7 +71,9 @@ def report(error: Exception, doing: str) -> str:
     )
 
 
-def guarded(work: Callable[[Any], None], doing: str, quiet: bool = False) -> Callable[[Any], None]:
+def guard_handler(
+    work: Callable[[Any], None], doing: str, quiet: bool = False
+) -> Callable[[Any], None]:
     """Return an event handler whose exceptions are shown in a message box.
 
     Args:

@@ -61,11 +61,13 @@ def convex_hull(points: Iterable[Vector3]) -> Hull | None:
     facets = _Quickhull(unique, start).facets()
     order = sorted({places[unique[i]] for facet in facets for i in facet})
     numbers = {place: number for number, place in enumerate(order)}
-    triangles = (_rotated(*(numbers[places[unique[i]]] for i in facet)) for facet in facets)
+    triangles = (
+        _normalize_triangle(*(numbers[places[unique[i]]] for i in facet)) for facet in facets
+    )
     return Hull(tuple(given[i] for i in order), tuple(sorted(triangles)))
 
 
-def _rotated(a: int, b: int, c: int) -> _Triple:
+def _normalize_triangle(a: int, b: int, c: int) -> _Triple:
     """Return a triangle that begins with its smallest index."""
     return min((a, b, c), (b, c, a), (c, a, b))
 

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from ..building.build_robot import BuiltRobot, build_robot
 from ..progress import Progress, no_progress
-from ..report import condensed, in_order, report_json, report_text
+from ..report import merge_similar, report_json, report_text, sort_findings
 from ..robot.checks.check import check
 from ..robot.errors import RobotError
 from ..robot.files import write_files
@@ -41,7 +41,7 @@ from .changes import changes, contents
 from .experiment_text import can_run, experiment_findings, experiment_text, gentle_motion
 from .link_meshes import link_meshes
 from .manifest import read_contents
-from .robot_folder import EXPERIMENT, Replacement, replacing
+from .robot_folder import EXPERIMENT, Replacement, folder_replacement
 from .safe_names import safe_name, safe_names
 
 CASPR = "caspr"
@@ -92,12 +92,12 @@ def export_built(
 ) -> Exported:
     """Write the robot folder like `export_robot`, for a robot that is already built."""
     after = contents(built.robot) if built.robot is not None else {}
-    with replacing(folder) as replacement:
+    with folder_replacement(folder) as replacement:
         findings = _Export(built, settings, replacement, progress or no_progress).write()
         before = read_contents(replacement.folder)
         files, kept = replacement.commit(after)
     changed = None if before is None else tuple(changes(before, after))
-    return Exported(files, in_order([*findings, *kept]), changed)
+    return Exported(files, sort_findings([*findings, *kept]), changed)
 
 
 class _Export:
@@ -119,10 +119,10 @@ class _Export:
 
     def write(self) -> tuple[Finding, ...]:
         """Write all files and return all findings."""
-        robot = self._with_meshes(self._valid())
+        robot = self._with_meshes(self._require_valid())
         links = len(robot.links)
         self._progress(links, links + 3, "robot files")
-        self._findings += condensed(sdf_losses(robot))
+        self._findings += merge_similar(sdf_losses(robot))
         write_sdf(robot, self._folder)
         self._write_experiment(robot)
         self._progress(links + 1, links + 3, "files of other programs")
@@ -137,19 +137,19 @@ class _Export:
         ):
             if is_chosen:
                 self._write_with_meshes(program, format_, robot)
-        findings = in_order(self._findings)
+        findings = sort_findings(self._findings)
         reports = {"findings.txt": report_text(findings), "findings.json": report_json(findings)}
         write_files(self._folder, reports)
         self._progress(links + 2, links + 3, "moving files to the folder")
         return findings
 
-    def _valid(self) -> Robot:
+    def _require_valid(self) -> Robot:
         """Return the robot, or raise its errors."""
         robot = self._built.robot
         if robot is not None:
             self._findings += check(robot)
             self._findings += [finding for finding in sdf_losses(robot) if finding.is_error]
-        findings = in_order(self._findings)
+        findings = sort_findings(self._findings)
         if robot is None or any(finding.is_error for finding in findings):
             raise RobotError(findings)
         return robot
@@ -218,15 +218,15 @@ class _Export:
         try:
             written = convert_to(format_, robot, self._folder / folder)
         except RobotError as error:
-            self._findings += _downgraded(program, error)
+            self._findings += _as_warnings(program, error)
         else:
-            self._findings += condensed(written.findings)
+            self._findings += merge_similar(written.findings)
 
 
-def _downgraded(program: str, error: RobotError) -> list[Finding]:
+def _as_warnings(program: str, error: RobotError) -> list[Finding]:
     """Return warnings instead of errors, since the files for other programs can be written."""
     errors = [finding for finding in error.findings if finding.is_error]
     return [
         Finding("warning", f.code, f"no files for {program} are written: {f.message}", f.subject)
-        for f in condensed(errors)
+        for f in merge_similar(errors)
     ]

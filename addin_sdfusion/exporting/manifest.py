@@ -48,10 +48,10 @@ def read_manifest(folder: Path) -> dict[str, str]:
         return {}
     plain = read_json(file)
     if not isinstance(plain, dict) or plain.get("format") != FORMAT:
-        raise damaged(file)
+        raise damaged_file_error(file)
     files = plain.get("files")
     if not isinstance(files, dict) or not all(isinstance(mark, str) for mark in files.values()):
-        raise damaged(file)
+        raise damaged_file_error(file)
     return {require_inside(path, file): mark for path, mark in files.items()}
 
 
@@ -77,7 +77,7 @@ def read_json(file: Path) -> Any:
     try:
         return json.loads(read_file(file, limits.JSON).decode())
     except (ValueError, RecursionError):
-        raise damaged(file) from None
+        raise damaged_file_error(file) from None
 
 
 def require_inside(path: Any, file: Path) -> str:
@@ -87,14 +87,14 @@ def require_inside(path: Any, file: Path) -> str:
         InputError: The path is outside the folder.
     """
     if not isinstance(path, str) or not path or any(sign in path for sign in "\\:\0"):
-        raise damaged(file)
+        raise damaged_file_error(file)
     parts = PurePosixPath(path).parts
     if path.startswith("/") or ".." in parts or "/".join(parts) != path:
-        raise damaged(file)
+        raise damaged_file_error(file)
     return path
 
 
-def damaged(file: Path) -> InputError:
+def damaged_file_error(file: Path) -> InputError:
     """Return the error for a damaged file of the exporter."""
     what = "is damaged, so the files of the earlier export are unknown; export into a new folder"
     return InputError(what, file=file)

@@ -47,7 +47,7 @@ def require_folder(folder: str | Path) -> Path:
 
 
 @contextmanager
-def replacing(folder: str | Path) -> Iterator[Replacement]:
+def folder_replacement(folder: str | Path) -> Iterator[Replacement]:
     """Write new files for a folder to a subfolder; `commit` moves them to the folder.
 
     Without a successful `commit` the folder is unchanged.

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..robot.json_text import json_text
-from .manifest import damaged, read_json, require_inside
+from .manifest import damaged_file_error, read_json, require_inside
 
 JOURNAL = "moves.json"
 
@@ -57,7 +57,7 @@ def recover(folder: Path, part: Path) -> None:
         return
     plain = read_json(journal)
     if not isinstance(plain, list) or not all(isinstance(m, list) and len(m) == 2 for m in plain):
-        raise damaged(journal)
+        raise damaged_file_error(journal)
     _undo(folder, [(require_inside(a, journal), require_inside(b, journal)) for a, b in plain])
     journal.unlink()
 

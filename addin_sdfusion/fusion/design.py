@@ -78,14 +78,14 @@ def read_design(
     found = adsk.fusion.Design.cast(product)
     if found is None:
         raise InputError("open a design first, and switch to the Design workspace")
-    return _Reading(found, masses, progress or no_progress, log or _log).read(meshes)
+    return _DesignReader(found, masses, progress or no_progress, log or _log).read(meshes)
 
 
 def _log(text: str) -> None:
     adsk.core.Application.get().log(text)
 
 
-class _Reading:
+class _DesignReader:
     """Reader for one design."""
 
     def __init__(self, design: Any, masses: Accuracy | None, progress: Progress, log: Log) -> None:
@@ -112,12 +112,12 @@ class _Reading:
         points = [
             instances.point(point)
             for occurrence in occurrences.values()
-            for point in self._all("points", occurrence, read_points(occurrence, keys, notes))
+            for point in self._read_all("points", occurrence, read_points(occurrence, keys, notes))
         ]
         kept = read_kept(held, occurrences, notes)
         points += [instances.point(point, path) for path, point in kept]
-        groups = self._named("group", read_groups, occurrences)
-        joints = self._named("joint", read_joints, occurrences)
+        groups = self._read_named("group", read_groups, occurrences)
+        joints = self._read_named("joint", read_joints, occurrences)
         by_place = {(path, own.name, own.as_built): named for path, own, named in joints}
         couplings = list[CouplingSnapshot]()
         found = read_couplings(occurrences, by_place, notes)
@@ -149,7 +149,7 @@ class _Reading:
             if occurrence.native is not None:
                 parts.append(self._occurrence(occurrence))
             read = read_bodies(occurrence, mesher, self._masses, self._notes, self._tick)
-            found = self._all("bodies", occurrence, read)
+            found = self._read_all("bodies", occurrence, read)
             bodies += sorted(found, key=lambda body: (natural_key(body.name), body.kind))
         return parts, bodies
 
@@ -174,7 +174,7 @@ class _Reading:
             bool(to_parent),
         )
 
-    def _named(
+    def _read_named(
         self,
         kind: str,
         read: Callable[[Occurrence, Occurrences, Notes], Iterator[Named]],
@@ -183,7 +183,9 @@ class _Reading:
         """Return joints or groups: path of the occurrence, original item, uniquely named item."""
         found: list[tuple[str, Named]] = []
         for occurrence in occurrences.values():
-            items = self._all(f"{kind}s", occurrence, read(occurrence, occurrences, self._notes))
+            items = self._read_all(
+                f"{kind}s", occurrence, read(occurrence, occurrences, self._notes)
+            )
             items.sort(key=lambda i: (natural_key(i.name), getattr(i, "as_built", False)))
             found += [(occurrence.path, item) for item in items]
         named = with_unique_names(found, kind, self._notes)
@@ -198,7 +200,7 @@ class _Reading:
         read = [instances.surface(surface) for surface in read]
         return tuple(sorted(read, key=lambda s: (natural_key(s.occurrence), natural_key(s.entity))))
 
-    def _all(self, what: str, occurrence: Occurrence, found: Iterator[Item]) -> list[Item]:
+    def _read_all(self, what: str, occurrence: Occurrence, found: Iterator[Item]) -> list[Item]:
         """Return all items found in an occurrence before an unexpected error, if any."""
         read: list[Item] = []
         self._notes.attempt(occurrence.subject, what, read.extend, found)

@@ -49,7 +49,7 @@ def read_kept(
 ) -> Iterator[tuple[str, PointSnapshot]]:
     """Yield the points that are stored in designs, with the path of the inserted design."""
     for path, attributes in held:
-        for number, kept in enumerate(_kept(path, attributes, notes)):
+        for number, kept in enumerate(_stored_points(path, attributes, notes)):
             at = "+".join(part for part in (path, kept.occurrence) if part)
             name = kept.use.name or f"{kept.use.muscle} {kept.use.number}"
             occurrence = occurrences.get(at)
@@ -65,7 +65,7 @@ def read_kept(
             yield path, PointSnapshot(name, at, place, entity, kept.use)
 
 
-def _kept(path: str, attributes: Mapping[str, str], notes: Notes) -> tuple[KeptPoint, ...]:
+def _stored_points(path: str, attributes: Mapping[str, str], notes: Notes) -> tuple[KeptPoint, ...]:
     try:
         return read_kept_points(attributes.get(POINTS, "[]"))
     except InputError as error:

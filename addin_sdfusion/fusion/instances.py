@@ -48,7 +48,7 @@ class Instances:
                 name = self._name("muscle", muscle.name, path)
                 found[name] = replace(muscle, name=name)
                 if name != muscle.name:
-                    message = _renamed(path, muscle.name, name)
+                    message = _rename_message(path, muscle.name, name)
                     notes.warn(Subject("muscle", muscle.name), "same-name", message)
         self.muscles = (*own[1], *(m for name, m in found.items() if name not in known))
 
@@ -68,7 +68,7 @@ class Instances:
         own = use.muscle if use.role == "via" else use.name or point.name
         name = self._name("muscle" if use.role == "via" else use.role, own, path)
         named = replace(use, muscle=name) if use.role == "via" else replace(use, name=name)
-        placed = replace(named, link=_link(use.link), occurrence=_joined(path, use.occurrence))
+        placed = replace(named, link=_link(use.link), occurrence=_join_paths(path, use.occurrence))
         return replace(point, use=placed, entity=_entity(point.entity, path, name != own))
 
     def surface(self, surface: SurfaceSnapshot) -> SurfaceSnapshot:
@@ -83,13 +83,13 @@ class Instances:
             replace(wrap, muscle=self._name("muscle", wrap.muscle, path)) for wrap in use.muscles
         )
         entity = _entity(surface.entity, path, name != use.name)
-        where = _joined(path, use.occurrence)
+        where = _join_paths(path, use.occurrence)
         use = replace(use, name=name, link=_link(use.link), muscles=muscles, occurrence=where)
         return replace(surface, use=use, entity=entity)
 
     def _inserted_at(self, occurrence: str) -> str | None:
         """Return the path of the nearest inserted design with muscles, or None."""
-        return next((path for path in _above(occurrence) if path in self._listed), None)
+        return next((path for path in _ancestors(occurrence) if path in self._listed), None)
 
     def _name(self, kind: str, name: str, path: str) -> str:
         """Return the unique name of a muscle, point or surface; the first one keeps its name."""
@@ -102,14 +102,14 @@ class Instances:
         return self._given[key]
 
 
-def _renamed(path: str, name: str, new: str) -> str:
+def _rename_message(path: str, name: str, new: str) -> str:
     return (
         f"muscle {name!r} of the design inserted as {path!r} is called {new!r} in the robot, since "
         "this name exists already"
     )
 
 
-def _above(occurrence: str) -> Iterator[str]:
+def _ancestors(occurrence: str) -> Iterator[str]:
     """Yield a path and the paths of its ancestors, the longest first."""
     while occurrence:
         yield occurrence
@@ -124,7 +124,7 @@ def _link(own: str) -> str:
     return own if own == WORLD else ""
 
 
-def _joined(path: str, below: str) -> str:
+def _join_paths(path: str, below: str) -> str:
     return f"{path}+{below}" if below else ""
 
 

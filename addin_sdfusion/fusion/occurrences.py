@@ -87,7 +87,7 @@ def find_occurrences(root: Any, notes: Notes) -> Occurrences:
     top = Occurrence(ROOT, ROOT, None, root, IDENTITY, IDENTITY)
     found = {ROOT: top}
     first: dict[tuple[str, str], Transform] = {}
-    waiting = [(native, top) for native in _below(top, notes)]
+    waiting = [(native, top) for native in _native_children(top, notes)]
     while waiting:
         native, above = waiting.pop()
         occurrence = _occurrence(native, above, notes)
@@ -100,11 +100,11 @@ def find_occurrences(root: Any, notes: Notes) -> Occurrences:
         T_first = first.setdefault(identity(occurrence), occurrence.T)
         occurrence = replace(occurrence, T_first=T_first)
         found[occurrence.path] = occurrence
-        waiting += [(below, occurrence) for below in _below(occurrence, notes)]
+        waiting += [(below, occurrence) for below in _native_children(occurrence, notes)]
     return dict(sorted(found.items(), key=lambda item: natural_key(item[0])))
 
 
-def _below(above: Occurrence, notes: Notes) -> list[Any]:
+def _native_children(above: Occurrence, notes: Notes) -> list[Any]:
     """Return Fusion's child occurrences in reverse order."""
     return list(items(above.children, notes, above.subject, "occurrences"))[::-1]
 

@@ -164,12 +164,12 @@ def _edge_extent(edge: Any, origin: Vector3, axis: Vector3) -> _Extent:
     if line is not None:
         points = [position(line.startPoint), position(line.endPoint)]
     else:
-        points = _strokes(edge.evaluator)
+        points = _edge_points(edge.evaluator)
     along = [dot(subtract(point, origin), axis) for point in points]
     return _Extent(min(along), max(along))
 
 
-def _strokes(evaluator: Any) -> list[Vector3]:
+def _edge_points(evaluator: Any) -> list[Vector3]:
     """Return points along an edge that is not a circle."""
     done, start, end = evaluator.getParameterExtents()
     if done:

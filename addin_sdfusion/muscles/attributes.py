@@ -133,7 +133,7 @@ def stored_point(
     """
     what = f"the attribute of construction point {name!r}"
     todo = "pick it again in Define muscles"
-    return _stored(read_point, attributes, POINT, (what, todo), ("point", name), findings)
+    return _read_attribute(read_point, attributes, POINT, (what, todo), ("point", name), findings)
 
 
 def stored_surface(
@@ -148,7 +148,9 @@ def stored_surface(
     """
     what = f"the attribute of a wrap face of {where!r}"
     todo = "pick the face again in Define muscles"
-    return _stored(read_wrap, attributes, WRAP, (what, todo), ("occurrence", where), findings)
+    return _read_attribute(
+        read_wrap, attributes, WRAP, (what, todo), ("occurrence", where), findings
+    )
 
 
 def stored_muscles(
@@ -164,11 +166,14 @@ def stored_muscles(
     what = "the design's list of muscles"
     todo = "open Define muscles, set the force limits and press OK"
     return (
-        _stored(read_muscles, attributes, MUSCLES, (what, todo), ("design", design), findings) or ()
+        _read_attribute(
+            read_muscles, attributes, MUSCLES, (what, todo), ("design", design), findings
+        )
+        or ()
     )
 
 
-def _stored(
+def _read_attribute(
     read: Callable[[str], Record],
     attributes: Mapping[str, str],
     key: str,

@@ -165,7 +165,7 @@ class MuscleTable:
 
     # Via points
 
-    def renumbered(self) -> MuscleTable:
+    def renumber(self) -> MuscleTable:
         """Return the table with points numbered without gaps from the smallest number."""
         table = self
         for row in self.rows:
@@ -262,7 +262,7 @@ class MuscleTable:
 
     # Import from a file
 
-    def merged(self, new: MuscleTable) -> MuscleTable:
+    def merge(self, new: MuscleTable) -> MuscleTable:
         """Return the table merged with a table read from a file, which replaces equal names.
 
         A new point at the position of an existing point on the same link replaces that point and
@@ -274,11 +274,11 @@ class MuscleTable:
         of = {row.name: self.points_of(row.name) for row in table.rows}
         for row in new.rows:
             free = list(of[row.name])
-            of[row.name] = tuple(_adopted(p, free) for p in new.points_of(row.name))
+            of[row.name] = tuple(_match_existing_point(p, free) for p in new.points_of(row.name))
         others = {(point.role, point.name): [point] for point in self.others}
         for point in new.others:
             key = point.role, point.name
-            others[key] = [_adopted(point, others.get(key, []))]
+            others[key] = [_match_existing_point(point, others.get(key, []))]
         return replace(
             table,
             points=tuple(p for row in table.rows for p in of[row.name]),
@@ -365,7 +365,7 @@ def free_name(names: Sequence[str], rows: Sequence[MuscleSnapshot | PointUse | S
     return next(name for name in names if name not in taken)
 
 
-def _adopted(new: PointRow, free: list[PointRow]) -> PointRow:
+def _match_existing_point(new: PointRow, free: list[PointRow]) -> PointRow:
     """Return the new point merged with an old point at its position, which leaves `free`."""
     apart = {i: math.dist(old.position, new.position) for i, old in enumerate(free)}
     near = [i for i, old in enumerate(free) if old.link == new.link and apart[i] <= SAME]

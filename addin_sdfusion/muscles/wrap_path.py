@@ -41,14 +41,16 @@ def path_over(start: Vector3, end: Vector3, face: SurfaceSnapshot, use: WrapUse)
             )
         turned: Sense = 1 if normal[2] >= 0.0 else -1
         axis, sense = normal, use.side * turned  # type: ignore[assignment]
-    points = _about(a, b, axis, face.radius, sense, use.turns)
+    points = _arc_about_axis(a, b, axis, face.radius, sense, use.turns)
     return [add(face.centre, point) for point in points]
 
 
-def _about(a: Vector3, b: Vector3, z: Vector3, r: float, side: int, turns: int) -> list[Vector3]:
+def _arc_about_axis(
+    a: Vector3, b: Vector3, z: Vector3, r: float, side: int, turns: int
+) -> list[Vector3]:
     """Return the arc about an axis through the origin."""
     height_a, height_b = dot(a, z), dot(b, z)
-    flat_a, flat_b = _less(a, z, height_a), _less(b, z, height_b)
+    flat_a, flat_b = _subtract_axial(a, z, height_a), _subtract_axial(b, z, height_b)
     R_a, R_b = math.hypot(*flat_a), math.hypot(*flat_b)
     if min(R_a, R_b) <= r:
         return []
@@ -74,7 +76,7 @@ def _about(a: Vector3, b: Vector3, z: Vector3, r: float, side: int, turns: int) 
     return points  # type: ignore[return-value]
 
 
-def _less(v: Vector3, z: Vector3, height: float) -> Vector3:
+def _subtract_axial(v: Vector3, z: Vector3, height: float) -> Vector3:
     return subtract(v, (height * z[0], height * z[1], height * z[2]))
 
 

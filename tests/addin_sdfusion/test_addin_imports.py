@@ -120,7 +120,7 @@ def test_every_module_imports_with_the_standard_library_and_adsk() -> None:
 def test_modules_without_adsk_import_in_every_python_version_of_fusion(version: str) -> None:
     python = shutil.which(f"python{version}")
     if python is None or subprocess.run([python, "-V"], capture_output=True).returncode:
-        pytest.skip(f"there is no Python {version} here")
+        pytest.skip(f"Python {version} is not available")
     names = [name for name, needs in modules().items() if not needs]
     assert {"snapshot", "robot.errors", "robot.formats.sdf.write"} <= set(names)
     assert "fusion.design" not in names

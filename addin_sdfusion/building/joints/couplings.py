@@ -12,7 +12,7 @@ from ...robot.model.joint import Coordinate, Joint, Term
 from ...snapshot import CouplingSnapshot, bare_name
 
 
-def coupled(
+def add_couplings(
     joints: Sequence[Joint], couplings: Sequence[CouplingSnapshot]
 ) -> tuple[tuple[Joint, ...], list[Finding]]:
     """Return the joints with their couplings, and warnings on couplings that are not exported.
@@ -31,7 +31,7 @@ def coupled(
         else:
             terms[follower] = Term(leader, linear(c.ratio, c.offset))
     made = tuple(
-        replace(joint, coordinates=tuple(_following(c, terms) for c in joint.coordinates))
+        replace(joint, coordinates=tuple(_with_coupling(c, terms) for c in joint.coordinates))
         for joint in joints
     )
     return made, findings
@@ -62,6 +62,6 @@ def _problem(
     return ""
 
 
-def _following(coordinate: Coordinate, terms: dict[str, Term]) -> Coordinate:
+def _with_coupling(coordinate: Coordinate, terms: dict[str, Term]) -> Coordinate:
     term = terms.get(coordinate.name)
     return replace(coordinate, coupling=(term,)) if term else coordinate

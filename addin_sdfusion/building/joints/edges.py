@@ -84,7 +84,7 @@ def find_edges(snapshot: DesignSnapshot, links: Links) -> Edges:
             problem = f"cannot be cut: {unknown('joint', name, names)}; choose again in Export"
             findings.append(warning(subject, "unknown-cut-joint", problem))
     kept = sorted((edge for edge in edges if edge.name not in cut), key=edge_key)
-    return Edges(tuple(kept), tuple(_held(snapshot, links)), tuple(findings))
+    return Edges(tuple(kept), tuple(_grounded_edges(snapshot, links)), tuple(findings))
 
 
 def edge_key(edge: Edge) -> tuple[object, ...]:
@@ -133,10 +133,10 @@ def _from_joints(snapshot: DesignSnapshot, links: Links, findings: list[Finding]
                 findings.append(warning(subject, "suppressed-joint", problem))
             continue
         if ends[0] == ends[1] and None not in (joint.one, joint.two):
-            findings += _within(subject, joint, ends[0])
+            findings += _joint_within_link(subject, joint, ends[0])
             continue
         if _OUTSIDE in ends and None not in (joint.one, joint.two):
-            findings.append(_outside(subject, joint, links, ends[0] is _OUTSIDE))
+            findings.append(_joint_outside_links(subject, joint, links, ends[0] is _OUTSIDE))
             continue
         if name in {bare_name(cut) for cut in snapshot.settings.cut_joints}:
             yield Edge(name, one, two)
@@ -160,7 +160,7 @@ def _link_at(path: str | None, links: Links, grounded: Collection[str]) -> objec
     return links.of_occurrence.get(path, None if path in grounded else _OUTSIDE)
 
 
-def _within(subject: Subject, joint: JointSnapshot, link: object) -> Iterator[Finding]:
+def _joint_within_link(subject: Subject, joint: JointSnapshot, link: object) -> Iterator[Finding]:
     if joint.kind == "rigid":
         return
     problem = (
@@ -170,7 +170,9 @@ def _within(subject: Subject, joint: JointSnapshot, link: object) -> Iterator[Fi
     yield warning(subject, "joint-within-link", problem)
 
 
-def _outside(subject: Subject, joint: JointSnapshot, links: Links, one: bool) -> Finding:
+def _joint_outside_links(
+    subject: Subject, joint: JointSnapshot, links: Links, one: bool
+) -> Finding:
     path = joint.one if one else joint.two
     what = f"rigid group {LINK_PREFIX}<link>" if links.from_groups else "link"
     problem = (
@@ -193,7 +195,7 @@ def _from_groups(snapshot: DesignSnapshot, links: Links) -> Iterator[Edge]:
             yield Edge(called, link, first, symmetric=True)
 
 
-def _held(snapshot: DesignSnapshot, links: Links) -> list[Edge]:
+def _grounded_edges(snapshot: DesignSnapshot, links: Links) -> list[Edge]:
     of: Mapping[str, str] = links.of_occurrence
     pairs = {
         (of[o.path], of[o.parent])

@@ -24,7 +24,7 @@ def component_links(snapshot: DesignSnapshot) -> tuple[dict[str, str], list[Find
         The link of each occurrence that is a link, by path, and the findings.
     """
     occurrences = {occurrence.path: occurrence for occurrence in snapshot.occurrences}
-    chosen, findings = _chosen(snapshot, occurrences)
+    chosen, findings = _link_occurrences(snapshot, occurrences)
     named = _names(chosen, occurrences)
     for name, count in sorted(Counter(named.values()).items()):
         if count > 1:
@@ -38,7 +38,7 @@ def component_links(snapshot: DesignSnapshot) -> tuple[dict[str, str], list[Find
     return named, findings
 
 
-def _chosen(
+def _link_occurrences(
     snapshot: DesignSnapshot, occurrences: Mapping[str, OccurrenceSnapshot]
 ) -> tuple[list[str], list[Finding]]:
     selected = snapshot.settings.components
@@ -53,15 +53,15 @@ def _chosen(
 
 def _names(chosen: Sequence[str], occurrences: Mapping[str, OccurrenceSnapshot]) -> dict[str, str]:
     """Return the names of the links; equal names are prefixed with the names of the parents."""
-    short = {path: _short(occurrences[path]) for path in chosen}
+    short = {path: _short_name(occurrences[path]) for path in chosen}
     counts = Counter(short.values())
     return {
-        path: name if counts[name] == 1 else _long(path, occurrences)
+        path: name if counts[name] == 1 else _long_name(path, occurrences)
         for path, name in short.items()
     }
 
 
-def _short(occurrence: OccurrenceSnapshot) -> str:
+def _short_name(occurrence: OccurrenceSnapshot) -> str:
     """Return `finger` for `hand:1+finger:1` and `finger_2` for `hand:1+finger:2`."""
     leaf = occurrence.path.removeprefix(f"{occurrence.parent}+" if occurrence.parent else "")
     number = leaf.rpartition(":")[2]
@@ -71,11 +71,11 @@ def _short(occurrence: OccurrenceSnapshot) -> str:
     return f"{name}_{number}"
 
 
-def _long(path: str, occurrences: Mapping[str, OccurrenceSnapshot]) -> str:
+def _long_name(path: str, occurrences: Mapping[str, OccurrenceSnapshot]) -> str:
     names: list[str] = []
     seen = set()
     while path in occurrences and path not in seen:
         seen.add(path)
-        names.insert(0, _short(occurrences[path]))
+        names.insert(0, _short_name(occurrences[path]))
         path = occurrences[path].parent
     return "_".join(names)

@@ -73,16 +73,16 @@ def find_links(snapshot: DesignSnapshot) -> Links:
     """Return the links of a design."""
     by_groups = uses_groups(snapshot)
     named, findings = (_from_groups if by_groups else component_links)(snapshot)
-    findings += _suppressed(snapshot.groups)
+    findings += _suppressed_groups(snapshot.groups)
     if WORLD in named.values():
         problem = "the name is reserved for the fixed frame; rename the rigid group or component"
         findings.append(error(Subject("link", WORLD), "reserved-name", problem))
         named = {path: f"{link}_" if link == WORLD else link for path, link in named.items()}
-    of_occurrence = inherited(snapshot.occurrences, named)
+    of_occurrence = inherit_links(snapshot.occurrences, named)
     return Links(in_name_order(set(named.values())), of_occurrence, by_groups, tuple(findings))
 
 
-def inherited(
+def inherit_links(
     occurrences: Sequence[OccurrenceSnapshot], named: Mapping[str, str]
 ) -> dict[str, str]:
     """Return the link of each occurrence: its link or the link of its nearest ancestor.
@@ -104,7 +104,7 @@ def inherited(
 
 def _from_groups(snapshot: DesignSnapshot) -> tuple[dict[str, str], list[Finding]]:
     """Return the link of each occurrence that is a group member, by path, and the findings."""
-    findings = list(_misspelt(snapshot.groups))
+    findings = list(_misspelt_groups(snapshot.groups))
     known = {ROOT, *(occurrence.path for occurrence in snapshot.occurrences)}
     groups_of: dict[str, list[str]] = {}
     names: list[str] = []
@@ -119,7 +119,7 @@ def _from_groups(snapshot: DesignSnapshot) -> tuple[dict[str, str], list[Finding
         names.append(bare_name(group.name))
         for path in members:
             groups_of.setdefault(path, []).append(group.name)
-    findings += [*_duplicates(names), *_in_two_groups(groups_of)]
+    findings += [*_duplicates(names), *_group_conflicts(groups_of)]
     if not names:
         problem = (
             f"nothing to export: no rigid group is called {LINK_PREFIX}<link>; create one for the "
@@ -132,13 +132,13 @@ def _from_groups(snapshot: DesignSnapshot) -> tuple[dict[str, str], list[Finding
     return {path: bare_name(group) for path, group in meant.items()}, findings
 
 
-def _suppressed(groups: Sequence[GroupSnapshot]) -> Iterator[Finding]:
+def _suppressed_groups(groups: Sequence[GroupSnapshot]) -> Iterator[Finding]:
     for name in in_name_order({g.name for g in groups if g.suppressed and is_link_group(g)}):
         problem = "is suppressed in the timeline and not exported; unsuppress it or rename it"
         yield warning(Subject("group", name), "suppressed-group", problem)
 
 
-def _misspelt(groups: Sequence[GroupSnapshot]) -> Iterator[Finding]:
+def _misspelt_groups(groups: Sequence[GroupSnapshot]) -> Iterator[Finding]:
     for name in in_name_order({g.name for g in groups if not is_link_group(g)}):
         if name.casefold().startswith(LINK_PREFIX.casefold()):
             problem = f"is not exported: names of links begin with {LINK_PREFIX}; rename it"
@@ -156,7 +156,7 @@ def _duplicates(names: Sequence[str]) -> Iterator[Finding]:
             yield warning(subject, "copied-name", problem)
 
 
-def _in_two_groups(groups_of: Mapping[str, Sequence[str]]) -> Iterator[Finding]:
+def _group_conflicts(groups_of: Mapping[str, Sequence[str]]) -> Iterator[Finding]:
     for path, groups in sorted(groups_of.items()):
         if len(set(groups)) > 1:
             listed = ", ".join(map(repr, groups))

@@ -50,7 +50,7 @@ class Part(NamedTuple):
     inertia: Matrix3
 
 
-def usable(mass: MassSnapshot) -> bool:
+def is_usable(mass: MassSnapshot) -> bool:
     """Return whether all values are finite and the mass is positive."""
     numbers = (mass.mass, *mass.com, *mass.moments, *mass.principal)
     return all(map(math.isfinite, numbers)) and mass.mass > 0.0
@@ -66,7 +66,9 @@ def part(mass: MassSnapshot, sign: Sign) -> Part:
     xx, yy, zz, xy, yz, xz = mass.moments
     xy, yz, xz = sign * xy, sign * yz, sign * xz
     about_origin = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-    return Part(mass.mass, mass.com, _less(about_origin, point_inertia(mass.mass, mass.com)))
+    return Part(
+        mass.mass, mass.com, _subtract_matrix(about_origin, point_inertia(mass.mass, mass.com))
+    )
 
 
 def eigenvalue_error(mass: MassSnapshot, sign: Sign) -> float:
@@ -133,5 +135,5 @@ def link_inertia(body: Part, T_world_link: Transform) -> Inertia:
     return Inertia(body.mass, com, xx, yy, zz, xy + 0.0, xz + 0.0, yz + 0.0)
 
 
-def _less(A: Matrix3, B: Matrix3) -> Matrix3:
+def _subtract_matrix(A: Matrix3, B: Matrix3) -> Matrix3:
     return subtract(A[0], B[0]), subtract(A[1], B[1]), subtract(A[2], B[2])

@@ -18,12 +18,12 @@ from .mass_properties import (
     Part,
     common_sign,
     eigenvalue_error,
+    is_usable,
     part,
     rounding,
     sign_of,
     total,
 )
-from .mass_properties import usable as is_usable
 
 SPLIT = 1e-6
 """Maximum relative difference of equal masses."""
@@ -43,12 +43,12 @@ class Masses(NamedTuple):
     findings: tuple[Finding, ...]
 
 
-def weigh(snapshot: DesignSnapshot, links: Links) -> Masses:
+def compute_masses(snapshot: DesignSnapshot, links: Links) -> Masses:
     """Return the mass properties of the links."""
-    return _Weighing(snapshot, links).masses()
+    return _MassCalculator(snapshot, links).masses()
 
 
-class _Weighing:
+class _MassCalculator:
     def __init__(self, snapshot: DesignSnapshot, links: Links) -> None:
         self._links = links
         self._occurrences = {o.path: o for o in snapshot.occurrences}
@@ -72,7 +72,7 @@ class _Weighing:
         for path, link in sorted(self._links.of_occurrence.items()):
             bodies[link] += self._bodies.get(path, [])
             if self._is_top(path, link):
-                parts[link] += self._below(path, link)
+                parts[link] += self._parts_below(path, link)
         return Masses(
             {link: total(each) for link, each in parts.items()},
             {link: tuple(each) for link, each in bodies.items()},
@@ -86,7 +86,7 @@ class _Weighing:
         above = self._occurrences[path].parent
         return above == ROOT or self._links.of_occurrence.get(above) != link
 
-    def _below(self, path: str, link: str) -> Iterator[Part]:
+    def _parts_below(self, path: str, link: str) -> Iterator[Part]:
         """Yield the mass properties of a link at and below an occurrence."""
         mass = None if path == ROOT else self._occurrences[path].mass
         if path != ROOT and self._is_whole(path, link):
@@ -102,7 +102,7 @@ class _Weighing:
                 yield self._part(body.mass, _subject(body))
         for child in self._children.get(path, []) if path != ROOT else []:
             if self._links.of_occurrence.get(child) == link:
-                yield from self._below(child, link)
+                yield from self._parts_below(child, link)
 
     def _is_whole(self, path: str, link: str) -> bool:
         """Return whether everything below an occurrence belongs to the same link."""

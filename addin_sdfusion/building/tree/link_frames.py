@@ -75,7 +75,7 @@ def _place_link(branch: Branch, parent: _LinkPose) -> tuple[Joint, _LinkPose]:
         where = parent.displaced.apply(parent.origin)
     motions = edge.motions
     if branch.child != edge.one:
-        where, motions = _reversed(where, motions)
+        where, motions = _reverse_joint(where, motions)
     back = parent.displaced.inverse()
     origin = back.apply(where)
     displaced = joint_motion(motions).about(where).compose(parent.displaced)
@@ -103,7 +103,7 @@ def _origin(edge: Edge) -> Vector3 | None:
     return edge.origin_two
 
 
-def _reversed(
+def _reverse_joint(
     where: Vector3, motions: tuple[MotionSnapshot, ...]
 ) -> tuple[Vector3, tuple[MotionSnapshot, ...]]:
     """Return a joint from `one` to `two`: the inverse motions in reverse order."""

@@ -59,35 +59,37 @@ def find_roots(
         candidates = [link for link in held if link in part]
         if settings.base in part:
             roots[k] = settings.base
-            findings += _not_grounded(candidates, grounded, bodies, settings)
+            findings += _ignored_grounds(candidates, grounded, bodies, settings)
         elif candidates:
             firsts = list({bodies.find(link): link for link in reversed(candidates)}.values())
             roots[k] = next((link for link in candidates if link in grounded), candidates[0])
             if len(firsts) > 1:
                 what = f"links {listed(in_name_order(firsts))} of one tree are fixed to the world"
-                findings.append(_several(subject, what))
+                findings.append(_several_bases_error(subject, what))
     if not roots:
-        return _nothing_held(parts, between, settings, subject)
+        return _ungrounded_roots(parts, between, settings, subject)
     loose = [part for k, part in enumerate(parts) if k not in roots]
-    findings += [_loose_part(part) for part in loose]
+    findings += [_unconnected_error(part) for part in loose]
     base = next((r for r in roots.values() if r == settings.base), "")
     if not base and not settings.fixed_base and len(roots) > 1:
         what = f"links {listed(in_name_order(roots.values()))} are fixed to the world"
-        findings.append(_several(subject, f"{what} in separate trees, but the base must float"))
+        findings.append(
+            _several_bases_error(subject, f"{what} in separate trees, but the base must float")
+        )
     ordered = sorted(in_name_order(roots.values()), key=lambda link: link != base)
     floating = "" if settings.fixed_base else ordered[0]
-    ordered += [_first(part, between) for part in loose]
+    ordered += [_first_root(part, between) for part in loose]
     return Roots(tuple(ordered), floating, tuple(findings))
 
 
-def _nothing_held(
+def _ungrounded_roots(
     parts: Sequence[Sequence[str]],
     between: Sequence[Edge],
     settings: ExportSettings,
     subject: Subject,
 ) -> Roots:
     """Return the roots of a robot without links that are fixed to the world."""
-    candidates = in_name_order(link for part in parts for link in _never_a_child(part, between))
+    candidates = in_name_order(link for part in parts for link in _non_child_links(part, between))
     findings = []
     if not candidates:
         problem = "no link is grounded, and every link is the child of a joint: no base is found"
@@ -95,16 +97,16 @@ def _nothing_held(
         findings.append(error(subject, "no-base", problem + advice))
     elif len(candidates) > 1:
         problem = f"no link is grounded, and links {listed(candidates)} are not children of a joint"
-        findings.append(_several(subject, problem))
-    roots = tuple(_first(part, between) for part in parts)
+        findings.append(_several_bases_error(subject, problem))
+    roots = tuple(_first_root(part, between) for part in parts)
     return Roots(roots, "" if settings.fixed_base else roots[0], tuple(findings))
 
 
-def _first(part: Sequence[str], between: Sequence[Edge]) -> str:
-    return in_name_order(_never_a_child(part, between) or part)[0]
+def _first_root(part: Sequence[str], between: Sequence[Edge]) -> str:
+    return in_name_order(_non_child_links(part, between) or part)[0]
 
 
-def _never_a_child(part: Sequence[str], between: Sequence[Edge]) -> list[str]:
+def _non_child_links(part: Sequence[str], between: Sequence[Edge]) -> list[str]:
     """Return the links of a part that are not children of a joint.
 
     Only the first of several rigidly connected links is returned.
@@ -119,7 +121,7 @@ def _never_a_child(part: Sequence[str], between: Sequence[Edge]) -> list[str]:
     return [link for body, link in firsts.items() if body not in children]
 
 
-def _not_grounded(
+def _ignored_grounds(
     candidates: Sequence[str],
     grounded: Sequence[str],
     bodies: DisjointSets,
@@ -137,12 +139,12 @@ def _not_grounded(
     return [warning(Subject("link", link), "ground-ignored", problem) for link in others]
 
 
-def _several(subject: Subject, what: str) -> Finding:
+def _several_bases_error(subject: Subject, what: str) -> Finding:
     problem = f"{what}; ground only one and connect the others, or choose the base in Export"
     return error(subject, "several-bases", problem)
 
 
-def _loose_part(part: Sequence[str]) -> Finding:
+def _unconnected_error(part: Sequence[str]) -> Finding:
     one = len(part) == 1
     subject = Subject("link", part[0])
     which = "no joint connects it" if one else f"no joint connects it, and {listed(part[1:])},"

@@ -87,7 +87,7 @@ class _Search:
         self._free = Names([*graph.links, *(edge.name for edge in graph.edges)])
         self._bodies = DisjointSets(graph.links)
         self._world = [edge for edge in graph.edges if len(edge.links) == 1]
-        self._between = self._without_double_welds(graph)
+        self._between = self._without_redundant_edges(graph)
         self._above: dict[str, Branch] = {}
         self._grounded = self._effective_grounds(graph)
         if settings.base and not self._base:
@@ -109,13 +109,13 @@ class _Search:
     def tree(self) -> Tree:
         for root in self._roots.links:
             floats = root == self._roots.floating
-            edge = self._floating(root) if floats else self._fixed(root)
+            edge = self._floating_edge(root) if floats else self._fixed_edge(root)
             self._above[root] = Branch(edge, None, root)
-            self._grow(root)
+            self._add_links_below(root)
         self._close_loops()
         return Tree(tuple(self._above.values()), tuple(self._loops), tuple(self._findings))
 
-    def _without_double_welds(self, graph: Graph) -> list[Edge]:
+    def _without_redundant_edges(self, graph: Graph) -> list[Edge]:
         """Return the edges between links without redundant rigid connections."""
         between = [edge for edge in graph.edges if len(edge.links) == 2]
         joints_first = sorted(between, key=lambda edge: edge.symmetric)
@@ -147,7 +147,7 @@ class _Search:
                     self._findings.append(_ground_ignored(link, firm[0], link in jointed))
         return kept
 
-    def _floating(self, root: str) -> Edge:
+    def _floating_edge(self, root: str) -> Edge:
         """Return all six motions of the base."""
         name = self._free.give(f"{WORLD}_{root}")
         for edge in self._world_edges_of(root):
@@ -159,7 +159,7 @@ class _Search:
         turns = (MotionSnapshot("rotation", axis, role=_ANGLES[role]) for role, axis in _AXES)
         return Edge(name, root, None, (*slides, *turns), (0.0, 0.0, 0.0))
 
-    def _fixed(self, root: str) -> Edge:
+    def _fixed_edge(self, root: str) -> Edge:
         """Return the edge that connects a root to the world.
 
         Any other edge to the world closes a loop or is redundant.
@@ -199,7 +199,7 @@ class _Search:
         part = next(part for part in self._parts if root in part)
         return [edge for edge in self._world if edge.links[0] in part]
 
-    def _grow(self, root: str) -> None:
+    def _add_links_below(self, root: str) -> None:
         """Add the links below a root, breadth first, in the order of joint names."""
         edges: dict[str, list[Edge]] = {}
         for edge in self._between:

@@ -31,11 +31,11 @@ class Check(Window):
         self._hint = ""
         self._shown = -1
 
-    def opened(self) -> None:
+    def on_open(self) -> None:
         """Check the design and list the findings."""
         self._check()
 
-    def changed(self, changed: Any) -> None:
+    def on_change(self, changed: Any) -> None:
         """Handle a pressed button or a selected row."""
         name = str(changed.id)
         if name == "again":
@@ -119,7 +119,7 @@ class Check(Window):
         self._hint = "" if found else "The object of this row cannot be shown in the design."
         self.inputs.select("shown", found)
         if found:
-            _look_at(found)
+            _point_camera(found)
 
 
 def summary(findings: list[Finding]) -> str:
@@ -135,7 +135,7 @@ def _count(number: int, what: str) -> str:
     return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
 
 
-def _look_at(entities: list[Any]) -> None:
+def _point_camera(entities: list[Any]) -> None:
     """Move the target of the camera to the centre of entities, without rotating it."""
     boxes = [box for e in entities if (box := getattr(e, "boundingBox", None)) is not None]
     if not boxes:

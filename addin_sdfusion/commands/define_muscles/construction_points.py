@@ -40,7 +40,7 @@ class About:
             raise InputError(f"{self._what} cannot be written: {why}") from error
 
 
-def is_called(point: Any, name: str) -> bool:
+def has_name(point: Any, name: str) -> bool:
     """Return whether a point has a name, possibly with the suffix of a duplicate name in Fusion.
 
     Names of via points are unique; a link may have several task points and markers.

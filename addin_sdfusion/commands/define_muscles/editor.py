@@ -61,7 +61,7 @@ class MuscleEditor:
 
     def __init__(self, table: MuscleTable, link_of: Mapping[str, str], note: str = "") -> None:
         self.before = table
-        self.table = table.renumbered()
+        self.table = table.renumber()
         self.link_of = link_of
         self.links = sorted(set(link_of.values()) - {WORLD}, key=natural_key)
         self.muscle = table.rows[0].name if table.rows else ""
@@ -312,7 +312,7 @@ class MuscleEditor:
 
     def take(self, table: MuscleTable) -> None:
         """Merge a table read from a file, which replaces equal names."""
-        self.table = self.table.merged(table).renumbered()
+        self.table = self.table.merge(table).renumber()
         if table.rows:
             self.choose(table.rows[0].name)
 

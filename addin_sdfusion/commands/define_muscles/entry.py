@@ -76,11 +76,11 @@ class DefineMuscles(Window):
             "csv_export": self._export,
         }
 
-    def opened(self) -> None:
+    def on_open(self) -> None:
         """Show the muscle table of the design."""
         show(self.editor, self.inputs)
 
-    def changed(self, changed: Any) -> None:
+    def on_change(self, changed: Any) -> None:
         """Edit the muscle table; errors are shown in the status."""
         name, selected = str(changed.id), None
         try:

@@ -42,7 +42,7 @@ from .construction_points import (
     About,
     added,
     delete_points,
-    is_called,
+    has_name,
     kept_point,
     make_points,
     native,
@@ -107,10 +107,10 @@ class Writer:
         self._original = {row.entity: row.original for row in _rows(before)}
         inserted = {row for row in _rows(before) if self._is_inserted(row)}
         self._require_unchanged(inserted - set(_rows(after)))
-        for item in _desired(after):
+        for item in _desired_points(after):
             if item.row in inserted:
                 continue
-            home = self._kept_at(item)
+            home = self._storage_occurrence(item)
             if home is None:
                 desired.append(item)
             else:
@@ -124,14 +124,14 @@ class Writer:
             point = self._points.get(item.row.entity)
             if point is None or item.row.entity in used:
                 desired[i] = item.as_made()
-                point = self._on_picked(item)
+                point = self._create_on_entity(item)
                 if point is None:
                     free.append(i)
             else:
                 desired[i] = self._with_origin(item, point)
             used.add(item.row.entity)
             points.append(point)
-        for i, point in self._by_position([(i, desired[i]) for i in free]):
+        for i, point in self._create_at_positions([(i, desired[i]) for i in free]):
             points[i] = point
         self._name(list(zip(points, desired, strict=True)))
         self._write_faces(before, after)
@@ -145,15 +145,14 @@ class Writer:
         """Return whether a point is stored in another document and is therefore read-only."""
         if row.entity.startswith(KEPT):
             return not row.entity.startswith(f"{KEPT}/")
-        return row.entity in self._points and bool(self._why_not(row))
+        return row.entity in self._points and bool(self._write_problem(row))
 
     def _require_unchanged(self, rows: Iterable[PointRow]) -> None:
         for row in rows:
-            raise InputError(
-                f"a point of {row.muscle or row.name!r} cannot be written: {self._why_not(row)}"
-            )
+            problem = self._write_problem(row)
+            raise InputError(f"a point of {row.muscle or row.name!r} cannot be written: {problem}")
 
-    def _kept_at(self, item: Desired) -> str | None:
+    def _storage_occurrence(self, item: Desired) -> str | None:
         """Return the occurrence of a point that must be stored in the design; else None.
 
         Components of other documents are read-only, and the root of an assembly design cannot
@@ -162,11 +161,11 @@ class Writer:
         row = item.row
         if row.entity.startswith(KEPT):
             is_on_link = self._link_of.get(row.occurrence, WORLD) == row.link
-            return row.occurrence if is_on_link else self._home(row)
+            return row.occurrence if is_on_link else self._target_occurrence(row)
         if row.entity in self._points:
             return None
         is_on_link = bool(row.entity) and self._link_of.get(row.occurrence, WORLD) == row.link
-        home = row.occurrence if is_on_link else self._home(row)
+        home = row.occurrence if is_on_link else self._target_occurrence(row)
         if not home:
             intent = optional(lambda: self._design.designIntent)
             return home if intent == _ASSEMBLY else None
@@ -181,7 +180,7 @@ class Writer:
             if row.made:
                 gone.append((row, point))
                 continue
-            with About(f"construction point {point.name!r}", self._why_not(row)):
+            with About(f"construction point {point.name!r}", self._write_problem(row)):
                 attribute = point.attributes.itemByName(GROUP, POINT)
                 if attribute:
                     attribute.deleteMe()
@@ -190,24 +189,24 @@ class Writer:
                 ):  # otherwise the name would be read as a point again
                     point.name = row.original or f"Unused {point.name}"
         if gone:
-            why = next((why for row, _ in gone if (why := self._why_not(row))), "")
+            why = next((why for row, _ in gone if (why := self._write_problem(row))), "")
             names = listed([point.name for _, point in gone])
             with About(f"construction points {names}", why):
                 delete_points([point for _, point in gone])
 
     def _name(self, points: list[tuple[Any, Desired]]) -> None:
         """Set names and attributes; first rename points whose current name is needed by others."""
-        changed = [(p, w) for p, w in points if not is_called(p, w.name)]
+        changed = [(p, w) for p, w in points if not has_name(p, w.name)]
         names = {w.name for _, w in changed}
         for i, (point, w) in enumerate(changed):
             if point.name in names:
-                with About(f"construction point {point.name!r}", self._why_not(w.row)):
+                with About(f"construction point {point.name!r}", self._write_problem(w.row)):
                     point.name = f"cardsflow temporary {i}"
         for point, w in points:
-            with About(f"construction point {w.name!r}", self._why_not(w.row)):
-                if not is_called(point, w.name):
+            with About(f"construction point {w.name!r}", self._write_problem(w.row)):
+                if not has_name(point, w.name):
                     point.name = w.name
-            self._set(point, POINT, point_text(w.row.use), w.name, self._why_not(w.row))
+            self._set(point, POINT, point_text(w.row.use), w.name, self._write_problem(w.row))
 
     def _with_origin(self, item: Desired, point: Any) -> Desired:
         """Return the row with the original name of the point."""
@@ -217,7 +216,7 @@ class Writer:
             original = point.name
         return replace(item, row=replace(row, original=original))
 
-    def _on_picked(self, item: Desired) -> Any:
+    def _create_on_entity(self, item: Desired) -> Any:
         """Create a construction point on the picked entity.
 
         Returns None if no entity was picked or if it belongs to another link.
@@ -226,32 +225,32 @@ class Writer:
         entity = self._picks.entity(row.entity)
         if entity is None or self._link_of.get(row.occurrence, WORLD) != row.link:
             return None
-        with About(f"{item.name} on link {row.link!r}", self._why_not(row)):
+        with About(f"{item.name} on link {row.link!r}", self._write_problem(row)):
             occurrence = self._occurrences.get(row.occurrence)
             component = occurrence.component if occurrence else self._design.rootComponent
             points = component.constructionPoints
             new = points.createInput(occurrence) if occurrence else points.createInput()
             set_by = new.setByCenter if is_center(entity) else new.setByPoint
             set_by(entity)
-            return self._in_place(added(points, new), occurrence, row)
+            return self._require_position(added(points, new), occurrence, row)
 
-    def _by_position(self, items: list[tuple[int, Desired]]) -> Iterator[tuple[int, Any]]:
+    def _create_at_positions(self, items: list[tuple[int, Desired]]) -> Iterator[tuple[int, Any]]:
         """Create points at coordinates: mirrored, imported, or moved to another link."""
         homes: dict[str, list[tuple[int, Desired]]] = {}
         for i, item in items:
             with About(f"{item.name} on link {item.row.link!r}", ""):
-                homes.setdefault(self._home(item.row), []).append((i, item))
+                homes.setdefault(self._target_occurrence(item.row), []).append((i, item))
         for path, those in homes.items():
             occurrence = self._occurrences.get(path)
             component = occurrence.component if occurrence else self._design.rootComponent
             about = f"{listed([w.name for _, w in those])} on link {those[0][1].row.link!r}"
-            with About(about, self._why_not(those[0][1].row)):
+            with About(about, self._write_problem(those[0][1].row)):
                 positions = [item.row.position for _, item in those]
                 made = make_points(self._design, component, occurrence, positions)
                 for (i, item), point in zip(those, made, strict=True):
-                    yield i, self._in_place(point, occurrence, item.row)
+                    yield i, self._require_position(point, occurrence, item.row)
 
-    def _in_place(self, point: Any, occurrence: Any, row: PointRow) -> Any:
+    def _require_position(self, point: Any, occurrence: Any, row: PointRow) -> Any:
         """Return the point if it has the desired position, which detects a wrong frame."""
         seen = point.createForAssemblyContext(occurrence) if occurrence else point
         place = seen.geometry.x * CM, seen.geometry.y * CM, seen.geometry.z * CM
@@ -260,7 +259,7 @@ class Writer:
             raise InputError(f"Fusion created it {apart:.3g} mm away from its position")
         return point
 
-    def _home(self, row: PointRow) -> str:
+    def _target_occurrence(self, row: PointRow) -> str:
         """Return the path of the occurrence whose component gets a point without an entity."""
         if row.link == WORLD or self._link_of.get("") == row.link:
             return ""
@@ -273,7 +272,7 @@ class Writer:
         writable = [p for p in own if not problem_of(None, self._occurrences[p])] or own
         return min(writable, key=lambda p: (p.count("+"), natural_key(p)))
 
-    def _why_not(self, row: PointRow) -> str:
+    def _write_problem(self, row: PointRow) -> str:
         """Return the known reason why the point of a row cannot be written, or an empty string."""
         occurrence = self._occurrences.get(row.occurrence)
         if occurrence is None and not row.entity:
@@ -317,7 +316,7 @@ def _rows(table: MuscleTable) -> tuple[PointRow, ...]:
     return *table.points, *table.others
 
 
-def _desired(table: MuscleTable) -> Iterator[Desired]:
+def _desired_points(table: MuscleTable) -> Iterator[Desired]:
     """Yield the rows of all points with the names of their construction points."""
     motors = motor_numbers(row.name for row in table.rows)
     for p in table.points:

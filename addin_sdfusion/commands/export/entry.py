@@ -27,8 +27,7 @@ from ..inputs import CellEdit, Inputs
 from ..progress_dialog import ProgressDialog
 from ..reading import read, with_meshes
 from .dialog import COLLISIONS, DIALOG, FOUND, LINKS, QUALITIES, UP
-from .singles import changed as changed_by
-from .singles import joint_rows, link_rows
+from .singles import apply_edit, joint_rows, link_rows
 
 _SHOWN = 8
 _TICKS = ("fixed_base", "visual", "caspr", "osim", "urdf", "mjcf")
@@ -49,7 +48,7 @@ class Export(Window):
         self._contents: Contents = {}
         self._problem = ""
 
-    def opened(self) -> None:
+    def on_open(self) -> None:
         """Show the stored settings and the findings."""
         inputs, chosen = self.inputs, self.settings
         inputs.set("name", chosen.name)
@@ -65,7 +64,7 @@ class Export(Window):
             inputs.set(name, getattr(chosen, name))
         self._show()
 
-    def changed(self, changed: Any) -> None:
+    def on_change(self, changed: Any) -> None:
         """Handle a changed setting and update the findings."""
         name = str(changed.id)
         if name == "browse":
@@ -188,7 +187,7 @@ class Export(Window):
     def _cell_changed(self, edit: CellEdit) -> None:
         """Change the settings of one link or joint; an invalid number is reported and ignored."""
         try:
-            self.settings = changed_by(self.settings, edit, self._links, self._joints)
+            self.settings = apply_edit(self.settings, edit, self._links, self._joints)
             self._problem = ""
         except InputError as error:
             self._problem = str(error)

@@ -37,7 +37,7 @@ def joint_rows(settings: ExportSettings, joints: Sequence[str]) -> list[tuple[Ce
     return rows
 
 
-def changed(
+def apply_edit(
     settings: ExportSettings, edit: CellEdit, links: Sequence[str], joints: Sequence[str]
 ) -> ExportSettings:
     """Return the settings after an edit of one of the tables.

@@ -62,9 +62,9 @@ class Mesher:
         key = occurrence.component.id, occurrence.component.name, f"{kind} {native.name}"
         if key not in self._made:
             raw = self._surface(native) if kind != "mesh" else native.displayMesh
-            self._made[key] = _outward(_triangles(raw), closed=kind == "solid")
+            self._made[key] = _orient_outwards(_triangles(raw), closed=kind == "solid")
         made = self._made[key]
-        nodes = self._placed(made.nodes, proxy, occurrence, subject)
+        nodes = self._to_root_frame(made.nodes, proxy, occurrence, subject)
         return MeshSnapshot(nodes, made.indices)
 
     def _surface(self, body: Any) -> Any:
@@ -72,10 +72,10 @@ class Mesher:
         calculator.setQuality(self._quality)
         return calculator.calculate()
 
-    def _placed(
+    def _to_root_frame(
         self, nodes: array[float], proxy: Any, occurrence: Occurrence, subject: Subject
     ) -> array[float]:
-        placed = _transformed(nodes, occurrence.T)
+        placed = _transform_nodes(nodes, occurrence.T)
         box = optional(lambda: bounding_box(proxy))
         if box is None or _fits(placed, box):
             return placed
@@ -113,7 +113,7 @@ def _triangles(mesh: Any) -> _Triangles:
     return _Triangles(nodes, indices)
 
 
-def _outward(mesh: _Triangles, *, closed: bool) -> _Triangles:
+def _orient_outwards(mesh: _Triangles, *, closed: bool) -> _Triangles:
     """Return a mesh with triangles counter-clockwise seen from outside, if it is closed.
 
     The volume enclosed by such triangles is positive.
@@ -139,7 +139,7 @@ def _volume(mesh: _Triangles) -> float:
     return total / 6.0
 
 
-def _transformed(nodes: array[float], T: Transform) -> array[float]:
+def _transform_nodes(nodes: array[float], T: Transform) -> array[float]:
     """Return nodes transformed by a pose."""
     if T == IDENTITY:
         return nodes

@@ -27,7 +27,9 @@ from .frames import JointFrames
 from .motions import CUSTOM, reversed_axis
 
 
-def signed(motions: Sequence[MotionSnapshot], frames: JointFrames) -> tuple[MotionSnapshot, ...]:
+def correct_signs(
+    motions: Sequence[MotionSnapshot], frames: JointFrames
+) -> tuple[MotionSnapshot, ...]:
     """Return the motions of a joint without offsets, with corrected signs of rotation axes.
 
     The rotation of `one` relative to `two` follows from the frames of the joint. If it equals the
@@ -36,10 +38,10 @@ def signed(motions: Sequence[MotionSnapshot], frames: JointFrames) -> tuple[Moti
     if frames.one is None or frames.two is None:
         return tuple(motions)
     turned = multiply(frames.one.R, transpose(frames.two.R))
-    return tuple(_signed(motion, turned) for motion in motions)
+    return tuple(_correct_sign(motion, turned) for motion in motions)
 
 
-def _signed(motion: MotionSnapshot, turned: Matrix3) -> MotionSnapshot:
+def _correct_sign(motion: MotionSnapshot, turned: Matrix3) -> MotionSnapshot:
     if motion.kind == "translation":
         return motion
     back = replace(motion, axis=reversed_axis(motion.axis))

@@ -65,12 +65,12 @@ def joint_frames(joint: Any, place: Place, reach: float) -> JointFrames:
         reach: Maximum distance of the sides because of slides and offsets, in [m].
     """
     transforms = (
-        _lifted(joint, lambda j: j.geometryOneTransform, place),
-        _lifted(joint, lambda j: j.geometryTwoTransform, place),
+        _transform_in_root(joint, lambda j: j.geometryOneTransform, place),
+        _transform_in_root(joint, lambda j: j.geometryTwoTransform, place),
     )
     one, two = transforms
     if one is not None and two is not None:
-        return _agreeing(one, two, place, reach)
+        return _consistent_frames(one, two, place, reach)
     geometry = (
         optional(lambda: _geometry(joint.geometryOrOriginOne, place.one, place)),
         optional(lambda: _geometry(joint.geometryOrOriginTwo, place.two, place)),
@@ -82,13 +82,13 @@ def joint_frames(joint: Any, place: Place, reach: float) -> JointFrames:
 
 def as_built_frame(joint: Any, place: Place) -> Transform | None:
     """Return the frame of an as-built joint; None for a rigid joint."""
-    transform = _lifted(joint, lambda j: j.transform, place)
+    transform = _transform_in_root(joint, lambda j: j.transform, place)
     if transform is not None:
         return transform
     return optional(lambda: _geometry(joint.geometry, place.two, place))
 
 
-def _lifted(joint: Any, read: Callable[[Any], Any], place: Place) -> Transform | None:
+def _transform_in_root(joint: Any, read: Callable[[Any], Any], place: Place) -> Transform | None:
     """Return a transform of a joint in the root frame, or None.
 
     A transform equal to the transform of the native joint is in the frame of the component.
@@ -107,7 +107,7 @@ def _equal(a: Transform, b: Transform) -> bool:
     return all(distance(u, v) <= _EQUAL for u, v in pairs)
 
 
-def _agreeing(one: Transform, two: Transform, place: Place, reach: float) -> JointFrames:
+def _consistent_frames(one: Transform, two: Transform, place: Place, reach: float) -> JointFrames:
     """Return the sides in the root frame, for the first assumed frame in which they coincide.
 
     Without offset, both sides of a joint coincide. Some versions of Fusion report transforms in the

@@ -20,7 +20,7 @@ from ..health import problem_of
 from ..notes import Notes, optional
 from ..occurrences import Occurrence, Occurrences, each_in, subject_in
 from ..units import finite, length
-from .axes import ball_axes, signed
+from .axes import ball_axes, correct_signs
 from .frames import JointFrames, Place, as_built_frame, joint_frames
 from .motions import Freedom, joint_kinds, read_freedoms
 
@@ -98,12 +98,12 @@ class _Reader:
         try:
             empty = replace(empty, suppressed=bool(self._joint.isSuppressed))
             empty = replace(empty, problem=problem_of(self._joint, self._subject, self._notes))
-            return self._whole(empty)
+            return self._read_joint(empty)
         except Exception as error:
             self._notes.trace(f"joint {self._name}")
             return replace(empty, problem=empty.problem or f"it cannot be read ({error}). {REMEDY}")
 
-    def _whole(self, joint: JointSnapshot) -> JointSnapshot:
+    def _read_joint(self, joint: JointSnapshot) -> JointSnapshot:
         motion = self._joint.jointMotion
         kind = "inferred" if motion is None else joint_kinds().get(motion.jointType)
         if kind is None:
@@ -115,7 +115,7 @@ class _Reader:
         if kind == "inferred":
             return joint
         try:
-            return self._placed(joint, read_freedoms(kind, motion), ends)
+            return self._with_frames(joint, read_freedoms(kind, motion), ends)
         except Exception:
             if joint.problem or joint.suppressed:  # reported already, or not exported
                 return joint
@@ -143,7 +143,7 @@ class _Reader:
                 return self._occurrences[candidate]
         raise ValueError(f"{path} is not in the design or is not exported")
 
-    def _placed(
+    def _with_frames(
         self, joint: JointSnapshot, freedoms: tuple[Freedom, ...], ends: _Ends
     ) -> JointSnapshot:
         slides = [f.motion.value for f in freedoms if f.motion.kind == "translation"]
@@ -158,7 +158,7 @@ class _Reader:
             reach = math.hypot(*slides) + offset
             frames = joint_frames(self._joint, place, reach)
         self._note_if_apart(joint, frames)
-        free = not self._as_built and offset == 0.0 and self._unturned()
+        free = not self._as_built and offset == 0.0 and self._has_no_angle()
         motions = self._motions(joint.kind, freedoms, frames, free)
         return replace(
             joint, origin_one=_origin(frames.one), origin_two=_origin(frames.two), motions=motions
@@ -182,7 +182,7 @@ class _Reader:
         motions = tuple(freedom.motion for freedom in freedoms)
         posed = frames if free else replace(frames, one=None)
         if kind != "ball":
-            return signed(motions, posed)
+            return correct_signs(motions, posed)
         motions, certain = ball_axes(motions, freedoms[1].along, posed)
         if not certain:
             self._warn(
@@ -202,7 +202,7 @@ class _Reader:
         )
         return math.hypot(*(length(value or 0.0) for value in values))
 
-    def _unturned(self) -> bool:
+    def _has_no_angle(self) -> bool:
         turned = optional(lambda: finite(self._joint.angle.value) != 0.0)
         return turned is False and not self._joint.isFlipped
 

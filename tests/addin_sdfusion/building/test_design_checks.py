@@ -222,7 +222,7 @@ CASES = {
         moving(ELBOW, axis=(0.0, 0.0, 0.0)),
         [("error", "zero-axis", "elbow"), ("error", "link-not-connected", "lower")],
     ),
-    "value that is no number": (
+    "value that is not finite": (
         moving(ELBOW, value=float("inf")),
         [("error", "not-finite", "elbow"), ("error", "link-not-connected", "lower")],
     ),
@@ -264,7 +264,7 @@ CASES = {
         ),
         [],
     ),
-    "joint to what is no link": (
+    "joint to a component without link": (
         replace(
             ARM,
             occurrences=(*ARM.occurrences, part("screw:1")),
@@ -272,12 +272,12 @@ CASES = {
         ),
         [("warning", "joint-outside-links", "screwed")],
     ),
-    "two joints of one name": (
+    "two joints with the same name": (
         replace(ARM, joints=(SHOULDER, replace(ELBOW, name="shoulder")), points=(), muscles=()),
         [("error", "duplicate-joint", "shoulder"), ("warning", "no-muscles", "arm")],
     ),
     # Names
-    "link and joint of one name": (
+    "link and joint with the same name": (
         changed(ELBOW, name="EXPORT_lower"),
         [("error", "name-clash", "lower")],
     ),
@@ -315,20 +315,20 @@ CASES = {
         with_points(via("flexor", 4, "lower", ARM.points[-1].position)),
         [("error", "zero-length-segment", "flexor")],
     ),
-    "two links, one place": (
+    "two links, one position": (
         with_points(via("flexor", 4, "upper", ARM.points[-1].position)),
         [("warning", "coincident-points", "flexor")],
     ),
-    "a gap": (FIVE, [("warning", "missing-number", "flexor")]),
-    "a number twice": (
+    "a missing number": (FIVE, [("warning", "missing-number", "flexor")]),
+    "a duplicate number": (
         with_points(replace(via("flexor", 3, "lower", (0.6, 0, 0)), entity="x")),
         [("error", "duplicate-number", "flexor")],
     ),
-    "an opacity that is none": (
+    "an invalid opacity": (
         replace(ARM, bodies=(replace(ARM.bodies[0], opacity=7.0), *ARM.bodies[1:])),
         [("error", "bad-opacity", "base:1/Body1")],
     ),
-    "couplings that cannot be": (
+    "invalid couplings": (
         replace(
             ARM,
             couplings=(

@@ -59,7 +59,7 @@ def test_points_are_copied_to_and_pasted_from_a_spreadsheet(
 
     command = user.define(user.vertex(3), user.circle())
     command.press("copy")
-    assert "no clipboard on this system" in command["status"].text
+    assert "clipboard is not available" in command["status"].text
     file = tmp_path / "clipboard"
     programs = [(sys.executable, "-c", PROGRAM.format(str(file), w)) for w in (TAKE, GIVE)]
     monkeypatch.setitem(clipboard.PROGRAMS, sys.platform, tuple(programs))

@@ -16,7 +16,7 @@ from support.robots.robots import planar_2r
 
 from addin_sdfusion.exporting.export import export_built
 from addin_sdfusion.exporting.manifest import MANIFEST
-from addin_sdfusion.exporting.robot_folder import PART, replacing
+from addin_sdfusion.exporting.robot_folder import PART, folder_replacement
 from addin_sdfusion.robot import InputError, Robot, read_robot
 from addin_sdfusion.robot.errors import MachineError
 from addin_sdfusion.settings import ExportSettings
@@ -249,7 +249,7 @@ def test_after_a_crash_the_next_export_restores_the_old_one(tmp_path, arm):
     for number in range(steps - 45, steps, 2):
         with failing(number, KilledError, dead=True), contextlib.suppress(KilledError, OSError):
             export_built(built(other_arm()), ALL, arm)
-        with replacing(arm):  # recovers without new files
+        with folder_replacement(arm):  # recovers without new files
             pass
         after = files_of(arm)
         if after != before:  # the moves were complete except for the cleanup

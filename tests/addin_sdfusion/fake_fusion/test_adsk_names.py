@@ -32,7 +32,7 @@ class Reference:
     """Reference of the API: classes, members, writable members, and values of enumerations.
 
     Attributes:
-        complete: Whether it knows the releases after January 2022.
+        complete: Whether it includes releases after January 2022.
     """
 
     def __init__(self, classes: dict[str, Any], *, complete: bool) -> None:
@@ -122,7 +122,7 @@ def _reference() -> Reference | None:
 def reference() -> Reference:
     found = _reference()
     if found is None:
-        pytest.skip("neither the list of members nor the package adsk is there")
+        pytest.skip("the list of members and the package adsk are not available")
     return found
 
 

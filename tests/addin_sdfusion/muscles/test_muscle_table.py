@@ -311,12 +311,12 @@ def test_wrap_surfaces_stay_after_their_point(count: int, data: st.DataObject) -
 @pytest.mark.slow
 @given(tables())
 def test_numbers_are_consecutive(table: MuscleTable) -> None:
-    table = table.renumbered()
+    table = table.renumber()
     for row in table.rows:
         assert [p.number for p in table.points_of(row.name)] == list(
             range(len(table.points_of(row.name)))
         )
-    assert table.renumbered() == table
+    assert table.renumber() == table
 
 
 def test_muscles_are_renamed_and_deleted_with_their_wraps() -> None:
@@ -447,7 +447,7 @@ def test_a_table_is_read_back_unchanged(table: MuscleTable) -> None:
 @given(tables())
 def test_importing_an_exported_table_changes_nothing(table: MuscleTable) -> None:
     read, _ = read_csv(csv_text(table).encode())
-    again = table.merged(read)
+    again = table.merge(read)
     assert again.points == table.points
     assert again.rows == table.rows
 
@@ -571,7 +571,7 @@ def test_unknown_columns_are_ignored_with_a_warning() -> None:
 def test_an_import_keeps_points_with_unchanged_positions() -> None:
     table = muscle(3)
     read, _ = read_csv(csv_text(table).replace("1.0,0.0,0.0", "1.5,0.0,0.0").encode())
-    again = table.merged(read)
+    again = table.merge(read)
     assert entities(again) == ["e0", "", "e2"]
     assert again.points[1].position == (1.5, 0.0, 0.0)
     assert again.wraps == table.wraps

@@ -321,7 +321,7 @@ class Driver:
             entity._path[0].parent if entity._path else getattr(entity._data, "component", None)
         )
         if entity._data is not design.root and context is not design.root:
-            raise FakeMistake(f"{entity!r}: what the user picks is in the root's context")
+            raise FakeMistake(f"{entity!r}: picked entities must be in the context of the root")
         if not passes(entity, data.fields["filters"]):
             expected = ", ".join(data.fields["filters"])
             raise Rejected(f"{data.id}: {entity!r} is not one of {expected}")
