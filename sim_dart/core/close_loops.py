@@ -71,6 +71,16 @@ def closed_pose(
     return closed
 
 
+def remaining_gap(robot: Robot, core: Core) -> float:
+    """Return the largest gap of the loops after `closed_pose`, in [m] or [rad].
+
+    It is above 1e-10 if positions in the robot's files contradict each other by up to 1e-6, for
+    example the planes of a planar loop.
+    """
+    count = len(closures(robot))
+    return float(np.abs(core.array("closure_gap", count)).max()) if count else 0.0
+
+
 def closed_rates(core: Core, qd: FloatArray) -> FloatArray:
     """Return the velocities nearest to qd that keep the loops closed at the core's last pose."""
     rates = qd.copy()

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import InputError, Robot, SimulationError
 from sim_dart.core.arrays import BoolArray, FloatArray, finite
 from sim_dart.core.blob import compile_blob
-from sim_dart.core.close_loops import closed_pose
+from sim_dart.core.close_loops import closed_pose, remaining_gap
 from sim_dart.core.library import Core
 
 from .core import CoreDynamics
@@ -81,6 +81,11 @@ class IndependentDynamics(CoreDynamics):
         """
         held = (~self._dependent).astype(float)
         return closed_pose(self.robot, self._core, finite("q", q, self.n), held)
+
+    def remaining_gap(self, q: ArrayLike) -> float:
+        """Return the largest gap of the closed loops, see `sim_dart.core.close_loops`."""
+        self.closed(q)
+        return remaining_gap(self.robot, self._core)
 
     def free_motion(self, q: ArrayLike) -> FloatArray:
         """Return N(q), shape (n, n). Columns of dependent coordinates are 0.

@@ -21,6 +21,8 @@ from sim_dart.core.mass_check import massless_coordinates
 from .first_motion import initial_pose, missing_drives, pose_terms, size_problem, try_close_loops
 from .sizing import lock_passive_coordinates, reference_motion
 
+_CLOSED = 1e-9
+"""Gap of a closed loop, in [m] or [rad]."""
 _POSES = 5
 _MIN_ARM = 1e-9  # moment arm, as fraction of the largest moment arm of the robot
 _POINTS = 100
@@ -54,9 +56,11 @@ def drive_findings(robot: Robot) -> list[Finding]:
         return [warning(Subject("robot", robot.name), "not-looked-at", problem)]
     try:
         dynamics = control_dynamics(robot, may_be_singular=True)
-        if not (robot.muscles or robot.motors):
-            return []
-        return [*_massless_findings(robot, dynamics), *_drive_warnings(robot, dynamics, None)]
+        found = list(_loop_findings(robot, dynamics))
+        if robot.muscles or robot.motors:
+            found += _massless_findings(robot, dynamics)
+            found += _drive_warnings(robot, dynamics, None)
+        return found
     except CardsflowError as failure:
         problem = f"{failure}; the robot can be converted and displayed, but not simulated"
         return [warning(Subject("robot", robot.name), "not-simulated", problem)]
@@ -71,6 +75,19 @@ def experiment_findings(experiment: Experiment) -> list[Finding]:
     passive = experiment.controller.uncontrolled
     found += _drive_warnings(robot, dynamics, np.array(experiment.start.q), passive)
     return found + list(_motion_findings(experiment, subject))
+
+
+def _loop_findings(robot: Robot, dynamics: CoreDynamics) -> Iterator[Finding]:
+    """Report loops that close only up to the rounding of the positions in the files."""
+    if not robot.loops or not dynamics.dependent.any():
+        return
+    gap = dynamics.remaining_gap(initial_pose(robot))
+    if gap > _CLOSED:
+        problem = (
+            f"its loops stay open by {gap:.2g} m or rad, since positions in the file contradict "
+            "each other; this gap stays constant during a run"
+        )
+        yield warning(Subject("robot", robot.name), "loops-not-exact", problem)
 
 
 def _massless_findings(robot: Robot, dynamics: CoreDynamics) -> Iterator[Finding]:

@@ -15,6 +15,10 @@ enum { STEPS = 100, STARTS = 12 };
 /* In [m] or [rad]: tolerance of closed loops, and maximum step. */
 static const real CLOSED_POSE = PRECISE(1e-10, 1e-5), MAX_STEP = 0.5;
 
+/* Gap that remains if files with rounded positions contradict themselves, such as the distance of two
+   planes in a planar loop: no motion changes it, and the other equations hold. */
+static const real MAX_REMAINING = PRECISE(1e-6, 1e-4), STALLED = PRECISE(1e-12, 1e-6);
+
 /* Tolerance of a start that is closed and stays as it is. */
 static const real CLOSED_START = PRECISE(1e-12, 1e-6);
 
@@ -58,8 +62,9 @@ static void solve_gaps(core *c)
     }
 }
 
-/* Take one step within the limits. Coordinates that would leave them are held at the limit in the next step. */
-static void reduce_gaps(core *c, const real *held, real *q)
+/* Take one step within the limits and return its largest change. Coordinates that would leave them are held at
+   the limit in the next step. */
+static real reduce_gaps(core *c, const real *held, real *q)
 {
     const int32_t closures = c->blob.counts.closures, dofs = c->blob.counts.dofs;
     real most = 0;
@@ -82,24 +87,26 @@ static void reduce_gaps(core *c, const real *held, real *q)
         q[j] = smaller(larger(next, low), high);
         c->side[j] = q[j] != next;
     }
+    return most;
 }
 
 /* Return whether the loops close from the start q. */
 static int close_from(core *c, const real *held, real *q)
 {
     memset(c->side, 0, (size_t)c->blob.counts.dofs * sizeof(real));
-    real before = 0;
+    real before = 0, change = MAX_STEP;
     for (int step = 0; step < STEPS; step++) {
         tree_move(c, q);
         closures_angles(c);
         const real gap = worst_gap(c);
         if (gap <= CLOSED_START || (step > 0 && gap <= CLOSED_POSE && gap >= 0.5 * before)) break;
+        if (change < STALLED && gap > CLOSED_POSE && gap <= MAX_REMAINING) break;
         before = gap;
-        reduce_gaps(c, held, q);
+        change = reduce_gaps(c, held, q);
     }
     tree_move(c, q);
     closures_angles(c);
-    return worst_gap(c) <= CLOSED_POSE;
+    return worst_gap(c) <= (change < STALLED ? MAX_REMAINING : CLOSED_POSE);
 }
 
 int core_close(core *c, const real *held, real *q)
@@ -107,6 +114,7 @@ int core_close(core *c, const real *held, real *q)
     const int32_t dofs = c->blob.counts.dofs;
     if (!c->blob.counts.closures) return 0;
     real *start = c->before, *nearest = c->before + dofs, least = 0;
+    int is_closed = 0;
     memcpy(start, q, (size_t)dofs * sizeof(real));
     for (int attempt = 0; attempt < STARTS; attempt++) {
         for (int32_t j = 0; j < dofs && attempt > 0; j++) {
@@ -114,8 +122,8 @@ int core_close(core *c, const real *held, real *q)
             q[j] = start[j];
             if (!held || held[j] == 0) q[j] += 0.2 * attempt * (part - (real)(int32_t)part - 0.5);
         }
-        const int is_closed = close_from(c, held, q);
-        if (attempt == 0 || worst_gap(c) < least) {
+        is_closed = close_from(c, held, q);
+        if (attempt == 0 || is_closed || worst_gap(c) < least) {
             least = worst_gap(c);
             memcpy(nearest, q, (size_t)dofs * sizeof(real));
         }
@@ -124,5 +132,5 @@ int core_close(core *c, const real *held, real *q)
     memcpy(q, nearest, (size_t)dofs * sizeof(real));
     core_move(c, q);
     closures_angles(c);
-    return least <= CLOSED_POSE ? 0 : 1 + closures_worst(c);
+    return is_closed ? 0 : 1 + closures_worst(c);
 }

@@ -18,6 +18,7 @@ from support.robots.loops import (
 )
 
 from addin_sdfusion.robot import InputError, Pose, Robot, UnknownNameError, read_robot
+from cardsflow_fmu.results.analysis.drive_check import check as check_all
 from sim_dart import CoreDynamics, Plant, close_loops
 from sim_dart.core.arrays import FloatArray
 
@@ -308,3 +309,20 @@ def with_each(
         for joint in robot.joints
     )
     return replace(robot, joints=tuple(joints))
+
+
+@pytest.mark.parametrize("offset", [4.5e-8, 9e-7])
+def test_planes_of_a_loop_may_differ_by_the_rounding_of_a_file(offset: float) -> None:
+    """No motion closes this gap; the motion is that of the exact linkage."""
+    apart = with_loop(four_bar(), T_child_joint=Pose((0.4, offset, 0.0)))
+    (finding,) = [f for f in check_all(apart) if f.code == "loops-not-exact"]
+    assert f"stay open by {offset:.2g} m" in finding.message
+    plants = [Plant(four_bar()), Plant(apart)]
+    for plant in plants:
+        plant.reset()
+        for _ in range(500):
+            plant.step([5.0, 5.0])
+    np.testing.assert_allclose(plants[1].q, plants[0].q, rtol=0, atol=1e-11)
+    further = with_loop(four_bar(), T_child_joint=Pose((0.4, 2e-6, 0.0)))
+    with pytest.raises(InputError, match="stays open by 2e-06 m"):
+        close_loops(further)

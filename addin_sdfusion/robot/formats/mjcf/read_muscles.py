@@ -146,6 +146,7 @@ class MuscleReader:
         wraps: list[Wrap] = []
         branches: list[Branch] = []
         terms: list[CoordinateTerm] = []
+        repeated: list[str] = []
         for wrap in self._compiled.wraps[row["adr"] : row["adr"] + row["num"]]:
             item, number = wrap["objid"], wrap["prm"]
             if wrap["type"] == "joint":
@@ -153,13 +154,20 @@ class MuscleReader:
             elif wrap["type"] == "pulley":
                 branches.append(Branch(len(points), number))
             elif wrap["type"] == "site":
-                points.append(self._site(item))
+                point = self._site(item)
+                if _repeats(point, points, wraps, branches):
+                    repeated.append(self._compiled.sites[item]["name"])
+                else:
+                    points.append(point)
             else:
                 side = self._site(int(number)) if number >= 0.0 else None
                 name = self._surface(self._compiled.geoms[item])
                 wraps.append(Wrap(name, len(points) - 1, rule="mujoco", side_point=side))
         name = row["name"]
         node = self._document.node_at(row["line"]).with_subject(Subject("muscle", name))
+        if repeated:
+            problem = f"sites at the position of the site before them are ignored: {repeated}"
+            node.warning("repeated-via-point", problem)
         more = (tuple(wraps), tuple(branches), tuple(terms))
         muscle = Muscle(name, tuple(points), wraps=more[0], branches=more[1], terms=more[2])
         return Tendon(row, node, muscle)
@@ -176,6 +184,16 @@ class MuscleReader:
         pose = transform(row).pose()
         self.surfaces[name] = WrapSurface(name, link, shape, radius, pose, math.inf)
         return str(name)
+
+
+def _repeats(
+    point: ViaPoint, points: list[ViaPoint], wraps: list[Wrap], branches: list[Branch]
+) -> bool:
+    """Return whether a point ends a segment of length 0 without a wrap."""
+    last = len(points) - 1
+    starts_branch = bool(branches) and branches[-1].point > last
+    is_wrapped = bool(wraps) and wraps[-1].segment == last
+    return bool(points) and point == points[-1] and not starts_branch and not is_wrapped
 
 
 def is_muscle(row: Row) -> bool:

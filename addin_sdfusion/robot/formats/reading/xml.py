@@ -125,6 +125,14 @@ class Node:
             self.error("missing-element", f"<{self.tag}> has no <{tag}>")
         return found
 
+    def is_given(self, tag: str) -> bool:
+        """Return whether a child has content; an empty child is noted and read as its default."""
+        child = self.optional(tag)
+        if child is not None and not child.text and not len(child.element):
+            child.warning("empty-element", f"<{tag}> is empty; its default value is used")
+            return False
+        return child is not None
+
     def has(self, name: str) -> bool:
         """Return whether the element has this attribute."""
         self.notes.used.add(self.element)
@@ -157,9 +165,11 @@ class Node:
 
     def number(self, tag: str, default: float | None = None, *, infinite: bool = False) -> float:
         """Return the number in a child element, which is required unless a default is given."""
-        child = self.required(tag) if default is None else self.optional(tag)
+        if default is not None and not self.is_given(tag):
+            return default
+        child = self.required(tag)
         if child is None:
-            return 0.0 if default is None else default
+            return 0.0
         return child._number(child.text, f"<{tag}>", infinite)
 
     def vector(self, tag: str) -> Vector3:

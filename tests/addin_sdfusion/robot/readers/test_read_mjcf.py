@@ -155,3 +155,20 @@ def test_muscles_on_unlimited_joints_have_lengths(tmp_path: Path) -> None:
     assert ends == pytest.approx((0.2, 0.4), rel=1e-2)
     ends = (fixed["length_low"], fixed["length_high"])
     assert ends == pytest.approx((-2.0 * np.pi / 3.0, np.pi / 3.0))
+
+
+def test_a_site_at_the_position_of_the_site_before_it_is_ignored(tmp_path: Path) -> None:
+    file = tmp_path / "arm.xml"
+    file.write_text(
+        '<mujoco><worldbody><site name="a" pos="0.1 0 1.2"/><site name="b" pos="0.1 0 1.2"/>'
+        '<body pos="0 0 1"><joint name="j" axis="0 1 0" range="-60 60"/>'
+        '<geom type="capsule" fromto="0 0 0 0 0 -0.4" size="0.03"/>'
+        '<site name="c" pos="0.02 0 -0.2"/></body></worldbody><tendon><spatial name="t">'
+        '<site site="a"/><site site="b"/><site site="c"/></spatial></tendon>'
+        '<actuator><motor tendon="t" ctrlrange="-20 0" gear="1"/></actuator></mujoco>'
+    )
+    reading = read(file)
+    (muscle,) = reading.require().muscles
+    assert len(muscle.via_points) == 2
+    (finding,) = [f for f in reading.findings if f.code == "repeated-via-point"]
+    assert "['b']" in finding.message

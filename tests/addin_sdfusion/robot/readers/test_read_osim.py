@@ -8,12 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lxml import etree
 from support.models_of_others import OSIM
 from support.oracles.moving_links import MovingLinks
 
 from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.finding import Subject
+from addin_sdfusion.robot.formats.opensim.reading.functions import read_terms
 from addin_sdfusion.robot.formats.read import read
-from addin_sdfusion.robot.model.function import Polynomial, derivatives
+from addin_sdfusion.robot.formats.reading.xml import Node, Notes
+from addin_sdfusion.robot.model.function import Polynomial, derivatives, value
 from addin_sdfusion.robot.model.muscle_laws import law_parameters
 
 
@@ -111,3 +115,33 @@ def test_masses_gravity_and_lengths_agree_with_opensim(shared: Path, name: str) 
                 assert ours == pytest.approx(length, rel=1e-14)
                 compared += 1
     assert compared == SHARED[name]
+
+
+def test_empty_elements_have_their_default_with_a_finding(tmp_path: Path) -> None:
+    text = OSIM.replace("<dissipation>0.01</dissipation>", "<dissipation></dissipation>")
+    assert text != OSIM
+    reading = read(of_text(tmp_path, text))
+    spring = law_parameters(reading.require().muscle("band").model)
+    assert spring["dissipation"] == 0.0
+    assert "empty-element" in {finding.code for finding in reading.findings}
+
+
+def test_repeated_x_of_a_spline_gives_the_slopes_of_opensim(tmp_path: Path) -> None:
+    """Values of OpenSim 4.6 at points between; its slopes there are steep, and this on purpose."""
+    x, y = "-1 0 0.5 0.5 0.7 1 1 1.5", "0 0 0.3 0.3 0.6 1.0 1.2 1.3"
+    node = Node(
+        etree.fromstring(f"<SimmSpline name='curve'><x>{x}</x><y>{y}</y></SimmSpline>"),
+        tmp_path / "leg.osim",
+        Subject("robot", "leg"),
+        notes := Notes(),
+    )
+    ((_, curve),) = read_terms(node, ["q"])
+    for at, expected in (
+        (0.2, 0.17792001493616422),
+        (0.4999, 0.3000066472206686),
+        (0.6, 10000.396138912358),
+        (0.9, -97776.79113585042),
+        (1.2, 400001.2126665897),
+    ):
+        assert value(curve, at) == pytest.approx(expected, rel=2e-6)
+    assert [finding.code for finding in notes.findings] == ["repeated-x", "repeated-x"]

@@ -31,6 +31,8 @@ POINTS: dict[str, type[SimmSpline] | type[PiecewiseLinear]] = {
     "PiecewiseLinearFunction": PiecewiseLinear,
 }
 MAX_INNER = 20
+MIN_INTERVAL = 1e-7
+"""Smallest distance of two points in x, as in OpenSim's SimmSpline."""
 
 
 def read_terms(node: Node, coordinates: Sequence[str], depth: int = 0) -> Terms:
@@ -59,10 +61,25 @@ def read_terms(node: Node, coordinates: Sequence[str], depth: int = 0) -> Terms:
     if node.tag == "PolynomialFunction":
         highest_first = _numbers(node, "coefficients")
         return [(coordinates[0], Polynomial(tuple(reversed(highest_first)) or (0.0,)))]
-    x, y = _numbers(node, "x"), _numbers(node, "y")
+    x, y = _increasing(node, _numbers(node, "x")), _numbers(node, "y")
     if len(x) == 1 == len(y):
         return [("", constant(y[0]))]
     return [(coordinates[0], POINTS[node.tag](x, y))]
+
+
+def _increasing(node: Node, x: tuple[float, ...]) -> tuple[float, ...]:
+    """Move repeated values by `MIN_INTERVAL`: OpenSim computes slopes with this distance."""
+    moved = list(x)
+    for k in range(1, len(x)):
+        if x[k] == x[k - 1]:
+            moved[k] = moved[k - 1] + MIN_INTERVAL
+            name = node.attribute("name", "") or node.tag
+            node.warning(
+                "repeated-x",
+                f"function {name!r} has x = {x[k]:g} twice; the second point is moved by "
+                f"{MIN_INTERVAL:g}, which gives OpenSim's slopes",
+            )
+    return tuple(moved)
 
 
 def _linear(node: Node, coordinates: Sequence[str]) -> Terms:

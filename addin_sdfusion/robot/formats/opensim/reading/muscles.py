@@ -171,4 +171,4 @@ def _implied_stiffnesses(values: Mapping[str, float]) -> dict[str, float]:
 
 def _read_properties(node: Node, names: Mapping[str, str]) -> dict[str, float]:
     """Return the parameters of an element, by their names in our muscle law."""
-    return {ours: node.number(theirs) for ours, theirs in names.items() if node.all(theirs)}
+    return {ours: node.number(theirs) for ours, theirs in names.items() if node.is_given(theirs)}

@@ -48,8 +48,22 @@ def geometry_path(node: Node) -> Node | None:
 
 
 def read_points(path: Node, context: PathContext) -> list[ViaPoint]:
-    """Return the points of a path, in order."""
-    return [_point(node, context) for node in objects(path, "PathPointSet")]
+    """Return the points of a path, in order.
+
+    A point at the position of the point before it is ignored, unless wraps refer to points by
+    their indices.
+    """
+    nodes = objects(path, "PathPointSet")
+    points = [_point(node, context) for node in nodes]
+    if objects(path, "PathWrapSet"):
+        return points
+    repeated = [k for k in range(1, len(points)) if points[k] == points[k - 1]]
+    for k in repeated:
+        problem = (
+            f"point {nodes[k].attribute('name', '')!r} has the position of the point before it"
+        )
+        nodes[k].warning("repeated-via-point", f"{problem}; ignored")
+    return [point for k, point in enumerate(points) if k not in repeated]
 
 
 def read_wraps(path: Node, context: PathContext, points: int) -> Iterator[Wrap]:
