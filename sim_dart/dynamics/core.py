@@ -85,6 +85,10 @@ class CoreDynamics(RobotDynamics):
         """
         return finite("q", q, self.n).copy()
 
+    def remaining_gap(self, q: ArrayLike) -> float:
+        """Return the largest gap of the closed loops, in [m] or [rad]; 0 without loops."""
+        return 0.0
+
     def _mass_matrix(self, q: FloatArray) -> FloatArray:
         self._core.move(self._handle, q.tobytes())
         self._core.update_mass_matrix(self._handle)
