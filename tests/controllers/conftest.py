@@ -1,4 +1,4 @@
-"""The robot of many tests of controllers."""
+"""Fixtures for tests of controllers."""
 
 from __future__ import annotations
 
@@ -10,5 +10,5 @@ from sim_dart import DartDynamics
 
 @pytest.fixture(scope="session")
 def arm() -> DartDynamics:
-    """The two-link arm of the CARDSFlow paper."""
+    """Return the two-link arm of the CARDSFlow paper."""
     return DartDynamics(planar_2r())

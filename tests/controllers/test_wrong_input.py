@@ -1,4 +1,4 @@
-"""Values that are not finite, or too many of them, are input errors that say so."""
+"""Values that are not finite and vectors of wrong length raise errors that name them."""
 
 from __future__ import annotations
 
@@ -66,16 +66,18 @@ WRONG: dict[str, Callable[[], object]] = {
 }
 
 
-@pytest.mark.parametrize("what", WRONG)
-def test_wrong_input_is_an_input_error_that_names_it(what: str) -> None:
-    with pytest.raises(InputError, match=what):
-        WRONG[what]()
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_input_raises_an_error_that_names_it(name: str) -> None:
+    with pytest.raises(InputError, match=name):
+        WRONG[name]()
 
 
 @pytest.mark.parametrize(
     ("kp", "kd", "limit"),
     [(2000.0, 1e-200, 2e-200 / 6e3), (1e-200, 1e200, 1e-200), (1.0, 1e-9, 2e-9 / 3.0)],
 )
-def test_gains_far_apart_have_a_largest_period_too(kp: float, kd: float, limit: float) -> None:
-    """Of stiff loops without damping it is 2/3 Kd/Kp, of other loops 1/Kd."""
+def test_gains_of_different_magnitude_have_a_largest_stable_period(
+    kp: float, kd: float, limit: float
+) -> None:
+    """The limit is 2/3 Kd/Kp for stiff loops with little damping, and 1/Kd for other loops."""
     assert largest_stable_period(kp, kd, 1) == pytest.approx(limit, rel=1e-9)

@@ -1,4 +1,4 @@
-"""Controllers of robots with closed loops: the bicycle's legs, and a planar arm of five bars."""
+"""Controllers of robots with closed loops: legs on a bicycle, and a five-bar linkage."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SHORT = {"run.duration": 0.3}
 
 
 def largest_gap(robot: Robot, rows: np.ndarray) -> float:
-    """Of the loops' closures, at some poses of a run."""
+    """Return the largest gap of a loop closure at some poses of a run."""
     core, count, gaps = CoreDynamics(robot)._core, 5 * len(robot.loops), []
     for q in rows:
         core.move(core.handle, np.ascontiguousarray(q).tobytes())
@@ -34,12 +34,12 @@ def positions(experiment: Experiment, found: Any) -> np.ndarray:
     return np.column_stack([found[f"q.{c.name}"] for c in experiment.robot.coordinates])
 
 
-def test_the_robot_is_sound() -> None:
+def test_robot_has_no_findings() -> None:
     assert check(read_robot(BICYCLE / "robot")) == []
 
 
 @pytest.mark.slow
-def test_the_legs_pedal_three_turns(tmp_path: Path) -> None:
+def test_legs_turn_the_pedals_three_times(tmp_path: Path) -> None:
     experiment = Experiment.load(BICYCLE)
     found = run(experiment, tmp_path)
     assert found.summary["infeasible_ticks"] == 0
@@ -50,7 +50,7 @@ def test_the_legs_pedal_three_turns(tmp_path: Path) -> None:
 
 
 def tip_experiment(folder: Path, **more: Any) -> Experiment:
-    """The tip of the five bars goes to a point and back, in operational space."""
+    """Create an experiment that moves the tip of a five-bar linkage to a point and back."""
     robot = five_bar()
     start = CoreDynamics(robot).task_position([c.initial for c in robot.coordinates])
     points = "".join(
@@ -68,7 +68,7 @@ def tip_experiment(folder: Path, **more: Any) -> Experiment:
 
 @pytest.mark.slow
 @pytest.mark.native
-def test_the_tip_of_five_bars_follows_in_operational_space(tmp_path: Path) -> None:
+def test_tip_of_a_five_bar_linkage_tracks_in_operational_space(tmp_path: Path) -> None:
     experiment = tip_experiment(tmp_path)
     found = run(experiment, tmp_path / "out")
     assert found.summary["infeasible_ticks"] == 0
@@ -115,7 +115,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_wrong_words_on_loops_are_one_line(case: str, tmp_path: Path) -> None:
+def test_wrong_settings_for_loops_are_one_line_errors(case: str, tmp_path: Path) -> None:
     settings, message = WRONG[case]
     text = (
         "[[reference.points]]\ntime = 0.0\nq = { crank = -1.0 }\n"

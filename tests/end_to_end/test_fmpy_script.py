@@ -1,4 +1,4 @@
-"""The script in plain FMPy: the trajectories of `run`, on the plant and on hardware."""
+"""The FMPy script computes the trajectories of `run`, with the plant and with hardware."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def read_rows(file: Path) -> dict[str, np.ndarray]:
 def cosimulated(
     fmus: Path, *robot: str, script: Path = SCRIPT, **variables: str
 ) -> dict[str, np.ndarray]:
-    """What the script writes, run as a user runs it."""
+    """Run the script in a process and return the columns that it writes."""
     file = fmus / "results.csv"
     done = subprocess.run(
         [sys.executable, str(script), str(fmus), str(file), *robot],
@@ -51,7 +51,7 @@ def cosimulated(
 
 
 def require_equal(rows: dict[str, np.ndarray], result: Result) -> None:
-    """All that both have is equal to the last bit, but the time that a tick took."""
+    """Check that common columns are equal bit for bit, except the computing time of ticks."""
     common = (set(rows) & set(result.names)) - {"solve_time"}
     assert len(common) > 18
     assert {name.split(".")[0] for name in common} >= {"q", "qd", "l"}
@@ -61,7 +61,7 @@ def require_equal(rows: dict[str, np.ndarray], result: Result) -> None:
 
 @pytest.fixture
 def cardsflow(capsys: pytest.CaptureFixture[str]) -> CommandLine:
-    """The command line."""
+    """Return the command line."""
     return CommandLine(capsys)
 
 
@@ -78,10 +78,10 @@ def cardsflow(capsys: pytest.CaptureFixture[str]) -> CommandLine:
     ],
     ids=str,
 )
-def test_the_script_steps_as_run_does(
+def test_script_steps_like_run(
     example: str, settings: dict[str, Any], tmp_path: Path, cardsflow: CommandLine
 ) -> None:
-    """Whatever the robot: tasks, muscles with laws, a world in Python; by the commands it names."""
+    """Examples include tasks, muscle laws and a world in Python, started by the named commands."""
     settings = SHORT | settings
     words = [f"--set={key}={value}" for key, value in settings.items()]
     command = ["run", str(EXAMPLES / example), *words, "-o", str(tmp_path / "my fmus")]
@@ -95,10 +95,10 @@ def test_the_script_steps_as_run_does(
     require_equal(rows, simulate(Experiment.load(EXAMPLES / example, settings)))
 
 
-def test_the_example_is_what_run_prints(
+def test_example_equals_the_output_of_run(
     cardsflow: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The example in the repository, from the folder above it."""
+    """Compare with the example in the repository, from its parent folder."""
     monkeypatch.chdir(EXAMPLES.parent)
     code, script, err = cardsflow("run", "examples/planar_2r", "--as-script")
     assert (code, err) == (0, "")
@@ -109,7 +109,7 @@ def test_the_example_is_what_run_prints(
 
 @pytest.fixture
 def device() -> Iterator[str]:
-    """The address of `cardsflow device` with the two-link arm."""
+    """Start `cardsflow device` with the two-link arm and yield its address."""
     command = [sys.executable, "-m", "cardsflow_fmu.cli", "device", str(PLANAR_2R)]
     process = subprocess.Popen(
         [*command, "--listen", "udp://127.0.0.1:0"],
@@ -129,8 +129,8 @@ def device() -> Iterator[str]:
 
 
 @pytest.mark.slow
-def test_the_same_script_drives_hardware(device: str, tmp_path: Path) -> None:
-    """In lock step, where hardware is a simulation behind a socket."""
+def test_same_script_runs_hardware(device: str, tmp_path: Path) -> None:
+    """In lockstep, hardware is a simulation that is connected by a socket."""
     simulated = Experiment.load(PLANAR_2R, SHORT)
     lockstep = SHORT | {"hardware.mode": "lockstep", "hardware.ramp_in": 0.0}
     build(Experiment.load(PLANAR_2R, lockstep), tmp_path)
@@ -140,7 +140,7 @@ def test_the_same_script_drives_hardware(device: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.interop
-def test_the_script_runs_without_this_package(tmp_path: Path) -> None:
+def test_script_runs_without_this_package(tmp_path: Path) -> None:
     experiment = Experiment.load(PLANAR_2R, SHORT)
     build(experiment, tmp_path / "fmus")
     bare = BareEnvironment(tmp_path / "venv", "fmpy", "numpy", "lxml")
@@ -148,7 +148,7 @@ def test_the_script_runs_without_this_package(tmp_path: Path) -> None:
     require_equal(read_rows(tmp_path / "results.csv"), simulate(experiment))
 
 
-def test_the_script_imports_fmpy_and_the_standard_library() -> None:
+def test_script_imports_fmpy_and_the_standard_library() -> None:
     tree = ast.parse(SCRIPT.read_text(encoding="utf-8"))
     named = {a.name for node in ast.walk(tree) if isinstance(node, ast.Import) for a in node.names}
     named |= {str(node.module) for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}

@@ -1,4 +1,4 @@
-"""From the snapshot of a design to a run, by the commands of the example's README."""
+"""The commands in the README of the example convert a design snapshot and run it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ COMMANDS = [
 
 
 @pytest.mark.slow
-def test_the_commands_lead_from_a_design_to_a_page(
+def test_commands_convert_a_design_to_a_replay_page(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -38,20 +38,20 @@ def test_the_commands_lead_from_a_design_to_a_page(
     assert len(COMMANDS) == 7
     assert tracking_error(Path("roboy_results")) < 1e-5
     assert tracking_error(Path("results")) < 1e-5
-    by_hand = 8.2e-6  # of the example written by hand
+    by_hand = 8.2e-6  # tracking error of the hand-written example
     assert tracking_error(Path("moved")) == pytest.approx(by_hand, rel=0.01)
     assert "</html>" in Path("arm.html").read_text(encoding="utf-8")
 
 
 def tracking_error(results: Path) -> float:
-    """The RMS of a run that could do what was asked, in [rad]."""
+    """Return the RMS tracking error of a run without infeasible ticks, in [rad]."""
     summary = json.loads((results / "summary.json").read_text(encoding="utf-8"))
     assert (summary["status"], summary["infeasible_ticks"]) == ("complete", 0)
     return float(summary["tracking"]["rms"])
 
 
-def test_the_drawn_left_arm_is_roboys(tmp_path: Path) -> None:
-    """Eleven muscles on four joints: M, L, l, J and G at random poses within the limits."""
+def test_drawn_left_arm_equals_the_arm_of_roboy(tmp_path: Path) -> None:
+    """Compare M, L, l, J and G at random poses within the limits."""
     snapshot = EXAMPLES / "from_cad/roboy_left_arm.json"
     assert main(["import-cad", str(snapshot), "-o", str(tmp_path / "arm")]) == 0
     robot, example = (read_robot(f) for f in (tmp_path / "arm", EXAMPLES / "roboy_left_arm/robot"))
@@ -70,8 +70,8 @@ def test_the_drawn_left_arm_is_roboys(tmp_path: Path) -> None:
 TERMS = ("mass_matrix", "muscle_jacobian", "muscle_lengths", "task_jacobian", "gravity")
 
 
-def test_the_robot_is_that_of_the_files_written_by_hand(tmp_path: Path) -> None:
-    """M, L, l, J and G at random poses; the meshes are the bars, in the links' frames."""
+def test_robot_equals_the_hand_written_robot(tmp_path: Path) -> None:
+    """Compare M, L, l, J and G at random poses, and the meshes in the link frames."""
     snapshot = EXAMPLES / "from_cad/two_link_arm.json"
     assert main(["addin", "export-snapshot", str(snapshot), "-o", str(tmp_path / "arm")]) == 0
     robot = read_robot(tmp_path / "arm")

@@ -1,4 +1,4 @@
-"""The two-link arm, drawn in the fake Fusion, exported, and run as the hand-written example is."""
+"""The two-link arm is drawn in the fake Fusion, exported, and run like the example."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ with fake_fusion.modules():
 
 
 def drawn(**how: object) -> DesignSnapshot:
-    """What the add-in reads of the arm as somebody has drawn it."""
+    """Draw the arm with the given options and return the snapshot of the add-in."""
     with fake_fusion.install() as fake:
         return read_design(fake.activate(designs.two_link_arm(**how)) or fake.app, meshes=False)
 
 
-def same_dynamics(robot: Robot, *, gravity: bool = True, tasks: bool = True) -> None:
-    """M, C, G, l, L and J of the example, at random states."""
+def require_same_dynamics(robot: Robot, *, gravity: bool = True, tasks: bool = True) -> None:
+    """Compare M, C, G, l, L and J with those of the example at random states."""
     made, example = DartDynamics(robot), DartDynamics(planar_2r())
     assert made.coordinate_names == example.coordinate_names
     assert made.muscle_names == example.muscle_names
@@ -52,10 +52,10 @@ def same_dynamics(robot: Robot, *, gravity: bool = True, tasks: bool = True) -> 
 
 
 @pytest.mark.slow
-def test_the_exported_arm_tracks_as_the_example_does(tmp_path: Path) -> None:
-    """The same trajectory, gains and bounds, from the exported folder through `cardsflow run`."""
+def test_exported_arm_tracks_like_the_example(tmp_path: Path) -> None:
+    """Run the exported folder with the trajectory, gains and force limits of the example."""
     export_robot(drawn(), tmp_path / "arm")
-    same_dynamics(read_robot(tmp_path / "arm"))
+    require_same_dynamics(read_robot(tmp_path / "arm"))
     trajectories = PLANAR_2R / "robot/planar_2r_trajectories.xml"
     reference = f'reference={{trajectory="simple_joint_motion", file="{trajectories}"}}'
     controller = "controller={kp=2000.0, kd=90.0, period=0.001}"
@@ -83,7 +83,7 @@ def test_the_exported_arm_tracks_as_the_example_does(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_export_runs_at_once(tmp_path: Path) -> None:
+def test_exported_folder_runs_without_changes(tmp_path: Path) -> None:
     export_robot(drawn(q=(0.3, -0.2)), tmp_path / "arm")
     assert main(["check", str(tmp_path / "arm")]) == 0
     assert main(["run", str(tmp_path / "arm"), "-o", str(tmp_path / "out")]) == 0
@@ -101,14 +101,14 @@ def test_the_export_runs_at_once(tmp_path: Path) -> None:
     ],
     ids=str,
 )
-def test_however_it_is_drawn_the_robot_is_the_same(how: dict) -> None:
+def test_robot_does_not_depend_on_the_drawing_method(how: dict) -> None:
     built = build_robot(drawn(**how))
     assert built.robot is not None, built.findings
     robot, old = built.robot, "attributes" in how
-    if old:  # names alone hold neither muscles' names nor the axes of tasks
+    if old:  # old names contain neither muscle names nor task axes
         names = {f"motor{k}": f"cable_{k + 1}" for k in range(4)}
         robot = robot.with_muscles(replace(m, name=names[m.name]) for m in robot.muscles)
-    same_dynamics(robot, tasks=not old)
+    require_same_dynamics(robot, tasks=not old)
 
 
 @pytest.mark.slow
@@ -119,29 +119,29 @@ def test_however_it_is_drawn_the_robot_is_the_same(how: dict) -> None:
     seed=st.integers(0, 2**16),
     q=st.tuples(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6)),
 )
-def test_moved_nested_and_made_in_any_order_the_robot_is_the_same(
+def test_robot_does_not_depend_on_position_nesting_and_order(
     rotation, shift, nesting, seed, q
 ) -> None:
-    """What does not depend on where down is: masses, muscles and joints as they move."""
+    """Masses, muscles and joints do not depend on the direction of gravity."""
     motion = np.eye(4)
     motion[:3, :3] = Rotation.from_rotvec(rotation).as_matrix()
     motion[:3, 3] = shift
     built = build_robot(drawn(motion=motion, nesting=nesting, seed=seed, q=q))
     assert built.robot is not None, built.findings
-    same_dynamics(built.robot, gravity=False, tasks=False)
+    require_same_dynamics(built.robot, gravity=False, tasks=False)
     initial = [c.initial for c in built.robot.coordinates]
     np.testing.assert_allclose(initial, q, atol=1e-9)
 
 
 @pytest.mark.slow
 @given(nesting=st.integers(0, 3), seed=st.integers(0, 2**16))
-def test_nesting_and_order_leave_gravity_and_tasks_as_they_are(nesting, seed) -> None:
+def test_nesting_and_order_do_not_change_gravity_and_tasks(nesting, seed) -> None:
     built = build_robot(drawn(nesting=nesting, seed=seed))
     assert built.robot is not None, built.findings
-    same_dynamics(built.robot)
+    require_same_dynamics(built.robot)
 
 
-def test_a_snapshot_on_disk_exports_the_same(tmp_path: Path) -> None:
+def test_saved_snapshot_exports_the_same_folder(tmp_path: Path) -> None:
     snapshot = drawn(nesting=2, seed=1)
     file = write_snapshot(snapshot, tmp_path / "arm.json")
     assert read_snapshot(file) == snapshot

@@ -1,4 +1,4 @@
-"""The arm with muscles of Hill's type, from its files through FMUs to results."""
+"""The arm with Hill-type muscles, simulated from its files through FMUs to results."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def reached() -> Result:
 
 
 @pytest.mark.slow
-def test_the_hand_reaches_every_target(reached: Result) -> None:
+def test_hand_reaches_every_target(reached: Result) -> None:
     summary = reached.summary
     assert summary["status"] == "complete"
     assert summary["infeasible_ticks"] == 0
@@ -42,17 +42,17 @@ def test_the_hand_reaches_every_target(reached: Result) -> None:
 
 
 @pytest.mark.slow
-def test_every_excitation_and_activation_is_within_its_range(reached: Result) -> None:
+def test_excitations_and_activations_are_within_their_range(reached: Result) -> None:
     for name in MUSCLES:
         u, a = reached[f"u.{name}"], reached[f"activation.{name}"]
         assert 0.0 <= u.min() <= u.max() <= 1.0
         assert 0.0 <= a.min() <= a.max() <= 1.0
-        assert np.abs(np.diff(a)).max() < 0.05  # it takes its time
+        assert np.abs(np.diff(a)).max() < 0.05  # activation dynamics limit the rate
     assert max(reached[f"u.{name}"].max() for name in MUSCLES) > 0.1
 
 
-def test_both_parts_of_the_triceps_bend_round_the_elbow() -> None:
-    """Their lever there is the trochlea's radius while they touch it, and never turns about."""
+def test_both_heads_of_the_triceps_wrap_over_the_elbow() -> None:
+    """The moment arm equals the trochlea radius during contact, and its sign does not change."""
     robot = read_robot(HILL_ARM / "robot")
     paths, n = MusclePaths(robot), len(MUSCLES)
     levers = np.array(
@@ -67,7 +67,7 @@ def test_both_parts_of_the_triceps_bend_round_the_elbow() -> None:
         assert levers[:, MUSCLES.index(name)].max() < -0.005
 
 
-def test_the_muscles_hold_the_arm_where_it_rests(reached: Result) -> None:
+def test_muscles_hold_the_arm_at_rest(reached: Result) -> None:
     dynamics = DartDynamics(reached.experiment.robot)
     for t in (0.2, 2.55, 4.0):
         row = round(t / 1e-3)
@@ -77,7 +77,7 @@ def test_the_muscles_hold_the_arm_where_it_rests(reached: Result) -> None:
         np.testing.assert_allclose(torque, dynamics.gravity(q), rtol=0, atol=0.03)
 
 
-def test_energy_is_the_muscles_work_less_what_the_joints_take(reached: Result) -> None:
+def test_energy_equals_muscle_work_minus_joint_losses(reached: Result) -> None:
     work = reached["work.muscles"] + reached["work.damping"]
     energy = reached["energy.kinetic"] + reached["energy.potential"]
     assert np.ptp(energy) > 3.0
@@ -85,7 +85,7 @@ def test_energy_is_the_muscles_work_less_what_the_joints_take(reached: Result) -
 
 
 @pytest.mark.slow
-def test_weaker_muscles_work_harder_until_they_cannot() -> None:
+def test_weaker_muscles_require_more_excitation_until_they_saturate() -> None:
     def with_strength(part: float) -> Result:
         robot = read_robot(HILL_ARM / "robot")
         changes = {
@@ -103,7 +103,7 @@ def test_weaker_muscles_work_harder_until_they_cannot() -> None:
 
 
 @pytest.mark.slow
-def test_with_elastic_tendons_the_hand_comes_nearly_as_near() -> None:
+def test_elastic_tendons_track_almost_as_accurately() -> None:
     changes: dict[str, object] = {f"muscles.{name}.model.elastic_tendon": 1.0 for name in MUSCLES}
     result = simulate(Experiment.load(HILL_ARM, changes), compute="python", coupling="direct")
     assert result.complete

@@ -1,4 +1,4 @@
-"""Motors at joints, from the robot's file to the results: pendulums, arms and a hybrid robot."""
+"""Motors at joints from robot files to results: pendulums, arms and a hybrid robot."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ step = 0.001
 
 @pytest.fixture
 def pendulum(tmp_path: Path) -> Path:
-    """A link that hangs down along x turned by q about -y; no muscle, and no motor in its file."""
+    """Write a pendulum that rotates by q about -y, without muscles and motors in its file."""
     inertia = Inertia(MASS, (REACH, 0.0, 0.0), ABOUT, ABOUT, ABOUT)
     write_sdf(one_link(inertia, motions=revolute((0.0, -1.0, 0.0))), tmp_path)
     return tmp_path
@@ -64,8 +64,8 @@ def load(folder: Path, effort: object, **settings: Any) -> Experiment:
 
 
 @pytest.mark.parametrize("through", few(["native", "fmu", "direct"]))
-def test_a_pendulum_on_a_motor_follows(pendulum: Path, through: Any) -> None:
-    """J qdd + m g c cos(q) = tau: the torque of the law, the motion of the semi-implicit rule."""
+def test_pendulum_with_a_motor_tracks(pendulum: Path, through: Any) -> None:
+    """The torque matches J qdd + m g c cos(q), and the motion matches semi-implicit Euler."""
     result = simulate(load(pendulum, 50.0), **WAYS[through])
     column = dict(zip(result.names, result.rows.T, strict=True))
     q, qd, tau = column["q.q"], column["qd.q"], column["tau.q"]
@@ -81,7 +81,7 @@ def test_a_pendulum_on_a_motor_follows(pendulum: Path, through: Any) -> None:
     assert result.units["tau.q"] == "N.m"
 
 
-def test_a_motor_that_is_too_weak_gives_what_it_has(pendulum: Path) -> None:
+def test_weak_motor_saturates(pendulum: Path) -> None:
     result = simulate(load(pendulum, "[-1.0, 5.5]"), compute="python", coupling="direct")
     column = dict(zip(result.names, result.rows.T, strict=True))
     assert column["tau.q"].max() == 5.5
@@ -90,7 +90,7 @@ def test_a_motor_that_is_too_weak_gives_what_it_has(pendulum: Path) -> None:
     assert (column["at_bound"][column["infeasible"] > 0] == 1).all()
 
 
-def test_a_robot_without_muscles_and_motors_is_refused(
+def test_robot_without_muscles_and_motors_raises_an_error(
     pendulum: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     load(pendulum, 50.0)
@@ -98,7 +98,7 @@ def test_a_robot_without_muscles_and_motors_is_refused(
     assert "no muscles and no motors" in capsys.readouterr().err
 
 
-def test_results_of_a_robot_without_muscles_open(pendulum: Path, tmp_path: Path) -> None:
+def test_results_of_a_robot_without_muscles_can_be_opened(pendulum: Path, tmp_path: Path) -> None:
     results = tmp_path / "out"
     run(load(pendulum, 50.0, **{"run.duration": 0.1}), results)
     for words, name in (
@@ -126,7 +126,7 @@ SPRING = {"kind": "passive_spring", "K": 40.0, "l0": 0.4}
 @pytest.mark.cases(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
-def test_the_loop_in_c_drives_motors(case: str) -> None:
+def test_loop_in_c_commands_motors(case: str) -> None:
     example, settings = CASES[case]
     settings = (ELBOW if example == "planar_2r" else HAND) | settings
     if case == "laws":
@@ -139,8 +139,8 @@ def test_the_loop_in_c_drives_motors(case: str) -> None:
 
 
 @pytest.mark.slow
-def test_a_motor_is_another_column_of_the_distribution() -> None:
-    """Of all f and tau with -L'f + A tau as desired, those of the least sum of squares."""
+def test_motor_is_an_additional_column_of_the_distribution() -> None:
+    """F and tau have the minimum sum of squares of all solutions of -L'f + A tau."""
     settings = {"controller.motor_weights": 4.0, "robot.joints.joint_2.effort": 500.0}
     experiment = Experiment.load(PLANAR_2R, ELBOW | settings)
     result = simulate(experiment, compute="python", coupling="direct")
@@ -150,7 +150,7 @@ def test_a_motor_is_another_column_of_the_distribution() -> None:
     for k in range(0, len(result.rows), 500):
         q = np.array([column["q.joint_1"][k], column["q.joint_2"][k]])
         f = np.array([column[f"f.cable_{i}"][k] for i in (1, 2, 3, 4)])
-        y_elbow = 4.0 * column["tau.joint_2"][k]  # H x = A'y off the bounds
+        y_elbow = 4.0 * column["tau.joint_2"][k]  # H x = A'y for values not at a limit
         L = robot.muscle_jacobian(q)
         inside = (f > 10.0 + 1e-6) & (f < 100.0 - 1e-6)
         free += inside.sum()
@@ -161,8 +161,8 @@ def test_a_motor_is_another_column_of_the_distribution() -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_mujoco_moves_the_same_robot_the_same(seed: int, tmp_path: Path) -> None:
-    """The file that we write, its <motor>s and tendons: accelerations, and 100 steps."""
+def test_mujoco_simulates_the_same_motion(seed: int, tmp_path: Path) -> None:
+    """Compare accelerations and 100 steps of the written MJCF file with motors and tendons."""
     robot = with_coordinates(random_tree(seed), actuated=True, tau_min=-9.0, tau_max=9.0)
     (file,) = write_mjcf(robot, tmp_path)
     model = mujoco.MjModel.from_xml_path(str(file))
@@ -184,8 +184,8 @@ def test_mujoco_moves_the_same_robot_the_same(seed: int, tmp_path: Path) -> None
     np.testing.assert_allclose(plant.qd, np.array(data.qvel)[order], atol=1e-7)
 
 
-def test_published_hybrid_robot(shared: Path, tmp_path: Path) -> None:
-    """FASTKIT: two mobile bases that motors drive, a platform that cables pull; its own motion."""
+def test_published_hybrid_robot_tracks(shared: Path, tmp_path: Path) -> None:
+    """FASTKIT has two motor-driven mobile bases and a cable-driven platform."""
     folder = shared / "robots/caspr/FASTKIT_Planar"
     file = tmp_path / "experiment.toml"
     file.write_text(
@@ -215,8 +215,10 @@ duration = 1.0
 
 @pytest.mark.parametrize("dynamics", [CoreDynamics, DartDynamics])
 @pytest.mark.parametrize("seed", range(3))
-def test_terms_of_a_published_hybrid_robot(shared: Path, dynamics: Any, seed: int) -> None:
-    """CASPR's M qdd + C + G = -L'f + A tau of FASTKIT, from its XML by complex steps, to 1e-10."""
+def test_dynamics_of_a_published_hybrid_robot_match_caspr(
+    shared: Path, dynamics: Any, seed: int
+) -> None:
+    """Compare FASTKIT with CASPR's equation, derived from its XML by complex steps."""
     robot = read_robot(shared / "robots/caspr/FASTKIT_Planar")
     terms = dynamics(robot)
     rng = np.random.default_rng(seed)
@@ -232,13 +234,15 @@ def test_terms_of_a_published_hybrid_robot(shared: Path, dynamics: Any, seed: in
     np.testing.assert_allclose(terms.actuator_jacobian(q), np.vstack([L, -A.T]), atol=1e-10)
     J = slopes(lambda x: np.concatenate([p for p, _ in bodies(x)]), q)
     turns = np.zeros((9, 7))
-    turns[[2, 5, 8], 2] = 1.0  # every body turns with the first base
+    turns[[2, 5, 8], 2] = 1.0  # every body rotates with the first base
     c, s = np.cos(q[2]), np.sin(q[2])
-    turns[6:8, 6] = -s, c  # and the platform about the turned y axis
+    turns[6:8, 6] = -s, c  # the platform also rotates about the rotated y axis
     mass = np.kron(np.diag([10.0, 10.0, 1.0]), np.eye(3))
     yaw = np.diag([1.0, 1.0, 0.1])
     inertia = np.zeros((9, 9))
-    inertia[:3, :3] = inertia[3:6, 3:6] = yaw  # turned about z only, and alike in x and y
+    inertia[:3, :3] = inertia[3:6, 3:6] = (
+        yaw  # rotations are only about z, and the inertia is symmetric about z
+    )
     inertia[6:, 6:] = 0.1 * np.eye(3)
     M = J.T @ mass @ J + turns.T @ inertia @ turns
     np.testing.assert_allclose(terms.mass_matrix(q), M, rtol=0, atol=1e-10)
@@ -248,14 +252,14 @@ def test_terms_of_a_published_hybrid_robot(shared: Path, dynamics: Any, seed: in
 
 
 def power_of_velocity_terms(terms: Any, q: Any, qd: Any) -> float:
-    """C'qd = 1/2 qd'M' qd, as kinetic energy is all that C changes."""
+    """Return C'qd = 1/2 qd'M' qd, since C only changes kinetic energy."""
     h = 1e-6
     ahead, behind = terms.mass_matrix(q + h * qd), terms.mass_matrix(q - h * qd)
     return 0.5 * qd @ (ahead - behind) @ qd / (2 * h)
 
 
 def bodies(q: Any) -> list[tuple[Any, Any]]:
-    """Position of each centre of mass, and rotation, by FASTKIT's bodies.xml."""
+    """Return position and rotation of each centre of mass, from bodies.xml of FASTKIT."""
     x, y, turn, reach, px, pz, pitch = q
     c, s, cp, sp = np.cos(turn), np.sin(turn), np.cos(pitch), np.sin(pitch)
     Rz = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
@@ -270,7 +274,7 @@ def bodies(q: Any) -> list[tuple[Any, Any]]:
 
 
 def cable_lengths(q: Any) -> Any:
-    """The cables of FASTKIT's cables.xml, whose ends are measured from the joints."""
+    """Return the cable lengths of FASTKIT; cables.xml defines ends relative to the joints."""
     lengths = []
     (one, R1), (two, R2), (platform, R3) = bodies(q)
     for (centre, R), height, end in [
@@ -286,14 +290,14 @@ def cable_lengths(q: Any) -> Any:
 
 
 def slopes(function: Any, q: Any) -> Any:
-    """The derivative by complex steps."""
+    """Return the derivative by complex steps."""
     steps = 1e-30j * np.eye(len(q))
     return np.array([function(q + step).imag / 1e-30 for step in steps]).T
 
 
 @pytest.mark.slow
-def test_the_size_of_a_motor(pendulum: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The largest |J qdd + m g c cos(q)| of the motion, and a fifth more."""
+def test_required_effort_of_a_motor(pendulum: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The effort is the largest |J qdd + m g c cos(q)| of the motion plus 20 %."""
     load(pendulum, 50.0)
     assert main(["size", str(pendulum), "--json"]) == 0
     sizes = json.loads(capsys.readouterr().out)
@@ -309,8 +313,8 @@ def test_the_size_of_a_motor(pendulum: Path, capsys: pytest.CaptureFixture[str])
     assert "required effort [N·m]" in capsys.readouterr().out
 
 
-def test_held_by_motors_alone() -> None:
-    """planar_2r with slack cables is held by what G(q) asks of its motors."""
+def test_motors_hold_an_arm_with_slack_cables() -> None:
+    """The motors of planar_2r produce G(q)."""
     robot = with_coordinates(planar_2r(), actuated=True)
     terms = CoreDynamics(robot)
     np.testing.assert_array_equal(terms.actuation, np.eye(2))
@@ -332,8 +336,8 @@ HARDWARE = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("command", ["force", "length"])
-def test_hardware_drives_motors(command: str, tmp_path: Path) -> None:
-    """An emulated robot behind the whole protocol moves as the plant does; torques come back."""
+def test_hardware_with_motors_moves_like_the_plant(command: str, tmp_path: Path) -> None:
+    """An emulated robot with the complete protocol moves like the plant and returns torques."""
     settings = ELBOW | {"run.duration": 0.2}
     plain = simulate(Experiment.load(PLANAR_2R, settings), compute="python", coupling="direct")
     if command == "length":
@@ -355,14 +359,14 @@ def test_hardware_drives_motors(command: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(after["q.joint_2"], before["q.joint_2"], atol=1e-3)
 
 
-def test_hardware_needs_the_bounds_of_motors() -> None:
+def test_hardware_requires_torque_limits_of_motors() -> None:
     settings = {"robot.joints.joint_2.motor": True} | HARDWARE
     with pytest.raises(InputError, match=r"largest torque.*either way"):
         simulate(Experiment.load(PLANAR_2R, settings), compute="python", coupling="direct")
 
 
-def test_devices_without_motors_have_the_signature_that_they_had() -> None:
-    """Of the text of docs/reference/hardware_protocol.md, put together by hand."""
+def test_signature_of_devices_without_motors_is_unchanged() -> None:
+    """Compute the signature by hand, as in docs/reference/hardware_protocol.md."""
     experiment = Experiment.load(PLANAR_2R)
     names = [c.name for c in experiment.robot.coordinates]
     commands = [[f"f.cable_{k}", "N"] for k in (1, 2, 3, 4)]
@@ -384,8 +388,8 @@ def test_devices_without_motors_have_the_signature_that_they_had() -> None:
 
 
 @pytest.mark.slow
-def test_results_tell_of_motors(pendulum: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Text, summary, figures, the page, the scene: the arrow is along -y and as long as tau."""
+def test_results_include_motors(pendulum: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Check text, summary, figures, replay page, and the scene with an arrow of length tau."""
     load(pendulum, "[-50.0, 60.0]")
     out = pendulum / "results"
     assert main(["run", str(pendulum), "-o", str(out)]) == 0
@@ -416,7 +420,7 @@ def test_results_tell_of_motors(pendulum: Path, capsys: pytest.CaptureFixture[st
     assert "tau_max" in page.read_text()
 
 
-def test_info_tells_of_motors(shared: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_info_includes_motors(shared: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info", str(shared / "robots/caspr/FASTKIT_Planar")]) == 0
     text = capsys.readouterr().out
     assert "4 muscles, 4 motors" in text
@@ -424,7 +428,7 @@ def test_info_tells_of_motors(shared: Path, capsys: pytest.CaptureFixture[str]) 
 
 
 @pytest.mark.slow
-def test_a_published_hybrid_robot_is_checked_and_sized(
+def test_published_hybrid_robot_is_checked_and_sized(
     shared: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = shared / "robots/caspr/FASTKIT_Planar"
@@ -436,21 +440,21 @@ def test_a_published_hybrid_robot_is_checked_and_sized(
     capsys.readouterr()
 
 
-def test_a_law_of_ones_own_commands_motors(tmp_path: Path) -> None:
-    """Forces and torques in one row, those beyond the bounds held there."""
+def test_custom_law_commands_motors(tmp_path: Path) -> None:
+    """Forces and torques are in one vector and are clipped to their limits."""
     (tmp_path / "mine.py").write_text(
         """
 import numpy as np
 from controllers import JointSpaceController
 from support.ways import WAYS
 
-class Mine(JointSpaceController):
+class CustomLaw(JointSpaceController):
     def solve(self, q, qd, q_d, qd_d, qdd_d, **loads):
         return np.array([20.0, 20.0, 20.0, 20.0, 99.0])
 """
     )
     settings = ELBOW | {
-        "controller.type": f"{tmp_path / 'mine.py'}:Mine",
+        "controller.type": f"{tmp_path / 'mine.py'}:CustomLaw",
         "run.duration": 0.01,
         "reference.trajectory": "simple_joint_motion",
     }

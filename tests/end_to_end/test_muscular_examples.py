@@ -1,4 +1,4 @@
-"""Both examples of muscles with laws."""
+"""Tests of both examples with muscle laws."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cardsflow_fmu import Experiment, run
 
 
 @pytest.mark.parametrize("example", ["hill_arm", "pneumatic_elbow"])
-def test_the_robot_is_sound(example: str) -> None:
+def test_robot_has_no_findings(example: str) -> None:
     assert [f.message for f in check(read_robot(EXAMPLES / example / "robot")) if f.is_error] == []
 
 
@@ -23,7 +23,7 @@ def test_the_robot_is_sound(example: str) -> None:
     ("example", "duration", "label"),
     [("hill_arm", 0.6, b"excitation"), ("pneumatic_elbow", 0.5, b"pressure [Pa]")],
 )
-def test_a_run_draws_a_figure(example: str, duration: float, label: bytes, tmp_path: Path) -> None:
+def test_run_draws_a_figure(example: str, duration: float, label: bytes, tmp_path: Path) -> None:
     experiment = Experiment.load(EXAMPLES / example, {"run.duration": duration})
     run(experiment, tmp_path)
     assert (tmp_path / "tracking.png").stat().st_size > 1000

@@ -1,4 +1,4 @@
-"""The arm that picks up a box: contact, friction and muscles from files through FMUs to results."""
+"""The arm picks up a box with contact, friction and muscles, from files to results."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def picked_up(**settings: object) -> Result:
     return simulate(Experiment.load(PICK_UP, changes), coupling="direct")
 
 
-def test_the_robot_is_sound() -> None:
+def test_robot_has_no_findings() -> None:
     assert read(PICK_UP / "robot").findings == ()
 
 
 @pytest.mark.slow
-def test_the_box_is_lifted_as_far_as_the_hand_goes() -> None:
+def test_box_is_lifted_with_the_hand() -> None:
     result = picked_up()
     assert result.summary["status"] == "complete"
     assert result.summary["infeasible_ticks"] == 0
@@ -58,13 +58,15 @@ def test_friction_cones_that_do_not_converge_are_a_warning(monkeypatch: pytest.M
     assert any(said in warning for warning in result.summary["warnings"])
     assert any(said in line for line in describe_summary(result.summary))
     monkeypatch.undo()
-    solved = picked_up(world__friction_law="cone", run__duration=0.04).summary  # none kept
+    solved = picked_up(
+        world__friction_law="cone", run__duration=0.04
+    ).summary  # without a table of contact forces
     assert solved["contact_friction"]["not_converged_steps"] == 0
     assert not any("Coulomb" in warning for warning in solved["warnings"])
 
 
 @pytest.mark.slow
-def test_the_table_carries_the_box_until_the_fingers_do() -> None:
+def test_table_supports_the_box_until_it_is_lifted() -> None:
     result = picked_up()
     time, force = result["time"], result["contact.box.fz"]
     resting, held = (time > 0.2) & (time < 1.2), time > 3.5
@@ -76,7 +78,7 @@ def test_the_table_carries_the_box_until_the_fingers_do() -> None:
 
 
 @pytest.mark.slow
-def test_the_fingers_press_with_what_their_gains_make() -> None:
+def test_finger_forces_match_their_gains() -> None:
     result = picked_up()
     held = result["time"] > 3.5
     for side, sign in (("left", 1.0), ("right", -1.0)):
@@ -86,26 +88,26 @@ def test_the_fingers_press_with_what_their_gains_make() -> None:
 
 
 @pytest.mark.slow
-def test_the_box_obeys_newton_while_it_moves() -> None:
-    """Contact forces on it, less its weight, are its mass times its acceleration."""
+def test_motion_of_the_box_matches_the_contact_forces() -> None:
+    """The contact forces minus the weight equal mass times acceleration."""
     result = picked_up()
     time, z = result["time"], result["object.box.z"]
     step = time[1] - time[0]
-    acceleration = np.diff(z, 2) / step**2  # semi-implicit Euler: exact for the step it ends
+    acceleration = np.diff(z, 2) / step**2  # exact for the step of semi-implicit Euler
     lifted = (time[2:] > 1.8) & (time[2:] < 3.0)
     force = result["contact.box.fz"][2:] - WEIGHT
     np.testing.assert_allclose(force[lifted], 0.2 * acceleration[lifted], atol=2e-3)
 
 
 @pytest.mark.slow
-def test_without_friction_enough_the_box_stays_on_the_table() -> None:
+def test_box_is_not_lifted_with_low_friction() -> None:
     result = picked_up(world__friction=0.15)
     assert result["object.box.z"][-1] < 0.6
 
 
 @pytest.mark.slow
 def test_two_arms_lift_a_bar_together() -> None:
-    """Both arms carry its weight, and it stays level and as high as the hands."""
+    """Both arms carry the weight. The bar remains horizontal at the height of the hands."""
     result = simulate(Experiment.load(EXAMPLES / "two_arms"), coupling="direct")
     assert result.summary["infeasible_ticks"] == 0
     held = result["time"] > 3.5
@@ -119,7 +121,7 @@ def test_two_arms_lift_a_bar_together() -> None:
 
 
 @pytest.mark.slow
-def test_fmus_feel_contacts_and_are_valid(tmp_path: Path) -> None:
+def test_fmus_include_contacts_and_are_valid(tmp_path: Path) -> None:
     settings = {
         "run.duration": 0.3,
         "start.q": [-1.5708, 1.5708, -0.03, 0.03],
@@ -137,7 +139,7 @@ def test_fmus_feel_contacts_and_are_valid(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("drawn_figures")
-def test_a_run_draws_ways_and_contacts(tmp_path: Path) -> None:
+def test_run_draws_paths_and_contacts(tmp_path: Path) -> None:
     run(Experiment.load(PICK_UP, {"run.duration": 0.05}), tmp_path, coupling="direct")
     assert (tmp_path / "world.png").read_bytes().startswith(b"\x89PNG")
     drawn = (tmp_path / "world.svg").read_text()

@@ -1,4 +1,4 @@
-"""The paper's planar arm, from its files through FMUs to results."""
+"""The planar arm of the paper, simulated from its files through FMUs to results."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def at_1_khz() -> Result:
     return simulate(Experiment.load(PLANAR_2R))
 
 
-def test_the_run_at_1_khz_tracks_within_the_papers_bounds(at_1_khz: Result) -> None:
+def test_run_at_1_khz_tracks_like_the_paper(at_1_khz: Result) -> None:
     summary = at_1_khz.summary
     assert summary["status"] == "complete"
     assert summary["ticks"] == 8000
@@ -38,7 +38,7 @@ def test_the_run_at_1_khz_tracks_within_the_papers_bounds(at_1_khz: Result) -> N
     assert at_1_khz["time"][-1] == 8.0
 
 
-def test_the_summary_is_what_the_columns_say(at_1_khz: Result) -> None:
+def test_summary_matches_the_columns(at_1_khz: Result) -> None:
     q, q_d = (at_1_khz.columns([f"{p}.joint_{k}" for k in (1, 2)]) for p in ("q", "q_d"))
     rms = np.sqrt(np.mean(np.sum((q - q_d) ** 2, axis=1)))
     assert at_1_khz.summary["tracking"]["rms"] == pytest.approx(rms, rel=1e-12)
@@ -51,8 +51,10 @@ def test_the_summary_is_what_the_columns_say(at_1_khz: Result) -> None:
     ("file", "cable_set"),
     few([("r2head", "basic"), ("r2oct", "basic_4_cables_2018_10"), ("r2jul", "basic_2018_07")]),
 )
-def test_control_at_100_hz_is_casprs_closed_loop(shared: Path, file: str, cable_set: str) -> None:
-    """Forces to 1 %, and the tracking error of the same size."""
+def test_control_at_100_hz_matches_the_closed_loop_of_caspr(
+    shared: Path, file: str, cable_set: str
+) -> None:
+    """Forces agree within 1 %, and the tracking errors are of the same size."""
     caspr = json.loads((shared / f"reference/caspr/closed_loop_CTC_2R__{file}.json").read_text())
     settings = {"controller.period": 0.01, "robot.cable_set": cable_set}
     result = simulate(Experiment.load(PLANAR_2R, settings))
@@ -66,7 +68,7 @@ def test_control_at_100_hz_is_casprs_closed_loop(shared: Path, file: str, cable_
 
 
 @pytest.mark.slow
-def test_the_reference_fmu_begins_at_the_hosts_start_time(tmp_path: Path) -> None:
+def test_reference_fmu_starts_at_the_start_time_of_the_host(tmp_path: Path) -> None:
     file = build(Experiment.load(PLANAR_2R), tmp_path / "made/for/it")["reference"]
     result = simulate_fmu(str(file), start_time=1.0, stop_time=1.01, output_interval=0.001)
     s = 0.25
@@ -76,21 +78,21 @@ def test_the_reference_fmu_begins_at_the_hosts_start_time(tmp_path: Path) -> Non
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["plant", "controller", "reference"])
-def test_each_fmu_runs_alone_in_fmpy_without_any_option(name: str, tmp_path: Path) -> None:
+def test_each_fmu_runs_in_fmpy_without_options(name: str, tmp_path: Path) -> None:
     file = build(Experiment.load(PLANAR_2R), tmp_path)[name]
     assert len(simulate_fmu(str(file))) > 100
 
 
 @pytest.mark.slow
-def test_a_run_that_fails_leaves_no_files_of_the_run_before(tmp_path: Path) -> None:
+def test_failed_run_leaves_no_files_of_the_previous_run(tmp_path: Path) -> None:
     run(Experiment.load(PLANAR_2R, {"run.duration": 0.05}), tmp_path)
     run(Experiment.load(PLANAR_2R, {"run.duration": 0.05}), tmp_path, coupling="direct")
     assert not list(tmp_path.glob("*.fmu"))
 
 
 @pytest.mark.slow
-def test_finer_plant_steps_change_the_motion_by_the_order_of_the_step() -> None:
-    """Substeps evaluate L and f anew, so the plant converges with the first order."""
+def test_plant_converges_with_first_order() -> None:
+    """Substeps evaluate L and f again, so that the plant converges with first order."""
     rows = []
     for step in (1e-3, 5e-4, 2.5e-4):
         settings = {"run.duration": 1.0, "plant.step": step}
@@ -100,7 +102,7 @@ def test_finer_plant_steps_change_the_motion_by_the_order_of_the_step() -> None:
 
 
 @pytest.mark.usefixtures("drawn_figures")
-def test_a_run_writes_readable_results(tmp_path: Path) -> None:
+def test_run_writes_readable_results(tmp_path: Path) -> None:
     result = run(Experiment.load(PLANAR_2R, {"run.duration": 0.1}), tmp_path / "out")
     with (tmp_path / "out/results.csv").open() as file:
         names, *rows = csv.reader(file)
@@ -118,7 +120,7 @@ def test_a_run_writes_readable_results(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_second_run_replaces_the_first_and_nothing_else(tmp_path: Path) -> None:
+def test_second_run_only_replaces_files_of_the_first_run(tmp_path: Path) -> None:
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.05})
     run(experiment, tmp_path)
     (tmp_path / "notes.txt").write_text("mine")
@@ -131,18 +133,18 @@ def test_a_second_run_replaces_the_first_and_nothing_else(tmp_path: Path) -> Non
     }
 
 
-def test_fmus_are_valid_and_carry_all_they_need(tmp_path: Path) -> None:
+def test_fmus_are_valid_and_self_contained(tmp_path: Path) -> None:
     for file in build(Experiment.load(PLANAR_2R), tmp_path).values():
         assert validate_fmu(str(file)) == []
 
 
 @pytest.mark.slow
-def test_a_failing_fmu_ends_the_run_with_its_own_words_and_keeps_the_results(
+def test_failing_fmu_ends_the_run_with_its_message_and_keeps_results(
     tmp_path: Path,
 ) -> None:
-    """Gains this hard make the sampled loop explode, within forces that no bound stops.
+    """Very high gains destabilise the sampled loop, since the force limits are removed.
 
-    In DART: joint limits in the core hold against any force.
+    The test uses DART, since joint limits in the core resist any force.
     """
     settings = {
         "plant.engine": "dart",
@@ -166,10 +168,10 @@ def cardsflow(*words: object, cwd: Path | None = None) -> subprocess.CompletedPr
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd, check=False)
 
 
-def test_the_command_prints_a_short_summary(tmp_path: Path) -> None:
+def test_command_prints_a_short_summary(tmp_path: Path) -> None:
     done = cardsflow("run", PLANAR_2R, "--set", "run.duration=0.2", "-o", tmp_path / "out")
     assert done.returncode == 0, done.stderr
-    assert done.stderr == ""  # no progress bar, as this is no terminal
+    assert done.stderr == ""  # no progress bar, since the output is not a terminal
     for words in ("RMS", "max", "q.joint_1", "limits 10 to 100", "0 of 200 ticks", "real time"):
         assert words in done.stdout
     assert f"{tmp_path / 'out'}: " in done.stdout
@@ -178,7 +180,7 @@ def test_the_command_prints_a_short_summary(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_output_that_nobody_reads_to_the_end_is_no_error(tmp_path: Path) -> None:
+def test_closed_output_pipe_is_not_an_error(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "cardsflow_fmu.cli", "info", str(PLANAR_2R / "robot")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdout is not None
@@ -207,7 +209,7 @@ BAD_COMMANDS = {
 
 
 @pytest.mark.parametrize("case", BAD_COMMANDS)
-def test_bad_input_is_one_line_and_exit_2(
+def test_bad_input_is_a_one_line_error_with_exit_code_2(
     tmp_path: Path, case: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "file").write_text("")
@@ -221,7 +223,7 @@ def test_bad_input_is_one_line_and_exit_2(
 
 
 @pytest.mark.slow
-def test_check_warns_of_the_arms_zero_inertia(tmp_path: Path) -> None:
+def test_check_warns_about_zero_inertia(tmp_path: Path) -> None:
     done = cardsflow("check", PLANAR_2R / "robot")
     assert done.returncode == 0
     assert "planar_2r_bodies.xml:" in done.stdout
@@ -235,8 +237,10 @@ def test_check_warns_of_the_arms_zero_inertia(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("start", few([[0.0, 0.5], [-1.0, 0.5], [-0.5, 1.0], [-0.5, 0.0]], 2))
 @pytest.mark.parametrize("period", [0.005, 0.01])
-def test_a_start_half_a_radian_off_is_recovered(start: list[float], period: float) -> None:
-    """Either joint, either way: a moment of forces at their bounds, each tick of it reported."""
+def test_loop_recovers_from_a_start_error_of_half_a_radian(
+    start: list[float], period: float
+) -> None:
+    """Forces saturate temporarily after a start error, and all these ticks are reported."""
     experiment = Experiment.load(PLANAR_2R, {"start.q": start, "controller.period": period})
     result = simulate(experiment, coupling="direct")
     summary = result.summary
@@ -261,7 +265,7 @@ def test_a_start_half_a_radian_off_is_recovered(start: list[float], period: floa
         ("torque_position", [480.0, 50.0], [21.0, 2.2], 0.03),
     ],
 )
-def test_other_controllers_of_joints_run_as_fmus(
+def test_other_joint_space_controllers_run_as_fmus(
     type_: str, kp: object, kd: object, largest: float, tmp_path: Path
 ) -> None:
     settings = {"controller.type": type_, "controller.kp": kp, "controller.kd": kd}

@@ -1,4 +1,4 @@
-"""The elbow between two pneumatic muscles, from its files through FMUs to results."""
+"""An elbow with two pneumatic muscles, simulated from its files through FMUs to results."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def followed() -> Result:
 
 
 @pytest.mark.slow
-def test_the_joint_follows(followed: Result) -> None:
+def test_joint_tracks_the_reference(followed: Result) -> None:
     summary = followed.summary
     assert summary["status"] == "complete"
     assert summary["infeasible_ticks"] == 0
@@ -30,8 +30,8 @@ def test_the_joint_follows(followed: Result) -> None:
 
 
 @pytest.mark.slow
-def test_tensions_are_those_of_the_pressures(followed: Result) -> None:
-    """F = p (3 L² - b²) / (4 pi n²), L = path length - cord, at every row."""
+def test_tensions_match_the_pressures(followed: Result) -> None:
+    """F = p (3 L² - b²) / (4 pi n²), L = path length - cord length, in every row."""
     for name, cord in zip(MUSCLES, (0.07, 0.05), strict=True):
         L = followed[f"l.{name}"] - cord
         assert L.min() > 0.17
@@ -40,8 +40,8 @@ def test_tensions_are_those_of_the_pressures(followed: Result) -> None:
         np.testing.assert_allclose(followed[f"tension.{name}"], expected, rtol=1e-9)
 
 
-def test_pressures_follow_their_set_points_with_their_time_constant(followed: Result) -> None:
-    """p+ = u + (p - u) exp(-h / tau) from row to row, with 0 <= u <= 6 bar."""
+def test_pressures_follow_set_points_with_the_time_constant(followed: Result) -> None:
+    """p+ = u + (p - u) exp(-h / tau) between rows, with 0 <= u <= 6 bar."""
     for name in MUSCLES:
         p, u = followed[f"pressure.{name}"], followed[f"u.{name}"]
         assert u.min() >= 0.0
@@ -49,7 +49,7 @@ def test_pressures_follow_their_set_points_with_their_time_constant(followed: Re
         np.testing.assert_allclose(p[1:], (u + (p - u) * np.exp(-1e-3 / 0.08))[:-1], rtol=1e-9)
 
 
-def test_the_muscles_hold_the_weight_where_the_elbow_rests(followed: Result) -> None:
+def test_muscles_hold_the_weight_at_rest(followed: Result) -> None:
     dynamics = DartDynamics(followed.experiment.robot)
     for t in (1.9, 5.0):
         row = round(t / 1e-3)
@@ -60,7 +60,7 @@ def test_the_muscles_hold_the_weight_where_the_elbow_rests(followed: Result) -> 
         assert torque[0] > 3.0
 
 
-def test_energy_is_the_muscles_work_less_what_the_joint_takes(followed: Result) -> None:
+def test_energy_equals_muscle_work_minus_joint_losses(followed: Result) -> None:
     work = followed["work.muscles"] + followed["work.damping"]
     energy = followed["energy.kinetic"] + followed["energy.potential"]
     assert np.ptp(energy) > 1.0
@@ -68,7 +68,7 @@ def test_energy_is_the_muscles_work_less_what_the_joint_takes(followed: Result) 
 
 
 @pytest.mark.slow
-def test_air_that_comes_too_slowly_is_reported() -> None:
+def test_too_slow_pressure_is_reported() -> None:
     slow = {f"muscles.{name}.model.pressure_time_constant": 4.0 for name in MUSCLES}
     summary = simulate(
         Experiment.load(PNEUMATIC_ELBOW, slow), compute="python", coupling="direct"

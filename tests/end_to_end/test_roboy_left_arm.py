@@ -1,4 +1,4 @@
-"""Roboy's left arm draws the flower: eq. (4) from the robot's files to results."""
+"""The left arm of Roboy draws the flower by eq. (4), from robot files to results."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ON_THE_FLOWER = {
 
 
 def flower(settings: Mapping[str, object] | None = None) -> Result:
-    """A run of the 30 s flower, from a start on it."""
+    """Run the 30 s flower from a start on the curve."""
     return _run(json.dumps(settings or {}))
 
 
@@ -39,7 +39,7 @@ def _run(settings: str) -> Result:
 
 
 def errors(result: Result):
-    """Distance of the hand from the reference, in [mm]."""
+    """Return the distance of the hand from the reference, in [mm]."""
     y, y_d = (result.columns([f"{p}.hand.{axis}" for axis in AXES]) for p in ("y", "y_d"))
     return 1e3 * np.linalg.norm(y - y_d, axis=1)
 
@@ -48,7 +48,7 @@ def rms(values) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def test_the_flower_at_200_hz() -> None:
+def test_flower_at_200_hz_tracks() -> None:
     result = flower()
     error, robot = errors(result), result.experiment.robot
     assert result.complete
@@ -66,8 +66,8 @@ def test_the_flower_at_200_hz() -> None:
         assert muscle.f_min <= f.min() <= f.max() <= muscle.f_max
 
 
-def test_the_reference_is_a_rose_about_its_centre() -> None:
-    """R = A cos(5 phi) in the plane y = -0.45 m, through every petal once."""
+def test_reference_is_a_rose_around_its_centre() -> None:
+    """The reference is R = A cos(5 phi) in the plane y = -0.45 m, with every petal once."""
     result = flower()
     x, y, z = (result[f"y_d.hand.{axis}"] for axis in AXES)
     np.testing.assert_allclose(y, -0.45, atol=1e-12)
@@ -77,7 +77,7 @@ def test_the_reference_is_a_rose_about_its_centre() -> None:
 
 
 @pytest.mark.slow
-def test_at_100_hz_with_a_step_of_delay() -> None:
+def test_flower_at_100_hz_with_delay_tracks() -> None:
     result = flower({"controller.period": 0.01, "controller.delay": 1})
     assert rms(errors(result)) < 0.5
     assert result.summary["infeasible_ticks"] == 0
@@ -85,20 +85,20 @@ def test_at_100_hz_with_a_step_of_delay() -> None:
 
 @LONG
 @pytest.mark.slow
-def test_a_heavier_arm_with_integral_action() -> None:
+def test_heavier_arm_tracks_with_integral_action() -> None:
     assert rms(errors(flower({"plant.mass_scale": 1.1, "controller.ki": 4000.0}))) < 0.2
     assert rms(errors(flower({"plant.mass_scale": 1.1}))) > 2.0
 
 
 @LONG
 @pytest.mark.slow
-def test_a_known_load_at_the_hand() -> None:
+def test_known_load_at_the_hand_is_compensated() -> None:
     load = {"force": {"hand": [0.0, 0.0, -10.0]}, "known": True}
     assert rms(errors(flower({"disturbance": load}))) < 0.4
 
 
 @pytest.mark.slow
-def test_an_unknown_load_at_the_hand_with_an_observer() -> None:
+def test_observer_compensates_an_unknown_load_at_the_hand() -> None:
     load = {"force": {"hand": [0.0, 0.0, -10.0]}}
     result = flower({"disturbance": load, "controller.observer": 30.0})
     assert rms(errors(result)) < 5.0
@@ -106,7 +106,7 @@ def test_an_unknown_load_at_the_hand_with_an_observer() -> None:
 
 
 @pytest.mark.slow
-def test_a_disturbance_pushes_from_its_begin_to_its_end() -> None:
+def test_disturbance_acts_from_its_begin_to_its_end() -> None:
     settings = {
         "run.duration": 0.5,
         "controller.observer": 20.0,
@@ -126,7 +126,7 @@ def test_a_disturbance_pushes_from_its_begin_to_its_end() -> None:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("drawn_figures")
-def test_the_approach_leads_from_the_start_to_the_flower(tmp_path: Path) -> None:
+def test_approach_moves_from_the_start_to_the_flower(tmp_path: Path) -> None:
     result = run(Experiment.load(ROBOY_LEFT_ARM, {"run.duration": 2.5}), tmp_path)
     y_d = result.columns([f"y_d.hand.{axis}" for axis in AXES])
     np.testing.assert_allclose(y_d[0], [0.5, -0.45, 0.4], atol=1e-6)
@@ -140,7 +140,7 @@ def test_the_approach_leads_from_the_start_to_the_flower(tmp_path: Path) -> None
 
 @LONG
 @pytest.mark.slow
-def test_with_the_task_as_cost_the_flower_is_drawn_a_little_less_exactly() -> None:
+def test_task_in_the_cost_tracks_slightly_less_accurately() -> None:
     result = flower({"controller.type": "reactive_qp"})
     assert 0.04 < rms(errors(result)) < 0.2
     assert result.summary["infeasible_ticks"] == 0
@@ -148,7 +148,7 @@ def test_with_the_task_as_cost_the_flower_is_drawn_a_little_less_exactly() -> No
 
 @LONG
 @pytest.mark.slow
-def test_30_000_ticks_of_the_flower_without_a_false_alarm() -> None:
+def test_30_000_ticks_of_the_flower_are_feasible() -> None:
     result = flower({"controller.period": 0.001})
     assert result.summary["ticks"] == 30_000
     assert result.summary["infeasible_ticks"] == 0
@@ -157,8 +157,8 @@ def test_30_000_ticks_of_the_flower_without_a_false_alarm() -> None:
 
 @LONG
 @pytest.mark.slow
-def test_the_literal_eq_4_lets_the_arm_drift_to_its_stops() -> None:
-    """What the paper prints leaves the self-motion undamped; why a posture is the default."""
+def test_eq_4_of_the_paper_drifts_to_the_joint_limits() -> None:
+    """The form in the paper does not damp self-motion. Therefore a posture is the default."""
     literal = flower({"controller.posture": False, "controller.limit_bandwidth": False})
     q, kept = literal["q.joint_1"], flower()["q.joint_1"]
     assert (q.min(), q.max()) == pytest.approx((1.2, 1.7), abs=1e-3)
@@ -168,7 +168,7 @@ def test_the_literal_eq_4_lets_the_arm_drift_to_its_stops() -> None:
 
 @LONG
 @pytest.mark.slow
-def test_the_joint_limits_of_the_controller_keep_even_the_literal_form_from_the_stops() -> None:
+def test_controller_limits_prevent_drift_to_the_joint_limits() -> None:
     result = flower({"controller.posture": False})
     assert errors(result).max() < 0.2
     q = result["q.joint_1"]
@@ -177,8 +177,8 @@ def test_the_joint_limits_of_the_controller_keep_even_the_literal_form_from_the_
 
 @LONG
 @pytest.mark.slow
-def test_the_published_xylo_trajectory_is_within_reach() -> None:
-    """80 s over keys from x = 0.25 to 0.65 m, far outside the flower."""
+def test_published_xylophone_trajectory_is_tracked() -> None:
+    """The trajectory of 80 s moves over keys from x = 0.25 to 0.65 m."""
     settings = {
         "reference": {"trajectory": "xylo_1", "file": "xylo_trajectories.xml"},
         "start": {"seed": [1.45, 0.0, 0.0, -1.3]},
@@ -189,14 +189,14 @@ def test_the_published_xylo_trajectory_is_within_reach() -> None:
     assert result.summary["infeasible_ticks"] == 0
 
 
-def test_a_flower_out_of_reach_is_refused_before_the_first_step() -> None:
+def test_flower_out_of_reach_raises_an_error_before_the_first_step() -> None:
     wide = ON_THE_FLOWER | {"reference.flower.radius": 0.5}
     with pytest.raises(InputError, match=r"start\.q: no configuration reaches hand\.x 0\.95"):
         Experiment.load(ROBOY_LEFT_ARM, wide)
 
 
-def test_the_controller_ticks_with_the_period_that_it_is_given() -> None:
-    """Set as a parameter, or by steps of several: the clock of observer and integral follows."""
+def test_controller_uses_the_given_period() -> None:
+    """Observer and integral use the period from the parameter or from the step size."""
     settings = {"controller.observer": 30.0, "controller.ki": 100.0, "controller.delay": 1}
     expected = Experiment.load(ROBOY_LEFT_ARM, settings | {"controller.period": 0.01})
     other = Experiment.load(ROBOY_LEFT_ARM, settings)
@@ -216,7 +216,7 @@ def test_the_controller_ticks_with_the_period_that_it_is_given() -> None:
     np.testing.assert_array_equal(rows[2], rows[0])
 
 
-def test_a_period_of_nothing_is_refused() -> None:
+def test_zero_period_raises_an_error() -> None:
     model = ControllerModel(Experiment.load(ROBOY_LEFT_ARM))
     model.values[[port.name for port in model.ports].index("period")] = 0.0
     with pytest.raises(InputError, match="period must be a positive time"):

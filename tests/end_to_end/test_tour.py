@@ -1,4 +1,4 @@
-"""The notebook tour runs from top to bottom, and is stored without what it gave."""
+"""The tour notebook runs completely and is stored without outputs."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from support.robots.robots import EXAMPLES
 TOUR = EXAMPLES / "tour.ipynb"
 
 
-def test_the_tour_is_stored_without_outputs() -> None:
+def test_tour_is_stored_without_outputs() -> None:
     cells = json.loads(TOUR.read_text(encoding="utf-8"))["cells"]
     assert all(not cell.get("outputs") and cell.get("execution_count") is None for cell in cells)
     assert TOUR.stat().st_size < 20_000
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("default")  # of what runs notebooks; the kernel has its own
-def test_the_tour_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.filterwarnings("default")  # the notebook kernel has its own warning filters
+def test_tour_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     nbclient = pytest.importorskip("nbclient")
     nbformat = pytest.importorskip("nbformat")
     pytest.importorskip("ipykernel")

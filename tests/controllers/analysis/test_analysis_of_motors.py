@@ -1,4 +1,4 @@
-"""Analysis of robots with motors at joints, against closed forms."""
+"""Compare the analysis of robots with motors at joints with closed forms."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from controllers.force_distribution.motor_columns import merge_motors, split_mot
 Q = np.array([[0.3, -0.4], [1.0, 0.5], [-0.7, 1.1]])
 
 
-MISSING = ("closed_form", "puncture")
-"""They may miss a solution where forces are at their bounds."""
+INCOMPLETE = ("closed_form", "puncture")
+"""Methods that may fail for feasible torques with forces at their limits."""
 
 
 class HybridArm(TwoLinkArm):
-    """Two muscles at the shoulder, two over both joints; a motor at the elbow."""
+    """Arm with two muscles at the shoulder, two biarticular muscles, and a motor at the elbow."""
 
     motor_names = ("elbow",)
     f_min = np.array([5.0, 5.0, 5.0, 5.0, -20.0])
@@ -36,7 +36,7 @@ class HybridArm(TwoLinkArm):
 
 
 class MotorArm(HybridArm):
-    """Motors alone."""
+    """Arm with motors and without muscles."""
 
     muscle_names = ()
     motor_names = ("shoulder", "elbow")
@@ -54,7 +54,7 @@ def motion() -> Motion:
     return Motion(np.arange(3.0), Q, np.zeros((3, 2)), np.ones((3, 2)))
 
 
-def test_motors_alone_make_what_is_asked(motion: Motion) -> None:
+def test_motors_without_muscles_produce_the_required_torque(motion: Motion) -> None:
     arm = MotorArm()
     terms = motion_terms(arm, motion)
     found = terms.distribute()
@@ -65,7 +65,7 @@ def test_motors_alone_make_what_is_asked(motion: Motion) -> None:
     np.testing.assert_allclose(up, arm.f_max - terms.tau, rtol=1e-9)
 
 
-def test_what_motors_need_is_the_largest_torque_either_way() -> None:
+def test_required_effort_of_motors_is_the_largest_absolute_torque() -> None:
     arm = MotorArm()
     upside_down = np.array([[np.pi, 0.0]])
     terms = motion_terms(arm, Motion([0.0], upside_down, np.zeros((1, 2)), np.zeros((1, 2))))
@@ -73,28 +73,28 @@ def test_what_motors_need_is_the_largest_torque_either_way() -> None:
     np.testing.assert_allclose(size_muscles(terms).needed, 1.2 * np.abs(terms.tau[0]), rtol=1e-9)
 
 
-ALL = sorted(name for name in METHODS if name not in MISSING and "polygon" not in name)
+ALL = sorted(name for name in METHODS if name not in INCOMPLETE and "polygon" not in name)
 
 
 @pytest.mark.parametrize("method", ALL)
-def test_every_method_drives_motors_both_ways(method: str, motion: Motion) -> None:
+def test_every_method_uses_positive_and_negative_motor_torques(method: str, motion: Motion) -> None:
     arm = HybridArm()
     terms = motion_terms(arm, motion).with_bounds(None, [500.0, 500.0, 500.0, 500.0, 30.0])
     found = terms.distribute(method)
     assert found.solved.all()
     L = np.array([arm.actuator_jacobian(q) for q in Q])
-    made = -np.einsum("tan,ta->tn", L, found.forces)
-    np.testing.assert_allclose(made, terms.tau, atol=1e-6)
+    torque = -np.einsum("tan,ta->tn", L, found.forces)
+    np.testing.assert_allclose(torque, terms.tau, atol=1e-6)
     assert (found.forces >= arm.f_min - 1e-6).all()
 
 
-def test_the_least_sum_counts_the_size_of_a_torque() -> None:
-    """One coordinate and one motor of tau < 0: the least sum is |tau|, not tau_min."""
+def test_minimum_sum_includes_the_absolute_motor_torque() -> None:
+    """With one motor and tau < 0 the minimum sum is |tau|, not tau_min."""
     terms = motion_terms(MotorArm(), Motion([0.0], [[np.pi, 0.0]], [[0.0, 0.0]], [[0.0, 0.0]]))
     np.testing.assert_allclose(terms.distribute("linear_programme").forces, terms.tau, rtol=1e-9)
 
 
-def test_least_squares_are_those_of_the_controller(motion: Motion) -> None:
+def test_least_squares_forces_equal_the_forces_of_the_controller(motion: Motion) -> None:
     arm = HybridArm()
     terms = motion_terms(arm, motion)
     distribution = ForceDistribution(arm.f_min, arm.f_max, motors=1)
@@ -102,7 +102,7 @@ def test_least_squares_are_those_of_the_controller(motion: Motion) -> None:
         np.testing.assert_allclose(distribution.solve(L, tau).forces, forces, atol=1e-7)
 
 
-def test_linear_robots_are_driven_by_motors() -> None:
+def test_linear_robot_includes_motors() -> None:
     arm = HybridArm()
     linear = linearise_robot(arm, Q[0], np.zeros(2), gravity_compensation(arm, Q[0]))
     np.testing.assert_allclose(
@@ -110,7 +110,7 @@ def test_linear_robots_are_driven_by_motors() -> None:
     )
 
 
-def test_workspace_of_motors_is_the_box_of_their_torques() -> None:
+def test_available_torques_of_motors_are_a_box() -> None:
     arm = MotorArm()
     found = workspace(arm, Q, metrics=["capacity_margin"])
     G = np.array([arm.gravity(q) for q in Q])
@@ -120,18 +120,18 @@ def test_workspace_of_motors_is_the_box_of_their_torques() -> None:
     np.testing.assert_array_equal(found.conditions["static"], margin >= 0)
 
 
-def test_two_pulls_are_one_torque() -> None:
+def test_split_motors_merge_to_the_same_torque() -> None:
     low, high = np.array([5.0, -3.0, 1.0, -4.0]), np.array([9.0, 2.0, 6.0, -2.0])
-    L, least, most = split_motors(np.eye(4), low, high, 3)
-    np.testing.assert_array_equal(least, [5.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0])
-    np.testing.assert_array_equal(most, [9.0, 2.0, 6.0, 0.0, 3.0, 0.0, 4.0])
+    L, lower, upper = split_motors(np.eye(4), low, high, 3)
+    np.testing.assert_array_equal(lower, [5.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0])
+    np.testing.assert_array_equal(upper, [9.0, 2.0, 6.0, 0.0, 3.0, 0.0, 4.0])
     forces = np.array([6.0, 0.0, 2.0, 0.0, 1.5, 0.0, 3.0])
-    folded = merge_motors(forces, 3)
-    np.testing.assert_array_equal(folded, [6.0, -1.5, 2.0, -3.0])
-    np.testing.assert_array_equal(L.T @ forces, folded)
+    merged = merge_motors(forces, 3)
+    np.testing.assert_array_equal(merged, [6.0, -1.5, 2.0, -3.0])
+    np.testing.assert_array_equal(L.T @ forces, merged)
 
 
-def test_muscles_do_not_push_where_motors_do() -> None:
+def test_negative_limits_are_valid_only_for_motors() -> None:
     arm = HybridArm()
     with pytest.raises(InputError, match=r"muscle 'd': f_min -1.0"):
         ForceDistribution(
@@ -143,16 +143,16 @@ def test_muscles_do_not_push_where_motors_do() -> None:
         )
 
 
-def test_cable_velocities_drive_no_motors() -> None:
+def test_cable_velocity_control_rejects_motors() -> None:
     with pytest.raises(InputError, match="does not support motors at joints: elbow"):
         CableVelocityController(HybridArm(), 1.0)
 
 
-def test_a_torque_that_is_rounding_beside_the_others_is_no_reason_to_fail() -> None:
-    """A motor that has nothing to do but 1e-14 N·m, beside muscles that hold 10 N·m."""
+def test_torque_of_the_size_of_rounding_errors_is_solved() -> None:
+    """A motor must produce 1e-14 N·m while muscles hold 10 N·m."""
     arm = HybridArm()
     terms = motion_terms(arm, Motion([0.0], Q[:1], np.zeros((1, 2)), np.zeros((1, 2))))
     L = terms.L.copy()
     L[0, :4, 1] = 0.0  # no muscle over the elbow
-    alone = replace(terms, L=L, tau=np.array([[10.0, 2e-14]]))
-    assert alone.distribute().solved.all()
+    separate = replace(terms, L=L, tau=np.array([[10.0, 2e-14]]))
+    assert separate.distribute().solved.all()

@@ -19,7 +19,7 @@ delays = st.sampled_from([0, 1])
 
 
 def radius(kp: float, kd: float, period: float, delay: int) -> float:
-    """Spectral radius of the sampled double integrator in state space."""
+    """Compute the spectral radius of the sampled double integrator in state space."""
     A = np.array([[1.0, period], [0.0, 1.0]])
     B = np.array([[0.5 * period**2], [period]])
     K = np.array([[-kp, -kd]])
@@ -36,7 +36,7 @@ def test_gains_place_the_poles_of_the_continuous_loop() -> None:
 
 
 @pytest.mark.parametrize(("omega", "zeta"), [(0.0, 1.0), (-1.0, 1.0), (math.nan, 1.0), (1.0, 0.0)])
-def test_a_bandwidth_is_positive(omega: float, zeta: float) -> None:
+def test_bandwidth_must_be_positive(omega: float, zeta: float) -> None:
     with pytest.raises(InputError, match="must be positive"):
         gains.from_bandwidth(omega, zeta)
 
@@ -45,12 +45,14 @@ def test_a_bandwidth_is_positive(omega: float, zeta: float) -> None:
     ("kp", "kd", "delay", "limit_ms"),
     [(2000, 90, 0, 22.2), (2000, 90, 1, 9.49), (400, 40, 0, 50.0), (400, 40, 1, 21.3)],
 )
-def test_the_limits_of_published_gains(kp: float, kd: float, delay: int, limit_ms: float) -> None:
+def test_largest_stable_periods_of_published_gains(
+    kp: float, kd: float, delay: int, limit_ms: float
+) -> None:
     assert gains.largest_stable_period(kp, kd, delay) * 1e3 == pytest.approx(limit_ms, rel=3e-3)
 
 
 @given(stiffnesses, dampings, delays, st.floats(0.01, 0.999))
-def test_the_loop_is_stable_below_the_limit_only(
+def test_loop_is_stable_only_below_the_largest_stable_period(
     kp: float, kd: float, delay: int, part: float
 ) -> None:
     limit = gains.largest_stable_period(kp, kd, delay)
@@ -59,13 +61,13 @@ def test_the_loop_is_stable_below_the_limit_only(
 
 
 @given(stiffnesses, dampings, delays, st.floats(0.05, 1.5))
-def test_poles_are_those_of_the_state_space(kp: float, kd: float, delay: int, part: float) -> None:
+def test_poles_equal_state_space_eigenvalues(kp: float, kd: float, delay: int, part: float) -> None:
     period = part * gains.largest_stable_period(kp, kd, delay)
     largest = np.abs(gains.poles(kp, kd, period, delay)).max()
     assert largest == pytest.approx(radius(kp, kd, period, delay), rel=1e-6)
 
 
-def test_a_coordinate_that_is_not_held_has_no_limit() -> None:
+def test_coordinate_without_gains_has_no_largest_stable_period() -> None:
     assert gains.largest_stable_period(0.0, 0.0) == math.inf
     assert gains.largest_stable_period(0.0, 10.0) == pytest.approx(0.2)
     assert gains.largest_stable_period(0.0, 10.0, 1) == pytest.approx(0.1)
@@ -76,10 +78,8 @@ def test_a_coordinate_that_is_not_held_has_no_limit() -> None:
 @pytest.mark.parametrize(
     ("kp", "kd", "period"), [(2000, 90, 1e-3), (2000, 90, 5e-3), (400, 40, 5e-3)]
 )
-def test_margins_are_those_of_the_nyquist_curve(
-    kp: float, kd: float, period: float, delay: int
-) -> None:
-    """Against the curve itself on a fine grid, and the gain margin against the poles."""
+def test_margins_match_the_nyquist_curve(kp: float, kd: float, period: float, delay: int) -> None:
+    """Compare margins with the curve on a fine grid, and the gain margin with the poles."""
     found = gains.margins(kp, kd, period, delay)
     w = np.geomspace(1e-2, np.pi, 200_001) / period
     z = np.exp(1j * w * period)
@@ -94,12 +94,12 @@ def test_margins_are_those_of_the_nyquist_curve(
     assert found.phase_margin == pytest.approx(phase, abs=1e-3)
     assert found.delay_margin == pytest.approx(phase / w[crossing[0]], rel=1e-3)
     for factor, stable in ((0.999, True), (1.001, False)):
-        grown = factor * found.gain_margin
-        assert (radius(grown * kp, grown * kd, period, delay) < 1.0) is stable
+        scale = factor * found.gain_margin
+        assert (radius(scale * kp, scale * kd, period, delay) < 1.0) is stable
 
 
-def test_margins_are_those_of_python_control() -> None:
-    """At periods long enough for its numeric ones."""
+def test_margins_match_python_control() -> None:
+    """The numeric margins of python-control are only accurate for long periods."""
     for kp, kd, period, delay in ((2000, 90, 1e-3, 0), (2000, 90, 5e-3, 1), (400, 40, 1e-2, 1)):
         a, b = 0.5 * kp * period**2, kd * period
         loop = control.tf([a + b, a - b], [1.0, -2.0, 1.0] + delay * [0.0], period)
@@ -110,13 +110,13 @@ def test_margins_are_those_of_python_control() -> None:
 
 
 def test_margins_do_not_depend_on_the_unit_of_time() -> None:
-    """Only Kp T² and Kd T count, down to periods where all roots are next to 1."""
+    """Margins depend only on Kp T² and Kd T, even if all roots are close to 1."""
     slow = gains.margins(2000, 90, 1e-3, 1)
     fast = gains.margins(2000e12, 90e6, 1e-9, 1)
     assert fast.phase_margin == pytest.approx(slow.phase_margin, rel=1e-9)
     assert fast.modulus_margin == pytest.approx(slow.modulus_margin, rel=1e-9)
     assert fast.delay_margin * 1e6 == pytest.approx(slow.delay_margin, rel=1e-9)
-    ideal = gains.margins(2000, 90, 1e-9)  # continuous: the Nyquist curve's distance is below 1
+    ideal = gains.margins(2000, 90, 1e-9)  # in the limit of continuous time
     assert 0.9 < ideal.modulus_margin <= 1.0
 
 
@@ -125,14 +125,14 @@ def test_published_delay_margins() -> None:
     assert gains.margins(2000, 90, 1e-2).delay_margin * 1e3 == pytest.approx(9.2, abs=0.05)
 
 
-def test_an_unstable_loop_has_no_margins() -> None:
+def test_unstable_loop_has_zero_margins() -> None:
     found = gains.margins(2000, 90, 0.01, 1)
     assert not found.stable
     assert found.spectral_radius == pytest.approx(1.0297, abs=1e-4)
     assert found.gain_margin == found.phase_margin == found.delay_margin == 0.0
 
 
-def test_continuous_lqr_is_the_closed_form() -> None:
+def test_continuous_lqr_matches_the_closed_form() -> None:
     """Kp = sqrt(q1/r), Kd = sqrt(q2/r + 2 Kp)."""
     kp, kd, held = gains.lqr([1.0, 1e-3], 1e-6)
     assert kp == pytest.approx(1000.0)
@@ -143,15 +143,13 @@ def test_continuous_lqr_is_the_closed_form() -> None:
 
 @pytest.mark.slow
 @given(st.floats(1e-6, 1e2), st.floats(0.0, 1.0), st.floats(1e-3, 0.1))
-def test_sampled_lqr_is_stable_where_the_continuous_one_may_not_be(
-    r: float, velocity: float, period: float
-) -> None:
+def test_sampled_lqr_is_stable_for_long_periods(r: float, velocity: float, period: float) -> None:
     kp, kd, _ = gains.lqr([1.0, velocity], r, period)
     assert radius(kp, kd, period, 0) < 1.0
 
 
 def test_lqr_with_delay_acts_on_the_predicted_state() -> None:
-    """K = K0 [A B], which compensates for the delay: its poles are those without delay, and 0."""
+    """K = K0 [A B] compensates the delay: the poles are those without delay, and 0."""
     T = 0.01
     A, B = np.array([[1.0, T], [0.0, 1.0]]), np.array([[0.5 * T**2], [T]])
     K0 = np.array(gains.lqr(1.0, 1e-6, T)[:2])
@@ -175,18 +173,18 @@ def test_lqr_with_delay_acts_on_the_predicted_state() -> None:
         {"delay": 1},
     ],
 )
-def test_wrong_weights_are_refused(wrong: dict) -> None:
+def test_wrong_weights_raise_an_error(wrong: dict) -> None:
     with pytest.raises(InputError, match=next(reversed(wrong))):
         gains.lqr(**{"q_weight": 1.0, "r_weight": 1.0, **wrong})
 
 
 @pytest.mark.parametrize("wrong", [{"kp": -1.0}, {"kd": math.nan}, {"period": 0.0}, {"delay": 3}])
-def test_wrong_loops_are_refused(wrong: dict) -> None:
+def test_wrong_loops_raise_an_error(wrong: dict) -> None:
     with pytest.raises(InputError, match=next(iter(wrong))):
         gains.margins(**{"kp": 1.0, "kd": 1.0, "period": 1.0, **wrong})
 
 
-def test_the_warning_names_the_worst_coordinate_and_its_limit() -> None:
+def test_warning_names_the_worst_coordinate_and_its_limit() -> None:
     text = gains.sampling_warning([400, 2000], [40, 90], 0.01, 1, ["elbow", "shoulder"])
     assert text is not None
     assert "'shoulder'" in text
@@ -198,7 +196,7 @@ def test_the_warning_names_the_worst_coordinate_and_its_limit() -> None:
 
 
 @pytest.mark.slow
-def test_the_warning_does_not_import_python_control() -> None:
+def test_warning_does_not_import_python_control() -> None:
     code = (
         "import sys; from controllers.analysis.gains import sampling_warning;"
         "sampling_warning(2000, 90, 0.01, 1); sys.exit('control' in sys.modules)"

@@ -1,4 +1,4 @@
-"""Forces along a motion, and what they ask of the muscles."""
+"""Tests of muscle forces along a motion and of the required muscle strength."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from sim_dart import DartDynamics, Plant
 
 
 def swing(n: int = 2, points: int = 81, size: float = 0.5, w_e: object = None) -> Motion:
-    """Sines of different phase."""
+    """Return a motion of sines with different phases."""
     t = np.linspace(0.0, 4.0, points)
     phase = t[:, None] * 1.5 + np.arange(n)
     q, qd, qdd = np.sin(phase), 1.5 * np.cos(phase), -2.25 * np.sin(phase)
     return Motion(t, size * q, size * qd, size * qdd, w_e)  # type: ignore[arg-type]
 
 
-def test_the_forces_make_the_acceleration(arm: DartDynamics) -> None:
-    """In the plant, they give the velocity that the motion has a moment later."""
+def test_forces_produce_the_acceleration(arm: DartDynamics) -> None:
+    """In the plant, the forces produce the velocity change of the motion."""
     motion = swing(points=9)
     found = motion_terms(arm, motion).distribute()
     assert found.solved.all()
@@ -40,7 +40,7 @@ def test_the_forces_make_the_acceleration(arm: DartDynamics) -> None:
         np.testing.assert_allclose((plant.qd - qd) / 1e-6, qdd, atol=1e-3)
 
 
-def test_the_forces_equal_those_of_the_controller(arm: DartDynamics) -> None:
+def test_forces_equal_the_forces_of_the_controller(arm: DartDynamics) -> None:
     found = motion_terms(arm, swing()).distribute()
     distribution = ForceDistribution(arm.f_min, arm.f_max)
     for L, tau, f in zip(found.terms.L, found.terms.tau, found.forces, strict=True):
@@ -53,7 +53,7 @@ def test_external_loads_add_to_the_torque(arm: DartDynamics) -> None:
     np.testing.assert_allclose(loaded.tau - plain.tau, load, atol=1e-12)
 
 
-def test_power_is_what_the_joints_get(arm: DartDynamics) -> None:
+def test_muscle_power_equals_joint_power(arm: DartDynamics) -> None:
     found = motion_terms(arm, swing()).distribute()
     joints = np.sum(found.terms.tau * found.terms.motion.qd, axis=1)
     np.testing.assert_allclose(found.power.sum(axis=1), joints, atol=1e-7)
@@ -61,7 +61,7 @@ def test_power_is_what_the_joints_get(arm: DartDynamics) -> None:
     assert (found.power < -0.1).any()
 
 
-def test_statistics_are_those_of_the_solved_points(arm: DartDynamics) -> None:
+def test_statistics_include_only_solved_points(arm: DartDynamics) -> None:
     terms = motion_terms(arm, swing())
     weak = terms.with_bounds(None, [35.0, 100.0, 35.0, 100.0]).distribute()
     good = weak.solved
@@ -81,7 +81,7 @@ def test_statistics_are_those_of_the_solved_points(arm: DartDynamics) -> None:
 
 
 @pytest.mark.slow
-def test_a_motion_without_any_solution_has_no_statistics(arm: DartDynamics) -> None:
+def test_infeasible_motion_has_nan_statistics(arm: DartDynamics) -> None:
     none = motion_terms(arm, swing()).with_bounds(10.0, 10.0).distribute()
     assert (none.distribution.status == "infeasible").all()
     for values in (none.peaks(), none.rms(), none.peak_times()):
@@ -90,15 +90,15 @@ def test_a_motion_without_any_solution_has_no_statistics(arm: DartDynamics) -> N
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_every_method_works_along_a_motion(arm: DartDynamics, method: str) -> None:
+def test_every_method_solves_a_motion(arm: DartDynamics, method: str) -> None:
     found = motion_terms(arm, swing(points=15)).distribute(method)
     assert found.solved.any()
-    made = -np.einsum("tmn,tm->tn", found.terms.L, found.forces)
-    np.testing.assert_allclose(made[found.solved], found.terms.tau[found.solved], atol=1e-6)
+    torque = -np.einsum("tmn,tm->tn", found.terms.L, found.forces)
+    np.testing.assert_allclose(torque[found.solved], found.terms.tau[found.solved], atol=1e-6)
 
 
 @pytest.mark.slow
-def test_sized_muscles_are_strong_enough_and_no_more(arm: DartDynamics) -> None:
+def test_sized_muscles_have_the_minimum_strength(arm: DartDynamics) -> None:
     terms = motion_terms(arm, swing()).with_bounds(None, 20.0)
     sizes = size_muscles(terms, margin=0.0)
     assert not sizes.forces.solved.all()
@@ -106,16 +106,16 @@ def test_sized_muscles_are_strong_enough_and_no_more(arm: DartDynamics) -> None:
     assert terms.with_bounds(None, sizes.needed * (1 + 1e-9)).distribute().solved.all()
     np.testing.assert_allclose(sizes.needed, sizes.unlimited.peaks())
     np.testing.assert_allclose(size_muscles(terms, margin=0.5).needed, 1.5 * sizes.needed)
-    least = float(np.nanmax(sizes.min_peaks))
+    min_peak = float(np.nanmax(sizes.min_peaks))
     assert sizes.critical == int(np.argmax(sizes.min_peaks))
-    assert least <= sizes.needed.max() + 1e-9
-    assert terms.with_bounds(None, least * (1 + 1e-6)).distribute().solved.all()
-    assert not terms.with_bounds(None, least * (1 - 1e-4)).distribute().solved.all()
+    assert min_peak <= sizes.needed.max() + 1e-9
+    assert terms.with_bounds(None, min_peak * (1 + 1e-6)).distribute().solved.all()
+    assert not terms.with_bounds(None, min_peak * (1 - 1e-4)).distribute().solved.all()
 
 
 @pytest.mark.slow
-def test_points_that_no_strength_solves_are_reported(arm: DartDynamics) -> None:
-    """With the elbow's cables on one side only, half of the motion is impossible."""
+def test_points_that_are_infeasible_for_any_strength_are_reported(arm: DartDynamics) -> None:
+    """With elbow cables on only one side, half of the motion is infeasible."""
     terms = motion_terms(arm, swing())
     L = terms.L.copy()
     L[:, 3] = L[:, 1]
@@ -124,12 +124,12 @@ def test_points_that_no_strength_solves_are_reported(arm: DartDynamics) -> None:
     assert np.isnan(sizes.min_peaks).sum() == len(sizes.impossible)
 
 
-def test_the_left_arm_along_a_motion(shared: Path) -> None:
+def test_forces_of_the_left_arm_along_a_motion(shared: Path) -> None:
     robot = DartDynamics(read_robot(shared / "robots/caspr/RoboyLeftArm", "DEFAULT"))
     t = np.linspace(0, 2, 41)
-    ways = np.column_stack([0.05 * np.sin(t + k) for k in range(4)])
+    shifts = np.column_stack([0.05 * np.sin(t + k) for k in range(4)])
     rates = np.column_stack([0.05 * np.cos(t + k) for k in range(4)])
-    motion = Motion(t, ways + np.array([1.45, 0.0, 0.0, -1.3]), rates, -ways)
+    motion = Motion(t, shifts + np.array([1.45, 0.0, 0.0, -1.3]), rates, -shifts)
     found = motion_terms(robot, motion).distribute()
     assert found.solved.all()
     down, up = found.torque_margins
@@ -148,14 +148,14 @@ def test_the_left_arm_along_a_motion(shared: Path) -> None:
         ({"w_e": "no"}, "w_e of the motion must be numbers"),
     ],
 )
-def test_wrong_motions_are_refused(change: dict[str, object], message: str) -> None:
+def test_wrong_motions_raise_an_error(change: dict[str, object], message: str) -> None:
     zeros = np.zeros((2, 2))
     arguments: dict[str, object] = {"times": [0.0, 1.0], "q": zeros, "qd": zeros, "qdd": zeros}
     with pytest.raises(InputError, match=message):
         Motion(**(arguments | change))  # type: ignore[arg-type]
 
 
-def test_motions_and_methods_that_do_not_fit_are_refused(arm: DartDynamics) -> None:
+def test_unsuitable_motions_and_methods_raise_an_error(arm: DartDynamics) -> None:
     with pytest.raises(InputError, match="the motion has 3 coordinates, the robot has 2: joint_1"):
         motion_terms(arm, swing(3)).distribute()
     with pytest.raises(UnknownNameError, match="no force distribution 'best'"):

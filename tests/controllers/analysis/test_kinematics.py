@@ -1,4 +1,4 @@
-"""q from muscle lengths and from task positions."""
+"""Tests of forward and inverse kinematics."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from sim_dart import DartDynamics
 
 
 def limited(robot: Robot, lower: float, upper: float) -> Robot:
-    """The robot with these limits for all coordinates."""
+    """Return the robot with equal limits for all coordinates."""
     joints = tuple(
         replace(
             joint,
@@ -64,15 +64,15 @@ def test_lengths_determine_the_configuration_of_random_trees(seed: int) -> None:
             np.testing.assert_allclose(found.q, q, atol=1e-7)
 
 
-def test_lengths_that_belong_to_no_configuration_leave_a_residual(arm: DartDynamics) -> None:
+def test_inconsistent_lengths_leave_a_residual(arm: DartDynamics) -> None:
     lengths = arm.muscle_lengths([0.1, 0.2]) + np.array([0.1, 0.0, 0.1, 0.0])
     found = forward_kinematics(arm, lengths, [0.0, 0.0])
     assert found.error > 0.02
     slope = arm.muscle_jacobian(found.q).T @ found.residual
-    np.testing.assert_allclose(slope, 0.0, atol=1e-8)  # nothing nearby is better
+    np.testing.assert_allclose(slope, 0.0, atol=1e-8)  # a local minimum
 
 
-def test_other_starts_find_what_the_first_one_misses() -> None:
+def test_additional_starts_find_the_configuration() -> None:
     arm = DartDynamics(limited(planar_2r(), -1.5, 1.5))
     lengths = arm.muscle_lengths([0.9, -1.2])
     far = forward_kinematics(arm, lengths, [-1.5, 1.5], starts=20)
@@ -80,8 +80,8 @@ def test_other_starts_find_what_the_first_one_misses() -> None:
     np.testing.assert_allclose(far.q, [0.9, -1.2], atol=1e-9)
 
 
-def test_the_task_is_met_and_the_posture_kept(left_arm: DartDynamics) -> None:
-    """The arm has one coordinate to spare: SLSQP finds no nearer configuration that does it."""
+def test_task_is_reached_near_the_posture(left_arm: DartDynamics) -> None:
+    """The arm is redundant. SLSQP does not find a configuration nearer to the posture."""
     rng = np.random.default_rng(2)
     low, high = left_arm.q_min, left_arm.q_max
     posture = np.array([1.45, 0.0, 0.0, -1.3])
@@ -107,14 +107,14 @@ def test_the_task_is_met_and_the_posture_kept(left_arm: DartDynamics) -> None:
         assert (found.q <= high).all()
 
 
-def test_a_start_pose_on_the_flower(left_arm: DartDynamics) -> None:
+def test_start_pose_on_the_flower_is_found(left_arm: DartDynamics) -> None:
     start = inverse_kinematics(left_arm, [0.6, -0.45, 0.45], [1.45, 0.0, 0.0, -1.3])
     np.testing.assert_allclose(left_arm.task_position(start.q), [0.6, -0.45, 0.45], atol=1e-8)
     assert start.at_limits == ()
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_positions_and_orientations_of_random_trees(seed: int) -> None:
+def test_positions_and_orientations_of_random_trees_are_reached(seed: int) -> None:
     robot = DartDynamics(limited(random_robot(seed), -1.5, 1.5))
     rng = np.random.default_rng(seed)
     q = rng.uniform(-1, 1, robot.n)
@@ -122,7 +122,7 @@ def test_positions_and_orientations_of_random_trees(seed: int) -> None:
     assert np.abs(found.error).max() < 1e-8
 
 
-def test_angles_take_the_short_way_round() -> None:
+def test_angle_errors_are_wrapped() -> None:
     robot = planar_2r()
     tasks = TaskSet("turn", (TaskFrame("tip", robot.links[-1].name, axes=("beta",)),))
     arm = DartDynamics(replace(robot, task_sets=(tasks,), task_set="turn"))
@@ -131,8 +131,8 @@ def test_angles_take_the_short_way_round() -> None:
     np.testing.assert_allclose(arm.task_position(found.q), y, atol=1e-8)
 
 
-def test_an_unreachable_position_is_refused_with_its_distance(arm: DartDynamics) -> None:
-    """Two links of 1 m reach 2 m: 0.5 m are missing."""
+def test_unreachable_position_raises_an_error_with_the_distance(arm: DartDynamics) -> None:
+    """Two links of 1 m reach 2 m, so that the error is 0.5 m."""
     with pytest.raises(InputError, match=r"tip\.x 0, tip\.z 2\.5: .* distance 0\.5 m") as caught:
         inverse_kinematics(arm, [0.0, 2.5], [0.1, 0.1], starts=2)
     assert "at no limit" in str(caught.value)
@@ -140,13 +140,13 @@ def test_an_unreachable_position_is_refused_with_its_distance(arm: DartDynamics)
         inverse_kinematics(arm, [1e308, 1e308], [0.3, 0.3])
 
 
-def test_limits_in_the_way_are_named() -> None:
+def test_error_names_active_limits() -> None:
     arm = DartDynamics(limited(planar_2r(), -0.3, 0.3))
     with pytest.raises(InputError, match=r"at the limits of joint_1, joint_2"):
         inverse_kinematics(arm, [2.0, 0.0], [0.0, 0.0], starts=3)
 
 
-def test_a_locked_coordinate_stays() -> None:
+def test_locked_coordinate_does_not_move() -> None:
     robot = planar_2r()
     first = robot.joints[0]
     locked = replace(first.coordinates[0], lower=0.2, upper=0.2)
@@ -162,7 +162,7 @@ def test_a_locked_coordinate_stays() -> None:
     np.testing.assert_allclose(back.q, [0.2, 0.5], atol=1e-9)
 
 
-def test_wrong_input_is_refused(arm: DartDynamics) -> None:
+def test_wrong_input_raises_an_error(arm: DartDynamics) -> None:
     with pytest.raises(InputError, match="lengths must be 4"):
         forward_kinematics(arm, [1.0], [0.0, 0.0])
     with pytest.raises(InputError, match="q_start must be 2 finite"):

@@ -23,7 +23,7 @@ ZERO = np.zeros(2)
 
 
 class Case:
-    """The two-link arm at the end of its motion, held by computed torque, Kp 2000, Kd 90."""
+    """Two-link arm at the end of its motion, with computed torque, Kp 2000, Kd 90."""
 
     def __init__(self, f_min: float = 10.0) -> None:
         self.dynamics = DartDynamics(planar_2r())
@@ -34,13 +34,13 @@ class Case:
     def controller(self, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
         return self.law.solve(q, qd, END, ZERO, ZERO).forces
 
-    def predicted(self, period: float, delay: int) -> LinearLoop:
-        """The loop from linear models of its parts."""
+    def predicted_loop(self, period: float, delay: int) -> LinearLoop:
+        """Return the loop computed from linear models of its parts."""
         K = linearise_controller(self.controller, END, ZERO)
         return close_loop(self.robot, K, period, delay)
 
-    def measured(self, period: float, delay: int, step: float) -> LinearLoop:
-        """The loop with the plant of DART, numerically."""
+    def numeric_loop(self, period: float, delay: int, step: float) -> LinearLoop:
+        """Return the loop with the DART plant, linearised numerically."""
         plant = Plant(planar_2r(), step=step)
 
         def move(q: np.ndarray, qd: np.ndarray, f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -54,15 +54,15 @@ class Case:
 
 @pytest.mark.parametrize("delay", [0, 1])
 @pytest.mark.parametrize("period", [0.005, 0.01])
-def test_poles_of_the_linear_loop_are_those_of_the_sampled_loop(period: float, delay: int) -> None:
-    """Linear parts, sampled exactly and closed, against differences of the whole nonlinear tick."""
+def test_poles_of_linear_and_sampled_loops_are_equal(period: float, delay: int) -> None:
+    """Compare exactly sampled linear parts with differences of the complete nonlinear tick."""
     case = Case()
 
     def move(q: np.ndarray, qd: np.ndarray, f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return integrate(case.dynamics, q, qd, f, period)
 
     whole = linearise_loop(move, case.controller, END, ZERO, delay=delay)
-    parts = case.predicted(period, delay)
+    parts = case.predicted_loop(period, delay)
     np.testing.assert_allclose(whole.A, parts.A, atol=1e-5 * np.abs(parts.A).max())
     difference = np.sort_complex(whole.poles) - np.sort_complex(parts.poles)
     assert np.abs(difference).max() < 1e-5
@@ -70,11 +70,12 @@ def test_poles_of_the_linear_loop_are_those_of_the_sampled_loop(period: float, d
 
 
 @pytest.mark.parametrize("delay", [0, 1])
-def test_darts_loop_converges_to_the_linear_one_with_its_step(delay: int) -> None:
+def test_dart_loop_converges_to_the_linear_loop_with_its_step(delay: int) -> None:
     case = Case()
-    predicted = case.predicted(0.01, delay).spectral_radius
+    predicted = case.predicted_loop(0.01, delay).spectral_radius
     rough, fine = (
-        abs(case.measured(0.01, delay, step).spectral_radius - predicted) for step in (1e-3, 1e-4)
+        abs(case.numeric_loop(0.01, delay, step).spectral_radius - predicted)
+        for step in (1e-3, 1e-4)
     )
     assert rough < 7e-3
     assert fine < 8e-4
@@ -92,22 +93,22 @@ def test_darts_loop_converges_to_the_linear_one_with_its_step(delay: int) -> Non
         (10.0, 0.005, 1, 0.860),
     ],
 )
-def test_published_radii(f_min: float, period: float, delay: int, radius: float) -> None:
-    """With DART at 1 kHz; those above 1 diverged in simulation."""
-    loop = Case(f_min).measured(period, delay, 1e-3)
+def test_published_spectral_radii(f_min: float, period: float, delay: int, radius: float) -> None:
+    """Loops with radii above 1 diverged in simulations with DART at 1 kHz."""
+    loop = Case(f_min).numeric_loop(period, delay, 1e-3)
     assert loop.spectral_radius == pytest.approx(radius, abs=1e-3)
     assert loop.stable is (radius < 1.0)
 
 
 @pytest.mark.parametrize(("f_min", "fastest"), [(0.0, 79.0), (10.0, 1759.0), (20.0, 3440.0)])
-def test_held_forces_are_negative_springs(f_min: float, fastest: float) -> None:
+def test_constant_forces_act_as_negative_springs(f_min: float, fastest: float) -> None:
     assert -np.linalg.eigvals(Case(f_min).robot.stiffness).real.min() == pytest.approx(
         fastest, abs=1.0
     )
 
 
-def test_the_linear_robot_accelerates_as_the_robot() -> None:
-    """At any state and forces, to first order in the differences."""
+def test_linear_robot_has_the_acceleration_of_the_robot() -> None:
+    """The accelerations agree to first order for any state and forces."""
     dynamics, rng = DartDynamics(planar_2r()), np.random.default_rng(3)
     for _ in range(20):
         x, f = rng.uniform(-0.5, 0.5, 4), rng.uniform(10.0, 50.0, 4)
@@ -121,19 +122,19 @@ def test_the_linear_robot_accelerates_as_the_robot() -> None:
         np.testing.assert_allclose(rate, [*dx[2:], *change], atol=1e-6 * np.abs(change).max())
 
 
-def test_python_control_finds_the_same_poles() -> None:
+def test_python_control_computes_the_same_poles() -> None:
     case = Case()
     for delay in (0, 1):
         systems = to_nlsys(case.law, period=0.005, delay=delay)
         x = np.concatenate([END, ZERO, case.controller(END, ZERO)[: 4 * delay]])
         poles = systems.loop.linearize(x, np.concatenate([END, ZERO, ZERO])).poles()
-        expected = case.predicted(0.005, delay).poles
+        expected = case.predicted_loop(0.005, delay).poles
         assert abs(poles).max() == pytest.approx(abs(expected).max(), abs=1e-5)
 
 
 @pytest.mark.slow
-def test_python_control_simulates_the_loop() -> None:
-    """Plant and controller joined by python-control against the loop written out."""
+def test_python_control_simulates_the_same_loop() -> None:
+    """Compare the interconnection by python-control with an explicit loop."""
     case, T, ticks = Case(), 0.005, 40
     systems = to_nlsys(case.law, period=T)
     reference = np.tile(np.concatenate([END, ZERO, ZERO])[:, None], ticks)
@@ -147,12 +148,12 @@ def test_python_control_simulates_the_loop() -> None:
 
 
 @pytest.mark.parametrize("wrong", [{"period": 0.0}, {"delay": 2}, {"substeps": 0}])
-def test_wrong_settings_of_systems_are_refused(wrong: dict) -> None:
+def test_wrong_settings_of_systems_raise_an_error(wrong: dict) -> None:
     with pytest.raises(InputError, match=next(iter(wrong))):
         to_nlsys(Case().law, **wrong)
 
 
-def test_wrong_points_are_refused() -> None:
+def test_wrong_operating_points_raise_an_error() -> None:
     case = Case()
     with pytest.raises(InputError, match="forces"):
         linearise_robot(case.dynamics, END, ZERO, [1.0])
@@ -163,6 +164,6 @@ def test_wrong_points_are_refused() -> None:
     with pytest.raises(InputError, match="period"):
         case.robot.sampled(0.0)
     with pytest.raises(InputError, match="delay"):
-        case.predicted(0.01, 2)
+        case.predicted_loop(0.01, 2)
     with pytest.raises(InputError, match="shape"):
         close_loop(case.robot, np.zeros((4, 3)), 0.01)

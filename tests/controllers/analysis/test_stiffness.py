@@ -1,4 +1,4 @@
-"""Stiffness, against finite differences of the muscles' torque and measured numbers."""
+"""Compare stiffness with finite differences of the muscle torque and measured values."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from sim_dart import DartDynamics
 def elastic_torque(
     robot: DartDynamics, q: np.ndarray, at: np.ndarray, f: np.ndarray, k: float
 ) -> np.ndarray:
-    """Torque on the joints at q, of muscles that hold f at another configuration."""
+    """Return the joint torque at q of elastic muscles with forces f at another configuration."""
     stretch = robot.muscle_lengths(q) - robot.muscle_lengths(at)
     return -robot.muscle_jacobian(q).T @ (f + k * stretch) - robot.gravity(q)
 
@@ -41,20 +41,23 @@ def test_stiffness_is_the_derivative_of_the_torque(seed: int, k: float) -> None:
 
 
 @pytest.mark.parametrize("step", [3e-4, 3e-3])
-def test_the_stiffness_hardly_depends_on_the_step(step: float) -> None:
+def test_stiffness_does_not_depend_on_the_step(step: float) -> None:
     robot = DartDynamics(planar_2r())
     found = stiffness(robot, [0.3, -0.4], [50.0] * 4, step=step).geometric
     expected = stiffness(robot, [0.3, -0.4], [50.0] * 4).geometric
     np.testing.assert_allclose(found, expected, rtol=1e-8, atol=1e-8)
 
 
-def test_a_cable_over_a_lever_in_closed_form() -> None:
-    """The first joint of the arm: l = |a + R(q) b|, from the triangle of its points."""
+def test_cable_over_a_lever_matches_the_closed_form() -> None:
+    """For the first joint of the arm, l = |a + R(q) b|."""
     robot = DartDynamics(planar_2r())
     q = np.array([0.4, 0.0])
-    tail, head = np.array([0.5, 0.0]), np.array([0.1, 0.8])  # of cable 1, in the world at q = 0
+    tail, head = (
+        np.array([0.5, 0.0]),
+        np.array([0.1, 0.8]),
+    )  # ends of cable 1, in world coordinates at q = 0
     c, s = np.cos(0.4), np.sin(0.4)
-    point = np.array([[c, s], [-s, c]]) @ head  # a turn about y
+    point = np.array([[c, s], [-s, c]]) @ head  # rotation about y
     length = np.linalg.norm(point - tail)
     turn = np.array([point[1], -point[0]])  # d point / dq
     slope = (point - tail) @ turn / length
@@ -74,7 +77,7 @@ def test_a_cable_over_a_lever_in_closed_form() -> None:
     ],
 )
 def test_pretension_destabilises_the_two_link_arm(q: list[float], f_min: float, rate: int) -> None:
-    """What a position gain must exceed, measured by another implementation."""
+    """The rate, which a position gain must exceed, was measured by another implementation."""
     robot = DartDynamics(planar_2r())
     forces = least_squares(robot.muscle_jacobian(q), robot.gravity(q), f_min, 100.0).forces
     found = stiffness(robot, q, forces)
@@ -87,7 +90,7 @@ def test_pretension_destabilises_the_two_link_arm(q: list[float], f_min: float, 
         found.compliance(robot.task_jacobian(q))
 
 
-def test_muscles_of_finite_stiffness_hold_against_it() -> None:
+def test_elastic_muscles_stabilise_the_arm() -> None:
     robot, q = DartDynamics(planar_2r()), np.array([0.2, -0.3])
     forces = least_squares(robot.muscle_jacobian(q), robot.gravity(q), 10.0, 100.0).forces
     found = stiffness(robot, q, forces, muscle_stiffness=2000.0)
@@ -96,8 +99,8 @@ def test_muscles_of_finite_stiffness_hold_against_it() -> None:
     assert found.rates(robot.mass_matrix(q))[-1] < 0
 
 
-def test_task_compliance_is_the_displacement_under_a_small_force() -> None:
-    """The equilibrium under a force on the tip, by Newton's method, against J K⁻¹ J'."""
+def test_task_compliance_matches_the_displacement_by_a_small_force() -> None:
+    """Compare the equilibrium with a force at the tip, by Newton's method, with J K⁻¹ J'."""
     robot, q, k = DartDynamics(planar_2r()), np.array([0.2, -0.3]), 3000.0
     f = least_squares(robot.muscle_jacobian(q), robot.gravity(q), 10.0, 100.0).forces
     joint = stiffness(robot, q, f, muscle_stiffness=k)
@@ -115,7 +118,7 @@ def test_task_compliance_is_the_displacement_under_a_small_force() -> None:
         joint.task_stiffness(np.vstack([J, J[:1]]))
 
 
-def test_the_left_arm_is_reported_by_the_names_of_its_joints(shared: Path) -> None:
+def test_warnings_name_the_joints(shared: Path) -> None:
     robot = DartDynamics(read_robot(shared / "robots/caspr/RoboyLeftArm", "DEFAULT"))
     q = np.array([1.45, 0.0, 0.0, -1.3])
     f = least_squares(robot.muscle_jacobian(q), robot.gravity(q), robot.f_min, robot.f_max).forces
@@ -135,7 +138,7 @@ def test_the_left_arm_is_reported_by_the_names_of_its_joints(shared: Path) -> No
         ({"step": 0.0}, "step must be finite and positive"),
     ],
 )
-def test_wrong_input_is_refused(change: dict[str, object], message: str) -> None:
+def test_wrong_input_raises_an_error(change: dict[str, object], message: str) -> None:
     arguments: dict[str, object] = {"q": [0.0, 0.0], "forces": [10.0] * 4} | change
     with pytest.raises(InputError, match=message):
         stiffness(DartDynamics(planar_2r()), **arguments)  # type: ignore[arg-type]

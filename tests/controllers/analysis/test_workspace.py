@@ -1,4 +1,4 @@
-"""Workspaces on grids: closed forms of the two-link arm, and linear programmes of their own."""
+"""Compare workspaces on grids with closed forms and linear programs."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ def _feasible(arm: DartDynamics, L: np.ndarray, tau: np.ndarray) -> bool:
     return bool(linprog(np.zeros(4), A_eq=-L.T, b_eq=tau, bounds=box).status == 0)
 
 
-def test_wrench_closure_of_the_two_link_arm_in_closed_form(arm: DartDynamics) -> None:
-    """Cables 2 and 4 alone act on the elbow, and must do so against each other."""
+def test_wrench_closure_of_the_two_link_arm_matches_the_closed_form(arm: DartDynamics) -> None:
+    """Only cables 2 and 4 act on the elbow. Their moment arms must have opposite signs."""
     closed = workspace(arm, GRID, conditions=["wrench_closure"]).conditions["wrench_closure"]
     for q, found in zip(GRID.reshape(-1, 2), closed.ravel(), strict=True):
         (a1, _), (a2, b2), (a3, _), (a4, b4) = arm.muscle_jacobian(q)
-        rest = np.sign(a2 * abs(b4) + a4 * abs(b2))
-        antagonists = a1 * a3 < 0 or (a1 * rest < 0 or a3 * rest < 0)
+        elbow = np.sign(a2 * abs(b4) + a4 * abs(b2))
+        antagonists = a1 * a3 < 0 or (a1 * elbow < 0 or a3 * elbow < 0)
         assert found == (b2 * b4 < 0 and antagonists)
     assert 0 < closed.sum() < closed.size
 
 
 @pytest.mark.slow
-def test_every_condition_equals_its_linear_programmes(arm: DartDynamics) -> None:
+def test_conditions_match_linear_programs(arm: DartDynamics) -> None:
     found = workspace(
         arm,
         GRID,
@@ -69,7 +69,7 @@ def test_every_condition_equals_its_linear_programmes(arm: DartDynamics) -> None
     assert found.q.shape == (9, 9, 2)
 
 
-def test_the_left_arm_holds_itself_in_its_middle_and_nothing_needs_facets(shared: Path) -> None:
+def test_left_arm_fulfils_all_conditions_in_the_middle_of_its_range(shared: Path) -> None:
     dynamics = DartDynamics(read_robot(shared / "robots/caspr/RoboyLeftArm", "DEFAULT"))
     grid = joint_grid([1.35, -0.1, -0.1, -1.4], [1.56, 0.1, 0.1, -1.0], 2)
     found = workspace(dynamics, grid, metrics=["capacity_margin", "tension_factor"])
@@ -79,8 +79,8 @@ def test_the_left_arm_holds_itself_in_its_middle_and_nothing_needs_facets(shared
     assert (found.metrics["tension_factor"] > 0).all()
 
 
-def test_many_muscles_are_judged_by_linear_programmes(shared: Path) -> None:
-    """26 coordinates have too many facets: the corners of the set are gone through instead."""
+def test_robots_with_many_muscles_use_linear_programs(shared: Path) -> None:
+    """26 coordinates have too many facets, so that the corners of the set are checked instead."""
     dynamics = DartDynamics(read_robot(shared / "robots/caspr/RoboyUpperBody", "DEFAULT"))
     L = dynamics.muscle_jacobian(np.zeros(26))
     assert not is_wrench_closed(L)
@@ -92,15 +92,15 @@ def test_many_muscles_are_judged_by_linear_programmes(shared: Path) -> None:
         is_wrench_feasible(L, tau, 0.0, 100.0, half_widths=np.eye(26))
 
 
-def test_the_condition_number_is_that_of_the_singular_values() -> None:
+def test_condition_number_is_the_ratio_of_singular_values() -> None:
     L = np.diag([3.0, 4.0, 6.0])[:, :3]
     assert condition_number(L) == pytest.approx(0.5)
     assert condition_number(0.0 * L) == 0.0
     assert condition_number(L[:2]) == 0.0
 
 
-def test_the_tension_factor_is_the_best_ratio() -> None:
-    """Of three muscles at 120 degrees, 1; of one to spare, the null vector's; else SLSQP's best."""
+def test_tension_factor_is_the_largest_ratio() -> None:
+    """Compare it with 1 for a star, with the null vector for m = n + 1, and with SLSQP."""
     angles = np.deg2rad([0, 120, 240])
     star = np.column_stack([np.cos(angles), np.sin(angles)])
     assert tension_factor(star) == pytest.approx(1.0)
@@ -118,15 +118,15 @@ def test_the_tension_factor_is_the_best_ratio() -> None:
     assert tension_factor(L) < 1.0
 
 
-def test_unilateral_dexterity_as_casprs_formula_gives_it() -> None:
-    """A star of n + 1 equal muscles is the best that there is; without closure it is 0."""
+def test_unilateral_dexterity_matches_the_formula_of_caspr() -> None:
+    """A star of n + 1 equal muscles has the maximum. Without wrench closure the result is 0."""
     angles = np.deg2rad([0, 120, 240])
     star = np.column_stack([np.cos(angles), np.sin(angles)])
     h = 1 / np.sqrt(3)
     assert unilateral_dexterity(star) == pytest.approx(2.0 * h / np.sqrt(h**2 + 1))
     assert unilateral_dexterity(star[:2]) == 0.0
     assert unilateral_dexterity(np.abs(star)) == 0.0
-    useless = np.vstack([star, [[1e-3, 0.0]]])  # better left out
+    useless = np.vstack([star, [[1e-3, 0.0]]])  # better without the last muscle
     assert unilateral_dexterity(useless) == pytest.approx(float(unilateral_dexterity(star)))
     stack = np.stack([star, np.abs(star)])
     assert unilateral_dexterity(stack).shape == (2,)
@@ -145,13 +145,15 @@ def test_unilateral_dexterity_as_casprs_formula_gives_it() -> None:
         ({"q": [np.nan, 0.0]}, "q must be finite"),
     ],
 )
-def test_wrong_input_is_refused(arm: DartDynamics, change: dict[str, object], message: str) -> None:
+def test_wrong_input_raises_an_error(
+    arm: DartDynamics, change: dict[str, object], message: str
+) -> None:
     arguments: dict[str, object] = {"q": GRID} | change
     with pytest.raises(InputError, match=message):
         workspace(arm, **arguments)  # type: ignore[arg-type]
 
 
-def test_grids_need_limits_and_points(arm: DartDynamics) -> None:
+def test_grids_require_limits_and_points(arm: DartDynamics) -> None:
     assert joint_grid([0.0, 1.0], [1.0, 2.0], [2, 3]).shape == (2, 3, 2)
     for lower, upper, points in (
         ([-np.inf, 0.0], [1.0, 1.0], 3),
@@ -167,8 +169,8 @@ def test_grids_need_limits_and_points(arm: DartDynamics) -> None:
 
 @pytest.mark.parametrize("m", range(6))
 @pytest.mark.parametrize("n", range(5))
-def test_any_number_of_muscles_and_coordinates_has_an_answer(m: int, n: int) -> None:
-    """Closed for n + 1 muscles around nothing, never for fewer; and without coordinates."""
+def test_any_number_of_muscles_and_coordinates_is_supported(m: int, n: int) -> None:
+    """Wrench closure requires n + 1 muscles; without coordinates it always holds."""
     L = np.vstack([np.eye(n), -np.ones((6, n))])[:m]
     for stack in (L, np.array([L, L])):
         assert (

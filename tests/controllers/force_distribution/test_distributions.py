@@ -1,4 +1,4 @@
-"""The menu of force distributions, against brute force, linear programmes and CASPR's numbers."""
+"""Compare force distributions with brute force, linear programs and results of CASPR."""
 
 from __future__ import annotations
 
@@ -39,22 +39,22 @@ CASPR = {
     "Example_2R_planar_XZ__commit_03330b5f_2018_10_25": 2e-3,
     "Example_2R_planar_XZ__commit_b8314f6f_2018_07_03": 2e-3,
     "Example_spatial__basic_7_cables": 2e-3,
-    "Example_spherical__basic_4_cables": 8e-2,  # one muscle to spare: the rounding is amplified
+    "Example_spherical__basic_4_cables": 8e-2,  # m = n + 1 muscles amplify the rounding error
     "BMArm__WORKING": 2e-3,
     "RoboyLeftArm__DEFAULT": 1e-2,
 }
-"""CASPR's minimum-norm inverse dynamics, and how far it is off, in [N], for it rounds
-the coefficients of the equation of motion to 6 decimals."""
+"""Tolerances for minimum-norm forces of CASPR, in [N]. CASPR rounds the coefficients of the
+equation of motion to 6 decimals."""
 
 COMPLETE = (
     *("least_squares", "p_norm", "linear_programme", "minimum_infinity_norm"),
     "optimally_safe",
 )
-"""Methods that find an answer wherever there is one."""
+"""Methods that find a solution for every feasible torque."""
 
 
 @pytest.mark.parametrize("file", CASPR)
-def test_least_squares_are_casprs_minimum_norm_forces(shared: Path, file: str) -> None:
+def test_least_squares_match_minimum_norm_forces_of_caspr(shared: Path, file: str) -> None:
     reference = json.loads((shared / "reference/caspr" / f"{file}.json").read_text())
     poses = reference["poses"]
     n = reference["numDofs"]
@@ -79,9 +79,7 @@ def test_least_squares_are_casprs_minimum_norm_forces(shared: Path, file: str) -
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("size", [1.0, 8.0])
-def test_solved_poses_have_solutions_and_infeasible_ones_have_none(
-    method: str, size: float
-) -> None:
+def test_statuses_match_the_feasibility_of_poses(method: str, size: float) -> None:
     L, tau = stacked(3, 60, 3, 5, size)
     answer = distribute(L, tau, LOW, HIGH, method)
     assert answer.forces.shape == (60, 5)
@@ -111,7 +109,7 @@ def test_least_squares_equal_brute_force(n: int) -> None:
 
 
 @pytest.mark.slow
-def test_linear_programmes_equal_scipys() -> None:
+def test_linear_programs_match_scipy() -> None:
     L, tau = stacked(5, 25, 3, 6, 4.0)
     for one, desired in zip(L, tau, strict=True):
         A, box = -one.T, [(LOW, HIGH)] * 6
@@ -133,8 +131,8 @@ def test_linear_programmes_equal_scipys() -> None:
 
 @pytest.mark.parametrize("p", [3, 4, 8])
 @pytest.mark.parametrize("target", [0.0, 20.0])
-def test_p_norms_equal_scipys(p: int, target: float) -> None:
-    """Within its tolerance SciPy finds no smaller norm, and none that is smaller by more."""
+def test_p_norms_match_scipy(p: int, target: float) -> None:
+    """SciPy does not find a smaller norm, up to its tolerance."""
     L, tau = stacked(5, 3, 3, 6)
     weights = np.array([1.0, 2.0, 1.0, 3.0, 1.0, 1.0])
     forces = distribute(L, tau, LOW, HIGH, "p_norm", p=p, weights=weights, target=target).forces
@@ -152,7 +150,7 @@ def test_p_norms_equal_scipys(p: int, target: float) -> None:
 
 
 @pytest.mark.parametrize("p", [1, np.inf])
-def test_norms_about_a_target_are_scipys_linear_programmes(p: float) -> None:
+def test_norms_with_a_target_match_linear_programs_of_scipy(p: float) -> None:
     L, tau = stacked(6, 6, 3, 6)
     target, eye = 45.0, np.eye(6)
     forces = distribute(L, tau, LOW, HIGH, "p_norm", p=p, target=target).forces
@@ -167,7 +165,7 @@ def test_norms_about_a_target_are_scipys_linear_programmes(p: float) -> None:
         assert np.linalg.norm(f - target, p) == pytest.approx(best, rel=1e-7)
 
 
-def test_p_norms_come_to_the_least_largest_force() -> None:
+def test_p_norms_converge_to_the_minimum_largest_force() -> None:
     L, tau = stacked(7, 20, 3, 6)
     norms = [distribute(L, tau, LOW, HIGH, "p_norm", p=p).forces for p in (2, 4, 8, np.inf)]
     np.testing.assert_array_equal(norms[0], least_squares(L, tau, LOW, HIGH).forces)
@@ -180,7 +178,7 @@ def test_p_norms_come_to_the_least_largest_force() -> None:
 
 
 @pytest.mark.parametrize("alpha", [0.0, 1.0, 0.3])
-def test_optimally_safe_forces_keep_the_largest_distance(alpha: float) -> None:
+def test_optimally_safe_forces_have_the_largest_distance(alpha: float) -> None:
     L, tau = stacked(6, 25, 3, 6, 3.0)
     answer = optimally_safe(L, tau, LOW, HIGH, alpha=alpha)
     for one, desired, f in zip(L, tau, answer.forces, strict=True):
@@ -200,14 +198,14 @@ def test_optimally_safe_forces_keep_the_largest_distance(alpha: float) -> None:
         assert min((f - LOW).min(), above) == pytest.approx(-best.fun, abs=1e-6)
 
 
-def test_of_several_optima_the_smallest_is_taken() -> None:
-    """Two muscles for one joint each: the peak is one's, the other needs no more than f_min."""
+def test_smallest_of_several_optima_is_returned() -> None:
+    """Each of two joints has two muscles. The muscles that are not at the peak are at f_min."""
     L = np.array([[-0.1, 0.0], [0.1, 0.0], [0.0, -0.1], [0.0, 0.1]])
     answer = minimum_infinity_norm(L, [5.0, 0.0], 10.0, 100.0)
     np.testing.assert_allclose(answer.forces, [60.0, 10.0, 10.0, 10.0], atol=1e-6)
 
 
-def test_the_closed_form_is_nearest_to_the_middle() -> None:
+def test_closed_form_is_nearest_to_the_mean_of_the_limits() -> None:
     L, tau = stacked(7, 40, 3, 6, 1.0)
     answer, best = closed_form(L, tau, LOW, HIGH), least_squares(L, tau, LOW, HIGH, target=55.0)
     good = answer.solved
@@ -215,20 +213,20 @@ def test_the_closed_form_is_nearest_to_the_middle() -> None:
     np.testing.assert_allclose(answer.forces[good], best.forces[good], atol=1e-8)
 
 
-def test_the_improved_closed_form_follows_its_recipe_pose_by_pose() -> None:
+def test_improved_closed_form_matches_a_loop_over_poses() -> None:
     L, tau = stacked(8, 80, 2, 5, 4.0)
     answer, plain = improved_closed_form(L, tau, LOW, HIGH), closed_form(L, tau, LOW, HIGH)
     assert answer.solved.sum() > plain.solved.sum()
     assert not (plain.solved & ~answer.solved).any()
     for one, desired, f, solved in zip(L, tau, answer.forces, answer.solved, strict=True):
-        expected = _one_after_another(one, desired)
+        expected = _improved_closed_form(one, desired)
         assert solved == (expected is not None)
         if expected is not None:
             np.testing.assert_allclose(f, expected, atol=1e-8)
 
 
-def _one_after_another(L: np.ndarray, tau: np.ndarray) -> np.ndarray | None:
-    """Pott's recipe, with a least-squares solve for the free forces."""
+def _improved_closed_form(L: np.ndarray, tau: np.ndarray) -> np.ndarray | None:
+    """Compute Pott's improved closed form of one pose by least squares for the free forces."""
     m, n = L.shape
     f, free = np.full(m, 0.5 * (LOW + HIGH)), list(range(m))
     while True:
@@ -246,7 +244,7 @@ def _one_after_another(L: np.ndarray, tau: np.ndarray) -> np.ndarray | None:
 
 
 @pytest.mark.parametrize("punctured", [puncture, improved_puncture])
-def test_a_puncture_is_smaller_than_its_closed_form(punctured: object) -> None:
+def test_puncture_is_smaller_than_the_closed_form(punctured: object) -> None:
     L, tau = stacked(9, 60, 3, 6, 3.0)
     safe = (closed_form if punctured is puncture else improved_closed_form)(L, tau, LOW, HIGH)
     answer, best = punctured(L, tau, LOW, HIGH), least_squares(L, tau, LOW, HIGH)  # type: ignore[operator]
@@ -258,7 +256,7 @@ def test_a_puncture_is_smaller_than_its_closed_form(punctured: object) -> None:
     assert (norms[1] < norms[2] - 1.0).any()
 
 
-def test_where_the_least_norm_fits_punctures_are_the_least_norm() -> None:
+def test_puncture_equals_a_feasible_minimum_norm() -> None:
     L, tau = stacked(10, 30, 3, 6, 1.0)
     best = least_squares(L, tau, 0.0, 1e4)
     inside = ((best.forces > 1e-6) & (best.forces < 1e4)).all(axis=1)
@@ -269,7 +267,7 @@ def test_where_the_least_norm_fits_punctures_are_the_least_norm() -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_any_stack_of_poses_and_none_at_all(method: str) -> None:
+def test_any_stack_of_poses_is_supported(method: str) -> None:
     L, tau = stacked(11, 6, 2, 4)
     one = distribute(L[4], tau[4], LOW, HIGH, method)
     stack = distribute(L.reshape(3, 2, 4, 2), tau.reshape(3, 2, 2), [LOW] * 4, [HIGH] * 4, method)
@@ -283,8 +281,8 @@ def test_any_stack_of_poses_and_none_at_all(method: str) -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_rank_deficient_poses_get_their_own_status(method: str) -> None:
-    """Where no muscle acts on a coordinate, a torque there is infeasible, and none is not."""
+def test_statuses_of_rank_deficient_poses(method: str) -> None:
+    """If no muscle acts on a coordinate, only zero torque is feasible there."""
     L, tau = stacked(12, 3, 2, 4)
     L[1:, :, 1] = 0.0
     tau[1, 1], tau[2, 1] = 0.0, 1.0
@@ -295,7 +293,7 @@ def test_rank_deficient_poses_get_their_own_status(method: str) -> None:
 
 
 @pytest.mark.parametrize("method", COMPLETE[:4])
-def test_muscles_may_be_unlimited(method: str) -> None:
+def test_infinite_upper_limits_are_supported(method: str) -> None:
     L, tau = stacked(13, 20, 2, 5, 30.0)
     answer = distribute(L, tau, LOW, np.inf, method)
     possible = np.array([feasible(*pose, LOW, np.inf) for pose in zip(L, tau, strict=True)])
@@ -304,7 +302,7 @@ def test_muscles_may_be_unlimited(method: str) -> None:
 
 
 @pytest.mark.parametrize("method", sorted({*METHODS} - {*COMPLETE[:4]}))
-def test_methods_that_need_upper_bounds_refuse_unlimited_muscles(method: str) -> None:
+def test_methods_with_finite_limits_reject_infinite_limits(method: str) -> None:
     L, tau = stacked(14, 1, 2, 4)
     with pytest.raises(InputError, match="muscle 2: f_max must be finite"):
         distribute(L, tau, LOW, [HIGH, np.inf, HIGH, HIGH], method)
@@ -333,7 +331,7 @@ def test_methods_that_need_upper_bounds_refuse_unlimited_muscles(method: str) ->
         ({"method": "linear_programme", "costs": [1.0]}, None),
     ],
 )
-def test_wrong_input_is_refused(change: dict[str, object], message: str | None) -> None:
+def test_wrong_input_raises_an_error(change: dict[str, object], message: str | None) -> None:
     L, tau = stacked(15, 2, 2, 4)
     arguments: dict[str, object] = {"L": L, "tau": tau, "f_min": LOW, "f_max": HIGH} | change
     if message is None:
@@ -344,7 +342,7 @@ def test_wrong_input_is_refused(change: dict[str, object], message: str | None) 
 
 
 def test_brute_force_finds_corners() -> None:
-    """The oracle itself: every corner makes the torque, and the least sum is among them."""
+    """Check the oracle: every corner produces the torque, and one has the minimum sum."""
     L, tau = stacked(16, 1, 2, 4)
     corners = vertices(L[0], tau[0])
     assert len(corners) >= 3

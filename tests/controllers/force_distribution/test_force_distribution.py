@@ -16,7 +16,7 @@ pytestmark = pytest.mark.native
 
 
 def random_problem(seed: int, n: int, m: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A muscle Jacobian, bounds, and forces within the bounds, several of them at a bound."""
+    """Return a muscle Jacobian, force limits, and forces within the limits, some at a limit."""
     rng = np.random.default_rng(seed)
     L = rng.normal(size=(m, n)) * 0.1
     f = rng.uniform(10.0, 100.0, m)
@@ -26,7 +26,7 @@ def random_problem(seed: int, n: int, m: int) -> tuple[np.ndarray, np.ndarray, n
 
 
 def is_optimal(L: np.ndarray, solution: ForceSolution, H: np.ndarray) -> bool:
-    """Karush, Kuhn, Tucker: H f + L y is zero but for pushes against a bound."""
+    """Check the Karush-Kuhn-Tucker conditions: H f + L y is zero except at active limits."""
     f = solution.forces
     low = np.isclose(f, solution.f_min, atol=1e-7).astype(float)
     high = np.isclose(f, solution.f_max, atol=1e-7).astype(float)
@@ -41,7 +41,7 @@ def is_optimal(L: np.ndarray, solution: ForceSolution, H: np.ndarray) -> bool:
 
 
 @given(seed=st.integers(0, 10**6), n=st.integers(1, 6), extra=st.integers(0, 8))
-def test_a_feasible_torque_is_made_with_least_effort(seed: int, n: int, extra: int) -> None:
+def test_feasible_torque_has_minimum_cost(seed: int, n: int, extra: int) -> None:
     L, f, H = random_problem(seed, n, n + extra)
     distribution = ForceDistribution(np.full(n + extra, 10.0), np.full(n + extra, 100.0), weights=H)
     solution = distribution.solve(L, -L.T @ f)
@@ -54,7 +54,7 @@ def test_a_feasible_torque_is_made_with_least_effort(seed: int, n: int, extra: i
 
 @pytest.mark.parametrize("norm", [1.0, 4.0, np.inf])
 def test_norms_of_muscles_and_motors(norm: float) -> None:
-    """A motor may push; with a pretension forces are the nearest to it. SciPy finds none nearer."""
+    """SciPy does not find forces nearer to the pretension; the motor torque may be negative."""
     rng = np.random.default_rng(3)
     L, low, high = rng.normal(size=(6, 2)), np.r_[np.full(4, 1.0), -30.0, -30.0], np.full(6, 60.0)
     wanted = np.r_[np.full(4, 20.0), 0.0, 0.0]
@@ -79,10 +79,8 @@ def test_norms_of_muscles_and_motors(norm: float) -> None:
 
 
 @given(seed=st.integers(0, 10**6), n=st.integers(1, 6), extra=st.integers(0, 8))
-def test_an_infeasible_torque_is_missed_by_as_little_as_possible(
-    seed: int, n: int, extra: int
-) -> None:
-    """The slack is that of scipy's bounded least squares; linprog agrees on feasibility."""
+def test_infeasible_torque_has_the_smallest_error(seed: int, n: int, extra: int) -> None:
+    """Compare the slack with bounded least squares of SciPy, and feasibility with linprog."""
     m = n + extra
     L, _, _ = random_problem(seed, n, m)
     tau = np.random.default_rng(seed).normal(size=n) * 30.0
@@ -97,7 +95,7 @@ def test_an_infeasible_torque_is_missed_by_as_little_as_possible(
     assert np.linalg.norm(solution.slack) <= error * (1 + 1e-4) + 1e-5
 
 
-def test_a_soft_solution_names_what_is_missing_and_what_is_at_its_bounds() -> None:
+def test_soft_solution_names_slack_and_active_limits() -> None:
     distribution = ForceDistribution(
         [10.0, 10.0],
         [50.0, 80.0],
@@ -126,7 +124,7 @@ def test_only_the_ratios_of_weights_matter(scale: float) -> None:
         np.testing.assert_allclose(scaled.forces, plain.forces, atol=1e-6)
 
 
-def test_refused_bounds_leave_the_old_ones_and_solutions_are_the_callers_own() -> None:
+def test_rejected_limits_change_nothing_and_solutions_are_copies() -> None:
     distribution = ForceDistribution([10.0, 10.0], [50.0, 50.0])
     with pytest.raises(InputError):
         distribution.set_bounds([20.0, 20.0], [10.0, 10.0])
@@ -138,7 +136,7 @@ def test_refused_bounds_leave_the_old_ones_and_solutions_are_the_callers_own() -
         distribution.solve(np.ones((2, 2)), np.ones(1))
 
 
-def test_unlimited_muscles_are_never_at_their_upper_bound() -> None:
+def test_unlimited_muscles_are_never_at_the_upper_limit() -> None:
     solution = ForceDistribution([0.0], [np.inf]).solve(np.array([[-0.1]]), np.array([1e4]))
     assert solution.status == "solved"
     assert solution.forces[0] == pytest.approx(1e5)
@@ -146,7 +144,7 @@ def test_unlimited_muscles_are_never_at_their_upper_bound() -> None:
 
 
 @pytest.mark.parametrize("solver", [s for s in qp.available_solvers() if s != "scs"])
-def test_every_back_end_gives_the_same_forces(solver: str) -> None:
+def test_all_back_ends_return_the_same_forces(solver: str) -> None:
     for seed in range(5):
         L, f, H = random_problem(seed, 3, 7)
         low, high = np.full(7, 10.0), np.full(7, 100.0)
@@ -164,8 +162,8 @@ def test_every_back_end_gives_the_same_forces(solver: str) -> None:
         lambda problem, solver: np.full(problem.lb.size, 1e6),
     ],
 )
-def test_answers_of_a_back_end_are_checked(monkeypatch: pytest.MonkeyPatch, lie: object) -> None:
-    """Whatever OSQP answers, the forces are right: it is checked, and DAQP asked instead."""
+def test_solutions_of_a_back_end_are_checked(monkeypatch: pytest.MonkeyPatch, lie: object) -> None:
+    """A wrong solution of OSQP is rejected, and the default back end solves the problem."""
     honest = qp.solve
     monkeypatch.setattr(qp, "solve", lambda p, s: lie(p, s) if s == "osqp" else honest(p, s))
     L, f, H = random_problem(1, 3, 7)
@@ -176,7 +174,7 @@ def test_answers_of_a_back_end_are_checked(monkeypatch: pytest.MonkeyPatch, lie:
 
 
 def test_solutions_repeat_bit_for_bit_from_a_saved_state() -> None:
-    """Ticks that can be solved and ticks that cannot, in turn."""
+    """Feasible and infeasible ticks alternate."""
     rng = np.random.default_rng(0)
     ticks = [(rng.normal(size=(7, 3)), rng.normal(size=3) * 100.0) for _ in range(40)]
     low, high = np.full(7, 10.0), np.full(7, 100.0)
@@ -202,7 +200,7 @@ def test_solutions_repeat_bit_for_bit_from_a_saved_state() -> None:
             first.set_state(wrong)
 
 
-def test_changed_bounds_hold_from_the_next_solution() -> None:
+def test_changed_limits_apply_to_the_next_solution() -> None:
     distribution = ForceDistribution([10.0, 10.0], [50.0, 50.0], coordinate_names=["elbow"])
     L, tau = np.array([[-0.1], [0.1]]), np.array([1.0])
     assert distribution.solve(L, tau).forces.tolist() == pytest.approx([20.0, 10.0])
@@ -213,7 +211,7 @@ def test_changed_bounds_hold_from_the_next_solution() -> None:
     assert solution.count_at_bounds == 2
 
 
-def test_the_problem_stands_apart_from_its_solution() -> None:
+def test_problem_is_built_without_solving_it() -> None:
     L, f, H = random_problem(2, 2, 5)
     tau = -L.T @ f
     problem = ForceDistribution(np.full(5, 10.0), np.full(5, 100.0), weights=H).build_problem(
@@ -238,17 +236,19 @@ def test_the_problem_stands_apart_from_its_solution() -> None:
         (([], []), "equal lengths"),
     ],
 )
-def test_wrong_bounds_are_refused(arguments: tuple[list[float], list[float]], message: str) -> None:
+def test_wrong_limits_raise_an_error(
+    arguments: tuple[list[float], list[float]], message: str
+) -> None:
     with pytest.raises(InputError, match=message):
         ForceDistribution(*arguments)
 
 
-def test_an_unknown_back_end_is_refused_with_the_known_ones() -> None:
+def test_unknown_back_end_raises_an_error_with_suggestions() -> None:
     with pytest.raises(UnknownNameError, match=r"'dapq'; did you mean 'daqp'.*osqp"):
         ForceDistribution([0.0], [1.0], solver="dapq")
 
 
-def test_a_torque_that_is_not_finite_is_refused() -> None:
+def test_torque_that_is_not_finite_raises_an_error() -> None:
     for solver in ("dual_newton", "daqp"):
         with pytest.raises(SimulationError, match="not finite"):
             ForceDistribution([0.0], [1.0], solver=solver).solve(
@@ -258,8 +258,8 @@ def test_a_torque_that_is_not_finite_is_refused() -> None:
         ForceDistribution([0.0], [1.0]).solve(np.array([[1e200]]), np.array([1.0]))
 
 
-def test_with_a_mass_matrix_the_smallest_acceleration_error_is_sought() -> None:
-    """Against bounded least squares of M^-1 (tau + L'f), where no force fits."""
+def test_mass_matrix_minimises_the_acceleration_error() -> None:
+    """Compare infeasible problems with bounded least squares of M^-1 (tau + L'f)."""
     rng = np.random.default_rng(5)
     for _ in range(30):
         L, B = rng.normal(size=(5, 3)), rng.normal(size=(3, 3))

@@ -1,4 +1,4 @@
-"""The feasible polygon, against brute-force corners and optima."""
+"""Compare the feasible polygon with corners and optima from brute force."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_corners_equal_brute_force(n: int) -> None:
     assert max(counts) >= 4
 
 
-def test_area_and_centroid_equal_those_of_triangles() -> None:
+def test_area_and_centroid_match_sums_over_triangles() -> None:
     L, tau = stacked(31, 20, 2, 4, 2.0)
     polygon, centroid = feasible_polygon(L, tau, LOW, HIGH), polygon_centroid(L, tau, LOW, HIGH)
     for k in range(20):
@@ -70,14 +70,14 @@ def test_norms_equal_brute_force(n: int) -> None:
             np.testing.assert_allclose(two.forces[k], best, atol=1e-8)
 
 
-def test_the_least_norm_may_lie_within() -> None:
+def test_minimum_norm_may_be_inside_the_polygon() -> None:
     L = np.array([[-0.1], [-0.1], [-0.1]])
     answer = polygon_2_norm(L, [9.0], LOW, HIGH)
     np.testing.assert_allclose(answer.forces, [30.0, 30.0, 30.0], atol=1e-12)
 
 
-def test_muscles_in_parallel_make_coinciding_lines() -> None:
-    """Two equal muscles against two equal ones: every bound's line but two stands twice or more."""
+def test_parallel_muscles_with_coinciding_lines_are_supported() -> None:
+    """Two equal muscles oppose two other equal muscles, so that lines of limits coincide."""
     L = np.array([[-0.1, 0.0], [-0.1, 0.0], [0.1, 0.0], [0.0, 0.1]])
     tau = np.array([1.0, -5.0])
     polygon = feasible_polygon(L, tau, LOW, HIGH)
@@ -92,7 +92,7 @@ def test_muscles_in_parallel_make_coinciding_lines() -> None:
 
 
 def vertices_of_three(tau: np.ndarray) -> np.ndarray:
-    """Corners for f_1 + f_2 - f_3 = 10 and f_4 = 50 within the bounds."""
+    """Return the corners for f_1 + f_2 - f_3 = 10 and f_4 = 50 within the limits."""
     c = tau[0] / 0.1
     corners = [
         (LOW, LOW, 2 * LOW - c),
@@ -104,8 +104,8 @@ def vertices_of_three(tau: np.ndarray) -> np.ndarray:
     return np.unique([(*f, 50.0) for f in corners], axis=0)
 
 
-def test_polygons_shrunk_to_a_line_or_a_point() -> None:
-    """A force held between equal bounds leaves a line; all forces at their bounds, a point."""
+def test_polygon_may_be_a_line_or_a_point() -> None:
+    """Equal limits of one force leave a line; equal limits of all forces leave a point."""
     L, tau = np.array([[-0.1], [-0.1], [0.1]]), np.array([2.0])
     low, high = np.array([10.0, 20.0, 10.0]), np.array([100.0, 20.0, 100.0])
     line = [distribute(L, tau, low, high, f"polygon_{kind}") for kind in ("1_norm", "centroid")]
@@ -116,8 +116,8 @@ def test_polygons_shrunk_to_a_line_or_a_point() -> None:
         np.testing.assert_allclose(point.forces, [10.0, 10.0, 10.0], atol=1e-6)
 
 
-def test_the_centroid_is_continuous_along_a_motion() -> None:
-    """Where the least sum jumps from corner to corner, the centroid moves on steadily."""
+def test_centroid_is_continuous_along_a_motion() -> None:
+    """The minimum sum jumps between corners, but the centroid moves continuously."""
     L = np.tile(stacked(50, 1, 2, 4)[0], (400, 1, 1))
     turn = np.linspace(0.0, 2 * np.pi, 400)
     tau = -L[0].T @ np.full(4, 55.0) + 2.0 * np.column_stack([np.cos(turn), np.sin(turn)])
@@ -127,7 +127,7 @@ def test_the_centroid_is_continuous_along_a_motion() -> None:
 
 
 @pytest.mark.parametrize("m", [3, 5])
-def test_other_numbers_of_muscles_are_refused(m: int) -> None:
+def test_other_numbers_of_muscles_raise_an_error(m: int) -> None:
     L, tau = stacked(51, 1, 2, m)
     with pytest.raises(InputError, match=rf"two more muscles than coordinates, not {m} muscles"):
         polygon_centroid(L, tau, LOW, HIGH)

@@ -37,13 +37,13 @@ def motors(stiffness: float) -> SpringMotors:
 
 
 def pull(plant: Plant, springs: SpringMotors, set_points: np.ndarray) -> None:
-    """A millisecond of a plant whose muscles are springs on motors that stand still."""
+    """Simulate 1 ms of a plant with elastic muscles and motors at rest."""
     rates = plant.muscle_jacobian @ plant.qd
     plant.step(springs.forces(plant.muscle_lengths, rates, set_points))
 
 
 def blind_error(stiffness: float, *, pretension: float | None = None, mass: float = 1.0) -> float:
-    """RMS error in mrad over the paper's motion: set points at 500 Hz, no joint sensor."""
+    """Return the RMS error in mrad without joint sensors, with set points at 500 Hz."""
     robot = planar_2r()
     springs = motors(stiffness)
     controller = CableLengthController(DartDynamics(robot), springs, pretension=pretension)
@@ -64,23 +64,21 @@ def blind_error(stiffness: float, *, pretension: float | None = None, mass: floa
 @pytest.mark.parametrize(
     ("stiffness", "sag"), few([(300.0, 108.0), (100.0, 372.0), (1000.0, 30.3)])
 )
-def test_forces_mapped_to_set_points_do_without_a_joint_sensor(
-    stiffness: float, sag: float
-) -> None:
-    """Published errors with a constant pretension; with f_ff what is left does not know K."""
+def test_feedforward_forces_replace_joint_sensors(stiffness: float, sag: float) -> None:
+    """Errors with pretension match published ones; errors with f_ff do not depend on K."""
     assert blind_error(stiffness, pretension=10.0) == pytest.approx(sag, rel=0.01)
     assert blind_error(stiffness) < 0.6
 
 
 @pytest.mark.slow
-def test_of_a_wrong_mass_the_springs_leave_an_error_of_their_softness() -> None:
-    """The published error of soft springs; stiff ones leave less than was published."""
+def test_wrong_mass_causes_an_error_proportional_to_the_compliance() -> None:
+    """The error matches the published one for soft springs and is smaller for stiff springs."""
     assert blind_error(100.0, mass=1.1) == pytest.approx(13.1, rel=0.02)
     assert blind_error(1000.0, mass=1.1) < 0.65
 
 
-def test_the_set_points_make_the_torque_of_the_reference() -> None:
-    """On the reference, the springs' forces give the joints the reference's acceleration."""
+def test_set_points_produce_the_torque_of_the_reference() -> None:
+    """At the reference, the spring forces produce the acceleration of the reference."""
     dynamics = DartDynamics(planar_2r())
     springs = motors(500.0)
     solution = CableLengthController(dynamics, springs).solve(ZERO, ZERO, Q, QD, QDD)
@@ -92,14 +90,14 @@ def test_the_set_points_make_the_torque_of_the_reference() -> None:
     assert solution.status == "solved"
 
 
-def test_a_motion_that_no_force_makes_is_soft() -> None:
+def test_infeasible_motion_has_status_soft() -> None:
     controller = CableLengthController(DartDynamics(planar_2r()), motors(500.0))
     solution = controller.solve(Q, QD, Q, QD, np.array([1e4, 0.0]))
     assert solution.status == "soft"
     assert solution.slack[0] > 1.0
 
 
-def test_motors_turn_set_points_into_angles() -> None:
+def test_motors_convert_set_points_to_angles() -> None:
     springs = SpringMotors(("a", "b"), [100.0, 200.0], spindle_radius=[0.01, 0.02])
     zero, l0 = np.array([1.0, 1.0]), np.array([0.99, 1.02])
     np.testing.assert_allclose(springs.angles(l0, zero), [1.0, -1.0])
@@ -111,12 +109,12 @@ def test_motors_turn_set_points_into_angles() -> None:
 @pytest.mark.parametrize(
     "wrong", [{"stiffness": 0.0}, {"damping": -1.0}, {"spindle_radius": [1.0, 0.0]}]
 )
-def test_wrong_motors_are_refused(wrong: dict) -> None:
+def test_wrong_motors_raise_an_error(wrong: dict) -> None:
     with pytest.raises(InputError, match=next(iter(wrong))):
         SpringMotors(("a", "b"), **{"stiffness": 1.0, **wrong})
 
 
-def test_wrong_settings_are_refused() -> None:
+def test_wrong_settings_raise_an_error() -> None:
     dynamics = DartDynamics(planar_2r())
     with pytest.raises(InputError, match="motors"):
         CableLengthController(dynamics, SpringMotors(("a", "b"), 1.0))
@@ -135,7 +133,7 @@ def test_wrong_settings_are_refused() -> None:
 
 
 def test_rates_move_the_joints_as_commanded() -> None:
-    """Cables that do not stretch, l' = l0', leave e' = -(Kp / (1 + Kd)) e."""
+    """With inextensible cables, l' = l0', the error follows e' = -(Kp / (1 + Kd)) e."""
     dynamics = DartDynamics(planar_2r())
     controller = CableVelocityController(dynamics, 6.0, 0.5)
     q, q_d, qd, T = Q + 0.1, Q.copy(), ZERO, 1e-3
@@ -148,7 +146,7 @@ def test_rates_move_the_joints_as_commanded() -> None:
     assert np.abs(q - q_d).max() < 1e-3
 
 
-def test_without_feedforward_it_is_kindyn_s_and_late() -> None:
+def test_without_feedforward_the_law_of_kindyn_lags() -> None:
     dynamics = DartDynamics(planar_2r())
     L = dynamics.muscle_jacobian(Q)
     e, ed = np.array([0.1, -0.2]), np.array([0.3, 0.1])
@@ -161,8 +159,8 @@ def test_without_feedforward_it_is_kindyn_s_and_late() -> None:
 
 
 @pytest.mark.slow
-def test_integrated_rates_lift_the_weight_off_the_springs() -> None:
-    """Springs with a plain pretension sag by their softness; winding on ends at q_d."""
+def test_integrated_rates_remove_the_sag_of_springs() -> None:
+    """Springs with a constant pretension sag. With integrated rates the joints reach q_d."""
     dynamics = DartDynamics(planar_2r())
     springs, plant = motors(1000.0), Plant(planar_2r())
     q_d = REFERENCE.evaluate(0.0).q

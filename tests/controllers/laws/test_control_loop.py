@@ -27,7 +27,7 @@ def simulate(
     part=1.0,
     measured=False,
 ):
-    """The mass under a part of the loop's forces and a load, by semi-implicit Euler; q by tick."""
+    """Simulate the mass with scaled forces and a load by semi-implicit Euler; return q per tick."""
     robot = PointMass()
     q, qd, rows, applied = np.zeros(3), np.zeros(3), [], None
     for _ in range(ticks):
@@ -40,7 +40,7 @@ def simulate(
     return np.array(rows)
 
 
-def test_the_observer_finds_a_constant_load_like_a_first_order_filter() -> None:
+def test_observer_estimates_a_constant_load_like_a_first_order_filter() -> None:
     load = np.array([3.0, -2.0, 5.0])
     control = loop(observer=30.0)
     for k in range(1, 60, 7):
@@ -51,28 +51,28 @@ def test_the_observer_finds_a_constant_load_like_a_first_order_filter() -> None:
 
 
 @pytest.mark.slow
-def test_the_observer_takes_away_the_error_that_a_load_makes() -> None:
+def test_observer_removes_the_error_by_a_load() -> None:
     load = np.array([3.0, -2.0, 5.0])
     sagging, held = simulate(loop(), 600, load)[-1], simulate(loop(observer=30.0), 600, load)[-1]
     np.testing.assert_allclose(sagging, load / 2.0 / 100.0, rtol=1e-6)
     np.testing.assert_allclose(held, 0.0, atol=1e-9)
 
 
-def test_a_known_load_needs_no_observer() -> None:
+def test_known_load_is_compensated_without_an_observer() -> None:
     load, control = np.array([3.0, -2.0, 5.0]), loop(observer=30.0)
     np.testing.assert_allclose(simulate(control, 50, load, known=-load)[-1], 0.0, atol=1e-9)
     np.testing.assert_allclose(control.disturbance, 0.0, atol=1e-6)
 
 
 @pytest.mark.slow
-def test_integral_action_takes_away_the_error_of_a_wrong_mass() -> None:
+def test_integral_action_removes_the_error_by_a_wrong_mass() -> None:
     sagging = simulate(loop(), 1500, mass=2.4)[-1]
     held = simulate(loop(ki=100.0), 1500, mass=2.4)[-1]
     assert sagging[2] < -0.01
     np.testing.assert_allclose(held, 0.0, atol=1e-6)
 
 
-def test_integral_action_rests_while_the_law_cannot_be_met() -> None:
+def test_integral_action_stops_while_the_law_is_infeasible() -> None:
     weak = PointMass()
     weak.f_max = np.full(6, 10.0)
     control = loop(weak, ki=100.0)
@@ -82,7 +82,7 @@ def test_integral_action_rests_while_the_law_cannot_be_met() -> None:
     assert not control.get_state()[12:15].any()
 
 
-def test_forces_take_effect_one_tick_late() -> None:
+def test_delayed_forces_take_effect_one_tick_later() -> None:
     control = loop(delay=1)
     reference = REST.copy()
     acting, computed = [], []
@@ -94,8 +94,8 @@ def test_forces_take_effect_one_tick_late() -> None:
     np.testing.assert_array_equal(acting[1:], computed[:-1])
 
 
-def test_the_law_is_evaluated_where_the_forces_will_act() -> None:
-    """Under constant forces and a constant acceleration of the reference, a tick ahead is exact."""
+def test_law_uses_the_predicted_state() -> None:
+    """The prediction is exact for constant forces and a constant reference acceleration."""
     seen = []
 
     class Recording(JointSpaceController):
@@ -108,7 +108,7 @@ def test_the_law_is_evaluated_where_the_forces_will_act() -> None:
     q, qd = np.array([0.1, 0.2, 0.3]), np.array([1.0, 2.0, 3.0])
     position, velocity, acceleration = np.array([[1.0, 0, 0], [0.5, 0, 0], [4.0, 0, 0]])
     control.tick(q, qd, np.stack([position, velocity, acceleration]))
-    a = np.array([0.0, 0.0, -9.81])  # antagonists at f_min cancel out
+    a = np.array([0.0, 0.0, -9.81])  # the forces of antagonists at f_min cancel
     expected = (
         q + T * qd + 0.5 * T**2 * a,
         qd + T * a,
@@ -120,8 +120,8 @@ def test_the_law_is_evaluated_where_the_forces_will_act() -> None:
 
 
 @pytest.mark.slow
-def test_prediction_keeps_a_loop_stable_that_a_delay_would_upset() -> None:
-    """Kp 4000, Kd 126 at 10 ms: the delay alone makes it diverge."""
+def test_prediction_stabilises_a_loop_with_delay() -> None:
+    """With Kp 4000, Kd 126 and 10 ms the loop diverges without prediction."""
 
     def largest(predict: bool) -> float:
         control = loop(kp=4000.0, delay=1, predict=predict)
@@ -131,7 +131,7 @@ def test_prediction_keeps_a_loop_stable_that_a_delay_would_upset() -> None:
     assert largest(False) > 0.1
 
 
-def test_a_state_taken_back_gives_the_same_ticks() -> None:
+def test_restored_state_repeats_the_ticks() -> None:
     control = loop(observer=30.0, ki=100.0, delay=1)
     simulate(control, 20, (1.0, 2.0, 3.0))
     loop_state, law_state = control.get_state(), control.law.get_state()
@@ -157,15 +157,15 @@ def test_a_state_taken_back_gives_the_same_ticks() -> None:
         ({"period": 0.0}, "period must be a positive time"),
     ],
 )
-def test_wrong_settings_are_refused(settings, message) -> None:
+def test_wrong_settings_raise_an_error(settings, message) -> None:
     arguments = {"period": T} | settings
     law = JointSpaceController(PointMass(), 100.0, 20.0)
     with pytest.raises(InputError, match=message):
         ControlLoop(law, NAMES, **arguments)
 
 
-def test_the_observer_uses_the_measured_tensions() -> None:
-    """Muscles that pull with 90 % of their commanded forces are no external load."""
+def test_observer_uses_the_measured_tensions() -> None:
+    """Muscles with 90 % of the commanded forces do not appear as an external load."""
     measured, unmeasured = loop(observer=30.0), loop(observer=30.0)
     simulate(measured, 30, part=0.9, measured=True)
     simulate(unmeasured, 30, part=0.9)

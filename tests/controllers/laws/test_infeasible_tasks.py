@@ -1,4 +1,4 @@
-"""The two-link arm with weak cables: at most poses some tasks ask for more than they can give."""
+"""Tests of infeasible tasks with the two-link arm, whose cables are too weak at most poses."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ KP, KD = 400.0, 40.0
 
 
 def ticks(arm: DartDynamics, count: int) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Random states, at rest and fast, with tasks from met to far away."""
+    """Yield random states, at rest and fast, with small and large task errors."""
     rng = np.random.default_rng(5)
     for _ in range(count):
         q = rng.uniform(-np.pi, np.pi, 2)
@@ -24,7 +24,7 @@ def ticks(arm: DartDynamics, count: int) -> Iterator[tuple[np.ndarray, np.ndarra
 
 
 def terms(arm, q, qd, y_d):
-    """a, B of qdd = a + B f, J, and what is desired of J qdd."""
+    """Return a and B of qdd = a + B f, J, and the desired J qdd."""
     h = arm.coriolis(q, qd) + arm.gravity(q) + arm.damping * qd
     made = -np.linalg.solve(arm.mass_matrix(q), np.column_stack([h, arm.muscle_jacobian(q).T]))
     J = arm.task_jacobian(q)
@@ -33,7 +33,7 @@ def terms(arm, q, qd, y_d):
 
 
 def is_possible(arm, q, qd, y_d) -> bool:
-    """Whether some forces meet the tasks, by a linear programme."""
+    """Return whether the tasks are feasible, by a linear program."""
     a, B, J, desired = terms(arm, q, qd, y_d)
     scale = np.abs(J @ B).max(axis=1)
     answer = linprog(
@@ -52,7 +52,7 @@ def controller(kind, arm, **settings):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("priorities", [None, [1, 2]])
-def test_a_tick_is_soft_where_no_force_fits_and_nowhere_else(arm, priorities) -> None:
+def test_tick_is_soft_if_and_only_if_it_is_infeasible(arm, priorities) -> None:
     law = controller(OperationalSpaceController, arm, priorities=priorities)
     soft = 0
     for q, qd, y_d in ticks(arm, 200):
@@ -67,8 +67,8 @@ def test_a_tick_is_soft_where_no_force_fits_and_nowhere_else(arm, priorities) ->
     assert 50 < soft < 190
 
 
-def test_tasks_give_way_no_more_than_they_must(arm) -> None:
-    """But for what the posture bends them by: near singular poses it wants to be far off."""
+def test_violation_of_tasks_is_minimal(arm) -> None:
+    """The tolerance includes the effect of the posture, which is large near singular poses."""
     law = controller(OperationalSpaceController, arm)
     for q, qd, y_d in ticks(arm, 100):
         solution = law.solve(q, qd, y_d, np.zeros(2), np.zeros(2))
@@ -79,7 +79,7 @@ def test_tasks_give_way_no_more_than_they_must(arm) -> None:
         assert np.linalg.norm(solution.slack) <= missing + bent + 1e-3
 
 
-def test_the_first_priority_gives_way_no_more_for_the_sake_of_the_second(arm) -> None:
+def test_second_priority_does_not_affect_the_first(arm) -> None:
     law = controller(OperationalSpaceController, arm, priorities=[1, 2])
     for q, qd, y_d in ticks(arm, 100):
         solution = law.solve(q, qd, y_d, np.zeros(2), np.zeros(2))
@@ -91,7 +91,7 @@ def test_the_first_priority_gives_way_no_more_for_the_sake_of_the_second(arm) ->
         assert np.abs(solution.slack[0]) <= missing + bent + 1e-3
 
 
-def test_a_task_as_cost_always_has_a_solution(arm) -> None:
+def test_task_in_the_cost_is_always_feasible(arm) -> None:
     law = controller(ReactiveQPController, arm)
     for q, qd, y_d in ticks(arm, 200):
         solution = law.solve(q, qd, y_d, np.zeros(2), np.zeros(2))

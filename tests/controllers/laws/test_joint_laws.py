@@ -1,4 +1,4 @@
-"""The table of native laws in joint space, and what the build makes of it."""
+"""Tests of the table of native laws in joint space, and of the list generated from it."""
 
 from __future__ import annotations
 
@@ -15,16 +15,14 @@ from sim_dart import DartDynamics
 
 
 def _tree(folder: Path, *laws: str) -> Path:
-    """A source tree with the C files of laws."""
+    """Create a source tree with the C files of laws."""
     (folder / CSRC).mkdir(parents=True)
     for law in laws:
         (folder / CSRC / f"{law}.c").touch()
     return folder
 
 
-def test_the_list_in_c_is_that_of_the_table(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_list_in_c_matches_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         joint_laws, "JOINT_LAWS", (JointLaw("b", ""), JointLaw("a", "", True, True))
     )
@@ -35,7 +33,7 @@ def test_the_list_in_c_is_that_of_the_table(
     ]
 
 
-def test_a_law_without_a_file_and_a_file_without_a_law_are_refused(tmp_path: Path) -> None:
+def test_law_without_file_and_file_without_law_raise_errors(tmp_path: Path) -> None:
     first, *others = (law.name for law in JOINT_LAWS)
     with pytest.raises(ValueError, match=f"joint has no file for the law '{first}'"):
         c_list(_tree(tmp_path / "lacks", *others))
@@ -43,7 +41,7 @@ def test_a_law_without_a_file_and_a_file_without_a_law_are_refused(tmp_path: Pat
         c_list(_tree(tmp_path / "has", first, *others, "more"))
 
 
-def test_a_controller_takes_a_law_by_name() -> None:
+def test_controller_selects_a_law_by_name() -> None:
     dynamics = DartDynamics(planar_2r())
     for law in JOINT_LAWS:
         assert JointSpaceController(dynamics, 1.0, 1.0, law=law.name).law == law.name

@@ -10,7 +10,7 @@ from controllers import JointSpaceController
 from sim_dart import DartDynamics
 
 
-def test_the_forces_give_the_joints_the_commanded_acceleration() -> None:
+def test_forces_produce_the_commanded_joint_acceleration() -> None:
     """M^-1 (-L'f - C - G - D qd) = qdd_d + Kd (qd_d - qd) + Kp (q_d - q), for any dynamics."""
     arm, kp, kd = TwoLinkArm(), np.array([100.0, 50.0]), np.array([20.0, 14.0])
     controller = JointSpaceController(arm, kp, kd)
@@ -26,7 +26,7 @@ def test_the_forces_give_the_joints_the_commanded_acceleration() -> None:
         assert solution.coordinate_names == ("shoulder", "elbow")
 
 
-def test_the_problem_is_eq_3() -> None:
+def test_problem_equals_eq_3() -> None:
     dynamics = DartDynamics(planar_2r())
     controller = JointSpaceController(dynamics, 2000.0, 90.0)
     q, qd, q_d = np.array([0.2, -0.1]), np.array([0.5, 0.3]), np.array([0.21, -0.12])
@@ -40,7 +40,7 @@ def test_the_problem_is_eq_3() -> None:
     np.testing.assert_array_equal(problem.ub, np.full(4, 100.0))
 
 
-def test_an_infeasible_torque_is_solved_softly_and_names_the_joint() -> None:
+def test_infeasible_torque_is_soft_and_names_the_joint() -> None:
     controller = JointSpaceController(DartDynamics(planar_2r()), 2000.0, 90.0)
     zero = np.zeros(2)
     solution = controller.solve(zero, zero, np.array([1.0, 0.0]), zero, zero)
@@ -51,6 +51,6 @@ def test_an_infeasible_torque_is_solved_softly_and_names_the_joint() -> None:
 
 
 @pytest.mark.parametrize("kp", [-1.0, np.nan, [1.0, -2.0], [1.0, 2.0, 3.0], "x", None])
-def test_wrong_gains_are_refused(kp: object) -> None:
+def test_wrong_gains_raise_an_error(kp: object) -> None:
     with pytest.raises(InputError, match="kp"):
         JointSpaceController(TwoLinkArm(), kp, 1.0)  # type: ignore[arg-type]

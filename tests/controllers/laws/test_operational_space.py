@@ -12,7 +12,7 @@ ZERO = np.zeros(2)
 
 
 def redundant_arm() -> TwoLinkArm:
-    """The arm with its tip's height alone as task: one freedom is left."""
+    """Return the arm with only the height of its tip as task, so that it is redundant."""
 
     class OneTask(TwoLinkArm):
         task_names = ("tip.z",)
@@ -31,13 +31,13 @@ def redundant_arm() -> TwoLinkArm:
 
 
 def acceleration(arm, q, qd, forces, w_e=0.0):
-    """What the forces make, by the motion equation."""
+    """Return the acceleration by forces, from the equation of motion."""
     torque = arm.muscle_jacobian(q).T @ forces + arm.coriolis(q, qd) + arm.gravity(q) + w_e
     return np.linalg.solve(arm.mass_matrix(q), -torque - arm.damping * qd)
 
 
-def test_the_forces_give_the_task_the_commanded_acceleration() -> None:
-    """J qdd + J' qd = ydd_d + Kd (yd_d - J qd) + Kp (y_d - y), qdd by the motion equation."""
+def test_forces_produce_the_commanded_task_acceleration() -> None:
+    """J qdd + J' qd = ydd_d + Kd (yd_d - J qd) + Kp (y_d - y), qdd by the equation of motion."""
     arm, kp, kd = TwoLinkArm(), np.array([100.0, 60.0]), np.array([20.0, 14.0])
     controller = OperationalSpaceController(arm, kp, kd)
     rng = np.random.default_rng(0)
@@ -58,8 +58,8 @@ def test_the_forces_give_the_task_the_commanded_acceleration() -> None:
 
 
 @pytest.mark.parametrize("literal", [True, False])
-def test_the_solution_minimises_the_cost_of_eq_4(literal: bool) -> None:
-    """Against the same program written out and solved by another method."""
+def test_solution_minimises_the_cost_of_eq_4(literal: bool) -> None:
+    """Compare it with the same program, formulated in NumPy and solved by another method."""
     arm, q0 = redundant_arm(), np.array([0.2, 0.4])
     posture = None if literal else Posture(kd=10.0, kp=25.0, q0=q0)
     H_q, H_f = np.array([1.0, 2.0]), np.array([1e-6, 2e-6, 3e-6, 4e-6])
@@ -95,7 +95,7 @@ def test_the_solution_minimises_the_cost_of_eq_4(literal: bool) -> None:
         np.testing.assert_allclose(solution.forces, expected[2:], rtol=1e-5, atol=1e-4)
 
 
-def test_the_posture_moves_what_no_task_holds() -> None:
+def test_posture_moves_the_null_space() -> None:
     mass = PointMass()
     posture = Posture(kd=2.0, kp=4.0, q0=[0.0, 0.0, 1.0])
     controller = OperationalSpaceController(mass, 100.0, 20.0, posture=posture, force_weights=1e-9)
@@ -104,8 +104,8 @@ def test_the_posture_moves_what_no_task_holds() -> None:
     np.testing.assert_allclose(solution.qdd, [0.0, 0.0, 4.0 - 0.6], atol=1e-6)
 
 
-def test_the_literal_form_leaves_the_rest_of_the_robot_alone() -> None:
-    """Eq. (4) as printed asks for the least acceleration: what moves continues moving."""
+def test_form_of_the_paper_does_not_damp_self_motion() -> None:
+    """Eq. (4) of the paper minimises the acceleration, so that self-motion continues."""
     controller = OperationalSpaceController(
         PointMass(), 100.0, 20.0, posture=None, force_weights=1e-9
     )
@@ -114,8 +114,8 @@ def test_the_literal_form_leaves_the_rest_of_the_robot_alone() -> None:
     np.testing.assert_allclose(solution.qdd, 0.0, atol=1e-6)
 
 
-def test_an_infeasible_task_is_soft_and_named() -> None:
-    """Along x 100 m/s² of 2 kg need 200 N of 50 N: 24.5 m/s² remain; y is met."""
+def test_infeasible_task_is_soft_and_named() -> None:
+    """100 m/s² of 2 kg along x require 200 N. 50 N produce 24.5 m/s². The task y is feasible."""
     mass = PointMass()
     mass.f_max = np.full(6, 50.0)
     controller = OperationalSpaceController(mass, 1.0, 1.0)
@@ -129,8 +129,8 @@ def test_an_infeasible_task_is_soft_and_named() -> None:
     np.testing.assert_allclose(qdd, solution.qdd, atol=1e-6)
 
 
-def test_the_error_of_a_weighted_task_follows_from_its_weight() -> None:
-    """Of 1/2 a² + W/2 (10 - a)² the least is at a = 10 W / (1 + W)."""
+def test_error_of_a_weighted_task_matches_the_closed_form() -> None:
+    """1/2 a² + W/2 (10 - a)² has its minimum at a = 10 W / (1 + W)."""
     controller = OperationalSpaceController(
         PointMass(),
         1.0,
@@ -146,7 +146,7 @@ def test_the_error_of_a_weighted_task_follows_from_its_weight() -> None:
 
 
 class Conflicting(PointMass):
-    """Two tasks that want different things of the same motion, and a third of its own."""
+    """Point mass with two conflicting tasks and a third independent task."""
 
     task_names = ("first.x", "second.xy", "third.z")
     task_angles = np.zeros(3, dtype=bool)
@@ -162,7 +162,7 @@ class Conflicting(PointMass):
 
 
 @pytest.mark.parametrize("order", [(1, 2, 3), (2, 1, 3)])
-def test_the_first_priority_is_met_and_later_ones_as_far_as_it_leaves_room(order) -> None:
+def test_lower_priorities_are_met_as_far_as_higher_ones_allow(order) -> None:
     controller = OperationalSpaceController(Conflicting(), 1.0, 1.0, priorities=order)
     desired = np.array([3.0, -4.0, 2.0])
     solution = controller.solve(np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), desired)
@@ -173,7 +173,7 @@ def test_the_first_priority_is_met_and_later_ones_as_far_as_it_leaves_room(order
     assert solution.status == "soft"
 
 
-def test_equal_priorities_share_what_they_cannot_both_have() -> None:
+def test_equal_priorities_share_the_error() -> None:
     controller = OperationalSpaceController(Conflicting(), 1.0, 1.0)
     desired = np.array([3.0, -4.0, 2.0])
     solution = controller.solve(np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), desired)
@@ -182,7 +182,7 @@ def test_equal_priorities_share_what_they_cannot_both_have() -> None:
 
 @pytest.mark.slow
 def test_joint_limits_are_approached_and_not_crossed() -> None:
-    """The task lies 0.3 m beyond the limit: the joint comes to rest at it."""
+    """The target is 0.3 m beyond the limit. The joint stops at the limit."""
     mass, T = PointMass(), 1e-3
     mass.q_max = np.array([0.2, np.inf, np.inf])
     controller = OperationalSpaceController(mass, 400.0, 40.0)
@@ -198,7 +198,7 @@ def test_joint_limits_are_approached_and_not_crossed() -> None:
     assert not solution.limits_dropped
 
 
-def test_a_limit_that_forces_cannot_keep_is_reported() -> None:
+def test_infeasible_joint_limit_is_reported() -> None:
     mass = PointMass()
     mass.q_max, mass.f_max = np.array([0.2, np.inf, np.inf]), np.full(6, 50.0)
     controller = OperationalSpaceController(mass, 400.0, 40.0)
@@ -209,8 +209,8 @@ def test_a_limit_that_forces_cannot_keep_is_reported() -> None:
     assert solution.qdd[0] == pytest.approx(-24.5, abs=0.05)
 
 
-def test_a_force_rate_weight_slows_forces_down() -> None:
-    """Between two ticks the forces go part of the way: w/(h + w) of it is held back."""
+def test_force_rate_weight_reduces_force_rates() -> None:
+    """The change of forces between two ticks is reduced by the factor h/(h + w)."""
     mass = PointMass()
     slow = OperationalSpaceController(mass, 1.0, 1.0, force_weights=1e-3, force_rate_weights=3e-3)
     q, qd = np.zeros(3), np.zeros(3)
@@ -226,15 +226,15 @@ def test_a_force_rate_weight_slows_forces_down() -> None:
     assert free.solve(q, qd, ZERO, ZERO, ZERO).forces[1] == pytest.approx(1.0, abs=1e-6)
 
 
-def test_pretension_holds_antagonists_tight() -> None:
+def test_pretension_tightens_antagonists() -> None:
     controller = OperationalSpaceController(PointMass(), 1.0, 1.0, pretension=30.0)
     forces = controller.solve(np.zeros(3), np.zeros(3), ZERO, ZERO, ZERO).forces
     np.testing.assert_allclose(forces[:4], 30.0, atol=1e-5)
-    # along z no task holds the mass: it sinks by what its acceleration is worth against the forces
+    # No task acts along z. The mass sinks, since the cost trades acceleration for forces.
     np.testing.assert_allclose(forces[4:], 30.0 + np.array([-1, 1]) * 9.81, atol=1e-4)
 
 
-def test_angles_are_followed_the_shorter_way() -> None:
+def test_angle_errors_are_wrapped() -> None:
     mass = PointMass()
     mass.task_angles = np.array([True, False])
     controller = OperationalSpaceController(mass, 1.0, 1.0)
@@ -242,7 +242,7 @@ def test_angles_are_followed_the_shorter_way() -> None:
     np.testing.assert_allclose(error, [2 * np.pi - 6.0, -6.0], atol=1e-12)
 
 
-def test_a_state_taken_back_gives_the_same_forces_bit_for_bit() -> None:
+def test_restored_state_repeats_the_forces_bit_for_bit() -> None:
     controller = OperationalSpaceController(
         redundant_arm(), 100.0, 20.0, force_rate_weights=1e-6, solver="dual_newton"
     )
@@ -264,7 +264,7 @@ def test_a_state_taken_back_gives_the_same_forces_bit_for_bit() -> None:
         controller.set_state(state[:-1])
 
 
-def test_the_problem_stands_apart_from_its_solution() -> None:
+def test_problem_is_built_without_solving_it() -> None:
     controller = OperationalSpaceController(PointMass(), 1.0, 1.0)
     problem = controller.build_problem(np.zeros(3), np.zeros(3), ZERO, ZERO, ZERO)
     assert problem.A.shape == (3 + 2, 3 + 6)
@@ -295,7 +295,7 @@ def test_the_problem_stands_apart_from_its_solution() -> None:
         ({"solver": "dual_newtn"}, "no QP solver 'dual_newtn'; did you mean 'dual_newton'"),
     ],
 )
-def test_wrong_settings_are_refused_by_name(settings, message) -> None:
+def test_wrong_settings_raise_an_error_with_the_name(settings, message) -> None:
     arguments = {"kp": 1.0, "kd": 1.0} | settings
     if message is None:
         OperationalSpaceController(PointMass(), **arguments)
@@ -304,7 +304,7 @@ def test_wrong_settings_are_refused_by_name(settings, message) -> None:
         OperationalSpaceController(PointMass(), **arguments)
 
 
-def test_bounds_that_cross_are_refused_by_name() -> None:
+def test_inconsistent_force_limits_raise_an_error_with_the_name() -> None:
     controller = OperationalSpaceController(PointMass(), 1.0, 1.0)
     with pytest.raises(InputError, match=r"muscle '\+x': f_min 5.0 is above f_max 4.0"):
         controller.set_bounds(1.0, [10.0, 4.0, 10.0, 10.0, 10.0, 10.0]) or controller.set_bounds(
@@ -312,14 +312,14 @@ def test_bounds_that_cross_are_refused_by_name() -> None:
         )
 
 
-def test_a_robot_without_tasks_is_refused() -> None:
+def test_robot_without_tasks_raises_an_error() -> None:
     mass = PointMass()
     mass.task_names, mass.task_angles = (), np.zeros(0, dtype=bool)
     with pytest.raises(InputError, match="no operational space"):
         OperationalSpaceController(mass, 1.0, 1.0)
 
 
-def test_values_that_are_not_finite_are_refused() -> None:
+def test_values_that_are_not_finite_raise_an_error() -> None:
     controller = OperationalSpaceController(PointMass(), 1.0, 1.0)
     with pytest.raises(SimulationError, match="not finite"):
         controller.solve(np.zeros(3), np.zeros(3), np.array([np.nan, 0.0]), ZERO, ZERO)
@@ -334,7 +334,7 @@ def test_values_that_are_not_finite_are_refused() -> None:
         ({4: np.zeros((2, 1))}, r"ydd_d has shape \(2, 1\)"),
     ],
 )
-def test_vectors_of_wrong_length_are_refused_by_name(changes, message) -> None:
+def test_vectors_of_wrong_length_raise_an_error_with_the_name(changes, message) -> None:
     controller = OperationalSpaceController(PointMass(), 1.0, 1.0)
     vectors = [np.zeros(3), np.zeros(3), ZERO, ZERO, ZERO]
     for place, vector in changes.items():
@@ -343,8 +343,8 @@ def test_vectors_of_wrong_length_are_refused_by_name(changes, message) -> None:
         controller.solve(*vectors)
 
 
-def test_with_the_task_as_cost_there_is_always_a_solution() -> None:
-    """The least of 1/2 a² + alpha/2 (10 - a)² is at a = 10 alpha / (1 + alpha)."""
+def test_task_in_the_cost_is_always_feasible() -> None:
+    """1/2 a² + alpha/2 (10 - a)² has its minimum at a = 10 alpha / (1 + alpha)."""
     mass = PointMass()
     controller = ReactiveQPController(
         mass, 1.0, 1.0, task_weights=100.0, posture=Posture(kd=0.0), force_weights=1e-12

@@ -1,4 +1,4 @@
-"""Each law against the paper's equation, written out in NumPy and solved by another program."""
+"""Compare each law with the equation of the paper, formulated in NumPy and solved independently."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e
 
 
 def eq_3(robot: Dynamics, q: FloatArray, qd: FloatArray, reference: FloatArray) -> FloatArray:
-    """The torque that the muscles must make."""
+    """Return the torque that the muscles must produce."""
     q_d, qd_d, qdd_d = reference
     a = qdd_d + KD * (qd_d - qd) + KP * (q_d - q)
     return robot.mass_matrix(q) @ a + bias_torque(robot, q, qd)
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_joint_space_is_eq_3(seed: int) -> None:
-    """Where forces fit those of quadprog; else the bounded least squares of M^-1 (tau + L'f)."""
+def test_joint_space_matches_eq_3(seed: int) -> None:
+    """Compare with quadprog, or with bounded least squares of M^-1 (tau + L'f) if infeasible."""
     robot = DartDynamics(random_robot(seed, joints=3, muscles=12))
     f_p, H = np.linspace(0.0, 10.0 * (seed % 3), robot.m), np.linspace(1.0, 2.0, robot.m)
     law = JointSpaceController(robot, KP, KD, pretension=f_p, weights=H)
@@ -55,9 +55,9 @@ def test_joint_space_is_eq_3(seed: int) -> None:
         if expected is None:
             M = robot.mass_matrix(q)
             rows, goal = np.linalg.solve(M, L.T), -np.linalg.solve(M, tau)
-            least = lsq_linear(rows, goal, (robot.f_min, robot.f_max), method="bvls")
+            closest = lsq_linear(rows, goal, (robot.f_min, robot.f_max), method="bvls")
             missing = np.linalg.norm(np.linalg.solve(M, solution.slack))
-            assert missing == pytest.approx(np.sqrt(2.0 * least.cost), rel=1e-5)
+            assert missing == pytest.approx(np.sqrt(2.0 * closest.cost), rel=1e-5)
         else:
             scale = np.abs(expected).max()
             np.testing.assert_allclose(solution.forces, expected, rtol=0, atol=1e-8 * scale)
@@ -65,10 +65,10 @@ def test_joint_space_is_eq_3(seed: int) -> None:
     assert "solved" in seen
 
 
-def least_norm(
+def min_norm(
     p: float, A: FloatArray, b: FloatArray, bounds: FloatArray, c: FloatArray, f_p: FloatArray
 ) -> float:
-    """Min |c (f - f_p)|_p for p = 1 or infinity by HiGHS: min sum t, c |f - f_p| <= t."""
+    """Solve min |c (f - f_p)|_p for p = 1 or infinity by HiGHS: min sum t, c |f - f_p| <= t."""
     m = A.shape[1]
     shares = np.eye(m) if p == 1 else np.ones((m, 1))
     k = shares.shape[1]
@@ -86,8 +86,8 @@ def least_norm(
 
 
 @pytest.mark.parametrize("p", [1.0, np.inf])
-def test_norms_1_and_infinity_are_linear_programmes(p: float) -> None:
-    """Of muscles and motors, with weights and pretensions; forces may be at their bounds."""
+def test_norms_1_and_infinity_match_linear_programs(p: float) -> None:
+    """Problems include muscles, motors, weights and pretensions; forces may be at their limits."""
     rng = np.random.default_rng(0)
     for _ in range(200):
         n = int(rng.integers(1, 6))
@@ -101,13 +101,13 @@ def test_norms_1_and_infinity_are_linear_programmes(p: float) -> None:
         law.write(f_min=low, f_max=high)
         assert law.solve() == SOLVED
         found = np.linalg.norm(np.sqrt(H) * (law["forces"] - f_p), p)
-        best = least_norm(p, -L.T, -L.T @ f, np.array([low, high]), np.sqrt(H), f_p)
+        best = min_norm(p, -L.T, -L.T @ f, np.array([low, high]), np.sqrt(H), f_p)
         assert found == pytest.approx(best, rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize("p", [1.0, np.inf])
-def test_of_several_answers_the_nearest_to_the_pretension_is_taken(p: float) -> None:
-    """Two muscles alike share a torque where only the sum counts."""
+def test_solution_nearest_to_the_pretension_is_returned(p: float) -> None:
+    """Two equal muscles share a torque if only the sum is minimised."""
     law = LawInC(1, 3)
     law.write(law=-1, L=[[-0.1], [-0.1], [0.1]], tau=4.0, M=1.0, norm=p, H_f=1.0, f_p=5.0)
     law.write(f_min=0.0, f_max=100.0)
@@ -119,41 +119,41 @@ def test_of_several_answers_the_nearest_to_the_pretension_is_taken(p: float) -> 
 
 
 def lexicographic(rows: list[FloatArray], goals: list[FloatArray], low, high) -> list[float]:
-    """Least |rows f - goal| of one priority after another, by bounded least squares."""
-    errors, kept, made = [], np.empty((0, len(low))), np.empty(0)
+    """Return the minimum |rows f - goal| by priority, from bounded least squares."""
+    errors, higher_rows, values = [], np.empty((0, len(low))), np.empty(0)
     for J, c in zip(rows, goals, strict=True):
-        heavy = np.vstack([1e4 * kept, J])
-        least = lsq_linear(heavy, np.r_[1e4 * made, c], (low, high), method="bvls", tol=1e-14)
-        errors.append(float(np.linalg.norm(J @ least.x - c)))
-        kept, made = np.vstack([kept, J]), np.r_[made, J @ least.x]
+        heavy = np.vstack([1e4 * higher_rows, J])
+        solution = lsq_linear(heavy, np.r_[1e4 * values, c], (low, high), method="bvls", tol=1e-14)
+        errors.append(float(np.linalg.norm(J @ solution.x - c)))
+        higher_rows, values = np.vstack([higher_rows, J]), np.r_[values, J @ solution.x]
     return errors
 
 
-def test_a_later_priority_costs_an_earlier_one_nothing(arm: DartDynamics) -> None:
-    """The two-link arm with the tip's height first: errors are the lexicographic least ones."""
+def test_lower_priority_does_not_affect_a_higher_one(arm: DartDynamics) -> None:
+    """The tip height of the arm has priority 1. Errors match the lexicographic minimum."""
     law = OperationalSpaceController(
         arm, KP, KD, priorities=[2, 1], posture=Posture(kd=1.0), limit_bandwidth=None
     )
-    rng, gave_way = np.random.default_rng(4), 0
+    rng, soft_ticks = np.random.default_rng(4), 0
     for _ in range(60):
         q = rng.uniform(-np.pi, np.pi, 2)
         qd, zero = rng.uniform(-0.3, 0.3, 2), np.zeros(2)
         y_d = arm.task_position(q) + rng.uniform(-0.3, 0.3, 2) * rng.choice([0.03, 1.0])
         solution = law.solve(q, qd, y_d, zero, zero)
         h = np.c_[bias_torque(arm, q, qd), arm.muscle_jacobian(q).T]
-        made = -np.linalg.solve(arm.mass_matrix(q), h)  # qdd = a + B f
+        response = -np.linalg.solve(arm.mass_matrix(q), h)  # qdd = a + B f
         J = arm.task_jacobian(q)
         desired = KP * (y_d - arm.task_position(q)) - KD * J @ qd - arm.task_bias(q, qd)
-        rows, goal = J @ made[:, 1:], desired - J @ made[:, 0]
+        rows, goal = J @ response[:, 1:], desired - J @ response[:, 0]
         order = [[1], [0]]
         goals = [goal[i] for i in order]
-        least = lexicographic([rows[i] for i in order], goals, arm.f_min, arm.f_max)
-        bent = 0.01 * np.linalg.norm(solution.qdd) + 1e-3
-        assert abs(solution.slack[1]) <= least[0] + bent
-        if least[0] < 1e-9:
+        minimum = lexicographic([rows[i] for i in order], goals, arm.f_min, arm.f_max)
+        tolerance = 0.01 * np.linalg.norm(solution.qdd) + 1e-3
+        assert abs(solution.slack[1]) <= minimum[0] + tolerance
+        if minimum[0] < 1e-9:
             assert abs(solution.slack[1]) < 1e-6
-        gave_way += solution.status == "soft"
-    assert 5 < gave_way < 60
+        soft_ticks += solution.status == "soft"
+    assert 5 < soft_ticks < 60
 
 
 def planar() -> tuple[Robot, FloatArray]:
@@ -166,7 +166,7 @@ def roboy() -> tuple[Robot, FloatArray]:
 
 
 TOLERANCES = {"osqp": 1e-4, "daqp": 1e-6, "quadprog": 1e-6, "proxqp": 1e-5}
-"""Of forces, relative to the largest: OSQP and ProxQP stop at residuals of 1e-9."""
+"""Force tolerances relative to the largest force. OSQP and ProxQP stop at residuals of 1e-9."""
 
 
 @pytest.mark.parametrize("name", TOLERANCES)
@@ -174,7 +174,7 @@ TOLERANCES = {"osqp": 1e-4, "daqp": 1e-6, "quadprog": 1e-6, "proxqp": 1e-5}
 def test_other_back_ends_solve_the_arms(
     name: str, robot: Callable[[], tuple[Robot, FloatArray]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A program taken out, solved and handed back: the same forces, and no other answer behind."""
+    """A back end solves the exported program with the same forces, without a fallback."""
     if name not in solver.available_solvers():
         pytest.skip(f"{name} is not installed: extra qp")
     described, q = robot()
@@ -204,7 +204,7 @@ def test_other_back_ends_solve_the_arms(
     assert all(answer is not None for answer in answers)
 
 
-def test_wrong_numbers_are_refused_and_leave_the_forces() -> None:
+def test_wrong_numbers_are_rejected_without_changing_forces() -> None:
     robot, law = DartDynamics(planar_2r()), LawInC(2, 4)
     law.write(kp=1.0, kd=1.0, H_f=1.0, f_min=robot.f_min, f_max=robot.f_max)
     law.reset()
@@ -233,14 +233,14 @@ def test_sizes_are_checked() -> None:
 
 
 def hand_only(seed: int) -> Robot:
-    """A random robot with a single point to move."""
+    """Return a random robot with a single end-effector point."""
     robot = random_robot(seed, joints=4, muscles=14)
     return replace(robot, task_sets=(TaskSet("hand", robot.task_frames[:1]),), task_set="hand")
 
 
 @pytest.mark.parametrize("seed", range(4, 8))
-def test_more_tasks_than_coordinates_are_not_disturbed(seed: int) -> None:
-    """Six rows of rank 1 on four coordinates miss as much as without any of rank 2."""
+def test_redundant_task_rows_are_not_disturbed(seed: int) -> None:
+    """Rows of priority 2 do not change the error of six rows of priority 1."""
     robot = random_robot(seed, joints=4)
     hand, elbow, palm = robot.task_frames
     q, missed = np.full(4, 0.1), []
@@ -257,8 +257,8 @@ def test_more_tasks_than_coordinates_are_not_disturbed(seed: int) -> None:
 
 @pytest.mark.parametrize("weight", [np.inf, 10.0])
 @pytest.mark.parametrize("seed", range(4))
-def test_operational_space_is_eq_4(seed: int, weight: float) -> None:
-    """Over [qdd, f, s], with posture, pretension, force rates and limits, solved by DAQP."""
+def test_operational_space_matches_eq_4(seed: int, weight: float) -> None:
+    """DAQP solves eq. (4) over [qdd, f, s], with posture, pretension, force rates and limits."""
     robot, rng = DartDynamics(hand_only(seed)), np.random.default_rng(seed)
     n, m, k, w = robot.n, robot.m, len(robot.task_names), 20.0
     q0, f_last = np.full(n, 0.1), robot.f_min.copy()
@@ -301,8 +301,8 @@ def test_operational_space_is_eq_4(seed: int, weight: float) -> None:
     assert solved > 3 or not np.isfinite(weight)
 
 
-def test_the_loop_in_c_distributes_the_torque_of_a_formula() -> None:
-    """PD+ by a callback: with load and correction, at the state as it is."""
+def test_loop_in_c_distributes_the_torque_of_a_callback() -> None:
+    """The callback computes PD+ control with load and correction at the measured state."""
     robot = DartDynamics(planar_2r())
 
     class PdPlus(JointSpaceController):
@@ -312,8 +312,8 @@ def test_the_loop_in_c_distributes_the_torque_of_a_formula() -> None:
 
     law = PdPlus(robot, 1.0, 1.0)
 
-    class Given:
-        """What the loop asks: the torque alone."""
+    class TorqueCallback:
+        """Callback of the loop that only computes the torque."""
 
         def __init__(self) -> None:
             self.law = law
@@ -338,8 +338,8 @@ def test_the_loop_in_c_distributes_the_torque_of_a_formula() -> None:
         def terms(self, q, qd):
             return robot.mass_matrix(q), bias_torque(robot, q, qd), robot.actuator_jacobian(q)
 
-    given, rng = Given(), np.random.default_rng(0)
+    callback, rng = TorqueCallback(), np.random.default_rng(0)
     for q, qd, *reference, load in rng.uniform(-0.1, 0.1, (20, 6, 2)):
-        given.loop.tick(1e-3, q, qd, np.array(reference), load)
+        callback.loop.tick(1e-3, q, qd, np.array(reference), load)
         expected = law.solve(q, qd, *reference, w_e=load, correction=np.zeros(2))
-        np.testing.assert_allclose(given.loop["acting"], expected.forces, atol=1e-9)
+        np.testing.assert_allclose(callback.loop["acting"], expected.forces, atol=1e-9)

@@ -1,4 +1,4 @@
-"""Laws that are a formula for the joints' torque: torque position, force position, Lyapunov."""
+"""Tests of laws with a formula for the joint torque: torque position, force position, Lyapunov."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ LAWS = {
 
 
 @pytest.mark.parametrize(("kind", "formula"), LAWS.items())
-def test_forces_make_the_torque_of_the_formula(
+def test_forces_produce_the_torque_of_the_formula(
     kind: type[JointSpaceController], formula: Formula
 ) -> None:
-    """With a load and a correction: of the torque, or of the acceleration."""
+    """The load and the correction of the torque, or of the acceleration, are included."""
     dynamics = DartDynamics(planar_2r())
     controller, load = kind(dynamics, KP, KD), np.array([0.5, -0.2])
     for q, qd, q_d, qd_d, qdd_d in np.random.default_rng(1).uniform(-0.3, 0.3, (20, 5, 2)):
@@ -61,7 +61,7 @@ def test_forces_make_the_torque_of_the_formula(
         np.testing.assert_allclose(-L.T @ loaded.forces, tau + load + more, atol=1e-6)
 
 
-def test_force_position_is_computed_torque_of_a_reference_without_acceleration() -> None:
+def test_force_position_equals_computed_torque_without_reference_acceleration() -> None:
     dynamics = DartDynamics(planar_2r())
     controller = ForcePositionController(dynamics, 100.0, 20.0)
     computed = JointSpaceController(dynamics, 100.0, 20.0)
@@ -70,7 +70,7 @@ def test_force_position_is_computed_torque_of_a_reference_without_acceleration()
         np.testing.assert_allclose(forces, computed.solve(q, qd, q_d, qd_d, ZERO).forces, atol=1e-9)
 
 
-def test_the_joints_sag_by_their_weight_over_the_spring() -> None:
+def test_joints_sag_by_gravity_divided_by_stiffness() -> None:
     """At rest Kp (q_d - q) = G(q)."""
     dynamics, plant = DartDynamics(planar_2r()), Plant(planar_2r())
     q_d, kp, kd = np.array([0.1, -0.1]), np.array([20.0, 2.0]), np.array([4.0, 0.4])
@@ -84,8 +84,8 @@ def test_the_joints_sag_by_their_weight_over_the_spring() -> None:
 
 
 @pytest.mark.slow
-def test_integral_action_lifts_the_weight() -> None:
-    """The control loop's ki, here in [N·m/(rad·s)]."""
+def test_integral_action_removes_the_sag() -> None:
+    """The gain ki of the control loop is in [N·m/(rad·s)] for this law."""
     plant, q_d = Plant(planar_2r()), np.array([0.1, -0.1])
     law = TorquePositionController(DartDynamics(planar_2r()), [20.0, 2.0], [4.0, 0.4])
     loop = ControlLoop(law, law.dynamics.coordinate_names, 1e-3, ki=[30.0, 3.0])
@@ -98,8 +98,8 @@ def test_integral_action_lifts_the_weight() -> None:
 
 
 @pytest.mark.slow
-def test_the_full_mass_matrix_keeps_a_step_of_one_joint_from_the_other() -> None:
-    """With M_jj alone, as in kindyn, the elbow is thrown off by the shoulder's step."""
+def test_full_mass_matrix_decouples_the_joints() -> None:
+    """With only M_jj, as in kindyn, a step of the shoulder disturbs the elbow."""
     dynamics, target = DartDynamics(planar_2r()), np.array([0.05, 0.0])
     controller = ForcePositionController(dynamics, 100.0, 20.0)
 
@@ -124,8 +124,8 @@ def test_the_full_mass_matrix_keeps_a_step_of_one_joint_from_the_other() -> None
 
 
 @pytest.mark.slow
-def test_energy_only_falls_and_the_robot_comes_to_rest_at_the_reference() -> None:
-    """V = 1/2 qd'M qd + 1/2 e'Kp e, V' = -qd'(Kd + D) qd, though M is in no equation of the law."""
+def test_energy_decreases_and_the_robot_stops_at_the_reference() -> None:
+    """V = 1/2 qd'M qd + 1/2 e'Kp e, V' = -qd'(Kd + D) qd, although the law does not use M."""
     dynamics, plant = DartDynamics(planar_2r()), Plant(planar_2r())
     kp, kd, q_d = np.array([20.0, 2.0]), np.array([4.0, 0.4]), np.array([0.1, -0.1])
     controller = LyapunovController(dynamics, kp, kd)
@@ -145,7 +145,7 @@ def test_energy_only_falls_and_the_robot_comes_to_rest_at_the_reference() -> Non
 
 
 @pytest.mark.parametrize("kind", LAWS)
-def test_wrong_input_is_refused(kind: type[JointSpaceController]) -> None:
+def test_wrong_input_raises_an_error(kind: type[JointSpaceController]) -> None:
     dynamics = DartDynamics(planar_2r())
     with pytest.raises(InputError, match="kp of 'joint_2'"):
         kind(dynamics, [1.0, -1.0], 1.0)

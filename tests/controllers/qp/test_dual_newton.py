@@ -23,18 +23,18 @@ from controllers.qp.solver import BoxSolver
 
 pytestmark = pytest.mark.native
 
-# What the solver allows itself.
+# Iteration limit of the solver.
 MAX_STEPS = 84
 
 
 def solve(problem: BoxProblem) -> BoxSolution:
-    """A cold solution by a solver of the problem's size."""
+    """Solve a problem by a new solver."""
     m_eq, n = problem.A.shape
     return BoxSolver(n, m_eq).solve(problem)
 
 
 class Solvers:
-    """A solver for every size."""
+    """Solvers for all problem sizes."""
 
     def __init__(self) -> None:
         self._solvers: dict[tuple[int, ...], BoxSolver] = {}
@@ -53,7 +53,7 @@ def relative_error(x: FloatArray, expected: FloatArray) -> float:
 
 @pytest.mark.parametrize("kind", ["feasible", "at_bounds", "rank_deficient"])
 def test_random_problems_with_a_solution_are_solved_to_1e_8(kind: str) -> None:
-    """Cold, and from the multipliers of another problem; never a false certificate."""
+    """Start from zero and from multipliers of another problem; certificates are always correct."""
     solvers, errors, unproven, steps = Solvers(), [0.0], 0, 0
     for seed, problem in enumerate(qp_problems.problems(kind)):
         warm = solvers.solve(problem, cold=False)
@@ -88,7 +88,7 @@ def test_random_problems_without_a_solution_are_proven_infeasible() -> None:
 
 @pytest.mark.parametrize("softness", [1e-2, 1e-4, 1e-8])
 def test_soft_problems_always_have_a_solution(softness: float) -> None:
-    """It is that of the same problem with the slacks as variables."""
+    """The solution equals that of the same problem with the slacks as variables."""
     for seed in range(qp_problems.COUNT // 10):
         for kind in (feasible, infeasible, rank_deficient):
             problem = kind(seed)
@@ -105,8 +105,8 @@ def test_soft_problems_always_have_a_solution(softness: float) -> None:
             assert (np.abs(rest) <= 1e-13 * size).all()
 
 
-def test_a_hard_row_holds_where_a_soft_one_gives_way() -> None:
-    """With x <= 1.5, x1 - x2 = 1/2 can be met, but x1 + x2 = 4 cannot."""
+def test_hard_row_holds_and_soft_row_is_violated() -> None:
+    """With x <= 1.5, x1 - x2 = 1/2 is feasible, but x1 + x2 = 4 is infeasible."""
     problem = BoxProblem(
         np.ones(2),
         np.zeros(2),
@@ -123,8 +123,8 @@ def test_a_hard_row_holds_where_a_soft_one_gives_way() -> None:
     assert solve(dataclasses.replace(problem, row_weights=None)).status == "infeasible"
 
 
-def test_a_problem_solved_by_hand() -> None:
-    """Min 1/2 (x1² + 2 x2² + x3²) with x1 + x2 + x3 = 3, x1 <= 1: y = 4/3, x = (1, 2/3, 4/3)."""
+def test_problem_matches_a_solution_by_hand() -> None:
+    """Min 1/2 (x1² + 2 x2² + x3²), x1 + x2 + x3 = 3, x1 <= 1: y = 4/3, x = (1, 2/3, 4/3)."""
     problem = BoxProblem(
         np.array([1.0, 2.0, 1.0]),
         np.zeros(3),
@@ -147,7 +147,7 @@ def test_a_problem_solved_by_hand() -> None:
 
 
 @pytest.mark.parametrize("kind", [feasible, at_bounds, rank_deficient])
-def test_units_and_order_do_not_matter(kind: qp_problems.Kind) -> None:
+def test_units_and_order_do_not_affect_the_solution(kind: qp_problems.Kind) -> None:
     for seed in range(50):
         problem = kind(seed)
         m_eq, n = problem.A.shape
@@ -169,7 +169,7 @@ def test_units_and_order_do_not_matter(kind: qp_problems.Kind) -> None:
         assert relative_error(solve(permuted).x, x[i]) < 1e-8
 
 
-def test_fixed_variables_and_rows_of_zeros() -> None:
+def test_fixed_variables_and_zero_rows_are_supported() -> None:
     fixed = np.array([1.0, 2.0])
     problem = BoxProblem(
         np.ones(2),
@@ -188,8 +188,8 @@ def test_fixed_variables_and_rows_of_zeros() -> None:
     assert solve(nothing).x.tolist() == [1.0, 2.0]
 
 
-def test_a_certificate_does_not_depend_on_units() -> None:
-    """Near the solution steps are short; a proof is measured against its own size."""
+def test_certificate_does_not_depend_on_units() -> None:
+    """Steps near the solution are short, so that a certificate is checked relative to its size."""
     for scale in (1e-9, 1.0, 1e9):
         for seed in range(50):
             problem = at_bounds(seed)
@@ -201,7 +201,7 @@ def test_a_certificate_does_not_depend_on_units() -> None:
 
 
 def sequence(ticks: int, n: int = 11, m_eq: int = 4) -> list[BoxProblem]:
-    """What a controller asks tick after tick, smoothly, now and then of what is not possible."""
+    """Return the smoothly changing problems of a controller, some of which are infeasible."""
     rng = np.random.default_rng(0)
     L0, L1, phase = rng.normal(size=(m_eq, n)), rng.normal(size=(m_eq, n)), rng.uniform(0, 6, n)
     found = []
@@ -233,7 +233,7 @@ def test_ticks_repeat_bit_for_bit_from_a_saved_state() -> None:
         solver.set_state(np.full(4, np.nan))
 
 
-def test_a_warm_start_saves_steps_and_changes_nothing() -> None:
+def test_warm_start_saves_steps_without_changing_solutions() -> None:
     warm, cold, steps = BoxSolver(11, 4), BoxSolver(11, 4), np.zeros(2)
     for problem in sequence(300):
         cold.reset()
@@ -299,7 +299,7 @@ BASE = {
         ({"A": [[1e300, 1.0]]}, SimulationError, "too large or too small"),
     ],
 )
-def test_wrong_problems_are_refused(
+def test_wrong_problems_raise_an_error(
     change: dict[str, object], error: type[Exception], message: str
 ) -> None:
     values = {
@@ -313,7 +313,7 @@ def test_wrong_problems_are_refused(
     assert solver.solve(BoxProblem(**fine)).x.tolist() == [0.5, 0.5]  # type: ignore[arg-type]
 
 
-def test_wrong_sizes_and_names_are_refused() -> None:
+def test_wrong_sizes_and_names_raise_an_error() -> None:
     for n, m_eq in ((0, 1), (1, 0), (-1, 1), (5000, 1), (1, 5000)):
         with pytest.raises(InputError, match="too small or too large"):
             BoxSolver(n, m_eq)
@@ -338,8 +338,8 @@ def test_results_outlive_the_solver() -> None:
 
 
 @pytest.mark.slow
-def test_a_solved_row_holds_beside_rows_of_other_sizes() -> None:
-    """With coefficients of 1, 1e8 and 1e9: relative to its own terms, not to the largest row's."""
+def test_solved_row_holds_next_to_rows_of_other_sizes() -> None:
+    """Coefficients are 1, 1e8 and 1e9. The residual is relative to the terms of the same row."""
     rng = np.random.default_rng(0)
     worst = 0.0
     for _ in range(3000):

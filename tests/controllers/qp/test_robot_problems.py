@@ -1,4 +1,4 @@
-"""Verdicts on force QPs of random robots: every one is verified, and none is missing."""
+"""Verify the status of force QPs of random robots."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.native
 
 
 class Verdicts:
-    """The dual Newton method's own answers: no other back end stands behind."""
+    """Statuses of the dual Newton method, without a fallback to another back end."""
 
     def __init__(self) -> None:
         self._solvers: dict[tuple[int, ...], BoxSolver] = {}
@@ -39,15 +39,15 @@ class Verdicts:
         return self.last
 
     def is_feasible(self, problem: BoxProblem) -> bool:
-        """Of the last problem."""
+        """Return whether the last problem is feasible."""
         assert self.last is not None
         return self.last.status != "infeasible"
 
 
-def test_every_verdict_on_random_robots_is_verified() -> None:
-    """Rows hold, or a certificate does; a linear programme agrees if it can tell.
+def test_every_status_for_random_robots_is_correct() -> None:
+    """Rows or certificates hold, and a linear program agrees if it is conclusive.
 
-    Very few problems at the edge, where a row is off by rounding errors alone, stay undecided.
+    A few problems at the boundary of feasibility remain undecided due to rounding errors.
     """
     verdicts, found, rows = Verdicts(), Counter[str](), [0.0]
     for k, problem in enumerate(robot_problems.robot_problems(verdicts.is_feasible)):
@@ -70,15 +70,15 @@ def test_every_verdict_on_random_robots_is_verified() -> None:
     print(
         f"{dict(found)}; rows off by {max(rows):.0e} at most, {inexact} by more than 1e-9; ", end=""
     )
-    print(f"{edge} of those that HiGHS was asked lie at the edge for it")
+    print(f"{edge} of the problems solved by HiGHS are at the boundary of feasibility")
     assert found["solved"] > 0.3 * found.total()
     assert found["infeasible"] > 0.3 * found.total()
     assert found["not converged"] <= 2e-4 * found.total()
     assert inexact <= 1e-3 * found.total()
 
 
-def test_feasible_problems_that_were_not_solved_are(shared: Path) -> None:
-    """Of robots with 6 to 9 coordinates that accelerate by thousands of rad/s²."""
+def test_difficult_feasible_problems_are_solved(shared: Path) -> None:
+    """The robots have 6 to 9 coordinates and accelerations of thousands of rad/s²."""
     for case in json.loads((shared / "reference/qp/feasible_unsolved.json").read_text()):
         values = {name: np.array(value, float) for name, value in case["problem"].items()}
         values |= {"row_weights": None, "softness": case["problem"]["softness"]}
@@ -88,8 +88,8 @@ def test_feasible_problems_that_were_not_solved_are(shared: Path) -> None:
         assert robot_problems.row_error(problem, answer.x) <= EXACT
 
 
-def test_numbers_of_an_undecided_problem_are_finite() -> None:
-    """Coefficients that no method of 16 digits can add up: whatever is said, NaN is not."""
+def test_results_of_an_undecided_problem_are_finite() -> None:
+    """The coefficients exceed the precision of floats, but no result is NaN."""
     rng = np.random.default_rng(0)
     for _ in range(300):
         n, m_eq = int(rng.integers(2, 12)), int(rng.integers(1, 8))
@@ -106,5 +106,5 @@ def test_numbers_of_an_undecided_problem_are_finite() -> None:
             assert is_certificate(problem, newton.multipliers)
 
 
-def test_states_are_numbered_as_in_c() -> None:
+def test_status_numbers_match_c() -> None:
     assert (dual_newton.SOLVED, dual_newton.INFEASIBLE, dual_newton.NOT_CONVERGED) == (0, 1, 2)

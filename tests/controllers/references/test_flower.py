@@ -28,7 +28,7 @@ def assert_rates_are_derivatives(reference: Reference, t: float, h: float) -> No
 
 
 @given(st.integers(1, 7), st.floats(0.01, 0.99), st.sampled_from([0.5, 30.0]))
-def test_rates_are_the_derivatives(petals: int, part: float, duration: float) -> None:
+def test_rates_are_derivatives_of_positions(petals: int, part: float, duration: float) -> None:
     assert_rates_are_derivatives(flower(petals, duration), part * duration, 1e-6 * duration)
 
 
@@ -37,8 +37,8 @@ def quintic(u: np.ndarray) -> np.ndarray:
 
 
 @given(st.integers(1, 7), st.floats(-math.pi, math.pi))
-def test_the_flower_is_a_rose_in_its_plane(petals: int, turn: float) -> None:
-    """Against y = c + R cos(k phi) (cos(phi) e1 + sin(phi) e2), in one call for all times."""
+def test_flower_matches_the_formula_of_the_rose(petals: int, turn: float) -> None:
+    """Compare one call for all times with y = c + R cos(k phi) (cos(phi) e1 + sin(phi) e2)."""
     e1, e2 = np.array([math.cos(turn), 0.0, math.sin(turn)]), np.array([0.0, 1.0, 0.0])
     times = np.linspace(-5.0, 35.0, 81)
     phi = (math.pi if petals % 2 else 2 * math.pi) * quintic(times / 30.0)[:, None]
@@ -50,7 +50,7 @@ def test_the_flower_is_a_rose_in_its_plane(petals: int, turn: float) -> None:
 @pytest.mark.cases(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("petals", few(range(1, 8), 3))
-def test_the_curve_is_closed_and_every_petal_is_drawn_once(petals: int) -> None:
+def test_curve_is_closed_and_traverses_every_petal_once(petals: int) -> None:
     curve = flower(petals)
     points = curve.evaluate(np.linspace(0.0, 30.0, 20001)).q
     np.testing.assert_allclose(points[0], CENTRE + 0.15 * X, atol=1e-15)
@@ -63,7 +63,7 @@ def test_the_curve_is_closed_and_every_petal_is_drawn_once(petals: int) -> None:
 
 
 @given(st.floats(-10.0, 0.0), st.integers(1, 7))
-def test_the_flower_rests_before_and_after(early: float, petals: int) -> None:
+def test_flower_is_at_rest_before_and_after(early: float, petals: int) -> None:
     for t in (early, 30.0 - early):
         y, yd, ydd = flower(petals).evaluate(t)
         np.testing.assert_allclose(y, CENTRE + 0.15 * X, atol=1e-12)
@@ -71,14 +71,14 @@ def test_the_flower_rests_before_and_after(early: float, petals: int) -> None:
         assert not ydd.any()
 
 
-def test_the_flower_starts_and_stops_smoothly() -> None:
+def test_flower_starts_and_stops_smoothly() -> None:
     for t in (1e-6, 30.0 - 1e-6):
         _, yd, ydd = flower().evaluate(t)
         assert np.abs(yd).max() < 1e-9
         assert np.abs(ydd).max() < 1e-6
 
 
-def test_the_approach_is_straight_and_of_minimum_jerk() -> None:
+def test_approach_is_straight_with_minimum_jerk() -> None:
     way, times = ApproachReference([0.0, 1.0], [1.0, 3.0], 2.0), np.linspace(-1.0, 3.0, 41)
     expected = [0.0, 1.0] + quintic(times / 2.0)[:, None] * [1.0, 2.0]
     np.testing.assert_allclose(way.evaluate(times).q, expected, atol=1e-14)
@@ -87,7 +87,7 @@ def test_the_approach_is_straight_and_of_minimum_jerk() -> None:
         assert_rates_are_derivatives(way, t, 1e-6)
 
 
-def test_a_sequence_is_its_parts_one_after_another() -> None:
+def test_sequence_evaluates_its_parts_in_order() -> None:
     start = np.array([0.711, -0.398, 0.129])
     way, curve = ApproachReference(start, CENTRE + 0.15 * X, 3.0), flower()
     both = SequenceReference([way, curve])
@@ -103,7 +103,7 @@ def test_a_sequence_is_its_parts_one_after_another() -> None:
     assert np.abs(np.diff(path, axis=1)).max() < 1e-4  # positions, velocities, accelerations
 
 
-def test_many_times_in_one_call_are_the_times_one_by_one() -> None:
+def test_array_of_times_matches_single_times() -> None:
     curve = SequenceReference([ApproachReference(X, CENTRE + 0.15 * X, 3.0), flower()])
     times = np.linspace(-1.0, 40.0, 83)
     for kind in (curve, pickle.loads(pickle.dumps(curve))):
@@ -132,6 +132,6 @@ def test_many_times_in_one_call_are_the_times_one_by_one() -> None:
         (lambda: SequenceReference([flower(), ApproachReference([0.0], [1.0], 1.0)]), "part 1"),
     ],
 )
-def test_wrong_references_are_refused(make, named: str) -> None:
+def test_wrong_references_raise_an_error(make, named: str) -> None:
     with pytest.raises(InputError, match=named):
         make()

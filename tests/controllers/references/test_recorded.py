@@ -13,7 +13,7 @@ from controllers import SplineReference, recorded_trajectory, waypoint_trajector
 
 
 def motion(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Two coordinates with their exact derivatives."""
+    """Return two coordinates with their exact derivatives."""
     q = np.stack([np.sin(1.3 * t) + 0.2 * np.cos(5 * t), 0.3 * np.sin(1.6 * t)], 1)
     qd = np.stack([1.3 * np.cos(1.3 * t) - np.sin(5 * t), 0.48 * np.cos(1.6 * t)], 1)
     qdd = np.stack([-1.69 * np.sin(1.3 * t) - 5 * np.cos(5 * t), -0.768 * np.sin(1.6 * t)], 1)
@@ -21,11 +21,11 @@ def motion(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def jerk_integral(reference: SplineReference) -> float:
-    """Of the squared third derivative, exactly, by Gauss's points within each piece."""
+    """Integrate the squared third derivative exactly by Gauss quadrature in each segment."""
     nodes, weights = np.polynomial.legendre.leggauss(4)
     total = 0.0
     for k, (begin, end) in enumerate(zip(reference.times[:-1], reference.times[1:], strict=True)):
-        c = reference.coefficients[k, :, 2]  # of the accelerations
+        c = reference.coefficients[k, :, 2]  # coefficients of the accelerations
         t = (nodes + 1.0) / 2.0 * (end - begin)
         jerk = sum(p * np.outer(t ** (p - 1), c[p]) for p in range(1, len(c)))
         total += float(weights @ np.sum(jerk**2, axis=1)) * (end - begin) / 2.0
@@ -37,10 +37,10 @@ def jerk_integral(reference: SplineReference) -> float:
     st.lists(st.floats(0.3, 2.0), min_size=6, max_size=6),
     st.integers(0, 2**31),
 )
-def test_the_way_through_waypoints_has_the_least_jerk(
+def test_waypoint_trajectory_has_minimum_jerk(
     points: list[tuple[float, float]], steps: list[float], seed: int
 ) -> None:
-    """No spline through the same points, at rest at both ends, has less; and no corner in qdd."""
+    """Other splines through the same points have more jerk, and qdd is smooth."""
     times = np.concatenate([[0.0], np.cumsum(steps[: len(points) - 1])])
     q = np.array(points)
     trajectory = waypoint_trajectory(times, q)
@@ -65,7 +65,7 @@ def test_the_way_through_waypoints_has_the_least_jerk(
         assert jerk_integral(other) >= least * (1.0 - 1e-9)
 
 
-def test_two_waypoints_are_the_minimum_jerk_motion_of_the_textbook() -> None:
+def test_two_waypoints_match_the_textbook_minimum_jerk_motion() -> None:
     reference = SplineReference(waypoint_trajectory(np.array([0.0, 2.0]), np.array([[0.0], [1.0]])))
     s = np.linspace(0.0, 1.0, 21)
     q, qd, qdd = reference.evaluate(2.0 * s)
@@ -76,8 +76,8 @@ def test_two_waypoints_are_the_minimum_jerk_motion_of_the_textbook() -> None:
 
 @pytest.mark.parametrize("noise", [1e-5, 1e-4, 1e-3, 1e-2])
 @pytest.mark.parametrize("rate", [50, 200])
-def test_positions_with_noise_give_velocities_and_accelerations(rate: int, noise: float) -> None:
-    """Central and second differences are off by 0.7 noise * rate and 2.4 noise * rate²."""
+def test_noisy_positions_yield_velocities_and_accelerations(rate: int, noise: float) -> None:
+    """Finite differences would have errors of 0.7 noise * rate and 2.4 noise * rate²."""
     t = np.arange(0.0, 8.0, 1.0 / rate)
     exact = motion(t)
     q = exact[0] + noise * np.random.default_rng(3).normal(size=exact[0].shape)
@@ -90,7 +90,7 @@ def test_positions_with_noise_give_velocities_and_accelerations(rate: int, noise
 
 
 @pytest.mark.parametrize(("rate", "bounds"), [(10, (1e-9, 1e-3)), (100, (1e-8, 1e-4))])
-def test_exact_positions_are_kept(rate: int, bounds: tuple[float, float]) -> None:
+def test_exact_positions_are_not_smoothed(rate: int, bounds: tuple[float, float]) -> None:
     t = np.arange(0.0, 8.0, 1.0 / rate)
     exact = motion(t)
     found = SplineReference(recorded_trajectory(t, exact[0])).evaluate(t)
@@ -101,7 +101,7 @@ def test_exact_positions_are_kept(rate: int, bounds: tuple[float, float]) -> Non
     np.testing.assert_allclose([p.q for p in through.points], exact[0], atol=1e-12)
 
 
-def test_samples_need_not_be_equally_far_apart() -> None:
+def test_uneven_sampling_is_supported() -> None:
     rng = np.random.default_rng(5)
     t = np.concatenate([[0.0], np.cumsum(rng.uniform(0.005, 0.02, 600))])
     exact = motion(t)
@@ -110,7 +110,7 @@ def test_samples_need_not_be_equally_far_apart() -> None:
     assert np.sqrt(np.mean((found[2] - exact[2])[60:-60] ** 2)) < 0.05
 
 
-def test_rates_that_are_given_are_taken() -> None:
+def test_given_velocities_are_used() -> None:
     t = np.linspace(0.0, 2.0, 101)
     q, qd, qdd = motion(t)
     given_all = recorded_trajectory(t, q, qd, qdd)
@@ -132,12 +132,12 @@ def test_rates_that_are_given_are_taken() -> None:
         ([0.0, 0.1, 0.2, 0.3, 0.4, 0.5], np.full((6, 1), np.nan), "not finite"),
     ],
 )
-def test_what_is_no_motion_is_refused(times: list[float], q: np.ndarray, message: str) -> None:
+def test_invalid_motion_raises_an_error(times: list[float], q: np.ndarray, message: str) -> None:
     with pytest.raises(InputError, match=message):
         recorded_trajectory(np.array(times), q)
 
 
-def test_a_recording_without_motion_rests() -> None:
+def test_recording_without_motion_has_zero_velocity() -> None:
     t = np.linspace(0.0, 1.0, 50)
     found = SplineReference(recorded_trajectory(t, np.full((50, 1), 0.3))).evaluate(t)
     np.testing.assert_allclose(found[0], 0.3)
@@ -145,14 +145,14 @@ def test_a_recording_without_motion_rests() -> None:
 
 
 @pytest.mark.parametrize("make", [waypoint_trajectory, partial(recorded_trajectory, noise=0.0)])
-def test_times_too_uneven_for_a_spline_are_refused(make) -> None:
+def test_too_uneven_times_raise_an_error(make) -> None:
     times = np.array([0.0, 1e-320, 2e-320, 1.0, 1.5, 2.0, 2.5, 3.0])
     with pytest.raises(InputError, match="too uneven"):
         make(times, np.sin(np.arange(8.0))[:, None])
 
 
 @pytest.mark.parametrize("noise", [math.nan, 1e308, -1.0])
-def test_noise_that_is_none_is_refused(noise: float) -> None:
+def test_invalid_noise_raises_an_error(noise: float) -> None:
     times = np.linspace(0.0, 1.0, 11)
     with pytest.raises(InputError, match="noise must be between 0 and"):
         recorded_trajectory(times, np.sin(times)[:, None], noise=noise)

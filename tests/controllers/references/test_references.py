@@ -35,12 +35,12 @@ trajectories = st.builds(
 
 
 @given(trajectories)
-def test_the_spline_passes_through_its_points(given_points: Trajectory) -> None:
-    """Positions; velocities too for a cubic; accelerations too for a quintic."""
+def test_spline_passes_through_its_points(given_points: Trajectory) -> None:
+    """A cubic also matches velocities, and a quintic also matches accelerations."""
     reference = SplineReference(given_points)
     for k, point in enumerate(given_points.points):
         given = [row for row in (point.q, point.qd, point.qdd) if row]
-        for side in (1e-12, -1e-12):  # both polynomials that meet there
+        for side in (1e-12, -1e-12):  # both adjacent polynomials
             if (k == 0 and side < 0) or (k == len(given_points.points) - 1 and side > 0):
                 continue
             rows = reference.evaluate(max(0.0, min(point.time + side, reference.duration)))
@@ -49,7 +49,7 @@ def test_the_spline_passes_through_its_points(given_points: Trajectory) -> None:
 
 
 @given(trajectories, st.floats(0.02, 0.98))
-def test_rates_are_the_derivatives_of_the_positions(given_points: Trajectory, part: float) -> None:
+def test_rates_are_derivatives_of_positions(given_points: Trajectory, part: float) -> None:
     reference, h = SplineReference(given_points), 1e-5
     first, second = given_points.points[:2]
     t = first.time + part * (second.time - first.time)
@@ -58,8 +58,8 @@ def test_rates_are_the_derivatives_of_the_positions(given_points: Trajectory, pa
     np.testing.assert_allclose(here.qdd, (after.qd - before.qd) / (2 * h), rtol=1e-4, atol=1e-2)
 
 
-def test_the_papers_motion_is_the_quintic_of_minimum_jerk() -> None:
-    """It is q = -0.5 + 10 s^3 - 15 s^4 + 6 s^5 over 4 s, and back."""
+def test_motion_of_the_paper_is_the_minimum_jerk_quintic() -> None:
+    """The motion is q = -0.5 + 10 s^3 - 15 s^4 + 6 s^5 over 4 s, and back."""
     motion = read_trajectory(PLANAR_2R / "robot/planar_2r_trajectories.xml", "simple_joint_motion")
     reference = SplineReference(motion)
     assert reference.duration == 8.0
@@ -71,8 +71,8 @@ def test_the_papers_motion_is_the_quintic_of_minimum_jerk() -> None:
     assert middle.qd[0] == pytest.approx(1.875 / 4.0)
 
 
-def casprs_blend(q0: float, q1: float, duration: float, blend: float, t: float) -> list[float]:
-    """Position, velocity and acceleration as CASPR's parabolic blend defines them."""
+def caspr_blend(q0: float, q1: float, duration: float, blend: float, t: float) -> list[float]:
+    """Return position, velocity and acceleration of the parabolic blend of CASPR."""
     a = (q0 - q1) / (blend**2 - duration * blend)
     corner = q0 + a * blend**2 / 2
     v = ((q0 + q1) / 2 - corner) / (duration / 2 - blend)
@@ -84,11 +84,11 @@ def casprs_blend(q0: float, q1: float, duration: float, blend: float, t: float) 
 
 
 @given(numbers, numbers, st.floats(0.1, 5.0), st.floats(0.05, 0.49), st.floats(0.0, 0.999))
-def test_a_parabolic_blend_is_casprs(
+def test_parabolic_blend_matches_caspr(
     q0: float, q1: float, duration: float, share: float, part: float
 ) -> None:
     blend, t = share * duration, part * duration
-    assume(min(t, abs(t - blend), abs(t - duration + blend)) > 1e-9)  # where the acceleration steps
+    assume(min(t, abs(t - blend), abs(t - duration + blend)) > 1e-9)  # not at a step of qdd
     points = (
         TrajectoryPoint(0.0, (1.0,)),
         TrajectoryPoint(1.0, (q0,), blend_time=0.2),
@@ -96,11 +96,11 @@ def test_a_parabolic_blend_is_casprs(
     )
     reference = SplineReference(Trajectory("blend", "parabolic_blend", points, 0.01))
     point = np.array(reference.evaluate(1.0 + t)).ravel()
-    expected = casprs_blend(q0, q1, duration, blend, t)
+    expected = caspr_blend(q0, q1, duration, blend, t)
     np.testing.assert_allclose(point, expected, atol=1e-10 * (1.0 + abs(expected[2])))
 
 
-def test_the_published_blend_rests_in_its_points_and_goes_straight_between(shared: Path) -> None:
+def test_published_blend_stops_at_points_and_is_straight_between(shared: Path) -> None:
     file = shared / "robots/caspr/Example_planar_XY/Example_planar_XY_trajectories.xml"
     reference = SplineReference(read_trajectory(file, "example_parabolic_blend"))
     for t, q in ((0.0, (0.3, 0.5, 0.0)), (5.0, (0.7, 0.5, 0.0)), (10.0, (0.4, 0.3, 0.1))):
@@ -110,8 +110,8 @@ def test_the_published_blend_rests_in_its_points_and_goes_straight_between(share
     np.testing.assert_allclose(reference.evaluate(9.0).qdd, np.array([3, 2, -1]) / 52.5, atol=1e-13)
 
 
-def test_average_velocities_make_a_smooth_cubic(shared: Path) -> None:
-    """Through the inner point at the mean of the slopes, ((0.05, -0.1) + (0.1, 0.2/3)) / 2."""
+def test_average_velocities_yield_a_smooth_cubic(shared: Path) -> None:
+    """The velocity at the inner point is the mean slope, ((0.05, -0.1) + (0.1, 0.2/3)) / 2."""
     file = shared / "robots/caspr/Example_planar_XY/Example_planar_XY_trajectories.xml"
     reference = SplineReference(read_trajectory(file, "example_cubic_average_velocity"))
     for t in (2.0 - 1e-9, 2.0 + 1e-9):
@@ -120,7 +120,7 @@ def test_average_velocities_make_a_smooth_cubic(shared: Path) -> None:
         np.testing.assert_allclose(point.qd, [0.075, -1 / 60, 0.0], atol=1e-8)
 
 
-def test_samples_are_met_and_joined_by_straight_lines(shared: Path) -> None:
+def test_samples_are_interpolated_linearly(shared: Path) -> None:
     file = shared / "robots/caspr/Example_planar_XY/Example_planar_XY_trajectories.xml"
     trajectory = read_trajectory(file, "example_file")
     reference = SplineReference(trajectory)
@@ -134,7 +134,7 @@ def test_samples_are_met_and_joined_by_straight_lines(shared: Path) -> None:
         np.testing.assert_allclose(middle.qdd, mean, atol=1e-12)
 
 
-def test_an_operational_trajectory_gives_its_y(shared: Path) -> None:
+def test_operational_trajectory_returns_y(shared: Path) -> None:
     file = shared / "robots/caspr/RoboyLeftArm/RoboyLeftArm_trajectories.xml"
     reference = SplineReference(read_trajectory(file, "xylo_1", "operational"))
     assert reference.duration == 80.0
@@ -142,7 +142,7 @@ def test_an_operational_trajectory_gives_its_y(shared: Path) -> None:
 
 
 @given(trajectories)
-def test_beyond_its_ends_the_reference_rests(given_points: Trajectory) -> None:
+def test_reference_is_at_rest_outside_its_duration(given_points: Trajectory) -> None:
     reference = SplineReference(given_points)
     for t, point in ((-1.0, given_points.points[0]), (1e3, given_points.points[-1])):
         q, qd, qdd = reference.evaluate(t)
@@ -152,8 +152,10 @@ def test_beyond_its_ends_the_reference_rests(given_points: Trajectory) -> None:
 
 
 @given(st.data(), st.integers(1, 3), st.integers(2, 5))
-def test_the_polynomials_are_scipys_piecewise_ones(data: st.DataObject, n: int, count: int) -> None:
-    """Coefficients bit for bit, also where points give different numbers of derivatives."""
+def test_polynomials_equal_piecewise_polynomials_of_scipy(
+    data: st.DataObject, n: int, count: int
+) -> None:
+    """Coefficients are equal bit for bit, also for points with different numbers of derivatives."""
     row = st.tuples(*[numbers] * n)
     rows = st.one_of(st.tuples(row), st.tuples(row, row), st.tuples(row, row, row))
     given_rows = data.draw(st.lists(rows, min_size=count, max_size=count))
@@ -172,7 +174,7 @@ def test_the_polynomials_are_scipys_piecewise_ones(data: st.DataObject, n: int, 
 
 
 @pytest.mark.parametrize("spline", ["linear", "cubic", "quintic", "samples", "parabolic_blend"])
-def test_points_that_are_too_far_apart_are_refused(spline: Any) -> None:
+def test_points_too_far_apart_raise_an_error(spline: Any) -> None:
     rest = (0.0, 0.0)
     points = (
         TrajectoryPoint(0.0, rest, rest, rest),

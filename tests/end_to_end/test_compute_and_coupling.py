@@ -1,4 +1,4 @@
-"""Who computes and how models are coupled changes no bit; no hardware in a plain run."""
+"""Results are identical for all values of `compute` and `coupling`."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
 
 
 @pytest.mark.parametrize("case", few(CASES, 5))
-def test_every_way_gives_the_same_bits(case: str) -> None:
-    """The master in C and that in Python, FMUs in C and of a Python process."""
+def test_results_do_not_depend_on_compute_and_coupling(case: str) -> None:
+    """Compare the masters in C and Python, and FMUs in C and with a Python process."""
     example, settings = CASES[case]
     experiment = Experiment.load(EXAMPLES / example, {"run.duration": 0.05} | settings)
     first, *others = (simulate(experiment, **way) for way in WAYS.values())
@@ -56,13 +56,13 @@ PLAIN = """
 import sys
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.results.report import run_figures
-run_figures.image = lambda figure, form, mark: b""  # drawing takes longer than all else
+run_figures.image = lambda figure, form, mark: b""  # drawing takes most of the time
 assert main(["run", {example!r}, "--set", "run.duration=0.02", "-o", {folder!r}]) == 0
 print([name for name in sys.modules if name.startswith("cardsflow_fmu.hardware")])
 """
 
 
-def test_a_run_without_hardware_imports_nothing_of_it(tmp_path: Path) -> None:
+def test_run_without_hardware_does_not_import_it(tmp_path: Path) -> None:
     script = PLAIN.format(example=str(PLANAR_2R), folder=str(tmp_path / "out"))
     words = [sys.executable, "-c", script]
     done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=True)
