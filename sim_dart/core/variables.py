@@ -110,8 +110,8 @@ def _driver(
 
 def _constant(joint: Joint, motion: Motion, values: dict[str, float]) -> float:
     if motion.is_fixed:
-        return motion.way(0.0)
-    return motion.way(values[joint.coordinates[motion.coordinate].name])
+        return motion.displacement(0.0)
+    return motion.displacement(values[joint.coordinates[motion.coordinate].name])
 
 
 def _coupling(

@@ -31,7 +31,7 @@ def component_links(snapshot: DesignSnapshot) -> tuple[dict[str, str], list[Find
             problem = f"{count} components have this link name; rename all but one of them"
             findings.append(error(Subject("link", name), "duplicate-link", problem))
     if any(body.occurrence == ROOT for body in snapshot.bodies):
-        named[ROOT] = Names(named.values()).give(ROOT_LINK)
+        named[ROOT] = Names(named.values()).unique(ROOT_LINK)
     if not named and not findings:
         problem = "nothing to export: the design has no components and no bodies"
         findings.append(error(Subject("design", snapshot.name), "nothing-to-export", problem))

@@ -149,7 +149,7 @@ class _Search:
 
     def _floating_edge(self, root: str) -> Edge:
         """Return all six motions of the base."""
-        name = self._free.give(f"{WORLD}_{root}")
+        name = self._free.unique(f"{WORLD}_{root}")
         for edge in self._world_edges_of(root):
             problem = (
                 f"is not exported: it connects {edge.links[0]!r} to the world, but the base floats"
@@ -171,7 +171,7 @@ class _Search:
         is_grounded = any(self._bodies.find(link) == body for link in self._grounded)
         usable = rigid or ([] if is_grounded else own)
         weld = Edge(f"{WORLD}_{root}", root, None, symmetric=True)
-        chosen = usable[0] if usable else replace(weld, name=self._free.give(weld.name))
+        chosen = usable[0] if usable else replace(weld, name=self._free.unique(weld.name))
         for edge in joints:
             same = self._bodies.find(edge.links[0]) == body
             if edge is not chosen and not (same and edge.is_rigid and chosen.is_rigid):

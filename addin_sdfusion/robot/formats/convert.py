@@ -103,7 +103,7 @@ def _for_sdf(robot: Robot) -> Robot:
     links = {link.name for link in robot.links}
     names = Names([WORLD, *links, *(joint.name for joint in robot.joints)])
     joints = tuple(
-        replace(joint, name=names.give(f"{joint.name}_joint")) if joint.name in links else joint
+        replace(joint, name=names.unique(f"{joint.name}_joint")) if joint.name in links else joint
         for joint in robot.joints
     )
     return robot if joints == robot.joints else replace(robot, joints=joints)

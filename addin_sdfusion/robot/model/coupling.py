@@ -1,4 +1,4 @@
-"""Values of all coordinates, coupled and locked ones as well, from the free ones."""
+"""Values of all coordinates, including coupled and locked ones, from the free ones."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from .robot import Robot
 
 
 def followers(robot: Robot) -> list[Coordinate]:
-    """Return the coupled coordinates, each after those that it follows.
+    """Return the coupled coordinates, each after the coordinates that it follows.
 
     Args:
-        robot: A robot without circles of couplings.
+        robot: A robot without cyclic couplings.
     """
     coupled = {c.name: c for c in robot.all_coordinates if c.coupling and not c.locked}
     ordered: dict[str, Coordinate] = {}
@@ -33,7 +33,7 @@ def all_values(robot: Robot, q: Mapping[str, float]) -> dict[str, float]:
 
     Args:
         robot: A valid robot.
-        q: Of the free ones, by their names.
+        q: Values of the free coordinates, by name.
     """
     values = {c.name: c.initial for c in robot.all_coordinates if c.locked} | dict(q)
     for c in followers(robot):

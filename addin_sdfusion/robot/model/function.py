@@ -1,7 +1,7 @@
-"""Functions of a coordinate: what drives a joint's motions, couples coordinates, moves points.
+"""Functions of a coordinate. They drive joint motions, couple coordinates and move via points.
 
-A multiple of a function is one of the same kind; a sum of functions is several motions about one
-axis, or several terms of a coupling.
+A scaled function is a function of the same kind. A sum of functions is expressed by several motions
+about one axis, or by several terms of a coupling.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from typing import Union
 
 @dataclass(frozen=True, slots=True)
 class Polynomial:
-    """c_0 + c_1 x + c_2 x² + ...
+    """Polynomial c_0 + c_1 x + c_2 x² + ...
 
     Attributes:
-        coefficients: c_0, c_1, ..., the constant first; one or more.
+        coefficients: c_0, c_1, ...; at least one.
     """
 
     coefficients: tuple[float, ...]
@@ -27,14 +27,14 @@ class Polynomial:
 
 @dataclass(frozen=True, slots=True)
 class SimmSpline:
-    """OpenSim's cubic spline through points, straight beyond them.
+    """OpenSim's cubic spline through points, with linear extrapolation.
 
-    Its second derivative is continuous between the first and the last point. At an end it comes
-    from the cubic through the four nearest points, so that this is no natural spline.
+    The second derivative is continuous between the first and the last point. At each end it is
+    determined by the cubic through the four nearest points, unlike in a natural spline.
 
     Attributes:
-        x: Where the points are, increasing; two or more.
-        y: Values there.
+        x: Increasing x values of the points; at least two.
+        y: Function values at x.
     """
 
     x: tuple[float, ...]
@@ -43,11 +43,11 @@ class SimmSpline:
 
 @dataclass(frozen=True, slots=True)
 class PiecewiseLinear:
-    """Straight lines between points; the first and the last continue beyond them.
+    """Straight lines between points, with linear extrapolation.
 
     Attributes:
-        x: Where the points are, increasing; two or more.
-        y: Values there.
+        x: Increasing x values of the points; at least two.
+        y: Function values at x.
     """
 
     x: tuple[float, ...]
@@ -56,24 +56,24 @@ class PiecewiseLinear:
 
 Function = Union[Polynomial, SimmSpline, PiecewiseLinear]  # noqa: UP007  used in isinstance below
 ITSELF = Polynomial((0.0, 1.0))
-"""f(x) = x."""
+"""Identity function f(x) = x."""
 
 Cubic = tuple[float, float, float, float, float]
-"""x_k and a, b, c, d of a + D (b + D (c + D d)), D = x - x_k."""
+"""Coefficients x_k, a, b, c, d of a + D (b + D (c + D d)) with D = x - x_k."""
 
 
 def constant(value: float) -> Polynomial:
-    """f(x) = value."""
+    """Return the function f(x) = value."""
     return Polynomial((value,))
 
 
 def linear(slope: float, offset: float = 0.0) -> Polynomial:
-    """f(x) = slope x + offset."""
+    """Return the function f(x) = slope x + offset."""
     return Polynomial((offset, slope))
 
 
 def is_constant(function: Function) -> bool:
-    """Return whether its value is the same everywhere."""
+    """Return whether a function is constant."""
     if isinstance(function, Polynomial):
         return not any(function.coefficients[1:])
     return all(y == function.y[0] for y in function.y)
@@ -87,7 +87,7 @@ def scaled(function: Function, factor: float) -> Function:
 
 
 def taylor(coefficients: Sequence[float], at: float) -> tuple[float, ...]:
-    """Return the polynomial of x with these coefficients in powers of x - at, as many of them."""
+    """Return the coefficients in powers of x of a polynomial given in powers of x - at."""
     powers = [0.0] * len(coefficients)
     for coefficient in reversed(coefficients):
         moved = [0.0, *powers[:-1]]
@@ -97,9 +97,9 @@ def taylor(coefficients: Sequence[float], at: float) -> tuple[float, ...]:
 
 
 def derivatives(function: Function, x: float) -> tuple[float, float, float]:
-    """f, f' and f'' at x.
+    """Return f, f' and f'' at x.
 
-    At a corner of straight lines the slope is that of the line behind it.
+    At a point of a piecewise linear function, the slope of the segment to its right is used.
     """
     if isinstance(function, Polynomial):
         f = slope = curvature = 0.0
@@ -114,15 +114,16 @@ def derivatives(function: Function, x: float) -> tuple[float, float, float]:
 
 
 def value(function: Function, x: float) -> float:
-    """f(x)."""
+    """Return the function value f(x)."""
     return derivatives(function, x)[0]
 
 
 @lru_cache(maxsize=4096)
 def cubics(function: SimmSpline | PiecewiseLinear) -> tuple[Cubic, ...]:
-    """Return the pieces of a function of points, from left to right.
+    """Return the cubic pieces of a spline or piecewise linear function, from left to right.
 
-    The first holds left of the first point, each other one from its x on, the last without end.
+    The first piece extrapolates to the left of the first point. Every other piece begins at its
+    x_k; the last one extrapolates to the right.
     """
     if isinstance(function, PiecewiseLinear) or len(function.x) == 2:
         return _lines(function.x, function.y)
@@ -144,10 +145,12 @@ def _lines(x: Sequence[float], y: Sequence[float]) -> tuple[Cubic, ...]:
 
 
 def _spline(x: Sequence[float], y: Sequence[float]) -> tuple[Cubic, ...]:
-    """Of OpenSim's source: solve for sigma, a sixth of the second derivatives at the points.
+    """Return the pieces of OpenSim's spline.
 
-    h_(i-1) sigma_(i-1) + 2 (h_(i-1) + h_i) sigma_i + h_i sigma_(i+1) = s_i - s_(i-1), with h the
-    distances and s the slopes between the points, and an equation for the cubic at each end.
+    As in OpenSim's source, solve for sigma, a sixth of the second derivatives at the points:
+    h_(i-1) sigma_(i-1) + 2 (h_(i-1) + h_i) sigma_i + h_i sigma_(i+1) = s_i - s_(i-1).
+    h are the distances and s the slopes between the points. One more equation at each end
+    determines the cubic there.
     """
     n = len(x)
     h = [b - a for a, b in pairwise(x)]

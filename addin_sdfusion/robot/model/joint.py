@@ -1,4 +1,4 @@
-"""Joints: elementary motions one after another, and the coordinates that drive them."""
+"""Joints: sequences of elementary motions and the coordinates that drive them."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class Term:
     """A term of a coupling: a function of another coordinate.
 
     Attributes:
-        coordinate: Its name; of any joint.
-        function: Of that coordinate's value, in [rad] or [m].
+        coordinate: Name of a coordinate of any joint.
+        function: Function of that coordinate's value in [rad] or [m].
     """
 
     coordinate: str
@@ -35,16 +35,16 @@ class Term:
 
 @dataclass(frozen=True, slots=True)
 class LimitForce:
-    """A force that grows smoothly beyond a range, with damping there: OpenSim's.
+    """OpenSim's coordinate limit force, which grows smoothly outside of a range, with damping.
 
-    f = K_low(q) (low - q) - K_high(q) (q - high) - damping (K_low/k_low + K_high/k_high) q',
-    K(q) the stiffness times a quintic step over the transition beyond that end of the range.
+    f = K_low(q) (low - q) - K_high(q) (q - high) - damping (K_low/k_low + K_high/k_high) q'.
+    K(q) is the stiffness times a quintic step over the transition outside of the range.
 
     Attributes:
         low, high: The range, in [rad] or [m].
-        stiffness_low, stiffness_high: k beyond each end, in [N·m/rad] or [N/m].
+        stiffness_low, stiffness_high: Stiffness k below and above the range, in [N·m/rad] or [N/m].
         damping: In [N·m·s/rad] or [N·s/m].
-        transition: How far beyond an end the stiffness is whole, in [rad] or [m].
+        transition: Distance outside of the range at which k is fully reached, in [rad] or [m].
     """
 
     low: float
@@ -57,28 +57,27 @@ class LimitForce:
 
 @dataclass(frozen=True, slots=True)
 class Coordinate:
-    """One generalised coordinate q_i, or one that follows others, or stands still.
+    """A generalised coordinate q_i, or a coupled or locked coordinate.
 
-    What is coupled or locked is none of the robot's coordinates q: it is eliminated exactly.
+    Coupled and locked coordinates are not part of q; the equations of motion eliminate them.
 
     Attributes:
-        name: Its name, unique among the coordinates.
-        lower, upper: Limits, in [rad] or [m]; infinite if unlimited.
-        initial: The value at the start unless an experiment says otherwise, in [rad] or [m].
+        name: Name, unique among the coordinates.
+        lower, upper: Joint limits (hard stops), in [rad] or [m]; infinite if unlimited.
+        initial: Initial value unless an experiment specifies another one, in [rad] or [m].
         damping: Viscous damping, in [N·m·s/rad] or [N·s/m].
         unit: `rad` or `m`.
-        actuated: Whether a motor of its own drives it, next to the muscles.
-        stiffness: Of a spring in the joint, in [N·m/rad] or [N/m]; 0 for none.
-        rest: Where the spring makes no torque, in [rad] or [m].
-        friction: Coulomb friction: the torque or force that holds it at rest, and that slows it
-            when it moves, in [N·m] or [N].
-        tau_min, tau_max: Bounds of its motor's torque or force, in [N·m] or [N]; infinite if
-            there is none. A file may give them for a joint without a motor.
-        armature: Inertia of what turns with it besides the links, as a motor's rotor behind its
-            gear, in [kg·m²] or [kg].
-        coupling: Its value is the sum of these terms; empty if it moves freely.
-        locked: Whether it is held at its initial value.
-        limit_force: A force beyond a range, None for none. The limits are hard stops.
+        actuated: Whether a motor drives the coordinate, in addition to the muscles.
+        stiffness: Stiffness of a joint spring, in [N·m/rad] or [N/m]; 0 without a spring.
+        rest: Rest position of the spring, in [rad] or [m].
+        friction: Coulomb friction torque or force, in [N·m] or [N].
+        tau_min, tau_max: Limits of the motor's torque or force, in [N·m] or [N]; infinite if not
+            specified. A file can specify them for a joint without a motor.
+        armature: Additional inertia that moves with the coordinate, such as a motor's rotor seen
+            through its gear, in [kg·m²] or [kg].
+        coupling: Terms whose sum is the value of the coordinate; empty if it is not coupled.
+        locked: Whether the coordinate is locked at its initial value.
+        limit_force: Force outside of a range, or None.
     """
 
     name: str
@@ -100,19 +99,19 @@ class Coordinate:
 
     @property
     def is_free(self) -> bool:
-        """Whether it is one of q."""
+        """Whether the coordinate is part of q."""
         return not (self.coupling or self.locked)
 
 
-def renamed(coordinate: Coordinate, named: Callable[[str], str]) -> Coordinate:
-    """Return the coordinate under another name, and what it follows as well.
+def rename_coordinate(coordinate: Coordinate, new_name: Callable[[str], str]) -> Coordinate:
+    """Return the coordinate with another name, and with renamed coordinates in its coupling.
 
     Args:
         coordinate: The coordinate.
-        named: The new name of each old one.
+        new_name: Function that returns the new name for an old name.
     """
-    coupling = tuple(replace(t, coordinate=named(t.coordinate)) for t in coordinate.coupling)
-    return replace(coordinate, name=named(coordinate.name), coupling=coupling)
+    coupling = tuple(replace(t, coordinate=new_name(t.coordinate)) for t in coordinate.coupling)
+    return replace(coordinate, name=new_name(coordinate.name), coupling=coupling)
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,10 +120,10 @@ class Motion:
 
     Attributes:
         kind: `rotation` or `translation`.
-        axis: Unit vector in the frame that the joint's motions before this one have led to.
-        coordinate: Index of the coordinate that drives it, among those of the joint; of no meaning
-            where the function is constant.
-        function: The angle in [rad], or the way in [m], of the coordinate's value.
+        axis: Unit vector in the frame after the joint's preceding motions.
+        coordinate: Index of the driving coordinate in the joint; unused if the function is
+            constant.
+        function: Angle in [rad] or displacement in [m] as a function of the coordinate's value.
     """
 
     kind: MotionKind
@@ -134,16 +133,16 @@ class Motion:
 
     @property
     def unit(self) -> Literal["rad", "m"]:
-        """Unit of the angle or the way."""
+        """Unit of the angle or displacement."""
         return _UNIT[self.kind]
 
     @property
     def is_fixed(self) -> bool:
-        """Whether it stands still, as its function is constant."""
+        """Whether the motion is constant."""
         return is_constant(self.function)
 
-    def way(self, coordinate: float) -> float:
-        """How far it goes at a value of its coordinate, in [rad] or [m]."""
+    def displacement(self, coordinate: float) -> float:
+        """Return the angle in [rad] or displacement in [m] at a value of the coordinate."""
         return coordinate if self.function == ITSELF else value(self.function, coordinate)
 
 
@@ -153,7 +152,7 @@ def revolute(axis: Vector3) -> tuple[Motion, ...]:
 
 
 def prismatic(axis: Vector3) -> tuple[Motion, ...]:
-    """The motion of a prismatic joint: a translation along a unit vector in the joint frame."""
+    """Return the motion of a prismatic joint: a translation along a unit vector in its frame."""
     return (Motion("translation", axis),)
 
 
@@ -165,11 +164,11 @@ class Joint:
     T_parent_child = T_parent_joint · motion_1(q) · motion_2(q) · ... · T_child_joint⁻¹.
 
     Attributes:
-        name: Its name, unique among the joints.
+        name: Name, unique among the joints.
         parent: The parent link, or `WORLD`.
         child: The child link.
-        motions: The motions in their order from the parent to the child; none for a fixed joint.
-        coordinates: What drives the motions, in the order of q; as a rule one each.
+        motions: Motions in order from parent to child; empty for a fixed joint.
+        coordinates: Coordinates that drive the motions, in the order of q; usually one per motion.
         T_parent_joint: Pose of the joint frame in the parent link's frame.
         T_child_joint: Pose of the frame after the motions in the child link's frame.
     """
@@ -184,25 +183,27 @@ class Joint:
 
     @property
     def type(self) -> JointType:
-        """What the field calls a joint with these motions."""
+        """Type of the joint, see `joint_type`; `compound` if it has functions or couplings."""
         return joint_type(self.motions) if self.is_plain else "compound"
 
-    def home(self, coordinate: int) -> int:
-        """Return the motion that is a coordinate's own, or nearest to it: the first in its unit.
+    def main_motion(self, coordinate: int) -> int:
+        """Return the index of a coordinate's main motion: the first one with the same unit.
+
+        If no motion has the same unit, return the first one that the coordinate drives.
 
         Args:
-            coordinate: Index of one that moves something.
+            coordinate: Index of a coordinate that drives at least one motion.
         """
         moved = [
-            (motion.unit != self.coordinates[coordinate].unit, place)
-            for place, motion in enumerate(self.motions)
+            (motion.unit != self.coordinates[coordinate].unit, index)
+            for index, motion in enumerate(self.motions)
             if motion.coordinate == coordinate and not motion.is_fixed
         ]
         return min(moved)[1]
 
     @property
     def is_plain(self) -> bool:
-        """Whether each motion is a free coordinate of its own."""
+        """Whether each motion equals a separate free coordinate."""
         return (
             all(motion.function == ITSELF for motion in self.motions)
             and all(coordinate.is_free for coordinate in self.coordinates)
@@ -211,11 +212,11 @@ class Joint:
 
 
 def joint_type(motions: tuple[Motion, ...]) -> JointType:
-    """What the field calls a joint.
+    """Return the type of a joint with these motions.
 
-    `universal` is two rotations about orthogonal axes, `ball` three, each orthogonal to the one
-    before, `planar` two translations and a rotation about their normal, `free` three translations
-    and then a ball; `compound` is any other sequence.
+    `universal` has two rotations about orthogonal axes. `ball` has three rotations, each axis
+    orthogonal to the preceding one. `planar` has two translations and a rotation about their
+    normal. `free` has three translations, then a ball. `compound` is any other sequence.
     """
     pattern = "".join(motion.kind[0] for motion in motions)
     if pattern in ("", "r", "t"):
@@ -231,7 +232,7 @@ def joint_type(motions: tuple[Motion, ...]) -> JointType:
 
 
 def _orthogonal(motions: tuple[Motion, ...]) -> bool:
-    """Return whether each axis is orthogonal to the one before."""
+    """Return whether each axis is orthogonal to the preceding one."""
     return all(
         abs(sum(a * b for a, b in zip(first.axis, second.axis, strict=True))) <= _ORTHOGONAL
         for first, second in pairwise(motions)

@@ -17,13 +17,18 @@ def initial_poses(robot: Robot) -> dict[str, Pose]:
 
 
 def link_poses(robot: Robot, q: Mapping[str, float]) -> dict[str, Pose]:
-    """The pose of every link in the world, at values of the free coordinates, in [rad] or [m]."""
+    """Return the pose of every link in the world.
+
+    Args:
+        robot: A valid robot.
+        q: Values of the free coordinates by name, in [rad] or [m].
+    """
     poses, values = {WORLD: IDENTITY}, all_values(robot, q)
     for joint in robot.joints:
         T = compose(poses[joint.parent], joint.T_parent_joint)
         for motion in joint.motions:
-            own = 0.0 if motion.is_fixed else values[joint.coordinates[motion.coordinate].name]
-            T = compose(T, _motion_pose(motion, motion.way(own)))
+            x = 0.0 if motion.is_fixed else values[joint.coordinates[motion.coordinate].name]
+            T = compose(T, _motion_pose(motion, motion.displacement(x)))
         poses[joint.child] = compose(T, inverse(joint.T_child_joint))
     return poses
 

@@ -1,4 +1,4 @@
-"""Loop joints: those that close a loop between two links which the tree already holds."""
+"""Loop joints, which close a loop between two links of the joint tree."""
 
 from __future__ import annotations
 
@@ -21,29 +21,29 @@ AXES: dict[LoopType, int] = {
     "ball": 0,
     "planar": 1,
 }
-"""How many axes each type has."""
+"""Number of axes of each type."""
 
 
 @dataclass(frozen=True, slots=True)
 class LoopJoint:
-    """A joint without coordinates, which holds where two links of the tree can be.
+    """A joint without coordinates that constrains the relative pose of two links of the tree.
 
-    In the joint frame on the parent, the joint frame on the child may be moved by
+    The joint frame on the child can move relative to the joint frame on the parent by
 
-        fixed        nothing
+        fixed        no motion
         revolute     a rotation about the axis
-        prismatic    a translation along it
-        cylindrical  both
-        universal    a rotation about the first axis, and one about the second, orthogonal to it
+        prismatic    a translation along the axis
+        cylindrical  a rotation about and a translation along the axis
+        universal    rotations about the first axis and about the second axis, orthogonal to it
         ball         any rotation
-        planar       translations across the axis, and a rotation about it
+        planar       translations normal to the axis and a rotation about it
 
     Attributes:
-        name: Its name, unique among the joints.
-        parent: One link, or `WORLD`.
-        child: The other.
-        type: What it leaves free.
-        axes: Unit vectors in the joint frame, as many as the type has.
+        name: Name, unique among the joints.
+        parent: First link, or `WORLD`.
+        child: Second link.
+        type: Type, which defines the free motions.
+        axes: Unit vectors in the joint frame, see `AXES` for their number.
         T_parent_joint: Pose of the joint frame in the parent link's frame.
         T_child_joint: Pose of the joint frame in the child link's frame.
     """
@@ -58,7 +58,7 @@ class LoopJoint:
 
 
 def loop_type(motions: tuple[Motion, ...]) -> tuple[LoopType, tuple[Vector3, ...]] | None:
-    """Type and axes of the loop joint that leaves these motions free; None if there is none."""
+    """Return type and axes of the loop joint that allows these motions, or None."""
     kind = joint_type(motions)
     axes = tuple(motion.axis for motion in motions)
     if kind == "fixed" or kind == "ball":

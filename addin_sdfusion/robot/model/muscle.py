@@ -11,11 +11,11 @@ from .muscle_path import Branch, CoordinateTerm, PointCondition, PointMotion
 from .pose import IDENTITY, Pose, Vector3
 
 _CASPRS = ("linear_spring", "vsd_torsion", "vsd_flexure", "vsd_polynomial")
-"""Cables of CASPR that are described and not simulated."""
+"""Cables of CASPR that can be described but are not simulated."""
 
 if TYPE_CHECKING:
     CableKind: TypeAlias = str
-else:  # readers and schemas take the names from here
+else:  # readers and schemas use the names of this Literal
     CableKind = Literal[(*MUSCLE_LAWS, *_CASPRS)]
 Side = Literal[-1, 0, 1]
 WrapShape = Literal["sphere", "cylinder", "ellipsoid"]
@@ -28,12 +28,12 @@ class ViaPoint:
     """A point that a muscle passes through.
 
     Attributes:
-        link: The link it is fixed to, or `WORLD`.
+        link: Link of the point, or `WORLD`.
         position: In that link's frame, in [m].
-        when: When the muscle passes through it; None for always.
-        moves: How it moves on the link, next to its position; none for a fixed point.
-        friction: The cable's coefficient in its bend there, on its pulley at the first point; None
-            for the muscle's.
+        when: Condition for the point to be active, or None for a point that is always active.
+        moves: Motions of the point on its link, added to its position; empty for a fixed point.
+        friction: Coefficient of cable friction at the point (of its pulley, at the first point), or
+            None for the coefficient of the muscle.
     """
 
     link: str
@@ -45,12 +45,12 @@ class ViaPoint:
 
 @dataclass(frozen=True, slots=True)
 class CustomMuscleLaw:
-    """A tension custom law: a class in a Python file.
+    """A custom muscle law: a class in a Python file.
 
     Attributes:
-        file: The file.
-        name: The class.
-        command: What drives it: name, unit, least and greatest value; None for a passive one.
+        file: Path of the file.
+        name: Name of the class.
+        command: Name, unit, minimum and maximum of the command; None for a passive law.
     """
 
     file: str
@@ -60,16 +60,15 @@ class CustomMuscleLaw:
 
 @dataclass(frozen=True, slots=True)
 class CableModel:
-    """How a muscle's tension follows from its command, length and speed.
+    """Muscle law of a muscle, with its parameters.
 
-    The laws of `laws` are simulated. CASPR's `linear_spring` and variable-stiffness cables
-    are kept in the description and simulated as ideal, as CASPR does it: `check` reports it.
+    The laws in `laws` are simulated. CASPR's `linear_spring` and variable-stiffness cables are
+    stored and simulated as ideal cables, as in CASPR; `check` reports this.
 
     Attributes:
-        kind: `ideal` (force as commanded), another law, or one of CASPR's cables.
-        parameters: Its numbers by name, in SI units; of CASPR's cables by the names of its files.
-        own: A custom law, in the kind's place; it comes from an experiment, no robot's file
-            has it.
+        kind: `ideal` (the force equals the command), another law, or one of CASPR's cables.
+        parameters: Parameters by name, in SI units; CASPR's cables use the names of CASPR's files.
+        custom: A custom law that replaces `kind`. Only experiments specify it, not robot files.
     """
 
     kind: CableKind = "ideal"
@@ -79,19 +78,19 @@ class CableModel:
 
 @dataclass(frozen=True, slots=True)
 class BasePulley:
-    """A swivelling pulley where a cable begins, at the base or on a link.
+    """A swivelling pulley at the start of a cable, on the base or on a link.
 
-    The first via point is where the cable comes on, along the entry vector; the pulley's plane
-    swivels about that line to hold the next point. The arc on the pulley, of `pulley_radius`,
-    counts for the length, and the cable leaves along the tangent. The winch of a screw moves its
-    pulley along in CASPR, by a way that depends on how often it was called; here it stands still:
-    `check` reports it.
+    The cable enters the pulley at the first via point, along the entry vector. The plane of the
+    pulley swivels about this line so that it contains the next point. The length includes the arc
+    on the pulley, of `pulley_radius`, and the cable leaves along the tangent. In CASPR the winch of
+    a `screw` moves its pulley by a distance that depends on the number of calls. Here the pulley
+    does not move; `check` reports this.
 
     Attributes:
-        kind: `rotating`, or `screw` with a winch behind it.
-        parameters: Its numbers by the names and in the units of CASPR's files, vectors in a row;
-            and `inertia` about its axis in [kg m^2] and `bearing_friction` in [N m], which the
-            winch behind it bears.
+        kind: `rotating`, or `screw` for a pulley with a screw winch.
+        parameters: Parameters with the names and units of CASPR's files, vectors as rows. Also
+            `inertia` about the axis in [kg m^2] and `bearing_friction` in [N m], which are added to
+            the winch.
     """
 
     kind: Literal["rotating", "screw"]
@@ -99,43 +98,43 @@ class BasePulley:
 
     @property
     def entry_name(self) -> str:
-        """What CASPR calls the direction in which the cable comes on."""
+        """CASPR's name of the direction in which the cable enters the pulley."""
         return "cable_pulley_entry_vector" if self.kind == "screw" else "cable_entry_vector"
 
     @property
     def entry_vector(self) -> tuple[float, ...]:
-        """The direction in which the cable comes on; empty if it is not given."""
+        """Direction in which the cable enters the pulley; empty if not specified."""
         return dict(self.parameters).get(self.entry_name, ())
 
     @property
     def radius(self) -> tuple[float, ...]:
-        """The pulley's radius, in [m]; empty if it is not given."""
+        """Radius of the pulley, in [m]; empty if not specified."""
         return dict(self.parameters).get("pulley_radius", ())
 
     def number(self, name: str) -> float:
-        """Return a number that may be left out: 0 then."""
+        """Return an optional parameter, or 0 if it is not specified."""
         return dict(self.parameters).get(name, (0.0,))[0]
 
 
 @dataclass(frozen=True, slots=True)
 class WrapSurface:
-    """A surface that muscles may wrap over.
+    """A surface over which muscles can wrap.
 
-    A cylinder's ends are taken as tapered: where the straight line between the via points passes
-    the axis beyond an end, the radius that counts falls to zero within one radius. So a cable
+    The ends of a cylinder are tapered: if the straight line between the via points passes the axis
+    outside of an end, the effective radius decreases to zero within one radius. Therefore a cable
     slips off an end without a jump of its length.
 
-    Over an ellipsoid the cable is taut along a geodesic, the shortest one: where two are as short,
-    its direction jumps, but not its length.
+    Over an ellipsoid the cable follows the shortest geodesic. If two geodesics are equally short,
+    its direction can jump, but not its length.
 
     Attributes:
-        name: Its name, unique among the wrap surfaces.
-        link: The link it is fixed to, or `WORLD`.
+        name: Name, unique among the wrap surfaces.
+        link: Link of the surface, or `WORLD`.
         shape: `sphere`, `cylinder` or `ellipsoid`; a cylinder's axis is the z axis of its pose.
-        radius: In [m]; of an ellipsoid, its half axis along x.
-        pose: In the link's frame.
-        length: Of a cylinder, in [m]; infinite if it has no ends.
-        half_axes: Of an ellipsoid, the half axes along y and z, in [m]; unused for other shapes.
+        radius: Radius in [m]; for an ellipsoid the half axis along x.
+        pose: Pose in the link's frame.
+        length: Length of a cylinder, in [m]; infinite for a cylinder without ends.
+        half_axes: Half axes of an ellipsoid along y and z, in [m]; None for other shapes.
     """
 
     name: str
@@ -151,48 +150,50 @@ class WrapSurface:
 class Wrap:
     """A muscle's wrap over a surface.
 
-    A cable is straight as long as its straight line clears the surface. Else it goes round it
-    along the shorter path, or on the chosen side, be it the longer path; coming off the surface
-    changes its length smoothly, except that a cable on the longer path slips off with a jump where
-    its straight line gets clear. With whole turns it never comes off. A via point inside the
-    surface has it shrink so that it passes through the point.
+    If the straight line between the via points does not intersect the surface, the cable is
+    straight. Otherwise it wraps around the surface along the shorter path, or on the chosen side,
+    even if that path is longer. Lift-off changes the length smoothly, except on the longer path:
+    there the cable slips off with a jump when the straight line becomes free. With full turns the
+    cable never lifts off. If a via point is inside the surface, the surface is shrunk so that it
+    passes through the point.
 
     Several surfaces in a segment are passed in their order, and the cable is taut over all of them.
-    On which chosen side it passes each is judged by the straight line between the via points;
-    spheres are then passed along the shorter path. Past two spheres there can be more than one taut
-    path, and the length jumps where the cable comes to another one: cylinders hold it better.
+    The straight line between the via points decides on which side each surface is passed; spheres
+    are passed along the shorter path. Over two spheres more than one taut path can exist, and the
+    length jumps when the cable changes to another one. Cylinders avoid this.
 
-    Inside a surface, as through a ring or a sheath, a cable is straight as long as its straight
-    line passes through it, or begins or ends in it. Else it touches the surface from within at one
-    point, smoothly. A cylinder's ends do not count there.
+    With `inside` the cable passes through the surface, as through a ring or a sheath. It is
+    straight if the straight line passes through the surface, or begins or ends in it. Otherwise it
+    touches the surface from inside at one point. The ends of a cylinder are ignored.
 
-    Models of other programs keep these programs' rules on whether and on which side a cable goes
-    round; the way itself is the shortest on that side, and it is straight where an end is inside:
+    Models of other programs use the rules of these programs to decide whether and on which side the
+    cable wraps. The path is the shortest one on that side, and straight if an end is inside:
 
-    * `mujoco`: without a side point as the straight line decides. With one outside of the surface,
-      on its side: also where the straight line clears the surface on the other side. With one
-      inside, the cable is led through the surface. Cylinders have no ends.
-    * `opensim`: in the quadrant `all` as the straight line decides, else in the half of space that
-      the quadrant says; over an ellipsoid only where the straight line meets it, and of several
-      shortest paths along one that touches it in that half. A cylinder is left where the cable
-      touches it beyond its ends only. Of the segments up to `last_segment` the cable goes round in
-      the first whose straight line meets the surface, else, and over a sphere in the quadrant
-      `all`, in the one that becomes longer by the least.
+    * `mujoco`: Without a side point, the straight line decides. With a side point outside of the
+      surface, the cable passes on that side, also if the straight line is free on the other side.
+      With a side point inside, the cable passes through the surface. Cylinders have no ends.
+    * `opensim`: In the quadrant `all` the straight line decides, otherwise the cable passes in the
+      half space that the quadrant defines. Over an ellipsoid it wraps only if the straight line
+      intersects it; if several shortest paths exist, it uses one in that half space. The cable
+      lifts off a cylinder only if it touches it outside of its ends. If the wrap can be in several
+      segments up to `last_segment`, it is in the first segment whose straight line intersects the
+      surface. If there is no such segment, and over a sphere in the quadrant `all`, it is in the
+      segment with the smallest increase in length.
 
     Attributes:
         surface: Name of the surface.
-        segment: Index of the via point before it.
-        side: 1 or -1 for a chosen sense of turning about the surface's z axis, 0 for the shorter
-            path.
-        turns: Whole turns about it, besides.
-        inside: Whether it passes inside the surface; then it has no side and no turns.
-        rule: Whose rules it goes by: `taut` for those of above, the only ones with side, turns and
-            inside; or `mujoco` or `opensim`.
-        side_point: Of MuJoCo's rules, the site that says the side; None if there is none.
-        quadrant: Of OpenSim's rules, the half of space about the surface's pose that it passes in.
-        last_segment: Index of the via point before the last segment that it may be in, where there
-            are several, by OpenSim's rules; None for `segment` alone.
-        friction: The cable's coefficient on this surface; None for the muscle's.
+        segment: Index of the via point before the surface.
+        side: 1 or -1 for a sense of rotation about the surface's z axis, 0 for the shorter path.
+        turns: Number of additional full turns.
+        inside: Whether the cable passes inside the surface; requires `side` 0 and `turns` 0.
+        rule: `taut` for the rules above, the only ones that support side, turns and inside; or
+            `mujoco` or `opensim`.
+        side_point: Site that defines the side, with the rule `mujoco`; or None.
+        quadrant: Half space in the surface's frame, with the rule `opensim`.
+        last_segment: Index of the via point before the last possible segment, with the rule
+            `opensim`; None if only `segment` is possible.
+        friction: Coefficient of cable friction on this surface, or None for the coefficient of the
+            muscle.
     """
 
     surface: str
@@ -208,14 +209,14 @@ class Wrap:
 
     @property
     def last(self) -> int:
-        """Index of the via point before the last segment that it may be in."""
+        """Index of the via point before the last possible segment."""
         return self.segment if self.last_segment is None else self.last_segment
 
 
 _Bend = TypeVar("_Bend", ViaPoint, Wrap)
 
 PRESLIDING = 2e-4
-"""Way over which friction of a cable turns round where nothing is given, in [m]."""
+"""Default sliding distance over which the friction of a cable reverses, in [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,19 +224,19 @@ class Muscle:
     """A cable that is taut through its via points and over its wrap surfaces.
 
     Attributes:
-        name: Its name, unique in its cable set.
-        via_points: At least two, in order; none for a length of terms alone.
-        f_min: Smallest force that a controller may command, in [N].
-        f_max: Largest force, in [N]; infinite if unknown.
-        model: How force, length and stiffness belong together.
-        pulley: A swivelling pulley at its first via point, if there is one.
+        name: Name, unique in the cable set.
+        via_points: At least two points, in order; empty for a length that consists only of terms.
+        f_min: Minimum force that a controller can command, in [N].
+        f_max: Maximum force, in [N]; infinite if unknown.
+        model: Muscle law with its parameters.
+        pulley: Swivelling pulley at the first via point, or None.
         wraps: Wraps over surfaces, in order.
-        branches: Where the path begins again, in order; none for a path in one piece.
-        terms: What is added to the length of the path in proportion to coordinates.
-        friction: Coulomb's coefficient of the cable on its guides: over an angle theta its tension
-            changes by up to exp(friction theta), where a via point or a wrap has none of its own.
+        branches: Via points at which the path begins again, in order; empty for a single piece.
+        terms: Terms proportional to coordinates that are added to the length of the path.
+        friction: Coefficient of Coulomb friction of the cable on its guides. Over an angle theta
+            the tension changes by up to exp(friction theta). Via points and wraps can override it.
             The first via point is the driven end.
-        presliding: Way over which that friction turns round when the cable does, in [m].
+        presliding: Sliding distance over which the friction reverses, in [m].
     """
 
     name: str
@@ -252,16 +253,16 @@ class Muscle:
 
     @property
     def is_straight(self) -> bool:
-        """Whether it is nothing but straight segments between all of its via points, which stay."""
+        """Whether the path consists of straight segments between all via points, all fixed."""
         moving = any(point.when is not None or point.moves for point in self.via_points)
         plain = not moving and not self.branches and bool(self.via_points)
         return plain and not self.wraps and self.pulley is None
 
     @property
     def bend_friction(self) -> tuple[float, ...]:
-        """Coefficients of its bends along the path; none if all are 0.
+        """Friction coefficients of the bends along the path; empty if all are 0.
 
-        Bends are the via points but the ends, the pulley at its first one, and the wraps.
+        Bends are the inner via points, the pulley at the first via point, and the wraps.
         """
         own: list[float | None] = []
         for k, point in enumerate(self.via_points[:-1]):
@@ -272,7 +273,7 @@ class Muscle:
         return found if any(found) else ()
 
     def with_friction_scaled(self, factor: float) -> Muscle:
-        """Return the same with all of its coefficients of friction times a factor."""
+        """Return the muscle with all coefficients of friction multiplied by a factor."""
 
         def scaled(bend: _Bend) -> _Bend:
             own = bend.friction
@@ -286,13 +287,13 @@ class Muscle:
         )
 
     def is_segment(self, k: int) -> bool:
-        """Return whether the path leads from via point k to the next one."""
+        """Return whether a segment connects via point k to the next one."""
         return all(branch.point != k + 1 for branch in self.branches)
 
 
 @dataclass(frozen=True, slots=True)
 class CableSet:
-    """A named, complete set of muscles; a robot has one or more and uses one at a time."""
+    """A named, complete set of muscles. A robot can have several sets; one set is active."""
 
     name: str
     muscles: tuple[Muscle, ...]

@@ -1,13 +1,13 @@
-"""The muscle laws of muscles by their models: parameters, commands and states.
+"""Parameters, commands and states of the muscle law of a muscle.
 
-The table of laws is in `laws`, the equations are in `sim_dart/csrc/laws/<law>.c`.
+`laws` defines all laws; `sim_dart/csrc/laws/<law>.c` contains the equations.
 """
 
 from __future__ import annotations
 
 from ..errors import InputError
 from .laws import MUSCLE_LAWS
-from .laws.law import Command, LawState, MuscleLawDefinition, evaluated
+from .laws.law import Command, LawState, MuscleLawDefinition, evaluate
 from .muscle import CableModel, Muscle
 
 PRESETS: dict[str, CableModel] = {
@@ -15,11 +15,11 @@ PRESETS: dict[str, CableModel] = {
     for law in MUSCLE_LAWS.values()
     for name, values in law.presets.items()
 }
-"""Published sets of parameters, by name."""
+"""Published parameter sets, by name."""
 
 
 def law_of(model: CableModel) -> MuscleLawDefinition:
-    """Return the law that a muscle is simulated by: `ideal` for what is described only."""
+    """Return the simulated muscle law: `ideal` for CASPR's cables that are not simulated."""
     if model.custom is not None:
         custom = model.custom
         command = None if custom.command is None else Command(*custom.command)
@@ -29,13 +29,13 @@ def law_of(model: CableModel) -> MuscleLawDefinition:
 
 
 def law_parameters(model: CableModel) -> dict[str, float]:
-    """Return all parameters of a muscle's law, in the C core's order, defaults filled in.
+    """Return all parameters of a muscle law, including defaults, in the C core's order.
 
     Args:
         model: A model without errors; see `check`.
 
     Raises:
-        InputError: A parameter without a default is not given.
+        InputError: A parameter without a default is not specified.
     """
     given = dict(model.parameters)
     values = {}
@@ -48,10 +48,10 @@ def law_parameters(model: CableModel) -> dict[str, float]:
 
 
 def muscle_parameters(muscle: Muscle) -> dict[str, float]:
-    """Return all parameters of a muscle's law, with what its pulley adds to its winch.
+    """Return all parameters of a muscle's law, including the contribution of its pulley.
 
-    A pulley of radius R turns by r / R as far as a drum of radius r: it adds J (r / R)^2 to the
-    drum's inertia, and Tc r / R to its dry friction.
+    A pulley of radius R turns r / R times as far as a drum of radius r. It adds J (r / R)^2 to the
+    drum's inertia and Tc r / R to its dry friction.
 
     Args:
         muscle: A muscle without errors; see `check`.
@@ -65,22 +65,22 @@ def muscle_parameters(muscle: Muscle) -> dict[str, float]:
 
 
 def command_range(model: CableModel) -> tuple[float, float]:
-    """Smallest and largest command of a muscle; (0, 0) for a passive one."""
+    """Return minimum and maximum of a muscle's command; (0, 0) for a passive muscle."""
     command = law_of(model).command
     if command is None:
         return 0.0, 0.0
     values = law_parameters(model)
     low, high = (
-        evaluated(limit, values) if isinstance(limit, str) else limit
+        evaluate(limit, values) if isinstance(limit, str) else limit
         for limit in (command.low, command.high)
     )
     return low, high
 
 
 def states_of(model: CableModel) -> tuple[LawState, ...]:
-    """Return the states that a muscle has with its parameters, in order."""
+    """Return the states of a muscle with these parameters, in order."""
     law = law_of(model)
     if not law.states:
         return ()
     values = law_parameters(model)
-    return tuple(state for state in law.states if not state.where or evaluated(state.where, values))
+    return tuple(state for state in law.states if not state.where or evaluate(state.where, values))

@@ -11,17 +11,17 @@ from .pose import Vector3
 
 @dataclass(frozen=True, slots=True)
 class PointCondition:
-    """When a muscle passes through a via point: while a coordinate is within a range.
+    """Condition for an active via point: a coordinate is within a range.
 
-    Elsewhere the muscle goes straight on to the next point. Length and force jump at both ends of
-    the range, unless there is a smoothing: then the share s of the point rises from 0 to 1 within
-    that distance outside of the range, and the length is s times that with the point and 1 - s
-    times that without it.
+    Outside of the range the muscle skips the point. Length and force jump at both ends of the
+    range, unless `smoothing` is positive. Then the weight s of the point increases from 0 to 1
+    within this distance outside of the range. The length is s times the length with the point plus
+    1 - s times the length without it.
 
     Attributes:
         coordinate: Name of the coordinate.
-        low, high: The range, ends included, in [rad] or [m].
-        smoothing: Over how far the change goes on outside of the range, in [rad] or [m]; 0: a jump.
+        low, high: The closed range, in [rad] or [m].
+        smoothing: Width of the transition outside of the range, in [rad] or [m]; 0 for a jump.
     """
 
     coordinate: str
@@ -32,13 +32,14 @@ class PointCondition:
 
 @dataclass(frozen=True, slots=True)
 class PointMotion:
-    """How a coordinate moves a via point on its link: by f(q) along an axis.
+    """Motion of a via point on its link, by f(q) times an axis.
 
     Attributes:
-        axis: In the link's frame; a vector of any length, by which f counts.
+        axis: Vector in the link's frame, of any length, by which f is multiplied.
         coordinate: Name of the coordinate.
-        function: f, in [m] where the axis is a unit vector.
-        low, high: Beyond these values of the coordinate the point stands still, in [rad] or [m].
+        function: f, in [m] if the axis is a unit vector.
+        low, high: Range of the coordinate outside of which the point does not move further, in
+            [rad] or [m].
     """
 
     axis: Vector3
@@ -50,14 +51,14 @@ class PointMotion:
 
 @dataclass(frozen=True, slots=True)
 class Branch:
-    """Where a muscle's path begins again, as behind a pulley that divides a tendon.
+    """A branch, at which a muscle's path begins again, as after a pulley that divides a tendon.
 
-    There is no segment between the via point before and this one. The length of the branch, up to
-    the next one, counts divided.
+    No segment connects the preceding via point to the first point of the branch. The length of the
+    branch, up to the next branch, is divided by the divisor.
 
     Attributes:
-        point: Index of the via point that it begins with; 0 for the whole path up to the next.
-        divisor: What its length is divided by.
+        point: Index of the first via point; 0 for the path up to the first other branch.
+        divisor: Divisor of the length.
     """
 
     point: int
@@ -66,11 +67,11 @@ class Branch:
 
 @dataclass(frozen=True, slots=True)
 class CoordinateTerm:
-    """A part of a muscle's length that is proportional to a coordinate, as of a fixed tendon.
+    """A term of a muscle's length that is proportional to a coordinate, as in a fixed tendon.
 
     Attributes:
         coordinate: Name of the coordinate.
-        factor: The moment arm dl/dq, in [m/rad], or without unit for one in [m].
+        factor: Moment arm dl/dq, in [m/rad], or dimensionless for a coordinate in [m].
     """
 
     coordinate: str

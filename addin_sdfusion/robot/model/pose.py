@@ -1,4 +1,4 @@
-"""Points and poses as robot files hold them."""
+"""Points and poses, represented as in robot files."""
 
 from __future__ import annotations
 

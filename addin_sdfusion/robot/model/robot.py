@@ -1,9 +1,9 @@
-"""Robot description: links, joints, cables, task frames. Plain, frozen, standard library only.
+"""Robot description: links, joints, muscles and task frames, as immutable dataclasses.
 
-Conventions: SI units. Every link has a frame; joints, via points, centres of mass and task points
-are given in link frames. The joints make a tree: every link is the child of exactly one, and the
-root of the tree is `WORLD`. They are listed parents first; that order is the order of the
-coordinates q. Loop joints, which have no coordinates, close loops between links of the tree.
+All values are in SI units. Joints, via points, centres of mass and task points are expressed in
+link frames. The joints form a tree: every link is the child of exactly one joint, and `WORLD` is
+the root. Joints are listed parents first; their order defines the order of the coordinates q. Loop
+joints have no coordinates and close loops between links of the tree.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ POSITIONS: tuple[Axis, ...] = ("x", "y", "z")
 ANGLES: tuple[Axis, ...] = ("alpha", "beta", "gamma")
 
 WORLD = "world"
-"""The name of the fixed frame, usable wherever a link is named as parent or for a via point."""
+"""Name of the fixed frame. It can be used like a link as a parent and for via points."""
 
 MARKERS = "markers"
-"""The task set of the points that are only looked at."""
+"""Name of the task set with markers, which are reported but not controlled."""
 
 GRAVITY: Vector3 = (0.0, 0.0, -9.81)
-"""Gravity unless a robot says otherwise, in [m/s²]: CASPR's value, z up."""
+"""Default gravity, in [m/s²]: CASPR's value, z up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +41,8 @@ class Inertia:
         mass: In [kg].
         com: Centre of mass in the link frame, in [m].
         ixx, iyy, izz, ixy, ixz, iyz: Entries of the inertia matrix about the centre of mass, along
-            the axes of the link frame, in [kg·m²]. Off-diagonal entries carry the matrix' sign:
-            ixy = -∫ x y dm.
+            the axes of the link frame, in [kg·m²]. Off-diagonal entries have the sign of the
+            matrix: ixy = -∫ x y dm.
     """
 
     mass: float
@@ -56,13 +56,13 @@ class Inertia:
 
     @staticmethod
     def of(mass: float, com: Vector3, matrix: tuple[Vector3, Vector3, Vector3]) -> Inertia:
-        """From the inertia matrix about the centre of mass, row by row, in [kg·m²]."""
+        """Create an inertia from mass, centre of mass and matrix about it, in [kg·m²]."""
         (xx, xy, xz), (_, yy, yz), (_, _, zz) = matrix
         return Inertia(mass, com, xx, yy, zz, xy, xz, yz)
 
     @property
     def matrix(self) -> tuple[Vector3, Vector3, Vector3]:
-        """The symmetric inertia matrix, row by row, in [kg·m²]."""
+        """Rows of the symmetric inertia matrix, in [kg·m²]."""
         return (
             (self.ixx, self.ixy, self.ixz),
             (self.ixy, self.iyy, self.iyz),
@@ -92,11 +92,11 @@ class Mesh:
 
     Attributes:
         role: `visual` or `collision`.
-        uri: Where the file is, as the robot's file says it.
-        pose: In the link's frame.
-        scale: Factors along x, y, z that make metres of the file's units.
-        name: Its name in the robot's file; may be empty.
-        color: Of a visual one: red, green, blue and opacity from 0 to 1; None if not known.
+        uri: URI of the mesh file, as in the robot's file.
+        pose: Pose in the link's frame.
+        scale: Factors along x, y, z that convert the units of the file to metres.
+        name: Name in the robot's file; may be empty.
+        color: Red, green, blue and opacity of a visual mesh, from 0 to 1; None if unknown.
     """
 
     role: Literal["visual", "collision"]
@@ -109,17 +109,18 @@ class Mesh:
 
 ShapeKind = Literal["box", "sphere", "cylinder"]
 SHAPE_SIZES: dict[ShapeKind, int] = {"box": 3, "sphere": 1, "cylinder": 2}
-"""How many sizes a shape has."""
+"""Number of sizes of each shape."""
 
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A simple shape that a link collides with, its middle at its frame's origin.
+    """A primitive collision shape, centred at the origin of its frame.
 
     Attributes:
-        kind: What it is; a cylinder is along z.
-        sizes: The edges along x, y, z; the radius; or the radius and the length, in [m].
-        pose: In the link's frame.
+        kind: Kind of shape; the axis of a cylinder is z.
+        sizes: Edges along x, y, z of a box; radius of a sphere; radius and length of a cylinder, in
+            [m].
+        pose: Pose in the link's frame.
     """
 
     kind: ShapeKind
@@ -132,11 +133,11 @@ class Link:
     """A rigid body.
 
     Attributes:
-        name: Its name, unique among the links.
+        name: Name, unique among the links.
         inertia: Mass properties.
-        end: The far end in the link frame, in [m]; for drawing only, None if unknown.
-        meshes: What it looks like and what it collides with.
-        shapes: What it collides with beside meshes.
+        end: Distal end in the link frame, in [m], only used for drawing; None if unknown.
+        meshes: Visual and collision meshes.
+        shapes: Collision shapes, in addition to meshes.
     """
 
     name: str
@@ -151,12 +152,12 @@ class TaskFrame:
     """A point on a link whose position is controlled or reported, or the link's orientation.
 
     Attributes:
-        name: Its name, unique in its task set.
-        link: The link it is fixed to.
+        name: Name, unique in its task set.
+        link: Link of the frame.
         position: In that link's frame, in [m]; the origin for an orientation.
-        axes: Which task coordinates count, in order: world axes x, y, z of the point, or the angles
-            alpha, beta, gamma of R_world_link = Rx(alpha) Ry(beta) Rz(gamma), in [rad]. The task
-            Jacobian is that of these coordinates: y' = J q' for both.
+        axes: Task coordinates, in order: x, y, z of the point in the world, or the angles alpha,
+            beta, gamma of R_world_link = Rx(alpha) Ry(beta) Rz(gamma), in [rad]. In both cases the
+            task Jacobian satisfies y' = J q'.
     """
 
     name: str
@@ -166,13 +167,13 @@ class TaskFrame:
 
     @property
     def is_orientation(self) -> bool:
-        """Whether it counts angles, instead of positions."""
+        """Whether the task coordinates are angles instead of positions."""
         return bool(self.axes) and self.axes[0] in ANGLES
 
 
 @dataclass(frozen=True, slots=True)
 class TaskSet:
-    """A named operational space: the task coordinates y are its frames' axes, in order."""
+    """A named operational space. Its task coordinates y are the axes of its frames, in order."""
 
     name: str
     frames: tuple[TaskFrame, ...]
@@ -187,7 +188,8 @@ def find(kind: str, name: str, items: Sequence[_Named]) -> _Named:
     """Return the item of that name.
 
     Raises:
-        UnknownNameError: There is none; the message names the nearest and lists all.
+        UnknownNameError: The name does not exist. The message suggests a similar name and lists
+            all.
     """
     for item in items:
         if item.name == name:
@@ -197,21 +199,21 @@ def find(kind: str, name: str, items: Sequence[_Named]) -> _Named:
 
 @dataclass(frozen=True)
 class Robot:
-    """A tree of links with muscles, and joints that close loops in it.
+    """A tree of links with muscles and optional loop joints.
 
-    `check(robot)` lists what is wrong with it.
+    `check(robot)` returns its errors and warnings.
 
     Attributes:
-        name: Its name.
-        links: In any order.
-        joints: Parents first.
-        cable_sets: The alternatives; may be empty.
-        cable_set: Name of the active one; empty if it does not exist.
+        name: Name of the robot.
+        links: Links, in any order.
+        joints: Joints, parents first.
+        cable_sets: Alternative sets of muscles; may be empty.
+        cable_set: Name of the active cable set, or empty.
         task_sets: Operational spaces; may be empty.
-        task_set: Name of the active one; empty if it does not exist.
+        task_set: Name of the active operational space, or empty.
         gravity: In the world frame, in [m/s²].
-        wrap_surfaces: What muscles may wrap over.
-        loops: Joints that close loops; in any order.
+        wrap_surfaces: Surfaces over which muscles can wrap.
+        loops: Loop joints, in any order.
     """
 
     name: str
@@ -227,22 +229,22 @@ class Robot:
 
     @cached_property
     def coordinates(self) -> tuple[Coordinate, ...]:
-        """The coordinates in the order of q: those that are neither coupled nor locked."""
+        """The free coordinates (neither coupled nor locked), in the order of q."""
         return tuple(c for c in self.all_coordinates if c.is_free)
 
     @cached_property
     def all_coordinates(self) -> tuple[Coordinate, ...]:
-        """The coordinates of all joints, coupled and locked ones as well."""
+        """The coordinates of all joints, including coupled and locked ones."""
         return tuple(c for joint in self.joints for c in joint.coordinates)
 
     @property
     def driven_joints(self) -> tuple[Joint, ...]:
-        """The joints in which functions, couplings or locks stand between q and the motions."""
+        """The joints with functions, couplings or locks between q and the motions."""
         return tuple(joint for joint in self.joints if not joint.is_plain)
 
     @property
     def motors(self) -> tuple[Coordinate, ...]:
-        """The coordinates with a motor of their own, in the order of q."""
+        """The coordinates that have a motor, in the order of q."""
         return tuple(c for c in self.coordinates if c.actuated)
 
     @cached_property
@@ -288,7 +290,11 @@ class Robot:
         return {surface.name: surface for surface in reversed(self.wrap_surfaces)}
 
     def with_cable_set(self, name: str) -> Robot:
-        """The same robot with another cable set active; UnknownNameError if there is none."""
+        """Return the robot with another active cable set.
+
+        Raises:
+            UnknownNameError: The cable set does not exist.
+        """
         return replace(self, cable_set=find("cable set", name, self.cable_sets).name)
 
     def with_muscles(self, muscles: Iterable[Muscle]) -> Robot:
@@ -302,14 +308,14 @@ _Result = TypeVar("_Result")
 
 
 def cached_on_robot(compute: Callable[[Robot], _Result]) -> Callable[[Robot], _Result]:
-    """A function whose result a robot keeps, as that of a cached property: no robot changes."""
+    """Decorate a function so that its result is cached on the robot, which is immutable."""
     key = f"{compute.__module__}.{compute.__qualname__}"
 
     @wraps(compute)
-    def kept(robot: Robot) -> _Result:
-        known = vars(robot)
-        if key not in known:
-            known[key] = compute(robot)
-        return cast(_Result, known[key])
+    def cached(robot: Robot) -> _Result:
+        cache = vars(robot)
+        if key not in cache:
+            cache[key] = compute(robot)
+        return cast(_Result, cache[key])
 
-    return kept
+    return cached

@@ -1,6 +1,6 @@
-"""Rotations, poses and inertia matrices on plain tuples, standard library only.
+"""Rotations, poses and inertia matrices as plain tuples.
 
-A rotation is a matrix, row by row, that turns vectors of the child frame into the parent frame.
+A rotation is a matrix, given by rows, that transforms vectors from the child to the parent frame.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ Matrix3 = tuple[Vector3, Vector3, Vector3]
 
 _LARGE = 2.0**200
 UNIT_TOLERANCE = 1e-12
-"""How far a vector's norm may be from one for the vector to be left as it is."""
+"""A vector whose norm differs from one by at most this value is considered a unit vector."""
 
 
 def rotation(rpy: Vector3) -> Matrix3:
@@ -32,7 +32,7 @@ def rotation(rpy: Vector3) -> Matrix3:
 
 
 def axis_rotation(axis: Vector3, angle: float) -> Matrix3:
-    """Return the rotation matrix about an axis: exactly none for the angle 0.
+    """Return the rotation matrix about an axis; exactly the identity for the angle 0.
 
     Args:
         axis: Unit vector.
@@ -49,10 +49,10 @@ def axis_rotation(axis: Vector3, angle: float) -> Matrix3:
 
 
 def rpy(R: Matrix3) -> Vector3:
-    """Roll, pitch and yaw of a rotation matrix, in [rad]; pitch lies within ±π/2.
+    """Return roll, pitch and yaw of a rotation matrix, in [rad], with pitch within ±π/2.
 
-    The yaw is what remains after the roll is undone, so the three angles give R back even where
-    roll and yaw turn about the same axis.
+    The yaw is computed after the roll is removed. Therefore the three angles reproduce R even if
+    roll and yaw rotate about the same axis.
     """
     roll = math.atan2(R[2][1], R[2][2])
     pitch = math.atan2(-R[2][0], math.hypot(R[0][0], R[1][0]))
@@ -62,7 +62,7 @@ def rpy(R: Matrix3) -> Vector3:
 
 
 def transpose(A: Matrix3) -> Matrix3:
-    """Aᵀ, which for a rotation is its inverse."""
+    """Return Aᵀ, the inverse of a rotation."""
     (a, b, c), (d, e, f), (g, h, i) = A
     return (a, d, g), (b, e, h), (c, f, i)
 
@@ -102,17 +102,17 @@ def subtract(a: Vector3, b: Vector3) -> Vector3:
 
 
 def normalized(v: Vector3) -> Vector3:
-    """Return the unit vector along v; v itself if it is one already, or if it has no direction."""
+    """Return the unit vector along v; return v if it is a unit vector or has no direction."""
     norm = math.hypot(*v)
     if norm == 0.0 or not math.isfinite(norm) or abs(norm - 1.0) <= UNIT_TOLERANCE:
         return v
-    if norm < sys.float_info.min:  # too few digits are left to divide by
+    if norm < sys.float_info.min:  # a subnormal norm is too inaccurate for a division
         return normalized((v[0] * _LARGE, v[1] * _LARGE, v[2] * _LARGE))
     return v[0] / norm, v[1] / norm, v[2] / norm
 
 
 def compose(T_a_b: Pose, T_b_c: Pose) -> Pose:
-    """T_a_c = T_a_b · T_b_c. Where one of them does not rotate, the other's angles are kept."""
+    """Return T_a_c = T_a_b · T_b_c. If one of them does not rotate, use the other's angles."""
     position = apply(T_a_b, T_b_c.position)
     if not any(T_a_b.rpy):
         return Pose(position, T_b_c.rpy)
@@ -122,33 +122,33 @@ def compose(T_a_b: Pose, T_b_c: Pose) -> Pose:
 
 
 def inverse(T_a_b: Pose) -> Pose:
-    """T_b_a; exact where T_a_b does not rotate."""
+    """Return T_b_a; it is exact if T_a_b does not rotate."""
     R_b_a = transpose(rotation(T_a_b.rpy))
     x, y, z = rotate(R_b_a, T_a_b.position)
     return Pose((-x, -y, -z), rpy(R_b_a) if any(T_a_b.rpy) else T_a_b.rpy)
 
 
 def apply(T_a_b: Pose, p_b: Vector3) -> Vector3:
-    """Return the point p_b of frame b, in frame a, in [m]."""
+    """Return the point p_b of frame b, expressed in frame a, in [m]."""
     if not any(T_a_b.rpy):
         return add(T_a_b.position, p_b)
     return add(T_a_b.position, rotate(rotation(T_a_b.rpy), p_b))
 
 
 def rotate_inertia(R_a_b: Matrix3, inertia_b: Matrix3) -> Matrix3:
-    """Return an inertia matrix along the axes of b, along those of a: R I Rᵀ, in [kg·m²]."""
+    """Transform an inertia matrix from the axes of b to the axes of a: R I Rᵀ, in [kg·m²]."""
     return multiply(multiply(R_a_b, inertia_b), transpose(R_a_b))
 
 
 def point_inertia(mass: float, r: Vector3) -> Matrix3:
-    """Inertia of a mass point at r about the origin: m (rᵀr 1 - r rᵀ), in [kg·m²].
+    """Return the inertia of a point mass at r about the origin: m (rᵀr 1 - r rᵀ), in [kg·m²].
 
-    By the parallel-axis theorem this is also what an inertia matrix gains when it is taken about a
-    point that lies r away from the centre of mass.
+    By the parallel-axis theorem this is also the difference between an inertia matrix about a point
+    at a distance r from the centre of mass and the matrix about the centre of mass.
 
     Args:
         mass: In [kg].
-        r: In [m].
+        r: Position, in [m].
     """
     x, y, z = r
     return (

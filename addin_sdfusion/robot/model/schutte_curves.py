@@ -1,6 +1,6 @@
-"""The curves of the law `hill_schutte1993`: those of OpenSim's model of the wrist.
+"""Curves of the law `hill_schutte1993`, from OpenSim's wrist model.
 
-The C core has their cubic pieces, `sim_dart/csrc/laws/hill/hill_schutte1993.c`.
+The C core contains their cubic pieces, `sim_dart/csrc/laws/hill/hill_schutte1993.c`.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ SCHUTTES_CURVES = {
         (0.0, 0.0, 0.0, 0.0, 0.035, 0.12, 0.26, 0.55, 1.17, 2.0, 2.0, 2.0, 2.0),
     ),
 }  # fmt: skip
-"""Forces over F0 by OpenSim's names: of the tendon's strain, and of lengths over the optimum."""
+"""Forces over F0 by OpenSim's names, as functions of tendon strain or normalised fibre length."""
 RANGES = {
     "tendon_force_length_curve": (0.0, 0.033),
     "active_force_length_curve": (0.4, 1.8),
     "passive_force_length_curve": (0.4, 1.6),
 }
-"""Where a muscle works: up to F0."""
+"""Ranges of the curves in which a muscle operates, up to F0."""

@@ -1,4 +1,4 @@
-"""Trajectories as robot files hold them: points to interpolate, no interpolation."""
+"""Trajectories in robot files: the points to interpolate, without the interpolation."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ Space = Literal["joint", "operational"]
 
 @dataclass(frozen=True, slots=True)
 class TrajectoryPoint:
-    """A point to pass through.
+    """A point of a trajectory.
 
-    Of an operational trajectory q, qd and qdd hold y and its derivatives, in the order of the axes
-    of an operational space.
+    In an operational trajectory q, qd and qdd contain y and its derivatives, in the order of the
+    axes of the operational space.
 
     Attributes:
-        time: Absolute, in [s].
+        time: Absolute time, in [s].
         q: Positions, in [rad] or [m].
         qd: Velocities; empty for a linear spline and a parabolic blend.
-        qdd: Accelerations; empty unless the spline is quintic or holds samples.
-        blend_time: Of a parabolic blend, how long the segment from the point before speeds up, and
-            how long it slows down, in [s]; else 0.
+        qdd: Accelerations; empty unless the spline is quintic or consists of samples.
+        blend_time: Duration of the acceleration and of the deceleration in the segment that ends at
+            this point of a parabolic blend, in [s]; otherwise 0.
     """
 
     time: float
@@ -34,19 +34,19 @@ class TrajectoryPoint:
 
 @dataclass(frozen=True, slots=True)
 class Trajectory:
-    """A named trajectory. Every coordinate is interpolated for itself.
+    """A named trajectory. Every coordinate is interpolated independently.
 
-    CASPR interpolates the angles of spherical and spatial joints through quaternions instead; its
-    way between two orientations is another one, through the same points.
+    CASPR interpolates the angles of spherical and spatial joints with quaternions. Its path between
+    two orientations is therefore different, but has the same points.
 
     Attributes:
-        name: Its name.
-        spline: How to interpolate: `linear`, `cubic` (Hermite), `quintic`, `parabolic_blend` (at
-            rest in every point, parabolas at both ends of a straight middle), or `samples`, dense
-            points at multiples of the time step.
-        points: At least two, at increasing times; the first at 0 s.
-        time_step: Sample time that the file asks for, in [s].
-        space: Whether q is joint positions or an operational space's y.
+        name: Name of the trajectory.
+        spline: Interpolation: `linear`, `cubic` (Hermite), `quintic`, `parabolic_blend` (at rest in
+            every point, with parabolas at both ends of a linear segment), or `samples` (dense
+            points at multiples of the time step).
+        points: At least two points with increasing times, the first at 0 s.
+        time_step: Sample time that the file specifies, in [s].
+        space: Whether q contains joint positions or the y of an operational space.
     """
 
     name: str

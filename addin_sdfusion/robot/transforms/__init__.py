@@ -1,1 +1,1 @@
-"""Robots made from robots: simplified, combined, repaired."""
+"""Transformations of robots: simplification, combination, locking and repair."""

@@ -1,12 +1,12 @@
-"""Joints of OpenSim that glide over an ellipsoid, as turns and constant arms one after another.
+"""OpenSim joints on an ellipsoid, expressed exactly by rotations and constant translations.
 
-Angles a, b, c turn about axes u, v, w; the joint's place is where w, turned so, is the normal of
-the ellipsoid with half axes A, B, C along them:
+The angles a, b, c rotate about the axes u, v, w. The position of the joint is the point at which
+the rotated w is the normal of the ellipsoid with half axes A, B, C along u, v, w:
 
     p = A sin(b) u - B sin(a) cos(b) v + C cos(a) cos(b) w.
 
-Each term is a sum of arms that turn by whole multiples of the angles, such as
-A sin(b) u = R_w(-b) (A/2) v - R_w(b) (A/2) v, so that nothing is approximated.
+Each term is a sum of arms that are rotated by integer multiples of the angles, such as
+A sin(b) u = R_w(-b) (A/2) v - R_w(b) (A/2) v. Therefore the result is exact.
 """
 
 from __future__ import annotations
@@ -25,27 +25,27 @@ Y: Vector3 = (0.0, 1.0, 0.0)
 Z: Vector3 = (0.0, 0.0, 1.0)
 BACK: Vector3 = (-1.0, 0.0, 0.0)
 A_, B_, C_, WINGING = range(4)
-"""The coordinates: three angles; and of a scapula one that lifts it off its ellipsoid."""
+"""Indices of the coordinates: three angles, and the winging of a scapula off its ellipsoid."""
 
 Arm = tuple[int, int, float]
-"""How often a and b it is turned by, and its length in [m]."""
+"""Multiples of a and b by which the arm is rotated, and its length in [m]."""
 
 
 class OverEllipsoid(NamedTuple):
-    """A joint of OpenSim over an ellipsoid.
+    """An OpenSim joint on an ellipsoid.
 
     Attributes:
-        radii: The half axes along x, y and z of the joint's frame on the parent, in [m].
-        winging: Of a ScapulothoracicJoint, which turns by abduction, elevation and upward rotation:
-            the point in the plane that touches the ellipsoid through which the axis of winging
-            goes, in [m], and the axis's angle from y there. None for an EllipsoidJoint.
+        radii: Half axes along x, y and z of the joint frame on the parent, in [m].
+        winging: Winging axis of a ScapulothoracicJoint, which rotates by abduction, elevation and
+            upward rotation: x and y of a point on the axis in the tangent plane of the ellipsoid,
+            in [m], and the angle of the axis from y. None for an EllipsoidJoint.
     """
 
     radii: Vector3
     winging: Vector3 | None = None
 
     def motions(self) -> tuple[Motion, ...]:
-        """Its motions one after another."""
+        """Return the sequence of motions of the joint."""
         x, y, z = self.radii
         if self.winging is None:
             return _gliding((X, Y), self.radii)
@@ -60,7 +60,7 @@ class OverEllipsoid(NamedTuple):
 
 
 def over_ellipsoid(motions: Sequence[Motion]) -> OverEllipsoid | None:
-    """Return the joint over an ellipsoid that has these motions, or None."""
+    """Return the ellipsoid joint with these motions, or None."""
     moved = [k for k, motion in enumerate(motions) if not motion.is_fixed]
     winged = [k for k in moved if motions[k].coordinate == WINGING]
     turned = [k for k in moved if motions[k].coordinate == C_]
@@ -69,10 +69,14 @@ def over_ellipsoid(motions: Sequence[Motion]) -> OverEllipsoid | None:
     winging: Vector3 | None = None
     if winged:
         axis, between = motions[winged[0]].axis, motions[turned[-1] + 1 : winged[0]]
-        winging = (_way(between, X), _way(between, Y), math.atan2(-axis[0], axis[1]))
-    ways = [m for m in motions[: turned[-1]] if m.kind == "translation"]
-    along = [m.way(0.0) for m in ways if m.axis == Z]
-    A = 2.0 * next((m.way(0.0) for m in ways if m.axis != Z), 0.0)
+        winging = (
+            _shift_along(between, X),
+            _shift_along(between, Y),
+            math.atan2(-axis[0], axis[1]),
+        )
+    shifts = [m for m in motions[: turned[-1]] if m.kind == "translation"]
+    along = [m.displacement(0.0) for m in shifts if m.axis == Z]
+    A = 2.0 * next((m.displacement(0.0) for m in shifts if m.axis != Z), 0.0)
     if len(along) == 1:
         half_axes = (along[0],) * 3
     elif len(along) in (2, 4):
@@ -82,22 +86,22 @@ def over_ellipsoid(motions: Sequence[Motion]) -> OverEllipsoid | None:
         return None
     a, b, c = half_axes
     exact = (a, b, c) if winging is None else (b, a, c)
-    short = (_shortened(exact[0]), _shortened(exact[1]), _shortened(exact[2]))
+    short = (_rounded(exact[0]), _rounded(exact[1]), _rounded(exact[2]))
     found = [OverEllipsoid(radii, winging) for radii in (short, exact)]
     return next((joint for joint in found if joint.motions() == tuple(motions)), None)
 
 
-def _way(motions: Sequence[Motion], axis: Vector3) -> float:
-    return sum(motion.way(0.0) for motion in motions if motion.axis == axis)
+def _shift_along(motions: Sequence[Motion], axis: Vector3) -> float:
+    return sum(motion.displacement(0.0) for motion in motions if motion.axis == axis)
 
 
-def _shortened(value: float) -> float:
-    """Return a number as it was written before it was halved and added to others."""
+def _rounded(value: float) -> float:
+    """Return a number without the rounding errors of sums and halves of file values."""
     return float(f"{value:.14g}")
 
 
 def _gliding(axes: tuple[Vector3, Vector3], radii: Vector3) -> tuple[Motion, ...]:
-    """Return the motions of a body that glides over an ellipsoid and turns about its normal.
+    """Return the motions of a body that slides on an ellipsoid and rotates about its normal.
 
     Args:
         axes: u and v.
@@ -123,7 +127,7 @@ def _gliding(axes: tuple[Vector3, Vector3], radii: Vector3) -> tuple[Motion, ...
 
 
 def _arms(axis: Vector3, direction: Vector3, arms: Sequence[Arm]) -> list[Motion]:
-    """Arms along a direction, each turned about an axis; the last one says how it is left."""
+    """Return arms along a direction, each rotated about an axis; the last sets the end rotation."""
     motions: list[Motion] = []
     a = b = 0
     for k, (next_a, next_b, length) in enumerate(arms):
@@ -139,5 +143,5 @@ def _arms(axis: Vector3, direction: Vector3, arms: Sequence[Arm]) -> list[Motion
 
 
 def _shift(by: tuple[float, float]) -> list[Motion]:
-    ways = zip((X, Y), by, strict=True)
-    return [Motion("translation", axis, 0, constant(way)) for axis, way in ways if way]
+    shifts = zip((X, Y), by, strict=True)
+    return [Motion("translation", axis, 0, constant(shift)) for axis, shift in shifts if shift]

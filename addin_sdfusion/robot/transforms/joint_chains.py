@@ -1,10 +1,10 @@
-"""Chains of single-motion joints, through massless links, for joints of several motions.
+"""Conversion of joints with several motions to chains of single-motion joints.
 
-What the formats with one motion a joint share: a joint of n motions becomes n joints, in the order
-of its motions, and the n - 1 links between them are called `<joint>_1`, `<joint>_2`, ... A single
-joint that moves has the name of its coordinate, a fixed one its own or, in a chain, `<joint>_<k>`.
-Motions that count from another zero begin at another place. Where a name is taken already,
-underscores are put at its end, or a number where many have it.
+Formats with one motion per joint use these functions. A joint with n motions becomes n joints, in
+the order of its motions, with n - 1 massless links `<joint>_1`, `<joint>_2`, ... between them. A
+moving joint has the name of its coordinate. A fixed joint keeps its name, or has the name
+`<joint>_<k>` in a chain. A constant offset of a motion becomes part of the joint frame. If a name
+already exists, underscores or a number are appended.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from ..model.rotations import axis_rotation, compose
 from ..model.transform import Transform
 
 _MAX_UNDERSCORES = 8
-"""Highest numeric suffix of a name."""
+"""Maximum number of underscores appended to a name."""
 
 
 class Names:
-    """Unique names: those that are taken get underscores at their end, then a number."""
+    """Generator of unique names, which appends underscores or a number to existing names."""
 
     def __init__(self, taken: Iterable[str] = ()) -> None:
         self._taken = set(taken)
         self._numbers: Counter[str] = Counter()
 
-    def give(self, name: str) -> str:
-        """That name, or the nearest that is free."""
+    def unique(self, name: str) -> str:
+        """Return the name, with a suffix if the name already exists."""
         free = name
         for _ in range(_MAX_UNDERSCORES):
             if free in self._taken:
@@ -46,15 +46,15 @@ class Names:
 
 @dataclass(frozen=True, slots=True)
 class SingleJoint:
-    """A joint with one motion, or a fixed one.
+    """A joint with one motion, or a fixed joint.
 
     Attributes:
         name: Unique among the single joints.
-        parent, child: Links of the robot, `WORLD`, or links without mass between single joints.
+        parent, child: Links of the robot, `WORLD`, or massless links between single joints.
         T_parent_joint: Pose of the joint frame in the parent's frame.
         T_child_joint: Pose of the frame after the motion in the child's frame.
-        motion: None for a fixed joint.
-        coordinate: What drives the motion; None for a fixed joint.
+        motion: Motion, or None for a fixed joint.
+        coordinate: Coordinate that drives the motion, or None for a fixed joint.
     """
 
     name: str
@@ -66,7 +66,7 @@ class SingleJoint:
     coordinate: Coordinate | None = None
 
     def joint(self, name: str) -> Joint:
-        """Return the same as a joint of a robot, under a name."""
+        """Return the joint as a `Joint` with another name."""
         motions = () if self.motion is None else (replace(self.motion, coordinate=0),)
         coordinates = () if self.coordinate is None else (self.coordinate,)
         frames = self.T_parent_joint, self.T_child_joint
@@ -74,12 +74,12 @@ class SingleJoint:
 
 
 def single_joints(robot: Robot, *, whole: bool = False) -> list[SingleJoint]:
-    """Return the joints of a robot as single ones, parents first.
+    """Return the joints of a robot as chains of single joints, parents first.
 
     Args:
         robot: The robot.
-        whole: Whether motions keep their functions, those that stand still as well. The motion that
-            is a coordinate's own has its name then, and others `<joint>_<k>`.
+        whole: Whether all motions keep their functions, including constant ones. Then the main
+            motion of a coordinate has the coordinate's name; other motions are `<joint>_<k>`.
     """
     links = Names([WORLD, *(link.name for link in robot.links)])
     joints = Names(coordinate.name for coordinate in robot.all_coordinates)
@@ -89,41 +89,41 @@ def single_joints(robot: Robot, *, whole: bool = False) -> list[SingleJoint]:
 def _split(joint: Joint, links: Names, joints: Names, whole: bool) -> Iterator[SingleJoint]:
     parent, T_parent_joint = joint.parent, joint.T_parent_joint
     if not joint.motions:
-        name = joints.give(joint.name)
+        name = joints.unique(joint.name)
         yield SingleJoint(name, parent, joint.child, T_parent_joint, joint.T_child_joint)
     for k, motion in enumerate(joint.motions, start=1):
         last = k == len(joint.motions)
-        child = joint.child if last else links.give(f"{joint.name}_{k}")
+        child = joint.child if last else links.unique(f"{joint.name}_{k}")
         T_child_joint = joint.T_child_joint if last else IDENTITY
         T_joint_zero, moved = (IDENTITY, motion) if whole else _from_zero(motion)
         T_parent_joint = (
             T_parent_joint if T_joint_zero == IDENTITY else (compose(T_parent_joint, T_joint_zero))
         )
         if moved is None:
-            name = joints.give(f"{joint.name}_{k}")
+            name = joints.unique(f"{joint.name}_{k}")
             yield SingleJoint(name, parent, child, T_parent_joint, T_child_joint)
         else:
             coordinate = joint.coordinates[motion.coordinate]
-            is_other = whole and joint.home(motion.coordinate) != k - 1
-            name = joints.give(f"{joint.name}_{k}") if is_other else coordinate.name
+            is_other = whole and joint.main_motion(motion.coordinate) != k - 1
+            name = joints.unique(f"{joint.name}_{k}") if is_other else coordinate.name
             yield SingleJoint(name, parent, child, T_parent_joint, T_child_joint, moved, coordinate)
         parent, T_parent_joint = child, IDENTITY
 
 
 def _from_zero(motion: Motion) -> tuple[Pose, Motion | None]:
-    """The place that a motion begins at, and the motion from there; None if it stands still."""
+    """Split a motion into a constant pose and the motion without offset, None if constant."""
     function = motion.function
     if function == ITSELF:
         return IDENTITY, motion
-    if not motion.is_fixed and function != linear(1.0, motion.way(0.0)):
+    if not motion.is_fixed and function != linear(1.0, motion.displacement(0.0)):
         return IDENTITY, motion
     return fixed_pose(motion), None if motion.is_fixed else replace(motion, function=ITSELF)
 
 
 def fixed_pose(motion: Motion) -> Pose:
-    """Return the pose that a motion makes where its coordinate is 0."""
-    way = motion.way(0.0)
+    """Return the pose of a motion at coordinate 0."""
+    offset = motion.displacement(0.0)
     if motion.kind == "rotation":
-        return Transform(axis_rotation(motion.axis, way), (0.0, 0.0, 0.0)).pose()
-    x, y, z = (way * component for component in motion.axis)
+        return Transform(axis_rotation(motion.axis, offset), (0.0, 0.0, 0.0)).pose()
+    x, y, z = (offset * component for component in motion.axis)
     return Pose((x, y, z))

@@ -1,7 +1,7 @@
-"""Robots with some coordinates held at a value: their motions become part of the joints' poses.
+"""Locking of coordinates: their motions become constant parts of the joint poses.
 
-What is left moves exactly as the robot with these coordinates held does: M, C, G, l, L, y and J are
-the rows and columns of the others.
+The locked robot has exactly the dynamics of the original robot with constant coordinates: M, C, G,
+l, L, y and J are the rows and columns of the remaining coordinates.
 """
 
 from __future__ import annotations
@@ -19,19 +19,20 @@ from ..model.transform import IDENTITY, Transform
 
 
 def lock(robot: Robot, positions: Mapping[str, float]) -> Robot:
-    """Return the robot without some coordinates; a joint that keeps none becomes a fixed one.
+    """Return the robot without some coordinates.
 
-    In a robot with functions or couplings, or with muscles that depend on them beside their bodies,
-    they stay in its joints, and are locked there.
+    A joint without remaining coordinates becomes a fixed joint. If the robot has functions or
+    couplings, or if muscles depend directly on a locked coordinate, the coordinates remain in their
+    joints and are marked as locked.
 
     Args:
         robot: The robot.
-        positions: What they are held at, in [rad] or [m], by the coordinates' names.
+        positions: Values of the locked coordinates by name, in [rad] or [m].
 
     Raises:
-        UnknownNameError: There is no such coordinate.
-        InputError: A translation between two rotations of one joint would be held elsewhere than at
-            0, which no joint can express.
+        UnknownNameError: A coordinate does not exist.
+        InputError: A translation between two rotations of one joint is locked at a value other than
+            0, which a joint cannot express.
     """
     for name in positions:
         find("coordinate", name, robot.coordinates)
@@ -41,12 +42,14 @@ def lock(robot: Robot, positions: Mapping[str, float]) -> Robot:
         named |= {move.coordinate for point in muscle.via_points for move in point.moves}
         named |= {term.coordinate for term in muscle.terms}
     if robot.driven_joints or named & set(positions):
-        # what follows a coordinate is to follow it if it is held
-        return replace(robot, joints=tuple(_held(joint, positions) for joint in robot.joints))
-    return replace(robot, joints=tuple(_locked(joint, positions) for joint in robot.joints))
+        # coupled coordinates must follow the locked ones
+        joints = tuple(_mark_locked(joint, positions) for joint in robot.joints)
+        return replace(robot, joints=joints)
+    joints = tuple(_remove_locked(joint, positions) for joint in robot.joints)
+    return replace(robot, joints=joints)
 
 
-def _held(joint: Joint, positions: Mapping[str, float]) -> Joint:
+def _mark_locked(joint: Joint, positions: Mapping[str, float]) -> Joint:
     coordinates = (
         replace(c, locked=True, initial=positions[c.name], actuated=False)
         if c.name in positions
@@ -56,18 +59,18 @@ def _held(joint: Joint, positions: Mapping[str, float]) -> Joint:
     return replace(joint, coordinates=tuple(coordinates))
 
 
-def _locked(joint: Joint, positions: Mapping[str, float]) -> Joint:
+def _remove_locked(joint: Joint, positions: Mapping[str, float]) -> Joint:
     left = tuple(c for c in joint.coordinates if c.name not in positions)
     if left == joint.coordinates:
         return joint
     before, R, p = _transform(joint.T_parent_joint), IDENTITY.R, IDENTITY.p
     motions: list[Motion] = []
-    for motion in joint.motions:  # R and p are what is held since the last motion that is left
+    for motion in joint.motions:  # R and p are the locked transform since the last free motion
         own = joint.coordinates[motion.coordinate]
         if own.name in positions:
-            R, p = Transform(R, p).compose(_moved(motion, positions[own.name]))
+            R, p = Transform(R, p).compose(_motion_transform(motion, positions[own.name]))
             continue
-        if all(m.kind == "translation" for m in motions):  # they commute with a translation
+        if all(m.kind == "translation" for m in motions):  # translations commute
             before, p = before.compose(Transform(IDENTITY.R, p)), IDENTITY.p
         if motion.kind == "rotation" and any(p):
             raise _between_rotations(joint, positions)
@@ -94,8 +97,8 @@ def _transform(pose: Pose) -> Transform:
     return Transform(rotation(pose.rpy), pose.position)
 
 
-def _moved(motion: Motion, value: float) -> Transform:
-    """Return the transform of a motion."""
+def _motion_transform(motion: Motion, value: float) -> Transform:
+    """Return the transform of a motion by a value, in [rad] or [m]."""
     if motion.kind == "rotation":
         return Transform(axis_rotation(motion.axis, value), (0.0, 0.0, 0.0))
     x, y, z = motion.axis

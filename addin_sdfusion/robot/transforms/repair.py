@@ -1,15 +1,15 @@
 """Diagnosis and repair of the inertias of published CARDSFlow models.
 
-Their exporter wrote each tensor about the origin of the design, although the file says that it is
-about the centre of mass; older exports have ixz and iyz swapped as well. One file was made by one
-version of the exporter, so the defect belongs to a file, not to a link.
+Their exporter wrote each tensor about the origin of the design, although the file format requires
+the tensor about the centre of mass. Older exports also swap ixz and iyz. One version of the
+exporter wrote each file, so the defect applies to all links of a file.
 
-Evidence: all frames of such a file are at the centres of mass and parallel to the design's,
-and a link far from the origin (r at least `FAR` of its radius of gyration as stored) has a tensor
-that is mostly that of a mass point at r. Such a link speaks for the defect if what remains after
-m (r² 1 - r rᵀ) is taken away is the inertia of a body, which needs six numbers to agree by chance
-where the tensor is right, and against it if not. The defect is there if half of the links far
-enough away speak for it; xz and yz are swapped if that explains more links.
+Evidence: all frames of such a file are at the centres of mass and parallel to the frame of the
+design. The tensor of a link far from the origin (r at least `FAR` times its stored radius of
+gyration) is mostly the tensor of a point mass at r. A link is evidence for the defect if the tensor
+minus m (r² 1 - r rᵀ) is physically possible; for a correct tensor this would be a coincidence of
+six numbers. Otherwise the link is evidence against the defect. The defect exists if at least half
+of the far links are evidence for it. xz and yz are swapped if this explains more links.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ from ..model.robot import Inertia, Link, Robot
 from ..model.rotations import Matrix3, point_inertia, subtract
 
 FAR = 0.7
-"""Least distance from the origin of a link that is evidence, over its stored radius of gyration."""
-UNDONE = "--repair undoes it"
-"""How, in words of the command line; `read(..., repair=True)` in Python."""
+"""Minimum distance of a link from the origin to be evidence, over its stored radius of gyration."""
+REPAIR_HINT = "use --repair to correct them"
+"""Hint for the command line; in Python use `read(..., repair=True)`."""
 ENOUGH = 0.5
-"""Share of the far links that must speak for the defect."""
+"""Fraction of the far links that must be evidence for the defect."""
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What is wrong with the inertias of a file.
+    """Diagnosis of the inertias of a file.
 
     Attributes:
         swapped: Whether ixz and iyz are swapped.
-        arms: For each link, from the origin of the design to its centre of mass, in [m].
-        explained: Names of the links whose tensor is explained by the defect only.
+        arms: Vectors from the origin of the design to each link's centre of mass, in [m].
+        explained: Names of the links whose tensors only the defect can explain.
     """
 
     swapped: bool
@@ -48,24 +48,24 @@ class Diagnosis:
     explained: tuple[str, ...]
 
     def findings(self, subject: Subject) -> list[Finding]:
-        """Return the defect in words: one finding, or two where products are swapped too."""
-        who = f"of {len(self.explained)} links ({listed(self.explained, 3)})"
+        """Return one finding, or two if the products of inertia are swapped too."""
+        links = f"of {len(self.explained)} links ({listed(self.explained, 3)})"
         problem = (
-            f"the inertias {who} are about the origin of the design, not about the centre of mass; "
-            f"{UNDONE}"
+            f"the inertias {links} are about the origin of the design, not about the centre of "
+            f"mass; {REPAIR_HINT}"
         )
         found = [warning(subject, "inertia-about-origin", problem)]
         if self.swapped:
-            problem = f"ixz and iyz {who} are swapped; {UNDONE}"
+            problem = f"ixz and iyz {links} are swapped; {REPAIR_HINT}"
             found.append(warning(subject, "inertia-xz-yz-swapped", problem))
         return found
 
 
 def diagnose(links: Sequence[Link], poses: Sequence[Pose]) -> Diagnosis | None:
-    """Return whether the inertias of a file are about the origin of the design.
+    """Diagnose whether the inertias of a file are about the origin of the design.
 
     Returns:
-        None if they are not, or if there is no evidence.
+        The diagnosis, or None if the inertias are correct or evidence is missing.
     """
     if any(any(link.inertia.com) or any(pose.rpy) for link, pose in zip(links, poses, strict=True)):
         return None
@@ -83,10 +83,10 @@ def diagnose(links: Sequence[Link], poses: Sequence[Pose]) -> Diagnosis | None:
 
 
 def repair(robot: Robot, diagnosis: Diagnosis) -> tuple[Robot, list[Finding]]:
-    """Undo the defect in every link of a file.
+    """Repair the inertia of every link of a file.
 
-    A link whose tensor would then be that of no body, because its mass was changed by hand, say, is
-    left as it is.
+    If the repaired tensor of a link is physically impossible, for example since its mass was edited
+    manually, the link is not changed.
 
     Returns:
         The repaired robot, and a finding for every link.
@@ -96,8 +96,8 @@ def repair(robot: Robot, diagnosis: Diagnosis) -> tuple[Robot, list[Finding]]:
         subject, inertia = Subject("link", link.name), about_com(link.inertia, r, diagnosis.swapped)
         if not _is_body(inertia):
             problem = (
-                "its inertia is not repaired: about the centre of mass no body would have it; "
-                "take mass and inertia from the design again"
+                "its inertia is not repaired, since the result would be physically impossible; "
+                "export mass and inertia from the design again"
             )
             findings.append(warning(subject, "inertia-not-repaired", problem))
         elif inertia != link.inertia:
@@ -114,11 +114,11 @@ def repair(robot: Robot, diagnosis: Diagnosis) -> tuple[Robot, list[Finding]]:
 
 
 def about_com(inertia: Inertia, r: Vector3, swapped: bool) -> Inertia:
-    """Return the inertia about the centre of mass, from one about the origin of the design.
+    """Convert an inertia about the origin of the design to one about the centre of mass.
 
     Args:
-        inertia: As stored.
-        r: From that origin to the centre of mass, in [m].
+        inertia: Stored inertia.
+        r: Vector from the origin to the centre of mass, in [m].
         swapped: Whether ixz and iyz are swapped.
     """
     if swapped:
@@ -134,7 +134,7 @@ def _is_far(inertia: Inertia, r: Vector3) -> bool:
 
 
 def _gyration(inertia: Inertia) -> float:
-    """Return the radius of gyration, √(½ tr I / m), in [m]; zero if there is none."""
+    """Return the radius of gyration, √(½ tr I / m), in [m]; zero for zero mass or inertia."""
     square = 0.5 * (inertia.ixx + inertia.iyy + inertia.izz)
     return math.sqrt(square / inertia.mass) if square > 0.0 and inertia.mass > 0.0 else 0.0
 

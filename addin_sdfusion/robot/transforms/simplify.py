@@ -1,7 +1,7 @@
-"""Simplified robots: without fixed joints, or with link frames as CASPR has them.
+"""Simplification of robots: merging of fixed joints, and alignment of link frames as in CASPR.
 
-Neither changes how the robot moves: M, C, G, l, L, y and J are the same at any q. What is on a link
-moves with it: inertias, meshes, via points, task frames, wrap surfaces, ends of loop joints.
+The dynamics do not change: M, C, G, l, L, y and J are the same at any q. All parts of a link are
+transformed with it: inertias, meshes, via points, task frames, wrap surfaces, loop joints.
 """
 
 from __future__ import annotations
@@ -28,60 +28,62 @@ from ..model.rotations import (
     subtract,
 )
 
-Homes = Mapping[str, tuple[str, Pose]]
-"""For each link, the link that takes over what is on it, and its pose there."""
+Targets = Mapping[str, tuple[str, Pose]]
+"""For each link, the target link that receives its parts, and its pose in the target's frame."""
 
 
 def merge_fixed_joints(robot: Robot) -> Robot:
-    """Return the robot with links that are fixed to one another made one.
+    """Merge links that are fixed to each other.
 
-    The link nearest to the world keeps its name, frame and far end. Links fixed to the world
-    disappear, mass and meshes included: their via points and wrap surfaces are fixed in the world.
-    A link stays, with its fixed joint, where a task frame on it could not be kept: on a link fixed
-    to the world, and an orientation on a link that is turned against the one it would be merged
-    into.
+    The link nearest to the world keeps its name, frame and distal end. Links fixed to the world are
+    removed, including mass and meshes; their via points and wrap surfaces become fixed in the
+    world. A link and its fixed joint are kept if the merged robot could not represent a task frame:
+    any task frame on a link fixed to the world, and an orientation on a link that is rotated
+    relative to its target link.
     """
-    homes: dict[str, tuple[str, Pose]] = {WORLD: (WORLD, IDENTITY)}
+    targets: dict[str, tuple[str, Pose]] = {WORLD: (WORLD, IDENTITY)}
     for joint in robot.joints:
-        home, T_home_parent = homes[joint.parent]
-        T_home_joint = compose(T_home_parent, joint.T_parent_joint)
-        T_home_child = compose(T_home_joint, inverse(joint.T_child_joint))
-        merged = not joint.motions and _may_merge(robot, joint.child, home, T_home_child)
-        homes[joint.child] = (home, T_home_child) if merged else (joint.child, IDENTITY)
+        target, T_target_parent = targets[joint.parent]
+        T_target_joint = compose(T_target_parent, joint.T_parent_joint)
+        T_target_child = compose(T_target_joint, inverse(joint.T_child_joint))
+        merged = not joint.motions and _may_merge(robot, joint.child, target, T_target_child)
+        targets[joint.child] = (target, T_target_child) if merged else (joint.child, IDENTITY)
     parts: dict[str, list[Link]] = {link.name: [] for link in robot.links}
     for link in robot.links:
-        home, T_home_link = homes[link.name]
-        if home != WORLD:
-            parts[home].append(_in_frame(link, T_home_link))
+        target, T_target_link = targets[link.name]
+        if target != WORLD:
+            parts[target].append(_in_frame(link, T_target_link))
     links = tuple(_union(link, parts[link.name]) for link in robot.links if parts[link.name])
-    joints = tuple(_rehung(j, homes) for j in robot.joints if homes[j.child][0] == j.child)
-    return _rehomed(replace(robot, links=links, joints=joints), homes)
+    joints = tuple(
+        _with_target_parent(j, targets) for j in robot.joints if targets[j.child][0] == j.child
+    )
+    return _with_targets(replace(robot, links=links, joints=joints), targets)
 
 
 def joint_frames(robot: Robot) -> Robot:
-    """The robot with the frame of each link at the joint that carries it: T_child_joint is none.
+    """Return the robot with each link frame at its joint, so that T_child_joint is the identity.
 
-    An orientation that is controlled is then that of the joint's frame.
+    Orientation task frames then refer to the joint frames.
     """
-    homes: dict[str, tuple[str, Pose]] = {WORLD: (WORLD, IDENTITY)}
+    targets: dict[str, tuple[str, Pose]] = {WORLD: (WORLD, IDENTITY)}
     for joint in robot.joints:
-        homes[joint.child] = (joint.child, inverse(joint.T_child_joint))
-    return _reframed(robot, homes)
+        targets[joint.child] = (joint.child, inverse(joint.T_child_joint))
+    return _reframed(robot, targets)
 
 
 def align_frames(robot: Robot) -> Robot:
     """Return the robot with link frames at their joints and parallel to the world at q = 0.
 
-    T_child_joint becomes the identity and T_parent_joint a translation; axes that were along a
-    frame's axes may become tilted. An orientation that is controlled is then that of the turned
-    frame: its angles count from the pose at q = 0.
+    T_child_joint becomes the identity and T_parent_joint a translation. Joint axes along a frame
+    axis may become oblique. Orientation task frames refer to the new frames, so that their angles
+    are relative to the pose at q = 0.
     """
-    homes: dict[str, tuple[str, Pose]] = {WORLD: (WORLD, IDENTITY)}
+    targets: dict[str, tuple[str, Pose]] = {WORLD: (WORLD, IDENTITY)}
     joints = []
     for joint in robot.joints:
-        T_parent_joint = compose(homes[joint.parent][1], joint.T_parent_joint)
+        T_parent_joint = compose(targets[joint.parent][1], joint.T_parent_joint)
         turned = Pose(rpy=T_parent_joint.rpy)
-        homes[joint.child] = (joint.child, compose(turned, inverse(joint.T_child_joint)))
+        targets[joint.child] = (joint.child, compose(turned, inverse(joint.T_child_joint)))
         joints.append(
             replace(
                 joint,
@@ -90,30 +92,32 @@ def align_frames(robot: Robot) -> Robot:
                 T_child_joint=IDENTITY,
             )
         )
-    return _with_frames(replace(robot, joints=tuple(joints)), homes)
+    return _with_frames(replace(robot, joints=tuple(joints)), targets)
 
 
-def _reframed(robot: Robot, homes: Homes) -> Robot:
-    """Return the robot with other link frames, which are those of their joints."""
-    joints = tuple(replace(_rehung(j, homes), T_child_joint=IDENTITY) for j in robot.joints)
-    return _with_frames(replace(robot, joints=joints), homes)
+def _reframed(robot: Robot, targets: Targets) -> Robot:
+    """Return the robot with the link frames moved to the joint frames."""
+    joints = tuple(
+        replace(_with_target_parent(j, targets), T_child_joint=IDENTITY) for j in robot.joints
+    )
+    return _with_frames(replace(robot, joints=joints), targets)
 
 
-def _with_frames(robot: Robot, homes: Homes) -> Robot:
-    """What is on the links, seen from their new frames."""
+def _with_frames(robot: Robot, targets: Targets) -> Robot:
+    """Return the robot with all parts of links expressed in the new link frames."""
     links = []
     for link in robot.links:
-        T_new_link = homes[link.name][1]
+        T_new_link = targets[link.name][1]
         end = None if link.end is None else apply(T_new_link, link.end)
         links.append(replace(_in_frame(link, T_new_link), end=end))
-    return _rehomed(replace(robot, links=tuple(links)), homes)
+    return _with_targets(replace(robot, links=tuple(links)), targets)
 
 
-def _may_merge(robot: Robot, link: str, home: str, T_home_link: Pose) -> bool:
-    """Return whether every task frame on a link can be one on its new home."""
+def _may_merge(robot: Robot, link: str, target: str, T_target_link: Pose) -> bool:
+    """Return whether the target link can have every task frame of a link."""
     frames = [f for group in robot.task_sets for f in group.frames if f.link == link]
-    turned = any(T_home_link.rpy) and any(frame.is_orientation for frame in frames)
-    return not turned and (home != WORLD or not frames)
+    turned = any(T_target_link.rpy) and any(frame.is_orientation for frame in frames)
+    return not turned and (target != WORLD or not frames)
 
 
 def _turned(motion: Motion, by: Pose) -> Motion:
@@ -122,25 +126,27 @@ def _turned(motion: Motion, by: Pose) -> Motion:
     return replace(motion, axis=normalized(rotate(rotation(by.rpy), motion.axis)))
 
 
-def _rehung(joint: Joint, homes: Homes) -> Joint:
-    home, T_home_parent = homes[joint.parent]
-    return replace(joint, parent=home, T_parent_joint=compose(T_home_parent, joint.T_parent_joint))
+def _with_target_parent(joint: Joint, targets: Targets) -> Joint:
+    target, T_target_parent = targets[joint.parent]
+    return replace(
+        joint, parent=target, T_parent_joint=compose(T_target_parent, joint.T_parent_joint)
+    )
 
 
-def _in_frame(link: Link, T_home_link: Pose) -> Link:
-    """Return a link as seen from another frame, but for its far end."""
+def _in_frame(link: Link, T_target_link: Pose) -> Link:
+    """Return a link with its parts expressed in another frame, except its distal end."""
     own = link.inertia
     matrix = own.matrix
-    if any(T_home_link.rpy):
-        matrix = rotate_inertia(rotation(T_home_link.rpy), matrix)
-    inertia = Inertia.of(own.mass, apply(T_home_link, own.com), matrix)
-    meshes = tuple(replace(m, pose=compose(T_home_link, m.pose)) for m in link.meshes)
-    shapes = tuple(replace(s, pose=compose(T_home_link, s.pose)) for s in link.shapes)
+    if any(T_target_link.rpy):
+        matrix = rotate_inertia(rotation(T_target_link.rpy), matrix)
+    inertia = Inertia.of(own.mass, apply(T_target_link, own.com), matrix)
+    meshes = tuple(replace(m, pose=compose(T_target_link, m.pose)) for m in link.meshes)
+    shapes = tuple(replace(s, pose=compose(T_target_link, s.pose)) for s in link.shapes)
     return replace(link, inertia=inertia, meshes=meshes, shapes=shapes)
 
 
 def _union(link: Link, parts: list[Link]) -> Link:
-    """Return a link and all that is fixed to it, as one; every part in the link's frame."""
+    """Merge a link and the parts fixed to it; all parts are in the link's frame."""
     meshes = tuple(mesh for part in parts for mesh in part.meshes)
     shapes = tuple(shape for part in parts for shape in part.shapes)
     own = [part.inertia for part in parts]
@@ -149,7 +155,10 @@ def _union(link: Link, parts: list[Link]) -> Link:
 
 
 def _sum(parts: list[Inertia]) -> Inertia:
-    """The inertia of several bodies that move as one; a massless one is at the first's place."""
+    """Return the inertia of several rigidly connected bodies.
+
+    If the total mass is zero, the centre of mass of the first body is used.
+    """
     mass = sum(part.mass for part in parts)
     com = parts[0].com
     if mass > 0.0:
@@ -167,59 +176,59 @@ def _sum(parts: list[Inertia]) -> Inertia:
     return Inertia.of(mass, com, matrix)
 
 
-def _rehomed(robot: Robot, homes: Homes) -> Robot:
-    """Return the robot with everything that is fixed to a link fixed to that link's home."""
+def _with_targets(robot: Robot, targets: Targets) -> Robot:
+    """Return the robot with all parts of each link moved to its target link."""
     return replace(
         robot,
         cable_sets=tuple(
-            CableSet(group.name, tuple(_muscle(muscle, homes) for muscle in group.muscles))
+            CableSet(group.name, tuple(_muscle(muscle, targets) for muscle in group.muscles))
             for group in robot.cable_sets
         ),
         task_sets=tuple(
-            TaskSet(group.name, tuple(_task_frame(frame, homes) for frame in group.frames))
+            TaskSet(group.name, tuple(_task_frame(frame, targets) for frame in group.frames))
             for group in robot.task_sets
         ),
-        wrap_surfaces=tuple(_surface(surface, homes) for surface in robot.wrap_surfaces),
-        loops=tuple(_loop(loop, homes) for loop in robot.loops),
+        wrap_surfaces=tuple(_surface(surface, targets) for surface in robot.wrap_surfaces),
+        loops=tuple(_loop(loop, targets) for loop in robot.loops),
     )
 
 
-def _muscle(muscle: Muscle, homes: Homes) -> Muscle:
-    points = tuple(_via_point(point, homes) for point in muscle.via_points)
+def _muscle(muscle: Muscle, targets: Targets) -> Muscle:
+    points = tuple(_via_point(point, targets) for point in muscle.via_points)
     wraps = tuple(
         wrap
         if wrap.side_point is None
-        else replace(wrap, side_point=_via_point(wrap.side_point, homes))
+        else replace(wrap, side_point=_via_point(wrap.side_point, targets))
         for wrap in muscle.wraps
     )
     return replace(muscle, via_points=points, wraps=wraps)
 
 
-def _via_point(point: ViaPoint, homes: Homes) -> ViaPoint:
-    home, T_home_link = homes[point.link]
-    R = rotation(T_home_link.rpy)
+def _via_point(point: ViaPoint, targets: Targets) -> ViaPoint:
+    target, T_target_link = targets[point.link]
+    R = rotation(T_target_link.rpy)
     moves = tuple(replace(move, axis=rotate(R, move.axis)) for move in point.moves)
-    return replace(point, link=home, position=apply(T_home_link, point.position), moves=moves)
+    return replace(point, link=target, position=apply(T_target_link, point.position), moves=moves)
 
 
-def _task_frame(frame: TaskFrame, homes: Homes) -> TaskFrame:
-    home, T_home_link = homes[frame.link]
+def _task_frame(frame: TaskFrame, targets: Targets) -> TaskFrame:
+    target, T_target_link = targets[frame.link]
     if frame.is_orientation:
-        return replace(frame, link=home)
-    return replace(frame, link=home, position=apply(T_home_link, frame.position))
+        return replace(frame, link=target)
+    return replace(frame, link=target, position=apply(T_target_link, frame.position))
 
 
-def _loop(loop: LoopJoint, homes: Homes) -> LoopJoint:
-    (parent, T_home_parent), (child, T_home_child) = homes[loop.parent], homes[loop.child]
+def _loop(loop: LoopJoint, targets: Targets) -> LoopJoint:
+    (parent, T_target_parent), (child, T_target_child) = targets[loop.parent], targets[loop.child]
     return replace(
         loop,
         parent=parent,
         child=child,
-        T_parent_joint=compose(T_home_parent, loop.T_parent_joint),
-        T_child_joint=compose(T_home_child, loop.T_child_joint),
+        T_parent_joint=compose(T_target_parent, loop.T_parent_joint),
+        T_child_joint=compose(T_target_child, loop.T_child_joint),
     )
 
 
-def _surface(surface: WrapSurface, homes: Homes) -> WrapSurface:
-    home, T_home_link = homes[surface.link]
-    return replace(surface, link=home, pose=compose(T_home_link, surface.pose))
+def _surface(surface: WrapSurface, targets: Targets) -> WrapSurface:
+    target, T_target_link = targets[surface.link]
+    return replace(surface, link=target, pose=compose(T_target_link, surface.pose))

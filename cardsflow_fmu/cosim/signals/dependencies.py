@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from addin_sdfusion.robot import Muscle, Robot
 from addin_sdfusion.robot.model.coupling import followers
-from addin_sdfusion.robot.model.laws.law import evaluated
+from addin_sdfusion.robot.model.laws.law import evaluate
 from addin_sdfusion.robot.model.muscle_laws import law_of, law_parameters, states_of
 
 from .groups import Groups, all_ports
@@ -235,7 +235,7 @@ def _letters(muscle: Muscle, what: str) -> str:
     """Return the arguments of a muscle's output at the start."""
     law, values = law_of(muscle.model), law_parameters(muscle.model)
     letters = {state.name: state.at_start for state in law.states}.get(what, law.at_start)
-    is_damped = not law.damped or evaluated(law.damped, values)
+    is_damped = not law.damped or evaluate(law.damped, values)
     return letters if is_damped else letters.replace(_RATE, "")
 
 
@@ -244,7 +244,7 @@ def _follows_at_once(muscle: Muscle) -> bool:
     law = law_of(muscle.model)
     if law.command is None or not law.states:
         return law.command is not None
-    return bool(law.at_once and evaluated(law.at_once, law_parameters(muscle.model)))
+    return bool(law.at_once and evaluate(law.at_once, law_parameters(muscle.model)))
 
 
 def _inverted(robot: Robot, names: Mapping[str, Sequence[str]]) -> dict[str, Names]:

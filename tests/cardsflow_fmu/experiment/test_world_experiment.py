@@ -310,7 +310,7 @@ BAD_ROBOTS: dict[str, tuple[Callable[[dict[str, Any]], object], str]] = {
     "name": (lambda d: d["robots"][0].update(name="a b"), "must consist of letters"),
     "same name": (
         lambda d: d["robots"][1].update(name="left"),
-        "two robots would be called 'left'",
+        "two robots would have the name 'left'",
     ),
     "key": (lambda d: d["robots"][0].update(x=1), r"robots\[0\].x: no key 'x'"),
     "gravity": (lambda d: d["robots"][0].update(gravity=[0, 0, 0]), "different gravity"),

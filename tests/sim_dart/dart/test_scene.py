@@ -180,7 +180,7 @@ def test_hulls_with_too_many_corners_are_not_computed(
 
 BAD_MESHES = {
     "missing": (None, "none.stl: cannot be read: No such file"),
-    "nonsense": (b"what is this", "line 1 is of another kind"),
+    "nonsense": (b"what is this", "line 1 has an unexpected keyword"),
     "empty": (b"", "no line begins with solid"),
     "flat": (
         trimesh.exchange.stl.export_stl(

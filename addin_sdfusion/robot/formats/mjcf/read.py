@@ -109,7 +109,7 @@ def _name_elements(compiled: Compiled) -> None:
         first = 0 if rows is compiled.bodies else 1  # body 0 is the world
         names = Names(row["name"] for row in rows if row["name"])
         for k, row in enumerate(rows, start=first):
-            row["name"] = row["name"] or names.give(f"{word}{k}")
+            row["name"] = row["name"] or names.unique(f"{word}{k}")
 
 
 def _link(document: Document, compiled: Compiled, number: int) -> Link:

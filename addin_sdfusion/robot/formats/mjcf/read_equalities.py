@@ -79,7 +79,7 @@ def with_loops(robot: Robot, document: Document, compiled: Compiled) -> Robot:
     loops, nodes = [], []
     for row in compiled.equalities:
         if row["type"] in (CONNECT, WELD) and row["active0"]:
-            name = names.give(row["name"] or row["type"])
+            name = names.unique(row["name"] or row["type"])
             node = document.node_at(row["line"]).with_subject(Subject("joint", name))
             loop = _loop(row, node, name, compiled, bodies)
             if loop is not None:

@@ -53,7 +53,7 @@ def _joint(document: Document, compiled: Compiled, body: Row, number: int, names
         coordinates += of
     name = coordinates[0].name if len(coordinates) == 1 else f"{body['name']}_joint"
     return Joint(
-        names.give(name),
+        names.unique(name),
         compiled.bodies[body["parentid"]]["name"],
         body["name"],
         tuple(motions),
@@ -124,7 +124,7 @@ def _shift(by: Vector3) -> list[Motion]:
 
 def _without_offset(motion: Motion) -> tuple[Transform, list[Motion]]:
     """Return a constant transform and a motion without offset that are equal to a motion."""
-    way = motion.way(0.0)
+    way = motion.displacement(0.0)
     if motion.kind == "rotation":
         T = Transform(axis_rotation(motion.axis, way), ZERO)
     else:

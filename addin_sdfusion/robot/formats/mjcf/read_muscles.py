@@ -86,7 +86,7 @@ class MuscleReader:
         else:
             self._add_resistance(row, joint)
             if is_muscle(row):
-                name = self._names.give(row["name"] or f"actuator_{number + 1}")
+                name = self._names.unique(row["name"] or f"actuator_{number + 1}")
                 node = node.with_subject(Subject("muscle", name))
                 terms = (CoordinateTerm(joint, 1.0),)
                 yield Muscle(name, (), model=_law(row, node), terms=terms)
@@ -102,7 +102,7 @@ class MuscleReader:
         )
 
     def _tendon_muscle(self, row: Row, node: Node, path: Muscle) -> Muscle:
-        name = self._names.give(row["name"] or path.name)
+        name = self._names.unique(row["name"] or path.name)
         node = node.with_subject(Subject("muscle", name))
         muscle = replace(path, name=name)
         if is_muscle(row):
@@ -139,7 +139,7 @@ class MuscleReader:
             "damping": row["damping"],
         }
         model = CableModel("tendon_spring", tuple(values.items()))
-        yield replace(tendon.muscle, name=self._names.give(tendon.muscle.name), model=model)
+        yield replace(tendon.muscle, name=self._names.unique(tendon.muscle.name), model=model)
 
     def _tendon(self, row: Row) -> Tendon:
         points: list[ViaPoint] = []

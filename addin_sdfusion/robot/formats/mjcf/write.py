@@ -84,7 +84,7 @@ def _actuators(robot: Robot, root: ElementTree.Element) -> None:
     for muscle in robot.muscles:
         if muscle.model.kind == SPRING:
             continue
-        name = names.give(muscle.name)
+        name = names.unique(muscle.name)
         if muscle.model.kind == MUSCLE:
             element(
                 node, "general", None, name=name, tendon=muscle.name, **muscle_attributes(muscle)
@@ -94,7 +94,7 @@ def _actuators(robot: Robot, root: ElementTree.Element) -> None:
         element(node, "motor", None, name=name, tendon=muscle.name, gear="-1", **limits)
     for c in robot.motors:
         limits = _control_range(c.tau_min, c.tau_max)
-        element(node, "motor", None, name=names.give(c.name), joint=c.name, **limits)
+        element(node, "motor", None, name=names.unique(c.name), joint=c.name, **limits)
 
 
 def _control_range(low: float, high: float) -> dict[str, str]:
@@ -108,6 +108,6 @@ def _initial(robot: Robot, root: ElementTree.Element) -> None:
     values = []
     for motion_joint in coordinate_order(robot):
         q = known[motion_joint.coordinate.name]
-        values.append(q if motion_joint.is_home else motion_joint.motion.way(q))
+        values.append(q if motion_joint.is_home else motion_joint.motion.displacement(q))
     if values:
         element(element(root, "keyframe"), "key", name="initial", qpos=numbers(values))

@@ -110,14 +110,14 @@ def _motion_joints(joint: Joint, names: Names) -> Iterator[MotionJoint]:
         if motion.is_fixed:
             yield MotionJoint("", motion, c, is_home=False, ref=0.0)
             continue
-        offset = motion.way(0.0)
+        offset = motion.displacement(0.0)
         plain = motion.function in (ITSELF, linear(1.0, offset))
         is_home = plain and motion.coordinate not in homes
         if is_home:
             homes.add(motion.coordinate)
             yield MotionJoint(c.name, motion, c, is_home=True, ref=-offset if offset else 0.0)
         else:
-            yield MotionJoint(names.give(f"{joint.name}_{k}"), motion, c, is_home=False, ref=0.0)
+            yield MotionJoint(names.unique(f"{joint.name}_{k}"), motion, c, is_home=False, ref=0.0)
 
 
 def _motion_frames(joint: Joint) -> list[Pose]:

@@ -104,7 +104,7 @@ def add_loops(
     equalities = element(root, "equality") if held else root
     for loop in held:
         ends = (loop.parent, loop.T_parent_joint), (loop.child, loop.T_child_joint)
-        names = [sites.give(f"{loop.name}:{k}") for k in (1, 2)]
+        names = [sites.unique(f"{loop.name}:{k}") for k in (1, 2)]
         for name, (link, T) in zip(names, ends, strict=True):
             element(bodies[link], "site", None, name=name, **placement(T))
         words = dict(zip(("site1", "site2"), names, strict=True))

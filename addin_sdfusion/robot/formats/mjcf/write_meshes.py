@@ -39,7 +39,7 @@ def add_meshes(
         for mesh in link.meshes:
             if mesh.uri not in files:
                 continue
-            name = names.give(mesh.name or f"{link.name} {mesh.role}")
+            name = names.unique(mesh.name or f"{link.name} {mesh.role}")
             file, scale = str(files[mesh.uri]), numbers(mesh.scale)
             # Links define the masses. MuJoCo rejects open meshes unless their inertia is a shell.
             element(assets, "mesh", name=name, file=file, scale=scale, inertia="shell")

@@ -59,7 +59,7 @@ def add_tendons(robot: Robot, root: ElementTree.Element, bodies: Bodies, sites: 
         for k, point in enumerate(muscle.via_points):
             if k in pulleys:
                 element(tendon, "pulley", divisor=numbers([pulleys[k]]))
-            site = sites.give(f"{muscle.name}:{k}")
+            site = sites.unique(f"{muscle.name}:{k}")
             element(bodies[point.link], "site", name=site, pos=numbers(point.position))
             element(tendon, "site", site=site)
             if k in wraps:
@@ -98,13 +98,13 @@ def _add_wrap(
     surface = robot.wrap_surface(wrap.surface)
     side = {}
     if wrap.side_point is not None:
-        side = {"sidesite": sites.give(f"{muscle.name}:{wrap.segment}:side")}
+        side = {"sidesite": sites.unique(f"{muscle.name}:{wrap.segment}:side")}
         link, at = wrap.side_point.link, wrap.side_point.position
         element(bodies[link], "site", name=side["sidesite"], pos=numbers(at))
     elif wrap.side or wrap.inside:
         x, y, z = (0.0, 0.0, 0.0) if wrap.inside else side_direction(robot, muscle, wrap)
         distance = SIDE_DISTANCE * surface.radius
         place = apply(surface.pose, (distance * x, distance * y, distance * z))
-        side = {"sidesite": sites.give(f"{muscle.name}:{wrap.segment}:side")}
+        side = {"sidesite": sites.unique(f"{muscle.name}:{wrap.segment}:side")}
         element(bodies[surface.link], "site", name=side["sidesite"], pos=numbers(place))
     element(tendon, "geom", None, geom=surface.name, **side)

@@ -62,7 +62,7 @@ def _add_constraints(model: ElementTree.Element, robot: Robot) -> None:
         constraints = objects(model, "ConstraintSet", "constraintset")
         names = add_couplers(constraints, robot)
         for loop in held:
-            add_loop(constraints, replace(loop, name=names.give(loop.name)))
+            add_loop(constraints, replace(loop, name=names.unique(loop.name)))
 
 
 def _osim(robot: Robot, meshes: MeshFiles) -> str:

@@ -110,7 +110,7 @@ def _joint(
 ) -> None:
     node = element(plugin, "joint", name=joint.name)
     for i, coordinate in enumerate(joint.coordinates):
-        place = joint.home(i)
+        place = joint.main_motion(i)
         words = {"joint": joint_elements[place], "motion": str(place)}
         if springs and (coordinate.stiffness or coordinate.rest):
             words["spring"] = numbers([coordinate.stiffness, coordinate.rest])

@@ -97,9 +97,9 @@ def _split(joint: Joint, names: Names) -> Iterator[SdfJoint]:
     parent, T_parent_joint = joint.parent, joint.T_parent_joint
     for k, motions in enumerate(groups, start=1):
         last = k == len(groups)
-        child = joint.child if last else names.give(f"{joint.name}_link_{k}")
+        child = joint.child if last else names.unique(f"{joint.name}_link_{k}")
         yield SdfJoint(
-            joint.name if len(groups) == 1 else names.give(f"{joint.name}_{k}"),
+            joint.name if len(groups) == 1 else names.unique(f"{joint.name}_{k}"),
             joint.type if joint.is_plain and not is_chained(joint) else _type(motions),
             parent,
             child,
@@ -119,7 +119,7 @@ def _type(motions: tuple[Motion, ...]) -> str:
 def _axis_coordinate(joint: Joint, place: int) -> Coordinate:
     """Return the coordinate of the axis of a motion; an empty one if another axis has it."""
     index = joint.motions[place].coordinate
-    is_here = not joint.motions[place].is_fixed and joint.home(index) == place
+    is_here = not joint.motions[place].is_fixed and joint.main_motion(index) == place
     return joint.coordinates[index] if is_here else Coordinate("")
 
 

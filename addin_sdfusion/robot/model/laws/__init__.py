@@ -1,8 +1,8 @@
-"""The muscle laws of muscles: THE table, a module with `LAWS` for each law or family of laws.
+"""Definitions of all muscle laws: one module with `LAWS` for each law or family of laws.
 
-The equations are in the C core, `sim_dart/csrc/laws/<law>.c`, which takes the parameters in the
-order given here. hatch_build.py makes of the table what C has to know of it: structs of
-parameters, refusals, ranges of commands, the list of laws (`sim_dart/muscles/law_headers.py`).
+The C core contains the equations, `sim_dart/csrc/laws/<law>.c`, and uses the parameters in the
+order defined here. From these definitions hatch_build.py generates C headers with parameter
+structs, parameter checks, command ranges and the list of laws (`sim_dart/muscles/law_headers.py`).
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ _MODULES = sorted(module.name for module in iter_modules(__path__) if module.nam
 MUSCLE_LAWS: dict[str, MuscleLawDefinition] = {
     law.kind: law for module in _MODULES for law in import_module(f"{__name__}.{module}").LAWS
 }
-"""The laws that are simulated, by kind, in the C core's order."""
+"""All simulated muscle laws, by kind, in the C core's order."""
 
 LAW_NAMES = "".join(
     f"{' '.join(['law', law.kind, *(parameter.name for parameter in law.parameters)])}\n"
     for law in MUSCLE_LAWS.values()
 )
-"""Every law with its parameters, in order: what a core says that it was compiled with."""
+"""Names of all laws and parameters, in order. A core reports the text it was compiled with."""

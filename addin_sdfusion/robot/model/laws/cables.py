@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from .law import Command, MuscleLawDefinition, bounded, natural, positive
+from .law import Command, MuscleLawDefinition, bounded, non_negative, positive
 
 _REST_LENGTH = Command("rest_length", "m", 0.0, "longest_rest_length")
 
@@ -21,7 +21,7 @@ LAWS = (
         "f = k (l - u) + d l' while l > u, never below 0",
         (
             positive("stiffness", "N/m", None, "k"),
-            natural("damping", "N.s/m", 0.0, "d"),
+            non_negative("damping", "N.s/m", 0.0, "d"),
             positive("longest_rest_length", "m", 1000.0, "largest command"),
         ),
         _REST_LENGTH,
@@ -32,18 +32,18 @@ LAWS = (
         "heavy_cable",
         "an elastic cable that sags by its weight between two points",
         "Irvine 1981, Cable Structures: the elastic catenary, in equilibrium at every moment. f is "
-        "the tension along the chord, H l / a, + d l'; both ends are pulled down beside, together "
-        "by the cable's weight",
+        "the tension along the chord, H l / a, + d l'; in addition the cable's weight pulls both "
+        "ends down",
         (
             bounded("axial_stiffness", "N", None, 1e-3, "EA"),
-            bounded("mass_per_length", "kg/m", None, 0.0, "of cable that is not stretched"),
+            bounded("mass_per_length", "kg/m", None, 0.0, "mass per length of unstretched cable"),
             bounded("damping", "N.s/m", 0.0, 0.0, "d"),
             bounded(
                 "longest_rest_length",
                 "m",
                 1000.0,
                 1e-9,
-                "largest command; one below half the chord acts as that",
+                "largest command; a command below half the chord acts as half the chord",
             ),
         ),
         _REST_LENGTH,

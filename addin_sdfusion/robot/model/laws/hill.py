@@ -1,10 +1,19 @@
-"""Muscles of Hill's type: what they share, and those with few parameters beside."""
+"""Hill-type muscles: common parameters, states and rules, and laws with few further parameters."""
 
 from __future__ import annotations
 
 import math
 
-from .law import Command, LawState, MuscleLawDefinition, Parameter, Rule, natural, part, positive
+from .law import (
+    Command,
+    LawState,
+    MuscleLawDefinition,
+    Parameter,
+    Rule,
+    fraction,
+    non_negative,
+    positive,
+)
 
 EXCITATION = Command("excitation", "1", 0.0, 1.0)
 
@@ -14,7 +23,7 @@ STATES = (
 )
 
 RIGID = "elastic_tendon == 0"
-"""A tendon that gives keeps the rate from the tension."""
+"""Condition for damping: with an elastic tendon the tension does not depend on the rate."""
 
 RULES = (
     Rule("elastic_tendon == 0 or elastic_tendon == 1"),
@@ -24,49 +33,49 @@ RULES = (
     ),
 )
 
-FIBRE_DAMPING = "force over F0 at the largest contraction velocity"
+FIBRE_DAMPING = "damping force over F0 at the maximum contraction velocity"
 
 
-def hill_parameters(rise: float, fall: float, least_activation: float) -> tuple[Parameter, ...]:
-    """What all muscles of Hill's type have, before their own parameters.
+def hill_parameters(rise: float, fall: float, min_activation: float) -> tuple[Parameter, ...]:
+    """Return the first parameters of all Hill-type muscles.
 
     Args:
-        rise: Default of the time constant of rising activation, in [s].
-        fall: Default of that of falling activation, in [s].
-        least_activation: Default of the minimum activation.
+        rise: Default time constant of rising activation, in [s].
+        fall: Default time constant of falling activation, in [s].
+        min_activation: Default minimum activation.
     """
     return (
         positive("max_isometric_force", "N", None, "F0"),
-        positive("optimal_fibre_length", "m", None, "where F0 is reached"),
-        natural("tendon_slack_length", "m", None, "where the tendon begins to pull"),
-        Parameter("pennation_at_optimal", "rad", 0.0, 0.0, 1.47, "angle of fibres to tendon"),
+        positive("optimal_fibre_length", "m", None, "fibre length at which F0 is reached"),
+        non_negative("tendon_slack_length", "m", None, "tendon length at which its force begins"),
+        Parameter("pennation_at_optimal", "rad", 0.0, 0.0, 1.47, "angle between fibres and tendon"),
         Parameter(
             "max_contraction_velocity",
             "1/s",
             10.0,
             1e-6,
             math.inf,
-            "optimal fibre lengths a second",
+            "in optimal fibre lengths per second",
         ),
-        positive("activation_time_constant", "s", rise, "of rising activation"),
-        positive("deactivation_time_constant", "s", fall, "of falling activation"),
-        part("minimum_activation", least_activation, "activation never falls below"),
-        part("elastic_tendon", 0.0, "1: the tendon gives, 0: it is rigid"),
+        positive("activation_time_constant", "s", rise, "time constant of rising activation"),
+        positive("deactivation_time_constant", "s", fall, "time constant of falling activation"),
+        fraction("minimum_activation", min_activation, "lower limit of the activation"),
+        fraction("elastic_tendon", 0.0, "1: elastic tendon, 0: rigid tendon"),
     )
 
 
 LAWS = (
     MuscleLawDefinition(
         "hill_degroote2016",
-        "a muscle of Hill's type with smooth closed-form curves",
+        "a Hill-type muscle with smooth closed-form curves",
         "De Groote, Kinney, Rao & Fregly 2016, Ann. Biomed. Eng. 44",
         (
             *hill_parameters(0.015, 0.06, 0.0),
-            natural("fibre_damping", "1", 0.0, FIBRE_DAMPING),
-            positive("active_width_scale", "1", 1.0, "widens the active force-length curve"),
-            positive("passive_fibre_strain", "1", 0.6, "fibre strain at which it resists with F0"),
+            non_negative("fibre_damping", "1", 0.0, FIBRE_DAMPING),
+            positive("active_width_scale", "1", 1.0, "width of the active force-length curve"),
+            positive("passive_fibre_strain", "1", 0.6, "fibre strain at which passive force is F0"),
             positive("tendon_strain", "1", 0.049, "tendon strain at F0"),
-            positive("activation_smoothing", "1", 0.1, "of the change from rising to falling"),
+            positive("activation_smoothing", "1", 0.1, "smoothing between rising and falling"),
         ),
         EXCITATION,
         STATES,
@@ -75,22 +84,24 @@ LAWS = (
     ),
     MuscleLawDefinition(
         "hill_thelen2003",
-        "a muscle of Hill's type with Thelen's curves",
+        "a Hill-type muscle with Thelen's curves",
         "Thelen 2003, J. Biomech. Eng. 125",
         (
             *hill_parameters(0.015, 0.05, 0.01),
             positive("tendon_strain", "1", 0.04, "tendon strain at F0"),
-            positive("passive_fibre_strain", "1", 0.6, "fibre strain at which it resists with F0"),
-            positive("active_shape", "1", 0.45, "gamma, of the active force-length curve"),
-            Parameter("passive_shape", "1", 5.0, 0.0, 100.0, "of the passive curve", open_low=True),
-            positive("concentric_shape", "1", 0.25, "Af, of the force-velocity curve"),
+            positive("passive_fibre_strain", "1", 0.6, "fibre strain at which passive force is F0"),
+            positive("active_shape", "1", 0.45, "gamma, shape of the active force-length curve"),
+            Parameter(
+                "passive_shape", "1", 5.0, 0.0, 100.0, "shape of the passive curve", open_low=True
+            ),
+            positive("concentric_shape", "1", 0.25, "Af, shape of the force-velocity curve"),
             Parameter(
                 "eccentric_force",
                 "1",
                 1.4,
                 1.0,
                 math.inf,
-                "largest force while lengthening, over F0",
+                "maximum force while lengthening, over F0",
                 open_low=True,
             ),
             Parameter(
@@ -99,7 +110,7 @@ LAWS = (
                 0.95,
                 0.0,
                 1.0,
-                "part of the force-velocity curve's range beyond which it goes on as a line",
+                "fraction of the range of the force-velocity curve above which it is linear",
                 open_low=True,
             ),
         ),
@@ -108,18 +119,18 @@ LAWS = (
         (
             *RULES,
             Rule("linear_from < 1"),
-            Rule("linear_from > 1 / eccentric_force", "the line begins above F0"),
+            Rule("linear_from > 1 / eccentric_force", "the linear part must begin above F0"),
         ),
         damped=RIGID,
     ),
     MuscleLawDefinition(
         "hill_schutte1993",
-        "a muscle of Hill's type with curves through points",
+        "a Hill-type muscle with spline curves through points",
         "Schutte, Rodgers, Zajac & Glaser 1993, IEEE Trans. Rehabil. Eng. 1; curves of OpenSim's "
-        "model of the wrist",
+        "wrist model",
         (
             *hill_parameters(0.1 / 9.126854, 0.1 / 1.459854, 0.0),
-            natural("fibre_damping", "1", 0.1, FIBRE_DAMPING),
+            non_negative("fibre_damping", "1", 0.1, FIBRE_DAMPING),
         ),
         EXCITATION,
         STATES,

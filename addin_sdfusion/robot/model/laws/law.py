@@ -1,6 +1,6 @@
-"""What describes a muscle law: parameters, rules between them, command, states, dependencies.
+"""Definition of a muscle law: parameters, rules between them, command, states and dependencies.
 
-Standard library only: hatch_build.py reads the laws when the package is built.
+This module uses only the standard library, since hatch_build.py imports it to build the package.
 """
 
 from __future__ import annotations
@@ -13,20 +13,20 @@ from types import CodeType
 from typing import NamedTuple
 
 MAX_VALUE = 1e9
-"""Of winches and heavy cables, in SI units: what none has, and the core still computes with."""
+"""Maximum parameter of winches and heavy cables in SI units, for which the core is accurate."""
 
 
 class Parameter(NamedTuple):
-    """A number of a muscle law.
+    """A parameter of a muscle law.
 
     Attributes:
-        name: Its name in files.
-        unit: Its unit, as FMI writes units.
-        default: What holds if it is not given; None if it must be.
-        low: Smallest value.
-        high: Largest value.
-        meaning: What it is.
-        open_low: Whether it must be above `low`.
+        name: Name in files.
+        unit: Unit in FMI notation.
+        default: Default value, or None for a required parameter.
+        low: Minimum value.
+        high: Maximum value.
+        meaning: Description in a few words.
+        open_low: Whether the value must be greater than `low`.
     """
 
     name: str
@@ -39,11 +39,11 @@ class Parameter(NamedTuple):
 
     @property
     def bounds(self) -> str:
-        """Its bounds in words: `above 0, and 1 at most`."""
+        """Bounds as text, such as `above 0 and at most 1`."""
         if math.isinf(self.low):
-            return "finite" if math.isinf(self.high) else f"{self.high:g} at most"
-        least = f"above {self.low:g}" if self.open_low else f"{self.low:g} or more"
-        return least if math.isinf(self.high) else f"{least}, and {self.high:g} at most"
+            return "finite" if math.isinf(self.high) else f"at most {self.high:g}"
+        lower = f"above {self.low:g}" if self.open_low else f"at least {self.low:g}"
+        return lower if math.isinf(self.high) else f"{lower} and at most {self.high:g}"
 
     def allows(self, value: float) -> bool:
         """Return whether a value is finite and within the bounds."""
@@ -52,13 +52,13 @@ class Parameter(NamedTuple):
 
 
 class Command(NamedTuple):
-    """What drives a muscle.
+    """The command of a muscle.
 
     Attributes:
-        name: What it is.
-        unit: Its unit, as FMI writes units.
-        low: Its smallest value: a number, or a formula of parameters.
-        high: Its largest value, likewise.
+        name: Name, such as `force` or `excitation`.
+        unit: Unit in FMI notation.
+        low: Minimum: a number, or a formula of parameters.
+        high: Maximum: a number, or a formula of parameters.
     """
 
     name: str
@@ -68,14 +68,14 @@ class Command(NamedTuple):
 
 
 class LawState(NamedTuple):
-    """A number that a muscle remembers.
+    """A state variable of a muscle.
 
     Attributes:
-        name: What it is; with the muscle's name a variable: `activation.biceps`.
-        unit: Its unit, as FMI writes units.
-        where: A condition on parameters under which the muscle has it; empty if it always has.
-            States that a muscle may lack come last.
-        at_start: What it follows from at the start, of u (command), l (length), v (rate).
+        name: Name; with the muscle's name it forms a variable, such as `activation.biceps`.
+        unit: Unit in FMI notation.
+        where: Condition on parameters for the state to exist; empty for a state that always exists.
+            Conditional states come last.
+        at_start: Variables that determine the initial value: u (command), l (length), v (rate).
     """
 
     name: str
@@ -85,11 +85,11 @@ class LawState(NamedTuple):
 
 
 class Term(NamedTuple):
-    """A number that follows from parameters, for the rules behind it.
+    """A value computed from parameters, for use in the subsequent rules.
 
     Attributes:
-        name: Its name in formulas; in C also the function `<law>_<name>(p)`.
-        formula: Of parameters and of terms before it.
+        name: Name in formulas; in C it is also the function `<law>_<name>(p)`.
+        formula: Formula of parameters and preceding terms.
     """
 
     name: str
@@ -97,11 +97,11 @@ class Term(NamedTuple):
 
 
 class Rule(NamedTuple):
-    """A condition between parameters; each of them is within its own bounds.
+    """A condition on several parameters, each of which is within its bounds.
 
     Attributes:
-        condition: Of parameters and of terms before it: `rest_low <= rest_high`.
-        why: What it means, where the condition does not say it.
+        condition: Condition on parameters and preceding terms, such as `rest_low <= rest_high`.
+        why: Explanation, if the condition is not self-explanatory.
     """
 
     condition: str
@@ -109,33 +109,34 @@ class Rule(NamedTuple):
 
     @property
     def text(self) -> str:
-        """What a muscle that breaks it is rejected with."""
+        """Error message for a muscle that violates the rule."""
         return f"{self.condition} must hold" + (f": {self.why}" if self.why else "")
 
 
 class MuscleLawDefinition(NamedTuple):
-    """How the tension of a muscle follows from its command, its length and its speed.
+    """Definition of a muscle law: the tension as a function of command, length and rate.
 
-    Conditions and formulas are written as in Python, with comparisons, `and`, `or`, `... if ...
-    else ...`, `+ - * /`, `min`, `max` and `sqrt`; the build translates them to C.
+    Conditions and formulas use Python syntax with comparisons, `and`, `or`, `... if ... else ...`,
+    `+ - * /`, `min`, `max` and `sqrt`. The build translates them to C.
 
     Attributes:
-        kind: Its name in files, and that of its C file and functions.
-        meaning: What it is, in a few words.
-        source: Where the equations come from.
-        parameters: Its numbers, in the C core's order.
-        command: What drives it; None for a passive one.
-        states: What it remembers, in order.
-        rules: What must hold between its parameters, in order.
-        at_start: What its tension follows from at the start, of u (command), l (length), v (rate).
-        damped: A condition on parameters under which its tension follows the rate; empty: always.
-        at_once: A condition under which its states follow the command at once; empty: never. A
-            law without states always does.
-        stretches: Whether it stretches all along its path, so that friction in bends holds stretch.
-        pushes: Whether its tension may be negative.
-        sags: Whether it hangs by its weight between two points, which it pulls down.
-        has_drum: Whether a pulley at its base can bear on its drum.
-        presets: Published sets of parameters, by name.
+        kind: Name in files, also of its C file and functions.
+        meaning: Description in a few words.
+        source: Equations or their reference.
+        parameters: Parameters, in the C core's order.
+        command: Command, or None for a passive law.
+        states: State variables, in order.
+        rules: Terms and conditions on the parameters, in order.
+        at_start: Variables that determine the initial tension: u (command), l (length), v (rate).
+        damped: Condition on parameters for the tension to depend on the rate; empty: always.
+        at_once: Condition for the states to follow the command without delay; empty: never. The
+            tension of a law without states always follows the command without delay.
+        stretches: Whether the muscle stretches along its whole path, so that friction at its bends
+            affects the stretch.
+        pushes: Whether the tension can be negative.
+        sags: Whether the cable sags by its weight between two points and pulls them down.
+        has_drum: Whether the inertia of a pulley at the base can be added to a drum.
+        presets: Published parameter sets, by name.
     """
 
     kind: str
@@ -165,26 +166,26 @@ class MuscleLawDefinition(NamedTuple):
         return tuple(step for step in self.rules if isinstance(step, Rule))
 
     def broken_rule(self, values: Mapping[str, float]) -> str | None:
-        """What is wrong with parameters that are within their bounds: the first rule broken.
+        """Return the error text for the first violated rule, or None.
 
         Args:
-            values: All parameters.
+            values: All parameters, within their bounds.
         """
         known = dict(values)
         try:
             for step in self.rules:
                 if isinstance(step, Term):
-                    known[step.name] = evaluated(step.formula, known)
-                elif not evaluated(step.condition, known):
-                    named = (f"{name} = {known[name]!r}" for name in names_in(step.condition))
+                    known[step.name] = evaluate(step.formula, known)
+                elif not evaluate(step.condition, known):
+                    named = (f"{name} = {known[name]!r}" for name in formula_names(step.condition))
                     return f"{step.text}; here {', '.join(named)}"
         except (ArithmeticError, ValueError):
-            return "parameters are so small or large that their quotients are no numbers"
+            return "parameters are too small or too large: a quotient is not finite"
         return None
 
 
-def evaluated(formula: str, values: Mapping[str, float]) -> float:
-    """Return the value of a formula of a law, or whether a condition holds."""
+def evaluate(formula: str, values: Mapping[str, float]) -> float:
+    """Return the value of a formula, or whether a condition is true."""
     value: float = eval(_compiled(formula), dict(_FUNCTIONS), dict(values))
     return value
 
@@ -197,8 +198,8 @@ def _compiled(formula: str) -> CodeType:
     return compile(formula, formula, "eval")
 
 
-def names_in(formula: str) -> list[str]:
-    """Return the parameters and terms in a formula, in order."""
+def formula_names(formula: str) -> list[str]:
+    """Return the names of the parameters and terms in a formula, in order."""
     nodes = [
         node for node in ast.walk(ast.parse(formula, mode="eval")) if isinstance(node, ast.Name)
     ]
@@ -207,25 +208,25 @@ def names_in(formula: str) -> list[str]:
 
 
 def positive(name: str, unit: str, default: float | None, meaning: str) -> Parameter:
-    """Above zero."""
+    """Return a parameter that must be positive."""
     return Parameter(name, unit, default, 0.0, math.inf, meaning, open_low=True)
 
 
-def natural(name: str, unit: str, default: float | None, meaning: str) -> Parameter:
-    """Zero or above."""
+def non_negative(name: str, unit: str, default: float | None, meaning: str) -> Parameter:
+    """Return a parameter that must not be negative."""
     return Parameter(name, unit, default, 0.0, math.inf, meaning)
 
 
 def bounded(name: str, unit: str, default: float | None, low: float, meaning: str) -> Parameter:
-    """From `low` to what no winch and no cable has."""
+    """Return a parameter from `low` to `MAX_VALUE`."""
     return Parameter(name, unit, default, low, MAX_VALUE, meaning)
 
 
-def part(name: str, default: float, meaning: str) -> Parameter:
-    """From 0 to 1."""
+def fraction(name: str, default: float, meaning: str) -> Parameter:
+    """Return a parameter from 0 to 1."""
     return Parameter(name, "1", default, 0.0, 1.0, meaning)
 
 
-def free(name: str, unit: str, default: float | None, meaning: str) -> Parameter:
-    """Any finite number."""
+def unbounded(name: str, unit: str, default: float | None, meaning: str) -> Parameter:
+    """Return a parameter that can be any finite number."""
     return Parameter(name, unit, default, -math.inf, math.inf, meaning)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from .law import Command, LawState, MuscleLawDefinition, Parameter, natural, positive
+from .law import Command, LawState, MuscleLawDefinition, Parameter, non_negative, positive
 
 LAWS = (
     MuscleLawDefinition(
@@ -29,9 +29,9 @@ LAWS = (
                 math.inf,
                 "n: turns of the thread around the bladder",
             ),
-            natural("cord_length", "m", 0.0, "path length in addition to the bladder"),
-            positive("max_pressure", "Pa", 6e5, "largest command, above that of the air"),
-            natural(
+            non_negative("cord_length", "m", 0.0, "path length in addition to the bladder"),
+            positive("max_pressure", "Pa", 6e5, "largest command, relative to the ambient air"),
+            non_negative(
                 "pressure_time_constant", "s", 0.05, "time constant of the pressure; 0: immediate"
             ),
         ),

@@ -1,4 +1,4 @@
-"""A DC motor that pulls on a spring: Roboy's myo-muscle, with its published numbers."""
+"""DC motor that pulls on a spring: Roboy's myo-muscle with published parameters."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from .law import (
     Parameter,
     Rule,
     Term,
-    free,
-    natural,
+    non_negative,
     positive,
+    unbounded,
 )
 
 _ROBOY_MYO_MUSCLE = (
@@ -29,9 +29,9 @@ _ROBOY_MYO_MUSCLE = (
     ("spindle_radius", 0.0045),
     ("stiffness", 30680.0),
 )
-"""What CARDSFlow's Gazebo plug-in simulates with, and the spring that it declares.
+"""Parameters of CARDSFlow's Gazebo plug-in, with the spring stiffness that it declares.
 
-In effect the plug-in computes with a spring of 324.7 N/m (0.03247 N a tick, 1e4 ticks a metre).
+The plug-in actually computes with 324.7 N/m (0.03247 N per tick, 1e4 ticks per metre).
 """
 
 _ROBOY_TEST_BENCH = (
@@ -47,39 +47,41 @@ _ROBOY_TEST_BENCH = (
     ("spindle_radius", 0.0045),
     ("stiffness", 30680.0),
 )
-"""What the plug-in's own test of a muscle uses; its spindle and spring are those of the plug-in."""
+"""Parameters of the plug-in's muscle test, with the spindle and spring of the plug-in."""
 
 LAWS = (
     MuscleLawDefinition(
         "series_elastic_motor",
-        "a DC motor with gear and spindle behind a spring",
+        "a DC motor with gear and spindle in series with a spring",
         "Roboy's myo-motor: La i' = V - R i - Ke N w; N J w' = Kt i - r f / (rho N); "
         "f = k (l - l0 + r theta)",
         (
-            positive("resistance", "Ohm", 0.797, "R, of the winding"),
-            natural("bridge_resistance", "Ohm", 0.0, "added to R: of the H-bridge"),
+            positive("resistance", "Ohm", 0.797, "R, resistance of the winding"),
+            non_negative(
+                "bridge_resistance", "Ohm", 0.0, "resistance of the H-bridge, which is added to R"
+            ),
             positive("inductance", "H", 1.8e-4, "La"),
-            natural("back_emf_constant", "V.s/rad", 1.42e-2, "Ke"),
+            non_negative("back_emf_constant", "V.s/rad", 1.42e-2, "Ke"),
             positive("torque_constant", "N.m/A", 1.42e-2, "Kt"),
-            positive("gear_ratio", "1", 53.0, "N: motor turns a spindle turn"),
+            positive("gear_ratio", "1", 53.0, "N: motor turns per spindle turn"),
             Parameter(
                 "gear_efficiency",
                 "1",
                 0.59,
                 0.0,
                 1.0,
-                "eta: rho while the motor drives, 1 / rho while it is driven",
+                "eta: rho is eta while the motor drives, 1 / eta while it is driven",
                 open_low=True,
             ),
-            natural("gear_inertia", "kg.m2", 0.4e-7, "J_G, on the motor's side"),
+            non_negative("gear_inertia", "kg.m2", 0.4e-7, "J_G, on the motor's side"),
             positive("motor_inertia", "kg.m2", 4.09e-7, "J_M"),
             Parameter("spindle_radius", "m", 0.0045, 1e-6, math.inf, "r"),
-            positive("stiffness", "N/m", 30680.0, "k, of the spring"),
-            free(
+            positive("stiffness", "N/m", 30680.0, "k, stiffness of the spring"),
+            unbounded(
                 "rest_length",
                 "m",
                 0.0,
-                "l0: path length at which the spring has no force with the spindle at 0",
+                "l0: path length without spring force at spindle angle 0",
             ),
             positive("max_voltage", "V", 24.0, "largest command"),
         ),
@@ -100,8 +102,8 @@ LAWS = (
             ),
             Rule(
                 "quickness <= 1e6",
-                "the motor changes at that rate, in [1/s], and faster ones would need steps below "
-                "a microsecond; see inductance, inertias and stiffness",
+                "quickness is the fastest rate of the motor, in [1/s]; a faster motor requires "
+                "steps below one microsecond; check inductance, inertias and stiffness",
             ),
         ),
         at_start="u",

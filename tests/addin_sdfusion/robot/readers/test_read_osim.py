@@ -35,7 +35,7 @@ def test_all_parts_of_a_small_model_are_read_or_reported(tmp_path: Path) -> None
     assert kinds == [("translation", (0, 1, 0)), ("translation", (0, 0, 1)),
                      ("rotation", (0, 0, 1))]  # fmt: skip
     np.testing.assert_allclose(derivatives(knee.motions[0].function, 2.0), (0.17, 0.14, 0.06))
-    assert knee.motions[1].way(0.7) == 0.05
+    assert knee.motions[1].displacement(0.7) == 0.05
     assert knee.T_parent_joint.rpy == pytest.approx((0.1, 0.0, 0.0))
     (term,) = patella.coupling
     assert (term.coordinate, term.function) == ("knee_angle", Polynomial((0.5, 1.0)))

@@ -138,7 +138,7 @@ def test_robots_without_muscles_and_tasks_are_combined() -> None:
 
 def test_parts_with_equal_names_are_rejected() -> None:
     arm = planar_2r()
-    with pytest.raises(InputError, match="two robots would be called 'a'"):
+    with pytest.raises(InputError, match="two robots would have the name 'a'"):
         combine("b", [Member("a", arm), Member("a", arm)])
     tricky = replace(
         arm,
@@ -154,7 +154,7 @@ def test_parts_with_equal_names_are_rejected() -> None:
         cable_sets=(CableSet("none", ()),),
         cable_set="none",
     )
-    with pytest.raises(InputError, match="two links would be called 'a_b_link_1'"):
+    with pytest.raises(InputError, match="two links would have the name 'a_b_link_1'"):
         combine("b", [Member("a", tricky), Member("a_b", arm)])
     with pytest.raises(InputError, match="no robots"):
         combine("b", [])

@@ -83,7 +83,7 @@ def test_mujoco_opens_copied_meshes(folder, tmp_path, capsys):
 def test_check_and_convert_repair_equally(shared, capsys):
     robot = str(shared / "robots/cardsflow/test_robot")
     main(["check", robot])
-    assert "--repair undoes it" in capsys.readouterr().out
+    assert "use --repair to correct them" in capsys.readouterr().out
     main(["check", robot, "--repair"])
     output = capsys.readouterr().out
     assert "[repaired-inertia]" in output

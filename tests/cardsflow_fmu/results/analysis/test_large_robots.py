@@ -124,7 +124,7 @@ def test_of_links_with_one_name_the_first_is_found() -> None:
 
 def test_names_of_many_alike_stay_short() -> None:
     names = Names(["arm"])
-    given = [names.give("arm") for _ in range(1000)]
+    given = [names.unique("arm") for _ in range(1000)]
     assert len(set(given)) == 1000
     assert "arm" not in given
     assert max(map(len, given)) < 20

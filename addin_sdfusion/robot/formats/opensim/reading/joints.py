@@ -184,7 +184,7 @@ def _about_axis(node: Node, kind: MotionKind, default: Vector3, names: list[str]
             node.error("unknown-coordinate", problem)
             continue
         motion = Motion(kind, axis, names.index(name) if name else 0, function)
-        if not (motion.is_fixed and motion.way(0.0) == 0.0):
+        if not (motion.is_fixed and motion.displacement(0.0) == 0.0):
             motions.append(motion)
     return motions
 

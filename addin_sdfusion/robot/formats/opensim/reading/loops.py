@@ -43,7 +43,7 @@ def read_loops(
             )
             node.warning("loop-left-out", problem)
             continue
-        name = names.give(given)
+        name = names.unique(given)
         about = node.with_subject(Subject("joint", name))
         first, second = (_end(about, frames, k) for k in ("1", "2"))
         kind: Literal["ball", "fixed"] = "ball" if node.tag == POINT else "fixed"

@@ -27,7 +27,7 @@ def add_muscle(
 def add_joint_forces(forces: ElementTree.Element, robot: Robot, names: Names) -> None:
     """Add the motors of joints, with controls in [N·m] or [N], and dampers and springs."""
     for c in robot.motors:
-        node = element(forces, "CoordinateActuator", name=names.give(f"{c.name}_motor"))
+        node = element(forces, "CoordinateActuator", name=names.unique(f"{c.name}_motor"))
         for tag, bound in (("min_control", c.tau_min), ("max_control", c.tau_max)):
             if math.isfinite(bound):
                 element(node, tag, bound)
@@ -35,14 +35,14 @@ def add_joint_forces(forces: ElementTree.Element, robot: Robot, names: Names) ->
         element(node, "optimal_force", 1.0)
     for c in robot.all_coordinates:
         if c.damping or c.stiffness:
-            node = element(forces, "SpringGeneralizedForce", name=names.give(f"{c.name}_damping"))
+            node = element(forces, "SpringGeneralizedForce", name=names.unique(f"{c.name}_damping"))
             element(node, "coordinate", c.name)
             element(node, "stiffness", c.stiffness)
             element(node, "rest_length", c.rest)
             element(node, "viscosity", c.damping)
     for c in robot.all_coordinates:
         if c.limit_force is not None:
-            _add_limit_force(forces, c, names.give(f"{c.name}_limit"))
+            _add_limit_force(forces, c, names.unique(f"{c.name}_limit"))
 
 
 def _add_limit_force(forces: ElementTree.Element, c: Coordinate, name: str) -> None:

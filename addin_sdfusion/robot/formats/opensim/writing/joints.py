@@ -100,7 +100,7 @@ def add_joints(
         for single in parts:
             if single.child not in links:
                 add_massless(bodies, single.child)
-            _add_joint(joints, single.joint(names.give(single.name)), ranges)
+            _add_joint(joints, single.joint(names.unique(single.name)), ranges)
 
 
 def coordinate_paths(joints: ElementTree.Element) -> dict[str, str]:
@@ -118,7 +118,7 @@ def add_couplers(constraints: ElementTree.Element, robot: Robot) -> Names:
     for c in robot.all_coordinates:
         if not c.coupling:
             continue
-        name = names.give(f"{c.name}_coupler")
+        name = names.unique(f"{c.name}_coupler")
         node = element(constraints, "CoordinateCouplerConstraint", name=name)
         function = element(node, "coupled_coordinates_function")
         add_function(function, [term.function for term in c.coupling])

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from ....finding import Subject
-from ....model.joint import renamed as renamed_coordinate
+from ....model.joint import rename_coordinate
 from ....model.muscle import CableSet, ViaPoint
 from ....model.robot import WORLD, Robot
 from ....transforms.joint_chains import Names
@@ -36,7 +36,7 @@ def with_legal_names(robot: Robot) -> Robot:
                 parent=links[joint.parent],
                 child=links[joint.child],
                 coordinates=tuple(
-                    renamed_coordinate(c, coordinates.__getitem__) for c in joint.coordinates
+                    rename_coordinate(c, coordinates.__getitem__) for c in joint.coordinates
                 ),
             )
             for joint in robot.joints
@@ -81,7 +81,7 @@ def _legal(names: Iterable[str], taken: Iterable[str]) -> Renaming:
     free = Names(taken)
     kept = [name for name, legal in safe.items() if name == legal]
     changed = [name for name, legal in safe.items() if name != legal]
-    return {name: free.give(safe[name]) for name in (*kept, *changed)}
+    return {name: free.unique(safe[name]) for name in (*kept, *changed)}
 
 
 def _with_legal_sets(robot: Robot, renaming: dict[str, Renaming], links: Renaming) -> Robot:

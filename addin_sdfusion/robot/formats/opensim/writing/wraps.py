@@ -37,7 +37,7 @@ def wrap_names(robot: Robot) -> WrapNames:
     return {
         (muscle.name, k): wrap.surface
         if not wrap.side and wrap.quadrant == usual.get(wrap.surface, "all")
-        else names.give(f"{wrap.surface}_{muscle.name}")
+        else names.unique(f"{wrap.surface}_{muscle.name}")
         for muscle in robot.muscles
         for k, wrap in enumerate(muscle.wraps)
     }
