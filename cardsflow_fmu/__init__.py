@@ -1,6 +1,6 @@
-"""The roof: FMUs, co-simulation, experiments, results and the command line.
+"""FMUs, co-simulation, experiments, results and the command line.
 
-The names below are imported when first used: a command starts without what it does not need.
+The names below are imported on first use, so that a command only loads the modules it needs.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .simulation.run import run as run
     from .simulation.run import run_system as run_system
 
-_HOMES = {
+_MODULES = {
     "Experiment": "experiment.experiment",
     "build": "simulation.build",
     "check": "results.analysis.drive_check",
@@ -31,6 +31,6 @@ __all__ = ["Experiment", "Result", "__version__", "build", "check", "run", "run_
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
+    if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
+    return getattr(importlib.import_module(f"{__name__}.{_MODULES[name]}"), name)

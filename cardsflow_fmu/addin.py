@@ -1,4 +1,4 @@
-"""The add-in for Fusion from outside: installation, archive."""
+"""Installation and packaging of the Fusion add-in."""
 
 from __future__ import annotations
 
@@ -19,55 +19,55 @@ from addin_sdfusion.robot.files import read_file, write_files
 
 BUNDLE = "addin_sdfusion.bundle"
 NAME = "addin_sdfusion"
-"""Fusion wants the folder, the program in it and its manifest to have the same name."""
+"""Name of the folder, the program and the manifest, which Fusion requires to be equal."""
 
 ADD_INS = Path("Autodesk/Autodesk Fusion 360/API/AddIns")
-"""Where Fusion looks for add-ins, below the folder that a system has for such things."""
+"""Fusion's folder of add-ins, relative to the application data folder of the system."""
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 def install(folder: str | Path | None = None) -> Path:
-    """Copy the add-in to where Fusion looks for it, in place of an earlier copy.
+    """Copy the add-in into Fusion's folder of add-ins and replace an earlier copy.
 
     Args:
-        folder: Fusion's folder of add-ins; this user's if None.
+        folder: Fusion's folder of add-ins, or None for the folder of the current user.
 
     Returns:
         The folder of the add-in.
 
     Raises:
-        InputError: This system has no such folder, something else is there, or it cannot be
+        InputError: The folder does not exist, contains something else with this name, or cannot be
             written.
     """
     target = (_add_ins() if folder is None else Path(folder)) / NAME
-    aside, old = (target.with_name(f".{NAME}.{word}") for word in ("new", "old"))
+    new, old = (target.with_name(f".{NAME}.{word}") for word in ("new", "old"))
     files = _files()
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         if old.exists() and not target.exists():
-            old.rename(target)  # an installation was cut short
-        _require_own(target)
-        for left in (aside, old):
-            if left.exists():
-                shutil.rmtree(left)
+            old.rename(target)  # an earlier installation was interrupted
+        _require_addin(target)
+        for leftover in (new, old):
+            if leftover.exists():
+                shutil.rmtree(leftover)
         for path, source in files.items():
-            (aside / path).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(source, aside / path)
-        _exchange(target, aside, old)
+            (new / path).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source, new / path)
+        _replace_folder(target, new, old)
     except OSError as error:
         what = f"cannot be written: {error.strerror or error}; is the add-in running in Fusion?"
         raise InputError(what, file=target) from error
     finally:
-        shutil.rmtree(aside, ignore_errors=True)
+        shutil.rmtree(new, ignore_errors=True)
     return target
 
 
 def zip_addin(file: str | Path) -> Path:
-    """Pack the add-in's folder; the same version makes the same bytes.
+    """Pack the add-in's folder; the archive of a version is reproducible.
 
     Args:
-        file: The archive; its folder is made if it does not exist.
+        file: The archive; its folder is created if it does not exist.
 
     Raises:
         InputError: The file cannot be written.
@@ -79,29 +79,29 @@ def pack_addin(file: str | Path, company: str, url: str, email: str) -> Path:
     """Pack the add-in as a bundle for Autodesk's App Store.
 
     Args:
-        file: The archive, in which `addin_sdfusion.bundle` is.
-        company: Who publishes it.
-        url: Their page.
-        email: Whom the store writes to.
+        file: The archive, which contains `addin_sdfusion.bundle`.
+        company: Name of the publisher.
+        url: Web page of the publisher.
+        email: Email address of the publisher.
 
     Raises:
-        InputError: One of them is empty, or the file cannot be written.
+        InputError: An argument is empty, or the file cannot be written.
     """
     given = {"company": company, "url": url, "email": email}
     for key, text in given.items():
         if not text.strip():
-            raise InputError("must not be empty: the store asks for it", key=f"--{key}")
+            raise InputError("must not be empty, since the store requires it", key=f"--{key}")
     contents = {f"{BUNDLE}/Contents/{path}": s.read_bytes() for path, s in _files().items()}
     contents[f"{BUNDLE}/PackageContents.xml"] = _package_contents(company, url, email).encode()
     return _archive(file, contents)
 
 
 def _package_contents(company: str, url: str, email: str) -> str:
-    """The store's description of the bundle, by the add-in's manifest."""
+    """Return the store's XML description of the bundle, from the add-in's manifest."""
     manifest = json.loads((Path(addin_sdfusion.__file__).parent / f"{NAME}.manifest").read_text())
     version, upgrade = manifest["version"], uuid.UUID(manifest["id"])
-    product = uuid.uuid5(upgrade, version)  # another one for each version
-    words = {
+    product = uuid.uuid5(upgrade, version)  # differs between versions
+    attributes = {
         "SchemaVersion": "1.0",
         "AutodeskProduct": manifest["autodeskProduct"],
         "ProductType": "Application",
@@ -112,7 +112,7 @@ def _package_contents(company: str, url: str, email: str) -> str:
         "ProductCode": f"{{{product}}}".upper(),
         "UpgradeCode": f"{{{upgrade}}}".upper(),
     }
-    root = ElementTree.Element("ApplicationPackage", words)
+    root = ElementTree.Element("ApplicationPackage", attributes)
     details = {"Name": company, "Url": url, "Email": email}
     ElementTree.SubElement(root, "CompanyDetails", details)
     parts = ElementTree.SubElement(root, "Components")
@@ -128,33 +128,33 @@ def _package_contents(company: str, url: str, email: str) -> str:
 
 
 def _archive(file: str | Path, contents: Mapping[str, bytes]) -> Path:
-    """Write an archive; the same contents make the same bytes."""
+    """Write a reproducible archive."""
     packed = BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
         for path, data in contents.items():
             entry = zipfile.ZipInfo(path, _EPOCH)
-            entry.create_system = 3  # as on Unix, wherever it is packed
+            entry.create_system = 3  # Unix, on every system
             entry.external_attr = 0o644 << 16
-            archive.writestr(entry, data)  # stored: compressors differ
+            archive.writestr(entry, data)  # not compressed, since versions of zlib differ
     file = Path(file)
     return write_files(file.parent, {file.name: packed.getvalue()})[0]
 
 
 def _files() -> dict[str, Path]:
-    """The add-in's files by their paths below its folder, in order."""
+    """Return the add-in's files by their paths relative to its folder, in order."""
     root = Path(addin_sdfusion.__file__).parent
     files = {path.relative_to(root).as_posix(): path for path in root.rglob("*") if path.is_file()}
-    return {path: files[path] for path in sorted(files) if _belongs(Path(path))}
+    return {path: files[path] for path in sorted(files) if _is_source(Path(path))}
 
 
-def _belongs(path: Path) -> bool:
-    """Whether a file is the add-in's own, not one that Python or a desktop left there."""
+def _is_source(path: Path) -> bool:
+    """Return whether a file belongs to the add-in, unlike caches and hidden files."""
     hidden = any(part.startswith(".") or part == "__pycache__" for part in path.parts)
     return not hidden and path.suffix not in (".pyc", ".pyo")
 
 
 def _add_ins() -> Path:
-    """This user's folder of Fusion's add-ins."""
+    """Return Fusion's folder of add-ins for the current user."""
     system: str = sys.platform
     if system == "win32":
         base = Path(os.environ.get("APPDATA", Path.home() / "AppData/Roaming"))
@@ -162,31 +162,31 @@ def _add_ins() -> Path:
         base = Path.home() / "Library/Application Support"
     else:
         what = (
-            "there is no Fusion for this system: give Fusion's folder of add-ins with --folder, "
-            "or pack the add-in with `cardsflow addin zip`"
+            "Fusion does not support this system; specify Fusion's folder of add-ins with "
+            "--folder, or pack the add-in with `cardsflow addin zip`"
         )
         raise InputError(what)
     folder = base / ADD_INS
     if not folder.is_dir():
-        what = "does not exist: start Fusion once, or give its folder of add-ins with --folder"
+        what = "does not exist; start Fusion once, or specify its folder of add-ins with --folder"
         raise InputError(what, file=folder)
     return folder
 
 
-def _require_own(target: Path) -> None:
-    """Reject to replace what is not an earlier installation."""
+def _require_addin(target: Path) -> None:
+    """Reject a target that is not an earlier installation."""
     if target.is_symlink():
-        what = "is a link, so Fusion runs what it leads to already; remove it to install a copy"
+        what = "is a link, whose target Fusion already runs; remove the link to install a copy"
         raise InputError(what, file=target)
     if not target.exists():
         return
     ours = _identity(Path(addin_sdfusion.__file__).parent)
     if not target.is_dir() or ours is None or _identity(target) != ours:
-        raise InputError("is not this add-in; move it, or give another --folder", file=target)
+        raise InputError("is not this add-in; move it, or use another --folder", file=target)
 
 
 def _identity(folder: Path) -> str | None:
-    """The id in an add-in's manifest; None if there is no manifest."""
+    """Return the id in an add-in's manifest, or None without a valid manifest."""
     try:
         plain = json.loads(read_file(folder / f"{NAME}.manifest", limits.JSON).decode("utf-8-sig"))
     except (InputError, ValueError, RecursionError):
@@ -194,8 +194,8 @@ def _identity(folder: Path) -> str | None:
     return str(plain["id"]) if isinstance(plain, dict) and plain.get("id") else None
 
 
-def _exchange(target: Path, new: Path, old: Path) -> None:
-    """Put a folder in place of another, or leave that one where it was."""
+def _replace_folder(target: Path, new: Path, old: Path) -> None:
+    """Replace a folder by a new one; after an error the old folder is restored."""
     if target.exists():
         target.rename(old)
     try:

@@ -1,3 +1,3 @@
-"""The version of the package, read by the build as well."""
+"""Version of the package; the build also reads this file."""
 
 __version__ = "1.0.0"

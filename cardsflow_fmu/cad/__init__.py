@@ -1,6 +1,6 @@
-"""Designs of CAD systems as robots: snapshots, build123d's assemblies, STEP files.
+"""Import of CAD designs as robots: snapshots, build123d assemblies and STEP files.
 
-Each becomes a `DesignSnapshot`, from which the Fusion add-in's own export continues.
+Each design is converted to a `DesignSnapshot`, which the exporter of the Fusion add-in writes.
 """
 
 from .design import Design

@@ -1,4 +1,4 @@
-"""An assembly as a snapshot has it: components in places, and the solids in them."""
+"""Assembly of components with their poses and solids, for a snapshot."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from .kernel import Face, mass_of, mesh_of, round_faces, solids
 
 
 class Material(NamedTuple):
-    """What a part is made of.
+    """Material of a part.
 
     Attributes:
         density: In [kg/m³].
-        name: Its name; empty if not known.
+        name: Name of the material; empty if unknown.
     """
 
     density: float
@@ -30,17 +30,17 @@ class Material(NamedTuple):
 
 @dataclass(frozen=True)
 class Part:
-    """A component in one place.
+    """An instance of a component.
 
     Attributes:
-        name: The component's; that of several parts that are alike.
-        T: In what holds it, T_parent_part, lengths in [m].
-        shape: The kernel's, in the part's frame; None if it only holds others.
-        children: What it holds.
-        label: What the place is called; empty if nothing.
-        color: As `#rrggbb`; None if not known.
+        name: Name of the component; equal parts have the same name.
+        T: Pose in the parent assembly, T_parent_part, lengths in [m].
+        shape: Shape of the geometry kernel in the part's frame; None for a subassembly.
+        children: Parts of a subassembly.
+        label: Name of the instance; may be empty.
+        color: Color as `#rrggbb`; None if unknown.
         opacity: From 0 to 1.
-        key: What the part is known by, such as its `id`.
+        key: Identification of the part, such as its `id`.
     """
 
     name: str
@@ -55,13 +55,13 @@ class Part:
 
 @dataclass(frozen=True)
 class Place:
-    """A part, and where it is.
+    """A part with its path and pose in the assembly.
 
     Attributes:
-        path: As occurrences have it.
-        parent: Path of what holds it.
+        path: Path of the occurrence.
+        parent: Path of the parent assembly.
         part: The part.
-        T: T_root_part, in [m].
+        T: Pose T_root_part, lengths in [m].
     """
 
     path: str
@@ -71,12 +71,12 @@ class Place:
 
     @property
     def name(self) -> str:
-        """The part's name, as paths have it."""
+        """Name of the part in its path."""
         return self.path.rpartition("+")[2].rpartition(":")[0]
 
     @property
     def short(self) -> str:
-        """What the export calls the link of it, if that is unique: `finger`, `finger_2`."""
+        """Name of the exported link if it is unique, such as `finger` or `finger_2`."""
         number = self.path.rpartition(":")[2]
         return self.name if number == "1" else f"{self.name}_{number}"
 
@@ -93,57 +93,57 @@ class Assembly:
     """An assembly.
 
     Attributes:
-        places: Every component in every place, what holds others first.
+        places: All instances of all components, parents before children.
     """
 
     def __init__(self, parts: Sequence[Part], unit: float) -> None:
-        """An assembly of parts.
+        """Create an assembly from parts.
 
         Args:
-            parts: What is in the root.
-            unit: The shapes' unit of length, in [m].
+            parts: Parts in the root.
+            unit: Unit of length of the shapes, in [m].
         """
-        self.places = tuple(_placed(parts, ROOT, IDENTITY))
+        self.places = tuple(_places(parts, ROOT, IDENTITY))
         self._unit = unit
 
     def find(self, name: str) -> Place:
-        """Return the place of that path, or component's or place's name.
+        """Return the place with a path, or with the name of an instance or component.
 
         Raises:
-            InputError: There is none, or more than one; the message names those that exist.
+            InputError: No place or several places match; the message lists the candidates.
         """
-        for of in _NAMES:
-            found = [place for place in self.places if of(place) == name]
+        for name_of in _NAMES:
+            found = [place for place in self.places if name_of(place) == name]
             if len(found) == 1:
                 return found[0]
             if found:
                 paths = listed([place.path for place in found], 5)
-                raise InputError(f"part {name!r} is in several places; say which: {paths}")
+                raise InputError(f"part {name!r} is not unique; use one of the paths {paths}")
         raise InputError(unknown("part", name, [place.path for place in self.places]))
 
     def occurrences(self, grounded: Collection[str]) -> tuple[OccurrenceSnapshot, ...]:
-        """Return the records of the places; `grounded` are the paths of those that stand still."""
+        """Return the records of the places; `grounded` contains the paths of fixed parts."""
         return tuple(
             OccurrenceSnapshot(place.path, place.parent, place.name, place.path in grounded)
             for place in self.places
         )
 
     def below(self, path: str) -> list[Place]:
-        """Return a place and all below it."""
+        """Return a place and all places below it."""
         return [p for p in self.places if p.path == path or p.path.startswith(f"{path}+")]
 
     def faces(self, place: Place) -> list[Face]:
-        """Return the cylinder and sphere faces of a place itself."""
+        """Return the cylinder and sphere faces of a place, without the places below it."""
         return (
             [] if place.part.shape is None else round_faces(place.part.shape, place.T, self._unit)
         )
 
     def volume(self, path: str) -> float:
-        """Return the volume of a place and all below it, in [m³]."""
-        every = [
+        """Return the volume of a place and all places below it, in [m³]."""
+        bodies = [
             s for p in self.below(path) if p.part.shape is not None for s in solids(p.part.shape)
         ]
-        masses = [mass_of(solid, IDENTITY, 1.0, self._unit) for solid in every]
+        masses = [mass_of(solid, IDENTITY, 1.0, self._unit) for solid in bodies]
         return sum(mass.mass for mass in masses if mass is not None)
 
     def bodies(
@@ -152,8 +152,9 @@ class Assembly:
         """Return the records of the solids, with masses and triangles.
 
         Args:
-            quality: How fine the triangles are.
-            materials: By path, for all below it that have none of their own; `ROOT` for the rest.
+            quality: Resolution of the triangles.
+            materials: Materials by path. A material applies to all places below its path, unless
+                they have another one; `ROOT` is the default.
         """
         return tuple(b for place in self.places for b in self._bodies(place, quality, materials))
 
@@ -182,7 +183,7 @@ class Assembly:
             )
 
 
-def _placed(parts: Sequence[Part], parent: str, T: Transform) -> Iterator[Place]:
+def _places(parts: Sequence[Part], parent: str, T: Transform) -> Iterator[Place]:
     count: Counter[str] = Counter()
     for part in parts:
         name = part.name.replace("+", "_").replace(":", "_") or "part"
@@ -190,4 +191,4 @@ def _placed(parts: Sequence[Part], parent: str, T: Transform) -> Iterator[Place]
         path = f"{parent}+{name}:{count[name]}" if parent else f"{name}:{count[name]}"
         place = Place(path, parent, part, T.compose(part.T))
         yield place
-        yield from _placed(part.children, path, place.T)
+        yield from _places(part.children, path, place.T)

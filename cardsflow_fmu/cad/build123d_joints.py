@@ -1,8 +1,8 @@
-"""Joints of build123d as a snapshot has them.
+"""Conversion of build123d joints to records of a snapshot.
 
-What a joint does is asked of it: `relative_to` gives the place of one part in the other's frame at
-any angle and position, from which follow the axis it turns about and, with the parts' places, its
-value.
+The method `relative_to` of a joint returns the pose of one part in the frame of the other part at
+any angle and position. The rotation axis is computed from these poses, and the current joint value
+from the poses of the parts.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from .assembly import Place
 from .kernel import transform
 
-_APART = 1e-6  # in [m] and [rad]: parts that are farther from where their joint has them were moved
+_APART = 1e-6  # in [m] and [rad]: larger deviations mean that a part was moved after connecting
 _TIDY = 1e-12
 
 
 class _Pair(NamedTuple):
-    """A joint and the other one that it is connected to, such that `one` moves relative to `two`.
+    """Two connected joints; part `one` moves relative to part `two`.
 
     Attributes:
-        joint: Of `two`.
-        other: Of `one`.
-        two, one: The parts' places.
-        unit: Of length, in [m].
+        joint: Joint of part `two`.
+        other: Joint of part `one`.
+        two, one: Places of the parts.
+        unit: Unit of length, in [m].
     """
 
     joint: Any
@@ -44,13 +44,13 @@ class _Pair(NamedTuple):
     unit: float
 
     def at(self, **values: float) -> Transform:
-        """T_two_one at values of the joint, in degrees and units of length."""
+        """Return T_two_one at joint values, in degrees and units of length."""
         return transform(
             self.joint.relative_to(self.other, **values).wrapped.Transformation(), self.unit
         )
 
     def now(self) -> Transform:
-        """T_two_one as the parts are."""
+        """Return T_two_one for the current poses of the parts."""
         return self.two.T.inverse().compose(self.one.T)
 
 
@@ -62,26 +62,26 @@ def joint_record(
     unit: float,
     values: Mapping[str, Any],
 ) -> JointSnapshot:
-    """Return the record of a joint that is connected to another one.
+    """Return the record of two connected joints.
 
     Args:
-        name: What to call it.
-        joint: The one whose `connect_to` was called.
-        other: The one it was called with.
-        places: Of their parts.
-        unit: Of length, in [m].
-        values: Damping and the like of its motions.
+        name: Name of the record.
+        joint: The joint whose `connect_to` was called.
+        other: The argument of `connect_to`.
+        places: Places of their parts.
+        unit: Unit of length, in [m].
+        values: Dynamic parameters of the motions, such as damping.
 
     Raises:
-        InputError: It is of a type that is not known, or a part was moved after it was connected.
+        InputError: The type is unknown, or a part was moved after the joints were connected.
     """
     pair = _Pair(joint, other, *places, unit)
     types = type(joint).__name__, type(other).__name__
-    if types[0] == "RigidJoint" and types[1] != "RigidJoint":  # then the other one says how
+    if types[0] == "RigidJoint" and types[1] != "RigidJoint":  # the other joint defines the motion
         pair, types = _Pair(other, joint, places[1], places[0], unit), (types[1], types[0])
     known = _KINDS.get(types)
     if known is None:
-        raise InputError(f"joint {name!r}: {types[0]} to {types[1]} cannot be imported")
+        raise InputError(f"joint {name!r}: {types[0]} to {types[1]} is not supported")
     kind, find = known
     motions = find(pair)
     _require_in_place(name, pair, kind, motions)
@@ -99,8 +99,8 @@ def _origin(joint: Any, place: Place, unit: float) -> Vector3:
 def _require_in_place(
     name: str, pair: _Pair, kind: JointKind, motions: tuple[MotionSnapshot, ...]
 ) -> None:
-    """Reject parts that are not where the joint has them, at the values that were found."""
-    if kind == "ball":  # any turn is one of its own, and its sides are compared by the export
+    """Reject parts whose poses do not match the joint at its current values."""
+    if kind == "ball":  # a ball allows any rotation, and the export compares its origins
         return
     values = {}
     for motion in motions:
@@ -111,10 +111,10 @@ def _require_in_place(
             low, high = turning.angular_range
             beyond = (math.degrees(motion.value) - low) % 360.0
             values["angle"] = _within(low + beyond, (low, high))
-    meant, now = pair.at(**values), pair.now()
-    apart = max(float(np.max(np.abs(np.subtract(meant.R, now.R)))), math.dist(meant.p, now.p))
-    if apart > _APART:
-        what = "its parts are not where it has them; connect them after they were moved"
+    expected, now = pair.at(**values), pair.now()
+    rotation_error = float(np.max(np.abs(np.subtract(expected.R, now.R))))
+    if max(rotation_error, math.dist(expected.p, now.p)) > _APART:
+        what = "its parts were moved after they were connected; connect them after moving them"
         raise InputError(f"joint {name!r}: {what}")
 
 
@@ -135,13 +135,13 @@ def _linear(pair: _Pair) -> tuple[MotionSnapshot, ...]:
 
 
 def _cylindrical(pair: _Pair) -> tuple[MotionSnapshot, ...]:
-    """Return a rotation, and a slide along the same axis."""
+    """Return a rotation and a translation along the same axis."""
     turn, slide = _both(pair, pair.joint.angular_range)
     return turn, slide
 
 
 def _slot(pair: _Pair) -> tuple[MotionSnapshot, ...]:
-    """Return a slide, and a rotation where it has led."""
+    """Return a translation, followed by a rotation."""
     turn, slide = _both(pair, pair.other.angular_range)
     return slide, turn
 
@@ -153,7 +153,7 @@ def _both(pair: _Pair, angles: tuple[float, float]) -> tuple[MotionSnapshot, Mot
 
 
 def _ball(pair: _Pair) -> tuple[MotionSnapshot, ...]:
-    """Rotations about x, y and z of the joint, in that order: R = Rx Ry Rz."""
+    """Return rotations about x, y and z of the joint, in that order: R = Rx Ry Rz."""
     joint = pair.joint
     L, reference, end = (
         transform(location.wrapped.Transformation(), pair.unit)
@@ -180,7 +180,7 @@ def _turning(
     angles: tuple[float, float],
     role: str = "",
 ) -> MotionSnapshot:
-    """Return the rotation of a joint, whose axis is that between two of its poses."""
+    """Return the rotation of a joint; its axis is computed from two poses."""
     low, high = angles
     first, span = np.array(at(low).R), min(high - low, 90.0)
     if span > 0.0:
@@ -191,7 +191,7 @@ def _turning(
     cosine = (np.trace(turned) - 1.0) / 2.0
     beyond = _small(math.atan2(float(np.dot(axis, _skew(turned))), cosine))
     lower, upper = _limits(angles)
-    if lower is None:  # nothing says which of its turns it is in: the nearest to 0
+    if lower is None:  # the number of full turns is unknown; use the angle closest to 0
         value = math.remainder(math.radians(low) + beyond, math.tau)
     else:
         value = lower + beyond % math.tau
@@ -199,7 +199,7 @@ def _turning(
 
 
 def _sliding(pair: _Pair, at: Callable[[float], Transform], role: str = "") -> MotionSnapshot:
-    """Return the slide of a joint, by how far the other side has moved along its axis."""
+    """Return the translation of a joint, from the displacement of the other part on its axis."""
     low, high = (float(limit) for limit in pair.joint.linear_range)
     start, axis = _within(0.0, (low, high)), _vector(pair.joint.relative_axis.direction)
     end = transform(_end(pair.other).wrapped.Transformation(), pair.unit).p
@@ -210,19 +210,19 @@ def _sliding(pair: _Pair, at: Callable[[float], Transform], role: str = "") -> M
 
 
 def _end(joint: Any) -> Any:
-    """Where a joint is in the frame of its part."""
+    """Return the pose of a joint in the frame of its part."""
     has_place = hasattr(joint, "relative_location")
     return joint.relative_location if has_place else joint.relative_axis.location
 
 
 def _limits(angles: tuple[float, float]) -> tuple[float | None, float | None]:
-    """In [rad]; none if it can turn all the way round."""
+    """Return limits in [rad], or None for both if the joint allows full turns."""
     low, high = angles
     return (None, None) if high - low >= 360.0 else (math.radians(low), math.radians(high))
 
 
 def _skew(R: FloatArray) -> Vector3:
-    """sin(angle) times the axis of a rotation."""
+    """Return sin(angle) times the axis of a rotation."""
     return (
         float(R[2, 1] - R[1, 2]) / 2.0,
         float(R[0, 2] - R[2, 0]) / 2.0,
@@ -251,4 +251,4 @@ _KINDS: dict[tuple[str, str], tuple[JointKind, Callable[[_Pair], tuple[MotionSna
     ("CylindricalJoint", "RigidJoint"): ("cylindrical", _cylindrical),
     ("BallJoint", "RigidJoint"): ("ball", _ball),
 }
-"""Types of the joint and the other one: what a snapshot calls it, and its motions."""
+"""Kind in a snapshot and motions, by the types of the two connected joints."""

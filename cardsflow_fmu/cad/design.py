@@ -1,4 +1,4 @@
-"""A design that is drawn with build123d, with its muscles: what a program leaves for the import."""
+"""Design of a build123d program for the import: an assembly with muscles, points and surfaces."""
 
 from __future__ import annotations
 
@@ -35,22 +35,23 @@ _DYNAMICS = ("damping", "friction", "stiffness", "rest", "effort")
 
 
 @dataclass(frozen=True)
-class _Spot:
-    """A point on a part: in the part's frame, in [m]; in the root's without a part."""
+class _PartPoint:
+    """A point in the frame of a part, in [m]; without a part in the root frame."""
 
     part: Any
     position: Vector3
 
 
 class Design:
-    """An assembly of build123d with muscles, task points and what joints are like.
+    """A build123d assembly with muscles, task points and joint dynamics.
 
-    Parts are links where joints connect them, `a.connect_to(b)`; a part that is never the second
-    one stands still. A point is a joint, as a name for a place, or a pair: of a part and a point in
-    its coordinates, or one of its faces, edges or vertices; of None and a point of the world.
+    Parts that joints connect, `a.connect_to(b)`, become links. A part that is never the argument of
+    `connect_to` is fixed. A point is a joint, which marks a position, or a pair of a part and a
+    point in the part's coordinates, or a pair of a part and one of its faces, edges or vertices, or
+    a pair of None and a point in the world.
 
     Attributes:
-        settings: How it becomes a robot's folder.
+        settings: Settings for writing the robot folder.
     """
 
     def __init__(
@@ -61,23 +62,23 @@ class Design:
         unit: float = MILLIMETRE,
         **settings: Any,
     ) -> None:
-        """A design of an assembly.
+        """Create a design from an assembly.
 
         Args:
             assembly: A Compound with children, a part, or a list of parts, with labels.
-            density: Of parts without a material, in [kg/m³]; None: they weigh nothing.
-            unit: What one unit of length of the drawing is, in [m].
-            settings: Of the export, by their names in ExportSettings.
+            density: Density of parts without a material, in [kg/m³]; None for massless parts.
+            unit: Unit of length of the drawing, in [m].
+            settings: Export settings, see ExportSettings.
 
         Raises:
-            InputError: A setting is wrong.
+            InputError: A setting is invalid.
         """
         self.settings = from_plain(ExportSettings, settings, "settings")
         self._assembly = assembly
         self._density = None if density is None else float(density)
         self._unit = float(unit)
         self._muscles: dict[str, MuscleSnapshot] = {}
-        self._points: list[tuple[str, _Spot, PointUse]] = []
+        self._points: list[tuple[str, _PartPoint, PointUse]] = []
         self._surfaces: dict[str, tuple[Any, Face, SurfaceUse]] = {}
         self._dynamics: dict[int, dict[str, float]] = {}
 
@@ -94,20 +95,20 @@ class Design:
         """Add a muscle.
 
         Args:
-            name: Its name.
-            points: Its via points, in order.
-            f_min: Smallest force that a controller may command, in [N].
-            f_max: Largest force, in [N].
-            color: As `#rrggbb`; one of ten in turn if None.
-            model: A law of tension.
-            parameters: Of the law, in SI units.
+            name: Name of the muscle.
+            points: Via points, in order.
+            f_min: Minimum force that a controller can command, in [N].
+            f_max: Maximum force, in [N].
+            color: Color as `#rrggbb`; None for the next one of ten colors.
+            model: Name of the muscle law.
+            parameters: Parameters of the muscle law, in SI units.
 
         Raises:
-            InputError: There is a muscle of that name, or an argument is wrong.
+            InputError: The name already exists, or an argument is invalid.
         """
         where = f"muscle {name!r}"
         if name in self._muscles:
-            raise InputError(f"{where} is there already")
+            raise InputError(f"{where} already exists")
         plain = {
             "name": name,
             "color": color or COLORS[len(self._muscles) % len(COLORS)],
@@ -122,22 +123,22 @@ class Design:
             self._add(f"{name}_{number}", point, use, f"{where}, point {number}")
 
     def task(self, name: str, point: Any, axes: Iterable[str] = ("x", "y", "z")) -> None:
-        """Add a point whose position is controlled or reported.
+        """Add a task point, whose position is controlled or reported.
 
         Args:
-            name: Its name.
-            point: Where it is.
-            axes: Which coordinates count, such as "xz", in the world.
+            name: Name of the point.
+            point: The point.
+            axes: Task coordinates in the world, such as "xz".
 
         Raises:
-            InputError: An argument is wrong.
+            InputError: An argument is invalid.
         """
         plain = {"role": "task", "name": name, "axes": list(axes)}
         use = from_plain(PointUse, plain, f"task point {name!r}")
         self._add(name, point, use, f"task point {name!r}")
 
     def marker(self, name: str, point: Any) -> None:
-        """Add a point that is only looked at; arguments and errors as of `task`."""
+        """Add a marker, which is reported but not controlled; arguments as for `task`."""
         self._add(name, point, PointUse("marker", name=name), f"marker {name!r}")
 
     def wrap(
@@ -152,17 +153,17 @@ class Design:
         turns: int = 0,
         inside: bool = False,
     ) -> None:
-        """Let a muscle wrap over a cylinder or sphere face.
+        """Add a wrap of a muscle over a cylinder or sphere face.
 
         Args:
-            name: Of the surface; the same for all muscles that wrap over it.
-            part: What the face is of.
+            name: Name of the surface; the same for all muscles that wrap over it.
+            part: Part with the face.
             face: One of `part.faces()`.
             muscle: Name of the muscle.
             after: Number of the via point before the surface, counted from 1.
-            side: 1 or -1 for a chosen sense of turning about the axis, 0 for the shorter path.
-            turns: Whole turns about it.
-            inside: Whether it is led through the surface.
+            side: 1 or -1 for a sense of rotation about the axis, 0 for the shorter path.
+            turns: Number of additional full turns.
+            inside: Whether the muscle passes through the surface.
 
         Raises:
             InputError: The face is neither a cylinder nor a sphere.
@@ -177,38 +178,38 @@ class Design:
         self._surfaces[name] = part, found, replace(before, muscles=muscles)
 
     def dynamics(self, joint: Any, **values: float) -> None:
-        """Say what a joint is like.
+        """Set the dynamic parameters of a joint.
 
         Args:
-            joint: The joint, of either side.
-            values: `damping`, `friction`, `stiffness`, `rest`, `effort`, as motions have them.
+            joint: One of the two connected joints.
+            values: `damping`, `friction`, `stiffness`, `rest`, `effort`, see MotionSnapshot.
 
         Raises:
-            InputError: There is no such value.
+            InputError: A parameter is unknown.
         """
         for name in values:
             if name not in _DYNAMICS:
-                raise InputError(f"no value {name!r}; values: {', '.join(_DYNAMICS)}")
+                raise InputError(f"unknown parameter {name!r}; known: {', '.join(_DYNAMICS)}")
         self._dynamics[id(joint)] = {name: float(value) for name, value in values.items()}
 
     def snapshot(self, settings: ExportSettings, file: Path | None = None) -> DesignSnapshot:
-        """Return the snapshot of the design as it is now.
+        """Return the snapshot of the current design.
 
         Args:
-            settings: How it becomes a robot's folder.
-            file: The program that has drawn it.
+            settings: Settings for writing the robot folder.
+            file: The program that created the design.
 
         Raises:
-            InputError: Something is not in the assembly.
+            InputError: A part is not in the assembly.
         """
         try:
-            return _Reading(self, settings, file).snapshot()
+            return _SnapshotBuilder(self, settings, file).snapshot()
         except InputError as error:
             raise InputError(error.what, file=file, key=error.key) from error
 
     def _add(self, name: str, point: Any, use: PointUse, where: str) -> None:
         try:
-            self._points.append((name, self._spot(point), use))
+            self._points.append((name, self._part_point(point), use))
         except (TypeError, ValueError, AttributeError) as error:
             what = (
                 "must be a joint, or a pair of a part and a point, face, edge or vertex of it: "
@@ -216,18 +217,18 @@ class Design:
             )
             raise InputError(f"{where}: {what}") from None
 
-    def _spot(self, point: Any) -> _Spot:
+    def _part_point(self, point: Any) -> _PartPoint:
         if hasattr(point, "location") and hasattr(point, "connected_to"):  # a joint
             at = transform(point.location.wrapped.Transformation(), self._unit).p
-            return _Spot(point.parent, self._in_part(point.parent).apply(at))
+            return _PartPoint(point.parent, self._in_part(point.parent).apply(at))
         part, where = point
         if hasattr(where, "wrapped") and hasattr(where, "geom_type"):
-            return _Spot(part, self._in_part(part).apply(self._centre(where)))
+            return _PartPoint(part, self._in_part(part).apply(self._centre(where)))
         x, y, z = (self._unit * float(value) for value in where)
-        return _Spot(part, (x, y, z))
+        return _PartPoint(part, (x, y, z))
 
     def _centre(self, shape: Any) -> Vector3:
-        """The centre of a face, an edge or a vertex; of a round one that of its roundness."""
+        """Return the centre of a face, edge or vertex; for an arc the centre of its circle."""
         unit, kind = self._unit, type(shape).__name__
         if kind == "Face":
             try:
@@ -239,14 +240,14 @@ class Design:
         return unit * centre.X, unit * centre.Y, unit * centre.Z
 
     def _in_part(self, part: Any) -> Transform:
-        """T_part_parent: what faces and joints' places are given in is what holds the part."""
+        """Return T_part_parent, since build123d expresses faces and joints in the parent frame."""
         if part is None:
             return IDENTITY
         return transform(part.location.wrapped.Transformation(), self._unit).inverse()
 
 
-class _Reading:
-    """The work on one snapshot."""
+class _SnapshotBuilder:
+    """Builder of one snapshot."""
 
     def __init__(self, design: Design, settings: ExportSettings, file: Path | None) -> None:
         self._design = design
@@ -307,7 +308,7 @@ class _Reading:
         )
 
     def _part(self, shape: Any, above: Transform) -> Part:
-        """Return a part with what it holds; `above` is put before its place."""
+        """Return a part with its children; `above` is multiplied from the left to its pose."""
         self._shapes[id(shape)] = shape
         T = above.compose(transform(shape.location.wrapped.Transformation(), self._unit))
         children = tuple(self._part(child, IDENTITY) for child in shape.children)
@@ -329,9 +330,9 @@ class _Reading:
         )
 
     def _place(self, part: Any, what: str) -> Place:
-        for own in (part, getattr(part, "part", None)):  # a builder has its part
-            if id(own) in self._places:
-                return self._places[id(own)]
+        for candidate in (part, getattr(part, "part", None)):  # a builder contains its part
+            if id(candidate) in self._places:
+                return self._places[id(candidate)]
         label = getattr(part, "label", "") or type(part).__name__
         raise InputError(f"{what} is on {label!r}, which is not in the assembly")
 
@@ -350,9 +351,9 @@ class _Reading:
                 yield joint_record(name, joint, other, (near, far), self._unit, values)
 
     def _points(self) -> Iterator[PointSnapshot]:
-        for number, (name, spot, use) in enumerate(self._design._points):
-            path, T = self._at(spot.part, f"point {name!r}")
-            yield PointSnapshot(name, path, T.apply(spot.position), str(number), use)
+        for number, (name, point, use) in enumerate(self._design._points):
+            path, T = self._at(point.part, f"point {name!r}")
+            yield PointSnapshot(name, path, T.apply(point.position), str(number), use)
 
     def _surfaces(self) -> Iterator[SurfaceSnapshot]:
         for name, (part, face, use) in self._design._surfaces.items():
@@ -361,7 +362,7 @@ class _Reading:
             yield SurfaceSnapshot(path, face.shape, face.radius, *placed, f"face {name}", use)
 
     def _at(self, part: Any, what: str) -> tuple[str, Transform]:
-        """Return the path of a part, and T_root_part; the world's for None."""
+        """Return the path of a part and T_root_part; the root for None."""
         if part is None:
             return ROOT, IDENTITY
         place = self._place(part, what)

@@ -1,4 +1,4 @@
-"""Import of a design, of whatever CAD system, as a robot's folder."""
+"""Import of a CAD design as a robot folder."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .step_design import Tables
 from .step_process import TIME_LIMIT, design_of_step
 
 STEP = (".step", ".stp")
-"""What names of STEP files end with."""
+"""Suffixes of STEP files."""
 
 
 def import_cad(
@@ -29,19 +29,20 @@ def import_cad(
     tables: Tables | None = None,
     time_limit: float = TIME_LIMIT,
 ) -> Exported:
-    """Write the robot's folder of a design, as the add-in does inside Fusion.
+    """Write the robot folder of a design, like the add-in in Fusion.
 
     Args:
-        file: A snapshot (.json), a program that draws with build123d (.py), which is run, or a
-            STEP file (.step, .stp).
-        folder: Where to; made if it does not exist.
-        settings: Changes to the design's own settings, by their names in ExportSettings.
-        tables: What a STEP file does not say.
-        time_limit: How long the geometry kernel may take for a STEP file, in [s].
+        file: A snapshot (.json), a build123d program (.py), which is executed, or a STEP file
+            (.step, .stp).
+        folder: Output folder; created if it does not exist.
+        settings: Changes to the settings of the design, see ExportSettings.
+        tables: Tables with the information that a STEP file does not contain.
+        time_limit: Time limit of the geometry kernel for a STEP file, in [s].
 
     Raises:
-        RobotError: The design has errors; the exception carries all findings.
-        InputError: The design cannot be read, a setting is wrong, or the folder cannot be written.
+        RobotError: The design has errors. The exception contains all findings.
+        InputError: The design cannot be read, a setting is invalid, or the folder cannot be
+            written.
     """
     return export_robot(read_design(file, settings, tables, time_limit), folder)
 
@@ -52,27 +53,27 @@ def read_design(
     tables: Tables | None = None,
     time_limit: float = TIME_LIMIT,
 ) -> DesignSnapshot:
-    """Return the snapshot of a design; arguments and errors as of `import_cad`."""
+    """Return the snapshot of a design; arguments and errors as for `import_cad`."""
     file = Path(file)
     suffix = file.suffix.lower()
     if tables is not None and suffix not in STEP:
-        raise InputError("has joints, muscles and materials itself: tables are for STEP files",
-                         file=file)  # fmt: skip
+        what = "contains joints, muscles and materials; use tables only with STEP files"
+        raise InputError(what, file=file)
     if suffix in STEP:
-        own = _changed(ExportSettings(), settings)
-        return design_of_step(file, tables or Tables(), own, time_limit)
+        changed = _changed(ExportSettings(), settings)
+        return design_of_step(file, tables or Tables(), changed, time_limit)
     if suffix == ".py":
         design = script_design(file)
         return design.snapshot(_changed(design.settings, settings), file)
     if suffix != ".json":
         what = (
-            "is not a design in a known format (.json, .py, .step, .stp); how other CAD "
-            "systems get here is in docs/reference/snapshot.md"
+            "is not a design in a known format (.json, .py, .step, .stp); for other CAD systems "
+            "see docs/reference/snapshot.md"
         )
         raise InputError(what, file=file)
     snapshot = read_snapshot(file)
     return replace(snapshot, settings=_changed(snapshot.settings, settings))
 
 
-def _changed(own: ExportSettings, settings: Mapping[str, Any] | None) -> ExportSettings:
-    return from_plain(ExportSettings, to_plain(own) | dict(settings or {}), "--set")
+def _changed(base: ExportSettings, settings: Mapping[str, Any] | None) -> ExportSettings:
+    return from_plain(ExportSettings, to_plain(base) | dict(settings or {}), "--set")

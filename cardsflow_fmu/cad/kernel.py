@@ -1,7 +1,7 @@
-"""The geometry kernel, Open CASCADE: mass properties, triangles and faces of its shapes.
+"""Interface to the geometry kernel Open CASCADE: mass properties, triangles and faces of shapes.
 
-It comes with build123d, in the extra `cad`; a whole shape is given in its own frame, in its own
-unit of length, and placed by a `Transform` in metres.
+The extra `cad` installs it with build123d. A shape has its own frame and unit of length; a
+`Transform` in metres defines its pose.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from addin_sdfusion.snapshot import MassSnapshot, MeshSnapshot
 from cardsflow_fmu.utils.extras import install
 
 MILLIMETRE = 0.001
-_MAX_MASS = 1e100  # in [kg]; beyond it numbers overflow
+_MAX_MASS = 1e100  # in [kg]; avoids overflows
 
 _FINENESS: dict[MeshQuality, tuple[float, float]] = {
     "low": (1e-2, 0.8),
@@ -29,14 +29,14 @@ _FINENESS: dict[MeshQuality, tuple[float, float]] = {
     "high": (5e-4, 0.2),
     "very_high": (1e-4, 0.1),
 }
-"""How far triangles may be from a face, as a share of the body's size, and turn, in [rad]."""
+"""Maximum distance of triangles from a face, relative to the body size, and angle in [rad]."""
 
 
 def kernel(module: str) -> Any:
     """Return a module of the kernel, such as `gp`.
 
     Raises:
-        InputError: It is not installed.
+        InputError: The kernel is not installed.
     """
     try:
         return importlib.import_module(f"OCP.{module}")
@@ -45,19 +45,19 @@ def kernel(module: str) -> Any:
 
 
 def missing() -> InputError:
-    """Return the error where the extra is not installed."""
-    return InputError(f"STEP files and build123d need the extra `cad`: {install('cad')}")
+    """Return the error for a missing extra `cad`."""
+    return InputError(f"STEP files and build123d require the extra `cad`: {install('cad')}")
 
 
 class Face(NamedTuple):
     """A cylinder or sphere face.
 
     Attributes:
-        shape: Which of them.
+        shape: `sphere` or `cylinder`.
         radius: In [m].
-        centre: Of the sphere, or of the cylinder's middle, in [m].
-        axis: Of the cylinder; z for a sphere.
-        length: Of the cylinder, in [m]; 0 for a sphere.
+        centre: Centre of the sphere or cylinder, in [m].
+        axis: Axis of the cylinder; z for a sphere.
+        length: Length of the cylinder, in [m]; 0 for a sphere.
     """
 
     shape: Literal["sphere", "cylinder"]
@@ -68,14 +68,14 @@ class Face(NamedTuple):
 
 
 def transform(trsf: Any, unit: float) -> Transform:
-    """Return a placement of the kernel (gp_Trsf).
+    """Convert a transform of the kernel (gp_Trsf).
 
     Args:
-        trsf: The placement, which neither scales nor mirrors.
-        unit: Its unit of length, in [m].
+        trsf: The transform, which must not scale or mirror.
+        unit: Unit of length, in [m].
 
     Raises:
-        ValueError: It scales or mirrors.
+        ValueError: The transform scales or mirrors.
     """
     rows = [[trsf.Value(i, j) for j in range(1, 5)] for i in range(1, 4)]
     R = np.array(rows)[:, :3]
@@ -101,16 +101,16 @@ def _explored(shape: Any, kind: str) -> Iterator[Any]:
 
 
 def mass_of(shape: Any, T: Transform, density: float, unit: float) -> MassSnapshot | None:
-    """Mass properties of a solid; None if it has no volume.
+    """Return the mass properties of a solid, or None without a positive volume.
 
     Args:
         shape: The solid.
-        T: Where it is, T_root_shape.
+        T: Pose T_root_shape, lengths in [m].
         density: In [kg/m³].
-        unit: The shape's unit of length, in [m].
+        unit: Unit of length of the shape, in [m].
 
     Raises:
-        InputError: The mass is beyond 1e100 kg, or its inertia is not finite.
+        InputError: The mass exceeds 1e100 kg, or the inertia is not finite.
     """
     properties = kernel("GProp").GProp_GProps()
     kernel("BRepGProp").BRepGProp.VolumeProperties_s(shape, properties, True, False, False)
@@ -118,7 +118,7 @@ def mass_of(shape: Any, T: Transform, density: float, unit: float) -> MassSnapsh
     if not mass > 0.0:
         return None
     if not mass < _MAX_MASS:
-        raise InputError(f"a density of {density:.3g} kg/m3 makes a mass of {mass:.3g} kg")
+        raise InputError(f"a density of {density:.3g} kg/m3 results in a mass of {mass:.3g} kg")
     centre, inertia = properties.CentreOfMass(), properties.MatrixOfInertia()
     own = np.array([[inertia.Value(i, j) for j in (1, 2, 3)] for i in (1, 2, 3)])
     R = np.array(T.R)
@@ -127,21 +127,23 @@ def mass_of(shape: Any, T: Transform, density: float, unit: float) -> MassSnapsh
     with np.errstate(over="ignore", invalid="ignore"):
         about_origin = J + mass * (com @ com * np.eye(3) - np.outer(com, com))
     if not np.isfinite([J, about_origin]).all():
-        raise InputError("the inertia of a body is not finite: it is too far away, or open")
+        raise InputError(
+            "the inertia of a body is not finite; it is too far from the origin, or not closed"
+        )
     xx, yy, zz = np.diag(about_origin).tolist()
     xy, yz, xz = (float(about_origin[i, j]) for i, j in ((0, 1), (1, 2), (0, 2)))
-    least, middle, most = np.linalg.eigvalsh(J).tolist()
-    return MassSnapshot(mass, _vector(com), (xx, yy, zz, xy, yz, xz), (least, middle, most))
+    low, middle, high = np.linalg.eigvalsh(J).tolist()
+    return MassSnapshot(mass, _vector(com), (xx, yy, zz, xy, yz, xz), (low, middle, high))
 
 
 def mesh_of(shape: Any, T: Transform, quality: MeshQuality, unit: float) -> MeshSnapshot | None:
-    """Triangles of a shape; None if the kernel gives none.
+    """Return the triangles of a shape, or None if it has no triangles.
 
     Args:
         shape: The body.
-        T: Where it is, T_root_shape.
-        quality: How fine.
-        unit: The shape's unit of length, in [m].
+        T: Pose T_root_shape, lengths in [m].
+        quality: Resolution of the triangles.
+        unit: Unit of length of the shape, in [m].
     """
     deflection, angle = _FINENESS[quality]
     box = kernel("Bnd").Bnd_Box()
@@ -161,7 +163,7 @@ def mesh_of(shape: Any, T: Transform, quality: MeshQuality, unit: float) -> Mesh
 
 
 def _add_face(face: Any, nodes: list[Any], triangles: list[int]) -> None:
-    """Append a face's triangles, counter-clockwise seen from outside."""
+    """Append the triangles of a face, counter-clockwise as seen from outside."""
     location = kernel("TopLoc").TopLoc_Location()
     mesh = kernel("BRep").BRep_Tool.Triangulation_s(kernel("TopoDS").TopoDS.Face(face), location)
     if mesh is None:
@@ -177,15 +179,15 @@ def _add_face(face: Any, nodes: list[Any], triangles: list[int]) -> None:
 
 
 def face_of(face: Any, T: Transform, unit: float) -> Face:
-    """Return a cylinder or sphere face that muscles can wrap over.
+    """Return a cylinder or sphere face, over which muscles can wrap.
 
     Args:
         face: The face.
-        T: Where its shape is, T_root_shape.
-        unit: The shape's unit of length, in [m].
+        T: Pose T_root_shape of its shape, lengths in [m].
+        unit: Unit of length of the shape, in [m].
 
     Raises:
-        ValueError: It is another one.
+        ValueError: The face is neither a cylinder nor a sphere.
     """
     surface = kernel("BRepAdaptor").BRepAdaptor_Surface(face)
     kinds = kernel("GeomAbs").GeomAbs_SurfaceType
@@ -205,7 +207,7 @@ def face_of(face: Any, T: Transform, unit: float) -> Face:
 
 
 def round_faces(shape: Any, T: Transform, unit: float) -> list[Face]:
-    """Return the faces of a shape that muscles can wrap over; arguments as of `face_of`."""
+    """Return all cylinder and sphere faces of a shape; arguments as for `face_of`."""
     found = []
     for face in _explored(shape, "FACE"):
         with suppress(ValueError):

@@ -1,4 +1,4 @@
-"""Designs that are programs: a Python file that draws with build123d."""
+"""Reader for designs that are Python programs with build123d."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from .kernel import missing
 
 
 def script_design(file: Path) -> Design:
-    """Run a program and take the design that it leaves in a variable.
+    """Execute a program and return the design in one of its global variables.
 
     Args:
-        file: The program; it can do whatever its user can.
+        file: The program, which is executed with all rights of the user.
 
     Raises:
-        InputError: It cannot be read, fails, or leaves no design or several.
+        InputError: The program cannot be read, fails, or does not define exactly one design.
     """
     read_file(file, limits.DESIGN)
     folder = str(file.resolve().parent)
     sys.path.insert(0, folder)
     try:
-        with redirect_stdout(sys.stderr):  # the command's own output may be JSON
+        with redirect_stdout(sys.stderr):  # the output of the command may be JSON
             variables = runpy.run_path(str(file), run_name="__cad__")
     except InputError as error:
         known = error.file is not None
@@ -52,14 +52,14 @@ def script_design(file: Path) -> Design:
             sys.path.remove(folder)
     found = {id(value): name for name, value in variables.items() if isinstance(value, Design)}
     if len(found) != 1:
-        held = f"leaves {len(found)}: {', '.join(found.values())}" if found else "leaves none"
-        what = f"must leave one cardsflow_fmu.cad.Design in a variable; it {held}"
+        number = f"{len(found)}: {', '.join(found.values())}" if found else "none"
+        what = f"must define exactly one variable with a cardsflow_fmu.cad.Design; found {number}"
         raise InputError(what, file=file)
     return next(value for value in variables.values() if isinstance(value, Design))
 
 
 def _line(error: BaseException, file: Path) -> int | None:
-    """Return the line of the program that an error comes from."""
+    """Return the line of the program that caused an error, or None."""
     at, line = error.__traceback__, None
     while at is not None:
         if at.tb_frame.f_code.co_filename == str(file):

@@ -1,4 +1,4 @@
-"""A STEP file with its tables as the snapshot of a design."""
+"""Conversion of a STEP file and its tables to the snapshot of a design."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ _Z: Vector3 = (0.0, 0.0, 1.0)
 
 @dataclass(frozen=True)
 class Tables:
-    """What a STEP file does not say.
+    """Tables with the information that a STEP file does not contain.
 
     Attributes:
-        joints: Table of the joints between its parts.
-        muscles: Table of muscles, as the add-in writes and reads them; None for none.
-        materials: Table of densities or masses of parts; None for none.
-        density: Of all other parts, in [kg/m³]; None if not known.
-        wraps: Table of the faces that muscles wrap over; None for none.
+        joints: Table of the joints between parts (required).
+        muscles: Table of muscles in the format of the add-in, or None.
+        materials: Table of densities or masses of parts, or None.
+        density: Density of all other parts, in [kg/m³], or None if unknown.
+        wraps: Table of the faces over which muscles wrap, or None.
     """
 
     joints: Path | None = None
@@ -58,13 +58,13 @@ def step_design(file: Path, tables: Tables, settings: ExportSettings) -> DesignS
     """Return the snapshot of a STEP file.
 
     Raises:
-        InputError: The file or a table cannot be read, or names a part that there is not.
+        InputError: The file or a table cannot be read, or a part does not exist.
     """
     name, parts = read_step(file)
     assembly = Assembly(parts, MILLIMETRE)
     if tables.joints is None:
         paths = listed([place.path for place in assembly.places], 20)
-        raise InputError(f"needs a table of its joints, --joints; its parts are {paths}", file=file)
+        raise InputError(f"requires a table of joints, --joints; its parts are {paths}", file=file)
     joints = tuple(_joint(row, assembly) for row in read_joints(tables.joints))
     links = dict.fromkeys(path for joint in joints for path in (joint.two, joint.one) if path)
     moving = {joint.one for joint in joints}
@@ -86,7 +86,7 @@ def step_design(file: Path, tables: Tables, settings: ExportSettings) -> DesignS
 
 
 def _materials(assembly: Assembly, tables: Tables) -> dict[str, Material]:
-    """What parts are made of, by path."""
+    """Return the materials of parts, by path."""
     found = {} if tables.density is None else {ROOT: Material(tables.density)}
     for row in () if tables.materials is None else read_materials(tables.materials):
         path = _path(row.part, assembly)
@@ -95,7 +95,7 @@ def _materials(assembly: Assembly, tables: Tables) -> dict[str, Material]:
             continue
         volume = assembly.volume(path)
         if not volume > 0.0:
-            raise row.part.error(f"part {path!r} has no volume that its mass could fill")
+            raise row.part.error(f"part {path!r} has no volume, so it cannot have a mass")
         found[path] = Material((row.mass or 0.0) / volume, row.material)
     return found
 
@@ -108,7 +108,7 @@ def _path(cell: Cell, assembly: Assembly) -> str:
 def _joint(row: JointRow, assembly: Assembly) -> JointSnapshot:
     child, parent = _path(row.child, assembly), _path(row.parent, assembly)
     if child == ROOT:
-        raise row.child.error("the world does not move; make it the parent")
+        raise row.child.error("the world does not move; use it as the parent")
     if child == parent:
         raise row.child.error("is the same part as the parent")
     return JointSnapshot(
@@ -117,15 +117,15 @@ def _joint(row: JointRow, assembly: Assembly) -> JointSnapshot:
 
 
 def _motions(row: JointRow) -> tuple[MotionSnapshot, ...]:
-    """Return the motions of a joint, in their order from the parent to the child."""
+    """Return the motions of a joint, in order from parent to child."""
     axis = normalized(row.axis) if row.axis else _Z
 
     def motion(
         kind: Literal["rotation", "translation"], axis: Vector3, role: str = ""
     ) -> MotionSnapshot:
         limits = row.value, row.lower, row.upper
-        made = MotionSnapshot(kind, axis, *limits, role, row.damping, row.friction)
-        return replace(made, effort=row.effort)
+        snapshot = MotionSnapshot(kind, axis, *limits, role, row.damping, row.friction)
+        return replace(snapshot, effort=row.effort)
 
     if row.kind == "revolute":
         return (motion("rotation", axis),)
@@ -135,7 +135,7 @@ def _motions(row: JointRow) -> tuple[MotionSnapshot, ...]:
         return motion("rotation", axis, "rotation"), motion("translation", axis, "slide")
     if row.kind == "ball":
         axes = ((_X, "pitch"), (_Y, "yaw"), (_Z, "roll"))
-        return tuple(motion("rotation", *each) for each in axes)
+        return tuple(motion("rotation", axis, role) for axis, role in axes)
     return ()
 
 

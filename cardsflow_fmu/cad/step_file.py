@@ -1,4 +1,4 @@
-"""Reader of STEP files: the tree of components with names, places and colours."""
+"""Reader for STEP files: the tree of components with names, poses and colors."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _MAX_DEPTH = 100
 
 
 def read_step(file: Path) -> tuple[str, tuple[Part, ...]]:
-    """Return the parts in a STEP file, in millimetres.
+    """Read the parts in a STEP file, in millimetres.
 
     Returns:
-        The assembly's name, empty if there are several or it has none; and what is in it.
+        Name of the assembly (empty for an unnamed assembly or several roots), and its parts.
 
     Raises:
-        InputError: It cannot be read.
+        InputError: The file cannot be read.
     """
     with open_file(file, limits.STEP) as stream:
         head = stream.read(_HEAD)
@@ -33,15 +33,15 @@ def read_step(file: Path) -> tuple[str, tuple[Part, ...]]:
     document = _document(file)
     shapes = kernel("XCAFDoc").XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     colors = kernel("XCAFDoc").XCAFDoc_DocumentTool.ColorTool_s(document.Main())
-    reading = _Reading(file, shapes, colors)
+    reader = _PartReader(file, shapes, colors)
     free = list(_labels(shapes.GetFreeShapes))
     if len(free) == 1 and shapes.IsAssembly_s(free[0]):
-        return _name(free[0]), reading.children(free[0], 0)
-    return "", tuple(reading.part(label, 0) for label in free)
+        return _name(free[0]), reader.children(free[0], 0)
+    return "", tuple(reader.part(label, 0) for label in free)
 
 
 def _document(file: Path) -> Any:
-    """What the kernel has read; its messages are not printed."""
+    """Return the document that the kernel reads; its messages are not printed."""
     messenger = kernel("Message").Message.DefaultMessenger_s()
     printers = list(messenger.Printers())
     for printer in printers:
@@ -58,7 +58,7 @@ def _document(file: Path) -> Any:
             raise InputError("cannot be read as a STEP file", file=file)
     except InputError:
         raise
-    except Exception as error:  # the kernel's own, of no common class
+    except Exception as error:  # errors of the kernel have no common base class
         what = " ".join(str(error).split())
         raise InputError(f"cannot be read as a STEP file: {what}", file=file) from error
     finally:
@@ -67,23 +67,23 @@ def _document(file: Path) -> Any:
     return document
 
 
-class _Reading:
+class _PartReader:
     def __init__(self, file: Path, shapes: Any, colors: Any) -> None:
         self._file = file
         self._shapes = shapes
         self._colors = colors
 
     def children(self, label: Any, depth: int) -> tuple[Part, ...]:
-        """What an assembly holds."""
+        """Return the parts of an assembly."""
         if depth > _MAX_DEPTH:
             raise InputError(
-                f"its assemblies are nested more than {_MAX_DEPTH} deep", file=self._file
+                f"its assemblies are nested more than {_MAX_DEPTH} levels deep", file=self._file
             )
         found = _labels(lambda into: self._shapes.GetComponents_s(label, into))
         return tuple(self.part(component, depth + 1) for component in found)
 
     def part(self, label: Any, depth: int) -> Part:
-        """Return a component in its place."""
+        """Return an instance of a component."""
         tool, own = self._shapes, label
         if tool.IsReference_s(label):
             own = kernel("TDF").TDF_Label()
@@ -96,7 +96,7 @@ class _Reading:
         try:
             placed = transform(T, MILLIMETRE) if tool.IsReference_s(label) else IDENTITY
         except ValueError as error:
-            raise InputError(f"part {name!r} cannot be placed: {error}", file=self._file) from None
+            raise InputError(f"invalid pose of part {name!r}: {error}", file=self._file) from None
         return Part(
             name,
             placed,
@@ -108,7 +108,7 @@ class _Reading:
         )
 
     def _color(self, label: Any, own: Any, shape: Any) -> tuple[str | None, float]:
-        """Of the place, else the component, else the shape."""
+        """Return the color of the instance, or of the component, or of the shape."""
         found = kernel("Quantity").Quantity_ColorRGBA()
         tool, kinds = kernel("XCAFDoc").XCAFDoc_ColorTool, kernel("XCAFDoc").XCAFDoc_ColorType
         for kind in (kinds.XCAFDoc_ColorSurf, kinds.XCAFDoc_ColorGen):
@@ -134,6 +134,6 @@ def _name(label: Any) -> str:
     if not label.FindAttribute(kernel("TDataStd").TDataStd_Name.GetID_s(), name):
         return ""
     text = str(name.Get().ToExtString())
-    if text.startswith("=>"):  # the kernel's own, of a place without a name
+    if text.startswith("=>"):  # the kernel generates this for an instance without a name
         return ""
     return "".join(sign for sign in text if sign.isprintable()).strip()

@@ -1,4 +1,4 @@
-"""STEP files in a process of their own: the kernel crashes on some that are damaged.
+"""Reader for STEP files in a separate process, since the kernel can crash on damaged files.
 
 python -m cardsflow_fmu.cad.step_process REQUEST ANSWER
 """
@@ -24,15 +24,25 @@ from .kernel import missing
 from .step_design import Tables, step_design
 
 TIME_LIMIT = 600.0
-"""How long a file may take, in [s]."""
+"""Default time limit for a file, in [s]."""
 
-_REFUSED = 2
+_REJECTED = 2
 
 
 def design_of_step(
     file: Path, tables: Tables, settings: ExportSettings, time_limit: float = TIME_LIMIT
 ) -> DesignSnapshot:
-    """As `step_design`, whatever the file makes of the kernel, within `time_limit`, in [s]."""
+    """Return the snapshot of a STEP file, as `step_design`, from a separate process.
+
+    Args:
+        file: The STEP file.
+        tables: Tables of the design.
+        settings: Export settings.
+        time_limit: Time limit of the process, in [s].
+
+    Raises:
+        InputError: As for `step_design`, or the kernel crashes or exceeds the time limit.
+    """
     if find_spec("OCP") is None:
         raise missing()
     paths = (tables.joints, tables.muscles, tables.materials, tables.wraps)
@@ -43,24 +53,24 @@ def design_of_step(
         "settings": to_plain(settings),
     }
     with temporary_folder() as folder:
-        asked, answer = folder / "request.json", folder / "answer.json"
-        asked.write_text(json_text(request), encoding="utf-8")
-        command = [sys.executable, "-m", __name__, str(asked), str(answer)]
+        request_file, answer = folder / "request.json", folder / "answer.json"
+        request_file.write_text(json_text(request), encoding="utf-8")
+        command = [sys.executable, "-m", __name__, str(request_file), str(answer)]
         try:
             done = subprocess.run(
                 command, capture_output=True, text=True, errors="replace", timeout=time_limit
             )
         except subprocess.TimeoutExpired:
             what = (
-                f"takes longer than {time_limit:g} s; allow more (--time-limit), or leave small "
-                "parts out of the file"
+                f"takes longer than {time_limit:g} s; increase --time-limit, or remove small parts "
+                "from the file"
             )
             raise InputError(what, file=file) from None
-        if done.returncode == _REFUSED and answer.exists():
+        if done.returncode == _REJECTED and answer.exists():
             raise _error(json.loads(answer.read_text(encoding="utf-8")))
         if done.returncode != 0:
-            said = done.stderr.strip().splitlines()
-            what = said[-1] if done.returncode > 0 and said else "the kernel crashes on it"
+            lines = done.stderr.strip().splitlines()
+            what = lines[-1] if done.returncode > 0 and lines else "the geometry kernel crashed"
             raise _unreadable(what, file)
         return read_snapshot(answer)
 
@@ -74,32 +84,32 @@ def _unreadable(what: object, file: Path) -> InputError:
     return InputError(f"cannot be read as a STEP file: {what}; is it damaged?", file=file)
 
 
-def main(asked: Path, answer: Path) -> int:
-    """Answer a request; returns the exit code."""
-    request = json.loads(asked.read_text(encoding="utf-8"))
+def main(request_file: Path, answer: Path) -> int:
+    """Answer a request and return the exit code."""
+    request = json.loads(request_file.read_text(encoding="utf-8"))
     try:
-        write_snapshot(_asked(request), answer)
+        write_snapshot(_request_file(request), answer)
     except InputError as error:
-        return _refuse(error, answer)
+        return _write_error(error, answer)
     except Exception as error:
-        if not type(error).__module__.startswith("OCP"):  # the kernel's own, of no common class
+        if not type(error).__module__.startswith("OCP"):  # an error of the kernel
             raise
-        return _refuse(_unreadable(error, Path(request["file"])), answer)
+        return _write_error(_unreadable(error, Path(request["file"])), answer)
     return 0
 
 
-def _asked(request: dict[str, Any]) -> DesignSnapshot:
+def _request_file(request: dict[str, Any]) -> DesignSnapshot:
     joints, muscles, materials, wraps = (None if p is None else Path(p) for p in request["tables"])
     tables = Tables(joints, muscles, materials, request["density"], wraps)
     settings = from_plain(ExportSettings, request["settings"], "settings")
     return step_design(Path(request["file"]), tables, settings)
 
 
-def _refuse(error: InputError, answer: Path) -> int:
+def _write_error(error: InputError, answer: Path) -> int:
     file = None if error.file is None else str(error.file)
     plain = {"what": error.what, "file": file, "line": error.line, "key": error.key}
     answer.write_text(json_text(plain), encoding="utf-8")
-    return _REFUSED
+    return _REJECTED
 
 
 if __name__ == "__main__":

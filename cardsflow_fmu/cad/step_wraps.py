@@ -1,4 +1,4 @@
-"""Wrap surfaces of STEP files: faces of parts, each found by a point near it."""
+"""Wrap surfaces of STEP files: faces of parts, each identified by a point near it."""
 
 from __future__ import annotations
 
@@ -43,14 +43,14 @@ Value = TypeVar("Value")
 
 @dataclass(frozen=True)
 class WrapRow:
-    """A muscle that wraps over a face.
+    """Row of the table: a muscle that wraps over a face.
 
     Attributes:
-        name: Of the surface; the same for all muscles that wrap over it.
+        name: Name of the surface; the same for all muscles that wrap over it.
         part: Name of the part.
-        near: A point near the face, in the root frame, in [m]; None if an earlier row has it.
+        near: Point near the face in the root frame, in [m]; None if an earlier row specifies it.
         muscle: Name of the muscle.
-        use: How it wraps.
+        use: Segment, side, turns and inside.
     """
 
     name: Cell
@@ -61,10 +61,10 @@ class WrapRow:
 
 
 def read_wraps(file: Path) -> tuple[WrapRow, ...]:
-    """Return the wraps of a table.
+    """Read a table of wraps.
 
     Raises:
-        InputError: It is none; the message has the line.
+        InputError: The table is invalid; the message states the line.
     """
     required = ("name", "part", "muscle", "after")
     rows = read_rows(file, required, ("x", "y", "z", "side", "turns", "inside"))
@@ -72,16 +72,16 @@ def read_wraps(file: Path) -> tuple[WrapRow, ...]:
 
 
 def _wrap(row: Mapping[str, Cell]) -> WrapRow:
-    side, inside = _chosen(row, "side", _SIDES), _chosen(row, "inside", _ANSWERS)
+    side, inside = _option(row, "side", _SIDES), _option(row, "inside", _ANSWERS)
     turns = row["turns"].whole() if "turns" in row else 0
     use = WrapUse(row["muscle"].text, row["after"].whole(), side, turns, inside)
     if use.inside and (side or turns):
-        raise row["inside"].error("a muscle inside its surface has neither side nor turns")
+        raise row["inside"].error("a muscle inside its surface cannot have a side or turns")
     near = vector(row, ("x", "y", "z"), METRES)
     return WrapRow(row["name"], row["part"], near, row["muscle"], use)
 
 
-def _chosen(row: Mapping[str, Cell], column: str, options: Mapping[str, Value]) -> Value:
+def _option(row: Mapping[str, Cell], column: str, options: Mapping[str, Value]) -> Value:
     text = row[column].text.lower() if column in row else ""
     if text not in options:
         raise row[column].error(unknown("value", text, [option for option in options if option]))
@@ -94,12 +94,12 @@ def wrap_surfaces(
     """Return the surfaces of a table, each with all muscles that wrap over it.
 
     Args:
-        rows: Of the table.
-        assembly: What the parts are.
+        rows: Rows of the table.
+        assembly: Assembly with the parts.
         muscles: Names of the muscles.
 
     Raises:
-        InputError: There is no such part, face or muscle; the message has the line.
+        InputError: A part, face or muscle does not exist; the message states the line.
     """
     found: dict[str, SurfaceSnapshot] = {}
     for row in rows:
@@ -112,17 +112,17 @@ def wrap_surfaces(
 
 
 def _surface(row: WrapRow, assembly: Assembly) -> SurfaceSnapshot:
-    """Return the face of a row's part that is nearest to its point."""
+    """Return the face of a row's part that is closest to its point."""
     if row.near is None:
         raise row.name.error("a point near the face is missing: columns x, y, z")
     part = find_place(row.part, assembly)
     faces = [(_distance(face, row.near), place, face) for place, face in _faces(part, assembly)]
     if not faces:
         raise row.part.error(f"part {part.path!r} has neither cylinder nor sphere faces")
-    distance, place, face = min(faces, key=lambda each: each[0])
+    distance, place, face = min(faces, key=lambda candidate: candidate[0])
     if distance > face.radius * (1.0 + 1e-6):
         problem = f"the nearest cylinder or sphere face is {1000 * distance:.3g} mm away"
-        raise row.name.error(f"{problem}; give a point on the face or on its axis")
+        raise row.name.error(f"{problem}; use a point on the face or on its axis")
     where = face.shape, face.radius, face.centre, face.axis, face.length
     return SurfaceSnapshot(place.path, *where, entity=f"face {row.name.text}")
 
@@ -134,7 +134,7 @@ def _faces(part: Place, assembly: Assembly) -> Iterator[tuple[Place, Face]]:
 
 
 def _distance(face: Face, point: Vector3) -> float:
-    """How far a point is from the whole sphere, or from the cylinder between its ends."""
+    """Return the distance of a point from the sphere, or from the cylinder between its ends."""
     apart = np.subtract(point, face.centre)
     if face.shape == "sphere":
         return abs(float(np.linalg.norm(apart)) - face.radius)

@@ -1,4 +1,4 @@
-"""Tables next to a STEP file: joints between its parts, and what the parts are made of."""
+"""Readers for the tables of a STEP file: joints and materials of its parts."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ KINDS: Mapping[str, JointKind] = {
     "cylindrical": "cylindrical",
     "ball": "ball",
 }
-"""Types of joints, and what a snapshot calls them."""
+"""Types of joints in tables, and their kinds in a snapshot."""
 
 
 @dataclass(frozen=True)
 class Cell:
-    """A cell of a table: its text, and where it is."""
+    """A cell of a table with its location."""
 
     text: str
     file: Path
@@ -47,14 +47,16 @@ class Cell:
     unit: str = ""
 
     def error(self, what: str) -> InputError:
-        """Return the error that something is wrong with it."""
+        """Return an error with the location of the cell."""
         return InputError(what, file=self.file, line=self.line, key=self.column)
 
     def number(self, units: Mapping[str, float]) -> float:
-        """Return the cell as a quantity in SI units; a number alone has the column's unit, or SI's.
+        """Return the quantity in SI units.
+
+        A number without unit has the unit of the column, or is in SI units.
 
         Raises:
-            InputError: It is none.
+            InputError: The cell is not a quantity.
         """
         match = _QUANTITY.fullmatch(self.text)
         try:
@@ -69,10 +71,10 @@ class Cell:
         return value * units.get(unit, 1.0)
 
     def whole(self) -> int:
-        """Return the cell as a whole number from 0.
+        """Return the cell as a non-negative integer.
 
         Raises:
-            InputError: It is none.
+            InputError: The cell is not a non-negative integer.
         """
         if not re.fullmatch("[0-9]{1,6}", self.text, re.ASCII):
             raise self.error(f"must be 0, 1, 2, ..., not {self.text!r}")
@@ -81,18 +83,18 @@ class Cell:
 
 @dataclass(frozen=True)
 class JointRow:
-    """A joint of the table.
+    """Row of the table of joints.
 
     Attributes:
-        name: Its name.
-        kind: What a snapshot calls it.
+        name: Name of the joint.
+        kind: Kind of the joint in a snapshot.
         parent, child: Names of the parts, or `world`; the child moves.
-        origin: Where it is, in the root frame, in [m]; None if not given.
-        axis: In the root frame; None if not given.
-        lower, upper: Limits, in [rad] or [m]; None if not given.
-        value: Its value in the file, in [rad] or [m].
+        origin: Position in the root frame, in [m]; None if not specified.
+        axis: Axis in the root frame; None if not specified.
+        lower, upper: Limits, in [rad] or [m]; None if not specified.
+        value: Current value in the file, in [rad] or [m].
         damping, friction: In [N·m·s/rad] and [N·m], or [N·s/m] and [N].
-        effort: In [N·m] or [N]; None if not given.
+        effort: Maximum torque or force, in [N·m] or [N]; None if not specified.
     """
 
     name: Cell
@@ -111,12 +113,12 @@ class JointRow:
 
 @dataclass(frozen=True)
 class MaterialRow:
-    """What a part is made of.
+    """Row of the table of materials.
 
     Attributes:
-        part: Its name.
-        density: In [kg/m³]; None if the mass is given.
-        mass: In [kg]; None if the density is given.
+        part: Name of the part.
+        density: In [kg/m³]; None if the mass is specified.
+        mass: In [kg]; None if the density is specified.
         material: Name of the material; may be empty.
     """
 
@@ -127,10 +129,10 @@ class MaterialRow:
 
 
 def read_joints(file: Path) -> tuple[JointRow, ...]:
-    """Return the joints of a table.
+    """Read a table of joints.
 
     Raises:
-        InputError: It is none; the message has the line.
+        InputError: The table is invalid; the message states the line.
     """
     required = ("name", "type", "parent", "child")
     vectors = ("x", "y", "z", "axis x", "axis y", "axis z")
@@ -139,27 +141,27 @@ def read_joints(file: Path) -> tuple[JointRow, ...]:
 
 
 def read_materials(file: Path) -> tuple[MaterialRow, ...]:
-    """Return the materials of a table.
+    """Read a table of materials.
 
     Raises:
-        InputError: It is none; the message has the line.
+        InputError: The table is invalid; the message states the line.
     """
     rows = []
     for row in read_rows(file, ("part",), ("density", "mass", "material")):
         density, mass = row.get("density"), row.get("mass")
         if (density is None) == (mass is None):
             raise row["part"].error("must have either a density or a mass")
-        by_volume = None if density is None else _positive(density, _DENSITIES)
-        whole = None if mass is None else _positive(mass, _MASSES)
+        density_value = None if density is None else _positive(density, _DENSITIES)
+        mass_value = None if mass is None else _positive(mass, _MASSES)
         material = row["material"].text if "material" in row else ""
-        rows.append(MaterialRow(row["part"], by_volume, whole, material))
+        rows.append(MaterialRow(row["part"], density_value, mass_value, material))
     return tuple(rows)
 
 
 def _positive(cell: Cell, units: Mapping[str, float]) -> float:
     value = cell.number(units)
     if not value > 0.0:
-        raise cell.error(f"must be greater than 0, not {cell.text!r}")
+        raise cell.error(f"must be positive, not {cell.text!r}")
     return value
 
 
@@ -179,7 +181,9 @@ def _joint(row: Mapping[str, Cell]) -> JointRow:
     if kind in ("cylindrical", "ball"):
         for column in ("lower", "upper", "value"):
             if column in row:
-                raise row[column].error(f"a {kind} joint has several; leave the cell empty")
+                raise row[column].error(
+                    f"a {kind} joint has several coordinates; leave the cell empty"
+                )
 
     def number(column: str, units: Mapping[str, float] = {}) -> float | None:
         return row[column].number(units) if column in row else None
@@ -204,7 +208,7 @@ def find_place(cell: Cell, assembly: Assembly) -> Place:
     """Return the part that a cell names.
 
     Raises:
-        InputError: There is none, or more than one.
+        InputError: The part does not exist or is not unique.
     """
     try:
         return assembly.find(cell.text)
@@ -215,13 +219,13 @@ def find_place(cell: Cell, assembly: Assembly) -> Place:
 def vector(
     row: Mapping[str, Cell], columns: Sequence[str], units: Mapping[str, float]
 ) -> Vector3 | None:
-    """Return a vector that several cells hold; None if they are all empty."""
+    """Return a vector from several cells, or None if all cells are empty."""
     given = [column for column in columns if column in row]
     if not given:
         return None
     if len(given) < len(columns):
-        lacking = next(column for column in columns if column not in row)
-        raise row[given[0]].error(f"{lacking!r} is missing next to it")
+        missing = next(column for column in columns if column not in row)
+        raise row[given[0]].error(f"also requires a value in column {missing!r}")
     x, y, z = (row[column].number(units) for column in columns)
     return x, y, z
 
@@ -229,7 +233,7 @@ def vector(
 def read_rows(
     file: Path, required: Sequence[str], optional: Sequence[str]
 ) -> Iterator[dict[str, Cell]]:
-    """The lines of a table, without cells that are empty: comma, semicolon or tab between them."""
+    """Yield the rows of a table, without empty cells; separators are comma, semicolon or tab."""
     try:
         text = read_file(file, limits.DESIGN).decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -247,21 +251,21 @@ def read_rows(
                 columns = _columns(cells, required, optional, file, line)
                 continue
             if len(cells) > len(columns):
-                what = f"has {len(cells)} cells, the first line has {len(columns)}"
+                what = f"has {len(cells)} cells, but the first line has {len(columns)}"
                 raise InputError(what, file=file, line=line)
             row = {
                 name: Cell(cell.strip(), file, line, name, unit)
                 for cell, (name, unit) in zip(cells, columns, strict=False)
                 if cell.strip()
             }
-            lacking = [name for name in required if name not in row]
-            if lacking:
-                raise InputError(f"{lacking[0]!r} is empty", file=file, line=line)
+            missing = [name for name in required if name not in row]
+            if missing:
+                raise InputError(f"{missing[0]!r} must not be empty", file=file, line=line)
             yield row
     except csv.Error as error:
         raise InputError(f"cannot be read: {error}", file=file, line=end + 1) from None
     if not columns:
-        raise InputError(f"is empty; its first line has {', '.join(required)}", file=file)
+        raise InputError(f"is empty; the first line must have {', '.join(required)}", file=file)
 
 
 def _columns(

@@ -334,7 +334,7 @@ def _serve(
     from cardsflow_fmu.hardware.device.server import DeviceServer
     from cardsflow_fmu.hardware.device.status import Event, StatusReporter
     from cardsflow_fmu.hardware.emulator.faults import FaultyLine
-    from cardsflow_fmu.utils.interrupts import interruptible
+    from cardsflow_fmu.utils.interrupts import collect_interrupts
 
     line = FaultyLine(device, faults) if faults.any else None
     duration = _duration(options)
@@ -345,7 +345,7 @@ def _serve(
     def report_event(event: Event) -> None:
         print_line(str(event), **asdict(event))
 
-    with interruptible() as pressed, DeviceServer(device, options.listen, line=line) as server:
+    with collect_interrupts() as pressed, DeviceServer(device, options.listen, line=line) as server:
         status = StatusReporter(device, report_event)
         if server.is_open and not device.is_signed:
             what = "frames are not signed: anyone on the network can send commands; use --key-file"

@@ -53,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     with printable_streams():
         try:
-            with interrupts.terminable():
+            with interrupts.raise_on_termination():
                 given = argparse.Namespace(started=_STARTED)
                 return _run(_parse(arguments, given))
         except KeyboardInterrupt:

@@ -293,7 +293,7 @@ def _info(options: argparse.Namespace) -> int:
 def _convert(options: argparse.Namespace) -> int:
     from addin_sdfusion.robot.formats.convert import convert
     from addin_sdfusion.robot.formats.read import read, read_trajectories
-    from cardsflow_fmu.utils.folder_lock import made_folder
+    from cardsflow_fmu.utils.folder_lock import create_folder
 
     if Path(options.to).suffix:
         return convert_recording(options)
@@ -307,7 +307,7 @@ def _convert(options: argparse.Namespace) -> int:
         robot = reading.require()
         trajectories, unread = read_trajectories(reading.files[0])
         findings += unread
-        with made_folder(options.output, "convert"), show_progress("convert"):
+        with create_folder(options.output, "convert"), show_progress("convert"):
             files, lost = convert(
                 robot,
                 options.to,

@@ -13,7 +13,7 @@ import fmpy
 
 from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.files import read_file
-from cardsflow_fmu.utils.archive import entry_bytes, opened_archive, unpack_archive
+from cardsflow_fmu.utils.archive import open_archive, read_entry, unpack_archive
 
 DESCRIPTION = "modelDescription.xml"
 
@@ -27,8 +27,8 @@ def read_description(file: Path) -> Any:
     Raises:
         InputError: The file is not an FMU.
     """
-    with opened_archive(file, "FMU") as archive:
-        data = entry_bytes(archive, DESCRIPTION, limits.DESCRIPTION)
+    with open_archive(file, "FMU") as archive:
+        data = read_entry(archive, DESCRIPTION, limits.DESCRIPTION)
     return _description(data, file)
 
 

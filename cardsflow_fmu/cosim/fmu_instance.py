@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from addin_sdfusion.robot import InputError, SimulationError
-from cardsflow_fmu.utils.interrupts import interruptible
+from cardsflow_fmu.utils.interrupts import collect_interrupts
 
 from .described_fmu import DescribedFmu
 from .fmi_calls import DISCARD, Fmi2Calls, Fmi3Calls, FmuCalls
@@ -95,7 +95,7 @@ class FmuInstance(DescribedFmu):
         Raises:
             KeyboardInterrupt: Ctrl-C was pressed during initialisation.
         """
-        with interruptible() as interrupted:
+        with collect_interrupts() as interrupted:
             try:
                 self._initialize(calls, rows)
             except SimulationError:

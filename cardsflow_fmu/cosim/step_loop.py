@@ -12,7 +12,7 @@ import numpy as np
 from addin_sdfusion.robot import CardsflowError, SimulationError
 from cardsflow_fmu.cosim.signals.ports import SOLVE_TIME
 from cardsflow_fmu.utils.arrays import FloatArray
-from cardsflow_fmu.utils.interrupts import INTERRUPTED, interruptible
+from cardsflow_fmu.utils.interrupts import INTERRUPTED, collect_interrupts
 
 from .divergence import Divergence
 from .pacing import Pacer
@@ -59,7 +59,7 @@ class StepLoop(ABC):
         divergence = Divergence(self.names)
         report = self._reports() if pacer is None else _timed_reports()
         is_late = _timed_reports()
-        with interruptible() as interrupted:
+        with collect_interrupts() as interrupted:
             try:
                 for done in self._steps(rows, pacer):
                     if interrupted:

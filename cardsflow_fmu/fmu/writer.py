@@ -24,7 +24,7 @@ from cardsflow_fmu.runtime.model_file import (
     class_path,
 )
 from cardsflow_fmu.runtime.port_table import encode_port_table, ports_digest
-from cardsflow_fmu.utils.archive import contents_of, write_archive
+from cardsflow_fmu.utils.archive import read_contents, write_archive
 from cardsflow_fmu.version import __version__
 
 from .description import FmiVersion, FmuDescription
@@ -94,7 +94,7 @@ def write_fmu(
         sources=compiled_files() if native is not None and sources else (),
         dependencies=dependencies,
     )
-    files = {_resource_name(name): contents_of(source) for name, source in resources.items()}
+    files = {_resource_name(name): read_contents(source) for name, source in resources.items()}
     if native is None:
         files |= _python_files(model_class, ports)
     else:
@@ -120,14 +120,14 @@ def _python_files(model_class: type[FmuModel], ports: Sequence[Port]) -> dict[st
     """Return the files from which Python creates the model."""
     record = ModelFile(__version__, class_path(model_class), ports_digest(ports))
     carried = packed_files(model_class)
-    files = {f"resources/{name}": contents_of(source) for name, source in carried.items()}
+    files = {f"resources/{name}": read_contents(source) for name, source in carried.items()}
     return files | {f"resources/{MODEL_FILE}": record.encode()}
 
 
 def _binaries(libraries: Mapping[str, Path], model_name: str, fmi: FmiVersion) -> dict[str, bytes]:
     platforms = {find_platform(name): library for name, library in libraries.items()}
     return {
-        f"binaries/{entry.folder(fmi)}/{model_name}{entry.suffix}": contents_of(library)
+        f"binaries/{entry.folder(fmi)}/{model_name}{entry.suffix}": read_contents(library)
         for entry, library in platforms.items()
     }
 

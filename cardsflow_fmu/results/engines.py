@@ -14,7 +14,7 @@ from cardsflow_fmu.experiment.settings.custom_law import CustomLaw
 from cardsflow_fmu.models.by_role import missing_in_c
 from cardsflow_fmu.models.native_loop import missing_in_loop
 from cardsflow_fmu.runtime.model_file import NATIVE_FILE
-from cardsflow_fmu.utils.archive import entry_bytes, opened_archive
+from cardsflow_fmu.utils.archive import open_archive, read_entry
 
 OVER_FMUS = "Python, over FMUs"
 
@@ -73,11 +73,11 @@ def system_engines(files: Mapping[str, Path]) -> dict[str, str]:
 def _fmu_engine(role: str, file: Path) -> str:
     """Return the engine of an FMU of CARDSFlow; for other FMUs, the file name."""
     try:
-        with opened_archive(file, "FMU") as archive:
+        with open_archive(file, "FMU") as archive:
             if f"resources/{NATIVE_FILE}" in archive.namelist():
                 return "native"
             names = (f"resources/{EXPERIMENT_FILE}", "resources/model.json")
-            data, model = (json.loads(entry_bytes(archive, name, limits.JSON)) for name in names)
+            data, model = (json.loads(read_entry(archive, name, limits.JSON)) for name in names)
         if model["class"].endswith("HardwareModel"):
             return HARDWARE
         has_world = role == "plant" and data.get("world") is not None

@@ -12,7 +12,7 @@ from typing import Self
 
 from addin_sdfusion.robot import CardsflowError, InputError, limits
 from addin_sdfusion.robot.files import file_error, read_file, write_files
-from cardsflow_fmu.utils.folder_lock import made_folder
+from cardsflow_fmu.utils.folder_lock import create_folder
 
 from .files import RECORDING_FILE
 
@@ -70,7 +70,7 @@ class OutputFolder:
 
     def __enter__(self) -> Self:
         try:
-            self._stack.enter_context(made_folder(self.path, "run"))
+            self._stack.enter_context(create_folder(self.path, "run"))
             self._check_existing_files()
             with tempfile.TemporaryFile(dir=self.path):
                 pass

@@ -15,7 +15,7 @@ from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.packed_files import robot_folder, visual_meshes
 from cardsflow_fmu.experiment.writer import experiment_resources
-from cardsflow_fmu.utils.archive import archive_bytes, contents_of, unpack_archive
+from cardsflow_fmu.utils.archive import archive_bytes, read_contents, unpack_archive
 from cardsflow_fmu.utils.csv_table import read_csv
 from cardsflow_fmu.utils.temporary import TemporaryFolder
 
@@ -43,7 +43,7 @@ def experiment_archive(experiment: Experiment) -> bytes:
     else:
         folder = robot_folder("robot", experiment.robot_files)
         files |= visual_meshes(folder, experiment.robot, experiment.folder, roots)
-    return archive_bytes({name: contents_of(source) for name, source in files.items()})
+    return archive_bytes({name: read_contents(source) for name, source in files.items()})
 
 
 def is_run(path: Path) -> bool:

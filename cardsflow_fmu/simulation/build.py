@@ -20,9 +20,9 @@ from cardsflow_fmu.models.by_role import C_MODELS, missing_in_c, model_class, mo
 from cardsflow_fmu.runtime.library import find_platform, prebuilt_libraries, this_platform
 from cardsflow_fmu.simulation.ssp.from_experiment import experiment_system, replace_plant
 from cardsflow_fmu.simulation.ssp.writer import write_ssp
-from cardsflow_fmu.utils.archive import contents_of
-from cardsflow_fmu.utils.folder_lock import made_folder
-from cardsflow_fmu.utils.renamed import refuse_arguments
+from cardsflow_fmu.utils.archive import read_contents
+from cardsflow_fmu.utils.folder_lock import create_folder
+from cardsflow_fmu.utils.renamed import reject_arguments
 from cardsflow_fmu.utils.temporary import temporary_folder
 
 SYSTEM_FILE = "system.ssp"
@@ -31,7 +31,7 @@ Libraries = Mapping[bool, Mapping[str, Path] | None]
 """C libraries of native and Python FMUs, by platform; None for the current platform."""
 
 
-@refuse_arguments(native="give compute='c' for True, 'python' for False")
+@reject_arguments(native="give compute='c' for True, 'python' for False")
 def build(
     experiment: Experiment,
     folder: str | Path,
@@ -82,8 +82,8 @@ def build(
             libraries = _fmi_2_libraries(libraries)
             inner = build_fmus(experiment, folder_2, names, libraries=libraries, native=native)
         system = _build_system(experiment, inner, scratch)
-        contents = {path.name: contents_of(path) for path in (*files.values(), system)}
-    with made_folder(Path(folder), "build"):
+        contents = {path.name: read_contents(path) for path in (*files.values(), system)}
+    with create_folder(Path(folder), "build"):
         written = write_files(folder, contents)
     return dict(zip(files, written[: len(files)], strict=True))
 

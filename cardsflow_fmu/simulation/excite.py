@@ -25,7 +25,7 @@ from cardsflow_fmu.results.analysis.excitation.design import (
 )
 from cardsflow_fmu.results.report.calibration import unidentifiable_lines
 from cardsflow_fmu.utils.csv_table import csv_text
-from cardsflow_fmu.utils.folder_lock import new_folder
+from cardsflow_fmu.utils.folder_lock import create_new_folder
 from sim_dart.calibration.identifiability import identifiable
 
 from .draft_search import DraftSearch, TestRun
@@ -90,7 +90,7 @@ def excite(
         RobotError: The robot is invalid.
         CardsflowError: Every test run failed. No file is written.
     """
-    with new_folder(folder, "excitation"):
+    with create_new_folder(folder, "excitation"):
         found, findings = read_movable(robot, cable_set, folder)
         search = DraftSearch(found, Path(robot), cable_set)
         first, _ = search.find_best()

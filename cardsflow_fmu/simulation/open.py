@@ -30,7 +30,7 @@ from cardsflow_fmu.results.analysis.observable import observability_warnings, ob
 from cardsflow_fmu.results.files import EXPERIMENT, RECORDING_FILE, Contents
 from cardsflow_fmu.results.saved_run import experiment_archive
 from cardsflow_fmu.results.summary import Speed, summarize
-from cardsflow_fmu.utils.archive import contents_of
+from cardsflow_fmu.utils.archive import read_contents
 from cardsflow_fmu.utils.temporary import temporary_folder
 
 from .build import build_fmus
@@ -133,7 +133,7 @@ def open_experiment(
         fmus = _build_fmus(experiment, driven, scratch, fmi, arrays)
     contents: Contents = {}
     if folder is not None:
-        contents |= {fmu.file.name: contents_of(fmu.file) for fmu in fmus.values()}
+        contents |= {fmu.file.name: read_contents(fmu.file) for fmu in fmus.values()}
         contents[EXPERIMENT] = experiment_archive(experiment)
     streamed = [RECORDING_FILE] if folder is not None and driven.hardware.use else []
     connection = _connection(driven, folder if streamed else None)

@@ -23,8 +23,8 @@ from cardsflow_fmu.results.folder import OutputFolder
 from cardsflow_fmu.results.journal import STARTED, Journal, no_rows
 from cardsflow_fmu.results.parquet import require_parquet
 from cardsflow_fmu.results.summary import Speed
-from cardsflow_fmu.utils.interrupts import ignoring_interrupts
-from cardsflow_fmu.utils.renamed import refuse_arguments
+from cardsflow_fmu.utils.interrupts import ignore_interrupts
+from cardsflow_fmu.utils.renamed import reject_arguments
 from cardsflow_fmu.utils.temporary import temporary_folder
 
 from .result import Result, SystemResult
@@ -83,7 +83,7 @@ class OpenSystem(Protocol[R]):
         """Return the result of a recording."""
 
 
-@refuse_arguments(through=_HINT)
+@reject_arguments(through=_HINT)
 def run(
     experiment: Experiment,
     output: str | Path | None = None,
@@ -168,7 +168,7 @@ def run_system(
         return _run(opening, folder, realtime, progress, started=started)
 
 
-@refuse_arguments(through=_HINT)
+@reject_arguments(through=_HINT)
 def simulate(
     experiment: Experiment,
     *,
@@ -266,7 +266,7 @@ def _run(
         recording, finite(system.summary(recording, speed) | pace.report(recording))
     )
     if folder is not None:
-        with ignoring_interrupts():
+        with ignore_interrupts():
             _write(result, [*system.contents, *system.streamed], folder)
     if recording.failure is not None:
         raise RunError(str(recording.failure), result) from recording.failure

@@ -1,1 +1,1 @@
-"""Helpers independent of robots: archives, locks, interrupts, files, text tables."""
+"""Utilities that do not depend on robots: archives, locks, interrupts, files and tables."""

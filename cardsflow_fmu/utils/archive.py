@@ -1,4 +1,4 @@
-"""Zip archives: byte-for-byte reproducible writing, defensive unpacking."""
+"""Zip archives: reproducible writing and safe unpacking of untrusted archives."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.errors import MachineError
 from addin_sdfusion.robot.files import file_error, open_file, read_file, write_files
 
-_LEVEL = 4  # a library is packed in half the time of the default's, 2 % larger
+_LEVEL = 4  # packs a library in half the time of the default level, with 2 % more bytes
 _PACKED = (".fmu", ".zip", ".png")
 _EARLIEST_TIME = (1980, 1, 1, 0, 0, 0)
 _UNIX = 3
@@ -27,7 +27,11 @@ _MAX_NAME = 1000
 
 
 def archive_bytes(files: Mapping[str, bytes]) -> bytes:
-    """Return the contents of an archive, of contents by path below its root."""
+    """Return the bytes of an archive.
+
+    Args:
+        files: Content of each file, by its path in the archive.
+    """
     memory = io.BytesIO()
     with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(files):
@@ -36,17 +40,17 @@ def archive_bytes(files: Mapping[str, bytes]) -> bytes:
 
 
 def write_archive(path: Path, files: Mapping[str, bytes]) -> None:
-    """Write aside and move into place, so that no half-written file is ever seen.
+    """Write an archive under a temporary name and rename it, so that it is always complete.
 
     Raises:
-        InputError: It cannot be written.
-        MachineError: There is no room.
+        InputError: The archive cannot be written.
+        MachineError: The disk is full.
     """
     write_files(path.parent, {path.name: archive_bytes(files)})
 
 
-def contents_of(source: bytes | Path) -> bytes:
-    """Contents as they are, or those of a file.
+def read_contents(source: bytes | Path) -> bytes:
+    """Return the given bytes, or the content of a file.
 
     Raises:
         InputError: The file cannot be read.
@@ -68,25 +72,25 @@ def _entry(name: str) -> zipfile.ZipInfo:
 def unpack_archive(
     path: Path, folder: Path, kind: str, contents: str, *, without: tuple[str, ...] = ()
 ) -> Path:
-    """Unpack an archive, rejecting names that lead out of the folder.
+    """Unpack an archive and reject paths outside of the folder.
 
     Args:
         path: The archive.
         folder: An empty folder.
-        kind: What it should be, such as `.ssp`, for messages.
-        contents: What it should hold, such as `a system of FMUs`, for messages.
-        without: Prefixes of names of files that stay packed.
+        kind: Expected kind of archive, such as `.ssp`, for messages.
+        contents: Expected contents, such as `a system of FMUs`, for messages.
+        without: Prefixes of file names that are not unpacked.
 
     Returns:
         The folder.
 
     Raises:
-        InputError: It is no zip archive, or holds what it should not.
+        InputError: The file is not a zip archive, is too large, or contains invalid paths.
     """
-    with opened_archive(path, kind) as archive:
+    with open_archive(path, kind) as archive:
         entries = archive.infolist()
         if sum(entry.file_size for entry in entries) > limits.UNPACKED:
-            raise InputError(f"is larger than {contents} may be", file=path)
+            raise InputError(f"is too large for {contents}", file=path)
         for entry in entries:
             require_inside(entry.filename, path)
         names = (entry.filename for entry in entries)
@@ -95,15 +99,16 @@ def unpack_archive(
 
 
 @contextlib.contextmanager
-def opened_archive(path: Path, kind: str) -> Iterator[zipfile.ZipFile]:
-    """An archive opened for reading, whatever it holds.
+def open_archive(path: Path, kind: str) -> Iterator[zipfile.ZipFile]:
+    """Open an archive for reading, as a context; its paths are not checked.
 
     Args:
         path: The archive.
-        kind: What it should be, such as `.ssp`, for messages.
+        kind: Expected kind of archive, such as `.ssp`, for messages.
 
     Raises:
-        InputError: It is no zip archive, is too large, or is damaged if it is read meanwhile.
+        InputError: The file is not a zip archive, is too large, or is found to be damaged while it
+            is read in the context.
     """
     try:
         with open_file(path, limits.ARCHIVE) as stream, _archive(stream) as archive:
@@ -114,7 +119,7 @@ def opened_archive(path: Path, kind: str) -> Iterator[zipfile.ZipFile]:
         raise
     except MachineError:
         raise
-    except Exception as error:  # damage shows in many errors, of zlib and of seeking too
+    except Exception as error:  # damaged archives cause many types of errors, also in zlib
         if isinstance(error, OSError) and isinstance(
             full := file_error(error, "cannot be unpacked", path), MachineError
         ):
@@ -124,17 +129,17 @@ def opened_archive(path: Path, kind: str) -> Iterator[zipfile.ZipFile]:
         ) from None
 
 
-def inner_archive(data: bytes) -> zipfile.ZipFile:
-    """Return an archive that stood in another; errors of damage are those of `zipfile`.
+def open_inner_archive(data: bytes) -> zipfile.ZipFile:
+    """Open an archive inside of another archive; a damaged archive causes errors of `zipfile`.
 
     Raises:
-        InputError: It is too large.
+        InputError: The archive has too many files.
     """
     return _archive(io.BytesIO(data))
 
 
 def _archive(stream: BinaryIO) -> zipfile.ZipFile:
-    """Return an archive, whose directory is small enough to be read."""
+    """Open an archive after a check of the size of its directory."""
     stream.seek(0, os.SEEK_END)
     length = stream.tell()
     stream.seek(max(0, length - _MAX_COMMENT - 2 * _DIRECTORY_END.size))
@@ -143,26 +148,26 @@ def _archive(stream: BinaryIO) -> zipfile.ZipFile:
     if 0 <= at <= len(tail) - _DIRECTORY_END.size:
         size = _DIRECTORY_END.unpack_from(tail, at)[5]
         if size > limits.ARCHIVE_DIRECTORY or _LARGE_DIRECTORY in tail[max(0, at - 20) : at]:
-            raise InputError("is an archive of too many files")
+            raise InputError("is an archive with too many files")
     stream.seek(0)
     archive = zipfile.ZipFile(stream)
     if len(archive.infolist()) > limits.ARCHIVE_ENTRIES:
         archive.close()
-        raise InputError(f"is an archive of more than {limits.ARCHIVE_ENTRIES} files")
+        raise InputError(f"is an archive with more than {limits.ARCHIVE_ENTRIES} files")
     return archive
 
 
-def entry_bytes(archive: zipfile.ZipFile, entry: str | zipfile.ZipInfo, largest: int) -> bytes:
+def read_entry(archive: zipfile.ZipFile, entry: str | zipfile.ZipInfo, largest: int) -> bytes:
     """Return the content of a file in an archive.
 
     Args:
         archive: The archive.
         entry: The file, or its name.
-        largest: So many bytes are taken; more are rejected.
+        largest: Maximum size, in bytes.
 
     Raises:
-        InputError: It is larger.
-        KeyError: There is none.
+        InputError: The file is too large.
+        KeyError: The file does not exist in the archive.
     """
     info = archive.getinfo(entry) if isinstance(entry, str) else entry
     if info.file_size > largest:
@@ -171,14 +176,14 @@ def entry_bytes(archive: zipfile.ZipFile, entry: str | zipfile.ZipInfo, largest:
 
 
 def require_inside(name: str, path: Path) -> None:
-    """Reject a name in an archive that leads out of it, or that no file can have.
+    """Reject a path outside of an archive, and invalid names.
 
     Raises:
-        InputError: It does.
+        InputError: The name is invalid.
     """
     parts = PurePosixPath(name).parts
     if not parts or len(name) > _MAX_NAME:
-        what = f"holds a file with a name of {len(name)} characters; 1 to {_MAX_NAME} can be"
-        raise InputError(f"{what} unpacked", file=path)
+        what = f"contains a file name with {len(name)} characters; 1 to {_MAX_NAME} are allowed"
+        raise InputError(what, file=path)
     if name.startswith("/") or "\\" in name or ":" in name or ".." in parts:
-        raise InputError(f"holds {name!r}, which leads out of the archive", file=path)
+        raise InputError(f"contains {name!r}, a path outside of the archive", file=path)

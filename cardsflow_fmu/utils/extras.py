@@ -1,4 +1,4 @@
-"""Optional packages: how to install what is missing."""
+"""Check of optional packages, with the command that installs missing ones."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ _CLONE = Path(__file__).parents[2]
 
 
 def install(extra: str) -> str:
-    """Return the command that installs an extra, in a clone of the repository or elsewhere."""
+    """Return the command that installs an extra, with uv in a clone and with pip elsewhere."""
     if (_CLONE / "pyproject.toml").is_file():
         return f"uv sync --extra {extra}"
     return f"pip install 'cardsflow[{extra}]'"
 
 
 def require(what: str, extra: str, *modules: str, key: str | None = None) -> None:
-    """Reject early what needs an extra.
+    """Require the packages of an extra.
 
     Args:
-        what: What needs it, in the plural.
-        extra: The extra.
-        modules: Of its packages, each with the package's name first.
-        key: The option or setting that asks for it.
+        what: Feature that needs the extra, in the plural, for the message.
+        extra: Name of the extra.
+        modules: Modules to import; their top-level package is named in the message.
+        key: Option or setting that uses the feature.
 
     Raises:
-        InputError: One of them is missing.
+        InputError: A module is missing.
     """
     for module in modules:
         try:

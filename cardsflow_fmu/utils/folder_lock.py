@@ -1,6 +1,7 @@
-"""Locks on folders: one program at a time writes into one, and a killed one holds none.
+"""Locks on folders, so that only one program at a time writes into a folder.
 
-The system keeps the lock, on a file in the folder, and drops it however the process ends.
+The operating system locks a file in the folder. It releases the lock when the process ends, even if
+the process is killed.
 """
 
 from __future__ import annotations
@@ -17,37 +18,37 @@ from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.files import file_error, remove_leftovers
 
 LOCK = ".cardsflow.lock"
-"""Name of the file; it says who holds the lock."""
+"""Name of the lock file; it contains a description of the lock's owner."""
 
-_MAX_WORDS = 300
-_TAKEN = "is there already; choose a new folder"
+_MAX_DESCRIPTION = 300
+_EXISTS = "already exists; choose a new folder"
 
 
 class FolderLock:
-    """Locks a folder that exists, until `release`.
+    """Lock on an existing folder, until `release`.
 
     Args:
         folder: The folder.
-        work: What is done in it, such as `run`, for the message of those who come second.
+        work: Description of the work, such as `run`, for the message of other programs.
 
     Raises:
-        InputError: Somebody else holds it, or it cannot be written.
+        InputError: Another program has the lock, or the folder cannot be written.
     """
 
     def __init__(self, folder: Path, work: str) -> None:
         self._file = folder / LOCK
         try:
-            self._descriptor = _opened(self._file)
+            self._descriptor = _open_locked(self._file)
         except BlockingIOError:
-            what = f"another program is at work in it{_holder(self._file)}; wait for its end, or"
+            what = f"another program uses this folder{_owner(self._file)}; wait until it ends, or"
             raise InputError(f"{what} choose another folder", file=folder) from None
         except (OSError, ValueError) as error:
             raise file_error(error, "cannot be written", folder) from None
         since = datetime.datetime.now().astimezone().isoformat(" ", "seconds")
-        words = f"{work} of process {os.getpid()} on {socket.gethostname()} since {since}\n"
-        with contextlib.suppress(OSError):  # a full disk: locked, without a name
+        owner = f"{work} of process {os.getpid()} on {socket.gethostname()} since {since}\n"
+        with contextlib.suppress(OSError):  # on a full disk the lock has no description
             os.ftruncate(self._descriptor, 0)
-            os.write(self._descriptor, words.encode())
+            os.write(self._descriptor, owner.encode())
 
     def release(self) -> None:
         """Remove the lock file and release the lock."""
@@ -58,8 +59,8 @@ class FolderLock:
 
 
 @contextlib.contextmanager
-def locked_folder(folder: Path, work: str) -> Iterator[None]:
-    """A folder locked meanwhile; arguments and errors as for `FolderLock`."""
+def lock_folder(folder: Path, work: str) -> Iterator[None]:
+    """Lock a folder, as a context; arguments and errors as for `FolderLock`."""
     lock = FolderLock(folder, work)
     try:
         yield
@@ -68,12 +69,14 @@ def locked_folder(folder: Path, work: str) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def made_folder(folder: Path, work: str) -> Iterator[None]:
-    """A folder made if it is not there, and locked meanwhile; what was made and is empty goes.
+def create_folder(folder: Path, work: str) -> Iterator[None]:
+    """Create a folder if it does not exist and lock it, as a context.
+
+    If the folder is created and remains empty, it is removed at the end.
 
     Raises:
-        InputError: As for `FolderLock`, or the folder cannot be made.
-        MachineError: There is no room.
+        InputError: As for `FolderLock`, or the folder cannot be created.
+        MachineError: The disk is full.
     """
     missing: list[Path] = []
     try:
@@ -83,7 +86,7 @@ def made_folder(folder: Path, work: str) -> Iterator[None]:
                 path.mkdir(exist_ok=True)
         except (OSError, ValueError) as error:
             raise file_error(error, "cannot be written", folder) from None
-        with locked_folder(folder, work):
+        with lock_folder(folder, work):
             remove_leftovers(folder)
             yield
     finally:
@@ -93,24 +96,24 @@ def made_folder(folder: Path, work: str) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def new_folder(folder: Path, work: str) -> Iterator[None]:
-    """As `made_folder`, of a folder that is new, or empty, and nobody else's until it is filled.
+def create_new_folder(folder: Path, work: str) -> Iterator[None]:
+    """Create and lock a folder, as `create_folder`, and reject a folder that is not empty.
 
     Raises:
-        InputError: As for `made_folder`, or there is something in it.
+        InputError: As for `create_folder`, or the folder is not empty.
     """
     if folder.exists() and not folder.is_dir():
-        raise InputError(_TAKEN, file=folder)
-    with made_folder(folder, work):
+        raise InputError(_EXISTS, file=folder)
+    with create_folder(folder, work):
         if any(path.name != LOCK for path in folder.iterdir()):
-            raise InputError(_TAKEN, file=folder)
+            raise InputError(_EXISTS, file=folder)
         yield
 
 
-def _opened(file: Path) -> int:
-    """Return a descriptor of the locked file.
+def _open_locked(file: Path) -> int:
+    """Open and lock a file and return its descriptor.
 
-    Who held it may have removed the file after it was opened here: then there is another one.
+    If the previous owner removed the file after it was opened here, open it again.
     """
     while True:
         descriptor = os.open(file, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o644)
@@ -129,7 +132,7 @@ if sys.platform == "win32":
     import msvcrt
 
     def _lock(descriptor: int) -> None:
-        """Lock a byte far behind the words, which can be read meanwhile."""
+        """Lock a byte far beyond the description, so that others can read the description."""
         os.lseek(descriptor, 2**30, os.SEEK_SET)
         try:
             msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
@@ -144,11 +147,11 @@ else:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
-def _holder(file: Path) -> str:
-    """Who holds a lock, in brackets; nothing if it does not say."""
+def _owner(file: Path) -> str:
+    """Return the description of a lock's owner in parentheses, or an empty string."""
     try:
         with file.open(encoding="utf-8", errors="replace") as stream:
-            words = " ".join(stream.read(_MAX_WORDS).split())
+            owner = " ".join(stream.read(_MAX_DESCRIPTION).split())
     except OSError:
         return ""
-    return f" ({words})" if words else ""
+    return f" ({owner})" if owner else ""

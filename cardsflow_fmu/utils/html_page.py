@@ -1,4 +1,4 @@
-"""HTML pages that open from disk and need no network."""
+"""Self-contained HTML pages, which need no network."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from html import escape
 
 from .overwrite import GENERATOR
 
-# Only what is in the page itself may be loaded.
+# Browsers load only the contents of the page itself.
 _POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
 
 
 def html_page(title: str, style: str, *parts: str) -> str:
-    """Return a page of a title as plain text, a style sheet, and parts in HTML."""
+    """Return a page with a title in plain text, a style sheet, and parts in HTML."""
     return "\n".join(
         (
             "<!DOCTYPE html>",

@@ -1,6 +1,6 @@
-"""Handling of Ctrl-C and SIGTERM between two steps instead of in the middle of one.
+"""Handling of Ctrl-C and SIGTERM between two steps instead of within a step.
 
-A terminal that is closed sends SIGHUP, which is taken as they are, unless `nohup` has it ignored.
+A closed terminal sends SIGHUP, which is handled in the same way, unless `nohup` ignores it.
 """
 
 from __future__ import annotations
@@ -12,48 +12,48 @@ from contextlib import contextmanager
 from typing import Any
 
 INTERRUPTED = "interrupted"
-"""Message of the error that Ctrl-C or SIGTERM becomes."""
+"""Message of the error that Ctrl-C or SIGTERM causes."""
 
 
 @contextmanager
-def interruptible() -> Iterator[list[int]]:
-    """Collects the first Ctrl-C or SIGTERM instead of raising in the middle of a step.
+def collect_interrupts() -> Iterator[list[int]]:
+    """Collect the first Ctrl-C or SIGTERM instead of raising an exception within a step.
 
-    A second one raises KeyboardInterrupt: a single step may be endless.
+    A second signal raises KeyboardInterrupt, since a step may never end.
     """
-    pressed: list[int] = []
+    received: list[int] = []
 
-    def press(number: int, frame: object) -> None:
-        if pressed:
+    def collect(number: int, frame: object) -> None:
+        if received:
             raise KeyboardInterrupt
-        pressed.append(number)
+        received.append(number)
 
-    with _handling(press):
-        yield pressed
+    with _signal_handler(collect):
+        yield received
 
 
 @contextmanager
-def terminable() -> Iterator[None]:
-    """SIGTERM raises KeyboardInterrupt, as Ctrl-C does."""
-    with _handling(signal.default_int_handler, _ENDS[1:]):
+def raise_on_termination() -> Iterator[None]:
+    """Raise KeyboardInterrupt on SIGTERM, as on Ctrl-C."""
+    with _signal_handler(signal.default_int_handler, _SIGNALS[1:]):
         yield
 
 
 @contextmanager
-def ignoring_interrupts() -> Iterator[None]:
-    """Ctrl-C and SIGTERM do nothing meanwhile: for the seconds in which results are written."""
-    with _handling(signal.SIG_IGN):
+def ignore_interrupts() -> Iterator[None]:
+    """Ignore Ctrl-C and SIGTERM, for example while results are written."""
+    with _signal_handler(signal.SIG_IGN):
         yield
 
 
-_HANG_UP = getattr(signal, "SIGHUP", None)  # Windows has none
-_ENDS = [signal.SIGINT, signal.SIGTERM, *([_HANG_UP] if _HANG_UP else [])]
-"""What asks a program to end."""
+_HANG_UP = getattr(signal, "SIGHUP", None)  # does not exist on Windows
+_SIGNALS = [signal.SIGINT, signal.SIGTERM, *([_HANG_UP] if _HANG_UP else [])]
+"""Signals that request the end of a program."""
 
 
 @contextmanager
-def _handling(handler: Any, numbers: Sequence[signal.Signals] = _ENDS) -> Iterator[None]:
-    """Another handler for what asks to end, in the main thread, which alone may set one."""
+def _signal_handler(handler: Any, numbers: Sequence[signal.Signals] = _SIGNALS) -> Iterator[None]:
+    """Set another handler for signals; only possible in the main thread, otherwise do nothing."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -1,4 +1,4 @@
-"""Files of pre-shared keys, with which frames are signed."""
+"""Files with pre-shared keys, which sign frames."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ _MAX_BYTES = 4096
 
 
 def read_key(file: str | Path) -> bytes:
-    """Return the key in a file: all of its bytes.
+    """Return the key in a file, which consists of all bytes of the file.
 
     Raises:
-        InputError: It cannot be read, or holds too few or too many bytes for a key.
+        InputError: The file cannot be read, or contains too few or too many bytes for a key.
     """
     key = read_file(Path(file), _MAX_BYTES)
     if len(key) < MIN_BYTES:
-        what = f"holds {len(key)} bytes; a key needs at least {MIN_BYTES}, such as"
-        raise InputError(f"{what} `head -c 32 /dev/urandom > key.bin` makes", file=file)
+        what = f"contains {len(key)} bytes; a key needs at least {MIN_BYTES}; create one with"
+        raise InputError(f"{what} `head -c 32 /dev/urandom > key.bin`", file=file)
     return key
 
 
@@ -31,7 +31,7 @@ def key_warning(file: Path, name: str) -> str | None:
 
     Args:
         file: The file.
-        name: What the warning calls it: where the warning is kept, no path to a key should be.
+        name: Name of the key in the warning, since stored warnings should not contain its path.
     """
     if os.name != "posix":
         return None
@@ -40,5 +40,5 @@ def key_warning(file: Path, name: str) -> str | None:
     except OSError:
         return None
     if mode & (stat.S_IRGRP | stat.S_IROTH):
-        return f"{name}: others can read this key; its file needs chmod 600"
+        return f"{name}: other users can read this key; restrict its file with chmod 600"
     return None

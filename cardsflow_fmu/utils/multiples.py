@@ -1,4 +1,4 @@
-"""Times that are whole multiples of one another."""
+"""Checks that a time is an integer multiple of a step."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from addin_sdfusion.robot import InputError
 _TOLERANCE = 1e-9
 
 MAX_STEPS = 100_000
-"""Steps that a model takes in one call at most: a host that asks for more waits for too long."""
+"""Maximum number of steps of a model in one call; more steps would block the host for too long."""
 
 
 def whole_steps(
@@ -22,13 +22,13 @@ def whole_steps(
         step: In [s].
         what: Name of the step, for the message.
         key: Key of the time, for the message.
-        most: The largest number of steps.
+        most: Maximum number of steps.
 
     Returns:
-        A whole number of at least 1.
+        Number of steps, at least 1.
 
     Raises:
-        InputError: The time is not a whole multiple of the step, or too many of them.
+        InputError: The time is not an integer multiple of the step, or has too many steps.
     """
     ratio = time / step
     if ratio > most + 0.5:
@@ -41,7 +41,7 @@ def whole_steps(
 
 
 def whole_duration(time: float, step: float) -> float:
-    """Return the time, or if it is not a whole multiple of the step, the next one above.
+    """Round a time up to an integer multiple of a step.
 
     Args:
         time: In [s].

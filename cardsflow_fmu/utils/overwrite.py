@@ -1,4 +1,4 @@
-"""Single output files: they replace earlier files of CARDSFlow, and no other files."""
+"""Output files, which replace only files that CARDSFlow wrote."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ REMOVED_OPTIONS = {
         "use --compute c or python, and --coupling fmu or direct",
     ),
 }
-"""What to use instead, by command and old option."""
+"""Replacement text by command and removed option."""
 
 
 def renamed_option(command: str, option: str) -> str | None:
@@ -49,11 +49,11 @@ def renamed_option(command: str, option: str) -> str | None:
     return None
 
 
-def refuse_arguments(**instead: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Reject old arguments of a function with an InputError.
+def reject_arguments(**instead: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Return a decorator that rejects removed arguments of a function with an InputError.
 
     Args:
-        instead: What to do instead, by the name of the old argument.
+        instead: Replacement text, by the name of the removed argument.
     """
 
     def decorated(function: Callable[P, R]) -> Callable[P, R]:

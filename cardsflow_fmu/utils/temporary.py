@@ -1,4 +1,4 @@
-"""Temporary folders: removed after use, and those of killed processes by whoever comes next."""
+"""Temporary folders, removed after use; folders of killed processes are removed later."""
 
 from __future__ import annotations
 
@@ -24,10 +24,11 @@ class TemporaryFolder:
     """A new folder, locked while it is in use.
 
     Attributes:
-        path: The folder; a file of its lock is in it.
+        path: The folder, which contains a lock file.
 
     Raises:
-        InputError: There is no room for it.
+        InputError: The folder cannot be created.
+        MachineError: The disk is full.
     """
 
     def __init__(self) -> None:
@@ -37,25 +38,26 @@ class TemporaryFolder:
                 self.path = Path(tempfile.mkdtemp(prefix=_PREFIX))
                 self._lock = FolderLock(self.path, "temporary files")
                 return
-            except InputError:  # taken for abandoned before it was locked
+            except InputError:  # another process removed it as abandoned before it was locked
                 if attempt == _ATTEMPTS - 1:
                     raise
             except OSError as error:
                 place = tempfile.gettempdir() if error.filename is None else error.filename
-                raise file_error(error, "no temporary folder can be made", place) from None
+                raise file_error(error, "cannot create a temporary folder", place) from None
 
     def remove(self) -> None:
-        """Remove it with all that is in it."""
+        """Remove the folder and its contents."""
         shutil.rmtree(self.path, ignore_errors=True)
         self._lock.release()
 
 
 @contextlib.contextmanager
 def temporary_folder() -> Iterator[Path]:
-    """A new folder that is gone afterwards.
+    """Create a temporary folder, as a context, and remove it at the end.
 
     Raises:
-        InputError: There is no room for it.
+        InputError: The folder cannot be created.
+        MachineError: The disk is full.
     """
     folder = TemporaryFolder()
     try:
@@ -66,11 +68,11 @@ def temporary_folder() -> Iterator[Path]:
 
 @functools.cache
 def _remove_abandoned() -> None:
-    """Remove, once a process, this user's temporary folders that nobody holds a lock on."""
+    """Remove unlocked temporary folders of this user, once per process."""
     with contextlib.suppress(OSError), os.scandir(tempfile.gettempdir()) as entries:
         for entry in entries:
             if entry.name.startswith(_PREFIX) and _is_own_folder(entry):
-                _remove_unless_held(Path(entry.path))
+                _remove_unlocked(Path(entry.path))
 
 
 def _is_own_folder(entry: os.DirEntry[str]) -> bool:
@@ -79,8 +81,8 @@ def _is_own_folder(entry: os.DirEntry[str]) -> bool:
     return is_own and stat.S_ISDIR(status.st_mode)
 
 
-def _remove_unless_held(folder: Path) -> None:
-    if not (folder / LOCK).is_file():  # killed before it was locked: empty
+def _remove_unlocked(folder: Path) -> None:
+    if not (folder / LOCK).is_file():  # the process was killed before the lock; folder is empty
         with contextlib.suppress(OSError):
             folder.rmdir()
         return

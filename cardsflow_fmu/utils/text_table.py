@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return columns wide enough for their words; empty without rows."""
+    """Return a table with aligned columns; empty without rows."""
     if not rows:
         return ""
     lines = [list(heads), *([str(cell) for cell in row] for row in rows)]

@@ -12,12 +12,12 @@ from addin_sdfusion.robot.mesh_files import is_file, lies_in, mesh_file
 def visual_files(
     robot: Robot, folder: Path, roots: Sequence[Path] | None = None
 ) -> dict[str, Path]:
-    """Return the files of the visual meshes that are there and may be opened, by their URIs.
+    """Return the existing and allowed files of the visual meshes, by their URIs.
 
     Args:
         robot: The robot.
-        folder: Its folder.
-        roots: As for `lies_in`; the folder when None.
+        folder: Folder of the robot.
+        roots: Allowed folders, see `lies_in`; None for the folder of the robot.
     """
     roots = (folder,) if roots is None else roots
     uris = sorted({mesh.uri for link in robot.links for mesh in visuals(link)})
@@ -26,5 +26,5 @@ def visual_files(
 
 
 def visuals(link: Link) -> list[Mesh]:
-    """Return the meshes that a link looks like."""
+    """Return the visual meshes of a link."""
     return [mesh for mesh in link.meshes if mesh.role == "visual"]

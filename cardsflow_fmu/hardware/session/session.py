@@ -19,7 +19,7 @@ from cardsflow_fmu.hardware.protocol.frame import Flag
 from cardsflow_fmu.hardware.protocol.handshake import Handshake
 from cardsflow_fmu.hardware.protocol.recording import Recorder
 from cardsflow_fmu.utils.arrays import FloatArray
-from cardsflow_fmu.utils.interrupts import ignoring_interrupts
+from cardsflow_fmu.utils.interrupts import ignore_interrupts
 from controllers.force_distribution.gravity_compensation import gravity_compensation
 from sim_dart import MusclePaths, control_dynamics
 from sim_dart.estimation.fitted_pose import FittedPose
@@ -157,7 +157,7 @@ class HardwareSession:
         if self._ended:
             return
         self._ended = True
-        with ignoring_interrupts():
+        with ignore_interrupts():
             try:
                 if ramp and self.mode in (RUNNING, HOLDING):
                     self._ramp_down()

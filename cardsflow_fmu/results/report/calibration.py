@@ -16,7 +16,7 @@ from addin_sdfusion.robot.formats.convert import convert
 from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.experiment.settings.estimator import CALIBRATION_FILE
-from cardsflow_fmu.utils.folder_lock import new_folder
+from cardsflow_fmu.utils.folder_lock import create_new_folder
 from sim_dart.calibration.calibrate import Calibration, Errors, calibrate
 from sim_dart.calibration.identifiability import (
     ParameterInformation,
@@ -77,7 +77,7 @@ def calibrate_files(
             No file is written.
         CardsflowError: The result predicts the held-out data worse. No file is written.
     """
-    with new_folder(folder, "calibration"):
+    with create_new_folder(folder, "calibration"):
         reading = read(robot, cable_set)
         nominal = reading.require()
         marker_list = () if markers is None else read_markers(markers)

@@ -12,9 +12,9 @@ from cardsflow_fmu.experiment.experiment import EXPERIMENT_FILE, Experiment
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
 from cardsflow_fmu.utils.archive import (
     archive_bytes,
-    entry_bytes,
-    inner_archive,
-    opened_archive,
+    open_archive,
+    open_inner_archive,
+    read_entry,
     unpack_archive,
 )
 from cardsflow_fmu.utils.temporary import temporary_folder
@@ -59,11 +59,11 @@ def system_hardware(path: Path) -> HardwareSettings | None:
 def _packed_files_of_fmus(path: Path, first: str) -> Iterator[dict[str, bytes]]:
     """Yield the experiment files of FMUs; the FMU of the given name comes first."""
     try:
-        with opened_archive(path, ".ssp") as system:
+        with open_archive(path, ".ssp") as system:
             fmus = [entry for entry in system.infolist() if entry.filename.endswith(".fmu")]
             fmus.sort(key=lambda entry: (not entry.filename.endswith(first), entry.filename))
             for fmu in fmus:
-                files = _packed_files(entry_bytes(system, fmu, limits.INNER_FMU))
+                files = _packed_files(read_entry(system, fmu, limits.INNER_FMU))
                 if files:
                     yield files
     except InputError:
@@ -72,7 +72,7 @@ def _packed_files_of_fmus(path: Path, first: str) -> Iterator[dict[str, bytes]]:
 
 def _packed_files(fmu: bytes) -> dict[str, bytes]:
     """Return the experiment and robot files in an FMU; empty without an experiment."""
-    with inner_archive(fmu) as archive:
+    with open_inner_archive(fmu) as archive:
         entries = {
             entry.filename.removeprefix(_RESOURCES): entry
             for entry in archive.infolist()

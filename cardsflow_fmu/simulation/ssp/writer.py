@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from cardsflow_fmu.cosim.signals.units import BASES, Unit
-from cardsflow_fmu.utils.archive import contents_of, write_archive
+from cardsflow_fmu.utils.archive import read_contents, write_archive
 from cardsflow_fmu.version import __version__
 
 from .system import Component, Connection, Parameter, System
@@ -43,7 +43,7 @@ def write_ssp(
     Raises:
         InputError: The file cannot be written.
     """
-    files = {source: contents_of(file) for source, file in fmus.items()}
+    files = {source: read_contents(file) for source, file in fmus.items()}
     for structure, one in {"SystemStructure": system, **(variants or {})}.items():
         files[f"{structure}.ssd"] = _structure(one)
         for component in one.components:

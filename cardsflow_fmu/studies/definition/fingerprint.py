@@ -10,7 +10,7 @@ from pathlib import Path
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.writer import experiment_resources
-from cardsflow_fmu.utils.archive import contents_of
+from cardsflow_fmu.utils.archive import read_contents
 from cardsflow_fmu.version import __version__
 
 from .study import Study
@@ -56,14 +56,14 @@ def experiment_digest(experiment: Experiment) -> str:
 def _own(experiment: Experiment) -> Iterator[tuple[str, bytes]]:
     """The experiment as it travels in FMUs."""
     for name, source in sorted(experiment_resources(experiment, with_hardware=True).items()):
-        yield name, contents_of(source)
+        yield name, read_contents(source)
 
 
 def _files(experiment: Experiment) -> Iterator[tuple[str, bytes]]:
     """External FMUs, and the other files next to the robot's: cable sets, trajectories."""
     for role, fmu in sorted(experiment.fmus.items()):
-        yield f"fmus/{role}", contents_of(Path(fmu.file))
+        yield f"fmus/{role}", read_contents(Path(fmu.file))
         yield f"fmus/{role}.txt", repr(replace(fmu, file=Path())).encode()
     for file in sorted(experiment.robot_path.parent.iterdir()):
         if file.suffix in _SUFFIXES and file.is_file():
-            yield f"beside/{file.name}", contents_of(file)
+            yield f"beside/{file.name}", read_contents(file)

@@ -15,7 +15,7 @@ from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.models.by_role import model_class
 from cardsflow_fmu.simulation.build import build
 from cardsflow_fmu.simulation.open import PreparedFmu
-from cardsflow_fmu.utils.archive import contents_of
+from cardsflow_fmu.utils.archive import read_contents
 from cardsflow_fmu.utils.temporary import TemporaryFolder
 
 UNPACKED = "unpacked_"
@@ -102,7 +102,7 @@ def _digest(experiment: Experiment) -> str:
     digest = hashlib.sha256(experiment.run.compute.encode())
     resources = experiment_resources(experiment, with_hardware=experiment.hardware.use)
     for name, source in sorted(resources.items()):
-        content = contents_of(source)
+        content = read_contents(source)
         digest.update(f"{name}\0{len(content)}\0".encode())
         digest.update(content)
     return digest.hexdigest()

@@ -16,7 +16,7 @@ from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.studies.definition.errors import StudyError
 from cardsflow_fmu.studies.definition.outcome import Outcome
 from cardsflow_fmu.studies.definition.sampling import Run
-from cardsflow_fmu.utils.folder_lock import locked_folder
+from cardsflow_fmu.utils.folder_lock import lock_folder
 
 RUNS = "runs"
 
@@ -39,7 +39,7 @@ class RunStore:
             self._runs.mkdir(parents=True, exist_ok=True)
         except (OSError, ValueError) as error:
             raise file_error(error, "cannot be written", self.folder) from None
-        with locked_folder(self.folder, "study"):
+        with lock_folder(self.folder, "study"):
             remove_leftovers(self.folder)
             remove_leftovers(self._runs)
             yield

@@ -155,7 +155,7 @@ def test_a_part_that_was_moved_after_it_was_connected_is_an_error() -> None:
         design = drawn(kind, 3, values_of(kind, np.random.default_rng(3)))
         moving = design._assembly.children[1]
         moving.location = b.Location((0, 0, 1)) * moving.location
-        with pytest.raises(InputError, match="not where it has them"):
+        with pytest.raises(InputError, match="moved after they were connected"):
             design.snapshot(ExportSettings())
 
 

@@ -72,15 +72,15 @@ def test_without_the_extra_one_line_names_it(
 
 
 PROGRAMS = {
-    "x = 1\n": "arm.py: must leave one cardsflow_fmu.cad.Design in a variable; it leaves none",
+    "x = 1\n": "arm.py: must define exactly one variable with a cardsflow_fmu.cad.Design; found none",
     "x = 1\ny = x / 0\n": "arm.py:2: ZeroDivisionError: division by zero",
     "def f():\n    raise SystemExit('no')\n\nf()\n": "arm.py:2: SystemExit: no",
     "x = (\n": "arm.py:1: is not Python: '(' was never closed",
     "from cardsflow_fmu.cad import Design\nd = Design([], colour=1)\n": "arm.py:2: settings: unkn",
     "from cardsflow_fmu.cad import Design\nd = Design([])\nd.muscle('m', 7)\n": "arm.py:3: muscle",
     "from cardsflow_fmu.cad import Design\nd = Design([])\nd.muscle('m')\nd.muscle('m')\n":
-        "arm.py:4: muscle 'm' is there already",
-    "from cardsflow_fmu.cad import Design\na, b = Design([]), Design([])\n": "it leaves 2: a, b",
+        "arm.py:4: muscle 'm' already exists",
+    "from cardsflow_fmu.cad import Design\na, b = Design([]), Design([])\n": "found 2: a, b",
 }  # fmt: skip
 
 
@@ -133,9 +133,15 @@ def test_joints_are_read_with_their_units(tmp_path: Path) -> None:
         (HEAD + GOOD.replace("0,1,0", "0,0,0"), "joints.csv:2: axis x: an axis must not be"),
         (HEAD + GOOD.replace("0,1,0", ",,"), "joints.csv:2: name: a revolute joint needs an axis"),
         (HEAD + GOOD.replace("10,20,30", ",,"), "joints.csv:2: name: a revolute joint needs an o"),
-        (HEAD + GOOD.replace("10,20,30", "10,20,"), "joints.csv:2: x: 'z' is missing next to it"),
-        (HEAD + GOOD.replace("upper,lower", ",lower"), "joints.csv:2: 'parent' is empty"),
-        (HEAD + GOOD.replace("\n", ",9\n"), "joints.csv:2: has 14 cells, the first line has 13"),
+        (
+            HEAD + GOOD.replace("10,20,30", "10,20,"),
+            "joints.csv:2: x: also requires a value in column 'z'",
+        ),
+        (HEAD + GOOD.replace("upper,lower", ",lower"), "joints.csv:2: 'parent' must not be empty"),
+        (
+            HEAD + GOOD.replace("\n", ",9\n"),
+            "joints.csv:2: has 14 cells, but the first line has 13",
+        ),
         (HEAD + '"' + "a" * 200_000, "joints.csv:2: cannot be read"),
     ],
 )
@@ -166,7 +172,11 @@ def test_materials(tmp_path: Path) -> None:
     arm, hand = read_materials(file)
     assert (arm.density, arm.mass, arm.material) == (pytest.approx(7850.0), None, "Steel")
     assert (hand.density, hand.mass) == (None, pytest.approx(0.25))
-    for line, said in (("arm,1,1,", "either"), ("arm,,,", "either"), ("arm,-1,,", "greater")):
+    for line, said in (
+        ("arm,1,1,", "either"),
+        ("arm,,,", "either"),
+        ("arm,-1,,", "must be positive"),
+    ):
         file.write_text(f"part,density,mass,material\n{line}\n")
         with pytest.raises(InputError, match=said) as caught:
             read_materials(file)

@@ -217,7 +217,7 @@ def test_fusions_own_folder_is_found(tmp_path, source, monkeypatch, system, belo
     monkeypatch.setenv("APPDATA", str(tmp_path / "roaming"))
     monkeypatch.setattr(Path, "home", lambda: tmp_path / "home")
     add_ins = tmp_path / below / "Autodesk/Autodesk Fusion 360/API/AddIns"
-    with pytest.raises(InputError, match="does not exist: start Fusion once"):
+    with pytest.raises(InputError, match="does not exist; start Fusion once"):
         addin.install()
     add_ins.mkdir(parents=True)
     assert addin.install() == add_ins / "addin_sdfusion"

@@ -29,7 +29,7 @@ from support.small_studies import KP, write_study
 from cardsflow_fmu import Experiment, Result, run
 from cardsflow_fmu.cli.common import EXIT_CODES
 from cardsflow_fmu.cli.main import _parser
-from cardsflow_fmu.utils.interrupts import interruptible, terminable
+from cardsflow_fmu.utils.interrupts import collect_interrupts, raise_on_termination
 
 SHORT = ["--set", "run.duration=0.05"]
 CARDSFLOW = [sys.executable, "-m", "cardsflow_fmu.cli"]
@@ -340,7 +340,7 @@ def test_signals_that_nohup_ignores_stay_ignored() -> None:
     """A run goes on when its terminal is closed, if that was asked for."""
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
-        with interruptible() as interrupted, terminable():
+        with collect_interrupts() as interrupted, raise_on_termination():
             signal.raise_signal(signal.SIGHUP)
         assert not interrupted
         assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN

@@ -87,7 +87,7 @@ def test_what_is_no_recording_of_the_robot_is_one_line(
     cases = {
         "muscle lengths are not sufficient": ([names[k] for k in blind], rows[:, blind]),
         "is of another robot": (foreign, rows),
-        "time goes back after row 50": (names, late),
+        "time decreases after row 50": (names, late),
         "requires times with equal steps": (names, uneven),
         "record for longer": (names, rows[:60]),
         "f.cable_2 is 1e+300 at 0.015 s": (names, huge),

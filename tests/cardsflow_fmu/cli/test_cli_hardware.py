@@ -206,7 +206,7 @@ def test_a_device_with_a_key_answers_signed_frames_only(recorded: Path, tmp_path
             line.exchange(2)
         assert device.end() == 0
     assert device.totals["device"]["unsigned"] > 0
-    assert "others can read this key" in device.errors
+    assert "other users can read this key" in device.errors
 
 
 @pytest.mark.cases(1)

@@ -117,10 +117,14 @@ def test_the_run_lasts_to_the_first_step_after_the_recording() -> None:
         ("t,joint_1,joint_2", None, "no column 'time'"),
         ("time,joint_1 [turns],joint_2", None, "no unit 'turns'"),
         ("time,joint_1,joint_1", None, "two columns 'joint_1'"),
-        ("time,joint_1,q.joint_2,extra", None, "4 columns have names, and rows have 3 numbers"),
+        (
+            "time,joint_1,q.joint_2,extra",
+            None,
+            "the first line has 4 names, but the rows have 3 numbers",
+        ),
         ("time,joint_1,joint_2", (4, 1, np.nan), "row 5 of q.joint_1 is nan"),
         ("time,joint_1,joint_2", (4, 0, T[3]), "the time of row 5 is not after"),
-        ("time,joint_1,joint_2", (4, 0, 0.0), "the time goes back after row 4"),
+        ("time,joint_1,joint_2", (4, 0, 0.0), "the time decreases after row 4"),
     ],
 )
 def test_error_is_one_line_with_file_and_line(

@@ -309,14 +309,14 @@ def test_a_key_signs_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_invalid_keys_are_refused_and_readable_ones_cause_a_warning(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="holds 8 bytes; a key needs at least 16"):
+    with pytest.raises(InputError, match="contains 8 bytes; a key needs at least 16"):
         read_key(key_file(tmp_path, length=8))
     with pytest.raises(InputError):
         read_key(tmp_path)
     file = key_file(tmp_path, 0o644)
     assert "chmod 600" in (key_warning(file, "key") or "")
     settings = LOCKSTEP | {"hardware.key_file": str(file)}
-    assert "others can read this key" in "\n".join(load(settings).warnings())
+    assert "other users can read this key" in "\n".join(load(settings).warnings())
     assert not load(settings | {"hardware.use": False}).warnings()
     assert key_warning(key_file(tmp_path), "key") is None
 

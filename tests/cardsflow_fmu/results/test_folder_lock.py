@@ -20,7 +20,7 @@ from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.results.folder import OutputFolder
-from cardsflow_fmu.utils.folder_lock import LOCK, locked_folder
+from cardsflow_fmu.utils.folder_lock import LOCK, lock_folder
 
 LONG = ["--set", "run.duration=1000"]
 SHORT = ["--set", "run.duration=0.02"]
@@ -99,7 +99,7 @@ def test_many_who_lock_at_once_come_one_after_another(tmp_path: Path) -> None:
     def work() -> None:
         while done[0] < 300:
             try:
-                with locked_folder(tmp_path, "test"):
+                with lock_folder(tmp_path, "test"):
                     inside[0] += 1
                     most[0] = max(most[0], inside[0])
                     time.sleep(0)
@@ -129,9 +129,9 @@ BUILD = pytest.param(["build", PLANAR_2R, "-o"], marks=pytest.mark.slow)
 def test_all_that_write_several_files_come_one_after_another(
     tmp_path: Path, words: list[object], cardsflow: CommandLine
 ) -> None:
-    with locked_folder(tmp_path, "test"):
+    with lock_folder(tmp_path, "test"):
         message = cardsflow.refused(*words, tmp_path)
-    assert f"another program is at work in it (test of process {os.getpid()}" in message
+    assert f"another program uses this folder (test of process {os.getpid()}" in message
     (tmp_path / ".robot.sdf.1.cardsflow.tmp").write_text("of one that was killed")
     if words[0] not in ("build", "convert"):
         assert "nothing." in cardsflow.refused(*words, tmp_path)

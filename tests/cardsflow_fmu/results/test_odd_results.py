@@ -118,7 +118,7 @@ REFUSED: dict[str, tuple[Change, str, tuple[str, ...]]] = {
     "no rows": (table(lambda x: [x[0], b""]), "no rows", ANY),
     "empty": (table(lambda x: [b""]), "is empty", ANY),
     "time without number": (at_row(3, lambda x: b"nan" + x[x.index(b",") :]), "time of row 3", ANY),
-    "time goes back": (table(lambda x: [x[0], *x[-2:0:-1], b""]), "goes back after row 1", ANY),
+    "time decreases": (table(lambda x: [x[0], *x[-2:0:-1], b""]), "decreases after row 1", ANY),
     "no time": (head(b"time,", b"tim,"), "its first column must be 'time'", ANY),
     "no q": (head(b"q.joint_1,", b"qqq,"), "no column 'q.joint_1'", WITH_ROBOT),
     "twice": (head(b"q.joint_2,", b"q.joint_1,"), "two columns 'q.joint_1'", ANY),

@@ -74,7 +74,7 @@ def test_archive_does_not_write_outside_of_its_folder(
     shutil.copytree(finished[0], tmp_path, dirs_exist_ok=True)
     with zipfile.ZipFile(tmp_path / EXPERIMENT, "w") as archive:
         archive.writestr("../evil", "")
-    with pytest.raises(InputError, match="leads out of the archive"), opened_run(tmp_path):
+    with pytest.raises(InputError, match="a path outside of the archive"), opened_run(tmp_path):
         pass
 
 

@@ -29,7 +29,7 @@ from cardsflow_fmu.studies.execution.executors import ExecutorAdapter
 from cardsflow_fmu.studies.execution.run_store import RunStore
 from cardsflow_fmu.studies.execution.worker import Job
 from cardsflow_fmu.studies.run import only_run
-from cardsflow_fmu.utils.folder_lock import locked_folder
+from cardsflow_fmu.utils.folder_lock import lock_folder
 
 BOUNDS = """
 [[vary]]
@@ -188,7 +188,7 @@ def test_runs_that_are_there_are_not_overwritten_unasked(tmp_path: Path) -> None
 def test_two_studies_do_not_share_a_folder(tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     with (
-        locked_folder(tmp_path / "out", "study"),
+        lock_folder(tmp_path / "out", "study"),
         pytest.raises(InputError, match=f"study of process {os.getpid()} on .* since "),
     ):
         run_here(small_study(tmp_path), tmp_path / "out")

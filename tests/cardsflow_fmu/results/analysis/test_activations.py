@@ -130,10 +130,10 @@ def test_experiments_follow_tables_of_opensim(tmp_path: Path) -> None:
 
 
 WRONG = {
-    "no header": ("time\ta\n0\t1\n", "there is no line `endheader`"),
-    "degrees": ("inDegrees=maybe\nendheader\ntime\ta\n", "inDegrees is yes or no"),
-    "columns": ("endheader\ntime\tjoint_1\tjoint_2\n0 1\n", "line 2 names 3 columns"),
-    "text": ("endheader\ntime\tjoint_1\tjoint_2\n0 1 b\n", "is not a table of OpenSim"),
+    "no header": ("time\ta\n0\t1\n", "the line `endheader` before the columns is missing"),
+    "degrees": ("inDegrees=maybe\nendheader\ntime\ta\n", "inDegrees must be yes or no"),
+    "columns": ("endheader\ntime\tjoint_1\tjoint_2\n0 1\n", "line 2 has 3 names"),
+    "text": ("endheader\ntime\tjoint_1\tjoint_2\n0 1 b\n", "is not a valid OpenSim table"),
     "coordinates": ("endheader\ntime\tx\n0 1\n1 2\n2 3\n", "no column q.joint_1"),
 }
 
