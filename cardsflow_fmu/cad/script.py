@@ -53,7 +53,7 @@ def script_design(file: Path) -> Design:
     found = {id(value): name for name, value in variables.items() if isinstance(value, Design)}
     if len(found) != 1:
         number = f"{len(found)}: {', '.join(found.values())}" if found else "none"
-        what = f"must define exactly one variable with a cardsflow_fmu.cad.Design; found {number}"
+        what = f"must define exactly one cardsflow_fmu.cad.Design; found {number}"
         raise InputError(what, file=file)
     return next(value for value in variables.values() if isinstance(value, Design))
 

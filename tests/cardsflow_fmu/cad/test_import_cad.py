@@ -72,7 +72,7 @@ def test_without_the_extra_one_line_names_it(
 
 
 PROGRAMS = {
-    "x = 1\n": "arm.py: must define exactly one variable with a cardsflow_fmu.cad.Design; found none",
+    "x = 1\n": "arm.py: must define exactly one cardsflow_fmu.cad.Design; found none",
     "x = 1\ny = x / 0\n": "arm.py:2: ZeroDivisionError: division by zero",
     "def f():\n    raise SystemExit('no')\n\nf()\n": "arm.py:2: SystemExit: no",
     "x = (\n": "arm.py:1: is not Python: '(' was never closed",
