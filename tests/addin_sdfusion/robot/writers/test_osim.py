@@ -192,9 +192,9 @@ def test_names_that_opensim_rejects_are_changed_with_a_finding(tmp_path):
     assert_equal_terms(robot, tmp_path)
     reported = [f.message for f in osim_losses(robot) if f.code == "renamed"]
     assert reported == [
-        "link 'ground': OpenSim does not allow the name; written as 'ground_'",
-        "link 'a b': OpenSim does not allow the name; written as 'a_b_'",
-        "link '..': OpenSim does not allow the name; written as '_'",
+        "link 'ground': OpenSim does not allow this name; written as 'ground_'",
+        "link 'a b': OpenSim does not allow this name; written as 'a_b_'",
+        "link '..': OpenSim does not allow this name; written as '_'",
     ]
 
 
