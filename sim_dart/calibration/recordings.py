@@ -69,7 +69,9 @@ class Recording:
         last = len(self.tensions) - 1
         at = np.clip(np.arange(first + whole, first + whole + rows + 1), 0, last)
         read = self.tensions[at]
-        sound = ~np.isnan(read).any(axis=1)  # behind a window there may be a gap: as before it
+        sound = ~np.isnan(read).any(
+            axis=1
+        )  # after a window there may be a gap; keep the last value
         held = read[np.maximum.accumulate(np.where(sound, np.arange(rows + 1), 0))]
         here, next_ = held[:-1], held[1:]
         return (1.0 - part) * here + part * next_, (next_ - here) / self.step

@@ -13,7 +13,7 @@ from sim_dart.core.arrays import FloatArray, IntArray
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core, blob_reals, library
 from sim_dart.estimation.estimated_robot import estimated_robot
-from sim_dart.muscles.friction import bends
+from sim_dart.muscles.friction import bend_count
 
 
 @cache
@@ -82,7 +82,7 @@ class Sensitivity:
                 "this C core does not support derivatives, which calibration requires"
             )
         self._n, self._m = len(robot.coordinates), len(robot.muscles)
-        self._bends = sum(map(bends, robot.muscles))
+        self._bends = sum(map(bend_count, robot.muscles))
         self._memory = np.empty(-(-size // 8))
         address = self._memory.ctypes.data
         self._handle = ctypes.c_void_p(self._c.core_sensitivity_open(self._core.handle, address))

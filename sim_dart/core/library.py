@@ -44,7 +44,7 @@ def library() -> ctypes.PyDLL:
     pointer, size = ctypes.c_void_p, ctypes.c_size_t
     core.core_layout.restype = core.core_laws.restype = ctypes.c_char_p
     if core.core_laws().decode() != LAW_NAMES:
-        raise CardsflowError(f"{path} has other muscle laws; reinstall cardsflow to compile it")
+        raise CardsflowError(f"{path}: compiled with other muscle laws; reinstall cardsflow")
     core.core_layout_hash.restype = core.core_version.restype = ctypes.c_uint32
     core.core_size.argtypes = [pointer, size, ctypes.c_char_p, size]
     core.core_size.restype = size
@@ -56,7 +56,9 @@ def library() -> ctypes.PyDLL:
     without_answer += " closures close_rates count_turns rates reach energies"
     without_answer += " independent_rows independent_bias independent_mass complete"
     for name in without_answer.split():
-        getattr(core, f"core_{name}").restype = None  # an index would forget it
+        getattr(
+            core, f"core_{name}"
+        ).restype = None  # attribute access caches the function, an index does not
     text, double, count = ctypes.c_char_p, ctypes.c_double, ctypes.c_int32
     for name in ("step", "runge_kutta"):
         getattr(core, f"core_{name}").argtypes = [pointer, text, text, double, count]
@@ -81,11 +83,11 @@ def library() -> ctypes.PyDLL:
     return core
 
 
-def _padded(packed: bytes) -> bytes:
+def _pad(packed: bytes) -> bytes:
     return packed + b"\0" * (-len(packed) % 8)
 
 
-def _reals(name: str, values: FloatArray, single: bool) -> NDArray[Any]:
+def _real_numbers(name: str, values: FloatArray, single: bool) -> NDArray[Any]:
     """Return values in the number format of a blob.
 
     Raises:
@@ -110,7 +112,7 @@ def pack_field(name: str, values: NDArray[Any], size: int) -> bytes:
         size: Required number of values.
     """
     assert values.size == size, name
-    return _padded(values.tobytes())
+    return _pad(values.tobytes())
 
 
 def pack_blob(
@@ -135,9 +137,11 @@ def pack_blob(
             continue
         values = np.asarray(fields[name])
         is_real = kind == "real"
-        values = _reals(name, values.astype(float), single) if is_real else values.astype("<i4")
+        values = (
+            _real_numbers(name, values.astype(float), single) if is_real else values.astype("<i4")
+        )
         body += pack_field(name, values, int(rest[0]) * counts[rest[1]])
-    numbers = _padded(struct.pack(f"<{len(sizes)}i", *sizes))
+    numbers = _pad(struct.pack(f"<{len(sizes)}i", *sizes))
     size = _HEADER.size + len(numbers) + len(body)
     core = library()
     return (
@@ -154,14 +158,14 @@ def blob_reals(blob: bytes) -> FloatArray:
     counts = dict(
         zip(names, struct.unpack_from(f"<{len(names)}i", blob, _HEADER.size), strict=True)
     )
-    at, fields = _HEADER.size + len(_padded(bytes(4 * len(names)))), []
+    at, fields = _HEADER.size + len(_pad(bytes(4 * len(names)))), []
     for kind, _, *rest in lines:
         if kind == "count":
             continue
         size = int(rest[0]) * counts[rest[1]]
         if kind == "real":
             fields.append(np.frombuffer(blob, "<f8", size, at))
-        at += len(_padded(bytes((8 if kind == "real" else 4) * size)))
+        at += len(_pad(bytes((8 if kind == "real" else 4) * size)))
     return np.concatenate(fields)
 
 
@@ -184,7 +188,7 @@ class Core:
 
     def __init__(self, blob: bytes) -> None:
         core = library()
-        self._blob = np.frombuffer(_padded(blob), dtype=np.float64).copy()
+        self._blob = np.frombuffer(_pad(blob), dtype=np.float64).copy()
         address = self._blob.ctypes.data
         message = ctypes.create_string_buffer(256)
         size = core.core_size(address, len(blob), message, len(message))

@@ -43,10 +43,10 @@ class Closure(NamedTuple):
 
 def closures(robot: Robot) -> list[Closure]:
     """Return the equations of all loop joints, for each joint first points, then directions."""
-    return [closure for loop in robot.loops for closure in _closures(loop)]
+    return [closure for loop in robot.loops for closure in _joint_closures(loop)]
 
 
-def _closures(loop: LoopJoint) -> Iterator[Closure]:
+def _joint_closures(loop: LoopJoint) -> Iterator[Closure]:
     basis = _basis(loop)
     a, b, c = basis
     points = {"prismatic": (b, c), "cylindrical": (b, c), "planar": (a,)}

@@ -122,7 +122,7 @@ def _pulley_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, Array
     return {
         "pulley_point": [firsts[k] for k in on],
         "pulley_direction": [
-            _turned(places[muscles[k].via_points[0].link], pulley.entry_vector)
+            _rotate_direction(places[muscles[k].via_points[0].link], pulley.entry_vector)
             for k, pulley in zip(on, pulleys, strict=True)
         ],
         "pulley_radius": [pulley.radius[0] for pulley in pulleys],
@@ -131,10 +131,10 @@ def _pulley_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, Array
 
 def _axis(place: Place, surface: WrapSurface, k: int) -> FloatArray:
     """Return the x, y or z axis (k = 0, 1, 2) of a surface in its moving frame."""
-    return _turned(place, tuple(row[k] for row in rotation(surface.pose.rpy)))
+    return _rotate_direction(place, tuple(row[k] for row in rotation(surface.pose.rpy)))
 
 
-def _turned(place: Place, direction: tuple[float, ...]) -> FloatArray:
+def _rotate_direction(place: Place, direction: tuple[float, ...]) -> FloatArray:
     """Return a direction given in a link frame as a unit vector in the moving frame."""
     turned: FloatArray = place.T_frame_link[:3, :3] @ np.array(direction)
     return turned / np.linalg.norm(turned)

@@ -42,8 +42,8 @@ def route_counts(robot: Robot) -> dict[str, int]:
     points = [point for muscle in robot.muscles for point in muscle.via_points]
     moves = [move for point in points for move in point.moves]
     return {
-        "guides": len(_guided(robot)),
-        "conditions": sum(p.when is not None and not _is_met(robot, p.when) for p in points),
+        "guides": len(_guided_wraps(robot)),
+        "conditions": sum(p.when is not None and not _is_always_met(robot, p.when) for p in points),
         "moves": len(moves),
         "pieces": sum(len(_pieces(robot, move)) for move in moves),
         "branches": sum(len(muscle.branches) for muscle in robot.muscles),
@@ -71,7 +71,9 @@ def route_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLi
         "branch_divisor": [branch.divisor for r in routes for branch in r.muscle.branches],
         "path_term_muscle": [r.number for r in routes for _ in r.muscle.terms],
         "path_term_coordinate": [
-            _counted(robot, r.muscle, term.coordinate) for r in routes for term in r.muscle.terms
+            _length_variable(robot, r.muscle, term.coordinate)
+            for r in routes
+            for term in r.muscle.terms
         ],
         "path_term_factor": [term.factor for r in routes for term in r.muscle.terms],
     }
@@ -89,14 +91,14 @@ def _wraps(muscle: Muscle) -> list[Wrap]:
     return sorted(muscle.wraps, key=lambda wrap: wrap.segment)
 
 
-def _guided(robot: Robot) -> list[Wrap]:
+def _guided_wraps(robot: Robot) -> list[Wrap]:
     """Return the wraps whose side is specified by a side point or a quadrant."""
     wraps = [wrap for muscle in robot.muscles for wrap in _wraps(muscle)]
     return [wrap for wrap in wraps if wrap.side_point is not None or wrap.quadrant != "all"]
 
 
 def _rule_fields(robot: Robot, routes: list[_Route]) -> dict[str, ArrayLike]:
-    guides = {id(wrap): k for k, wrap in enumerate(_guided(robot))}
+    guides = {id(wrap): k for k, wrap in enumerate(_guided_wraps(robot))}
     wraps = [(r.first, wrap) for r in routes for wrap in _wraps(r.muscle)]
     return {
         "wrap_last": [first + wrap.last for first, wrap in wraps],
@@ -108,7 +110,7 @@ def _rule_fields(robot: Robot, routes: list[_Route]) -> dict[str, ArrayLike]:
 def _guide_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLike]:
     surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
     frames, vectors = [], []
-    for wrap in _guided(robot):
+    for wrap in _guided_wraps(robot):
         if wrap.side_point is not None:
             place = places[wrap.side_point.link]
             vectors.append(place.point(wrap.side_point.position))
@@ -127,13 +129,13 @@ def _condition_fields(robot: Robot, routes: list[_Route]) -> dict[str, ArrayLike
         (r, r.first + k, point.when)
         for r in routes
         for k, point in enumerate(r.muscle.via_points)
-        if point.when is not None and not _is_met(robot, point.when)
+        if point.when is not None and not _is_always_met(robot, point.when)
     ]
-    ends = [_ends(robot, r.muscle, when) for r, _, when in conditions]
+    ends = [_condition_range(robot, r.muscle, when) for r, _, when in conditions]
     return {
         "condition_point": [k for _, k, _ in conditions],
         "condition_coordinate": [
-            _coordinate(robot, r.muscle, w.coordinate) for r, _, w in conditions
+            _coordinate_variable(robot, r.muscle, w.coordinate) for r, _, w in conditions
         ],
         "condition_low": [low for low, _ in ends],
         "condition_high": [high for _, high in ends],
@@ -154,7 +156,9 @@ def _move_fields(
     counts = [len(each) for each in pieces]
     return {
         "move_point": [k for _, k, _, _ in moves],
-        "move_coordinate": [_coordinate(robot, r.muscle, m.coordinate) for r, _, _, m in moves],
+        "move_coordinate": [
+            _coordinate_variable(robot, r.muscle, m.coordinate) for r, _, _, m in moves
+        ],
         "move_axis": [place.T_frame_link[:3, :3] @ np.array(m.axis) for _, _, place, m in moves],
         "move_low": [move.low for _, _, _, move in moves],
         "move_high": [move.high for _, _, _, move in moves],
@@ -170,19 +174,19 @@ def _held_value(robot: Robot, name: str) -> float | None:
     return None if name in variables.index else variables.initial[name]
 
 
-def _is_met(robot: Robot, when: PointCondition) -> bool:
+def _is_always_met(robot: Robot, when: PointCondition) -> bool:
     """Return whether the coordinate of a condition is fixed inside the condition's range."""
     at = _held_value(robot, when.coordinate)
     return at is not None and when.low <= at <= when.high
 
 
-def _ends(robot: Robot, muscle: Muscle, when: PointCondition) -> tuple[float, float]:
+def _condition_range(robot: Robot, muscle: Muscle, when: PointCondition) -> tuple[float, float]:
     """Return the range of a condition; an empty range if its coordinate is fixed outside of it."""
     at = _held_value(robot, when.coordinate)
     if at is None:
         return when.low, when.high
     if max(when.low - at, at - when.high) < when.smoothing:
-        raise _held(muscle, when.coordinate)
+        raise _fixed_coordinate_error(muscle, when.coordinate)
     return math.inf, math.inf
 
 
@@ -202,23 +206,23 @@ def _pieces(robot: Robot, move: PointMotion) -> tuple[Cubic, ...]:
     return ((0.0, a, b, c, d),)
 
 
-def _counted(robot: Robot, muscle: Muscle, name: str) -> int:
+def _length_variable(robot: Robot, muscle: Muscle, name: str) -> int:
     """Return the index of the variable of a coordinate that a muscle length depends on."""
     variables = robot_variables(robot)
     found = variables.index.get(name, variables.held.get(name))
     if found is None:
-        raise _held(muscle, name)
+        raise _fixed_coordinate_error(muscle, name)
     return found
 
 
-def _coordinate(robot: Robot, muscle: Muscle, name: str) -> int:
+def _coordinate_variable(robot: Robot, muscle: Muscle, name: str) -> int:
     """Return the index of the variable of a coordinate; 0 if the coordinate is fixed."""
     index = robot_variables(robot).index
     if not index:
-        raise _held(muscle, name)
+        raise _fixed_coordinate_error(muscle, name)
     return index.get(name, 0)
 
 
-def _held(muscle: Muscle, name: str) -> CardsflowError:
+def _fixed_coordinate_error(muscle: Muscle, name: str) -> CardsflowError:
     problem = f"its path depends on the fixed coordinate {name!r}"
     return CardsflowError(f"muscle {muscle.name!r}: {problem}; this is not supported in simulation")

@@ -196,11 +196,11 @@ def variable_values(variables: Variables, q: FloatArray) -> FloatArray:
     values[:, : q.shape[1]] = q
     for k, group in enumerate(variables.terms):
         for term in group:
-            values[:, k] += _at(term.function, values[:, term.source])
+            values[:, k] += _evaluate(term.function, values[:, term.source])
     return values
 
 
-def _at(function: Function, x: FloatArray) -> FloatArray:
+def _evaluate(function: Function, x: FloatArray) -> FloatArray:
     numbers = _numbers(function)
     if isinstance(function, Polynomial):
         return np.asarray(np.polynomial.polynomial.polyval(x, numbers))

@@ -7,7 +7,7 @@ from addin_sdfusion.robot import WORLD, Robot
 from .skeleton_group import trees
 
 
-def connected(robot: Robot) -> set[frozenset[str]]:
+def connected_links(robot: Robot) -> set[frozenset[str]]:
     """Return the pairs of links, or of a link and `WORLD`, that are fixed or share a joint.
 
     Links that are connected by fixed joints form one body with common neighbours. Each kinematic
@@ -15,11 +15,11 @@ def connected(robot: Robot) -> set[frozenset[str]]:
     """
     pairs: set[frozenset[str]] = set()
     for tree in trees(robot):
-        pairs |= _connected_in(tree)
+        pairs |= _connected_links_of_tree(tree)
     return pairs
 
 
-def _connected_in(tree: Robot) -> set[frozenset[str]]:
+def _connected_links_of_tree(tree: Robot) -> set[frozenset[str]]:
     head = {WORLD: WORLD}  # first link of the rigid body of each link
     for joint in tree.joints:
         head[joint.child] = joint.child if joint.motions else head[joint.parent]

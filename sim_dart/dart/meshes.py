@@ -17,7 +17,7 @@ from sim_dart.core.mesh_file import read_mesh
 from sim_dart.scene import MAX_DISTANCE
 
 if TYPE_CHECKING:
-    import trimesh  # takes a second
+    import trimesh  # imported late, since the import takes a second
 
 _MAX_FACES = 2000  # of a hull; finer hulls make contacts slow
 _FLAT = 1e-9

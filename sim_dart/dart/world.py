@@ -29,7 +29,7 @@ from sim_dart.core.arrays import FloatArray
 from sim_dart.core.frames import transform
 from sim_dart.scene import GROUND, MAX_DISTANCE, Box, Scene, SceneObject, Shape
 
-from .collision_pairs import connected
+from .collision_pairs import connected_links
 from .contacts import Contact, contact_forces, read_contacts
 from .link_shapes import link_shapes
 from .shapes import SolidShape, Surface, attach, solid_shape, surface
@@ -190,7 +190,7 @@ class World:
             self._add_object(scene, item)
         self._add_links(robot, scene)
         _reject_too_many(len(self._bodies))
-        ignored = connected(robot) | {frozenset(self._known(pair)) for pair in scene.ignored}
+        ignored = connected_links(robot) | {frozenset(self._known(pair)) for pair in scene.ignored}
         ignored |= {pair - {WORLD} | {GROUND} for pair in ignored if WORLD in pair}
         if not scene.self_collision:
             ignored |= self._within_robots()

@@ -6,7 +6,7 @@ from addin_sdfusion.robot import Muscle, Robot
 from addin_sdfusion.robot.model.muscle_laws import law_of
 
 
-def bends(muscle: Muscle) -> int:
+def bend_count(muscle: Muscle) -> int:
     """Return the number of bends with a friction state; 0 for a muscle without friction.
 
     Args:
@@ -15,14 +15,14 @@ def bends(muscle: Muscle) -> int:
     return len(muscle.bend_friction)
 
 
-def stretches(muscle: Muscle) -> int:
+def stretch_count(muscle: Muscle) -> int:
     """Return the number of bends with a stretch state.
 
     All bends of a cable with distributed elasticity have one.
     """
-    return bends(muscle) if law_of(muscle.model).stretches else 0
+    return bend_count(muscle) if law_of(muscle.model).stretches else 0
 
 
 def has_cable_friction(robot: Robot) -> bool:
     """Return whether an active muscle has cable friction."""
-    return any(bends(muscle) for muscle in robot.muscles)
+    return any(bend_count(muscle) for muscle in robot.muscles)

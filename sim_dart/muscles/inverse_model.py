@@ -10,7 +10,7 @@ from sim_dart.core.arrays import FloatArray, finite, vector
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 
-from .friction import bends, stretches
+from .friction import bend_count, stretch_count
 from .laws import MuscleLaws, Reach
 
 
@@ -29,7 +29,7 @@ class MuscleDrive:
         self._core = Core(compile_blob(robot))
         self._laws = MuscleLaws(robot, self._core)
         self._qd = np.zeros(self._n)
-        self._of_bends = sum(bends(muscle) + stretches(muscle) for muscle in robot.muscles)
+        self._of_bends = sum(bend_count(muscle) + stretch_count(muscle) for muscle in robot.muscles)
         self.states = len(self._laws.state_names) - self._of_bends
 
     def set_state(

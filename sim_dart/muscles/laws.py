@@ -14,7 +14,7 @@ from sim_dart.core.arrays import BoolArray, FloatArray, vector
 from sim_dart.core.library import Core
 
 from .custom_laws import CustomLaws
-from .friction import bends, stretches
+from .friction import bend_count, stretch_count
 
 Curve = Literal[
     "active_force_length", "force_velocity", "passive_force_length", "tendon_force_length"
@@ -81,8 +81,8 @@ class MuscleLaws:
         m, n = len(muscles), len(robot.coordinates)
         laws = [law_of(muscle.model) for muscle in muscles]
         states = [(state, muscle) for muscle in muscles for state in states_of(muscle.model)]
-        stretched = _bend_state_names("stretch", robot, stretches)
-        slips = _bend_state_names("slip", robot, bends)
+        stretched = _bend_state_names("stretch", robot, stretch_count)
+        slips = _bend_state_names("slip", robot, bend_count)
         ranges = np.array([command_range(muscle.model) for muscle in muscles]).reshape(m, 2)
         commands = [law.command for law in laws]
         self.passive: BoolArray = np.array([c is None for c in commands], dtype=np.bool_)

@@ -14,7 +14,7 @@ from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 from sim_dart.core.tasks import point_rows, task_rows
 
-from .friction import bends, has_cable_friction, stretches
+from .friction import bend_count, has_cable_friction, stretch_count
 from .path_shapes import PathShapes, PointForces
 
 
@@ -63,8 +63,8 @@ class MusclePaths:
         self._handle = self._core.handle
         self._state = PathState(self._core.array("lengths", m), self._core.array("jacobian", m, n))
         self.has_friction, self.coordinates = has_cable_friction(robot), n
-        self.bends = sum(bends(muscle) for muscle in robot.muscles)
-        self.law_states = sum(len(states_of(m.model)) + stretches(m) for m in robot.muscles)
+        self.bends = sum(bend_count(muscle) for muscle in robot.muscles)
+        self.law_states = sum(len(states_of(m.model)) + stretch_count(m) for m in robot.muscles)
         self._pulling = (
             self._core.array("pull_jacobian", m, n) if self.has_friction else self._state.jacobian
         )

@@ -21,7 +21,7 @@ class DartMechanism(Mechanism):
 
     Args:
         robot: A valid robot.
-        apart: Use one skeleton per kinematic tree, which makes contacts faster.
+        separate_trees: Use one skeleton per kinematic tree, which makes contacts faster.
         wrenched: Names of the links on which external wrenches act.
 
     Attributes:
@@ -30,10 +30,12 @@ class DartMechanism(Mechanism):
         outer_torques: A tau + J_p'w of the last evaluation, shape (n,), as a view.
     """
 
-    def __init__(self, robot: Robot, *, apart: bool = False, wrenched: Sequence[str] = ()) -> None:
+    def __init__(
+        self, robot: Robot, *, separate_trees: bool = False, wrenched: Sequence[str] = ()
+    ) -> None:
         super().__init__(robot, wrenched)
         n, k = len(robot.coordinates), len(robot.task_frames)
-        self.skeleton = build_skeletons(robot) if apart else build_skeleton(robot)
+        self.skeleton = build_skeletons(robot) if separate_trees else build_skeleton(robot)
         self._link_wrenches = LinkWrenches(self.skeleton, wrenched)
         self.muscle_torques = self.core.array("torques", n)
         self.outer_torques = np.zeros(n)

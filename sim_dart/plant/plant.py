@@ -111,7 +111,7 @@ class Plant:
 
     def _build_in_dart(self, substeps: int, scene: Scene | None, wrenched: Sequence[str]) -> None:
         """Create the mechanism, world and integrator in DART."""
-        mechanism = DartMechanism(self.robot, apart=scene is not None, wrenched=wrenched)
+        mechanism = DartMechanism(self.robot, separate_trees=scene is not None, wrenched=wrenched)
         world = World(mechanism.skeleton, self.robot, self._step / substeps, scene)
         self._mechanism, self.world = mechanism, world
         parts = mechanism, world, self._step, substeps, self._balance

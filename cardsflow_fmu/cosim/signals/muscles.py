@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from addin_sdfusion.robot import Muscle, Robot
 from addin_sdfusion.robot.model.muscle_laws import law_of, states_of
-from sim_dart.muscles.friction import bends
+from sim_dart.muscles.friction import bend_count
 
 from .port import Causality, Port, Variability, muscle_signals, signal_names
 
@@ -143,7 +143,7 @@ def tension_ports(robot: Robot) -> list[Port]:
 
 def rubbing_muscles(robot: Robot) -> list[int]:
     """Return the indices of the muscles with cable friction."""
-    return [k for k, muscle in enumerate(robot.muscles) if bends(muscle)]
+    return [k for k, muscle in enumerate(robot.muscles) if bend_count(muscle)]
 
 
 def far_tension_ports(robot: Robot) -> list[Port]:

@@ -1,4 +1,4 @@
-"""Calibration: exact derivatives, physical inertias, hidden numbers found, what is rejected."""
+"""Calibration: derivatives, consistent inertias, identified parameters, and rejected inputs."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def arm() -> Robot:
     ["*.via_points", "links.*.inertia", "joints.*.damping", "rough", "muscles.*.friction"],
 )
 def test_derivatives_by_parameters_equal_finite_differences(arm: Robot, free: str) -> None:
-    """Against central differences of roll-outs of changed robots."""
+    """Compare with central differences of roll-outs with changed robots."""
     if free in ("rough", "muscles.*.friction"):
         muscles = bent(arm, 0.2, (0.2, -0.3)).muscles
         arm = arm.with_muscles([replace(m, presliding=0.01) for m in muscles])
@@ -86,7 +86,7 @@ def test_inertia_numbers_are_converted_back() -> None:
 
 @pytest.mark.slow
 def test_inconsistent_inertias_have_infinite_cost() -> None:
-    """And the gradient and Hessian of the distance are those of differences, exact ones at 0."""
+    """Gradient and Hessian of the cost equal finite differences, and exact values at 0."""
     numbers, rng = inertia_numbers(BODY), np.random.default_rng(0)
     prior = InertiaPrior(numbers, 0.3)
     assert prior(np.zeros(10))[0] == pytest.approx(0.0, abs=1e-12)
@@ -144,7 +144,7 @@ def test_joint_friction_is_identified_from_a_model_without_friction(arm: Robot) 
 
 @pytest.mark.slow
 def test_cable_friction_is_identified(arm: Robot) -> None:
-    """From pieces of three windows, which do not begin with cables that rub neither way."""
+    """Use parts of three windows, which start with nonzero slip states."""
     muscles = bent(arm, 0.15, (0.2, -0.3)).muscles
     arm = arm.with_muscles([replace(m, presliding=2e-3) for m in muscles])
     free = ["muscles.*.friction"]
@@ -188,7 +188,7 @@ def test_unidentifiable_parameters_are_rejected(arm: Robot) -> None:
     short = replace(whole, **{k: getattr(whole, k)[:40] for k in ("q", "lengths", "tensions")})
     with pytest.raises(InputError, match="record for longer"):
         calibrate(arm, [replace(short, torques=whole.torques[:40])], FREE)
-    scattered = short.q.copy()  # never all joints at once
+    scattered = short.q.copy()  # never all joints at the same time
     scattered[::2, 0] = scattered[1::2, 1] = np.nan
     with pytest.raises(InputError, match="no row has all positions"):
         calibrate(arm, [replace(short, q=scattered, torques=whole.torques[:40])], FREE)

@@ -1,4 +1,4 @@
-"""Deviations of numbers on a curve: second derivatives, and what they say of a muscle's points."""
+"""Standard deviations due to nonlinearity: second derivatives, and effects on via points."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FREE = ["muscles.cable_1.offset", "muscles.cable_1.via_points"]
 
 
 def problem_of(pieces: int) -> tuple[CalibrationProblem, list[Window]]:
-    """The two-link arm as it is, and windows of it without noise."""
+    """Return the calibration problem of the two-link arm, and windows without noise."""
     arm = damped_arm()
     parameters, _ = free_parameters(arm, FREE, np.ones(2), PriorSettings())
     cut = cut_windows([recording(arm, np.zeros(4), 1, pieces, noise=0.0)], ROWS * STEP)
@@ -25,7 +25,7 @@ def problem_of(pieces: int) -> tuple[CalibrationProblem, list[Window]]:
 
 @pytest.mark.slow
 def test_second_derivatives_equal_finite_differences() -> None:
-    """Of windows whose starts are fitted again at every point, by derivatives of differences."""
+    """Fit the start states again at every point, and differentiate numerically."""
     problem, cut = problem_of(6)
     P = len(problem.parameters)
     z, change = np.zeros(P), np.random.default_rng(1).normal(size=P)
@@ -50,7 +50,7 @@ def test_second_derivatives_equal_finite_differences() -> None:
 
 @pytest.mark.slow
 def test_curvature_deviation_is_quadratic_in_the_linear_deviation() -> None:
-    """Half the deviations along the tangent, a quarter besides; none of numbers in a line."""
+    """Half the linear deviation gives a quarter of the curvature deviation."""
     problem, cut = problem_of(6)
     P = len(problem.parameters)
     settled = problem.fit_windows(np.zeros(P), cut)
@@ -71,7 +71,7 @@ def test_curvature_deviation_is_quadratic_in_the_linear_deviation() -> None:
 
 
 def test_covariance_with_rounding_errors_has_a_root() -> None:
-    """One direction without variance, and less than none by rounding."""
+    """One direction has zero variance, which is negative due to rounding."""
     C = np.array([[1.0, 1.0 + 1e-15], [1.0 + 1e-15, 1.0]])
     with pytest.raises(np.linalg.LinAlgError):
         np.linalg.cholesky(C)

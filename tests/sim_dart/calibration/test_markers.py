@@ -1,4 +1,4 @@
-"""Markers of motion capture: where they are seen, and what poses and robots they show."""
+"""Motion-capture markers: positions, poses from markers, and calibration with markers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def arm() -> Robot:
 
 
 def test_marker_positions_equal_closed_forms(arm: Robot) -> None:
-    """With derivatives by the pose and by where they are worn, against differences."""
+    """Derivatives by the pose and by marker positions equal finite differences."""
     rng = np.random.default_rng(1)
     q, h = rng.uniform(-1.5, 1.5, size=(20, 2)), 1e-6
     seen = MarkerKinematics(arm, MARKERS)
@@ -39,7 +39,7 @@ def test_marker_positions_equal_closed_forms(arm: Robot) -> None:
 
 
 def test_poses_are_determined_from_markers(arm: Robot) -> None:
-    """With markers hidden, and encoders at some joints; what cannot be known is named."""
+    """Some markers are hidden and some joints have encoders. Undetermined joints are named."""
     seen, none = MarkerKinematics(arm, MARKERS), np.full((40, 2), np.nan)
     q = np.linspace([-1.0, 2.0], [1.2, -0.5], 40)
     markers = places(q)
@@ -63,7 +63,7 @@ def test_poses_are_determined_from_markers(arm: Robot) -> None:
 
 
 def seen_only(readings: Recording, worn: FloatArray, noise: float) -> Recording:
-    """A recording without encoders, and with markers."""
+    """Return a recording with markers and without encoders."""
     rng, markers = np.random.default_rng(2), places(readings.q, worn)
     markers += noise * rng.normal(size=markers.shape)
     lengths = readings.lengths + NOISE * rng.normal(size=readings.lengths.shape)
@@ -75,7 +75,7 @@ def seen_only(readings: Recording, worn: FloatArray, noise: float) -> Recording:
 def test_robot_is_calibrated_with_inaccurate_marker_positions(
     arm: Robot,
 ) -> None:
-    """Their places are found as well, to within the deviations that are reported."""
+    """Marker positions are identified within their standard deviations."""
     hidden = np.array([3e-3, -2e-3, 1e-3, 4e-3, 0.4, -0.3])
     free = ["muscles.*.offset", "joints.*.damping"]
     parameters, _ = free_parameters(arm, free, np.ones(2), PriorSettings())

@@ -1,4 +1,4 @@
-"""Recordings of other robots."""
+"""Check for recordings of other robots."""
 
 from __future__ import annotations
 
@@ -8,6 +8,6 @@ from sim_dart.calibration.recording_check import _spread
 
 
 def test_spread_is_zero_without_values_and_nan_for_invalid_values() -> None:
-    """Without a warning; the robot that such lengths are of is rejected later."""
+    """No warning is printed. Such lengths are rejected later."""
     differences = np.array([[1.0, np.nan, np.inf], [3.0, np.nan, 0.0]])
     np.testing.assert_array_equal(_spread(differences), [1.0, 0.0, np.nan])

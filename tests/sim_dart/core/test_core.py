@@ -1,4 +1,4 @@
-"""The C core trusts no blob: a damaged one is rejected with a message, or is a valid robot."""
+"""Checks of blobs in the C core: a damaged blob is rejected, or it is a valid robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Joints driven by functions, couplings and locks in the core: differences, energy, equal trees."""
+"""Joints with functions, couplings and locks in the core: differences, energy, equal trees."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def with_coordinates(robot: Robot, change: Callable[[Coordinate], Coordinate]) -
 
 
 def differences(f: Callable[[FloatArray], FloatArray], q: FloatArray) -> FloatArray:
-    """df/dq by Richardson's rule, of fourth order; the coordinate is the last index."""
+    """Return df/dq by Richardson extrapolation; the last index is the coordinate."""
     h = 2e-4
 
     def central(step: float) -> FloatArray:
@@ -54,7 +54,7 @@ def differences(f: Callable[[FloatArray], FloatArray], q: FloatArray) -> FloatAr
 
 
 def beyond(force: LimitForce | None, x: float) -> float:
-    """The energy of a limit force, by Gauss's rule over its definition; exact for its pieces."""
+    """Return the energy of a limit force by Gauss quadrature, which is exact for each piece."""
     if force is None or force.low <= x <= force.high:
         return 0.0
     over, k = x - force.high, force.stiffness_high
@@ -71,7 +71,7 @@ def beyond(force: LimitForce | None, x: float) -> float:
 
 
 def energies(robot: Robot, q: FloatArray, qd: FloatArray) -> tuple[float, float]:
-    """Kinetic and potential energy, from the poses of the links and their differences."""
+    """Return kinetic and potential energy from link poses and their finite differences."""
     poses = {link.name: np.zeros((4, 4)) for link in robot.links}
 
     def flat(x: FloatArray) -> FloatArray:
@@ -104,7 +104,7 @@ def energies(robot: Robot, q: FloatArray, qd: FloatArray) -> tuple[float, float]
 @pytest.mark.slow
 @pytest.mark.parametrize("state", STATES)
 def test_all_terms_equal_derivatives_of_energies(state: FloatArray) -> None:
-    """Lagrange's equations with energies of links that are placed by numpy, and differences."""
+    """Compare with Lagrange's equations, using numpy link poses and finite differences."""
     (q, qd), robot = state, leg()
     dynamics = CoreDynamics(robot)
     M = dynamics.mass_matrix(q)
@@ -123,7 +123,7 @@ def test_all_terms_equal_derivatives_of_energies(state: FloatArray) -> None:
 
 
 def longer(robot: Robot) -> Robot:
-    """The same robot in another form: every motion follows a polynomial that is its coordinate."""
+    """Return the same robot with identity polynomials as motion functions."""
     itself = Polynomial((0.0, 1.0, 0.0))
     joints = (
         replace(joint, motions=tuple(replace(m, function=itself) for m in joint.motions))
@@ -137,7 +137,7 @@ def longer(robot: Robot) -> Robot:
 def test_mass_matrix_and_articulated_bodies_give_the_same_motion(
     seed: int, integrator: Rule
 ) -> None:
-    """With limits, friction, springs, damping, armature, loads and wrenches."""
+    """Include limits, friction, springs, damping, armature, loads and wrenches."""
     robot = with_coordinates(
         random_robot(seed, joints=5, muscles=4),
         lambda c: replace(
@@ -162,7 +162,7 @@ def test_mass_matrix_and_articulated_bodies_give_the_same_motion(
 
 
 def test_energy_error_has_the_order_of_the_integrator() -> None:
-    """With armature and springs of what follows, without damping; with it its work counts."""
+    """Include armature and springs of coupled coordinates, with and without damping."""
     drifts = []
     still = with_coordinates(leg(), lambda c: replace(c, lower=-inf, upper=inf))
     for step in (2e-3, 1e-3):
@@ -180,7 +180,7 @@ def test_energy_error_has_the_order_of_the_integrator() -> None:
 
 
 def test_coupled_hinge_equals_geared_hinge() -> None:
-    """A second hinge that turns with the first is one link that turns by 1 + k times as much."""
+    """A second hinge coupled to the first equals one hinge with 1 + k times the rotation."""
     robot = planar_2r()
     name = robot.coordinates[0].name
     gear = Polynomial((0.3, -1.0))

@@ -1,4 +1,4 @@
-"""The C core's own elementary functions, of double and single precision, against more digits."""
+"""Elementary functions of the C core in double and single precision."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Function = Callable[..., float]
 
 
 class Compiled(NamedTuple):
-    """The functions of one precision, compiled by themselves: the core does not export them."""
+    """Functions of one precision, compiled separately since the core does not export them."""
 
     library: ctypes.CDLL
     number: Any
@@ -39,7 +39,7 @@ class Compiled(NamedTuple):
         return made
 
     def units(self, got: list[float], true: Numbers) -> float:
-        """The largest error in units of the last place of what is true."""
+        """Return the largest error in units of the last place."""
         spacing = np.spacing(np.abs(true).astype(self.real)).astype(self.exact)
         return float((np.abs(np.array(got).astype(self.exact) - true) / spacing).max())
 
@@ -95,7 +95,7 @@ def test_errors_stay_within_the_last_places(
     high: Any,
     most: Any,
 ) -> None:
-    """At numbers within bounds, and some next to nothing; two bounds are of double and single."""
+    """Check numbers within bounds and tiny numbers; the bounds are for double and single."""
     code: Compiled = request.getfixturevalue(precision)
     k = precision == "single"
     low, high, most = (b[k] if isinstance(b, tuple) else b for b in (low, high, most))
@@ -108,13 +108,13 @@ def test_errors_stay_within_the_last_places(
 
 @pytest.mark.slow
 def test_multiples_of_a_quarter_turn_are_accurate(double: Compiled) -> None:
-    """Where sine or cosine is nearly zero, a careless reduction leaves none."""
+    """Near zeros of sine or cosine, a simple range reduction has no correct digits."""
     x = np.arange(1, 3000) * np.pi / 2
     exact = x.astype(np.longdouble)
     for name, true in (("sine", np.sin), ("cosine", np.cos)):
         own = double.function(name)
         got = np.array([own(v) for v in x])
-        # the long double's own reduction is good to its last place, which is below 1e-19 here
+        # the range reduction of long double is accurate to its last place, below 1e-19 here
         assert (np.abs(got - true(exact)) <= 1e-16 * np.abs(got) + 1e-19).all()
 
 
@@ -156,7 +156,9 @@ def test_overflow_gives_infinity_or_nan(double: Compiled) -> None:
         assert -1.0 <= own(1e300) <= 1.0
     exponential, logarithm = (double.function(n) for n in ("exponential", "logarithm"))
     assert [exponential(x) for x in (-math.inf, -1e3, 0.0, 1e3)] == [0.0, 0.0, 1.0, math.inf]
-    assert exponential(-740.0) == pytest.approx(math.exp(-740.0), rel=1e-2)  # has few digits
+    assert exponential(-740.0) == pytest.approx(
+        math.exp(-740.0), rel=1e-2
+    )  # subnormal numbers have few digits
     assert exponential(709.78) == pytest.approx(math.exp(709.78), rel=1e-13)
     assert logarithm(0.0) == -math.inf
     assert logarithm(math.inf) == math.inf

@@ -1,4 +1,4 @@
-"""Triangles of files whose numbers no shape can have."""
+"""Mesh files with extreme coordinates."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Contacts as they must be: at rest, sliding, held, bouncing."""
+"""Contacts of resting, sliding, grasped and bouncing bodies."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MASS = 0.5
 
 
 def resting(kind: str, folder: Path, **surface: float) -> tuple[Plant, float]:
-    """A body 2 mm above the ground, and half its height."""
+    """Return a plant with a body 2 mm above the ground, and half the height of the body."""
     form, half = shape(kind, folder)
     body = SceneObject("body", form, Pose((0.3, -0.2, half + 0.002)), mass=MASS)
     scene = Scene(Ground(), (body,), reported=("body", "ground"), **surface)  # type: ignore[arg-type]
@@ -30,14 +30,14 @@ def test_every_shape_rests_on_the_ground(kind: str, tmp_path: Path) -> None:
     plant, half = resting(kind, tmp_path)
     z = let_run(plant, 1.0)[:, 0, 2] - half
     assert abs(z[-1]) < 1e-6 + (1e-3 if kind == "fine mesh" else 0.0)  # it rests on a facet
-    impact = np.sqrt(2 * G * 0.002) * plant.step_size  # no deeper than it falls in a step
+    impact = np.sqrt(2 * G * 0.002) * plant.step_size  # largest overlap is the fall in one step
     assert z.min() > -impact - (1e-3 if kind == "fine mesh" else 0.0)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", [kind for kind in SHAPES if kind != "fine mesh"])  # it rocks
 def test_contact_forces_equal_the_weight(kind: str, tmp_path: Path) -> None:
-    """In the mean: the momentum stays zero. A cylinder's points of contact come and go."""
+    """Check the mean, since contact points of a cylinder change."""
     plant, _ = resting(kind, tmp_path)
     let_run(plant, 0.8)
     rows = []
@@ -54,9 +54,9 @@ def test_contact_forces_equal_the_weight(kind: str, tmp_path: Path) -> None:
 
 
 def sliding(kind: str, direction: float, folder: Path, law: str) -> tuple[np.ndarray, np.ndarray]:
-    """How far a body has slid along its first direction and across, and along where Coulomb's is.
+    """Return sliding distances along and across the initial direction, and Coulomb's distance.
 
-    Semi-implicit Euler: x_k is the sum of h v_k, with v_k = v0 - k h mu g.
+    With semi-implicit Euler, x_k is the sum of h v_k, with v_k = v0 - k h mu g.
     """
     mu, speed = 0.4, 1.0
     angle = np.radians(direction)
@@ -65,7 +65,7 @@ def sliding(kind: str, direction: float, folder: Path, law: str) -> tuple[np.nda
     start = Pose((0.0, 0.0, half))
     body = SceneObject("body", form, start, MASS, tuple(speed * along), friction=mu)
     scene = Scene(Ground(friction=0.9), (body,), friction_law=law)  # type: ignore[arg-type]
-    plant = world_of(scene)  # the smaller friction counts
+    plant = world_of(scene)  # the contact uses the smaller friction
     poses = let_run(plant, 0.1)
     times = plant.step_size * np.arange(1, len(poses) + 1)
     expected = speed * times - 0.5 * mu * G * times * (times + plant.step_size)
@@ -78,7 +78,7 @@ def sliding(kind: str, direction: float, folder: Path, law: str) -> tuple[np.nda
 @pytest.mark.parametrize("kind", ["box", "cylinder", "mesh"])
 def test_sliding_body_decelerates_with_mu_g(kind: str, direction: float, tmp_path: Path) -> None:
     way, expected = sliding(kind, direction, tmp_path, "pyramid")
-    step = 0.4 * G * 1e-3**2  # friction may begin a step late
+    step = 0.4 * G * 1e-3**2  # friction can start one step late
     np.testing.assert_allclose(way[:, 0], expected, atol=1.01 * step)
     np.testing.assert_allclose(way[:, 1], 0.0, atol=1e-9)
 
@@ -94,7 +94,7 @@ def test_friction_cones_decelerate_equally_in_every_direction(
 
 
 def test_friction_pyramid_is_too_large_by_sqrt_2_between_axes(tmp_path: Path) -> None:
-    """DART's limit, stated in the description of the setting."""
+    """This error of DART is documented in the description of the setting."""
     way, expected = sliding("box", 45.0, tmp_path, "pyramid")
     slowed, coulomb = 0.1 - way[-1, 0], 0.1 - expected[-1]
     assert slowed == pytest.approx(np.sqrt(2.0) * coulomb, rel=1e-3)
@@ -102,7 +102,7 @@ def test_friction_pyramid_is_too_large_by_sqrt_2_between_axes(tmp_path: Path) ->
 
 @pytest.mark.slow
 def test_stack_rests_with_friction_cones() -> None:
-    """Bodies come to lie 1e-5 m deep in one another; a solver that does not converge lets go."""
+    """Bodies overlap by 1e-5 m. The stack falls if the solver does not converge."""
     boxes = tuple(
         SceneObject(f"box {k}", Box((0.1, 0.1, 0.1)), Pose((0.0, 0.0, 0.05 + 0.1 * k)), MASS)
         for k in range(4)
@@ -127,7 +127,7 @@ def test_sliding_body_stops_at_the_distance_of_coulombs_law() -> None:
 def test_body_slides_on_slope_if_friction_is_below_tan_30(
     mu: float, slides: bool, law: str
 ) -> None:
-    """Tan 30° is 0.577."""
+    """The critical friction is tan 30° = 0.577."""
     tilt = (0.0, np.radians(30.0), np.radians(45.0 if law == "cone" else 0.0))
     ramp = SceneObject("ramp", Box((4.0, 4.0, 0.2)), Pose((0.0, 0.0, 0.0), tilt))
     up = np.array(rotation(tilt)) @ [0.0, 0.0, 0.15]
@@ -192,7 +192,9 @@ def test_two_fingers_grasp_lift_and_release_a_box(law: str) -> None:
     carriage = plant.q[0]
     assert carriage > 0.04
     z = plant.world.object_poses()[0, 2]
-    assert abs(z - carriage) < 2e-3  # it goes along; it only slips while the fingers close
+    assert (
+        abs(z - carriage) < 2e-3
+    )  # the box follows the carriage and slips only while the fingers close
     forces = plant.world.contact_forces()
     np.testing.assert_allclose(forces[0] + forces[1] + forces[2], 0.0, atol=1e-9)
     rising = 0.3 * G + 0.3 * _acceleration(plant, closed)
@@ -208,7 +210,7 @@ def test_two_fingers_grasp_lift_and_release_a_box(law: str) -> None:
 
 
 def _acceleration(plant: Plant, forces: np.ndarray) -> float:
-    """Of the box, by going a step further and back."""
+    """Return the acceleration of the box from one additional step."""
     state, before = plant.get_state(), plant.qd[0]
     plant.step(forces)
     change = (plant.qd[0] - before) / plant.step_size

@@ -30,7 +30,7 @@ from sim_dart.scene import Scene
 
 
 def optimized(p, p_end, r, r_end) -> float:
-    """The distance of two segments by a general optimizer."""
+    """Return the distance of two segments from a general optimizer."""
 
     def square(x):
         gap = p + x[0] * (p_end - p) - r - x[1] * (r_end - r)
@@ -82,7 +82,7 @@ def test_segment_distance_is_at_most_that_of_any_points(seed: int) -> None:
 
 
 def crossing() -> Robot:
-    """A muscle on the hanging arm, and one that stands in its way when it swings."""
+    """Return an arm with a muscle, and a second muscle that the arm crosses when it swings."""
     arm = two_link_arm()
     swinging = Muscle("swinging", (ViaPoint("link_1", (0, 0, 0)), ViaPoint("link_2", (0, 0, -0.3))))
     standing = Muscle("standing", (ViaPoint(WORLD, (0.4, -1, 0.3)), ViaPoint(WORLD, (0.4, 1, 0.3))))
@@ -90,7 +90,7 @@ def crossing() -> Robot:
 
 
 def test_muscle_distance_equals_closed_form() -> None:
-    """Stretched out at the angle a, the arm ends at (-0.6 sin a, 0.7 - 0.6 cos a)."""
+    """The end of the straight arm at the angle a is (-0.6 sin a, 0.7 - 0.6 cos a)."""
     angles = np.linspace(0.0, -1.2, 241)
     postures = [np.array([a, 0.0]) for a in angles]
     (near,) = Interference(crossing(), Scene(links="none")).nearest(postures)
@@ -144,7 +144,7 @@ def test_distance_to_capsule_is_distance_to_axis_minus_radius() -> None:
 def test_depth_in_hull_is_distance_to_nearest_face(
     x: float, expected: float, tmp_path: Path
 ) -> None:
-    """A cube of 0.1 m around the middle of link 2, at 0.25 m below the elbow's height."""
+    """The cube of 0.1 m is at the middle of link 2, 0.25 m below the elbow."""
     write_box_mesh(tmp_path)
     name = next(tmp_path.iterdir()).name
     arm = two_link_arm()

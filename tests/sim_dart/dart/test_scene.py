@@ -1,4 +1,4 @@
-"""Scenes: what is rejected, what bodies weigh, what collides with what."""
+"""Scenes: rejected values, mass properties of bodies, and collision pairs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from addin_sdfusion.robot import InputError, Pose, UnknownNameError
 from addin_sdfusion.robot.mesh_files import mesh_file
 from addin_sdfusion.robot.model.rotations import apply
 from sim_dart import Plant
-from sim_dart.dart.collision_pairs import connected
+from sim_dart.dart.collision_pairs import connected_links
 from sim_dart.dart.link_shapes import between, link_shapes
 from sim_dart.dart.meshes import convex_hull, dart_mesh, load_mesh
 from sim_dart.dart.shapes import solid_shape
@@ -125,7 +125,7 @@ def test_moments_of_inertia_equal_textbook_formulas(kind: str) -> None:
 
 
 def test_capsule_inertia_is_the_sum_of_its_parts() -> None:
-    """A cylinder and two half balls, by the parallel-axis theorem."""
+    """Use the parallel-axis theorem for a cylinder and two half spheres."""
     cylinder, ball = r**2 * h, 4 / 3 * r**3
     m_c, m_b = cylinder / (cylinder + ball), ball / (cylinder + ball)
     along = m_c * r**2 / 2 + m_b * 0.4 * r**2
@@ -165,7 +165,7 @@ def test_hull_closes_hollow_meshes(tmp_path: Path) -> None:
 def test_hulls_with_too_many_corners_are_not_computed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where as many points are within a box, its hull is."""
+    """The hull of a box with the same number of points is computed."""
     ball, box = trimesh.creation.icosphere(6), trimesh.creation.box()
     for _ in range(6):
         box = box.subdivide()
@@ -240,7 +240,7 @@ def test_between_returns_pose_along_the_line(end: tuple[float, float, float]) ->
 
 def test_links_connected_by_a_joint_do_not_collide() -> None:
     robot, _ = pincers()
-    pairs = connected(robot)
+    pairs = connected_links(robot)
     assert frozenset(("carriage", "left")) in pairs
     assert frozenset(("world", "carriage")) in pairs
     assert frozenset(("left", "right")) not in pairs

@@ -1,4 +1,4 @@
-"""The plant in a world: states, speeds, several robots, what goes wrong."""
+"""Plant in a world: states, speeds, several robots, and errors."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ ARM = Scene(links="capsules", capsule_radius=0.03)
 
 
 def thrown(n: int = 3) -> Scene:
-    """Boxes that tumble onto the ground and one another."""
+    """Return a scene with boxes that fall onto the ground and onto each other."""
     rng = np.random.default_rng(4)
     boxes = tuple(
         SceneObject(
@@ -69,7 +69,7 @@ def thrown(n: int = 3) -> Scene:
 
 
 def test_empty_scene_does_not_change_the_motion() -> None:
-    """Without contacts a plant in a world moves as one without a world, to the last bit."""
+    """Without contacts, plants with and without world are bit-identical."""
     robot = planar_2r()
     plain, placed = Plant(robot, engine="dart"), Plant(robot, scene=Scene())
     rng = np.random.default_rng(0)
@@ -154,7 +154,7 @@ def test_state_of_another_world_is_rejected() -> None:
 
 
 def raised(robot: Robot, q: list[float]) -> Robot:
-    """The robot with another state at the start."""
+    """Return the robot with another initial state."""
     joints = tuple(
         replace(joint, coordinates=(replace(joint.coordinates[0], initial=value),))
         for joint, value in zip(robot.joints, q, strict=True)
@@ -164,7 +164,7 @@ def raised(robot: Robot, q: list[float]) -> Robot:
 
 @pytest.mark.slow
 def test_arm_comes_to_rest_on_the_ground() -> None:
-    """It cannot hang freely: its tip comes to lie on the ground."""
+    """The arm is too long to hang freely. Its tip comes to rest on the ground."""
     robot = raised(two_link_arm(), [1.2, 0.2])
     scene = replace(ARM, ground=Ground(0.2), reported=("link_2", "ground"))
     plant = Plant(robot, scene=scene)
@@ -188,7 +188,7 @@ def test_links_with_a_joint_to_the_world_do_not_collide_with_the_ground() -> Non
 
 
 def folding(self_collision: bool) -> float:
-    """How far a third link folds back, over a short second one, past lying along the first."""
+    """Return how far the third link folds back over a short second link."""
     links = tuple(Link(f"l{k}", Inertia(0.5, ixx=1e-3, iyy=1e-3, izz=1e-3)) for k in range(3))
     names, reach = [WORLD, "l0", "l1"], [0.0, 0.2, 0.05]
     joints = tuple(
@@ -220,7 +220,7 @@ def test_links_of_one_robot_collide_with_self_collision() -> None:
 
 
 def three_arms(distance: float) -> Robot:
-    """Two-link arms beside one another, as one robot of several trees."""
+    """Return three adjacent two-link arms as one robot with several trees."""
     links, joints = [], []
     for k in range(3):
         arm = two_link_arm()
@@ -245,7 +245,7 @@ def three_arms(distance: float) -> Robot:
 
 @pytest.mark.slow
 def test_robots_collide_with_each_other() -> None:
-    """An arm that swings sets its neighbour in motion: momentum goes over."""
+    """A swinging arm transfers momentum to the adjacent arm."""
     robot = three_arms(0.25)
     plant = Plant(robot, scene=replace(ARM, reported=("link_2_0", "link_2_1")))
     q = np.zeros(6)
@@ -261,7 +261,7 @@ def test_robots_collide_with_each_other() -> None:
 
 @pytest.mark.slow
 def test_twenty_robots_in_a_world_move_like_single_robots() -> None:
-    """Lying on the ground beside one another, out of reach: to the last bit."""
+    """The robots lie on the ground without contact to each other; results are bit-identical."""
     arm = raised(two_link_arm(), [1.2, 0.2])
     scene = replace(ARM, ground=Ground(0.2))
     places = [Pose((0.0, 2.0 * k, 0.0)) for k in range(20)]
@@ -274,12 +274,12 @@ def test_twenty_robots_in_a_world_move_like_single_robots() -> None:
     np.testing.assert_allclose(many.q, np.tile(alone.q, 20), rtol=0, atol=1e-9)
 
 
-# The guarantee of `speed_watch`: whatever is not rejected does not pass.
+# `SpeedWatch` guarantees that bodies that are not rejected do not tunnel.
 WALL = 0.01
 
 
 def shot(kind: str, wall: str, speed: float, turn: np.ndarray, folder: Path) -> bool:
-    """Whether a body that flies against a wall comes out behind it; SimulationError if rejected."""
+    """Return whether a body passes through a wall; raise SimulationError if it is rejected."""
     form, _ = shape(kind, folder)
     walls = {
         "box": (Box((WALL, 1.0, 1.0)), Pose()),
@@ -300,9 +300,10 @@ def shot(kind: str, wall: str, speed: float, turn: np.ndarray, folder: Path) -> 
 @pytest.mark.parametrize("wall", ["mesh", "box", "cylinder"])
 @pytest.mark.parametrize("kind", SHAPES)
 def test_bodies_do_not_tunnel_below_the_speed_limit(kind: str, wall: str, tmp_path: Path) -> None:
-    """At 1 ms: 33 m/s for a body 0.1 m thick and a wall of 1 cm; 2.5 m/s if one is a cylinder.
+    """Check speeds up to the limit with a step of 1 ms.
 
-    A body that spins off the wall faster than that is rejected, and has not passed either.
+    The limit is 33 m/s for a body of 0.1 m and a wall of 1 cm, and 2.5 m/s for a cylinder. A body
+    that rebounds with a higher speed is rejected, and did not tunnel either.
     """
     limit = 2.5 if "cylinder" in (kind, wall) else 33.0 * (0.97 if kind == "fine mesh" else 1.0)
     rng = np.random.default_rng(3)
@@ -365,7 +366,7 @@ def test_diverging_robot_is_named_with_time_and_coordinate() -> None:
 
 
 def test_substeps_divide_the_worlds_step() -> None:
-    """Ten substeps of 1 ms are ten steps of 1 ms."""
+    """Ten substeps of 1 ms equal ten steps of 1 ms."""
     coarse, fine = world_of(thrown(), 1e-3), Plant(block(), 1e-2, substeps=10, scene=thrown())
     let_run(coarse, 0.3)
     let_run(fine, 0.3)
@@ -374,7 +375,7 @@ def test_substeps_divide_the_worlds_step() -> None:
 
 @pytest.mark.parametrize("integrator", ["euler", "rk4"])
 def test_wrenches_on_links_do_the_work_of_their_torques(integrator: str) -> None:
-    """A force F and torque T on link 2: tau = J'(F, T), against finite differences of the pose."""
+    """Compare tau = J'(F, T) for link 2 with finite differences of the pose."""
     robot = two_link_arm()
     q = np.array([0.4, -0.7])
     wrench = np.array([3.0, 1.0, -2.0, 0.3, 0.5, -0.2])
@@ -383,7 +384,7 @@ def test_wrenches_on_links_do_the_work_of_their_torques(integrator: str) -> None
         return np.array([-0.3 * np.sin(angles[0]), 0.0, 0.7 - 0.3 * np.cos(angles[0])])
 
     slope = [(origin(q + d) - origin(q - d)) / 2e-6 for d in 1e-6 * np.eye(2)]
-    tau = np.array([wrench[:3] @ column + wrench[4] for column in slope])  # joints turn about y
+    tau = np.array([wrench[:3] @ column + wrench[4] for column in slope])  # the joint axes are y
     pushed = Plant(robot, integrator=integrator, wrenched=("link_2",))  # type: ignore[arg-type]
     torqued = Plant(with_coordinates(robot, actuated=True), integrator=integrator)  # type: ignore[arg-type]
     for plant in (pushed, torqued):
@@ -404,7 +405,7 @@ def test_wrench_acts_on_the_correct_robot() -> None:
 
 @pytest.mark.slow
 def test_stacked_boxes_keep_their_height() -> None:
-    """Boxes on one another stay where they are."""
+    """Stacked boxes do not move."""
     tower = tuple(
         SceneObject(f"b{k}", Box((0.1, 0.1, 0.1)), Pose((0.0, 0.0, 0.05 + 0.1 * k)), 0.2)
         for k in range(4)
@@ -417,7 +418,7 @@ def test_stacked_boxes_keep_their_height() -> None:
 
 @pytest.mark.slow
 def test_ball_rolls_down_a_slope() -> None:
-    """5/7 g sin(angle), without slipping."""
+    """The acceleration is 5/7 g sin(angle) without slip."""
     angle = np.radians(10.0)
     tilt = (0.0, angle, 0.0)
     ramp = SceneObject("ramp", Box((6.0, 1.0, 0.2)), Pose(rpy=tilt))

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.native
 
 Engine = type[CoreDynamics] | type[DartDynamics]
 every_engine = pytest.mark.parametrize("engine", [CoreDynamics, DartDynamics])
-"""Both are to give the same terms."""
+"""Dynamics of DART and the C core: both must compute the same terms."""
 
 CASPR_2R = {
     "Example_2R_planar_XZ__basic": "basic",
@@ -37,10 +37,10 @@ CASPR_OTHERS = {
 @every_engine
 @pytest.mark.parametrize("file", [*CASPR_2R, *CASPR_OTHERS])
 def test_terms_equal_caspr(engine: Engine, shared: Path, file: str) -> None:
-    """M, G, L, l, J, y to 1e-10 and C, J' to 1e-8 of CASPR's own numbers.
+    """M, G, L, l, J, y equal CASPR's values to 1e-10, and C, J' to 1e-8.
 
-    The 2R models are those of the example, the others are read from CASPR's files: ball and free
-    joints in CASPR's parametrisation, branches, cables over several links.
+    The 2R models are from the example. The other models are read from CASPR files, with ball and
+    free joints, branches, and cables over several links.
     """
     if file in CASPR_2R:
         robot = planar_2r(CASPR_2R[file])
@@ -68,7 +68,7 @@ def test_terms_equal_caspr(engine: Engine, shared: Path, file: str) -> None:
 
 @every_engine
 def test_published_caspr_terms_are_reproduced(engine: Engine) -> None:
-    """The spot values of one pose, to the digits they are given with."""
+    """Compare published values of one pose to the published digits."""
     dynamics = engine(planar_2r("basic_4_cables_2018_10"))
     q, qd = np.array([-0.4448, -0.3029]), np.array([-0.2181, 0.7428])
     L = [[-0.33126, 0], [-0.78211, -0.23618], [0.49093, 0], [1.41739, 0.71539]]
@@ -84,7 +84,7 @@ def test_published_caspr_terms_are_reproduced(engine: Engine) -> None:
 
 @every_engine
 def test_terms_equal_the_closed_form_of_a_two_link_arm(engine: Engine) -> None:
-    """Links of length 1 with the mass in the middle and no moment about the joint axis."""
+    """Links have length 1, their mass in the middle, and no moment of inertia."""
     dynamics, m, g = engine(planar_2r()), 0.1, 9.81
     for q1, q2, u1, u2 in np.random.default_rng(0).uniform(-2, 2, (20, 4)):
         c2, s2 = np.cos(q2), np.sin(q2)
@@ -140,7 +140,7 @@ def test_dynamics_do_not_change_the_state_of_a_plant(engine: Engine) -> None:
 def test_zero_moment_of_inertia_prints_no_warning(
     engine: Engine, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """DART warns of inertias that it takes all the same; a user sees none of it."""
+    """DART accepts such inertias with a warning, which must not be printed."""
     Plant(planar_2r()).step([10.0] * 4)
     engine(planar_2r()).mass_matrix([0.0, 0.0])
     assert capfd.readouterr() == ("", "")
@@ -148,7 +148,7 @@ def test_zero_moment_of_inertia_prints_no_warning(
 
 @every_engine
 def test_robot_with_massless_motion_is_rejected(engine: Engine) -> None:
-    """Two parallel axes through one point, nothing but a massless link between them."""
+    """Only a massless link is between two coincident axes."""
     first, second = planar_2r().joints
     turned = replace(second, T_parent_joint=IDENTITY)
     massless = replace(planar_2r().links[0], inertia=Inertia(0.0))
@@ -160,7 +160,7 @@ def test_robot_with_massless_motion_is_rejected(engine: Engine) -> None:
 
 @pytest.mark.parametrize("seed", range(10))
 def test_articulated_bodies_solve_the_equation_of_motion(seed: int) -> None:
-    """M qdd + C + G = tau, checked with DART's terms."""
+    """Check M qdd + C + G = tau with the terms of DART."""
     robot = random_robot(seed, joints=12)
     core, dart = CoreDynamics(robot), DartDynamics(robot)
     rng = np.random.default_rng(seed)

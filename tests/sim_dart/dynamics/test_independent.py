@@ -1,4 +1,4 @@
-"""Dynamics by independent coordinates, of robots with loops."""
+"""Dynamics in independent coordinates for robots with loops."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ groups = pytest.mark.parametrize("first", few(range(0, 40, 10)))
 
 
 def moving(robot: Robot, q: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """Velocities that keep the loops closed."""
+    """Return velocities that keep the loops closed."""
     N = null_space(loop_jacobian(robot, q), rcond=1e-8)
     return np.asarray(N @ rng.normal(size=N.shape[1]))
 
@@ -40,7 +40,7 @@ def cases(first: int) -> list[tuple[Robot, FloatArray, IndependentDynamics]]:
 
 
 def independent_at(J: FloatArray) -> FloatArray:
-    """Dependent coordinates for this pose, by pivots of QR."""
+    """Return dependent coordinates for a pose from a pivoted QR decomposition."""
     from scipy.linalg import qr
 
     rank, (_, _, order) = np.linalg.matrix_rank(J, 1e-8), qr(J, pivoting=True)
@@ -63,7 +63,7 @@ def test_accelerations_equal_reduced_coordinates(first: int) -> None:
 
 
 def test_n_is_the_derivative_of_dependent_coordinates() -> None:
-    """N is the derivative of the closed pose."""
+    """Compare N with finite differences of the closed pose."""
     robot, step = five_bar(), 1e-6
     dynamics = IndependentDynamics(robot)
     q = dynamics.closed([c.initial for c in robot.coordinates])
@@ -80,7 +80,7 @@ def test_robots_without_loops_have_no_dependent_coordinates() -> None:
 
 
 def test_redundant_loops_add_no_dependent_coordinates() -> None:
-    """A ball joint where a hinge is already."""
+    """The loop is a ball joint at the position of an existing hinge."""
     places = {"T_parent_joint": Pose((0.2, 0.0, 0.0)), "T_child_joint": Pose()}
     ends = {"parent": "crank_bar", "child": "coupler_bar", "type": "ball", "axes": ()}
     robot = with_loop(four_bar(), **ends, **places)
@@ -108,7 +108,7 @@ def test_loops_that_cannot_be_closed_are_rejected() -> None:
 
 
 def test_singular_pose_is_reported() -> None:
-    """With crank and coupler in line, the rocker says nothing of their rates."""
+    """If crank and coupler are collinear, the rocker does not determine their velocities."""
     robot = four_bar((0.2, 0.5, 0.4, 0.5))
     dynamics = IndependentDynamics(robot, [True, True, False])
     reach = 0.2 + 0.5  # crank and coupler in line

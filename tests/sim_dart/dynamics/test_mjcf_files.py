@@ -1,4 +1,4 @@
-"""MJCF files are in the C core what they are in MuJoCo, or it is said what is left out."""
+"""Terms of imported MJCF files equal MuJoCo, or unsupported elements are reported."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from addin_sdfusion.robot.model.rotations import apply, inverse
 from sim_dart import CoreDynamics
 
 NEAR = 1e-10
-"""Relative to the largest entry."""
+"""Tolerance relative to the largest entry."""
 TOUCHED = 1e-6
-"""The same of wraps inside, for which MuJoCo stops its Newton steps."""
+"""Tolerance for inside wraps, for which MuJoCo limits its Newton steps."""
 SHARED = ("myoarm", "myoelbow_2dof6muscles", "myofinger_v0", "myohand")
 
 

@@ -17,7 +17,7 @@ groups = pytest.mark.parametrize("first", few(range(0, LOOPS, GROUP), 2))
 
 
 def moving(robot: Robot, q: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Velocities that keep the loops closed, and torques."""
+    """Return velocities that keep the loops closed, and torques."""
     rng = np.random.default_rng(seed)
     N = null_space(loop_jacobian(robot, q), rcond=1e-8)
     return N @ rng.normal(size=N.shape[1]), rng.normal(size=len(q), scale=10.0)

@@ -1,4 +1,4 @@
-"""The core against DART, MuJoCo and Pinocchio, on trees with every kind of joint."""
+"""Comparison of the core with DART, MuJoCo and Pinocchio on trees with all joint types."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ groups = pytest.mark.parametrize("first", few(range(0, TREES, GROUP), 2))
 
 
 def deviation(found: np.ndarray, expected: np.ndarray) -> float:
-    """The largest difference, relative to the largest number."""
+    """Return the largest difference relative to the largest number."""
     scale = np.abs(expected).max(initial=0.0)
     return float(np.abs(found - expected).max(initial=0.0) / (scale or 1.0))
 

@@ -1,8 +1,10 @@
-"""Mass matrices and forces of motion against numbers of OpenSim 4.6 and MuJoCo 4.0.
+"""Mass matrices and bias forces compared with values of OpenSim 4.6 and MuJoCo 4.0.
 
-Couplings are eliminated there as here. Where three rotations of a joint follow one coordinate,
-OpenSim's bias contradicts its own mass matrix: the term f2' f3' (R1 a2 x R1 R2 a3) u² of the
-angular acceleration is missing. There Lagrange's equations with M, which is OpenSim's, decide.
+Couplings are eliminated. If three rotations of a joint depend on one coordinate, the bias of
+OpenSim
+contradicts its mass matrix, since the term f2' f3' (R1 a2 x R1 R2 a3) u² of the angular
+acceleration
+is missing. In this case Lagrange's equations with OpenSim's M are the reference.
 """
 
 from __future__ import annotations
@@ -23,11 +25,11 @@ from sim_dart.dynamics.core import CoreDynamics
 OPENSIM = ("arm26", "leg6dof9musc", "gait10dof18musc", "gait2392_thelen2003muscle")
 MUJOCO = ("myoelbow_2dof6muscles", "myofinger_v0", "myohand", "myoarm")
 TOLERANCE = 1e-12
-"""Relative to the largest entry; measured: 3e-14."""
+"""Tolerance relative to the largest entry; the measured error is 3e-14."""
 
 
 def bodies(file: Path) -> Robot:
-    """A model without muscles and forces of joints, all that is locked free."""
+    """Return the model without muscles, joint forces and locks."""
 
     def bare(c: Coordinate) -> Coordinate:
         words: dict[str, Any] = {"stiffness": 0.0, "friction": 0.0, "limit_force": None}
@@ -43,7 +45,7 @@ def worst(
     dynamics: CoreDynamics, names: list[str], full: list[str], poses: list[dict[str, Any]],
     q: str, u: str,
 ) -> tuple[float, float]:  # fmt: skip
-    """How far M and C + G are off, relative to their largest entries."""
+    """Return the errors of M and C + G relative to their largest entries."""
     own = list(dynamics.coordinate_names)
     order = [own.index(name) for name in names]
     assert len(order) == len(own)

@@ -1,4 +1,4 @@
-"""The estimator: consistency, exact derivatives, what it leaves out, and what it rejects."""
+"""Pose estimator: consistency, derivatives, outliers, and rejected settings."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ UNITS = [
     Imu("upper_arm_left", Pose((0.01, 0.02, 0.03), (0.3, 0.2, 0.1))),
     Imu("lower_arm_left", Pose((0.05, 0.0, 0.1), (0.0, 1.0, 0.0))),
 ]
-"""Of chi squared with 600 and more degrees of freedom, 95 % are within 1.96 times its deviation."""
+"""95 % of a chi-squared distribution with at least 600 degrees of freedom are within 1.96 sd."""
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,7 @@ def arm() -> Robot:
 
 
 def holding(arm: Robot, q: FloatArray) -> FloatArray:
-    """Forces that about hold the arm."""
+    """Return forces that approximately hold the arm."""
     dynamics = CoreDynamics(arm)
     L = dynamics.muscle_jacobian(q)
     f = np.full(dynamics.m, 40.0)
@@ -57,7 +57,7 @@ def holding(arm: Robot, q: FloatArray) -> FloatArray:
 
 
 def at_rest(arm: Robot, settings: EstimatorSettings) -> tuple[PoseEstimator, FloatArray]:
-    """An estimator at the start with readings of it, and the forces that hold it there."""
+    """Return an estimator at the start with its measurements, and the holding forces."""
     estimator, f = PoseEstimator(arm, settings, START), holding(arm, START)
     estimator.lengths[:], estimator.tensions[:] = estimator.path_lengths(START), f
     return estimator, f
@@ -66,7 +66,7 @@ def at_rest(arm: Robot, settings: EstimatorSettings) -> tuple[PoseEstimator, Flo
 @pytest.mark.slow
 @pytest.mark.parametrize("exact", [True, False], ids=["exact", "simple"])
 def test_errors_match_standard_deviations(arm: Robot, exact: bool) -> None:
-    """NEES over seeds, of q, qd and w; the simple matrix lacks what a short time does not show."""
+    """Check the NEES of q, qd and w over seeds. The simple transition matrix is approximate."""
     settings = EstimatorSettings(exact_transition=exact, acceleration_noise=0.5, load_drift=0.5)
     f, squares = holding(arm, START), []
     for seed in range(SEEDS):
@@ -99,13 +99,13 @@ def test_errors_with_imus_match_standard_deviations(arm: Robot) -> None:
 
 
 def test_cable_friction_is_not_estimated_as_load(arm: Robot) -> None:
-    """What cables round corners lose is known; to an estimator without it it is a load."""
+    """The model includes cable friction. An estimator without it estimates a load."""
     rough = bent(arm, 0.15, START)
     smooth = rough.with_muscles(replace(m, friction=0.0) for m in rough.muscles)
     settings = EstimatorSettings(acceleration_noise=0.05, load_drift=0.5)
     quiet = replace(settings, start_load_sd=0.0, load_drift=0.0)
     truth, f = Truth(rough, quiet, START, 3), holding(rough, START)
-    f[::2] *= 1.1  # it moves
+    f[::2] *= 1.1  # the arm moves
     knows, lacks = (PoseEstimator(robot, settings, START) for robot in (rough, smooth))
     for _ in range(300):
         truth.step(f)
@@ -119,7 +119,7 @@ def test_cable_friction_is_not_estimated_as_load(arm: Robot) -> None:
 
 
 def test_imu_innovations_are_zero_at_the_true_state(arm: Robot) -> None:
-    """At a true state the innovations are zero, whatever moves."""
+    """At the true state the innovations of moving IMUs are zero."""
     settings = EstimatorSettings(start_load_sd=0.0, load_drift=0.0, acceleration_noise=0.0)
     settings = replace(settings, start_sd=1e-9, start_speed_sd=1e-9, gyroscope_noise=1e-4)
     settings = replace(settings, accelerometer_noise=1e-2, length_noise=0.0)
@@ -137,7 +137,7 @@ def test_imu_innovations_are_zero_at_the_true_state(arm: Robot) -> None:
     estimator.gyroscope[:], estimator.accelerometer[:] = readings[:, 0], readings[:, 1]
     estimator.tick(STEP)
     assert estimator.used == 12
-    assert estimator.innovation < 1e-4  # hundredths of the noises: 1e-6 rad/s, 1e-4 m/s²
+    assert estimator.innovation < 1e-4  # 1 % of the noise: 1e-6 rad/s, 1e-4 m/s²
 
 
 def test_exact_transition_equals_finite_differences(arm: Robot) -> None:
@@ -159,7 +159,7 @@ def test_exact_transition_equals_finite_differences(arm: Robot) -> None:
 
 
 def test_slack_elbow_muscles_make_the_elbow_unobservable(arm: Robot) -> None:
-    """Facts of this arm: 9, 20, 67 to 70, 32 to 40 mrad a mm; none of the elbow without both."""
+    """Check known values of this arm: 9, 20, 67 to 70, 32 to 40 mrad per mm."""
     observed = observability(
         arm, np.array([[1.45, 0.0, 0.0, -1.3]]), EstimatorSettings(length_noise=1e-3)
     )
@@ -180,7 +180,7 @@ def test_slack_elbow_muscles_make_the_elbow_unobservable(arm: Robot) -> None:
 
 
 def test_estimate_becomes_invalid_without_measurements(arm: Robot) -> None:
-    """As where tensions read 0 and so all muscles are slack; with a reading it is back at once."""
+    """All muscles are slack if all tensions are 0. One measurement makes the estimate valid."""
     settings = EstimatorSettings(exact_transition=False, innovation_time=0.0205)
     estimator, f = at_rest(arm, settings)
     assert estimator.tick(STEP)
@@ -196,7 +196,7 @@ def test_estimate_becomes_invalid_without_measurements(arm: Robot) -> None:
 
 
 def test_random_poses_are_found(arm: Robot) -> None:
-    """With the default starts, 95 % of 200; what is not, is rejected."""
+    """The default settings find 95 % of 200 poses and reject the others."""
     low = np.array([c.lower for c in arm.coordinates])
     high = np.array([c.upper for c in arm.coordinates])
     random, said = np.random.default_rng(1), Counter[str]()
@@ -216,7 +216,7 @@ def test_random_poses_are_found(arm: Robot) -> None:
 
 
 def test_ambiguous_pose_is_rejected() -> None:
-    """A cable from above a hanging link is as long on either side."""
+    """A cable above a hanging link has the same length on both sides."""
     hinge = one_joint(
         "hinge",
         revolute((1.0, 0.0, 0.0)),
@@ -255,7 +255,7 @@ def test_outlier_is_rejected(arm: Robot) -> None:
     assert np.allclose(estimator.q, q, atol=1e-4)
     estimator.lengths[:] = right
     estimator.lengths[4] = np.nan
-    estimator.tensions[5] = np.nan  # the last one that was a number counts
+    estimator.tensions[5] = np.nan  # the last finite value is used
     assert estimator.tick(STEP)
     assert estimator.used == 10
 
@@ -281,7 +281,7 @@ def test_offsets_are_found_at_a_known_pose(arm: Robot) -> None:
     assert estimator.used == 11
     assert np.allclose(
         estimator.q, START, atol=1e-3
-    )  # it is let go, held by about the right forces
+    )  # the arm is released with approximately correct forces
 
 
 def test_restored_state_is_bit_identical(arm: Robot) -> None:
@@ -311,7 +311,7 @@ def test_invalid_settings_are_rejected(arm: Robot) -> None:
 
 @pytest.mark.native
 def test_array_access_is_bounded(arm: Robot) -> None:
-    """An array's end is the memory's end at most; unknown names are rejected."""
+    """Arrays end within the memory, and unknown names are rejected."""
     estimator, _ = at_rest(arm, EstimatorSettings())
     length = ctypes.c_size_t()
     assert not estimator._c.estimator_array(estimator._handle, b"nothing", ctypes.byref(length))
@@ -332,13 +332,13 @@ FIGURES = {
         0.25e-3,
     ),
 }
-"""Noise of lengths in [m], scale of the masses, settings; the hand's largest RMS error in [m]."""
+"""Length noise in [m], mass scale, settings, and largest RMS error of the hand in [m]."""
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", FIGURES)
 def test_arm_tracks_the_flower_without_joint_encoders(case: str) -> None:
-    """At 200 Hz with estimate and load in the loop; to the end with CARDSFLOW_LONG_LOOPS."""
+    """The loop at 200 Hz uses estimated state and load. CARDSFLOW_LONG_LOOPS runs it to the end."""
     noise, scale, changes, most = FIGURES[case]
     settings = EstimatorSettings(length_noise=noise, **changes)
     drawn = draw_flower(settings, UNITS if "units" in case else [], scale)

@@ -1,4 +1,4 @@
-"""Simulated sensors: their noise, resolution, delay, and units on moving links."""
+"""Simulated sensors: noise, resolution, delay, and IMUs on moving links."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def arm() -> Robot:
 
 
 def readings(arm: Robot, count: int, settings: SensorSettings) -> FloatArray:
-    """Of an arm that moves with a constant velocity, shape (count, channels)."""
+    """Return measurements of an arm with constant velocity, shape (count, channels)."""
     sensors, rows = RobotSensors(arm, settings, UNITS), []
     sensors.tensions[:] = 50.0
     sensors.qd[:] = qd = np.array([0.1, -0.2, 0.3, 0.1])
@@ -69,7 +69,7 @@ def test_measurements_have_resolution_delay_and_stuck_channels(arm: Robot) -> No
 
 
 def test_imu_measurements_equal_finite_differences(arm: Robot) -> None:
-    """After a step from one velocity to another; and gravity alone at rest."""
+    """Check a step of the velocity, and gravity at rest."""
     sensors = RobotSensors(arm, imus=UNITS)
     q, before, after = START, np.zeros(4), np.array([0.5, -0.8, 1.1, 0.7]) * 1e-3
     oracle = UnitReadings(arm, UNITS)

@@ -1,4 +1,4 @@
-"""Heavy cables against the elastic catenary in closed form."""
+"""Heavy cables compared with the closed form of the elastic catenary."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ CLOSE = 1e-9
 
 
 class Catenary(NamedTuple):
-    """A cable that hangs, by Irvine's equations from its second end's pull."""
+    """Hanging cable by Irvine's equations, defined by the force at its second end."""
 
     EA: float
     mass: float
     rest: float
     H: float
     V: float
-    """Upwards at the second end; at the first one V less the weight pulls it up."""
+    """Upward force at the second end. At the first end it is V minus the weight."""
 
     def span(self, g: float) -> tuple[float, float]:
-        """Of the second end from the first one: how far, and how high."""
+        """Return the horizontal and vertical distance of both ends."""
         EA, w, L, H, V = map(np.longdouble, (self.EA, self.mass * g, self.rest, self.H, self.V))
         W = w * L
         far = H * L / EA + H / w * (np.arcsinh(V / H) - np.arcsinh((V - W) / H))
@@ -64,7 +64,7 @@ def _catenaries() -> list[Catenary]:
 
 
 def hanging(cable: Catenary, gravity: FloatArray, *, turned: bool = False) -> Robot:
-    """The cable from the world to a carriage, or the other way about."""
+    """Return a robot with the cable from the world to a carriage, or in reverse order."""
     ends = (ViaPoint(WORLD, (0.0, 0.0, 0.0)), ViaPoint(FAR, (0.0, 0.0, 0.0)))
     parameters = (("axial_stiffness", cable.EA), ("mass_per_length", cable.mass))
     model = CableModel("heavy_cable", parameters)
@@ -73,21 +73,21 @@ def hanging(cable: Catenary, gravity: FloatArray, *, turned: bool = False) -> Ro
 
 
 class Held:
-    """A heavy cable whose one end is held at a place q."""
+    """Heavy cable with one end at a fixed position q."""
 
     def __init__(self, robot: Robot) -> None:
         self.core = Core(compile_blob(robot))
         self.laws = MuscleLaws(robot, self.core)
 
     def pull(self, q: FloatArray, rest: float) -> FloatArray:
-        """What pulls at the carriage, shape (3,)."""
+        """Return the force on the carriage, shape (3,)."""
         self.core.move(self.core.handle, q.tobytes())
         self.laws.drive(np.zeros(3), [rest])
         return self.laws.torques.copy()
 
 
 def test_forces_and_length_equal_the_elastic_catenary() -> None:
-    """Nearly straight to as slack as five times its chord; in any direction of gravity."""
+    """Check nearly straight cables up to a length of five chords, for any gravity direction."""
     rng = np.random.default_rng(4)
     slackest = 0.0
     for cable in _catenaries():
@@ -104,16 +104,16 @@ def test_forces_and_length_equal_the_elastic_catenary() -> None:
         largest = np.hypot(cable.H, max(abs(cable.V), abs(cable.V - W)))
         second = Held(hanging(cable, 9.81 * down))
         pull = second.pull(q, cable.rest)
-        expected = -cable.H * along + cable.V * down  # the carriage bears V
+        expected = -cable.H * along + cable.V * down  # the vertical force on the carriage is V
         assert np.abs(pull - expected).max() < CLOSE * largest
         f = float(second.laws.tensions[0])
         assert f == pytest.approx(cable.H * chord / far, rel=CLOSE)
         rest = float(second.laws.invert([f], 1e-3)[0])
         assert rest == pytest.approx(cable.rest, rel=CLOSE)
         first = Held(hanging(cable, 9.81 * down, turned=True))
-        pull = first.pull(-q, cable.rest)  # now the carriage has the first end
+        pull = first.pull(-q, cable.rest)  # now the first end is at the carriage
         expected = cable.H * along - (cable.V - W) * down
-        # seen from the other end the same cable hangs the same way
+        # exchanging the ends does not change the shape
         same = second.pull(q, cable.rest)
         assert np.abs(first.pull(q, cable.rest) - same).max() < CLOSE * largest
         assert np.abs(pull - expected).max() < CLOSE * largest
@@ -134,13 +134,13 @@ def test_heavy_cable_without_weight_equals_elastic_cable() -> None:
 
 
 def test_cable_with_coincident_ends() -> None:
-    """No span: each side bears its part; taut it bears the weight and its stretch."""
+    """Without horizontal distance, each side carries a part of the weight, or the cable is taut."""
     cable = Catenary(1e5, 0.5, 3.0, 1.0, 1.0)
     held = Held(hanging(cable, np.array([0, 0, -10.0])))
     for rise in (0.0, 1.0, -1.0, 2.5):
         at = np.array([0.0, 0.0, rise])
         pull = held.pull(at, 3.0)
-        # two sides, l_1 + l_2 = L and l_2 - l_1 = rise but for their stretch by their own weight
+        # two sides, l_1 + l_2 = L and l_2 - l_1 = rise, plus the stretch by the weight
         stretch = 5.0 * (2 * 1.5**2) / 2 / 1e5
         assert pull[2] == pytest.approx(-5.0 * (3.0 + rise) / 2, abs=5.0 * stretch + 1e-3)
         assert np.abs(pull[:2]).max() < 1e-6
@@ -149,7 +149,7 @@ def test_cable_with_coincident_ends() -> None:
 
 
 def test_gravity_torque_includes_the_cable_weight() -> None:
-    """G of the robot with and without the cable's weight; the controller so knows it."""
+    """Compare G with and without the weight of the cable, which controllers use."""
     cable, down = Catenary(1e6, 0.4, 5.0, 1.0, 1.0), np.array([0.0, 0.0, -9.81])
     robot = hanging(cable, down)
     heavy = CoreDynamics(robot)

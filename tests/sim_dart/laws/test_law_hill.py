@@ -1,4 +1,4 @@
-"""Muscles of Hill's type: curves, balance of forces, transients, robustness."""
+"""Hill-type muscles: curves, force equilibrium, transients and robustness."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_slopes_are_derivatives_of_curves(kind: str, curve: Any) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_curves_contain_their_anchor_points(kind: str) -> None:
-    """Force 1 at the optimum and at rest; passive and tendon force 1 at their strains."""
+    """The active force at the optimum, and passive and tendon force at their strains, are 1."""
     strains = {"tendon_strain": 0.04, "passive_fibre_strain": 0.55}
     laws = Bench((kind, HILL | strains)).laws
     for curve, x, y in (
@@ -73,10 +73,9 @@ ODD += [{"passive_stiffness": 40.0, "tendon_stiffness": 200.0, "passive_zero_str
 @pytest.mark.slow
 @pytest.mark.parametrize("extra", ODD)
 def test_bezier_curves_equal_de_casteljau(extra: dict[str, float]) -> None:
-    """De Casteljau's rule at any parameter gives a point of the curve, to 1e-10.
+    """Compare with De Casteljau's algorithm to 1e-10.
 
-    The polygons are found from the curve itself: the ends of a piece with their slopes, and its
-    curviness.
+    The control polygons follow from the ends of a piece, their slopes, and the curviness.
     """
     laws = Bench(("hill_millard2012", HILL | extra)).laws
     for curve, knots, part in _pieces({**DEFAULTS, **extra}):
@@ -100,7 +99,7 @@ DEFAULTS = {p.name: p.default for p in MUSCLE_LAWS["hill_millard2012"].parameter
 
 
 def _pieces(p: Mapping[str, Any]) -> list[tuple[str, list[float], float]]:
-    """The ends of the pieces of two curves, as Millard et al. place them, and their curviness."""
+    """Return the ends of the pieces of two curves by Millard et al., and their curviness."""
     begin, turn, end = (p[f"active_{name}"] for name in ("shortest", "transition", "longest"))
     active = [begin, (begin + turn) / 2, (turn + 0.95) / 2, 1.0, (1.05 + end) / 2, end]
     return [
@@ -115,7 +114,7 @@ def _at(laws: MuscleLaws, curve: Any, x: list[float], slope: bool) -> FloatArray
 
 
 def _along(fibre: float, parameters: Mapping[str, float]) -> float:
-    """Fibre length along the tendon."""
+    """Return the fibre length along the tendon."""
     height = parameters["optimal_fibre_length"] * math.sin(
         parameters.get("pennation_at_optimal", 0.0)
     )
@@ -131,7 +130,7 @@ def _residual(
     fibre: float,
     w: float,
 ) -> float:
-    """Fibre force along the tendon less tendon force, over F0, from the curves alone."""
+    """Return the fibre force along the tendon minus the tendon force, over F0."""
     laws = bench.laws
     along = _along(fibre, parameters)
     z, stretch = fibre / 0.1, (length - along) / 0.2
@@ -148,7 +147,7 @@ def _residual(
 
 
 def bench_is_thelen(bench: Bench) -> bool:
-    """Whether its muscle's velocity scales with activation: only Thelen's law has no damping."""
+    """Return whether the law is Thelen's, whose velocity scales with activation."""
     return bench.kinds[0] == "hill_thelen2003"
 
 
@@ -162,7 +161,7 @@ def _damping(kind: str, parameters: Mapping[str, float]) -> float:
 def test_muscle_at_rest_is_in_equilibrium(
     kind: str, parameters: dict[str, float], pennation: float
 ) -> None:
-    """To 1e-9 of F0 against a root found by Brent's method on the curves."""
+    """Compare with a root of the curves from Brent's method, to 1e-9 of F0."""
     parameters = parameters | {"pennation_at_optimal": pennation}
     bench = Bench((kind, parameters))
     for length in (0.27, 0.29, 0.3, 0.32, 0.36):
@@ -194,20 +193,20 @@ def test_fibre_velocity_balances_the_forces(
             for activation in (0.05, 0.5, 1.0):
                 w = bench.state_rates(length, 0.0, 0.5, [activation, fibre])[1]
                 if abs(w) > 100.0:
-                    continue  # a tendon at many times F0: the fibre would burst
+                    continue  # the tendon force would be many times F0
                 left = _residual(bench, parameters, damping, activation, length, fibre, w)
                 assert abs(left) < 1e-9 * max(1.0, abs(w))
 
 
 def _moved(t: float) -> tuple[float, float]:
-    """A path that lengthens and shortens, and its rate."""
+    """Return the length of an oscillating path, and its velocity."""
     return 0.3 + 0.012 * math.sin(12.0 * t), 0.144 * math.cos(12.0 * t)
 
 
 def _reference(
     bench: Bench, states: FloatArray, excitation: float, end: float, times: FloatArray
 ) -> FloatArray:
-    """States at some times, by an implicit Runge-Kutta rule of order 5 with tight tolerances."""
+    """Return states from an implicit Runge-Kutta method of order 5 with tight tolerances."""
 
     def rates(t: float, x: FloatArray) -> FloatArray:
         length, speed = _moved(t)
@@ -220,7 +219,7 @@ def _reference(
 
 
 def _error(bench: Bench, reference: FloatArray, excitation: float, end: float, h: float) -> float:
-    """Largest error in activation and in fibre length over the optimal one."""
+    """Return the largest errors of activation and normalised fibre length."""
     length, _ = _moved(0.0)
     bench.start(length, 0.1)
     floor = 0.0 if bench.kinds[0] == "hill_degroote2016" else 0.01
@@ -231,7 +230,7 @@ def _error(bench: Bench, reference: FloatArray, excitation: float, end: float, h
         bench.advance(length, (after - length) / h, excitation, h)
         if (k + 1) % round(0.01 / h) == 0:
             expected = reference[round((k + 1) * h / 0.01) - 1]
-            expected = np.maximum(expected, [floor, 0.0])  # which the equation itself passes
+            expected = np.maximum(expected, [floor, 0.0])  # the exact solution passes these bounds
             off = np.abs(bench.laws.states - expected) / np.array([1.0, 0.1])
             worst = max(worst, float(off.max()))
     return worst
@@ -244,7 +243,7 @@ def _error(bench: Bench, reference: FloatArray, excitation: float, end: float, h
 def test_transients_have_second_order(
     kind: str, parameters: dict[str, float], excitation: float
 ) -> None:
-    """Excited and let continue a moving path: 5e-4 at 1 ms, far less at a quarter of the step."""
+    """The error on a moving path is 5e-4 at 1 ms, and far less at a quarter of the step."""
     bench, end = Bench((kind, parameters)), 0.2
     bench.start(_moved(0.0)[0], 0.1)
     start = bench.laws.states.copy()
@@ -257,7 +256,7 @@ def test_transients_have_second_order(
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_stiff_tendons_do_not_oscillate_at_any_step(kind: str) -> None:
-    """Hundred times as stiff as a real one, also without activation: no step oscillates."""
+    """A tendon with 100 times the real stiffness does not oscillate, also without activation."""
     extra = {"tendon_strain": 0.0005, "minimum_activation": 0.0, "max_contraction_velocity": 2.0}
     extra |= {} if kind == "hill_thelen2003" else {"fibre_damping": 0.0}
     bench = Bench((kind, ELASTIC | extra))
@@ -279,7 +278,7 @@ def test_stiff_tendons_do_not_oscillate_at_any_step(kind: str) -> None:
 
 
 def test_slack_muscle_has_no_force() -> None:
-    """Without activation, damping and passive force the tendon is let slack and stays so."""
+    """Without activation, damping and passive force the tendon becomes and stays slack."""
     bench = Bench(("hill_thelen2003", ELASTIC | {"minimum_activation": 0.0}))
     assert bench.start(0.295, 1.0) > 500.0
     for _ in range(3000):
@@ -307,7 +306,7 @@ def test_fibre_length_has_a_lower_bound(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_activation_equals_its_differential_equation(kind: str) -> None:
-    """Against DOP853 at 1e-12; it never passes its excitation nor falls below its floor."""
+    """Compare with DOP853 at 1e-12, and check the bounds of the activation."""
     bench = Bench((kind, HILL))
     for start, excitation in ((0.02, 1.0), (1.0, 0.0), (0.9, 0.3), (0.1, 0.5)):
 

@@ -1,4 +1,4 @@
-"""The tensions in reach, and the commands that give desired ones."""
+"""Reachable tensions, and commands for desired tensions."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ DRIVEN = [
 
 
 def _after(bench: Bench, length: float, speed: float, command: float, h: float) -> float:
-    """What `reach` foretells: the tension after a step, or now for a law without states."""
+    """Return the tension that `reach` predicts: after a step, or immediately without states."""
     if not bench.laws.states.size:
         return bench.tension(length, speed, command)
     before = bench.laws.states.copy()
@@ -36,7 +36,7 @@ def _after(bench: Bench, length: float, speed: float, command: float, h: float) 
 def test_commands_lead_to_the_desired_tension(
     kind: str, parameters: dict[str, float], h: float
 ) -> None:
-    """Everywhere in reach, to 1e-9 of the range; beyond it, the nearest end."""
+    """Desired tensions are reached to 1e-9 of the range. Outside of it the nearest end is used."""
     bench = Bench((kind, parameters))
     for length, speed in ((0.3, 0.0), (0.32, -0.3), (0.28, 0.4), (0.31, 0.05)):
         bench.start(length, 0.3 * min(bench.laws.command_high[0], 1.0))
@@ -57,7 +57,7 @@ def test_commands_lead_to_the_desired_tension(
 
 
 def bench_range(bench: Bench) -> tuple[float, float]:
-    """The smallest and the largest command."""
+    """Return the smallest and the largest command."""
     return float(bench.laws.command_low[0]), float(bench.laws.command_high[0])
 
 
@@ -88,7 +88,7 @@ def test_reach_and_inversion_do_not_change_states() -> None:
 
 @pytest.mark.parametrize(("kind", "parameters"), DRIVEN)
 def test_commands_do_not_depend_on_earlier_calls(kind: str, parameters: dict[str, float]) -> None:
-    """Bit for bit: at another length, speed, time and state, and if they are the same."""
+    """Results are bit-identical after calls at another length, speed, time and state."""
     here = {"length": 0.3, "speed": 0.05, "state": 0.2, "h": 1e-3}
     others = [here, *(here | {key: 1.1 * value} for key, value in here.items())]
     found = []

@@ -1,4 +1,4 @@
-"""The series-elastic motor against closed forms of its linear equations, and its energy."""
+"""Series-elastic motor compared with closed forms of its linear equations, and its energy."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from sim_dart.core.arrays import FloatArray
 
 pytestmark = pytest.mark.native
 SLACK = {"rest_length": 1e3}
-"""So long that the spring never pulls: the motor runs free."""
+"""Rest length with which the spring is always slack."""
 
 
 def _parameters(preset: str, **extra: float) -> dict[str, float]:
@@ -34,7 +34,7 @@ def _bench(parameters: dict[str, float]) -> Bench:
 @pytest.mark.parametrize("preset", PRESETS)
 @pytest.mark.parametrize("h", [1e-5, 1e-3, 0.02])
 def test_step_response_of_a_free_motor(preset: str, h: float) -> None:
-    """A second-order system: its two eigenvalues give current, speed and angle in closed form."""
+    """Compare with the closed form of a second-order system."""
     p = _parameters(preset, **SLACK)
     R, La = p["resistance"] + p["bridge_resistance"], p["inductance"]
     Ke, Kt, N = p["back_emf_constant"], p["torque_constant"], p["gear_ratio"]
@@ -43,7 +43,7 @@ def test_step_response_of_a_free_motor(preset: str, h: float) -> None:
     root = np.sqrt(complex(half**2 - product))
     a, b = -half + root, -half - root
     bench = _bench(p)
-    end = V / (Ke * N)  # speed at which the back EMF is the voltage
+    end = V / (Ke * N)  # speed at which the back EMF equals the voltage
     for k in range(1, round(0.04 / h) + 1):
         bench.advance(0.3, 0.0, V, h)
         if k % max(1, round(2e-3 / h)):
@@ -60,7 +60,7 @@ def test_step_response_of_a_free_motor(preset: str, h: float) -> None:
 
 @pytest.mark.parametrize("preset", PRESETS)
 def test_motor_winding_against_the_spring(preset: str) -> None:
-    """While the motor drives, the efficiency is constant and the taut system linear: expm."""
+    """Compare with the matrix exponential while the efficiency is constant and the cable taut."""
     p = _parameters(preset, stiffness=3000.0, rest_length=0.3)
     R, La = p["resistance"], p["inductance"]
     Ke, Kt, N = p["back_emf_constant"], p["torque_constant"], p["gear_ratio"]
@@ -78,7 +78,7 @@ def test_motor_winding_against_the_spring(preset: str) -> None:
         x = step @ x
         if x[0] * x[1] < 0.0:
             break
-        # what is left is how the efficiency settles from i w = 0 to i w >> 0
+        # the remaining error is the transition of the efficiency from i w = 0 to i w >> 0
         np.testing.assert_allclose(bench.laws.states, x[:3], rtol=2e-4, atol=1e-6)
     assert bench.tension(0.3, 0.0, 12.0) == pytest.approx(k * r * x[2], rel=2e-4)
 
@@ -86,9 +86,9 @@ def test_motor_winding_against_the_spring(preset: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("preset", PRESETS)
 def test_motion_equals_an_adaptive_integrator(preset: str) -> None:
-    """Loaded, unloaded, driven back by a moving path, with changing voltages: to 0.02 A and rad/s.
+    """Compare loads, moving paths and changing voltages to 0.02 A and 0.02 rad/s.
 
-    Where the efficiency flips, it does so within a microsecond, in the middle of a substep.
+    The efficiency changes within a microsecond, in the middle of a substep.
     """
     p = _parameters(preset, rest_length=0.3)
     bench, other = _bench(p), Bench(("series_elastic_motor", p))
@@ -115,7 +115,7 @@ def test_motion_equals_an_adaptive_integrator(preset: str) -> None:
 
 @pytest.mark.slow
 def test_energy_is_balanced() -> None:
-    """Electrical work = heat + stored energy + what the gear keeps; Ke = Kt in this set."""
+    """Electrical work equals heat, stored energy and gear losses, with Ke = Kt."""
     p = _parameters("roboy_myo_muscle", rest_length=0.3)
     bench, h = _bench(p), 2e-6
     J = (p["motor_inertia"] + p["gear_inertia"]) * p["gear_ratio"] ** 2

@@ -1,4 +1,4 @@
-"""MuJoCo's muscle against MuJoCo itself, and against its numbers for published models."""
+"""MuJoCo muscle law compared with MuJoCo, and with its values for published models."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _numbers(values: Any) -> str:
 
 @pytest.mark.slow
 def test_forces_and_rates_equal_mujoco() -> None:
-    """Random parameters, with a width of the switch or none, states and commands."""
+    """Check random parameters, states and commands, with and without smoothing."""
     rng = np.random.default_rng(2)
     for k in range(40):
         low, r, lmin, lmax = rng.uniform([0.3, 0.9, 0.2, 1.2], [0.8, 1.6, 0.9, 2.0])
@@ -100,7 +100,7 @@ def _published(shared: Path) -> Iterator[tuple[dict[str, Any], dict[str, Any], i
 
 @pytest.mark.slow
 def test_published_models(shared: Path) -> None:
-    """Elbow, finger, hand and arm of MyoSuite: forces to 1e-12, activations' rates exactly."""
+    """Compare forces of MyoSuite models to 1e-12, and activation rates exactly."""
     benches: dict[str, Bench] = {}
     compared = 0
     for actuator, pose, i in _published(shared):

@@ -1,4 +1,4 @@
-"""Muscles of Hill's type against OpenSim, computed here: needs the extra `opensim`."""
+"""Hill-type muscles compared with OpenSim. This requires the extra `opensim`."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ EVERY = [(kind, extra) for kind, extras in CASES.items() for extra in extras]
 
 
 class Muscle(NamedTuple):
-    """A muscle between the ground and a sliding body, in OpenSim."""
+    """Muscle between the ground and a sliding body in OpenSim."""
 
     model: Any
     state: Any
@@ -118,7 +118,7 @@ def _opensim(kind: str, parameters: Mapping[str, float], *, rigid: bool) -> Musc
 def test_rigid_tendons_equal_opensim(
     kind: str, extra: dict[str, float], geometry: dict[str, float]
 ) -> None:
-    """Wherever the path is longer than the tendon; a muscle that would push pulls with 0."""
+    """Compare all paths longer than the tendon. Negative forces are replaced by 0."""
     theirs = _opensim(kind, geometry | extra, rigid=True)
     ours = Bench((kind, geometry | extra))
     for length in np.linspace(geometry["tendon_slack_length"] + 0.003, 0.42, 24):
@@ -135,7 +135,7 @@ def test_rigid_tendons_equal_opensim(
 def test_equilibria_of_elastic_tendons(
     kind: str, extra: dict[str, float], geometry: dict[str, float]
 ) -> None:
-    """To 1e-6; OpenSim itself stops when the fibre moves slower than 1e-8 m/s."""
+    """Compare to 1e-6. OpenSim stops at a fibre velocity below 1e-8 m/s."""
     theirs = _opensim(kind, geometry | extra, rigid=False)
     ours = Bench((kind, geometry | extra | {"elastic_tendon": 1.0}))
     for length in np.linspace(0.27, 0.37, 11):
@@ -155,7 +155,7 @@ def test_equilibria_of_elastic_tendons(
 def test_fibre_velocities_equal_opensim(
     kind: str, extra: dict[str, float], geometry: dict[str, float]
 ) -> None:
-    """Tendon force and fibre velocity at fibre lengths that are not in equilibrium."""
+    """Compare tendon force and fibre velocity outside of equilibrium."""
     theirs = _opensim(kind, geometry | extra, rigid=False)
     ours = Bench((kind, geometry | extra | {"elastic_tendon": 1.0}))
     along = geometry["optimal_fibre_length"] * np.linspace(0.6, 1.3, 8)
@@ -255,7 +255,7 @@ def test_millard_strains_determine_stiffness(tendon_strain: float) -> None:
 
 
 def test_ligaments_equal_opensim() -> None:
-    """Slack, at both ends of the toe, without damping, with another toe, with other damping."""
+    """Check slack ligaments, both ends of the toe region, and other toe and damping parameters."""
     for extra in ({}, {"damping_coefficient": 0.0}, {"transition_strain": 0.03}):
         values = {"linear_stiffness": 730.0, "slack_length": 0.11} | extra
         made = opensim.Blankevoort1991Ligament()

@@ -1,4 +1,4 @@
-"""No law gives away energy that it was not given, none pushes, all answers are numbers."""
+"""Passivity of muscle laws: no generated energy, no pushing forces, finite results."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_extreme_states_give_finite_tensions(kind: str) -> None:
 def _cycle(
     rng: np.random.Generator, mean: float, amplitude: float
 ) -> tuple[FloatArray, FloatArray]:
-    """A closed path: length and rate over one period of 1 s, by random harmonics."""
+    """Return length and rate of a closed path over a period of 1 s, from random harmonics."""
     t = np.arange(20000) / 20000
     length, speed = np.full(t.size, mean), np.zeros(t.size)
     for k in (1, 2, 3):
@@ -90,7 +90,7 @@ CABLES = [
 def test_passive_cable_generates_no_energy_over_a_closed_path(
     kind: str, parameters: dict[str, float]
 ) -> None:
-    """Slack and taut: the work done on it is not negative, and zero without damping."""
+    """The work on a slack or taut cable is not negative, and zero without damping."""
     bench, rng = Bench((kind, parameters)), np.random.default_rng(9)
     undamped = not (parameters.get("damping") or parameters.get("damping_coefficient"))
     if kind == "ligament_blankevoort1991" and "damping_coefficient" not in parameters:
@@ -115,13 +115,13 @@ def test_passive_cable_generates_no_energy_over_a_closed_path(
 @pytest.mark.parametrize("kind", [k for k in SOUND if k.startswith("hill")])
 @pytest.mark.parametrize("elastic", [1.0, 0.0])
 def test_muscle_without_excitation_dissipates_energy(kind: str, elastic: float) -> None:
-    """Fibres without activation are springs and dampers: nothing comes back beyond rounding."""
+    """Fibres without activation are springs and dampers and generate no energy."""
     extra = {"elastic_tendon": elastic, "minimum_activation": 0.0}
     bench, rng = Bench((kind, HILL | extra)), np.random.default_rng(4)
     length, speed = _cycle(rng, 0.33, 0.02)
     bench.start(length[0], 0.0)
     h, work, turned = 1.0 / length.size, 0.0, 0.0
-    for lap in range(2):  # the first ends in the cycle that the second repeats
+    for lap in range(2):  # the first lap converges to the cycle that the second lap repeats
         for x, v in zip(length, speed, strict=True):
             force = bench.tension(x, v, 0.0)
             bench.advance(x, v, 0.0, h)
@@ -133,10 +133,10 @@ def test_muscle_without_excitation_dissipates_energy(kind: str, elastic: float) 
 
 @pytest.mark.parametrize(("kind", "parameters"), CASES, ids=_ids(CASES))
 def test_tension_is_monotonic_in_the_command(kind: str, parameters: dict[str, float]) -> None:
-    """Rising, but for cables whose command is their rest length.
+    """The tension increases with the command, except for commanded rest lengths.
 
-    Muscles of Hill's type: up to the speed at which they shorten without force, a quarter of the
-    largest for Thelen's.
+    Hill-type muscles are checked up to their maximum shortening velocity, for Thelen's law up to a
+    quarter of it.
     """
     law = MUSCLE_LAWS[kind]
     if law.command is None:

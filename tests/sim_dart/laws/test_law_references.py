@@ -1,4 +1,4 @@
-"""Muscle laws against numbers that OpenSim has computed."""
+"""Muscle laws compared with reference values of OpenSim."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Schutte's muscle: OpenSim's splines, velocities of fibres in closed form, activation exactly."""
+"""Schutte's muscle law: OpenSim's splines, fibre velocity in closed form, exact activation."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_curves_are_splines_through_their_points(name: str, behind: float) -> No
 
 
 def opensims_speed(force: float, active: float, damping: float) -> float:
-    """The fibre's velocity, in vmax, at a force that depends on it, as OpenSim has its roots."""
+    """Return the fibre velocity over vmax from the root that OpenSim uses."""
     if force < active:
         c = 0.15 * (force - active) / damping
         b = -0.15 * (force / 0.15 + active + damping) / damping
@@ -63,7 +63,7 @@ def test_fibre_velocity_equals_opensim() -> None:
         force = pull / cosine - derivatives(passive, fibre / OPTIMUM)[0]
         assert bench.tension(length, 0.0, 0.0, [a, fibre]) == pytest.approx(F0 * pull, rel=1e-9)
         if force <= 0.0:
-            continue  # OpenSim takes 0 then
+            continue  # OpenSim uses 0 in this case
         compared += 1
         rate = bench.state_rates(length, 0.0, 0.0, [a, fibre])[1] / (10.0 * OPTIMUM)
         assert rate == pytest.approx(opensims_speed(force, most, 0.05), rel=1e-7, abs=1e-9)

@@ -1,4 +1,4 @@
-"""Cables, springs, the McKibben muscle: closed forms; and what all laws share on a robot."""
+"""Cables, springs and the McKibben muscle: closed forms, and common properties of all laws."""
 
 from __future__ import annotations
 
@@ -25,18 +25,20 @@ def test_elastic_cable_has_stiffness_and_damping_and_becomes_slack() -> None:
     assert bench.tension(0.31, 2.0, 0.3) == pytest.approx(260.0, rel=1e-12)
     assert bench.tension(0.31, -100.0, 0.3) == 0.0
     assert bench.tension(0.29, 2.0, 0.3) == 0.0
-    assert bench.tension(0.3, 0.0, -5.0) == pytest.approx(6000.0, rel=1e-12)  # no length below 0
+    assert bench.tension(0.3, 0.0, -5.0) == pytest.approx(
+        6000.0, rel=1e-12
+    )  # the rest length is at least 0
 
 
 def test_caspr_spring_can_pull_and_push() -> None:
     bench = Bench(("passive_spring", {"K": 400.0, "l0": 0.3}))
     assert bench.tension(0.35, 9.0, 0.0) == pytest.approx(20.0, rel=1e-12)
     assert bench.tension(0.25, 9.0, 0.0) == pytest.approx(-20.0, rel=1e-12)
-    assert bench.laws.torques[0] == pytest.approx(20.0, rel=1e-12)  # away from the world
+    assert bench.laws.torques[0] == pytest.approx(20.0, rel=1e-12)  # directed away from the world
 
 
 def test_mckibben_force_equals_virtual_work_of_its_volume() -> None:
-    """It pulls with f = -p dV/dL, V from the geometry of the sleeve, by central differences."""
+    """Compare with f = -p dV/dL, with V from the geometry of the sleeve."""
     b, n, cord = 0.35, 1.5, 0.05
     bench = Bench(("mckibben", SOUND["mckibben"]))
 
@@ -72,7 +74,7 @@ def test_pressure_without_time_constant_equals_its_command() -> None:
 
 
 def _with_laws(seed: int) -> Robot:
-    """A random robot whose muscles have one law after the other, but heavy cables."""
+    """Return a random robot with all laws except heavy cables in turn."""
     light = [(kind, p) for kind, p in SOUND.items() if kind != "heavy_cable"]
     robot = random_robot(seed, muscles=len(light))
     group = robot.cable_sets[0]
@@ -85,7 +87,7 @@ def _with_laws(seed: int) -> Robot:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_rates_and_torques_equal_the_jacobian_products(seed: int) -> None:
-    """Rates are L qd, torques = -L'f, so the muscles' power is f.l' on both sides."""
+    """Rates are L qd and torques are -L'f, so the power of muscles and joints is equal."""
     robot = _with_laws(seed)
     core = Core(compile_blob(robot))
     laws = MuscleLaws(robot, core)
@@ -103,7 +105,7 @@ def test_rates_and_torques_equal_the_jacobian_products(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_tension_of_ideal_cables_equals_their_command(seed: int) -> None:
-    """Bit for bit, slack ones included."""
+    """Tensions are bit-identical, also for slack cables."""
     robot = random_robot(seed)
     core = Core(compile_blob(robot))
     laws = MuscleLaws(robot, core)
@@ -121,14 +123,14 @@ def test_tension_of_ideal_cables_equals_their_command(seed: int) -> None:
 
 @pytest.mark.parametrize("kind", SOUND)
 def test_core_accepts_every_checked_law_and_results_are_finite(kind: str) -> None:
-    """Every parameter alone at values beside, at and far beyond its bounds."""
+    """Set each parameter to values near, at and far outside its bounds."""
     law, taken = MUSCLE_LAWS[kind], 0
     for parameter in law.parameters:
         extremes = {parameter.low, parameter.high, -1.0, 0.0, 1e-300, 1e-9, 1e9, 1e300}
         for value in sorted(extremes):
             values = SOUND[kind] | {parameter.name: value}
             codes = {finding.code for finding in check(slider((kind, values))) if finding.is_error}
-            if codes - {"passive-cable-force"}:  # of the bench's force limits
+            if codes - {"passive-cable-force"}:  # due to the force limits of the bench
                 continue
             bench, taken = Bench((kind, values)), taken + 1
             for length in (0.25, 0.4):

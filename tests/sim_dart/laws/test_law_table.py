@@ -1,4 +1,4 @@
-"""The table of muscle laws and the C core say the same; the core trusts no parameter."""
+"""Table of muscle laws and C core: equal definitions, and checks of parameters in the core."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_every_law_has_a_source() -> None:
 
 
 def _blob(**fields: object) -> bytes:
-    """The blob of a slider with one muscle of De Groote's law, with other numbers for some."""
+    """Return the blob of a slider with one De Groote muscle and changed numbers."""
     robot = slider(("hill_degroote2016", HILL))
     values = list(law_parameters(robot.muscles[0].model).values())
     whole = {"law_kind": [list(MUSCLE_LAWS).index("hill_degroote2016")], "law_parameter": values}
@@ -124,7 +124,7 @@ def test_inconsistent_parameters_are_rejected(
 
 def test_every_rule_has_a_test_case() -> None:
     rules = {(kind, own.condition) for kind in SOUND for own in MUSCLE_LAWS[kind].conditions}
-    hill = {own.condition for own in HILL_RULES}  # shared: one of them stands for all
+    hill = {own.condition for own in HILL_RULES}  # shared rules; one law is sufficient
     broken = {(kind, what) for kind, _, what in BROKEN_RULES}
     assert {(kind, what) for kind, what in rules - broken if what not in hill} == set()
     assert hill <= {what for _, what in broken}
@@ -221,7 +221,7 @@ def test_invalid_input_is_named() -> None:
 
 @pytest.mark.slow
 def test_mutated_laws_are_rejected_or_can_be_computed() -> None:
-    """Any byte may be another: nothing is read out of bounds, and every tension is a number."""
+    """Change arbitrary bytes. Reads stay within bounds and tensions are numbers."""
     rng = np.random.default_rng(2)
     elastic = HILL | {"elastic_tendon": 1.0}
     models = [*SOUND.items(), *((kind, elastic) for kind in SOUND if kind.startswith("hill"))]

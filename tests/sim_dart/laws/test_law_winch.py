@@ -1,4 +1,4 @@
-"""Winches against closed forms, an adaptive rule, and their energy."""
+"""Winches compared with closed forms and an adaptive integrator, and their energy."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def _bench(kind: str = "winch", **extra: float) -> Bench:
 
 
 def test_slack_drum_accelerates_against_bearing_friction() -> None:
-    """J w' = N u - b w - Tc: an exponential, and its integral."""
+    """Compare with the closed form of J w' = N u - b w - Tc."""
     b, dry, torque = 0.2, 0.5, 0.8
     bench = _bench(viscous_friction=b, dry_friction=dry, rest_length=50.0)
     bench.laws.set_states(np.zeros(2))
@@ -43,12 +43,12 @@ def test_slack_drum_accelerates_against_bearing_friction() -> None:
 
 
 def drum_pull(force: float) -> float:
-    """Of an elastic cable at rest, g = f + EA e^2 / 2."""
+    """Return the pull on the drum of an elastic cable at rest, g = f + EA e^2 / 2."""
     return force + force**2 / 2e5
 
 
 def test_drum_oscillates_on_its_cable() -> None:
-    """Small swings about the tension of a constant torque, with the slope of r g."""
+    """Compare small oscillations at constant torque with the slope of r g."""
     bench, length, h = _bench(lead_length=1.5), 2.0, 1e-4
     at_rest = bench.start(length, 1.0)
     assert drum_pull(at_rest) == pytest.approx(5.0 / RADIUS, rel=1e-11)
@@ -68,7 +68,7 @@ def test_drum_oscillates_on_its_cable() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["winch", "winch_position"])
 def test_motion_equals_an_adaptive_integrator(kind: str) -> None:
-    """Slack and taut, braking and driven back, a drive at its limit; dissipation in the cable."""
+    """Check slack and taut cables, braking, back-driving, and a drive at its limit."""
     extra = {"viscous_friction": 0.05, "dissipation": 2e-3, "lead_length": 0.2, "drum_pitch": 0.01}
     bench, other = _bench(kind, **extra), _bench(kind, **extra)
     bench.start(0.5, 0.2)
@@ -89,7 +89,7 @@ def test_motion_equals_an_adaptive_integrator(kind: str) -> None:
 
 
 def test_dry_friction_holds_the_drum_up_to_its_limit() -> None:
-    """A cable of r f within N u +- Tc does not move the drum, whichever way it pulls."""
+    """A cable torque r f within N u +- Tc does not move the drum."""
     bench = _bench(dry_friction=2.0)
     bench.start(1.0, 1.0)
     held = bench.laws.states.copy()
@@ -104,7 +104,7 @@ def test_dry_friction_holds_the_drum_up_to_its_limit() -> None:
 
 
 def test_friction_only_dissipates_energy() -> None:
-    """Random torques: J w^2 / 2 grows by no more than the work of motor and cable."""
+    """With random torques, J w^2 / 2 increases by at most the work of motor and cable."""
     bench, rng, h = (
         _bench(dry_friction=1.0, viscous_friction=0.02),
         np.random.default_rng(3),
@@ -131,7 +131,7 @@ def test_friction_only_dissipates_energy() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("dissipation", [0.0, 3e-3])
 def test_motor_and_link_exchange_energy_over_drum_and_cable(dissipation: float) -> None:
-    """Work N u theta' + f l' makes J w^2 / 2 + EA (l - l_u)^2 / 2 (l_u + l_lead), and heat."""
+    """The work N u theta' + f l' equals J w^2 / 2 + EA (l - l_u)^2 / 2 (l_u + l_lead) plus heat."""
     bench, h = _bench(dissipation=dissipation, lead_length=0.3, axial_stiffness=2e3), 2.5e-5
     bench.start(0.6, 1.0)
 
@@ -163,7 +163,7 @@ def test_motor_and_link_exchange_energy_over_drum_and_cable(dissipation: float) 
 
 @pytest.mark.parametrize("periods", [3, 4, 8, 16])
 def test_tension_command_of_a_drive_follows_the_path(periods: int) -> None:
-    """On a path of constant speed the mean tension of a period is the one aimed at."""
+    """At constant path velocity the mean tension of a period equals the desired tension."""
     bench, period, speed, wanted = _bench("winch_position", lead_length=0.5), 2e-3, 0.1, 30.0
     bench.start(1.0, 1.0)
     for k in range(80):
@@ -178,7 +178,7 @@ def test_tension_command_of_a_drive_follows_the_path(periods: int) -> None:
 
 
 def test_drive_holds_the_length() -> None:
-    """At rest Kp (l_u - u) = r^2 g; a drive that is too weak is drawn out to its torque."""
+    """At rest Kp (l_u - u) = r^2 g. A weak drive yields up to its torque limit."""
     for radius in (0.05, 0.2):
         bench = _bench("winch_position", lead_length=0.7, drum_radius=radius)
         force = bench.start(1.3, 1.298)

@@ -1,4 +1,4 @@
-"""Muscles that share their curves, or activate side by side, do what each does by itself."""
+"""Parallel evaluation of muscles equals the evaluation of single muscles."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ STEEP, GENTLE = {"passive_fibre_strain": 0.5}, {"passive_fibre_strain": 0.9}
 
 
 def mixed(rng: np.random.Generator, count: int) -> list[Model]:
-    """Every law, some of them several times in a row, with curves that agree or do not."""
+    """Return muscles of all laws, some repeated, with equal and different curves."""
     others: list[Model] = [(kind, p) for kind, p in SOUND.items() if not kind.startswith("hill")]
     models = []
     for _ in range(count):
@@ -38,7 +38,7 @@ def mixed(rng: np.random.Generator, count: int) -> list[Model]:
 
 
 def played(bench: Bench, commands: np.ndarray, h: float) -> np.ndarray:
-    """Tensions over a few steps, a muscle a column."""
+    """Return tensions over a few steps, one column per muscle."""
     bench.move(LENGTH, SPEED)
     bench.laws.start(commands[0])
     rows = []
@@ -50,7 +50,7 @@ def played(bench: Bench, commands: np.ndarray, h: float) -> np.ndarray:
 
 @pytest.mark.parametrize("h", [1e-4, 1e-3, 2e-2])
 def test_parallel_muscles_equal_single_muscles(h: float) -> None:
-    """To the last bit, in company of any law, at steps with one, two and many parts."""
+    """Results are bit-identical for any combination of laws and steps with several parts."""
     rng = np.random.default_rng(4)
     models = mixed(rng, 30)
     commands = rng.uniform(0, 1, (6, len(models)))
@@ -62,7 +62,7 @@ def test_parallel_muscles_equal_single_muscles(h: float) -> None:
 
 @pytest.mark.parametrize("h", [1e-4, 1e-3, 4e-3, 2e-2])
 def test_parallel_activations_equal_single_ones(h: float) -> None:
-    """What a step makes of activations is what `reach` has foreseen for each, to the last bit."""
+    """Activations after a step are bit-identical to the prediction of `reach`."""
     rng = np.random.default_rng(5)
     models = [m for m in mixed(rng, 40) if m[0].startswith("hill")]
     bench = Bench(*models)
@@ -78,7 +78,7 @@ def test_parallel_activations_equal_single_ones(h: float) -> None:
 
 
 def test_curves_depend_on_the_parameters_of_each_muscle() -> None:
-    """Of muscles in a row, two share theirs: the passive force at its strain is one for each."""
+    """Two of the muscles share their curves. The passive force at its strain is 1 for each."""
     shapes = [STEEP, STEEP, GENTLE, STEEP, STEEP, GENTLE, GENTLE]
     bench = Bench(*(("hill_millard2012", HILL | shape) for shape in shapes))
     for k, shape in enumerate(shapes):

@@ -1,4 +1,4 @@
-"""What the build makes of the table of laws, and rejects to make."""
+"""Headers that the build generates from the table of muscle laws, and rejected tables."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sim_dart.muscles.law_headers import CSRC, LawTableError, headers
 
 
 def _write(folder: Path, law: MuscleLawDefinition, c_file: str) -> str:
-    """The list of laws for a source tree with one law."""
+    """Write a source tree with one law and return its list of laws."""
     laws = folder / CSRC / "laws"
     laws.mkdir(parents=True)
     (laws / "one.c").write_text(c_file)
@@ -57,5 +57,5 @@ def test_mismatch_of_table_and_c_files_is_rejected(
 def test_core_with_another_table_is_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [line.split()[1] for line in LAW_NAMES.splitlines()] == list(MUSCLE_LAWS)
     monkeypatch.setattr(library, "LAW_NAMES", LAW_NAMES + "law other\n")
-    with pytest.raises(CardsflowError, match="has other muscle laws"):
+    with pytest.raises(CardsflowError, match="compiled with other muscle laws"):
         library.library.__wrapped__()

@@ -1,4 +1,4 @@
-"""Paths with conditions, moving points, branches, terms, wraps by MuJoCo's and OpenSim's rules."""
+"""Paths with conditions, moving points, branches, terms, and wrap rules of MuJoCo and OpenSim."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ SPLINE = SimmSpline((-1.0, -0.2, 0.3, 1.0), (0.0, 0.3, -0.1, 0.2))
 
 
 def _differences(paths: MusclePaths, q: FloatArray) -> FloatArray:
-    """dl/dq by central differences of fourth order."""
+    """Return dl/dq by central differences of fourth order."""
     columns = []
     for step in 1e-3 * np.eye(len(q)):
         near, far = ((paths.evaluate(q + k * step).lengths.copy(),
@@ -58,14 +58,14 @@ def assert_gradient_equals_differences(robot: Robot, q: FloatArray) -> None:
 
 
 def _point(robot: Robot, q: FloatArray, via: ViaPoint) -> FloatArray:
-    """In the world, of a carriage whose links go along x, y and z."""
+    """Return the world position of a point of a carriage with axes x, y and z."""
     moved = {WORLD: 0, "link_0": 1, "link_1": 2, "link_2": 3}[via.link]
     return np.array(via.position) + np.array([*q[:moved], *[0.0] * (3 - moved)])
 
 
 @pytest.mark.parametrize("at", [-0.7, -0.2, 0.4])
 def test_paths_that_depend_on_a_fixed_coordinate(at: float) -> None:
-    """Points are where they are, and in use or not, and lengths count, as if it moved there."""
+    """A fixed coordinate has the same effect as a moving coordinate with the same value."""
     when, motion = (
         PointCondition("joint_0", -0.5, 0.25),
         PointMotion((0.0, 0.0, 1.0), "joint_0", SPLINE),
@@ -89,7 +89,7 @@ def test_paths_that_depend_on_a_fixed_coordinate(at: float) -> None:
 
 
 def _around(p: FloatArray, q: FloatArray, radius: float) -> float:
-    """The way from p to q around a circle about the origin."""
+    """Return the length from p to q around a circle about the origin."""
     cosine = p @ q / (np.linalg.norm(p) * np.linalg.norm(q))
     reach = [math.sqrt(x @ x - radius**2) for x in (p, q)]
     turns = [math.acos(radius / np.linalg.norm(x)) for x in (p, q)]
@@ -98,7 +98,7 @@ def _around(p: FloatArray, q: FloatArray, radius: float) -> float:
 
 @pytest.mark.parametrize(("shape", "wrapped"), [("cylinder", 0), ("sphere", 1)])
 def test_opensim_uses_the_first_segment_over_cylinders(shape: str, wrapped: int) -> None:
-    """Both segments meet the surface, the first one deeper."""
+    """Both segments intersect the surface, the first one deeper."""
     places = np.array([(-1.0, 0.05), (1.0, 0.1), (-1.0, -0.45)])
     surface = WrapSurface("ball", WORLD, shape, 0.3)  # type: ignore[arg-type]
     wrap = Wrap("ball", 0, rule="opensim", last_segment=1)
@@ -112,7 +112,7 @@ def test_opensim_uses_the_first_segment_over_cylinders(shape: str, wrapped: int)
 
 
 def test_conditional_via_points() -> None:
-    """A jump at the ends of the range; or the share's mean of both lengths, and its gradient."""
+    """The length jumps at the ends of the range, or is blended, with the matching gradient."""
     when = PointCondition("joint_0", -0.5, 0.25)
     robot = carriage([Muscle("m", (A, replace(MIDDLE, when=when), B), f_max=1.0)], [])
     smooth = carriage(
@@ -128,7 +128,7 @@ def test_conditional_via_points() -> None:
         share = s**3 * (10 - 15 * s + 6 * s * s)
         blended = share * with_it + (1.0 - share) * without
         assert MusclePaths(smooth).evaluate(q).lengths[0] == pytest.approx(blended, rel=1e-14)
-        if x not in (-0.5, 0.25):  # where its third derivative jumps, differences are bad
+        if x not in (-0.5, 0.25):  # differences are inaccurate if the third derivative jumps
             assert_gradient_equals_differences(smooth, q)
 
 
@@ -150,7 +150,7 @@ def test_unsupported_paths_are_rejected() -> None:
 
 
 def test_moving_points_branches_and_terms() -> None:
-    """Several of each, against the definition; the gradient has the points' own motion."""
+    """Compare with the definition. The gradient includes the motion of the points."""
     moves = (
         PointMotion((1.0, 0.0, 0.5), "joint_1", SPLINE, -0.8, 0.8),
         PointMotion((0.0, 1.0, 0.0), "joint_2", Polynomial((0.1, 0.5, -0.3, 0.2))),
@@ -193,7 +193,7 @@ def test_moving_point_is_constant_outside_its_range() -> None:
 
 
 def _random_tendons(seed: int) -> str:
-    """A body that slides along three axes, with tendons over geoms of the world."""
+    """Return a body that slides along three axes, with tendons over geoms of the world."""
     rng = np.random.default_rng(seed)
     world, body, tendons = [], [], []
     for k in range(150):
@@ -221,7 +221,7 @@ def _random_tendons(seed: int) -> str:
 
 
 def _compare(model: mujoco.MjModel, poses: FloatArray) -> int:
-    """How many points on surfaces there were; inside wraps' Jacobians are MuJoCo's to 1e-6."""
+    """Compare and return the number of contacts; Jacobians of inside wraps agree to 1e-6."""
     data, paths, on_surfaces = mujoco.MjData(model), MusclePaths(robot_of_tendons(model)), 0
     for q in poses:
         data.qpos[:] = q
@@ -239,7 +239,7 @@ def _compare(model: mujoco.MjModel, poses: FloatArray) -> int:
 
 
 def test_mujoco_tendons() -> None:
-    """Random spheres and cylinders with and without side points, inside and out; pulleys."""
+    """Check random spheres, cylinders, side points, inside wraps, and pulleys."""
     model = mujoco.MjModel.from_xml_string(_random_tendons(1))
     assert _compare(model, np.random.default_rng(2).normal(size=(6, 3)) * 0.5) > 500
 
@@ -256,7 +256,7 @@ def test_published_tendons(shared: Path, name: str) -> None:
              "subject_walk_scaled"]
 )  # fmt: skip
 def test_published_opensim_paths(shared: Path, name: str) -> None:
-    """Straight paths and single cylinders to 1e-9, those within 5e-4 m of OpenSim's own."""
+    """Compare straight paths and single cylinders to 1e-9 m, the others to 5e-4 m."""
     robot = read_robot(shared / f"models/opensim/{name}.osim")
     paths = MusclePaths(robot)
     content = json.loads((shared / f"reference/opensim/{name}.json").read_text())
@@ -269,7 +269,9 @@ def test_published_opensim_paths(shared: Path, name: str) -> None:
             i = theirs[muscle.name]
             exact = pose["exact_cylinder_length"][i] if muscle.wraps else pose["length"][i]
             if content["muscles"][i]["ellipsoid"]:
-                disagrees = pose["fd_disagreement"][i] > 1e-3  # of OpenSim's with itself
+                disagrees = (
+                    pose["fd_disagreement"][i] > 1e-3
+                )  # OpenSim contradicts its own differences
                 assert disagrees or length == pytest.approx(pose["length"][i], abs=1e-4)
             elif exact is not None:
                 assert length == pytest.approx(exact, rel=1e-9)

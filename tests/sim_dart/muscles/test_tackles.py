@@ -1,4 +1,4 @@
-"""Tackles and differential pulleys: what one cable does that runs to and fro, or divides."""
+"""Tackles and differential pulleys: cables with several falls or branches."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ RADIUS, DEPTH, MU, T = 0.05, 1.2, 0.1, 30.0
 
 
 def tackle(falls: int, friction: float = 0.0) -> Robot:
-    """A block on rails below one in the world; falls at x = 0, 2 R, 4 R, ... over sheaves between.
+    """Return a tackle: a block on rails below a fixed block, with falls at x = 0, 2 R, 4 R, ...
 
-    The cable begins at the upper block; it ends at the lower one where the falls are odd. Via
-    points are where it comes on a sheave and leaves it.
+    The cable starts at the upper block. It ends at the lower block for an odd number of falls. Via
+    points are the contact points of the sheaves.
     """
     surfaces, wraps, path = [], [], [ViaPoint(WORLD, (0.0, 0.0, 0.0))]
     for k in range(1, falls + 1):
@@ -54,7 +54,7 @@ def tackle(falls: int, friction: float = 0.0) -> Robot:
 
 @pytest.mark.parametrize("falls", range(1, 8))
 def test_tackle_with_n_falls_has_n_times_the_force_and_length(falls: int, tmp_path: Path) -> None:
-    """Also as its file gives it back: over n - 1 sheaves half a turn each."""
+    """Check also the robot read from its file, with half a turn over each of n - 1 sheaves."""
     robot = tackle(falls)
     assert [f for f in check(robot) if f.is_error] == []
     write_sdf(robot, tmp_path)
@@ -69,9 +69,9 @@ def test_tackle_with_n_falls_has_n_times_the_force_and_length(falls: int, tmp_pa
 @pytest.mark.parametrize("falls", [2, 3, 5])
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_friction_in_a_tackle(falls: int, way: float) -> None:
-    """Half a turn over each sheave: T exp(mu pi k) or T exp(-mu pi k) in fall k, and their sum.
+    """The tension in fall k is T exp(mu pi k) or T exp(-mu pi k).
 
-    Via points lie on the sheaves to rounding, so that angles of contact are good to its root.
+    Via points are on the sheaves up to rounding, so contact angles are accurate to its square root.
     """
     plant = Plant(tackle(falls, MU), step=1e-3)
     plant.reset([DEPTH])
@@ -92,7 +92,7 @@ def divided(robot: Robot, tension: float, q: FloatArray) -> FloatArray:
 
 
 def test_differential_pulley_has_one_tension() -> None:
-    """A cable over a floating pulley: both ends pull with half of what pulls the pulley."""
+    """Both ends of a cable over a floating pulley have half of the force on the pulley."""
     ends = [("link_0", (1.0, 0.0, 0.0)), ("link_1", (0.0, 1.0, 0.0))]
     path = [ViaPoint(WORLD, (0.0, 0.0, 0.0)), ViaPoint(*ends[0])]
     path += [ViaPoint(WORLD, (0.0, 0.0, 0.0)), ViaPoint(*ends[1])]
@@ -103,5 +103,5 @@ def test_differential_pulley_has_one_tension() -> None:
     length = (np.linalg.norm(first) + np.linalg.norm(second)) / 2
     assert CoreDynamics(robot).muscle_lengths(q)[0] == pytest.approx(length, rel=1e-14)
     pull = -T / 2 * first / np.linalg.norm(first), -T / 2 * second / np.linalg.norm(second)
-    expected = [pull[0][0] + pull[1][0], pull[1][1], 0.0]  # link_1 rides on link_0
+    expected = [pull[0][0] + pull[1][0], pull[1][1], 0.0]  # link_1 is mounted on link_0
     np.testing.assert_allclose(divided(robot, T, q), expected, rtol=1e-13, atol=1e-13)

@@ -1,4 +1,4 @@
-"""The C core trusts no surface, wrap or pulley of a blob."""
+"""Checks of surfaces, wraps and pulleys of blobs in the C core."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ pytestmark = pytest.mark.native
 
 
 def good() -> tuple[dict[str, int], dict[str, object]]:
-    """Two muscles of two points, the first off a pulley and over a sphere, both over a cylinder."""
+    """Return two muscles over a cylinder; the first also has a pulley and a sphere."""
     names = [line.split() for line in library().core_layout().decode().splitlines()]
     counts = {words[1]: 0 for words in names if words[0] == "count"}
     counts |= {
@@ -143,7 +143,7 @@ def test_too_many_surfaces_in_a_segment_are_rejected() -> None:
 
 
 def test_largest_number_of_surfaces_in_a_segment_is_solved() -> None:
-    """Behind a pulley, and all at the same place."""
+    """The surfaces are after a pulley, and all at the same position."""
     ends = (ViaPoint(WORLD, (1.0, 0.0, 0.0)), ViaPoint("link_2", (-1.0, 0.01, 0.2)))
     for shape in ("sphere", "cylinder"):
         wraps = tuple(Wrap("round", 0) for _ in range(8))
@@ -158,7 +158,7 @@ def test_largest_number_of_surfaces_in_a_segment_is_solved() -> None:
 
 @pytest.mark.parametrize("size", [1e300, 1e-300])
 def test_search_terminates_for_extreme_positions(size: float) -> None:
-    """Numbers may overflow; nothing is read out of bounds, and it ends."""
+    """Numbers can overflow, but reads stay within bounds and the search terminates."""
     counts, fields = good()
     fields["point_position"] = size * np.arange(12.0).reshape(4, 3)
     core = Core(pack_blob(counts, fields))  # type: ignore[arg-type]

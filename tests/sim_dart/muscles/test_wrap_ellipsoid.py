@@ -1,4 +1,4 @@
-"""Wraps over ellipsoids against spheres, elliptic integrals and paths of many short parts."""
+"""Wraps over ellipsoids compared with spheres, elliptic integrals and polygons."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ pytestmark = pytest.mark.native
 
 
 def _over(r: FloatArray, pose: Pose, a: FloatArray, b: FloatArray) -> Robot:
-    """A muscle from the world over an ellipsoid in the world to a carriage."""
+    """Return a muscle from the world over an ellipsoid to a carriage."""
     egg = WrapSurface("egg", WORLD, "ellipsoid", r[0], pose, half_axes=(r[1], r[2]))
     ends = (ViaPoint(WORLD, tuple(a)), ViaPoint(FAR, tuple(b)))
     return carriage([Muscle("m", ends, wraps=(Wrap("egg", 0),))], [egg])
 
 
 def _length(r: FloatArray, a: FloatArray, b: FloatArray) -> float:
-    """From a to b, in the frame of the ellipsoid."""
+    """Return the length from a to b in the frame of the ellipsoid."""
     robot = _over(np.array(r), Pose(), np.array(a), np.array(b))
     return float(MusclePaths(robot).evaluate(np.zeros(3)).lengths[0])
 
 
 def _case(rng: np.random.Generator, ratio: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Half axes that differ by a ratio at most, and two ends about opposite."""
+    """Return half axes with a limited ratio, and two end points on opposite sides."""
     r = np.exp(rng.uniform(0.0, math.log(ratio), 3)) * rng.uniform(0.02, 0.5)
     ends = []
     towards = rng.normal(size=3)
@@ -58,13 +58,13 @@ def test_ellipsoid_with_equal_half_axes_equals_sphere() -> None:
 
 
 def _ellipse(a: float, b: float, from_: float, to: float) -> float:
-    """Length of an ellipse (a cos t, b sin t)."""
+    """Return the length of an ellipse (a cos t, b sin t)."""
     m = 1.0 - (a / b) ** 2
     return b * float(ellipeinc(to, m) - ellipeinc(from_, m))
 
 
 def _around_ellipse(a: float, b: float, x: float, y: float) -> float:
-    """From (x, y) over the top of an ellipse to (-x, y)."""
+    """Return the length from (x, y) over the top of an ellipse to (-x, y)."""
 
     def off(t: float) -> float:
         return x * math.cos(t) / a + y * math.sin(t) / b - 1.0
@@ -76,7 +76,7 @@ def _around_ellipse(a: float, b: float, x: float, y: float) -> float:
 
 @pytest.mark.parametrize(("a", "b", "c"), [(1.0, 0.7, 2.0), (0.4, 1.0, 1.2), (1.0, 1.0, 3.0)])
 def test_paths_in_planes_of_symmetry(a: float, b: float, c: float) -> None:
-    """In the plane across the longest half axis the shortest path is over an ellipse."""
+    """The shortest path in the plane perpendicular to the longest half axis is over an ellipse."""
     for x, y in ((1.5, 0.2), (1.1, 0.6), (3.0, 0.1)):
         expected = _around_ellipse(a, b, x * a, y * b)
         assert _length((a, b, c), (x * a, y * b, 0.0), (-x * a, y * b, 0.0)) == pytest.approx(
@@ -85,10 +85,9 @@ def test_paths_in_planes_of_symmetry(a: float, b: float, c: float) -> None:
 
 
 def _chords(r: FloatArray, a: FloatArray, b: FloatArray, parts: int, side: float) -> float:
-    """The shortest path of two tangents and so many chords, begun on a side of the straight line.
+    """Return the shortest path of two tangents and a number of chords.
 
-    The square of the chords' mean square is no less than that of their sum, and as much where they
-    are all as long.
+    The mean square of the chords is minimised. It equals the squared mean if all have equal length.
     """
     ends = np.array([a / r, b / r])
     e2 = (ends**2).sum(axis=1)
@@ -129,7 +128,7 @@ def _chords(r: FloatArray, a: FloatArray, b: FloatArray, parts: int, side: float
 
 
 def _shortest(r: FloatArray, a: FloatArray, b: FloatArray) -> float:
-    """By extrapolation of chords, whose error is as the square of their lengths."""
+    """Return the length extrapolated from chords, whose error is quadratic in their length."""
     side = min((1.0, -1.0), key=lambda side: _chords(r, a, b, 8, side))
     coarse, fine = (_chords(r, a, b, parts, side) for parts in (12, 24))
     return fine + (fine - coarse) / 3.0
@@ -150,7 +149,7 @@ def test_paths_equal_shortest_polygons() -> None:
 
 
 def test_gradient_equals_differences_of_the_length() -> None:
-    """Of all ends, also where the ellipsoid shrinks; in any pose."""
+    """Check both ends, shrunk ellipsoids, and random poses."""
     rng = np.random.default_rng(4)
     most = 0.0
     for k in range(40):
@@ -180,7 +179,7 @@ def test_length_depends_only_on_the_pose() -> None:
 
 
 def test_length_is_smooth_at_first_contact() -> None:
-    """Across the pose where the straight line just clears the ellipsoid."""
+    """Move across the pose in which the straight line touches the ellipsoid."""
     a, b = np.array([-1.0, 0.0, 0.1]), np.array([1.0, 0.0, 0.1])
     paths = MusclePaths(_over(np.array([0.3, 0.2, 0.1]), Pose(), a, b))
     for z in (1e-3, 1e-6, 1e-9):
@@ -211,7 +210,7 @@ def _two(shape: str, rng: np.random.Generator) -> Robot:
 
 @pytest.mark.parametrize("shape", ["sphere", "cylinder", "ellipsoid"])
 def test_with_another_surface_in_the_segment(shape: str) -> None:
-    """Taut over both: the gradient is that of the length, and no longer way than by a via point."""
+    """The path is taut, has the correct gradient, and is not longer than over a via point."""
     rng = np.random.default_rng(7)
     robot = _two(shape, rng)
     paths = MusclePaths(robot)
@@ -234,7 +233,7 @@ def test_with_another_surface_in_the_segment(shape: str) -> None:
 
 @pytest.mark.parametrize("name", ["one", "bar", "quadrant"])
 def test_energy_of_a_swinging_robot_is_constant(name: str) -> None:
-    """Kinetic, of the weight, of constant tensions f l; the error falls as h^4."""
+    """The error of the total energy with constant tensions is of order h^4."""
     robot = over_ellipsoids()
     robot = robot.with_muscles([muscle for muscle in robot.muscles if muscle.name == name])
     paths, f = MusclePaths(robot), np.array([20.0])

@@ -1,4 +1,4 @@
-"""Forces of wrapped muscles: power, Newton's third law, and the lines that are drawn."""
+"""Forces of wrapped muscles: power, Newton's third law, and drawn lines."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ROBOTS = [planar_2r(), chain(), *TREES]
 def velocities(
     robot: Robot, q: FloatArray, qd: FloatArray
 ) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """Angular velocity of each link and the velocity of its point at the world's origin."""
+    """Return the angular velocity of each link and the velocity at the world origin."""
     frames, places = moving_frames(robot)
     R, p, w, v = [], [], [], []
     for frame in frames:
@@ -53,7 +53,7 @@ def velocities(
 
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
 def test_power_of_point_forces_equals_power_of_tensions(robot: Robot) -> None:
-    """Sum of forces times velocities = -f . l', to 1e-12."""
+    """The sum of forces times velocities equals -f . l' to 1e-12."""
     rng = np.random.default_rng(1)
     paths, n, m = MusclePaths(robot), len(robot.coordinates), len(robot.muscles)
     for _ in range(20):
@@ -70,7 +70,7 @@ def test_power_of_point_forces_equals_power_of_tensions(robot: Robot) -> None:
 
 @pytest.mark.parametrize("robot", TREES, ids=lambda robot: robot.name)
 def test_action_is_reaction(robot: Robot) -> None:
-    """A muscle's pulls add up to no force and no torque."""
+    """The sums of forces and torques of a muscle are zero."""
     rng = np.random.default_rng(2)
     paths, m = MusclePaths(robot), len(robot.muscles)
     for _ in range(20):
@@ -81,7 +81,7 @@ def test_action_is_reaction(robot: Robot) -> None:
 
 
 def test_inner_via_points_have_the_forces_of_both_segments() -> None:
-    """The published plug-in forgets one of them."""
+    """The published plug-in ignores one of the segments."""
     robot = chain()
     f = np.random.default_rng(3).uniform(1, 2, len(robot.muscles))
     q = np.random.default_rng(4).uniform(-0.5, 0.5, 20)
@@ -108,7 +108,7 @@ def test_inner_via_points_have_the_forces_of_both_segments() -> None:
     ids=["single", "sequences"],
 )
 def test_drawn_lines_have_the_lengths_of_the_paths(robot: Robot) -> None:
-    """Their arcs are polygons of steps of 5 degrees: shorter by 3e-4 at most."""
+    """Arcs are polygons with steps of 5 degrees, which are shorter by at most 3e-4."""
     paths = MusclePaths(robot)
     q = np.array([0.05, -0.02, 0.03])
     lengths, lines = paths.evaluate(q).lengths.copy(), paths.path_points(q)

@@ -1,4 +1,4 @@
-"""A cable inside a surface: against MuJoCo, closed forms, a convex search; smooth at its kinks."""
+"""Cables inside surfaces compared with MuJoCo, closed forms and convex optimisation."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ STEP = 1e-6
 
 
 def inside(robot: Robot) -> Robot:
-    """The same muscles, each inside its surfaces."""
+    """Return the same muscles with inside wraps."""
     return robot.with_muscles(
         replace(m, wraps=tuple(replace(w, side=0, turns=0, inside=True) for w in m.wraps))
         for m in robot.muscles
@@ -30,14 +30,14 @@ def inside(robot: Robot) -> Robot:
 
 
 def straight(robot: Robot, q: FloatArray) -> FloatArray:
-    """Distances of the ends of a carriage's muscles."""
+    """Return the distances of the ends of all muscles of a carriage."""
     ends = [[np.array(p.position) for p in m.via_points] for m in robot.muscles]
     return np.array([np.linalg.norm(b + q - a) for a, b in ends])
 
 
 @pytest.mark.slow
 def test_lengths_and_jacobian_equal_mujoco_inside_wraps() -> None:
-    """10,000 configurations, ends inside the surfaces included: a side site at the centre."""
+    """Check 10,000 configurations with a side site at the centre, also with ends inside."""
     rng = np.random.default_rng(31)
     compared = touched = 0
     for scale in (1.0, 0.01, 30.0):
@@ -55,7 +55,7 @@ def test_lengths_and_jacobian_equal_mujoco_inside_wraps() -> None:
 
 
 def scaled(robot: Robot, scale: float) -> Robot:
-    """Another unit of length."""
+    """Return the robot in another unit of length."""
 
     def times(vector: tuple[float, ...]) -> tuple[float, float, float]:
         x, y, z = (scale * value for value in vector)
@@ -75,7 +75,7 @@ def scaled(robot: Robot, scale: float) -> Robot:
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
 @pytest.mark.parametrize("angle", [0.0, 0.3, 1.0, -1.6, 1.9])
 def test_symmetric_path_touches_in_the_middle(shape: str, angle: float) -> None:
-    """Both ends at 3 R, an angle apart: the cable is bent at half of it; unrolled, it climbs."""
+    """Both ends are at 3 R. The cable touches at half of the angle between them."""
     R, climb = 0.1, 0.0 if shape == "sphere" else 0.13
     half = abs(angle) / 2
     planar = 2 * math.hypot(3 * R * math.sin(half), 3 * R * math.cos(half) - R)
@@ -88,7 +88,7 @@ def test_symmetric_path_touches_in_the_middle(shape: str, angle: float) -> None:
 
 
 def polar(shape: str, R: float, ra: float, rb: float, angle: float, climb: float = 0.0) -> Robot:
-    """A muscle between two points given by polar coordinates about the surface's z axis."""
+    """Return a muscle between two points in polar coordinates about the z axis of the surface."""
     ends = (
         ViaPoint(WORLD, (ra, 0.0, 0.0)),
         ViaPoint(FAR, (rb * math.cos(angle), rb * math.sin(angle), climb)),
@@ -119,7 +119,7 @@ def test_jacobian_is_the_derivative_of_the_lengths() -> None:
 def test_length_is_continuous_at_first_contact_inside(
     shape: str, begin: tuple[float, float], end: tuple[float, float]
 ) -> None:
-    """Lengths of neighbouring places differ by no more than the way between them."""
+    """Lengths at neighbouring positions differ by at most their distance."""
     surface = WrapSurface("ring", WORLD, shape, 0.1)  # type: ignore[arg-type]
     ends = (ViaPoint(WORLD, (0.4, 0.13, 0.0)), ViaPoint(FAR, (0.0, 0.0, 0.02)))
     muscle = Muscle("m", ends, wraps=(Wrap("ring", 0, inside=True),))
@@ -136,7 +136,7 @@ def test_length_is_continuous_at_first_contact_inside(
 
 @pytest.mark.slow
 def test_path_through_several_balls_is_the_shortest() -> None:
-    """Least sum of distances over a point in each ball, in their order: a convex problem."""
+    """Compare with the convex problem of the smallest sum of distances over points in balls."""
     rng = np.random.default_rng(33)
     touched = 0
     for count in (2, 3):
@@ -153,13 +153,13 @@ def test_path_through_several_balls_is_the_shortest() -> None:
             robot = carriage([Muscle("m", ends, wraps=wraps)], surfaces)
             (length,) = MusclePaths(robot).evaluate(np.zeros(3)).lengths
             expected = shortest(*(np.array(p.position) for p in ends), centres, radii)
-            assert length == pytest.approx(expected, abs=1e-7)  # of the search
+            assert length == pytest.approx(expected, abs=1e-7)  # accuracy of the search
             touched += length > straight(robot, np.zeros(3))[0] + 1e-6
     assert touched > 40
 
 
 def shortest(a: FloatArray, b: FloatArray, centres: FloatArray, radii: FloatArray) -> float:
-    """Length of the shortest way from a to b through balls in order."""
+    """Return the length of the shortest path from a to b through balls in order."""
 
     def length(flat: FloatArray) -> float:
         way = np.vstack([a, flat.reshape(-1, 3), b])
@@ -181,7 +181,7 @@ def shortest(a: FloatArray, b: FloatArray, centres: FloatArray, radii: FloatArra
 
 @pytest.mark.parametrize("seed", range(4))
 def test_forces_are_balanced_and_have_the_power_of_tensions(seed: int) -> None:
-    """On trees, surfaces on any link: no force, no torque, and -f . l'."""
+    """Check zero total force and torque, and the power -f . l', on random trees."""
     robot = inside(wrapped_tree(random_robot(seed), seed))
     paths, m, n = MusclePaths(robot), len(robot.muscles), len(robot.coordinates)
     rng = np.random.default_rng(seed)
@@ -195,7 +195,7 @@ def test_forces_are_balanced_and_have_the_power_of_tensions(seed: int) -> None:
 
 @pytest.mark.slow
 def test_degenerate_positions_have_finite_lengths_and_jacobians() -> None:
-    """Ends on the surface, at its centre, at one place, opposite, on one ray, on the axis."""
+    """Ends are on the surface, at its centre, equal, opposite, on one ray, or on the axis."""
     for shape in ("sphere", "cylinder"):
         for ra in (0.0, 0.1, 0.1 * (1 + 1e-15), 0.3):
             for rb in (0.0, 0.1, 0.2, 0.3):

@@ -1,4 +1,4 @@
-"""Wraps that are found side by side have the lengths and moment arms of each by itself."""
+"""Parallel computation of wraps equals the computation of single wraps."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.native
 
 
 def by_themselves(robot: Robot) -> list[MusclePaths]:
-    """A robot a muscle: one wrap is not worth a lane."""
+    """Return one robot per muscle, since a single wrap is not computed in parallel."""
     return [MusclePaths(robot.with_muscles([muscle])) for muscle in robot.muscles]
 
 
@@ -29,7 +29,7 @@ def by_themselves(robot: Robot) -> list[MusclePaths]:
 @pytest.mark.parametrize("surface_link", [WORLD, "link_1", FAR])
 @pytest.mark.parametrize("count", few([17, 2, 16, 50]))
 def test_parallel_wraps_equal_single_wraps(surface_link: str, count: int) -> None:
-    """All kinds together; at the near end, the far end, both or neither the surface moves."""
+    """Check all kinds, with surfaces fixed to one end, both ends or neither."""
     rng = np.random.default_rng(count)
     robot = single_wraps(rng, count, sides=(0, 1, -1), turns=(0, 0, 1), lengths=(0.2, math.inf))
     surfaces = tuple(replace(s, link=surface_link) for s in robot.wrap_surfaces)
@@ -46,7 +46,7 @@ def test_parallel_wraps_equal_single_wraps(surface_link: str, count: int) -> Non
 def fan(
     shape: WrapShape, side: Literal[0, 1, -1], angles: NDArray[np.float64], climb: float
 ) -> Robot:
-    """Muscles over surfaces of 0.1 m, from 0.3 m off the axis, at angles, to as far from it."""
+    """Return muscles over surfaces of 0.1 m, with ends 0.3 m from the axis at several angles."""
     muscles, surfaces = [], []
     for k, angle in enumerate(angles):
         far = (0.3 * math.cos(angle), 0.3 * math.sin(angle), climb)
@@ -63,7 +63,7 @@ def fan(
 def test_parallel_wraps_at_contact_and_side_changes(
     shape: WrapShape, side: Literal[0, 1, -1]
 ) -> None:
-    """Rounding apart from there, on both sides of it; and across the axis, or nearly."""
+    """Check angles one rounding error before and after contact, and paths through the axis."""
     touching = 2 * math.acos(1 / 3)
     apart = np.concatenate([[0.0], np.logspace(-16, -1, 16)])
     kinks = [sign * angle for angle in (touching, math.pi) for sign in (1, -1)]
@@ -75,7 +75,7 @@ def test_parallel_wraps_at_contact_and_side_changes(
 
 
 def test_trace_does_not_change_results() -> None:
-    """Not the last bit: who draws a robot does not change its run."""
+    """Results after drawing are bit-identical."""
     rng = np.random.default_rng(3)
     paths, q = MusclePaths(single_wraps(rng, 40, sides=(0, 1, -1))), rng.uniform(-0.3, 0.3, 3)
     lengths, L = (array.copy() for array in paths.evaluate(q))

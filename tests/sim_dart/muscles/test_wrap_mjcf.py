@@ -1,4 +1,4 @@
-"""A robot written for MuJoCo wraps its tendons as we do, as far as MuJoCo can."""
+"""Wraps of robots that are written to MJCF, compared with MuJoCo."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ pytestmark = pytest.mark.native
 def test_written_mujoco_model_has_the_same_tendon_lengths(
     tmp_path: Path, sides: tuple[int, ...]
 ) -> None:
-    """At the initial coordinates, for which the side sites are placed; both ends outside."""
+    """Compare at the initial coordinates, which determine side sites, with both ends outside."""
     rng = np.random.default_rng(21)
     compared = wrapped = 0
     for k in range(3):
@@ -42,9 +42,7 @@ def test_written_mujoco_model_has_the_same_tendon_lengths(
             is_odd = sides != (0,) and (
                 is_straight or lengths[m] > straight[m] + 3 * surface.radius
             )
-            if (
-                is_odd
-            ):  # MuJoCo goes round where its straight line is clear, and not where parts cross
+            if is_odd:  # MuJoCo differs if the straight line is free or the straight parts cross
                 continue
             assert lengths[m] == pytest.approx(expected, abs=1e-9)
             compared += 1

@@ -37,7 +37,7 @@ R = 0.05
 
 
 def caspr_length(F: FloatArray, v: FloatArray, B: FloatArray) -> float:
-    """Arc and tangent as CASPR takes them: right for less than half a turn."""
+    """Return arc plus tangent as in CASPR, valid for less than half a turn."""
     across = (B - F) - ((B - F) @ v) * v
     C = F + R * across / np.linalg.norm(across)
     n = np.cross(v, across / np.linalg.norm(across))
@@ -73,7 +73,7 @@ def numbers(muscle: Muscle) -> tuple[FloatArray, FloatArray, FloatArray]:
 def test_lengths_equal_caspr_and_jacobians_their_derivatives(
     kind: Literal["rotating", "screw"],
 ) -> None:
-    """Of a screw's pulley without any travel of its winch."""
+    """The pulley of a screw has no travel."""
     rng = np.random.default_rng(1)
     robot = pulleys(rng, 300, kind)
     paths, compared = MusclePaths(robot), 0
@@ -94,7 +94,7 @@ def test_lengths_equal_caspr_and_jacobians_their_derivatives(
 
 
 def in_plane(x: float, y: float) -> float:
-    """Length to a point in the pulley's plane: x along the cable that comes on, y across."""
+    """Return the length to a point in the pulley plane, with x along the incoming cable."""
     ends = (ViaPoint(WORLD, (0.0, 0.0, 0.0)), ViaPoint(FAR, (x, 0.0, y)))
     muscle = Muscle("m", ends, pulley=base_pulley(R, (2.0, 0.0, 0.0)))
     return float(MusclePaths(carriage([muscle], [])).evaluate(np.zeros(3)).lengths[0])
@@ -111,7 +111,7 @@ def test_lengths_in_closed_form() -> None:
 
 @pytest.mark.parametrize("angle", np.radians([10.0, 60.0, 100.0, 170.0]))
 def test_end_point_inside_the_pulley(angle: float) -> None:
-    """Without a jump, and finite to its very beginning."""
+    """The length is continuous and finite up to the entry point."""
     edge = 2 * R * math.sin(angle)  # along the chord from the entry point at this angle
     x, y = math.cos(angle), math.sin(angle)
     ahead, behind = (in_plane(d * x, d * y) for d in (edge * (1 + 1e-12), edge * (1 - 1e-12)))
@@ -143,7 +143,7 @@ def test_cable_without_pulley_is_straight() -> None:
 
 
 def test_pulley_on_a_link() -> None:
-    """The same cable seen from its other end: pulley on the carriage, its far end in the world."""
+    """The same cable has its pulley on the carriage and its end in the world."""
     rng = np.random.default_rng(5)
     robot = pulleys(rng, 40)
     turned = robot.with_muscles(
@@ -159,7 +159,7 @@ def test_pulley_on_a_link() -> None:
 
 
 def test_winch_includes_inertia_and_friction_of_its_pulley() -> None:
-    """J (r / R)^2 and Tc r / R at the drum."""
+    """The drum has the additional inertia J (r / R)^2 and friction Tc r / R."""
     pulley = base_pulley(R, (1.0, 0.0, 0.0))
     given = (("inertia", (3e-4,)), ("bearing_friction", (0.02,)))
     law = CableModel("winch", (*WINCH.items(), ("drum_inertia", 1e-3)))
@@ -186,7 +186,7 @@ PLATFORMS = {
 
 @pytest.mark.parametrize("name", PLATFORMS)
 def test_platforms_with_swivelling_pulleys_in_closed_form(name: str) -> None:
-    """Lengths to 1e-12 m; the wrench of unit tensions is that of forces along the tangents."""
+    """Compare lengths to 1e-12 m, and wrenches of unit tensions with forces along tangents."""
     free = Joint("free", WORLD, "platform", *_spatial())
     muscles = [
         Muscle(f"c{k}", (ViaPoint(WORLD, F), ViaPoint("platform", b)), 1.0, 100.0,
@@ -213,7 +213,7 @@ def _spatial() -> tuple[tuple[Motion, ...], tuple[Coordinate, ...]]:
 
 
 def test_tackle_pulls_with_every_fall() -> None:
-    """A path that runs to and fro n times: n times the length, n times the force."""
+    """A path with n falls has n times the length and n times the force."""
     fall = (ViaPoint(WORLD, (0.0, 0.0, 0.0)), ViaPoint(FAR, (0.5, 0.2, 0.1)))
     tackles = [Muscle(f"n{n}", tuple(fall[k % 2] for k in range(n + 1))) for n in (1, 2, 3, 6)]
     state = MusclePaths(carriage(tackles, [])).evaluate(np.array([0.1, 0.2, -0.1]))
@@ -223,7 +223,7 @@ def test_tackle_pulls_with_every_fall() -> None:
 
 
 def test_differential_pulley_force_depends_on_difference_of_radii() -> None:
-    """Weston's: a sheave of R pays out, one of r < R on the same axle takes in."""
+    """In Weston's pulley, sheaves of radius R and r < R are on the same axle."""
     up, load = ViaPoint(WORLD, (0.0, 0.0, 1.0)), ViaPoint(FAR, (0.0, 0.0, 0.0))
     down = Branch(2, -10.0 / 9.0)  # r / R = 0.9
     muscle = Muscle("w", (up, load, up, load), branches=(down,))

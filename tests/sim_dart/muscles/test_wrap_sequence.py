@@ -1,4 +1,4 @@
-"""Several surfaces in one segment: taut, smooth, and as closed forms say."""
+"""Several surfaces in one segment: taut and smooth paths, and closed forms."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ STEP = 1e-6
 def belt(
     circles: list[tuple[complex, float, int]], start: complex, end: complex, climb: float
 ) -> float:
-    """A cable touching each of several parallel cylinders, on given sides: unrolled it is straight.
+    """Return the length of a cable over parallel cylinders on given sides.
 
-    A common tangent of two circles that are turned about in the senses s and t has the direction of
-    their centres, turned by asin((s R - t r) / distance).
+    The direction of a common tangent of two circles with senses s and t is the direction of their
+    centres, rotated by asin((s R - t r) / distance).
     """
     stations = [(start, 0.0, 1), *circles, (end, 0.0, 1)]
     planar, directions = 0.0, []
@@ -49,7 +49,7 @@ def belt(
 
 
 def parallel(circles: list[tuple[complex, float, int]], climb: float, *, sided: bool) -> Robot:
-    """The same as a robot; the cylinders stand along z."""
+    """Return the corresponding robot with cylinders along z."""
     surfaces = [
         WrapSurface(f"c{k}", WORLD, "cylinder", R, Pose((c.real, c.imag, 0.3)))
         for k, (c, R, _) in enumerate(circles)
@@ -65,7 +65,7 @@ def parallel(circles: list[tuple[complex, float, int]], climb: float, *, sided: 
 @pytest.mark.parametrize("senses", [*product((1, -1), repeat=2), (1, -1, 1), (-1, 1, 1)])
 @pytest.mark.parametrize("climb", [0.0, 0.4])
 def test_parallel_cylinders_with_specified_sides(senses: tuple[int, ...], climb: float) -> None:
-    """Each lies across the straight line, so each holds its cable on its side."""
+    """Each cylinder intersects the straight line."""
     places = np.linspace(-0.6, 0.6, len(senses))
     circles = [
         (complex(x, 0.01 * (-1) ** k), 0.15, s)
@@ -93,7 +93,7 @@ def test_path_without_sides_is_the_shortest() -> None:
 
 
 def over_sphere(a: np.ndarray, b: np.ndarray, c: np.ndarray, R: float) -> float:
-    """Length of the shorter way from a to b past a sphere, in closed form; both must be outside."""
+    """Return the length of the shorter path from a to b over a sphere, with both outside."""
     a, b = a - c, b - c
     if min(a @ a, b @ b) < R**2:
         return 1e3
@@ -109,7 +109,7 @@ def over_sphere(a: np.ndarray, b: np.ndarray, c: np.ndarray, R: float) -> float:
 
 @pytest.mark.slow
 def test_path_over_two_spheres_is_taut_and_near_the_shortest() -> None:
-    """Against a search for the point between them, from many beginnings."""
+    """Compare with a search for the point between both spheres from many starts."""
     rng = np.random.default_rng(11)
     robot = sequences(rng, 30, 2, shapes=("sphere",))
     lengths = MusclePaths(robot).evaluate(np.zeros(3)).lengths
@@ -157,7 +157,7 @@ def test_jacobian_is_the_derivative_of_the_lengths(options: dict[str, object], c
 @pytest.mark.parametrize("count", [2, 3, 5])
 @pytest.mark.parametrize("options", KINDS, ids=NAMES)
 def test_cable_is_straight_between_surfaces(options: dict[str, object], count: int) -> None:
-    """Its pulls on the surfaces cancel: the directions left and right of each gap agree."""
+    """The directions at both ends of each straight part agree."""
     rng = np.random.default_rng(13)
     muscles, bad = 200, 0
     robot = sequences(rng, muscles, count, **options)  # type: ignore[arg-type]
@@ -172,7 +172,7 @@ def test_cable_is_straight_between_surfaces(options: dict[str, object], count: i
 
 @pytest.mark.slow
 def test_length_is_continuous_along_a_motion() -> None:
-    """Over cylinders without chosen sides, in fine steps: it changes by no more than the way."""
+    """Without specified sides, the length changes by at most the displacement."""
     rng = np.random.default_rng(14)
     robot = sequences(rng, 40, 2, shapes=("cylinder",))
     paths = MusclePaths(robot)
@@ -189,7 +189,7 @@ def test_length_is_continuous_along_a_motion() -> None:
 
 
 def test_surface_without_contact_does_not_change_the_length() -> None:
-    """One of two is clear: the length is that over the other alone."""
+    """If one surface has no contact, the length is determined by the other."""
     circle = (0.0 + 0.0j, 0.2, 1)
     far = (0.5 - 3.0j, 0.2, 1)
     both = parallel([circle, far], 0.1, sided=False)

@@ -1,4 +1,4 @@
-"""One surface in a segment: against MuJoCo, closed forms, finite differences; smooth at kinks."""
+"""One surface in a segment compared with MuJoCo, closed forms and finite differences."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ STEP = 1e-6
 
 
 class Seen:
-    """The ends of every muscle of a carriage as its surface sees them, at one q."""
+    """Ends of the muscles of a carriage in the frames of their surfaces, at one q."""
 
     def __init__(self, robot: Robot, q: FloatArray) -> None:
         self.R = np.array([surface.radius for surface in robot.wrap_surfaces])
@@ -45,7 +45,7 @@ class Seen:
 
 
 def centre_side(robot: Robot, rng: np.random.Generator) -> list[FloatArray]:
-    """A point far from each surface, on a random side of it: near ones mean wrapping inside."""
+    """Return a distant point on a random side of each surface; near points select inside wraps."""
     directions = rng.normal(size=(len(robot.muscles), 3)) * [1.0, 1.0, 0.0]
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     return [1e3 * s.radius * d for s, d in zip(robot.wrap_surfaces, directions, strict=True)]
@@ -53,7 +53,7 @@ def centre_side(robot: Robot, rng: np.random.Generator) -> list[FloatArray]:
 
 @pytest.mark.slow
 def test_shorter_path_equals_mujoco() -> None:
-    """10,000 configurations; both ends outside, as MuJoCo needs it."""
+    """Check 10,000 configurations with both ends outside, which MuJoCo requires."""
     rng = np.random.default_rng(1)
     compared = wrapped = 0
     for _ in range(5):
@@ -73,11 +73,10 @@ def test_shorter_path_equals_mujoco() -> None:
 
 @pytest.mark.slow
 def test_specified_sides_equal_mujoco_side_sites() -> None:
-    """MuJoCo marks the side by a place, we by a sense.
+    """Compare the rotation sense of cables with side sites of MuJoCo.
 
-    MuJoCo goes the longer way where the place lies across the centre from both ends. It differs
-    where the straight line clears the surface on the other side (it goes round) and where the
-    straight parts cross (it takes the other side): those are left out.
+    MuJoCo uses the longer path if the site is opposite to both ends. Two cases differ and are
+    skipped: the straight line has no contact but is on the other side, or the straight parts cross.
     """
     rng = np.random.default_rng(2)
     compared = wrapped = 0
@@ -108,7 +107,7 @@ def test_specified_sides_equal_mujoco_side_sites() -> None:
 
 
 def sides_of_sites(seen: Seen, sites: list[FloatArray]) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """MuJoCo's sense about each z axis, and whether it can be compared."""
+    """Return the sense of MuJoCo about each z axis, and whether it can be compared."""
     sides, held = [], []
     for k, site in enumerate(sites):
         x = np.cross(seen.a[k], seen.b[k])
@@ -129,7 +128,7 @@ def sides_of_sites(seen: Seen, sites: list[FloatArray]) -> tuple[FloatArray, NDA
 
 
 def tangent_points(a: complex, b: complex, R: float, sense: int) -> tuple[complex, complex]:
-    """Where a cable from a to b begins and ends to touch a circle that it turns about."""
+    """Return the first and last contact point of a cable from a to b on a circle."""
     from_a = math.acos(min(1.0, R / abs(a)))
     from_b = math.acos(min(1.0, R / abs(b)))
     return R * a / abs(a) * cmath.rect(1, sense * from_a), R * b / abs(b) * cmath.rect(
@@ -138,7 +137,7 @@ def tangent_points(a: complex, b: complex, R: float, sense: int) -> tuple[comple
 
 
 def is_between(a: complex, direction: complex, b: complex) -> bool:
-    """Whether a direction lies in the smaller angle between a and b."""
+    """Return whether a direction is inside of the smaller angle between a and b."""
     turn = (a.conjugate() * b).imag
     return (a.conjugate() * direction).imag * turn >= 0 and (
         direction.conjugate() * b
@@ -146,12 +145,12 @@ def is_between(a: complex, direction: complex, b: complex) -> bool:
 
 
 def along(v: complex, direction: complex) -> float:
-    """The component of v in a direction."""
+    """Return the component of v in a direction."""
     return (v * direction.conjugate()).real / abs(direction)
 
 
 def do_cross(a: complex, p: complex, b: complex, q: complex) -> bool:
-    """Whether the two straight parts meet: MuJoCo takes the other side then."""
+    """Return whether both straight parts cross, for which MuJoCo uses the other side."""
     d, e = p - a, q - b
     det = (d.conjugate() * e).imag
     if det == 0:
@@ -165,7 +164,7 @@ def do_cross(a: complex, p: complex, b: complex, q: complex) -> bool:
 @pytest.mark.parametrize("side", [0, 1, -1])
 @pytest.mark.parametrize("turns", [0, 1, 3])
 def test_lengths_in_closed_form(shape: str, side: int, turns: int) -> None:
-    """Ends at distances of 2 R and 3 R, an angle apart, climbing by R over a cylinder."""
+    """Ends are at distances 2 R and 3 R, with an axial distance of R for a cylinder."""
     R, climb = 0.1, 0.0 if shape == "sphere" else 0.1
     free = math.acos(1 / 2) + math.acos(1 / 3)
     tangents = math.sqrt(3.0) * R + math.sqrt(8.0) * R
@@ -188,7 +187,7 @@ def polar(
     turns: int = 0,
     length: float = math.inf,
 ) -> Robot:
-    """A muscle between two points given by polar coordinates about the surface's z axis."""
+    """Return a muscle between two points in polar coordinates about the z axis of the surface."""
     ends = (
         ViaPoint(WORLD, (ra, 0.0, 0.0)),
         ViaPoint(FAR, (rb * math.cos(angle), rb * math.sin(angle), climb)),
@@ -210,7 +209,7 @@ def polar(
     ids=["shorter", "sides", "turns", "ends", "ends-and-sides"],
 )
 def test_jacobian_is_the_derivative_of_the_lengths(options: dict[str, tuple[float, ...]]) -> None:
-    """Everywhere but where a kink lies between the two lengths that are compared."""
+    """Compare except if a kink is between both evaluated lengths."""
     rng = np.random.default_rng(3)
     robot = single_wraps(rng, 200, **options)  # type: ignore[arg-type]
     paths = MusclePaths(robot)
@@ -222,7 +221,7 @@ def test_jacobian_is_the_derivative_of_the_lengths(options: dict[str, tuple[floa
 
 
 def crossing(is_before: Callable[[float], bool]) -> tuple[float, float]:
-    """Two neighbouring numbers within 0 to 1, the first before something happens."""
+    """Return two neighbouring numbers from 0 to 1, before and after an event."""
     low, high = 0.0, 1.0
     assert is_before(low)
     assert not is_before(high)
@@ -234,7 +233,7 @@ def crossing(is_before: Callable[[float], bool]) -> tuple[float, float]:
 def between(
     robot: Robot, begin: FloatArray, end: FloatArray, is_before: Callable[[FloatArray, float], bool]
 ) -> float:
-    """The jump of the first muscle's length where something happens on the way."""
+    """Return the jump of the first muscle length at an event."""
     paths = MusclePaths(robot)
 
     def length(t: float) -> float:
@@ -255,7 +254,7 @@ def straight(robot: Robot, q: FloatArray) -> float:
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
 @pytest.mark.parametrize("side", [0, 1, -1])
 def test_length_is_smooth_at_contact_and_lift_off(shape: str, side: int) -> None:
-    """From touching to clear, past the side that the cable is on."""
+    """Move the straight line from contact to no contact on the side of the cable."""
     up = 1.0 if side >= 0 else -1.0
     robot = polar(shape, 0.1, 0.3, 0.3, math.pi - up * 0.2, 0.0 if shape == "sphere" else 0.1, side)
     begin, end = np.array([0.0, 0.0, 0.0]), np.array([0.0, up * 0.4, 0.0])
@@ -264,7 +263,7 @@ def test_length_is_smooth_at_contact_and_lift_off(shape: str, side: int) -> None
 
 
 def test_length_is_continuous_if_the_shorter_path_changes_sides() -> None:
-    """The straight line passes through the axis."""
+    """The straight line intersects the axis."""
     for shape in ("sphere", "cylinder"):
         robot = polar(shape, 0.1, 0.3, 0.3, math.pi - 0.1)
         begin, end = np.zeros(3), np.array([0.0, -0.1, 0.0])
@@ -273,7 +272,7 @@ def test_length_is_continuous_if_the_shorter_path_changes_sides() -> None:
 
 
 def test_specified_side_is_smooth_at_half_a_turn_and_jumps_at_lift_off() -> None:
-    """The jump is the stated one: from the longer way round to the straight line."""
+    """The documented jump is from the longer path to the straight line."""
     robot = polar("cylinder", 0.1, 0.3, 0.3, math.pi - 0.1, side=1)
     y = robot.muscles[0].via_points[1].position[1]
     end = np.array([0.0, -0.3, 0.0])
@@ -284,7 +283,7 @@ def test_specified_side_is_smooth_at_half_a_turn_and_jumps_at_lift_off() -> None
 
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
 def test_end_point_inside_the_surface(shape: str) -> None:
-    """Smoothly at the surface, straight through the centre at the centre, finite within."""
+    """The length is smooth at the surface, straight at the centre, and finite inside."""
     robot = polar(shape, 0.1, 0.3, 0.11, math.pi - 0.3)
     position = np.array(robot.muscles[0].via_points[1].position)
     end = -position
@@ -310,7 +309,7 @@ def test_end_point_inside_the_surface(shape: str) -> None:
 
 
 def test_length_is_continuous_at_the_end_of_a_cylinder() -> None:
-    """Its length falls from that over the cylinder to the straight one within one radius."""
+    """The length decreases to the straight length within one radius."""
     R, half = 0.1, 0.15
     robot = polar("cylinder", R, 0.3, 0.3, 2.8, length=2 * half)
     lifted = [
@@ -332,7 +331,7 @@ def test_length_is_continuous_at_the_end_of_a_cylinder() -> None:
         if z >= half + R:
             assert length == pytest.approx(free, abs=1e-12)
     robot = polar("cylinder", R, 0.3, 0.3, 2.8, climb=0.05, length=2 * half)
-    for edge in (2 * (half - 0.025), 2 * (half + R - 0.025)):  # where half of z comes to the edge
+    for edge in (2 * (half - 0.025), 2 * (half + R - 0.025)):  # half of z is at the edge
         begin, end = np.array([0.0, 0.0, edge - 0.1]), np.array([0.0, 0.0, edge + 0.1])
         jump = between(robot, begin, end, lambda q, _, edge=edge: bool(q[2] < edge))
         assert jump < 1e-9
@@ -350,7 +349,7 @@ def test_the_same_pose_has_the_same_length() -> None:
 
 @pytest.mark.slow
 def test_degenerate_positions_have_finite_lengths_and_jacobians() -> None:
-    """Ends on the surface, at its centre, at the same place, opposite each other, on the axis."""
+    """Ends are on the surface, at its centre, equal, opposite, or on the axis."""
     places = [(0.0, 0.0), (0.1, 0.1), (0.1, 0.0), (0.0, 0.3), (0.3, 0.3), (0.1, 0.3)]
     for shape in ("sphere", "cylinder"):
         for ra, rb in places:
@@ -363,7 +362,7 @@ def test_degenerate_positions_have_finite_lengths_and_jacobians() -> None:
 
 
 def test_length_is_invariant_to_rigid_motion() -> None:
-    """The pose of the surface counts: turned and moved with its muscle, nothing changes."""
+    """Move the surface together with its muscle."""
     rng = np.random.default_rng(8)
     for shape in ("sphere", "cylinder"):
         robot = polar(shape, 0.1, 0.3, 0.2, 2.5, 0.1, 1, 0, 0.5)

@@ -1,4 +1,4 @@
-"""Whole turns about a spindle: stated by the robot, or counted from call to call on request."""
+"""Full turns around a spindle, specified by the robot or counted over calls."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LINK = "link_2"
 
 
 def spindle(side: int = -1, turns: int = 0, second: bool = False) -> Robot:
-    """A cable to a point at the rim of a spindle that the third coordinate turns about z."""
+    """Return a cable to a point on the rim of a spindle, which the third coordinate rotates."""
     ends = (ViaPoint(WORLD, (1.0, -R, 0.0)), ViaPoint(LINK, (0.0, -R, 0.0)))
     surfaces = [WrapSurface("spindle", LINK, "cylinder", R)]
     wraps = [Wrap("spindle", 0, side, turns)]  # type: ignore[arg-type]
@@ -32,7 +32,7 @@ def spindle(side: int = -1, turns: int = 0, second: bool = False) -> Robot:
 
 @pytest.mark.parametrize("second", [False, True], ids=["alone", "after another"])
 def test_counted_turns_wind_and_unwind_the_cable(second: bool) -> None:
-    """Five turns there and back: each radian takes R."""
+    """Check five turns in both directions. Each radian changes the length by R."""
     paths = MusclePaths(spindle(second=second), count_turns=True)
     start = float(paths.evaluate([0.0, 0.0, -0.5]).lengths[0])
     for angle in [*np.linspace(-0.5, -31.0, 60), *np.linspace(-31.0, -0.5, 60)]:
@@ -43,7 +43,7 @@ def test_counted_turns_wind_and_unwind_the_cable(second: bool) -> None:
 
 
 def test_unwinding_continues_in_the_opposite_direction() -> None:
-    """Past the straight cable, without a jump."""
+    """The length is continuous across the straight cable."""
     paths = MusclePaths(spindle(), count_turns=True)
     angles = np.linspace(-1.0, 12.0, 2001)
     lengths = np.array([paths.evaluate([0.0, 0.0, a]).lengths[0] for a in angles])

@@ -1,4 +1,4 @@
-"""Friction of cables in bends: capstan's closed forms, virtual work, energy, DART."""
+"""Cable friction at bends: capstan equation, virtual work, energy, and DART."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def slider(
     surfaces: tuple[WrapSurface, ...] = (),
     **more: Any,
 ) -> Robot:
-    """A mass on rails along x from q = 1, which a cable pulls back through points of the world."""
+    """Return a mass on a rail along x, which a cable pulls through points of the world."""
     path = (*(ViaPoint(WORLD, p) for p in points), ViaPoint("a", (0.0, end, 0.0)))
     muscle = Muscle("m", path, 0.0, 1e4, friction=MU, wraps=wraps, **more)
     inertia = Inertia(MASS, (0.0, 0.0, 0.0), 1.0, 1.0, 1.0)
@@ -53,12 +53,12 @@ def slider(
 
 
 def corners() -> Case:
-    """90 and 135 degrees."""
+    """Return a cable with bends of 90 and 135 degrees."""
     return slider((0.1, -0.1, 0.0), (-0.1, 0.1, 0.0), (-0.2, 0.0, 0.0)), 5 * math.pi / 4
 
 
 def round_a_corner(shape: Any, climb: float = 0.0) -> Case:
-    """From below to along x over a quarter of a circle of 0.4 m, climbing on a cylinder."""
+    """Return a cable over a quarter of a circle of 0.4 m, helical on a cylinder."""
     surface = WrapSurface("round", WORLD, shape, 0.4, Pose((0.4, -0.4, 0.0)))
     start = (0.0, -0.6, -climb)
     robot = slider(start, wraps=(Wrap("round", 0, 0),), surfaces=(surface,))
@@ -67,21 +67,21 @@ def round_a_corner(shape: Any, climb: float = 0.0) -> Case:
 
 
 def round_an_egg(x: float, y: float, z: float) -> Case:
-    """From below to along x over a quarter of an ellipse."""
+    """Return a cable over a quarter of an ellipse."""
     egg = WrapSurface("egg", WORLD, "ellipsoid", x, Pose((x, -y, 0.0)), half_axes=(y, z))
     wraps, start = (Wrap("egg", 0),), (0.0, -y - 0.1, 0.0)
     return slider(start, wraps=wraps, surfaces=(egg,)), math.pi / 2
 
 
 def from_an_egg() -> Case:
-    """Over an ellipsoid up to a point of it if it is level, and on to the slider."""
+    """Return a cable over an ellipsoid to one of its points and to the slider."""
     egg = WrapSurface("egg", WORLD, "ellipsoid", 0.4, Pose((0.0, -0.3, 0.0)), half_axes=(0.3, 0.6))
     points = ((-0.4, -0.6, 0.0), (0.0, 0.0, 0.0))
     return slider(*points, wraps=(Wrap("egg", 0),), surfaces=(egg,)), math.pi / 2
 
 
 def mirrored() -> Case:
-    """Through a tube, which is touched in the middle, as a mirror is, below both ends."""
+    """Return a cable through a tube, which it touches in the middle, below both ends."""
     tube = WrapSurface("tube", WORLD, "cylinder", 0.05, Pose((0.0, 0.15, 0.0)))
     wraps = (Wrap("tube", 0, inside=True),)
     robot = slider((-1.0, 0.3, 0.0), end=0.3, wraps=wraps, surfaces=(tube,))
@@ -89,7 +89,7 @@ def mirrored() -> Case:
 
 
 def off_a_pulley() -> Case:
-    """Down onto a pulley of 0.1 m at the base, and off it along x."""
+    """Return a cable over a pulley of 0.1 m at the base."""
     return slider((-0.1, 0.1, 0.0), pulley=base_pulley(0.1, (0.0, -1.0, 0.0))), math.pi / 2
 
 
@@ -109,7 +109,7 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_sliding_cable_follows_the_capstan_equation(case: str, way: float) -> None:
-    """The tension that arrives is f exp(+-mu theta), and moves the mass."""
+    """The tension at the mass is f exp(+-mu theta)."""
     robot, theta = CASES[case]()
     plant = Plant(robot, STEP)
     slide(plant, way)
@@ -122,7 +122,7 @@ def test_sliding_cable_follows_the_capstan_equation(case: str, way: float) -> No
 
 
 def with_own(robot: Robot, points: list[float | None], wraps: list[float | None]) -> Robot:
-    """With coefficients of the muscle's first via points and of its wraps."""
+    """Return the robot with separate coefficients of via points and wraps."""
     muscle = robot.muscles[0]
     given = [*points, *[None] * (len(muscle.via_points) - len(points))]
     changed = replace(
@@ -138,7 +138,7 @@ def _rub(bend: Any, friction: float | None) -> Any:
 
 
 def onto_a_drum() -> Robot:
-    """90 degrees at a point, then as many over a cylinder."""
+    """Return a cable with 90 degrees at a point and 90 degrees over a cylinder."""
     drum = WrapSurface("drum", WORLD, "cylinder", 0.4, Pose((0.4, -0.4, 0.0)))
     points = ((0.3, -0.6, 0.0), (0.0, -0.6, 0.0))
     return slider(*points, wraps=(Wrap("drum", 1, 0),), surfaces=(drum,))
@@ -152,12 +152,12 @@ OWN = {
     "a pulley": (lambda: with_own(off_a_pulley()[0], [0.02], []), 0.02 * 2),
     "a guide": (lambda: with_own(mirrored()[0], [], [0.5]), 4 / math.pi * math.atan2(0.1, 1.0)),
 }
-"""Robots, and the sum of mu theta in units of pi / 4."""
+"""Robots with the sum of mu theta in units of pi / 4."""
 
 
 @pytest.mark.parametrize("case", OWN)
 def test_points_and_surfaces_can_have_separate_friction(case: str) -> None:
-    """F exp(+- sum mu_i theta_i); if none is given, the muscle's."""
+    """The tension is F exp(+- sum mu_i theta_i), with the coefficient of the muscle as default."""
     make, grip = OWN[case]
     robot = make()
     for way in (1.0, -1.0):
@@ -169,7 +169,7 @@ def test_points_and_surfaces_can_have_separate_friction(case: str) -> None:
 
 
 def slide(plant: Plant, way: float) -> None:
-    """From q = 1 on, with all bends turned that way."""
+    """Move the mass from q = 1 until all bends slip in the given direction."""
     plant.reset([1.0])
     state, count = plant.get_state(), len(plant.muscle_state_names)
     state[2], state[3 : 3 + count] = 0.3 * way, way
@@ -177,13 +177,13 @@ def slide(plant: Plant, way: float) -> None:
 
 
 def last_span(plant: Plant) -> float:
-    """dl/dq: only the last span moves with the mass."""
+    """Return dl/dq of the last span, the only one that moves with the mass."""
     return float(plant.muscle_jacobian[0, 0])
 
 
 @pytest.mark.parametrize("inside", [False, True])
 def test_wrap_angle_of_ellipsoid_is_that_of_its_geodesic(inside: bool) -> None:
-    """The sum of angles between directions that SciPy's integrator finds along it."""
+    """Compare with the sum of angles along a geodesic from SciPy's integrator."""
     half, turned = np.array([0.3, 0.2, 0.15]), (0.3, 0.5, -0.4)
     egg = WrapSurface(
         "egg", WORLD, "ellipsoid", 0.3, Pose((0, 0, 0), turned), half_axes=(0.2, 0.15)
@@ -214,9 +214,9 @@ def test_wrap_angle_of_ellipsoid_is_that_of_its_geodesic(inside: bool) -> None:
 
 
 def test_mass_sticks_below_the_friction_limit() -> None:
-    """What pulls by less than friction gives is held, to rounding."""
+    """A load below the friction limit does not move the mass."""
     robot, theta = corners()
-    load = F * math.exp(0.5 * MU * theta)  # half of what it takes to slip
+    load = F * math.exp(0.5 * MU * theta)  # half of the load that causes slip
     joints = tuple(
         replace(j, coordinates=tuple(replace(c, damping=200.0) for c in j.coordinates))
         for j in robot.joints
@@ -233,7 +233,7 @@ def test_mass_sticks_below_the_friction_limit() -> None:
 
 
 def span_tensions(paths: MusclePaths, robot: Robot, q: FloatArray, s: FloatArray) -> FloatArray:
-    """Generalised forces of cables of tension 1 by spans between points: exp(mu angles) each."""
+    """Return generalised forces of unit tensions, with exp(mu angles) for each span."""
     state, bend, tau = q, 0, np.zeros(q.size)
 
     def spans(at: FloatArray) -> list[FloatArray]:
@@ -260,7 +260,7 @@ def span_tensions(paths: MusclePaths, robot: Robot, q: FloatArray, s: FloatArray
 
 @pytest.mark.parametrize("seed", range(4))
 def test_every_span_has_its_own_tension(seed: int) -> None:
-    """-P'f is the virtual work of the spans, on trees with muscles all over them."""
+    """Compare -P'f with the virtual work of the spans on random trees."""
     rng = np.random.default_rng(seed)
     robot = random_tree(seed)
     robot = robot.with_muscles(
@@ -282,7 +282,7 @@ def test_every_span_has_its_own_tension(seed: int) -> None:
 
 
 def test_no_step_adds_energy() -> None:
-    """F dl - V(s+) + V(s) >= 0 for a million random bends, states and ways, with F at the end."""
+    """Check F dl - V(s+) + V(s) >= 0 for a million random bends, states and displacements."""
     rng = np.random.default_rng(1)
     E, s = rng.uniform(1e-3, 3.0, 1_000_000), rng.uniform(-1, 1, 1_000_000)
     x = rng.normal(size=s.size) * 10.0 ** rng.uniform(-6, 3, s.size)
@@ -293,7 +293,7 @@ def test_no_step_adds_energy() -> None:
 
 
 def test_energy_balance_includes_friction() -> None:
-    """What the cable pulls and what friction takes is what moves, in random tugs to and fro."""
+    """Work of the cable minus friction losses equals kinetic energy for random forces."""
     robot, _ = corners()
     plant, rng = Plant(robot, STEP, energy=True), np.random.default_rng(2)
     lost = [0.0]
@@ -310,7 +310,7 @@ def test_energy_balance_includes_friction() -> None:
 
 
 def test_slack_cable_that_becomes_taut_adds_no_energy() -> None:
-    """A mass that falls into an elastic cable comes back less high each time."""
+    """A mass that falls into an elastic cable rebounds to decreasing heights."""
     robot, _ = corners()
     stiff = CableModel(
         "elastic_cable", (("stiffness", 2e4), ("damping", 0.0), ("longest_rest_length", 5.0))
@@ -331,10 +331,10 @@ def test_slack_cable_that_becomes_taut_adds_no_energy() -> None:
 
 
 def test_long_steps_are_stable() -> None:
-    """A light mass turns round within a step, where an explicit rule would throw it back."""
+    """A light mass reverses within a step, for which an explicit rule is unstable."""
     robot, theta = corners()
     links = tuple(replace(k, inertia=Inertia(1e-4, (0, 0, 0), 1, 1, 1)) for k in robot.links)
-    light = replace(robot, links=links, gravity=(F / 1e-4, 0.0, 0.0))  # held, as it does not slip
+    light = replace(robot, links=links, gravity=(F / 1e-4, 0.0, 0.0))  # the cable sticks
     plant = Plant(light, STEP)
     plant.reset([1.0], [3.0])
     for _ in range(200):
@@ -345,7 +345,7 @@ def test_long_steps_are_stable() -> None:
 
 
 def test_dart_converges_to_the_core() -> None:
-    """They come closer with the step: DART takes friction as of its beginning."""
+    """The difference decreases with the step, since DART uses the friction at its beginning."""
     off = []
     for step in (1e-3, 2.5e-4):
         plants = [Plant(corners()[0], step, engine=engine) for engine in ("core", "dart")]
@@ -359,7 +359,7 @@ def test_dart_converges_to_the_core() -> None:
 
 
 def test_series_elastic_motor_pulls_at_the_driven_end() -> None:
-    """The cable behind its spring does not stretch."""
+    """The cable after the spring is inextensible."""
     robot, theta = corners()
     model = PRESETS["roboy_test_bench"]
     plant = Plant(robot.with_muscles([replace(robot.muscles[0], model=model)]), STEP)
@@ -377,7 +377,7 @@ def test_series_elastic_motor_pulls_at_the_driven_end() -> None:
 
 
 def test_unsupported_friction_is_rejected() -> None:
-    """A rule, a law."""
+    """Check an unsupported integrator and an unsupported muscle law."""
     robot, _ = corners()
     with pytest.raises(InputError, match="rk4 does not support cable friction"):
         Plant(robot, integrator="rk4")

@@ -1,4 +1,4 @@
-"""The plant's two engines, the C core and DART, give the same motion."""
+"""Comparison of the engines of the plant, the C core and DART."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def both(robot: Robot, **settings: Any) -> tuple[Plant, Plant]:
 
 
 def go_together(plants: tuple[Plant, Plant], steps: int, *inputs: Any, **more: Any) -> float:
-    """Step both, and compare them now and then; how far they have come."""
+    """Step both plants, compare their states, and return the displacement."""
     core, dart = plants
     begin = core.q
     for k in range(steps):
@@ -41,7 +41,7 @@ def go_together(plants: tuple[Plant, Plant], steps: int, *inputs: Any, **more: A
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(20))
 def test_damped_tree_moves_like_in_dart(seed: int) -> None:
-    """With springs, loads on a point, wrenches on two links, and motors."""
+    """Include springs, loads on a point, wrenches on two links, and motors."""
     robot = with_coordinates(random_tree(seed, damping=2.0), actuated=True)
     robot = with_coordinates(robot, stiffness=0.5, rest=0.1)
     rng = np.random.default_rng(seed)
@@ -54,13 +54,13 @@ def test_damped_tree_moves_like_in_dart(seed: int) -> None:
     assert go_together(plants, 1000, 0.3 * f, torques, loads=loads, wrenches=wrenches) > 0.01
     for plant in plants:
         plant.reset(q)
-    assert go_together(plants, 1000, 0.3 * f) > 0.01  # by muscles and springs alone
+    assert go_together(plants, 1000, 0.3 * f) > 0.01  # only by muscles and springs
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("robot", [planar_2r(), random_robot(2, joints=4)])
 def test_joint_limits_in_core_and_dart_are_equal(robot: Robot) -> None:
-    """An arm falls onto its stops, and rests there."""
+    """An arm falls to its limits and rests there."""
     limited = with_coordinates(robot, lower=-0.4, upper=0.4, damping=0.05)
     plants = both(limited)
     start = np.full(len(robot.coordinates), 0.1)
@@ -73,7 +73,7 @@ def test_joint_limits_in_core_and_dart_are_equal(robot: Robot) -> None:
 
 @pytest.mark.slow
 def test_substeps_laws_and_energies_equal_dart() -> None:
-    """Energies, momenta, tensions and states of elastic muscles under a load."""
+    """Compare energies, momenta, tensions and states of elastic muscles under a load."""
     model = CableModel("elastic_cable", (("stiffness", 1e3), ("damping", 5.0)))
     robot = with_coordinates(planar_2r(), damping=0.1, stiffness=0.3, rest=0.2)
     robot = robot.with_muscles([replace(muscle, model=model) for muscle in robot.muscles])
@@ -137,7 +137,7 @@ def test_diverging_plant_reports_time_and_coordinate(engine: Any, force: float, 
 @ENGINES_AND_RULES
 @pytest.mark.parametrize("push", ["loads", "wrenches"])
 def test_force_that_is_not_finite_raises(engine: Any, push: str, rule: Any) -> None:
-    """DART by itself takes an acceleration that is not a number for none."""
+    """DART ignores accelerations that are not numbers."""
     plant = Plant(planar_2r(), integrator=rule, engine=engine, wrenched=["link_2"])
     size = 3 if push == "loads" else 6
     with pytest.raises(SimulationError, match=r"diverged at t = 0.001 s: .*joint_1"):

@@ -1,4 +1,4 @@
-"""Coulomb friction of joints in the C core: its own law, closed forms, and DART."""
+"""Coulomb friction of joints in the C core: friction law, closed forms, and DART."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MASS = 2.0
 
 
 def changed(robot: Robot, rng: np.random.Generator, most: float) -> Robot:
-    """Friction in two thirds of the coordinates, and limits that are soon met."""
+    """Return the robot with friction in two thirds of the coordinates, and narrow limits."""
     joints = []
     for joint in robot.joints:
         made = []
@@ -40,7 +40,7 @@ def changed(robot: Robot, rng: np.random.Generator, most: float) -> Robot:
 
 
 def unbounded(robot: Robot) -> Robot:
-    """Neither friction nor limits."""
+    """Return the robot without friction and limits."""
     return with_coordinates(robot, lower=-np.inf, upper=np.inf, friction=0.0)
 
 
@@ -57,9 +57,9 @@ def assert_law(
     grip: FloatArray,
     near: float = 1e-9,
 ) -> None:
-    """Impulses M (v - free) that limits and friction may give, each for its velocity.
+    """Check that the impulses M (v - free) satisfy the friction law and the limits.
 
-    The sum that v is to minimise is convex: who keeps the law is the minimum.
+    The corresponding cost is convex, so a velocity that satisfies the law is its minimum.
     """
     p = M @ (v - free)
     scale = np.abs(M) @ np.abs(v - free) + grip + 1e-3
@@ -76,7 +76,7 @@ def assert_law(
 @pytest.mark.slow
 @pytest.mark.native
 def test_steps_satisfy_friction_law_and_limits() -> None:
-    """Random trees at random velocities: some slide, some are stopped, some are held."""
+    """Check random trees at random velocities with sliding, stopped and sticking joints."""
     ways = set()
     for seed in range(40):
         rng = np.random.default_rng(seed)
@@ -93,12 +93,12 @@ def test_steps_satisfy_friction_law_and_limits() -> None:
             high = np.maximum((d.q_max - q) / STEP, -10.0)
             assert_law(d.mass_matrix(q), free.qd, plant.qd, low, high, grip)
             ways |= set(zip(np.sign(plant.qd).tolist(), (grip > 0).tolist(), strict=True))
-    assert len(ways) == 6  # down, at rest, up; with friction and without
+    assert len(ways) == 6  # down, at rest and up, with and without friction
 
 
 @pytest.mark.slow
 def test_chains_of_twenty_joints_satisfy_the_friction_law() -> None:
-    """No state of two thousand needs more exchanges than there may be."""
+    """The solver converges for two thousand states."""
     robot = changed(chain(20, 0), np.random.default_rng(0), 5.0)
     plant, free = (Plant(r, STEP, engine="core") for r in (robot, unbounded(robot)))
     d, grip, rng = CoreDynamics(robot), STEP * frictions(robot), np.random.default_rng(1)
@@ -118,7 +118,7 @@ def test_chains_of_twenty_joints_satisfy_the_friction_law() -> None:
 
 @pytest.mark.parametrize("seed", range(12))
 def test_friction_and_stops_dissipate_energy(seed: int) -> None:
-    """Of what a step would end with, at the same place: never more, and mostly less."""
+    """Compare the energy after a step with the energy without friction and limits."""
     rng = np.random.default_rng(seed)
     robot = changed(random_tree(seed), rng, 3.0)
     plant, free = (Plant(r, STEP, engine="core") for r in (robot, unbounded(robot)))
@@ -137,13 +137,13 @@ def test_friction_and_stops_dissipate_energy(seed: int) -> None:
 
 
 def slider(friction: float, **more: Any) -> Robot:
-    """A mass on a rail along x."""
+    """Return a mass on a rail along x."""
     solid, along_x = Inertia(MASS, ixx=0.1, iyy=0.1, izz=0.1), prismatic((1.0, 0.0, 0.0))
     return one_joint("rail", along_x, solid, friction=friction, actuated=True, unit="m", **more)
 
 
 def test_sliding_mass_stops_and_sticks() -> None:
-    """It loses h F/m a step, and the rest in the last one; no smaller force moves it again."""
+    """The velocity decreases by h F/m per step. Smaller forces do not move the mass again."""
     force, speed = 3.1, 0.5
     plant = Plant(slider(force), STEP)
     assert plant.engine == "core"
@@ -165,7 +165,7 @@ def test_sliding_mass_stops_and_sticks() -> None:
 
 
 def test_friction_acts_at_joint_limits() -> None:
-    """At a limit friction holds as well: what pulls it off must be more than friction is."""
+    """A force that moves a joint away from its limit must exceed the friction."""
     plant = Plant(slider(2.0, upper=0.1, lower=-1.0), STEP)
     plant.reset([0.0], [1.0])
     steps(plant, 300, [], [5.0])
@@ -178,7 +178,7 @@ def test_friction_acts_at_joint_limits() -> None:
 
 @pytest.mark.slow
 def test_mass_on_a_spring_loses_constant_amplitude_per_half_swing() -> None:
-    """Its swings become shorter by 2 F/k each, until the spring no longer moves it."""
+    """The amplitude decreases by 2 F/k per half swing until the mass sticks."""
     stiffness, force, h = 50.0, 1.0, 5e-5
     plant = Plant(slider(force, stiffness=stiffness, rest=0.0), h)
     plant.reset([0.31])
@@ -196,7 +196,7 @@ def test_mass_on_a_spring_loses_constant_amplitude_per_half_swing() -> None:
 
 
 def test_pendulum_with_friction_stops() -> None:
-    """Energy: m g l (cos b - cos a) = F (a - b) where it first stops, and there it is held."""
+    """It first stops at m g l (cos b - cos a) = F (a - b) and sticks."""
     length, friction = 0.5, 4.0
     bob = Inertia(MASS, (0.0, 0.0, -length), ixx=1e-6, iyy=1e-6, izz=1e-6)
     robot = one_joint("hinge", revolute((0.0, 1.0, 0.0)), bob, friction=friction)
@@ -220,7 +220,7 @@ def test_pendulum_with_friction_stops() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
 def test_friction_equals_dart(seed: int) -> None:
-    """Half a second of a tree that comes to rest. DART softens its impulses by a part in 1e9."""
+    """Compare 0.5 s of a tree that comes to rest. DART softens impulses by 1e-9."""
     rng = np.random.default_rng(seed)
     robot = with_coordinates(random_tree(seed, damping=0.2), friction=1.5)
     core, dart = (Plant(robot, STEP, engine=engine) for engine in ("core", "dart"))
@@ -238,7 +238,7 @@ def test_friction_equals_dart(seed: int) -> None:
 
 
 def test_state_is_restored_bit_identically() -> None:
-    """No step remembers who was held."""
+    """Steps do not depend on earlier sticking joints."""
     rng = np.random.default_rng(3)
     plant = Plant(changed(planar_2r(), rng, 5.0), STEP)
     for _ in range(50):

@@ -1,4 +1,4 @@
-"""Semi-implicit Euler and Runge-Kutta 4 against closed forms, DOP853 and MuJoCo."""
+"""Semi-implicit Euler and Runge-Kutta 4 compared with closed forms, DOP853 and MuJoCo."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def elastic(robot: Robot, stiffness: float) -> Robot:
 
 
 def slender(robot: Robot) -> Robot:
-    """Links with moments about all axes, as MuJoCo needs them."""
+    """Return links with moments of inertia about all axes, which MuJoCo requires."""
     links = [replace(link, inertia=replace(link.inertia, iyy=0.1 / 12.0)) for link in robot.links]
     return replace(robot, links=tuple(links))
 
@@ -53,33 +53,33 @@ def free(robot: Robot, damping: float = 0.0) -> Robot:
 
 
 def flywheel(**coordinate: Any) -> Robot:
-    """A wheel of 0.5 kg·m² about a vertical axis."""
+    """Return a wheel of 0.5 kg·m² about a vertical axis."""
     wheel = Inertia(1.0, ixx=0.5, iyy=0.5, izz=0.5)
     return one_joint("turn", revolute((0.0, 0.0, 1.0)), wheel, **coordinate)
 
 
 class Case:
-    """A robot on its way for 8 s, with rest lengths that are held for 10 ms each.
+    """Motion of a robot over 8 s, with rest lengths that are constant for 10 ms each.
 
     Args:
         robot: The robot.
-        start: Where it begins, at rest.
-        short_repr: By which part its cables are shorter than at the start, and how it swings.
-        stiffness: Of its cables, in [N/m]; None for none.
+        start: Initial positions at rest.
+        shortening: Relative shortening of the cables and its amplitude.
+        stiffness: Stiffness of the cables, in [N/m], or None.
     """
 
     def __init__(
         self,
         robot: Robot,
         start: Sequence[float],
-        short_repr: tuple[float, float] = (0.0, 0.0),
+        shortening: tuple[float, float] = (0.0, 0.0),
         stiffness: float | None = None,
     ) -> None:
         self.robot = robot if stiffness is None else elastic(robot, stiffness)
         self.dynamics = DartDynamics(self.robot)
         self.q = np.array(start)
         self.stiffness = stiffness
-        self._mean, self._swing = short_repr
+        self._mean, self._swing = shortening
         self._length = self.dynamics.muscle_lengths(start)
         self._phases = np.arange(len(self.robot.muscles))
 
@@ -105,7 +105,7 @@ class Case:
         return round(SPAN / HELD)
 
     def reference(self, rtol: float = 1e-12) -> np.ndarray:
-        """Q by DOP853 every 10 ms."""
+        """Return q from DOP853 every 10 ms."""
         y = np.concatenate([self.q, np.zeros_like(self.q)])
         rows = [self.q]
         for k in range(self.ticks):
@@ -118,7 +118,7 @@ class Case:
         return np.array(rows)
 
     def way(self, step: float, integrator: Any = "euler") -> np.ndarray:
-        """Q by the plant every 10 ms."""
+        """Return q from the plant every 10 ms."""
         plant = Plant(self.robot, step, integrator=integrator)
         plant.reset(self.q)
         rows = [plant.q]
@@ -159,7 +159,7 @@ def worst(name: str, step: float, integrator: str = "euler") -> float:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_reference_is_not_chaotic(name: str) -> None:
-    """A chaotic motion would make every comparison meaningless."""
+    """Comparisons are not meaningful for chaotic motions."""
     made, expected = case(name)
     assert np.abs(made.reference(1e-10) - expected).max() < 1e-7
 
@@ -205,7 +205,7 @@ def test_rk4_is_more_accurate_than_euler(name: str, gain: float) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["driven, damped", "Roboy's arm, damped"])
 def test_euler_errors_equal_mujoco(name: str) -> None:
-    """Its semi-implicit rule with implicit damping is DART's: both go the same way."""
+    """MuJoCo and DART use the same semi-implicit rule with implicit damping."""
     made = CASES[name]()
     if name == "driven, damped":
         made = Case(slender(made.robot), made.q, DRIVEN, made.stiffness)
@@ -226,7 +226,7 @@ def test_euler_errors_equal_mujoco(name: str) -> None:
 
 
 def test_rk4_damping_equals_closed_form() -> None:
-    """I qdd = -d qd: qd = exp(-d t / I), to the fifth power of the step."""
+    """Compare with qd = exp(-d t / I) to the fifth power of the step."""
     d, h = 2.0, 0.01
     plant = Plant(flywheel(damping=d), h, integrator="rk4")
     plant.reset([0.0], [1.0])
@@ -237,7 +237,7 @@ def test_rk4_damping_equals_closed_form() -> None:
 
 @pytest.mark.parametrize(("integrator", "ratio"), [("euler", 2.0), ("rk4", 16.0)])
 def test_joint_spring_oscillates(integrator: Any, ratio: float) -> None:
-    """It is q = r + (q0 - r) cos(sqrt(K/I) t)."""
+    """Compare with q = r + (q0 - r) cos(sqrt(K/I) t)."""
     errors = []
     for h in (0.02, 0.01):
         plant = Plant(flywheel(stiffness=3.0, rest=0.2), h, integrator=integrator)
@@ -257,7 +257,7 @@ def test_controller_model_includes_springs() -> None:
 
 
 def test_coulomb_friction_stops_and_holds_a_wheel() -> None:
-    """I qdd = -F: it stops at I w / F after w² I / 2F, and no smaller torque moves it."""
+    """The wheel stops after the time I w / F and angle w² I / 2F, and sticks."""
     robot = flywheel(friction=0.4, actuated=True)
     plant = Plant(robot, 1e-3)
     plant.reset([0.0], [1.0])
@@ -292,7 +292,7 @@ def test_substeps_are_shorter_steps(integrator: Any) -> None:
 def test_error_of_energy_balance_has_the_order_of_the_integrator(
     integrator: Any, order: int
 ) -> None:
-    """Kinetic + potential - work of muscles, loads and damping is constant."""
+    """Kinetic and potential energy minus the work of muscles, loads and damping is constant."""
     robot = with_coordinates(free(planar_2r(), 0.2), stiffness=1.5, rest=0.3)
     left = []
     for h in (8e-3, 4e-3):
@@ -313,7 +313,7 @@ def total(plant: Plant) -> float:
 
 
 def floating(robot: Robot) -> Robot:
-    """The robot on a heavy body that nothing holds, without weight."""
+    """Return the robot on a heavy floating body without gravity."""
     axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     motions = (
         *(replace(prismatic(axis)[0], coordinate=k) for k, axis in enumerate(axes)),

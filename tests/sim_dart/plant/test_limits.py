@@ -1,4 +1,4 @@
-"""Joint limits that are met together: against the velocities that least constraint gives."""
+"""Simultaneous joint limits compared with Gauss's principle of least constraint."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def bounded(robot: Robot, limits: Callable[[], tuple[float, float]]) -> Robot:
 
 
 def narrow_tree(seed: int) -> Robot:
-    """A damped tree, most of whose coordinates soon meet a limit."""
+    """Return a damped tree with narrow limits."""
     rng = np.random.default_rng(seed)
     return bounded(random_tree(seed, damping=0.3), lambda: LIMITS[rng.integers(3)])
 
@@ -38,7 +38,7 @@ def narrow_tree(seed: int) -> Robot:
 def stopped(
     M: np.ndarray, free: np.ndarray, low: np.ndarray, high: np.ndarray
 ) -> np.ndarray[Any, Any]:
-    """Gauss: the velocities within the bounds that minimise (v - free)' M (v - free)."""
+    """Return the velocities within the bounds that minimise (v - free)' M (v - free)."""
     root = np.linalg.cholesky(M).T
     bounds = low, np.maximum(high, low + 1e-300)
     found: np.ndarray = lsq_linear(root, root @ free, bounds, method="bvls", tol=1e-14).x
@@ -74,7 +74,7 @@ def test_core_step_satisfies_all_limits_simultaneously(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [3, 7, 12])
 def test_rk4_stops_are_inelastic(seed: int) -> None:
-    """Trees 7 and 12 have a fixed joint with moving ones behind it."""
+    """In trees 7 and 12, moving joints follow a fixed joint."""
     robot = narrow_tree(seed)
     plant = Plant(robot, STEP, integrator="rk4")
     free, d = free_plant(robot, integrator="rk4"), CoreDynamics(robot)
@@ -100,7 +100,7 @@ def test_rk4_stops_are_inelastic(seed: int) -> None:
 
 @pytest.mark.parametrize("beyond", [1e-4, 0.1, 1.0])
 def test_joint_beyond_its_limit_returns_slowly(beyond: float) -> None:
-    """Within a step, but at 10 rad/s at most; with both engines."""
+    """It returns within a step, or with at most 10 rad/s, with both engines."""
     robot = bounded(planar_2r(), lambda: (-0.4, 0.4))
     core, dart = (Plant(robot, STEP, engine=engine) for engine in ("core", "dart"))
     for plant in (core, dart):

@@ -1,4 +1,4 @@
-"""Steps of robots with closed loops: against one coordinate, conservation, and a convex program."""
+"""Closed loops compared with reduced equations, conservation laws, and convex optimisation."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Places = Callable[[float], FloatArray]
 
 
 def four_bar_places(crank: float) -> FloatArray:
-    """x, z of each bar's middle, and its angle times its radius of gyration, times sqrt(mass)."""
+    """Return mass-weighted positions: x, z and scaled angle of each bar, times sqrt(mass)."""
     a, b, c, d = BARS
     angles = (crank, *four_bar_angles(BARS, crank))
     joint = a * np.array([np.cos(crank), np.sin(crank)])
@@ -57,13 +57,13 @@ def slider_places(crank: float) -> FloatArray:
 
 
 def derivative(f: Callable[[float], FloatArray], x: float, e: float = 2e-3) -> FloatArray:
-    """Of sixth order."""
+    """Return the derivative by differences of sixth order."""
     ends = [f(x + k * e) - f(x - k * e) for k in (1, 2, 3)]
     return np.asarray((45 * ends[0] - 9 * ends[1] + ends[2]) / (60 * e))
 
 
 def swing(places: Places, masses: FloatArray, start: float, end: float) -> float:
-    """Where a crank is that begins at rest: m(x) x'' + m'(x) x'^2 / 2 + V'(x) = 0."""
+    """Solve m(x) x'' + m'(x) x'^2 / 2 + V'(x) = 0 for a crank that starts at rest."""
 
     def mass(x: float) -> FloatArray:
         return np.sum(derivative(places, x) ** 2, keepdims=True)
@@ -95,7 +95,7 @@ def gap(plant: Plant) -> float:
 
 
 def fallen(robot: Robot, step: float, end: float, rule: str = "euler") -> tuple[Plant, float]:
-    """After some time of swing, with the largest gap on the way."""
+    """Return the plant after a swing, and the largest gap during the swing."""
     plant = Plant(robot, step, integrator=rule, energy=True)  # type: ignore[arg-type]
     worst = 0.0
     for _ in range(round(end / step)):
@@ -144,14 +144,14 @@ def test_energy_and_loops_are_conserved_for_ten_seconds() -> None:
 
 
 def test_parallelogram_keeps_its_branch_in_singular_poses() -> None:
-    """A spinning crank passes every half turn through a pose where it could fold."""
+    """A rotating crank passes a singular pose in every half turn."""
     sides = (0.2, 0.5, 0.2, 0.5)
     robot = replace(four_bar(sides), gravity=(0.0, 0.0, 0.0))
     plant = Plant(robot)
     plant.reset(qd=[10.0, -10.0, 10.0])
     for _ in range(4000):
         plant.step([0.0, 0.0])
-        assert abs(plant.q[0] + plant.q[1]) <= 1e-2  # the coupler stays level
+        assert abs(plant.q[0] + plant.q[1]) <= 1e-2  # the coupler remains horizontal
     assert plant.q[0] - robot.coordinates[0].initial > 30.0
 
 
@@ -212,7 +212,7 @@ def test_other_engines_are_rejected() -> None:
 
 
 def test_published_cycling_legs_are_simulated(shared: Path) -> None:
-    """Six of the twelve equations of its loops follow from the others; its stops are met."""
+    """Six of the twelve loop equations are redundant, and limits are reached."""
     robot = read_robot(shared / "robots/cardsflow/biking_legs", repair=True)
     plant = Plant(robot)
     for _ in range(500):
@@ -236,7 +236,7 @@ def least_constraint(
     low: FloatArray,
     high: FloatArray,
 ) -> FloatArray:
-    """Velocities that minimise 1/2 (v - v0)' M (v - v0) + sum grip |v| with J v = 0, in bounds."""
+    """Minimise 1/2 (v - v0)' M (v - v0) + sum grip |v| with J v = 0 and bounds."""
     import qpsolvers
 
     n = len(v0)
@@ -290,7 +290,7 @@ def test_friction_limits_and_loops_are_solved_together(first: int) -> None:
             0.5 * (x - free.qd) @ M @ (x - free.qd) + grip @ np.abs(x) for x in (plant.qd, expected)
         )
         assert found <= best + 1e-9 * max(1.0, best), seed
-        assert np.abs(J @ plant.qd).max(initial=0.0) <= 1e-8, seed  # what stops give way by
+        assert np.abs(J @ plant.qd).max(initial=0.0) <= 1e-8, seed  # tolerance of stops
         assert (np.clip(plant.qd, low - 1e-8, high + 1e-8) == plant.qd).all(), seed
         moved += bool(np.abs(expected).max() > 0.05)
     assert moved > 3
@@ -299,7 +299,7 @@ def test_friction_limits_and_loops_are_solved_together(first: int) -> None:
 def with_each(
     robot: Robot, q: FloatArray, friction: FloatArray, low: FloatArray, high: FloatArray
 ) -> Robot:
-    """With friction, and limits that leave such velocities."""
+    """Return the robot with friction, and limits that allow such velocities."""
     changes = {
         c.name: {"friction": f, "lower": a + STEP * x, "upper": a + STEP * y, "initial": a}
         for c, a, f, x, y in zip(robot.coordinates, q, friction, low, high, strict=True)

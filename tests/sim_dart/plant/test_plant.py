@@ -18,7 +18,7 @@ pytestmark = pytest.mark.usefixtures("every_engine")
 
 @pytest.mark.parametrize("seed", range(5))
 def test_step_equals_semi_implicit_euler(seed: int) -> None:
-    """qd+ = qd + h M^-1 (-L'f - C - G), q+ = q + h qd+."""
+    """Compare with qd+ = qd + h M^-1 (-L'f - C - G), q+ = q + h qd+."""
     robot, h = random_robot(seed), 1e-3
     plant, terms = Plant(robot, step=h), DartDynamics(robot)
     rng = np.random.default_rng(seed)
@@ -34,7 +34,7 @@ def test_step_equals_semi_implicit_euler(seed: int) -> None:
 
 
 def test_joint_motors_add_their_torque() -> None:
-    """M qdd = -L'f + A tau - C - G, with a motor at the second joint only."""
+    """Check M qdd = -L'f + A tau - C - G with a motor only at the second joint."""
     first, second = planar_2r().joints
     motor = replace(second.coordinates[0], actuated=True)
     robot = replace(planar_2r(), joints=(first, replace(second, coordinates=(motor,))))
@@ -61,7 +61,7 @@ def test_lengths_follow_the_state() -> None:
 
 
 def energy(terms: DartDynamics, robot: Robot, q: np.ndarray, qd: np.ndarray) -> float:
-    """Kinetic energy, and potential energy of the two-link arm."""
+    """Return the total energy of the two-link arm."""
     z1 = 0.5 * np.cos(q[0])
     z2 = np.cos(q[0]) + 0.5 * np.cos(q[0] + q[1])
     return float(0.5 * qd @ terms.mass_matrix(q) @ qd + 0.1 * 9.81 * (z1 + z2))
@@ -85,7 +85,7 @@ def test_energy_of_the_free_arm_drifts_with_the_first_order_of_the_step() -> Non
 
 
 def test_damping_is_integrated_implicitly() -> None:
-    """qd+ = qd + h (M + h D)^-1 (-C - G - D qd)."""
+    """Compare with qd+ = qd + h (M + h D)^-1 (-C - G - D qd)."""
     robot, h, d = with_coordinates(planar_2r(), damping=1.0), 1e-3, 1.0
     plant, terms = Plant(robot, step=h), DartDynamics(robot)
     q, qd = np.array([0.3, -0.2]), np.array([1.0, -2.0])
@@ -109,7 +109,7 @@ def test_limits_stop_a_falling_arm() -> None:
 
 
 def test_resting_robot_is_not_deactivated() -> None:
-    """A force that appears after ten quiet seconds moves the robot at once."""
+    """A force after ten seconds of rest moves the robot immediately."""
     robot = replace(planar_2r(), gravity=(0.0, 0.0, 0.0))
     plant = Plant(robot)
     steps(plant, 10_000, np.zeros(4))
@@ -172,7 +172,7 @@ def skeleton_of(plant: Plant) -> Skeleton:
 
 
 def test_loads_on_task_points_equal_dart_forces() -> None:
-    """J_p^T w against a force that DART applies at the point, in world axes."""
+    """Compare J_p'w with a force that DART applies at the point, in world axes."""
     robot = random_robot(11, joints=5, muscles=4)
     frames = (
         TaskFrame("tip", "link_4", (0.1, -0.2, 0.3), ("y",)),

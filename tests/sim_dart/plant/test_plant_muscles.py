@@ -1,4 +1,4 @@
-"""Plants whose muscles have laws: states, tensions, starts, what a controller can reach."""
+"""Plants with muscle laws: states, tensions, initial states, and reachable tensions."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from sim_dart import DartDynamics, MuscleDrive, Plant
 
 every_engine = pytest.mark.usefixtures("every_engine")
 WAYS: Any = [("core", "euler"), ("core", "rk4"), ("dart", "euler")]
-"""Engines and integrators that go together."""
+"""Supported combinations of engine and integrator."""
 
 HILL = {"max_isometric_force": 400.0, "fibre_damping": 0.1}
 LIGAMENT = {"linear_stiffness": 300.0}
 
 
 def modelled(robot: Robot, kind: CableKind, **parameters: float) -> Robot:
-    """The robot with muscles of a law, as long as they suit its start."""
+    """Return the robot with a muscle law, with lengths that match its initial pose."""
     lengths = DartDynamics(robot).muscle_lengths([c.initial for c in robot.coordinates])
     muscles = []
     for muscle, length in zip(robot.muscles, lengths.tolist(), strict=True):
@@ -54,7 +54,7 @@ ROBOTS = {
 
 
 def some_commands(plant: Plant) -> np.ndarray:
-    """Other than those of the start, within the laws' ranges."""
+    """Return commands within their ranges that differ from the start commands."""
     rng = np.random.default_rng(3)
     kinds = {muscle.model.kind for muscle in plant.robot.muscles}
     scale = {"elastic_cable": 1.0, "mckibben": 1e3, "series_elastic_motor": 6.0}
@@ -67,7 +67,7 @@ def some_commands(plant: Plant) -> np.ndarray:
 @every_engine
 @pytest.mark.parametrize("name", ROBOTS)
 def test_step_uses_the_reported_tensions(name: str) -> None:
-    """qd+ = qd + h M^-1 (-L'f - C - G), f at the beginning, with the command of the step."""
+    """Compare with qd+ = qd + h M^-1 (-L'f - C - G), with f at the beginning of the step."""
     robot, h = ROBOTS[name](), 1e-3
     plant, terms = Plant(robot, h), DartDynamics(robot)
     rng = np.random.default_rng(0)
@@ -84,7 +84,7 @@ def test_step_uses_the_reported_tensions(name: str) -> None:
 
 @every_engine
 def test_pressure_of_pneumatic_muscle_does_not_depend_on_the_motion() -> None:
-    """It is u + (p0 - u) exp(-t / tau), whatever the step."""
+    """The pressure is u + (p0 - u) exp(-t / tau) for any step."""
     robot = modelled(planar_2r(), "mckibben", pressure_time_constant=0.03)
     for plant, h, close in (
         (Plant(robot, 1e-3), 1e-3, 1e-12),
@@ -111,7 +111,7 @@ def test_state_is_restored_bit_identically(name: str, engine: Any, integrator: A
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 def test_both_integrators_compute_the_same_motion(name: str) -> None:
-    """The one with laws' own rules, the other with their time derivatives: the same equations."""
+    """Both integrators solve the same equations of the muscle states."""
     ends = []
     for engine, integrator in WAYS:
         plant = Plant(ROBOTS[name](), 1e-4, integrator=integrator, engine=engine)
@@ -177,7 +177,7 @@ def test_ideal_cables_next_to_other_laws_have_the_commanded_tension() -> None:
 
 @every_engine
 def test_ideal_cables_with_and_without_laws_are_equal() -> None:
-    """The way of the C core without laws against the one with them."""
+    """Compare the code path of the core without laws with the path with laws."""
     robot = random_robot(4, joints=4, muscles=5)
     law = CableModel("ligament_blankevoort1991", (("linear_stiffness", 0.0), ("slack_length", 1.0)))
     slack = replace(robot.muscles[0], name="slack", model=law)
@@ -213,7 +213,7 @@ def test_muscle_state_that_is_not_finite_is_rejected() -> None:
 
 
 def test_explicit_rule_diverges_with_a_fast_motor() -> None:
-    """The current's time constant is 0.2 ms: a step of 10 ms explodes, that of euler does not."""
+    """With a time constant of 0.2 ms, a step of 10 ms is unstable, except with euler."""
     robot = ROBOTS["series_elastic_motor"]()
     plant = Plant(robot, 1e-2, integrator="rk4")
     with pytest.raises(SimulationError, match=r"robot .* diverged at t = .* s: .* is "):
@@ -226,7 +226,7 @@ def test_explicit_rule_diverges_with_a_fast_motor() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("damping", [0.0, 20.0])
 def test_elastic_cables_do_not_add_energy(damping: float) -> None:
-    """Kinetic + potential + what the cables store never grows, and stays without damping."""
+    """The total energy never increases, and is constant without damping."""
     robot = modelled(planar_2r(), "elastic_cable", stiffness=300.0, damping=damping)
     plant = Plant(
         with_coordinates(robot, lower=-9.0, upper=9.0), 2e-4, integrator="rk4", energy=True
@@ -254,9 +254,9 @@ def test_elastic_cables_do_not_add_energy(damping: float) -> None:
     "name", ["mckibben", "hill_degroote2016", "hill, elastic tendon", "series_elastic_motor"]
 )
 def test_muscle_drive_commands_reach_the_desired_tensions(name: str) -> None:
-    """Forces a part of the way between the ends of the reach are there after the time.
+    """Tensions between the ends of the reach are obtained after the time.
 
-    The links are heavy: a path goes on at its old speed in the drive, at the new one in the plant.
+    Links are heavy, since the drive uses the old path velocity and the plant the new one.
     """
     robot, h = ROBOTS[name](), 1e-3
     robot = robot.with_muscles([replace(muscle, f_min=15.0) for muscle in robot.muscles])

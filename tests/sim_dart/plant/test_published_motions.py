@@ -1,4 +1,4 @@
-"""Muscles and motions of published models, against numbers of OpenSim 4.6 and MuJoCo 4.0."""
+"""Muscles and motions of published models compared with OpenSim 4.6 and MuJoCo 4.0."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from sim_dart.muscles.laws import MuscleLaws
 OPENSIM = ("arm26", "leg6dof9musc", "gait10dof18musc", "gait2392_thelen2003muscle",
            "subject_walk_scaled")  # fmt: skip
 ROW = 0.05
-"""Between two rows of a motion, in [s]."""
+"""Time between two rows of a motion, in [s]."""
 OWN = {"activation": "activation", "fibre_length": "fiber_length"}
-"""OpenSim's name of each state of a muscle."""
+"""Name in OpenSim of each state of a muscle."""
 
 
 def opensim(shared: Path, name: str) -> tuple[Robot, Any]:
@@ -34,7 +34,7 @@ def opensim(shared: Path, name: str) -> tuple[Robot, Any]:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", OPENSIM)
 def test_moment_arms_forces_and_fibre_speeds(shared: Path, name: str) -> None:
-    """Of muscles without wraps: 1e-12 m, 1e-11 F0, and 1e-7 of the speed."""
+    """Compare muscles without wraps to 1e-12 m, 1e-11 F0, and 1e-7 of the velocity."""
     robot, content = opensim(shared, name)
     paths, core = MusclePaths(robot), Core(compile_blob(robot))
     laws = MuscleLaws(robot, core)
@@ -57,7 +57,7 @@ def test_moment_arms_forces_and_fibre_speeds(shared: Path, name: str) -> None:
         rates = laws.update_state_rates(commands)
         for k, muscle in enumerate(robot.muscles):
             numbers = pose["off_equilibrium"][index[muscle.name]]
-            if muscle.wraps or not numbers["fiber_length"]:  # OpenSim has found no equilibrium
+            if muscle.wraps or not numbers["fiber_length"]:  # OpenSim did not find an equilibrium
                 continue
             arms = _eliminated(pose["dl_dq"][index[muscle.name]], own, pose)
             np.testing.assert_allclose(L[k], arms, atol=1e-12)
@@ -70,7 +70,7 @@ def test_moment_arms_forces_and_fibre_speeds(shared: Path, name: str) -> None:
 
 
 def _eliminated(arms: dict[str, float], own: list[str], pose: Any) -> FloatArray:
-    """dl/dq with couplings."""
+    """Return dl/dq including couplings."""
     found = np.zeros(len(own))
     for name, arm in arms.items():
         slopes = pose.get("gamma_dep", {}).get(name, {name: 1.0})
@@ -81,7 +81,7 @@ def _eliminated(arms: dict[str, float], own: list[str], pose: Any) -> FloatArray
 
 
 def without_stops(robot: Robot) -> Robot:
-    """No limits and no friction, which neither program counts in these motions."""
+    """Return the robot without limits and friction, which these motions do not include."""
     words: dict[str, Any] = {"lower": -math.inf, "upper": math.inf, "friction": 0.0}
     return replace(
         robot,
@@ -96,7 +96,7 @@ def farthest(
     plant: Plant, rows: FloatArray, columns: tuple[list[int], list[int], list[int]],
     commands: FloatArray,
 ) -> tuple[float, float]:  # fmt: skip
-    """The largest difference of positions, and that of velocities, over all rows."""
+    """Return the largest differences of positions and velocities over all rows."""
     at, rates, states = columns
     plant.reset(rows[0, at], rows[0, rates])
     start = plant.get_state()
@@ -112,7 +112,7 @@ def farthest(
 
 @pytest.mark.slow
 def test_gait10dof_falls_like_in_opensim(shared: Path) -> None:
-    """A second, its 18 muscles excited; OpenSim's run is known to 1e-8 rad, 1e-6 rad/s."""
+    """Compare 1 s with 18 excited muscles; OpenSim's errors are 1e-8 rad and 1e-6 rad/s."""
     robot, _ = opensim(shared, "gait10dof18musc")
     run = json.loads((shared / "reference/opensim/gait10dof18musc_forward.json").read_text())
     plant = Plant(without_stops(robot), 1.25e-4, integrator="rk4")
@@ -134,7 +134,7 @@ def test_gait10dof_falls_like_in_opensim(shared: Path) -> None:
 
 @pytest.mark.slow
 def test_myosuite_elbow_moves_like_in_mujoco(shared: Path) -> None:
-    """A second, without MuJoCo's soft constraints."""
+    """Compare 1 s without soft constraints of MuJoCo."""
     robot = read_robot(shared / "models/mjcf/myoelbow_2dof6muscles.xml")
     folder = shared / "reference/mjcf"
     content = json.loads((folder / "myoelbow_2dof6muscles.json").read_text())

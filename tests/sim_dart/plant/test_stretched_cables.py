@@ -1,4 +1,4 @@
-"""Cables that stretch all along, with friction in bends: spans, drums, motion and energy."""
+"""Cables with distributed elasticity and friction at bends: spans, drums, motion and energy."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def path_spring(stiffness: float, rest: float) -> CableModel:
 def slider(
     *points: tuple[float, float, float], mass: float = 1e12, model: CableModel, **more: Any
 ) -> Robot:
-    """A mass on rails along x from q = 1, which a cable pulls back through points of the world."""
+    """Return a mass on a rail along x, which a cable pulls through points of the world."""
     given = {"friction": MU, "model": model} | more
     surfaces = given.pop("surfaces", ())
     path = (*(ViaPoint(WORLD, p) for p in points), ViaPoint("a", (0.0, 0.0, 0.0)))
@@ -70,7 +70,7 @@ GRIPS = np.array([math.pi / 2, 3 * math.pi / 4]) * MU
 
 
 def round_a_corner(model: CableModel) -> tuple[Robot, FloatArray, FloatArray]:
-    """From below to along x over a quarter of a circle of 0.4 m; half the arc before its bend."""
+    """Return a cable over a quarter of a circle of 0.4 m, with half of the arc before its bend."""
     surface = WrapSurface("round", WORLD, "cylinder", 0.4, Pose((0.4, -0.4, 0.0)))
     wraps = (Wrap("round", 0, 0),)
     robot = slider((0.0, -0.6, 0.0), model=model, wraps=wraps, surfaces=(surface,))
@@ -79,7 +79,7 @@ def round_a_corner(model: CableModel) -> tuple[Robot, FloatArray, FloatArray]:
 
 
 def off_a_pulley(model: CableModel) -> tuple[Robot, FloatArray, FloatArray]:
-    """Down onto a pulley of 0.1 m at the base, and off it along x."""
+    """Return a cable over a pulley of 0.1 m at the base."""
     pulley = base_pulley(0.1, (0.0, -1.0, 0.0))
     robot, arc = slider((-0.1, 0.1, 0.0), model=model, pulley=pulley), 0.1 * math.pi / 2
     return robot, np.array([arc / 2, 1.0 + arc / 2]), np.array([MU * math.pi / 2])
@@ -95,7 +95,7 @@ SHAPES = {
 @pytest.mark.parametrize("way", [1.0, -1.0])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_mean_tension_of_sliding_cable_equals_its_stretch(shape: str, way: float) -> None:
-    """The spans' tensions are in capstan's ratios, and l_i T_i / EA add up to the stretch."""
+    """Span tensions have capstan ratios, and the sum of l_i T_i / EA equals the stretch."""
     robot, spans, grips = SHAPES[shape](elastic(4e3))
     plant = Plant(robot, 1e-3)
     state = plant.get_state()
@@ -113,7 +113,7 @@ def test_mean_tension_of_sliding_cable_equals_its_stretch(shape: str, way: float
 
 
 def sticks_and_slides(stretch: FloatArray, compliance: FloatArray) -> FloatArray:
-    """The spans' stretch where no bend holds more than capstan's ratio: the least slips."""
+    """Return the stretch of spans with the smallest slip that satisfies the capstan ratios."""
     ratios = np.exp(GRIPS)
     while True:
         tension = stretch / compliance
@@ -129,7 +129,7 @@ def sticks_and_slides(stretch: FloatArray, compliance: FloatArray) -> FloatArray
 
 
 def test_spans_stick_and_slide_while_winding() -> None:
-    """Against the spans by themselves, each with its stretch, for hardly any presliding."""
+    """Compare with separate spans for a small presliding displacement."""
     K = 4e3
     plant = Plant(slider(*CORNERS, model=elastic(K), presliding=1e-7), 1e-3)
     length, compliance = SPANS.sum(), SPANS / SPANS.sum() / K
@@ -143,12 +143,12 @@ def test_spans_stick_and_slide_while_winding() -> None:
         plant.step([length - over])
         found = np.array([plant.tensions[0], plant.far_tensions[0]])
         off.append(found - stretch[[0, 2]] / compliance[[0, 2]])
-    assert np.abs(off).max() < 2e-3 * 280.0  # by a step's way late
-    assert np.abs(off)[500::501].max() < 1e-6 * 280.0  # where all bends have slid
+    assert np.abs(off).max() < 2e-3 * 280.0  # delayed by one step
+    assert np.abs(off)[500::501].max() < 1e-6 * 280.0  # all bends have slipped
 
 
 def reference_motion(mass: float, K: float, force: float, duration: float, h: float) -> float:
-    """How far the slider is, where spans have their own stretch and slide at once."""
+    """Return the slider position with separate stretch of spans and without presliding."""
     q, v, stretch = 1.0, 0.0, SPANS / SPANS.sum() * 0.2
     for _ in range(round(duration / h)):
         spans = SPANS + np.array([0.0, 0.0, q - 1.0])
@@ -161,7 +161,7 @@ def reference_motion(mass: float, K: float, force: float, duration: float, h: fl
 
 
 def test_mass_on_cable_moves_like_on_separate_springs() -> None:
-    """Stick and slip of a mass on a cable that is held at its other end; first order in h."""
+    """Check stick and slip of a mass on a cable with a fixed end; the error has first order."""
     mass, K, force, duration = 2.0, 400.0, 40.0, 0.3
     exact = reference_motion(mass, K, force, duration, 2e-4)
     assert abs(exact - reference_motion(mass, K, force, duration, 4e-4)) < 1e-4
@@ -178,7 +178,7 @@ def test_mass_on_cable_moves_like_on_separate_springs() -> None:
 
 @pytest.mark.parametrize("seed", [1, 14, 16, 20])
 def test_springs_over_bends_dissipate_energy(seed: int) -> None:
-    """Trees that swing on springs: never more than at the start, and less in the end."""
+    """The energy of trees on springs never exceeds its initial value and decreases."""
     rng, robot = np.random.default_rng(seed), random_tree(seed)
     q = rng.uniform(-1, 1, len(robot.coordinates))
     lengths = MusclePaths(robot).evaluate(q).lengths.copy()
@@ -208,7 +208,7 @@ def test_springs_over_bends_dissipate_energy(seed: int) -> None:
 
 
 def test_work_balance_is_closed() -> None:
-    """What the cable pulls and what friction takes is what moves, whatever is commanded."""
+    """Work of the cable minus friction losses equals kinetic energy for any commands."""
     rng = np.random.default_rng(2)
     plant = Plant(slider(*CORNERS, mass=2.0, model=elastic(2e3)), 1e-3, energy=True)
     for _ in range(300):
@@ -225,7 +225,7 @@ def test_work_balance_is_closed() -> None:
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_drum_has_the_tension_of_the_first_span(way: float) -> None:
-    """J w' = N u - r (T_1 + T_1^2 / 2 EA)."""
+    """Compare with J w' = N u - r (T_1 + T_1^2 / 2 EA)."""
     model = CableModel("winch", tuple(WINCH.items()))
     paths = MusclePaths(slider(*CORNERS, model=model))
     laws = MuscleLaws(slider(*CORNERS, model=model), paths.core)
@@ -236,7 +236,7 @@ def test_drum_has_the_tension_of_the_first_span(way: float) -> None:
     T = laws.drive([0.0], [torque])[0]
     ratios = np.exp(np.concatenate([[0.0], np.cumsum(way * GRIPS)]))
     along = np.append(SPANS, WINCH["lead_length"]) / (SPANS.sum() + WINCH["lead_length"])
-    mean = 2e4 * (math.sqrt(1 + 2 * torque * 10 / 0.02 / 2e4) - 1)  # it held that without friction
+    mean = 2e4 * (math.sqrt(1 + 2 * torque * 10 / 0.02 / 2e4) - 1)  # tension without friction
     assert mean / T == pytest.approx(along @ np.append(ratios, 1.0), rel=1e-12)
     pull = T + T**2 / 2 / 2e4
     slow = laws.update_state_rates([torque])[0]
@@ -244,7 +244,7 @@ def test_drum_has_the_tension_of_the_first_span(way: float) -> None:
 
 
 def test_commands_account_for_slip() -> None:
-    """The length of cable without force for a tension of the first span."""
+    """Compare the unstretched cable length for a tension of the first span."""
     drive = MuscleDrive(slider(*CORNERS, model=elastic()))
     for slips in ((), (0.6, -0.3), (1.0, 1.0)):
         drive.set_state([1.0], [0.0], [], slips)
@@ -269,7 +269,7 @@ def test_dart_converges_to_the_core() -> None:
 
 @pytest.mark.parametrize("stiffness", [1e-7, 1.0, 1e9])
 def test_extreme_parameters_give_finite_results(stiffness: float) -> None:
-    """Spans of nearly no length; hardly any stiffness, and much; random commands."""
+    """Check very short spans, very low and high stiffness, and random commands."""
     rng = np.random.default_rng(3)
     path = ((-0.1, 0.1 + 1e-9, 0.0), *CORNERS[1:], (-0.2, 1e-9, 0.0))
     robot = slider(*path, model=elastic(stiffness), friction=2.0, presliding=1e-9)
