@@ -15,7 +15,7 @@ from ..robot.errors import CardsflowError
 
 
 def application() -> Any:
-    """Fusion."""
+    """Return the application object of Fusion."""
     return adsk.core.Application.get()
 
 

@@ -15,7 +15,7 @@ APART = 1e-5
 """Maximum distance of the two sides of a joint that coincide, in [m]."""
 
 
-def mistakes(subject: Subject, joint: JointSnapshot) -> list[Finding]:
+def joint_errors(subject: Subject, joint: JointSnapshot) -> list[Finding]:
     """Return the error that prevents the export of a joint, if there is one."""
     if joint.problem:
         problem = f"is broken: {joint.problem.strip()}; edit it until the design shows no error"

@@ -13,7 +13,7 @@ from ...robot.model.pose import Vector3
 from ...robot.model.rotations import normalized
 from ...snapshot import LINK_PREFIX, ROOT, DesignSnapshot, JointSnapshot, MotionSnapshot, bare_name
 from ..links.links import Links, in_name_order, is_link_group
-from .checks import joint_warnings, mistakes
+from .checks import joint_errors, joint_warnings
 
 _OUTSIDE = object()
 
@@ -141,7 +141,7 @@ def _from_joints(snapshot: DesignSnapshot, links: Links, findings: list[Finding]
         if name in {bare_name(cut) for cut in snapshot.settings.cut_joints}:
             yield Edge(name, one, two)
             continue
-        wrong = mistakes(subject, joint)
+        wrong = joint_errors(subject, joint)
         findings += wrong or joint_warnings(subject, joint)
         if not wrong:
             motions = () if joint.kind == "rigid" else joint.motions

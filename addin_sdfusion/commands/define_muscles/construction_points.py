@@ -24,7 +24,7 @@ BASE_FEATURE = "CARDSFlow points"
 """Name of the base feature with the points at coordinates."""
 
 
-class About:
+class ErrorContext:
     """Context manager that adds the name of an object to error messages."""
 
     def __init__(self, what: str, why: str) -> None:

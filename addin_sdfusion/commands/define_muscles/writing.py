@@ -39,7 +39,7 @@ from ...robot.errors import InputError
 from ...robot.finding_builders import listed
 from ...robot.model.robot import WORLD
 from .construction_points import (
-    About,
+    ErrorContext,
     added,
     delete_points,
     has_name,
@@ -180,7 +180,7 @@ class Writer:
             if row.made:
                 gone.append((row, point))
                 continue
-            with About(f"construction point {point.name!r}", self._write_problem(row)):
+            with ErrorContext(f"construction point {point.name!r}", self._write_problem(row)):
                 attribute = point.attributes.itemByName(GROUP, POINT)
                 if attribute:
                     attribute.deleteMe()
@@ -191,7 +191,7 @@ class Writer:
         if gone:
             why = next((why for row, _ in gone if (why := self._write_problem(row))), "")
             names = listed([point.name for _, point in gone])
-            with About(f"construction points {names}", why):
+            with ErrorContext(f"construction points {names}", why):
                 delete_points([point for _, point in gone])
 
     def _name(self, points: list[tuple[Any, Desired]]) -> None:
@@ -200,10 +200,10 @@ class Writer:
         names = {w.name for _, w in changed}
         for i, (point, w) in enumerate(changed):
             if point.name in names:
-                with About(f"construction point {point.name!r}", self._write_problem(w.row)):
+                with ErrorContext(f"construction point {point.name!r}", self._write_problem(w.row)):
                     point.name = f"cardsflow temporary {i}"
         for point, w in points:
-            with About(f"construction point {w.name!r}", self._write_problem(w.row)):
+            with ErrorContext(f"construction point {w.name!r}", self._write_problem(w.row)):
                 if not has_name(point, w.name):
                     point.name = w.name
             self._set(point, POINT, point_text(w.row.use), w.name, self._write_problem(w.row))
@@ -225,7 +225,7 @@ class Writer:
         entity = self._picks.entity(row.entity)
         if entity is None or self._link_of.get(row.occurrence, WORLD) != row.link:
             return None
-        with About(f"{item.name} on link {row.link!r}", self._write_problem(row)):
+        with ErrorContext(f"{item.name} on link {row.link!r}", self._write_problem(row)):
             occurrence = self._occurrences.get(row.occurrence)
             component = occurrence.component if occurrence else self._design.rootComponent
             points = component.constructionPoints
@@ -238,13 +238,13 @@ class Writer:
         """Create points at coordinates: mirrored, imported, or moved to another link."""
         homes: dict[str, list[tuple[int, Desired]]] = {}
         for i, item in items:
-            with About(f"{item.name} on link {item.row.link!r}", ""):
+            with ErrorContext(f"{item.name} on link {item.row.link!r}", ""):
                 homes.setdefault(self._target_occurrence(item.row), []).append((i, item))
         for path, those in homes.items():
             occurrence = self._occurrences.get(path)
             component = occurrence.component if occurrence else self._design.rootComponent
             about = f"{listed([w.name for _, w in those])} on link {those[0][1].row.link!r}"
-            with About(about, self._write_problem(those[0][1].row)):
+            with ErrorContext(about, self._write_problem(those[0][1].row)):
                 positions = [item.row.position for _, item in those]
                 made = make_points(self._design, component, occurrence, positions)
                 for (i, item), point in zip(those, made, strict=True):
@@ -288,7 +288,7 @@ class Writer:
             face = self._faces.get(wrap.face.entity)
             if wrap.face.entity not in kept and face is not None:
                 why = problem_of(None, self._occurrences.get(wrap.occurrence))
-                with About(f"wrap surface {wrap.name!r}", why):
+                with ErrorContext(f"wrap surface {wrap.name!r}", why):
                     attribute = face.attributes.itemByName(GROUP, WRAP)
                     if attribute:
                         attribute.deleteMe()
@@ -305,7 +305,7 @@ class Writer:
 
     def _set(self, owner: Any, name: str, text: str, about: str, why: str = "") -> None:
         """Set an attribute if its text changes."""
-        with About(about, why):
+        with ErrorContext(about, why):
             attribute = owner.attributes.itemByName(GROUP, name)
             if attribute is None or attribute.value != text:
                 owner.attributes.add(GROUP, name, text)

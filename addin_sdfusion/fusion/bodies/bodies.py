@@ -11,7 +11,7 @@ from ...snapshot import BodySnapshot, MassSnapshot
 from ..notes import Notes, optional
 from ..occurrences import Occurrence, each_in, subject_in
 from ..units import distance
-from .looks import read_looks
+from .appearance import read_appearance
 from .mass import Accuracy, read_mass
 from .meshes import Mesher, bounding_box
 
@@ -68,7 +68,7 @@ def _body(
             severity="warning",
         )
     visible = notes.attempt(subject, "visibility", lambda: bool(proxy.isVisible))
-    looks = read_looks(proxy)
+    appearance = read_appearance(proxy)
     return BodySnapshot(
         name=name,
         occurrence=occurrence.path,
@@ -79,9 +79,9 @@ def _body(
         else None,
         material=material or "",
         mesh=mesh,
-        color=looks.color,
-        opacity=looks.opacity,
-        appearance=looks.appearance,
+        color=appearance.color,
+        opacity=appearance.opacity,
+        appearance=appearance.appearance,
     )
 
 

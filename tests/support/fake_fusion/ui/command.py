@@ -48,7 +48,7 @@ class CommandData:
         }
 
     def view(self) -> Any:
-        """The API's object."""
+        """Return the API object."""
         return new(Command, data=self)
 
     def event(self, name: str) -> Any:
@@ -129,7 +129,7 @@ class DefinitionData:
         self.enabled = True
 
     def view(self) -> Any:
-        """The API's object."""
+        """Return the API object."""
         return new(CommandDefinition, data=self)
 
 

@@ -13,7 +13,7 @@ _IDS = ("opaque_albedo", "metal_f0", "surface_albedo", "layered_diffuse", "trans
 """Colour properties of appearances by their type; otherwise the first colour is used."""
 
 
-class Looks(NamedTuple):
+class BodyAppearance(NamedTuple):
     """Visual appearance of a body.
 
     Attributes:
@@ -27,14 +27,16 @@ class Looks(NamedTuple):
     appearance: str = ""
 
 
-def read_looks(body: Any) -> Looks:
+def read_appearance(body: Any) -> BodyAppearance:
     """Return the visual appearance of a body."""
     opacity = optional(lambda: min(max(finite(body.visibleOpacity), 0.0), 1.0))
     appearance = optional(lambda: body.appearance)
     if appearance is None:
-        return Looks(opacity=1.0 if opacity is None else opacity)
+        return BodyAppearance(opacity=1.0 if opacity is None else opacity)
     name = optional(lambda: str(appearance.name)) or ""
-    return Looks(optional(lambda: _color(appearance)), 1.0 if opacity is None else opacity, name)
+    return BodyAppearance(
+        optional(lambda: _color(appearance)), 1.0 if opacity is None else opacity, name
+    )
 
 
 def _color(appearance: Any) -> str | None:
