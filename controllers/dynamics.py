@@ -42,19 +42,19 @@ class Dynamics(Protocol):
     def damping(self) -> FloatArray: ...  # noqa: D102
 
     def mass_matrix(self, q: FloatArray) -> FloatArray:
-        """M(q), shape (n, n)."""
+        """Return M(q), shape (n, n)."""
 
     def coriolis(self, q: FloatArray, qd: FloatArray) -> FloatArray:
-        """C(q, qd), shape (n,)."""
+        """Return C(q, qd), shape (n,)."""
 
     def gravity(self, q: FloatArray) -> FloatArray:
-        """G(q), shape (n,)."""
+        """Return G(q), shape (n,)."""
 
     def muscle_jacobian(self, q: FloatArray) -> FloatArray:
-        """L(q) = dl/dq, shape (m, n)."""
+        """Return L(q) = dl/dq, shape (m, n)."""
 
     def actuator_jacobian(self, q: FloatArray) -> FloatArray:
-        """L(q), followed by one row per motor, shape (a, n). f produces the torque -L'f."""
+        """Return L(q), followed by one row per motor, shape (a, n). f produces the torque -L'f."""
 
 
 class LimitedDynamics(Dynamics, Protocol):
@@ -74,7 +74,7 @@ class PathDynamics(LimitedDynamics, Protocol):
     """Dynamics of a robot that also provides its muscle lengths."""
 
     def muscle_lengths(self, q: FloatArray) -> FloatArray:
-        """l(q), shape (m,), in [m]."""
+        """Return l(q), shape (m,), in [m]."""
 
 
 class TaskDynamics(LimitedDynamics, Protocol):
@@ -91,13 +91,13 @@ class TaskDynamics(LimitedDynamics, Protocol):
     def task_angles(self) -> NDArray[np.bool_]: ...  # noqa: D102
 
     def task_position(self, q: FloatArray) -> FloatArray:
-        """y(q), shape (k,)."""
+        """Return y(q), shape (k,)."""
 
     def task_jacobian(self, q: FloatArray) -> FloatArray:
-        """J(q) = dy/dq, shape (k, n)."""
+        """Return J(q) = dy/dq, shape (k, n)."""
 
     def task_bias(self, q: FloatArray, qd: FloatArray) -> FloatArray:
-        """J'(q, qd) qd, shape (k,)."""
+        """Return J'(q, qd) qd, shape (k,)."""
 
 
 def actuator_names(dynamics: Dynamics) -> tuple[str, ...]:

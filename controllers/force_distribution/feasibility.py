@@ -25,7 +25,7 @@ def solve_linear(
     A_ub: FloatArray | None = None,
     b_ub: FloatArray | None = None,
 ) -> FloatArray | None:
-    """Solve min cost'x s.t. A x = b, A_ub x <= b_ub, low <= x <= high; None if there is no x.
+    """Solve min cost'x s.t. A x = b, A_ub x <= b_ub, low <= x <= high; None if infeasible.
 
     The rows of A are scaled by their largest entries, so that the tolerance is equal for all rows.
 

@@ -2,7 +2,7 @@
 
     tau = p - n,   0 <= p <= tau_max,   0 <= n <= -tau_min
 
-Methods for muscles, whose forces are not negative, thereby support robots with motors. The set of
+With this conversion, methods for non-negative muscle forces also support motors. The set of
 possible torques does not change. In a solution with the minimum sum or the minimum sum of squares,
 p or n is zero, so that these minima do not change either.
 """

@@ -1,6 +1,6 @@
-"""Accuracy, measured: `pytest tests/benchmarks/test_accuracy.py -s`.
+"""Measurement of accuracy: `pytest tests/benchmarks/test_accuracy.py -s`.
 
-Each figure is the largest difference that was found; docs/explanation/accuracy.md quotes them.
+Each value is the largest difference found. docs/explanation/accuracy.md contains these values.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ ROBOTS = {"arm, 11 muscles on 4 joints": left_arm(), "chain, 60 muscles on 20 jo
 each_robot = pytest.mark.parametrize("name", ROBOTS)
 
 
-def apart(first: np.ndarray, second: np.ndarray) -> float:
+def largest_difference(first: np.ndarray, second: np.ndarray) -> float:
     return float(np.abs(np.asarray(first) - np.asarray(second)).max())
 
 
 @each_robot
-def test_muscles_and_dynamics_against_mujoco(name: str) -> None:
+def test_muscles_and_dynamics_match_mujoco(name: str) -> None:
     robot = ROBOTS[name]
     rival, paths = MujocoRobot(robot), MusclePaths(robot)
     engines = {"core": CoreDynamics(robot), "dart": DartDynamics(robot)}
@@ -44,14 +44,14 @@ def test_muscles_and_dynamics_against_mujoco(name: str) -> None:
         rival.move(q, qd)
         state = paths.evaluate(q)
         found = {
-            "l_m": apart(state.lengths, rival.lengths),
-            "L_m": apart(state.jacobian, rival.jacobian),
+            "l_m": largest_difference(state.lengths, rival.lengths),
+            "L_m": largest_difference(state.jacobian, rival.jacobian),
         }
         for engine, dynamics in engines.items():
             bias = dynamics.coriolis(q, qd) + dynamics.gravity(q)
             size = max(np.abs(bias).max(), 1.0)
-            found[f"{engine}_M"] = apart(dynamics.mass_matrix(q), rival.mass_matrix)
-            found[f"{engine}_bias"] = apart(bias, rival.bias) / size
+            found[f"{engine}_M"] = largest_difference(dynamics.mass_matrix(q), rival.mass_matrix)
+            found[f"{engine}_bias"] = largest_difference(bias, rival.bias) / size
         worst = {key: max(value, found[key]) for key, value in worst.items()}
     record(f"against MuJoCo, {name}", **worst)
     assert max(worst.values()) <= 1e-11
@@ -67,12 +67,12 @@ def test_moment_arms_are_the_derivative_of_the_lengths(example: str) -> None:
         for j, e in enumerate(h * np.eye(len(low))):
             slope = paths.evaluate(q + e).lengths.copy()
             slope -= paths.evaluate(q - e).lengths
-            worst = max(worst, apart(L[:, j], slope / (2 * h)))
+            worst = max(worst, largest_difference(L[:, j], slope / (2 * h)))
     record(f"moment arms against central differences, {example}", L_m=worst)
     assert worst <= 1e-6
 
 
-def test_forces_make_the_torque_that_is_asked_for() -> None:
+def test_forces_produce_the_desired_torque() -> None:
     dynamics = DartDynamics(left_arm())
     distribution = ForceDistribution(dynamics.f_min, dynamics.f_max)
     worst, solved, rng = 0.0, 0, np.random.default_rng(0)
@@ -90,7 +90,7 @@ def test_forces_make_the_torque_that_is_asked_for() -> None:
 
 @pytest.mark.parametrize(("integrator", "order"), [("euler", 1), ("rk4", 4)])
 def test_order_of_the_integrators(integrator: str, order: int) -> None:
-    """By the differences between a step, its half and its quarter, away from joint limits."""
+    """Compute the order from runs with full, half and quarter steps, away from joint limits."""
     robot = planar_2r()
 
     def end(step: float) -> np.ndarray:

@@ -1,8 +1,8 @@
 """Cost of derivatives: `pytest tests/benchmarks/test_derivative_speed.py -s`.
 
-One direction over a communication step, of all outputs, against that step, both through FMI 2.0. A
-call for a derivative goes to where the plant is first, as nothing there has been followed along the
-direction: of a step without substeps that is a large share.
+Compare the directional derivative of all outputs over a communication step with the step itself,
+through FMI 2.0. A derivative call first evaluates the plant at the current state. Without substeps
+this takes a large part of the time.
 """
 
 from __future__ import annotations
@@ -21,13 +21,15 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.build import build
 
 LIMITS = [(1, 7.0), (20, 4.0)]
-"""How many times a step a derivative may cost, for that many substeps."""
+"""Number of substeps, and largest cost of a derivative relative to a step."""
 EXAMPLE_ROBOTS = ["planar_2r", "roboy_left_arm", "pneumatic_elbow", "hill_arm"]
 
 
 @pytest.mark.parametrize(("substeps", "limit"), LIMITS)
 @pytest.mark.parametrize("example", EXAMPLE_ROBOTS)
-def test_a_direction(example: str, substeps: int, limit: float, tmp_path: Path) -> None:
+def test_directional_derivative_cost(
+    example: str, substeps: int, limit: float, tmp_path: Path
+) -> None:
     settings: dict[str, Any] = {"plant.energy": False, "plant.substeps": substeps}
     experiment = Experiment.load(EXAMPLES / example, settings)
     file = build(experiment, tmp_path / "out", compute="c")["plant"]
@@ -49,10 +51,12 @@ def test_a_direction(example: str, substeps: int, limit: float, tmp_path: Path) 
         slave.fmi2DoStep(slave.component, time[0], step, 1)
         time[0] += step
 
-    def nothing() -> None:
+    def empty_call() -> None:
         slave.fmi2GetReal(slave.component, unknowns, 0, answers)
 
-    times = interleaved({"step": plain, "derivative": ours, "call": nothing}, calls=20, rounds=60)
+    times = interleaved(
+        {"step": plain, "derivative": ours, "call": empty_call}, calls=20, rounds=60
+    )
     ratio = (times["derivative"] - times["call"]) / (times["step"] - times["call"])
     record(
         f"derivative, {example}, {substeps} substeps",

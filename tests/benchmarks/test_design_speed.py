@@ -1,4 +1,4 @@
-"""Times of reading, building and exporting large designs and files, and of the largest QPs."""
+"""Times for reading, building and exporting large designs and files, and for the largest QPs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from controllers.qp.solver import BoxSolver
 
 @contextmanager
 def takes_at_most(seconds: float, name: str) -> Iterator[None]:
-    """Record how long a block takes; it must stay below a bound in [s]."""
+    """Record the time of a block and check that it is below a limit, in [s]."""
     begin = time.perf_counter()
     yield
     took = time.perf_counter() - begin
@@ -35,7 +35,7 @@ def takes_at_most(seconds: float, name: str) -> Iterator[None]:
     assert took < seconds
 
 
-def test_a_large_design_is_read() -> None:
+def test_large_design_is_read_in_time() -> None:
     with install():
         from addin_sdfusion.fusion.design import read_design
 
@@ -45,7 +45,7 @@ def test_a_large_design_is_read() -> None:
             read_design(design, meshes=False)
 
 
-def test_a_large_design_is_built() -> None:
+def test_large_design_is_built_in_time() -> None:
     drawn = Draughtsman(1, 200, ["revolute"], muscles=133).draw()
     assert sum(len(m.via_points) for m in drawn.robot.muscles) > 350
     build_robot(drawn.snapshot)
@@ -53,21 +53,21 @@ def test_a_large_design_is_built() -> None:
         build_robot(drawn.snapshot)
 
 
-def test_a_design_of_200_links_is_exported(tmp_path: Path) -> None:
+def test_design_with_200_links_is_exported_in_time(tmp_path: Path) -> None:
     settings = ExportSettings(visual=False, collision="none")
     with takes_at_most(5.0, "a design of 200 links, exported"):
         export_built(built(chain(200, 100)), settings, tmp_path / "chain")
 
 
-def test_a_hull_of_20000_points_is_found() -> None:
+def test_hull_of_20000_points_is_computed_in_time() -> None:
     nodes = list(map(tuple, np.random.default_rng(0).normal(size=(20_000, 3)).tolist()))
     with takes_at_most(9.0, "the hull of 20,000 points"):
         assert convex_hull(nodes) is not None
 
 
 @pytest.mark.parametrize("parent", ["l{before}", "l{after}", "nowhere{i}"])
-def test_ten_thousand_links_are_read(tmp_path: Path, parent: str) -> None:
-    """In a chain, a loop or pieces."""
+def test_ten_thousand_links_are_read_in_time(tmp_path: Path, parent: str) -> None:
+    """Links form a chain, a loop, or separate parts."""
     parts = []
     for i in range(10_000):
         name = parent.format(before=max(i - 1, 0), after=(i + 1) % 10_000, i=i)
@@ -79,7 +79,7 @@ def test_ten_thousand_links_are_read(tmp_path: Path, parent: str) -> None:
         read(tmp_path)
 
 
-def test_published_robots_are_read(shared: Path) -> None:
+def test_published_robots_are_read_in_time(shared: Path) -> None:
     for folder in filter(Path.is_dir, sorted(shared.glob("robots/*/*"))):
         if folder.name == "templates":  # CASPR's DTDs
             continue
@@ -90,8 +90,8 @@ def test_published_robots_are_read(shared: Path) -> None:
                 pytest.fail(f"not even read: {error}")
 
 
-def test_the_largest_problems_are_solved_within_a_tick() -> None:
-    """Cold, of every kind: far below a tick of 10 ms even on a slow machine."""
+def test_largest_problems_are_solved_within_a_tick() -> None:
+    """Problems of every kind without a warm start take far less than a tick of 10 ms."""
     worst = 0.0
     for kind in (feasible, at_bounds, rank_deficient, infeasible):
         large = [problem for problem in map(kind, range(400)) if len(problem.g) == 80]

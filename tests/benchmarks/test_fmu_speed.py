@@ -1,4 +1,4 @@
-"""Speed of the FMUs in this process and in a worker's, against plain Python and pythonfmu."""
+"""Speed of FMUs in the host process and in a worker process, compared with Python and pythonfmu."""
 
 from __future__ import annotations
 
@@ -24,15 +24,18 @@ from cardsflow_fmu.models.experiment_model import ExperimentModel
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.simulation.build import build
 
-IN_PROCESS_LIMIT, WORKER_LIMIT = 10e-6, 50e-6  # next to a step of plain Python, in [s]
+IN_PROCESS_LIMIT, WORKER_LIMIT = (
+    10e-6,
+    50e-6,
+)  # additional time relative to a step in Python, in [s]
 ARRAY_LIMIT = 2.0
 STEP = 1e-3
-STEPS_A_BLOCK = 20  # some 0.2 ms: within a time slice of a busy machine
+BLOCK_STEPS = 20  # about 0.2 ms, shorter than a time slice of a busy machine
 MODELS: dict[str, type[ExperimentModel]] = {"plant": PlantModel, "controller": ControllerModel}
 
 
 class Pair:
-    """A plant and its controller, stepped in turn; the reference is held where the start is."""
+    """Plant and controller, stepped alternately, with a constant reference at the start pose."""
 
     def __init__(self, plant: Participant, controller: Participant) -> None:
         self._plant, self._controller = plant, controller
@@ -45,9 +48,9 @@ class Pair:
         self._count = 0
 
     def block(self) -> None:
-        """Some steps."""
+        """Execute a block of steps."""
         plant, controller = self._plant, self._controller
-        for _ in range(STEPS_A_BLOCK):
+        for _ in range(BLOCK_STEPS):
             t = self._count * STEP
             self._to_controller()
             controller.step(t, STEP)
@@ -57,17 +60,17 @@ class Pair:
 
     @property
     def state(self) -> list[float]:
-        """The plant's outputs."""
+        """Return the outputs of the plant."""
         return list(self._plant.outputs)
 
     def close(self) -> None:
-        """Release both."""
+        """Close both participants."""
         self._plant.close()
         self._controller.close()
 
 
 def _route(source: Participant, target: Participant) -> Callable[[], None]:
-    """Copies outputs to the inputs of the same name."""
+    """Return a function that copies outputs to the inputs of the same name."""
     names = [name for name in target.input_names if name in source.output_names]
     froms = np.array([source.output_names.index(name) for name in names])
     tos = np.array([target.input_names.index(name) for name in names])
@@ -79,7 +82,7 @@ def _route(source: Participant, target: Participant) -> Callable[[], None]:
 
 
 def pythonfmu_pair(folder: Path) -> Pair:
-    """The same models in FMUs of pythonfmu."""
+    """Create the same models as FMUs of pythonfmu."""
     from pythonfmu.builder import FmuBuilder
 
     made = []
@@ -97,8 +100,8 @@ def pythonfmu_pair(folder: Path) -> Pair:
     return Pair(*made)
 
 
-def test_two_link_pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A step of plant and controller, by the same loop."""
+def test_step_of_the_two_link_pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compare a step of plant and controller in the same loop."""
     experiment = Experiment.load(PLANAR_2R)
     files = build(experiment, tmp_path, compute="python")
     pairs = {"plain": Pair(*(DirectParticipant(n, m(experiment)) for n, m in MODELS.items()))}
@@ -115,18 +118,18 @@ def test_two_link_pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ratios = {name: seconds / times["plain"] for name, seconds in times.items()}
     record(
         "a step of the two-link pair, against plain Python",
-        plain_us=times["plain"] / STEPS_A_BLOCK * 1e6,
+        plain_us=times["plain"] / BLOCK_STEPS * 1e6,
         **{f"{name}_ratio": ratio for name, ratio in ratios.items() if name != "plain"},
     )
-    beside = {mode: (times[mode] - times["plain"]) / STEPS_A_BLOCK for mode in times}
+    beside = {mode: (times[mode] - times["plain"]) / BLOCK_STEPS for mode in times}
     assert beside["in-process"] <= IN_PROCESS_LIMIT
     assert beside["worker"] <= WORKER_LIMIT
     assert ratios["in-process"] < ratios.get("pythonfmu", float("inf"))
 
 
 @pytest.mark.parametrize("mode", ["in-process", "worker"])
-def test_arrays(mode: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Setting and getting arrays of 60 values against those of 4, in FMI 3.0."""
+def test_access_to_arrays(mode: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compare access to arrays of 60 values with arrays of 4 values, in FMI 3.0."""
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", mode)
     archive = pack(tmp_path / "wide.fmu", WideModel, PORTS, fmi="3.0")
     instance = FmuInstance("wide", archive, tmp_path / "wide")
@@ -143,7 +146,7 @@ def test_arrays(mode: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def set_and_get(calls: Fmi3Calls, given: int, taken: int, count: int) -> Callable[[], None]:
-    """Calls of the library with buffers that are there already."""
+    """Return calls of the library with existing buffers."""
     import ctypes
 
     size, one = ctypes.c_size_t(count), ctypes.c_size_t(1)

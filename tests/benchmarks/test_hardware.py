@@ -1,4 +1,4 @@
-"""The way to hardware and back over loopback: to a device in Python, and to the one in C."""
+"""Round-trip times to emulated devices in Python and C over loopback."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ COMMAND = np.full(COMMANDS, 50.0)
 
 @contextmanager
 def device(command: Sequence[str | Path]) -> Iterator[str]:
-    """The address of a device in a process of its own."""
+    """Start a device in a separate process and yield its address."""
     words = list(map(str, command))
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
@@ -42,7 +42,7 @@ def device(command: Sequence[str | Path]) -> Iterator[str]:
 
 
 def block(link: UdpLink, lockstep: bool) -> np.ndarray:
-    """Round trips, from the call to its return, in [s]."""
+    """Measure round-trip times of exchanges, in [s]."""
     link.open(Handshake(SIGNATURE, 1e-3, 1.0, 0.02, COMMANDS, STATES, lockstep))
     times = np.empty(EXCHANGES)
     for k in range(EXCHANGES):
@@ -54,7 +54,7 @@ def block(link: UdpLink, lockstep: bool) -> np.ndarray:
 
 
 def bare_block(line: socket.socket) -> np.ndarray:
-    """Round trips of datagrams as long as frames that nobody looks into, in [s]."""
+    """Measure round-trip times of unparsed datagrams with the size of frames, in [s]."""
     question, times = bytes(HEADER_BYTES + 8 * COMMANDS), np.empty(EXCHANGES)
     for k in range(EXCHANGES):
         begin = time.perf_counter()
@@ -66,7 +66,7 @@ def bare_block(line: socket.socket) -> np.ndarray:
 
 
 def test_round_trip(tmp_path: Path) -> None:
-    """In turn, in blocks: the quietest block is what the code takes, the rest is the machine."""
+    """Blocks alternate between devices. The fastest block shows the time without other load."""
     compiler = shutil.which("cc") or shutil.which("gcc")
     if compiler is None:
         pytest.skip("no C compiler")
@@ -106,7 +106,7 @@ def test_round_trip(tmp_path: Path) -> None:
 
 
 def quantiles(blocks: list[np.ndarray]) -> tuple[float, float, float, float]:
-    """Median and 99th percentile of all, and the least ones of a block, in [s]."""
+    """Return median and 99th percentile of all blocks, and their minima over blocks, in [s]."""
     every = np.concatenate(blocks)
     medians = [float(np.median(times)) for times in blocks]
     tails = [float(np.quantile(times, 0.99)) for times in blocks]

@@ -1,6 +1,6 @@
 """Lateness of steps of 1 ms, and tracking of hardware in real time.
 
-Needs a quiet machine: what else runs there shows in the tails.
+The benchmark requires an idle machine, since other load increases the lateness.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from cardsflow_fmu.cosim.pacing import Pacer, real_time_priority, timeliness, wi
 from cardsflow_fmu.simulation.run import simulate
 
 STEP, STEPS = 1e-3, 60_000
-ALLOWED_SHARE = 0.005  # of steps late by more than half a millisecond, without SCHED_FIFO
-ALLOWED_RATIO = 2.0  # of the RMS error in simulation, at the same rate and with a step of delay
+ALLOWED_SHARE = 0.005  # of steps later than 0.5 ms, without SCHED_FIFO
+ALLOWED_RATIO = 2.0  # to the RMS error in simulation with the same rate and delay
 ARM = EXAMPLES / "roboy_left_arm"
 
 
@@ -58,7 +58,7 @@ def test_pacing_at_1_khz_with_priority() -> None:
 
 @contextmanager
 def device(folder: Path, settings: dict[str, Any]) -> Iterator[str]:
-    """The emulator in a process of its own; yields its address."""
+    """Start the emulator in a separate process and yield its address."""
     words = [word for key, value in settings.items() for word in ("--set", f"{key}={value!r}")]
     command = [sys.executable, "-m", "cardsflow_fmu.cli", "device", str(folder), *words]
     command += ["--listen", "udp://127.0.0.1:0", "--duration", "120"]
@@ -82,7 +82,7 @@ def device(folder: Path, settings: dict[str, Any]) -> Iterator[str]:
     ],
 )
 def test_tracking_in_real_time(name: str, folder: Path, settings: dict[str, float]) -> None:
-    # one step of delay that nobody compensates for, as the hardware's measurements have it
+    # Measurements of the hardware have a delay of one step, which is not compensated.
     delayed = settings | {"controller.delay": 1, "controller.predict": False}
     simulated = simulate(Experiment.load(folder, delayed)).summary["tracking"]
     with device(folder, settings) as uri:

@@ -1,4 +1,4 @@
-"""Cost of muscle laws next to the muscle kernel, as ratios measured in turn in one run."""
+"""Cost of muscle laws relative to ideal cables, measured alternately in one run."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from sim_dart.core.library import Core
 from sim_dart.muscles.laws import MuscleLaws
 
 RIGID, ELASTIC = 2.0, 25.0
-"""Largest times with a muscle of Hill's type over those of ideal cables; see `kernel`."""
+"""Largest times with Hill-type muscles relative to ideal cables; see `kernel`."""
 
 
 def _with_law(robot: Robot, kind: str, **parameters: float) -> Robot:
-    """All muscles with a law; fibres that are near their optimum at the start."""
+    """Return the robot with a law for all muscles, whose fibres start near their optimal length."""
     lengths = dict(zip(robot.muscles, _lengths(robot), strict=True))
     muscles = []
     for muscle, length in lengths.items():
@@ -43,7 +43,7 @@ def _lengths(robot: Robot) -> list[float]:
 
 
 def kernel(robot: Robot) -> Callable[[], None]:
-    """What a step asks of the C core: q -> l, L; rates, tensions and torques; the laws' states."""
+    """Return a step of the C core: l and L of q, rates, tensions, torques and muscle states."""
     core = Core(compile_blob(robot))
     laws = MuscleLaws(robot, core)
     n, m = len(robot.coordinates), len(robot.muscles)
@@ -69,8 +69,8 @@ def kernel(robot: Robot) -> Callable[[], None]:
     [("two-link arm", planar_2r()), ("20-joint chain", chain())],
     ids=["arm", "chain"],
 )
-def test_muscles_of_hills_type(name: str, robot: Robot) -> None:
-    """With activation: at most doubled; an elastic tendon is a balance of forces to be found."""
+def test_cost_of_hill_type_muscles(name: str, robot: Robot) -> None:
+    """Activation at most doubles the time. An elastic tendon requires a force equilibrium."""
     alternatives = {
         "ideal": kernel(robot),
         "degroote": kernel(_with_law(robot, "hill_degroote2016")),

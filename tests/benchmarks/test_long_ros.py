@@ -1,4 +1,4 @@
-"""Memory of a device that is commanded by topics, and of its link, for CARDSFLOW_ROS_MINUTES."""
+"""Memory of a device with ROS topics and of its link, over CARDSFLOW_ROS_MINUTES."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from cardsflow_fmu.ros_interface.address import node_address
 MINUTES = float(os.environ.get("CARDSFLOW_ROS_MINUTES", "1"))
 STEP = 5e-3
 MAX_GROWTH = 4.0
-"""Between the ends of the first and the last tenth, in [MiB]: allocators take memory in pieces."""
+"""Largest growth between the first and the last tenth of the run, in [MiB]."""
 
 
 @contextmanager
 def device(uri: str) -> Iterator[int]:
-    """The number of the process of a device."""
+    """Start a device and yield its process id."""
     command = [sys.executable, "-m", "cardsflow_fmu.cli", "device", str(PLANAR_2R)]
     command += ["--listen", "udp://127.0.0.1:0", "--watchdog", "20000", "--ros2", uri]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
@@ -44,7 +44,7 @@ def device(uri: str) -> Iterator[int]:
 
 
 def resident(process: int) -> float:
-    """Memory of a process, in [MiB]."""
+    """Return the memory of a process, in [MiB]."""
     for line in Path(f"/proc/{process}/status").read_text().splitlines():
         if line.startswith("VmRSS"):
             return int(line.split()[1]) / 1024

@@ -20,7 +20,7 @@ MEBIBYTE = 2**20
 
 
 def resident() -> int:
-    """Memory of this process that no file stands behind, in bytes."""
+    """Return the anonymous memory of this process, in bytes."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("RssAnon"))
 

@@ -1,7 +1,7 @@
-"""Steps of closed loops against MuJoCo, in turn: `pytest tests/benchmarks/test_loop_speed.py -s`.
+"""Steps of mechanisms with closed loops, compared with MuJoCo.
 
-Both take the same steps of the same mechanisms, as near as soft constraints are to exact ones; that
-is checked first.
+Both simulate the same mechanisms. The benchmark first checks that the steps agree up to the
+softness of the constraints in MuJoCo. Run `pytest tests/benchmarks/test_loop_speed.py -s`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from sim_dart.core.library import Core
 
 STEP = 1e-3
 LIMIT = 2.0
-"""MuJoCo's time over the core's, at least."""
+"""Minimum ratio of the time of MuJoCo to the time of the core."""
 
 ROBOTS: dict[str, Callable[[], Robot]] = {
     "four-bar linkage": four_bar,
@@ -30,7 +30,7 @@ ROBOTS: dict[str, Callable[[], Robot]] = {
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_a_step_with_loops(name: str) -> None:
+def test_step_with_closed_loops(name: str) -> None:
     robot = ROBOTS[name]()
     n, steps = len(robot.coordinates), 200
     start = np.array([c.initial for c in robot.coordinates])

@@ -1,8 +1,8 @@
-"""Native closed loops against the clock: `pytest tests/benchmarks/test_native_loop_speed.py -s`.
+"""Native control loops relative to real time: `test_native_loop_speed.py -s`.
 
-The arm of the example with its operational-space controller, at its own period and at 1 kHz.
-Factors are those of the best of many short blocks, in time of this thread: what other programs
-take does not count.
+The arm of the example uses its operational-space controller, at its period and at 1 kHz. Factors
+are the best of many short blocks, measured in processor time of this thread, so that other programs
+do not affect them.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def arm(period: float) -> Experiment:
 
 
 class Blocks:
-    """Times of blocks of steps: call it after each."""
+    """Timer of blocks of steps, which is called after each block."""
 
     def __init__(self) -> None:
         self._stamps = [time.thread_time()]
@@ -47,12 +47,12 @@ class Blocks:
         self._stamps.append(time.thread_time())
 
     def factor(self, steps: int, step: float) -> float:
-        """How many times faster than time the best block was."""
+        """Return the real-time factor of the fastest block."""
         return steps * step / float(np.diff(self._stamps)[1:-1].min())
 
 
 @pytest.mark.parametrize("period", [0.005, 0.001])
-def test_the_master_and_the_loop_in_c(period: float, tmp_path: Path) -> None:
+def test_real_time_factors_of_master_and_loop_in_c(period: float, tmp_path: Path) -> None:
     experiment = arm(period)
     fmus = build(experiment, tmp_path, compute="c")
     parts = {
@@ -82,8 +82,8 @@ def test_the_master_and_the_loop_in_c(period: float, tmp_path: Path) -> None:
     assert through_c >= LOOP_LIMIT
 
 
-def test_instantiating(tmp_path: Path) -> None:
-    """Again, with its library loaded: as a study does it."""
+def test_instantiation_time(tmp_path: Path) -> None:
+    """The library is already loaded, like in a study."""
     fmus = build(arm(0.005), tmp_path, compute="c")
     best = {}
     for name in ("plant", "controller", "reference"):
@@ -100,7 +100,7 @@ def test_instantiating(tmp_path: Path) -> None:
 
 
 def test_two_threads_of_closed_loops() -> None:
-    """Each with its own models; a call lets go of Python's lock."""
+    """Each thread has separate models, and calls release the Python lock (GIL)."""
     experiment = arm(0.001)
 
     def run() -> None:
@@ -115,27 +115,27 @@ def test_two_threads_of_closed_loops() -> None:
     run()
     with ThreadPoolExecutor(2) as pool:
 
-        def one() -> float:
+        def one_thread() -> float:
             with NativeLoop(experiment) as a, NativeLoop(experiment) as b:
                 begin = time.perf_counter()
                 steps(a)
                 steps(b)
                 return time.perf_counter() - begin
 
-        def two() -> float:
+        def two_threads() -> float:
             with NativeLoop(experiment) as a, NativeLoop(experiment) as b:
                 begin = time.perf_counter()
                 list(pool.map(steps, (a, b)))
                 return time.perf_counter() - begin
 
-        alone, together = zip(*((one(), two()) for _ in range(30)), strict=True)
+        alone, together = zip(*((one_thread(), two_threads()) for _ in range(30)), strict=True)
     ratio = min(alone) / min(together)
     record("two threads of closed loops", ratio=ratio)
     assert ratio >= THREADS_LIMIT
 
 
-def test_the_plants_engines() -> None:
-    """A step of a plant, called from Python, in both engines."""
+def test_step_times_of_both_plant_engines() -> None:
+    """Compare a step of a plant, called from Python, with both engines."""
     robot = arm(0.005).robot
     forces = np.array([muscle.f_min for muscle in robot.muscles])
     plants = {engine: Plant(robot, engine=engine) for engine in ("core", "dart")}  # type: ignore[arg-type]

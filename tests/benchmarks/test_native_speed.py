@@ -1,6 +1,6 @@
-"""The C core against MuJoCo, in turn in one run: `pytest tests/benchmarks/test_native_speed.py -s`.
+"""The C core, compared with MuJoCo in one run: `pytest tests/benchmarks/test_native_speed.py -s`.
 
-Both take the same steps of the same robots; that is checked first.
+The benchmark first checks that both simulate the same steps of the same robots.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ LOOP_LIMIT, CALL_LIMIT, THREADS_LIMIT = 4.0, 2.0, 1.8
 
 
 def two_links() -> Robot:
-    """The example's arm; MuJoCo rejects moments that no body has, so they are a rod's."""
+    """Return the arm with inertias of rods, since MuJoCo rejects the original inertias."""
     robot = planar_2r()
     rods = [
         replace(k, inertia=replace(k.inertia, ixx=0.01, iyy=0.01, izz=0.01)) for k in robot.links
@@ -35,7 +35,7 @@ def two_links() -> Robot:
 
 
 def left_arm() -> Robot:
-    """The arm of the example."""
+    """Return the left arm of the example."""
     return read_robot(EXAMPLES / "roboy_left_arm/robot")
 
 
@@ -48,7 +48,7 @@ every_robot = pytest.mark.parametrize("name", ROBOTS)
 
 
 class CorePlant:
-    """The core's own plant."""
+    """Plant of the C core."""
 
     def __init__(self, robot: Robot) -> None:
         self.core = Core(compile_blob(robot))
@@ -64,8 +64,8 @@ class CorePlant:
 
 
 def both(name: str) -> tuple[CorePlant, MujocoRobot, np.ndarray, np.ndarray]:
-    """The robot in both engines, its start, and forces on its muscles."""
-    # Without joint limits, which MuJoCo has softer.
+    """Return the robot in both engines, its start pose, and muscle forces."""
+    # The robot has no joint limits, since those of MuJoCo are softer.
     robot = with_coordinates(ROBOTS[name](), lower=-math.inf, upper=math.inf)
     start = np.full(len(robot.coordinates), 0.1)
     forces = np.array([muscle.f_min for muscle in robot.muscles])
@@ -75,7 +75,7 @@ def both(name: str) -> tuple[CorePlant, MujocoRobot, np.ndarray, np.ndarray]:
 def ratio_of(
     name: str, ours: Callable[[], None], theirs: Callable[[], None], steps: int, *, calls: int
 ) -> float:
-    """MuJoCo's time over the core's, recorded with the time of one of the steps of a call."""
+    """Return the time of MuJoCo relative to the core, and record both times per step."""
     times = interleaved({"core": ours, "mujoco": theirs}, calls=calls, rounds=80)
     ratio = times["mujoco"] / times["core"]
     each = {f"{engine}_us": seconds / steps * 1e6 for engine, seconds in times.items()}
@@ -84,7 +84,7 @@ def ratio_of(
 
 
 @every_robot
-def test_both_take_the_same_steps(name: str) -> None:
+def test_both_engines_simulate_the_same_steps(name: str) -> None:
     core, mujoco, start, forces = both(name)
     core.reset(start)
     mujoco.move(start)
@@ -95,7 +95,7 @@ def test_both_take_the_same_steps(name: str) -> None:
 
 
 @every_robot
-def test_the_loop_in_c(name: str) -> None:
+def test_speed_of_the_loop_in_c(name: str) -> None:
     core, mujoco, start, forces = both(name)
     packed, steps = forces.tobytes(), 200
 
@@ -111,7 +111,7 @@ def test_the_loop_in_c(name: str) -> None:
 
 
 @every_robot
-def test_one_call_a_step_from_python(name: str) -> None:
+def test_speed_of_one_call_per_step_from_python(name: str) -> None:
     import mujoco
 
     core, rival, start, forces = both(name)
@@ -132,8 +132,8 @@ def test_one_call_a_step_from_python(name: str) -> None:
     assert ratio_of(f"one call a step, {name}", ours, theirs, calls, calls=2) >= CALL_LIMIT
 
 
-def test_two_threads() -> None:
-    """A batch of the chain's runs: a library loaded so lets go of Python's lock during a call."""
+def test_speed_of_two_threads() -> None:
+    """Run the chain in two threads, since calls release the Python lock (GIL)."""
     free = ctypes.CDLL(library()._name)
     free.core_step.argtypes = library().core_step.argtypes
     start = np.full(20, 0.1)

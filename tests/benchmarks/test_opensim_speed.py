@@ -1,7 +1,7 @@
-"""Forward simulation of OpenSim's full body against its own: `test_opensim_speed.py -s`.
+"""Forward simulation of a full-body model, compared with OpenSim: `test_opensim_speed.py -s`.
 
-Both begin in OpenSim's equilibrium, with the least excitation. Each integrator's error is that to
-itself at a finer step, as the paths of the two differ where OpenSim wraps over two cylinders.
+Both start in the equilibrium of OpenSim, with minimum excitation. The error of each integrator is
+relative to the same integrator with a finer step, since muscle paths over two cylinders differ.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from sim_dart import Plant
 from sim_dart.core.arrays import FloatArray
 
 with warnings.catch_warnings():
-    warnings.simplefilter("ignore", DeprecationWarning)  # of its SWIG wrapper
+    warnings.simplefilter("ignore", DeprecationWarning)  # raised by its SWIG wrapper
     opensim: Any = pytest.importorskip("opensim", reason="needs the extra opensim")
 
 opensim.Logger.setLevelString("Off")
@@ -32,7 +32,7 @@ STEP = 2.5e-4
 
 
 def theirs(file: Path, names: list[str], accuracy: float) -> tuple[float, FloatArray, FloatArray]:
-    """Processor time; the coordinates at the end; the start: q, activations, lengths of fibres."""
+    """Return processor time, final coordinates, and start (q, activations, fibre lengths)."""
     model = opensim.Model(str(file))
     state = model.initSystem()
     model.equilibrateMuscles(state)
@@ -53,7 +53,7 @@ def theirs(file: Path, names: list[str], accuracy: float) -> tuple[float, FloatA
 
 
 def ours(robot: Robot, start: FloatArray, step: float) -> tuple[float, FloatArray]:
-    """Processor time, and the coordinates at the end."""
+    """Return processor time and final coordinates."""
     n, steps = len(robot.coordinates), round(DURATION / step)
     plant = Plant(robot, DURATION, integrator="rk4", substeps=steps, engine="core")
     plant.reset(start[:n])
@@ -65,7 +65,7 @@ def ours(robot: Robot, start: FloatArray, step: float) -> tuple[float, FloatArra
     return time.process_time() - begin, np.array(plant.q)
 
 
-def test_a_full_body_moves_five_times_faster_than_in_opensim(shared: Path) -> None:
+def test_full_body_is_five_times_faster_than_opensim(shared: Path) -> None:
     file = shared / "models/opensim/subject_walk_scaled.osim"
     robot = read_robot(file)
     joints = tuple(

@@ -1,7 +1,7 @@
-"""Steps of MyoSuite's models against MuJoCo's: `test_published_model_speed.py -s`.
+"""Steps of MyoSuite models, compared with MuJoCo: `test_published_model_speed.py -s`.
 
-Both have the same law of muscles and loop in C; MuJoCo's constraints are off, and so are our stops
-and friction.
+Both use the same muscle law and a loop in C. Constraints in MuJoCo are disabled, and so are joint
+limits and friction in the core.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ STEP, STEPS = 1e-3, 50
 
 
 @pytest.mark.parametrize("name", ["myoelbow_2dof6muscles", "myofinger_v0", "myohand", "myoarm"])
-def test_a_step_is_no_slower_than_mujocos(shared: Path, name: str) -> None:
+def test_step_is_not_slower_than_mujoco(shared: Path, name: str) -> None:
     file = shared / f"models/mjcf/{name}.xml"
     robot = read_robot(file)
     joints = tuple(

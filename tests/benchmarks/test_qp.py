@@ -1,7 +1,7 @@
-"""Speed of the QP back ends, as ratios measured in turn in one run: `pytest tests/benchmarks -s`.
+"""Speed of QP back ends, as ratios within one run: `pytest tests/benchmarks -s`.
 
-Sizes are those of robots, variables/rows: muscles/joints for computed torque in joint space,
-muscles and joints/joints and tasks in operational space. Back ends not installed are left out.
+Sizes are variables/rows of robots: muscles/joints for computed torque in joint space, and
+(muscles + joints)/(joints + tasks) in operational space. Only installed back ends are measured.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ TICKS = 200
 
 
 def ticks(muscles: int, joints: int, tasks: int) -> list[BoxProblem]:
-    """What a controller asks along a smooth motion."""
+    """Return the problems of a controller along a smooth motion."""
     rng = np.random.default_rng(muscles)
     L0, L1 = rng.normal(size=(2, muscles, joints)) * 0.05
     J0, phase = rng.normal(size=(tasks, joints)), rng.uniform(0, 6, muscles)
@@ -58,13 +58,13 @@ def ticks(muscles: int, joints: int, tasks: int) -> list[BoxProblem]:
 
 
 def next_of(problems: list[BoxProblem]) -> Callable[[], BoxProblem]:
-    """To and fro along the motion, without a jump."""
+    """Return a function that steps through the problems forwards and backwards."""
     turns: Iterator[BoxProblem] = cycle([*problems, *problems[-2:0:-1]])
     return lambda: next(turns)
 
 
 def in_c(problems: list[BoxProblem], *, warm: bool) -> Callable[[], object]:
-    """The library with its arrays written by hand, nothing checked or copied."""
+    """Return a call of the library with prepared arrays, without checks and copies."""
     m_eq, n = problems[0].A.shape
     solver, tick = DualNewton(n, m_eq), next_of(problems)
     for name in ("H_diagonal", "g", "lb", "ub"):
@@ -81,7 +81,7 @@ def in_c(problems: list[BoxProblem], *, warm: bool) -> Callable[[], object]:
 
 
 def through_python(problems: list[BoxProblem], *, warm: bool) -> Callable[[], object]:
-    """`BoxSolver`, with all its checks."""
+    """Return a call of `BoxSolver` with all checks."""
     m_eq, n = problems[0].A.shape
     solver, tick = BoxSolver(n, m_eq), next_of(problems)
 
@@ -94,7 +94,7 @@ def through_python(problems: list[BoxProblem], *, warm: bool) -> Callable[[], ob
 
 
 def through_qpsolvers(problems: list[BoxProblem], name: str) -> Callable[[], object]:
-    """A back end as qpsolvers calls it, without any check of the answer."""
+    """Return a call of a back end through qpsolvers, without a check of the solution."""
     tick, options = next_of(problems), {"eps_abs": 1e-9} if name == "proxqp" else {}
 
     def call() -> None:
@@ -107,7 +107,7 @@ def through_qpsolvers(problems: list[BoxProblem], name: str) -> Callable[[], obj
 
 @pytest.mark.parametrize("name", SIZES)
 def test_qp_back_ends(benchmark: Any, name: str) -> None:
-    """A tick's QP by every back end, relative to `dual_newton` from the last tick's multipliers."""
+    """Compare all back ends with `dual_newton`, which starts from the previous multipliers."""
     problems = ticks(*SIZES[name])
     alternatives = {
         "warm": through_python(problems, warm=True),
@@ -124,10 +124,10 @@ def test_qp_back_ends(benchmark: Any, name: str) -> None:
 
 
 def test_force_distribution(benchmark: Any) -> None:
-    """A whole tick of 11 muscles on 4 joints, by the default back end and by DAQP."""
+    """Compare the default back end with DAQP for a tick with 11 muscles on 4 joints."""
     problems = ticks(11, 4, 0)
 
-    def distributes(solver: str) -> Callable[[], object]:
+    def make_call(solver: str) -> Callable[[], object]:
         distribution = ForceDistribution(np.full(11, 10.0), np.full(11, 500.0), solver=solver)
         tick = next_of(problems)
 
@@ -137,7 +137,7 @@ def test_force_distribution(benchmark: Any) -> None:
 
         return call
 
-    alternatives = {solver: distributes(solver) for solver in ("dual_newton", "daqp")}
+    alternatives = {solver: make_call(solver) for solver in ("dual_newton", "daqp")}
     benchmark(alternatives["dual_newton"])
     times = interleaved(alternatives, calls=TICKS // 4)
     record(

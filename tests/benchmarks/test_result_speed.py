@@ -1,4 +1,4 @@
-"""Time of tables and figures, and cost of streaming in a run."""
+"""Times for tables and figures, and the cost of streaming during a run."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ ROWS, COLUMNS = 30_000, 60
 
 @pytest.fixture(scope="module")
 def large() -> SystemResult:
-    """Half a minute at 1 kHz of a robot with 20 muscles; noise, the worst case for all."""
+    """Return 30 s at 1 kHz of a robot with 20 muscles. Noise is the worst case for file formats."""
     kinds = ("f", "l", "q", "q_d", "slack")
     names = ("time", *(f"{kinds[k % 5]}.s{k // 5}" for k in range(COLUMNS - 1)))
     rows = np.random.default_rng(0).normal(size=(ROWS, COLUMNS)).cumsum(axis=0)
@@ -41,7 +41,7 @@ def large() -> SystemResult:
 
 
 def timed(call: object) -> float:
-    """Time of the processor, in [s]: others that want it make a call no slower."""
+    """Return the processor time of a call, in [s], which other programs do not affect."""
     begin = time.process_time()
     call()  # type: ignore[operator]
     return time.process_time() - begin
@@ -63,7 +63,7 @@ def test_parquet_takes_less_than_half_a_second(large: SystemResult) -> None:
     assert best["parquet"] < 0.5
 
 
-def test_a_figure_takes_less_than_five_seconds(large: SystemResult, tmp_path: Path) -> None:
+def test_figure_takes_less_than_five_seconds(large: SystemResult, tmp_path: Path) -> None:
     seconds = {
         form: timed(lambda form=form: plot(large, tmp_path / f"all.{form}", columns=["*"]))
         for form in ("png", "svg", "pdf")
@@ -73,8 +73,8 @@ def test_a_figure_takes_less_than_five_seconds(large: SystemResult, tmp_path: Pa
     assert max(usual, *seconds.values()) < 5.0
 
 
-def test_streaming_costs_a_run_what_writing_at_its_end_would(tmp_path: Path) -> None:
-    """The quickest loop there is, with every row written as it comes, or all of them behind."""
+def test_streaming_costs_as_much_as_writing_at_the_end(tmp_path: Path) -> None:
+    """The fastest loop writes every row immediately, or all rows at the end."""
     experiment = Experiment.load(
         PLANAR_2R, {"run.duration": 2.0, "run.compute": "python", "run.coupling": "direct"}
     )
@@ -103,13 +103,11 @@ def test_streaming_costs_a_run_what_writing_at_its_end_would(tmp_path: Path) -> 
     best = interleaved({"streamed": streamed, "kept": kept}, calls=1, rounds=8)
     total, ratio = best["streamed"] / best["kept"], loop["streamed"] / loop["kept"]
     record("streaming a run", total_ratio=total, loop_ratio=ratio, step_us=1e3 * loop["kept"])
-    assert total < 1.25  # on a machine that does other things besides
+    assert total < 1.25  # also with other load on the machine
 
 
-def test_a_large_table_is_filled_as_quickly(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Rows in a file without a name, over rows in memory."""
+def test_large_table_is_filled_quickly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compare rows in an anonymous file with rows in memory."""
     row = np.ones(COLUMNS)
 
     def fill(limit: int) -> None:
@@ -128,7 +126,7 @@ def test_a_large_table_is_filled_as_quickly(
 
 @pytest.mark.extra("ros2")
 def test_eight_seconds_at_1_khz_are_recorded_in_two_seconds(tmp_path: Path) -> None:
-    """All topics of Roboy's left arm, 11 muscles, as MCAP."""
+    """Record all topics of the left arm of Roboy, with 11 muscles, as MCAP."""
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm")
     run = waving(experiment.robot, 8.0, 1e-3)
     robot = experiment.robot

@@ -1,4 +1,4 @@
-"""The way to hardware and back by topics over loopback, in turn with our protocol's."""
+"""Round-trip times by ROS topics over loopback, compared with the hardware protocol."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ HANDSHAKE = Handshake(SIGNATURE, 1e-3, 1.0, 2.0, COMMANDS, STATES, False)
 
 @contextmanager
 def said(file: str | None, *words: str) -> Iterator[str]:
-    """What a program that continues says first."""
+    """Start a program and yield the first line of its output."""
     command = [sys.executable, str(file), *words]
     places = [str(TESTS.parent), str(TESTS), os.environ.get("PYTHONPATH", "")]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(places)}
@@ -49,7 +49,7 @@ def said(file: str | None, *words: str) -> Iterator[str]:
 
 
 def block(link: HardwareLink) -> np.ndarray:
-    """Round trips of exchanges that were answered, from the call to its return, in [s]."""
+    """Measure round-trip times of answered exchanges, in [s]."""
     times = np.full(EXCHANGES, np.nan)
     for k in range(EXCHANGES):
         begin = time.perf_counter()
@@ -62,7 +62,7 @@ def block(link: HardwareLink) -> np.ndarray:
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # in what rclpy imports
 def test_round_trip() -> None:
-    """The quietest block is what the code takes, the rest is the machine."""
+    """The fastest block shows the time without other load."""
     pytest.importorskip("rclpy")
     experiment = Experiment.load(PLANAR_2R)
     topics = DeviceTopics(experiment.robot, experiment.hardware)

@@ -1,7 +1,7 @@
-"""Speed, as ratios measured in turn in one run: `pytest tests/benchmarks -s`.
+"""Speed, as ratios within one run: `pytest tests/benchmarks -s`.
 
-The figures are printed and written to benchmarks.json. Only ratios between alternatives of the same
-run mean something; absolute times are those of the machine.
+Results are printed and written to benchmarks.json. Only ratios within the same run are meaningful,
+since absolute times depend on the machine.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ CHAIN_LIMIT, ARM_LIMIT = 1.8, 4.0
 
 
 def test_muscle_paths(benchmark: Any) -> None:
-    """Q -> l, L for 60 muscles of 4 points on 20 joints."""
+    """Compute l and L of q for 60 muscles with 4 points on 20 joints."""
     paths = MusclePaths(chain())
     q = np.random.default_rng(0).uniform(-1, 1, 20)
     benchmark(paths.evaluate, q)
@@ -43,14 +43,14 @@ def test_muscle_paths(benchmark: Any) -> None:
     ids=["arm", "chain"],
 )
 def test_plant_step(benchmark: Any, name: str, robot: Robot, limit: float) -> None:
-    """A step with muscles against DART's own step alone, on equal worlds from equal states."""
+    """Compare a plant step with a plain DART step, on equal worlds from equal states."""
     pulled, bare = (Plant(robot, engine="dart") for _ in range(2))
     forces = np.array([muscle.f_min for muscle in robot.muscles])
     start = np.random.default_rng(0).uniform(-0.5, 0.5, len(robot.coordinates))
     calls = 200
 
     def blocks(plant: Plant, step: Callable[[], object]) -> Callable[[], object]:
-        """A block of steps from a start where nothing rests: DART skips what does not move."""
+        """Return a block of steps from a moving start, since DART skips resting bodies."""
 
         def block() -> None:
             plant.reset(start)
@@ -80,7 +80,7 @@ def test_plant_step(benchmark: Any, name: str, robot: Robot, limit: float) -> No
 
 
 def test_cosimulation(benchmark: Any) -> None:
-    """Three FMUs through the master against the same loop in plain Python."""
+    """Compare three FMUs in the master with the same loop in Python."""
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 2.0})
     benchmark.pedantic(lambda: simulate(experiment), rounds=1)
     loops: dict[str, list[float]] = {"python": [], "direct": []}
@@ -98,7 +98,7 @@ def test_cosimulation(benchmark: Any) -> None:
 
 
 def test_whole_run(benchmark: Any, tmp_path: Path) -> None:
-    """The example as a user runs it: 8 s at 1 kHz, and the time to its first step."""
+    """Run the example for 8 s at 1 kHz, and measure the time until the first step."""
     command = [sys.executable, "-m", "cardsflow_fmu.cli", "run", str(PLANAR_2R), "--json"]
 
     def run() -> dict[str, Any]:

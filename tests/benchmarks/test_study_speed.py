@@ -1,6 +1,6 @@
-"""Studies: runs a second on one process and on two, and what a run costs next to its steps.
+"""Throughput of studies with one and two processes, and overhead of a run.
 
-Bounds hold on a quiet machine, and are checked there:
+The limits apply to an idle machine and are only checked there:
 
     pytest -n 0 -s tests/benchmarks/test_study_speed.py
 """
@@ -33,10 +33,10 @@ SHORT = "[settings]\ncontroller.period = 0.01\nrun.step = 0.01\nrun.duration = 4
 
 
 def test_throughput(tmp_path: Path) -> None:
-    """200 runs on one process and on two, in turn; their ratio counts on a quiet machine only.
+    """Compare 200 runs with one and two processes; the ratio requires an idle machine.
 
-    The processes are warm before the clock runs. What this process does for a run bounds the ratio
-    on two cores, and is seen on a busy machine as well.
+    The processes are started before the measurement. The work of the main process per run limits
+    the ratio on two cores, and can also be measured on a busy machine.
     """
     load = os.getloadavg()[0]
     studies = [
@@ -68,7 +68,7 @@ def test_throughput(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("coupling", "limit"), [("direct", 0.05), ("fmu", 0.3)])
 def test_overhead(tmp_path: Path, coupling: str, limit: float) -> None:
-    """Reading, building and looking at the results, after the first runs of a process."""
+    """Measure reading, building and evaluation of runs, after the first runs of a process."""
     load = os.getloadavg()[0]
     top = f"count = 24\ncoupling = '{coupling}'\nmetrics = ['tracking.rms', 'force.peak', 'energy']"
     study = small_study(tmp_path, MANY, top, SHORT)
@@ -80,8 +80,8 @@ def test_overhead(tmp_path: Path, coupling: str, limit: float) -> None:
         assert median < limit
 
 
-def test_computing_time_of_a_run_beside_its_steps(tmp_path: Path) -> None:
-    """On a busy machine too: the processor's time of runs of two steps."""
+def test_overhead_in_processor_time(tmp_path: Path) -> None:
+    """Measure the processor time of runs with two steps, also on a busy machine."""
     study = small_study(tmp_path, MANY, TOP.format(40, 1), TWO_STEPS)
     with ThreadPoolExecutor(1) as executor:
         run_study(study, executor, jobs=1, output=tmp_path / "warm")

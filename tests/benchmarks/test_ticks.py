@@ -1,4 +1,4 @@
-"""Speed of a controller's tick: kinematics, dynamics and QP, against the period it may take."""
+"""Time of a controller tick (kinematics, dynamics and QP), relative to its limit."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ POSE = np.array([1.45, 0.0, 0.0, -1.3])
 
 
 def operational(solver: str) -> Callable[[], object]:
-    """Ticks of the arm about a pose, through a loop with all it can do."""
+    """Return ticks of the arm near a pose, with all features of the loop."""
     dynamics = DartDynamics(read_robot(EXAMPLES / "roboy_left_arm/robot"))
     law = OperationalSpaceController(
         dynamics, 400.0, 40.0, posture=Posture(10.0, 25.0, POSE), solver=solver
@@ -32,7 +32,7 @@ def operational(solver: str) -> Callable[[], object]:
 
 
 def joint(solver: str, robot: Robot) -> Callable[[], object]:
-    """Ticks in joint space about the robot's zero pose, or the arm's."""
+    """Return ticks in joint space near a pose of the robot."""
     dynamics = DartDynamics(robot)
     loop = ControlLoop(
         JointSpaceController(dynamics, 400.0, 40.0, solver=solver),
@@ -67,12 +67,12 @@ def measure(name: str, make: Callable[[str], Callable[[], object]], benchmark: A
 
 
 def test_operational_space(benchmark: Any) -> None:
-    """Eq. (4) for the arm's 11 muscles, 4 joints and 3 tasks."""
+    """Measure eq. (4) for 11 muscles, 4 joints and 3 tasks of the arm."""
     assert measure("operational space, arm", operational, benchmark) <= OPERATIONAL_LIMIT
 
 
 @pytest.mark.parametrize("name", ["two-link arm", "arm"])
 def test_joint_space(name: str, benchmark: Any) -> None:
-    """Eq. (3) for the two-link arm, and for the arm's 11 muscles and 4 joints."""
+    """Measure eq. (3) for the two-link arm, and for 11 muscles and 4 joints of the left arm."""
     robot = read_robot(EXAMPLES / "roboy_left_arm/robot") if name == "arm" else planar_2r()
     assert measure(f"joint space, {name}", lambda s: joint(s, robot), benchmark) <= JOINT_LIMIT

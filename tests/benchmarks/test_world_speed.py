@@ -1,4 +1,4 @@
-"""Speed of worlds, as ratios measured in turn: `pytest tests/benchmarks -s`."""
+"""Speed of worlds, as ratios within one run: `pytest tests/benchmarks -s`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MANY, LIMIT, BLOCK = 20, 20.0, 50
 
 
 def arms(count: int) -> Robot:
-    """Two-link arms with a muscle each, 2 m apart."""
+    """Return two-link arms at a distance of 2 m, with one muscle each."""
     arm = two_link_arm()
     joints = tuple(
         replace(joint, coordinates=(replace(joint.coordinates[0], initial=angle),))

@@ -1,4 +1,4 @@
-"""Cost of wrap surfaces, as a ratio measured in turn in one run."""
+"""Cost of wrap surfaces, as a ratio within one run."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from sim_dart import MusclePaths
 
 LIMIT = 1.6
 RADII = {"clear": 0.002, "some": 0.0062, "all": 0.015}
-"""By how many muscles touch their surface: none, some of them, all."""
+"""Radii at which no muscle, some muscles, or all muscles touch their surface."""
 POSES = np.random.default_rng(0).uniform(-0.1, 0.1, (20, 20))
 
 
 def wrapped_chain(shape: WrapShape, radius: float) -> Robot:
-    """The chain of 60 muscles, each over a surface of its own in its middle segment."""
+    """Return the chain of 60 muscles, each with a wrap surface in its middle segment."""
     robot = chain()
     muscles, surfaces = [], []
     for muscle in robot.muscles:
@@ -36,7 +36,7 @@ def wrapped_chain(shape: WrapShape, radius: float) -> Robot:
 
 
 def kernel(paths: MusclePaths) -> Callable[[], None]:
-    """Q -> l, L, torques at twenty poses."""
+    """Return a call that computes l, L and torques at 20 poses."""
     core, poses = paths._core, [q.tobytes() for q in POSES]
     move, pull, handle, forces = core.move, core.pull, core.handle, np.ones(60).tobytes()
 
@@ -50,8 +50,8 @@ def kernel(paths: MusclePaths) -> Callable[[], None]:
 
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
 @pytest.mark.parametrize("touching", RADII)
-def test_a_surface_a_muscle(shape: WrapShape, touching: str) -> None:
-    """60 muscles of 4 points on 20 joints, with one surface each against none."""
+def test_cost_of_one_surface_per_muscle(shape: WrapShape, touching: str) -> None:
+    """Compare 60 muscles with 4 points on 20 joints, with one surface each and without."""
     straight, wrapped = MusclePaths(chain()), MusclePaths(wrapped_chain(shape, RADII[touching]))
     share = np.mean(
         [wrapped.evaluate(q).lengths > straight.evaluate(q).lengths + 1e-12 for q in POSES]
