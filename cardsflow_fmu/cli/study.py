@@ -88,9 +88,9 @@ def _study(options: argparse.Namespace) -> int:
 
 def _only(options: argparse.Namespace) -> int:
     from cardsflow_fmu.studies.definition.study import Study
-    from cardsflow_fmu.studies.run import only_run
+    from cardsflow_fmu.studies.run import repeat_run
 
-    command, outcome = only_run(Study.load(options.study), options.only, options.output)
+    command, outcome = repeat_run(Study.load(options.study), options.only, options.output)
     print(command, file=sys.stderr)
     row = {"status": "complete" if outcome.complete else "failed", "error": outcome.error}
     print(json_text(row | {"metrics": outcome.metrics}, indent=1))

@@ -1,4 +1,4 @@
-"""Studies: many runs of a varied experiment, optimisation, statistics."""
+"""Studies: many runs of an experiment with variations, optimisation and statistics."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from .run import StudyResult as StudyResult
     from .run import run_study as run_study
 
-_HOMES = {
+_MODULES = {
     "Study": "definition.study",
     "StudyError": "definition.errors",
     "StudyResult": "run",
@@ -22,6 +22,6 @@ __all__ = ["Study", "StudyError", "StudyResult", "run_study"]
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
+    if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
+    return getattr(importlib.import_module(f"{__name__}.{_MODULES[name]}"), name)

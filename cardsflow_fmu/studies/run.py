@@ -1,4 +1,4 @@
-"""Studies from their definition to runs, table and report."""
+"""Execution of studies: runs, table, summary and report."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ from .execution.executors import ExecutorAdapter, RunExecutor, process_executor
 from .execution.fmu_cache import remove_unpacked
 from .execution.optimisation import Search, optimise
 from .execution.run_store import RunStore
-from .execution.worker import Job, do_run
+from .execution.worker import Job, execute_run
 
 Progress = Callable[[int, int, int], None]
-"""Called with the runs done, all runs, and the failed ones among those done."""
+"""Function that is called with the numbers of completed runs, all runs, and failed runs."""
 
 BEST = "best"
 
@@ -46,10 +46,10 @@ class StudyResult:
     """The result of a study.
 
     Attributes:
-        folder: Where runs, table and report are.
+        folder: Folder with runs, table and report.
         summary: Content of summary.json.
-        rows: Gives the runs and their outcomes, in order.
-        files: Files by name, without those of single runs.
+        rows: Function that returns the runs and their outcomes, in order.
+        files: Written files by name, except the files of single runs.
     """
 
     folder: Path
@@ -67,15 +67,15 @@ def run_study(
     output: str | Path | None = None,
     progress: Progress | None = None,
 ) -> StudyResult:
-    """Do the runs of a study that are not yet done; write table, summary and report.
+    """Execute the missing runs of a study and write table, summary and report.
 
     Args:
         study: The study.
-        executor: Executor of the runs; a pool of processes when None.
-        jobs: Number of runs at once; one a core when None.
-        resume: Whether to continue a study that has runs already.
-        output: Folder for everything; the study's own when None.
-        progress: Called when a run is done.
+        executor: Executor of the runs, or None for a pool of processes.
+        jobs: Number of parallel runs, or None for the number of cores.
+        resume: Whether to continue a study that already has runs.
+        output: Output folder, or None for the folder that the study specifies.
+        progress: Function that is called after each run.
 
     Raises:
         InputError: The folder cannot be used.
@@ -85,56 +85,58 @@ def run_study(
     files = RunStore(Path(output or study.output))
     with files.locked():
         if files.hashes() and not resume:
-            what = "holds runs of a study: go on with --resume, or choose another folder with -o"
+            what = "contains runs of a study; continue it with --resume, or use another folder (-o)"
             raise InputError(what, file=files.folder)
         work = _StudyRun(study, files, progress)
         try:
             with _run_executor(executor, jobs) as runs:
                 search = None
                 if study.optimise is None:
-                    work.sampled(runs)
+                    work.run_samples(runs)
                 else:
-                    search = work.optimised(runs)
-            return _finished(study, work, search)
+                    search = work.run_optimisation(runs)
+            return _write_results(study, work, search)
         except (StudyError, KeyboardInterrupt) as error:
             reason = INTERRUPTED if isinstance(error, KeyboardInterrupt) else str(error)
-            what = f"{reason}; {work.done} of {work.total} runs are done, --resume goes on"
+            done = f"{work.done} of {work.total} runs are complete"
+            what = f"{reason}; {done}; use --resume to continue"
             raise StudyError(what) from None
         finally:
             remove_unpacked(work.job.fmus)
 
 
-def only_run(study: Study, beginning: str, output: str | Path | None = None) -> tuple[str, Outcome]:
-    """Repeat one run of a study, in this process, and write nothing.
+def repeat_run(study: Study, prefix: str, output: str | Path | None = None) -> tuple[str, Outcome]:
+    """Repeat one run of a study in this process without writing files.
 
     Args:
         study: The study.
-        beginning: The begin of the run's hash.
-        output: Folder of the study; its own when None.
+        prefix: First digits of the run's hash.
+        output: Folder of the study, or None for the folder that the study specifies.
 
     Returns:
         The command that writes all files of the run, and the outcome.
 
     Raises:
-        InputError: There is no such run.
+        InputError: The run does not exist.
     """
     files = RunStore(Path(output or study.output))
-    if not set(beginning) <= set(string.hexdigits) or not beginning:
-        raise InputError(f"must be the begin of a run's hash, not {beginning!r}", key="--only")
+    if not set(prefix) <= set(string.hexdigits) or not prefix:
+        what = f"must be the first digits of a run's hash, not {prefix!r}"
+        raise InputError(what, key="--only")
     work = _StudyRun(study, files, None)
     runs = () if study.optimise else expand(study, work.fingerprint)
-    run = next((run for run in runs if run.hash.startswith(beginning)), None)
+    run = next((run for run in runs if run.hash.startswith(prefix)), None)
     if run is None:
-        there = files.settings(beginning)
-        if not there:
-            what = f"no run has a hash that begins with {beginning!r}; the table lists them"
+        stored = files.settings(prefix)
+        if not stored:
+            what = f"no run has a hash that begins with {prefix!r}; the table lists all hashes"
             raise InputError(what, file=study.file, key="--only")
-        run = Run(0, {}, there[0], beginning)
-    return rerun_command(study, run), do_run(work.job, run.settings)
+        run = Run(0, {}, stored[0], prefix)
+    return rerun_command(study, run), execute_run(work.job, run.settings)
 
 
 class _StudyRun:
-    """The progress of a study."""
+    """State of the execution of a study."""
 
     def __init__(self, study: Study, files: RunStore, progress: Progress | None) -> None:
         self.study, self.files, self._progress = study, files, progress
@@ -149,11 +151,11 @@ class _StudyRun:
             study.box,
             files.folder.resolve() / "fmus",
         )
-        self.total = run_count(study) if study.optimise is None else study.optimise.most_runs
+        self.total = run_count(study) if study.optimise is None else study.optimise.max_runs
         self.done = self._failed = 0
 
-    def sampled(self, executor: RunExecutor) -> None:
-        """Do the runs of a sampling that have no file."""
+    def run_samples(self, executor: RunExecutor) -> None:
+        """Execute the runs of a sampling that are not stored."""
         self._build()
         seen: set[str] = set()
 
@@ -166,10 +168,10 @@ class _StudyRun:
                     self._count(outcome)
                 seen.add(run.hash)
 
-        dispatch(missing(), self.job, executor, self._keep)
+        dispatch(missing(), self.job, executor, self._store)
 
-    def optimised(self, executor: RunExecutor) -> Search:
-        """Do the generations of an optimisation."""
+    def run_optimisation(self, executor: RunExecutor) -> Search:
+        """Execute the generations of an optimisation."""
         self._build()
 
         def generation(runs: Iterable[Run]) -> list[Outcome]:
@@ -177,24 +179,25 @@ class _StudyRun:
             missing = {run.hash: run for run in runs if self.files.read(run) is None}
             for _ in range(len(runs) - len(missing)):
                 self._count(None)
-            dispatch(missing.values(), self.job, executor, self._keep)
+            dispatch(missing.values(), self.job, executor, self._store)
             return [self.outcome(run) for run in runs]
 
         return optimise(self.study, self.fingerprint, generation)
 
     def expanded(self) -> Iterator[Run]:
-        """The runs of a sampling, in order."""
+        """Yield the runs of a sampling, in order."""
         return expand(self.study, self.fingerprint)
 
     def outcome(self, run: Run) -> Outcome:
-        """Return the outcome of a run that is done."""
+        """Return the stored outcome of a run."""
         outcome = self.files.read(run)
         if outcome is None:
-            raise StudyError(f"{self.files.folder}: the file of run {run.hash} is gone or damaged")
+            what = f"the file of run {run.hash} is missing or damaged"
+            raise StudyError(f"{self.files.folder}: {what}")
         return outcome
 
     def rows(self) -> Iterator[tuple[Run, Outcome]]:
-        """The runs of a sampling with their outcomes, in order."""
+        """Yield the runs of a sampling with their outcomes, in order."""
         for run in self.expanded():
             yield run, self.outcome(run)
 
@@ -203,7 +206,7 @@ class _StudyRun:
             remove_unpacked(self.job.fmus)
             build(self.base, self.job.fmus)
 
-    def _keep(self, run: Run, outcome: Outcome) -> None:
+    def _store(self, run: Run, outcome: Outcome) -> None:
         self.files.write(run, outcome)
         self._count(outcome)
 
@@ -217,15 +220,15 @@ class _StudyRun:
 @contextlib.contextmanager
 def _run_executor(executor: Executor | RunExecutor | None, jobs: int) -> Iterator[RunExecutor]:
     if executor is None:
-        with process_executor(jobs) as own:
-            yield own
+        with process_executor(jobs) as pool:
+            yield pool
     else:
         yield ExecutorAdapter(executor, jobs) if isinstance(executor, Executor) else executor
 
 
-def _finished(study: Study, work: _StudyRun, search: Search | None) -> StudyResult:
+def _write_results(study: Study, work: _StudyRun, search: Search | None) -> StudyResult:
     """Write tables, summary and report."""
-    from .analysis.report import report_page  # matplotlib takes a second to import
+    from .analysis.report import report_page  # the import of matplotlib takes one second
 
     rows: Rows = work.rows if search is None else lambda: iter(search.runs)
     columns = columns_of(study)
@@ -233,11 +236,11 @@ def _finished(study: Study, work: _StudyRun, search: Search | None) -> StudyResu
     units = metric_units(study.metrics, _tracking_unit(work.base))
     summary = study_summary(study, collected, rows)
     folder = work.files.folder
-    own = work.expanded() if search is None else (run for run, _ in search.runs)
-    if others := len(work.files.hashes().difference(run.hash for run in own)):
+    runs = work.expanded() if search is None else (run for run, _ in search.runs)
+    if others := len(work.files.hashes().difference(run.hash for run in runs)):
         summary["other_runs"] = others
     if search is not None:
-        summary["best"] = _best(study, search, folder)
+        summary["best"] = _write_best_run(study, search, folder)
         summary["history"] = search.history
     write_tables(folder, study.tables, columns, rows)
     history = None if search is None else search.history
@@ -255,8 +258,8 @@ def _finished(study: Study, work: _StudyRun, search: Search | None) -> StudyResu
     return StudyResult(folder, summary, rows, files)
 
 
-def _best(study: Study, search: Search, folder: Path) -> Mapping[str, Any] | None:
-    """Return the best run, and its robot in files."""
+def _write_best_run(study: Study, search: Search, folder: Path) -> Mapping[str, Any] | None:
+    """Write the robot of the best run and return the run for the summary, or None."""
     if search.best is None:
         return None
     assert study.optimise is not None

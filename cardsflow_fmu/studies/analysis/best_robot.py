@@ -22,13 +22,13 @@ MUSCLES, EXPERIMENT = "muscles.csv", "experiment.json"
 
 
 def write_best(experiment: Experiment, folder: Path) -> list[str]:
-    """Write the robot as SDF and as CASPR, its via points as CSV, and an experiment with it.
+    """Write the robot as SDF and CASPR, its via points as CSV, and an experiment with the robot.
 
-    `cardsflow run FOLDER/experiment.json` runs the written robot. The CSV is what the Fusion add-in
-    imports: points in the root frame, all joints at zero.
+    `cardsflow run FOLDER/experiment.json` runs the written robot. The Fusion add-in can import the
+    CSV: its points are in the root frame, with all joints at zero.
 
     Returns:
-        Notes on what a format cannot hold, a line each.
+        Notes on the parts of the robot that a format does not support, one line each.
     """
     robot, notes = experiment.robot, []
     trajectories, unread = read_trajectories(experiment.robot_path)
@@ -41,18 +41,18 @@ def write_best(experiment: Experiment, folder: Path) -> list[str]:
             notes.append(f"{format_}: not written: {error}")
     files = {MUSCLES: csv_text(muscle_table(robot)).encode()}
     if experiment.fmus:
-        notes.append(f"{EXPERIMENT}: not written, as the experiment has external FMUs")
+        notes.append(f"{EXPERIMENT}: not written, since the experiment has external FMUs")
     else:
-        files[EXPERIMENT] = _experiment(experiment)
+        files[EXPERIMENT] = _experiment_json(experiment)
     write_files(folder, files)
     return notes
 
 
 def muscle_table(robot: Robot) -> MuscleTable:
-    """The muscles as the Fusion add-in has them: points in the root frame, all joints at zero.
+    """Return the muscles for the Fusion add-in: points in the root frame, all joints at zero.
 
     Args:
-        robot: The robot; wrap surfaces are left out, which are faces of the design.
+        robot: The robot. Its wrap surfaces are omitted, since they are faces of the design.
     """
     poses = link_poses(robot, np.zeros((1, len(robot.coordinates))))
     points = []
@@ -74,10 +74,10 @@ def muscle_table(robot: Robot) -> MuscleTable:
     return MuscleTable(tuple(rows), tuple(points))
 
 
-def _experiment(experiment: Experiment) -> bytes:
-    """Return the experiment with the written robot instead of changes to another."""
+def _experiment_json(experiment: Experiment) -> bytes:
+    """Return the experiment as JSON, with the written robot instead of a changed robot."""
     robot = experiment.robot
-    own = {"path": "sdf/model.sdf", "cable_set": robot.cable_set, "gravity": list(robot.gravity)}
+    data = {"path": "sdf/model.sdf", "cable_set": robot.cable_set, "gravity": list(robot.gravity)}
     if robot.task_set:
-        own["operational_space"] = robot.task_set
-    return (json_text(experiment_data(experiment) | {"robot": own}, indent=1) + "\n").encode()
+        data["operational_space"] = robot.task_set
+    return (json_text(experiment_data(experiment) | {"robot": data}, indent=1) + "\n").encode()

@@ -1,4 +1,4 @@
-"""Figures of a study, as SVG texts for its report."""
+"""Figures for the report of a study, as SVG."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from cardsflow_fmu.utils.arrays import FloatArray
 
 _MAX_BINS = 40
 _MAX_TICKS = 8
-_MAX_VECTORS = 500  # dots; more are an image within the SVG, which else takes megabytes
-_NARROWEST = 1e-9  # smallest width of a histogram, as a part of the values
+_MAX_VECTORS = 500  # dots as vectors; more dots become an image, which limits the size of the SVG
+_MIN_WIDTH = 1e-9  # smallest width of a histogram, relative to the values
 _TINY = 1e-100
 
 
 def histogram(name: str, unit: str, values: FloatArray) -> str:
-    """Return the distribution of a metric.
+    """Return a histogram of a metric.
 
     Args:
-        name: Of the metric.
-        unit: Its unit.
-        values: Finite, at least one, and small enough for the axes of a figure.
+        name: Name of the metric.
+        unit: Unit of the metric.
+        values: At least one finite value, small enough for the axes of a figure.
     """
 
     def draw(axes: Axes) -> None:
@@ -40,10 +40,10 @@ def histogram(name: str, unit: str, values: FloatArray) -> str:
 
 
 def _range(values: FloatArray) -> tuple[float, float]:
-    """From the least to the largest; wider where bins would be as narrow as rounding."""
+    """Return the range of values; wider if bins would be narrower than rounding errors."""
     low, high = float(values.min()), float(values.max())
-    least = max(_NARROWEST * max(abs(low), abs(high)), _TINY)
-    return (low, high) if high - low >= least else (low - least, high + least)
+    width = max(_MIN_WIDTH * max(abs(low), abs(high)), _TINY)
+    return (low, high) if high - low >= width else (low - width, high + width)
 
 
 def heat_map(
@@ -53,14 +53,17 @@ def heat_map(
     metric: tuple[str, str],
     values: FloatArray,
 ) -> str:
-    """Return a metric over two variations: cells where their values form a grid, dots otherwise.
+    """Return a figure of a metric over two variations.
+
+    If the variations form a grid, the figure shows cells, otherwise dots.
 
     Args:
-        names: Of the variations along x and y.
-        x: Values of the first, one a run, finite.
-        y: Of the second.
-        metric: Name and unit.
-        values: One a run; NaN if it failed, and small enough for the axes of a figure.
+        names: Names of the variations along x and y.
+        x: Finite values of the first variation in each run.
+        y: Finite values of the second variation in each run.
+        metric: Name and unit of the metric.
+        values: Value of the metric in each run, small enough for the axes of a figure; NaN for a
+            failed run.
     """
     columns, rows = np.unique(x), np.unique(y)
     is_grid = len(columns) * len(rows) <= len(values)
@@ -85,7 +88,7 @@ def heat_map(
 
 
 def mean_cells(x: FloatArray, y: FloatArray, values: FloatArray) -> FloatArray:
-    """The mean of the finite values at each pair of the n different y and m different x, (n, m)."""
+    """Return the mean of the finite values at each pair of different y and x, shape (n_y, n_x)."""
     columns, i = np.unique(x, return_inverse=True)
     rows, j = np.unique(y, return_inverse=True)
     known = np.isfinite(values)
@@ -97,17 +100,17 @@ def mean_cells(x: FloatArray, y: FloatArray, values: FloatArray) -> FloatArray:
 
 
 def _ticks(values: FloatArray) -> tuple[list[int], list[str]]:
-    """Places of at most `_MAX_TICKS` cells, and their values."""
+    """Return the indices of at most `_MAX_TICKS` cells, and the labels of their values."""
     places = list(range(0, len(values), -(-len(values) // _MAX_TICKS)))
     return places, [f"{values[k]:.4g}" for k in places]
 
 
 def sensitivity_bars(metric: str, parts: Mapping[str, Mapping[str, float]]) -> str:
-    """Return the influence of each variation on a metric.
+    """Return a bar chart of the influence of each variation on a metric.
 
     Args:
         metric: Name of the metric.
-        parts: By the name of the variation, `first` and `total`, or `rank` and `share`.
+        parts: `first` and `total`, or `rank` and `share`, by the name of the variation.
     """
 
     def draw(axes: Axes) -> None:
@@ -126,12 +129,13 @@ def sensitivity_bars(metric: str, parts: Mapping[str, Mapping[str, float]]) -> s
 
 
 def search_history(objective: str, unit: str, best: Mapping[str, Sequence[float]]) -> str:
-    """Return the best value of an optimisation over its generations, a line a search.
+    """Return a figure of the best value over the generations, with a line for each search.
 
     Args:
         objective: Name of the metric.
-        unit: Its unit.
-        best: By the name of the search; NaN before anything meets the constraints.
+        unit: Unit of the metric.
+        best: Best value after each generation, by the name of the search; NaN before a run
+            satisfies the constraints.
     """
 
     def draw(axes: Axes) -> None:

@@ -1,4 +1,4 @@
-"""The report of a study: one page that opens offline."""
+"""Report of a study as a self-contained HTML page."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import numpy as np
 
 from cardsflow_fmu.results.report.html import Markup, page, table
 from cardsflow_fmu.studies.definition.metrics import split_metric
-from cardsflow_fmu.studies.definition.rerun_command import only_command
-from cardsflow_fmu.studies.definition.sampling import is_searched
+from cardsflow_fmu.studies.definition.rerun_command import metrics_command
+from cardsflow_fmu.studies.definition.sampling import has_range
 from cardsflow_fmu.studies.definition.study import Study
 
 from .plots import heat_map, histogram, search_history, sensitivity_bars
 from .statistics import Collected
 
-_MAX_VALUE = 1e100  # of what can be drawn
+_MAX_VALUE = 1e100  # maximum value in figures
 _SHOWN = ("count", "min", "p05", "median", "mean", "p95", "max", "deviation")
 
 
@@ -28,14 +28,14 @@ def report_page(
     units: Mapping[str, str],
     history: Mapping[str, Sequence[float]] | None = None,
 ) -> str:
-    """Return the page, as HTML.
+    """Return the report as HTML.
 
     Args:
         study: The study.
-        summary: Content of its summary.json.
-        collected: The numbers of its runs.
-        units: Of the metrics.
-        history: Of an optimisation, see `plots.search_history`.
+        summary: Content of summary.json.
+        collected: Values of all runs.
+        units: Units of the metrics.
+        history: History of an optimisation, see `plots.search_history`, or None.
     """
     parts = [
         f"<h1>{escape(study.name)}</h1>",
@@ -74,7 +74,7 @@ def _best(
     unit = units[objective]
     yield "<h2>Optimum</h2>"
     if best is None:
-        yield "<p>No run meets the constraints.</p>"
+        yield "<p>No run satisfies the constraints.</p>"
     else:
         yield f"<p>{escape(objective)} {best['objective']:.6g} {escape(unit)}</p>"
         yield table(("setting", "value"), best["settings"].items())
@@ -91,13 +91,13 @@ def _best_by_metric(
             case["value"],
             case["run"],
             ", ".join(f"{key} = {_text(value)}" for key, value in case["settings"].items()),
-            _commands(only_command(study, case["hash"]), case["command"]),
+            _commands(metrics_command(study, case["hash"]), case["command"]),
         )
         for name, case in summary["best_by_metric"].items()
     ]
     if rows:
         yield "<h2>Best runs</h2>"
-        yield table(("metric", "value", "run", "settings", "again"), rows)
+        yield table(("metric", "value", "run", "settings", "command"), rows)
 
 
 def _text(value: Any) -> str:
@@ -105,21 +105,21 @@ def _text(value: Any) -> str:
 
 
 def _heat_maps(study: Study, collected: Collected, units: Mapping[str, str]) -> Iterable[str]:
-    """Return every metric over the two variations of a study that has two with numbers."""
-    names = [v.name for v in study.variations if is_searched(v)]
+    """Yield a figure of every metric if the study has two numeric variations."""
+    names = [v.name for v in study.variations if has_range(v)]
     if len(names) != 2 or not all(np.isfinite(collected.inputs[name]).all() for name in names):
         return
     x, y = (collected.inputs[name] for name in names)
     maps = []
     for name, values in collected.metrics.items():
         values = np.where(np.abs(values) < _MAX_VALUE, values, np.nan)
-        there = values[np.isfinite(values)]
-        if split_metric(name)[1] is None and there.size > 1 and np.ptp(there) > 0:
+        finite = values[np.isfinite(values)]
+        if split_metric(name)[1] is None and finite.size > 1 and np.ptp(finite) > 0:
             maps.append(heat_map((names[0], names[1]), x, y, (name, units[name]), values))
     if maps:
         what = f"Over {names[0]} and {names[1]}"
         yield f"<h2>{escape(what)}</h2>"
-        yield "<p>Means where several runs share both; grey where none succeeded.</p>"
+        yield "<p>Mean values of runs with equal variations; grey if all runs failed.</p>"
     yield from maps
 
 
@@ -135,33 +135,36 @@ def _distributions(summary: Mapping[str, Any], units: Mapping[str, str]) -> Iter
 
 def _histograms(collected: Collected, units: Mapping[str, str]) -> Iterable[str]:
     for name, values in collected.metrics.items():
-        there = values[np.abs(values) < _MAX_VALUE]
-        if split_metric(name)[1] is None and there.size > 1 and np.ptp(there) > 0:
-            yield histogram(name, units[name], there)
+        finite = values[np.abs(values) < _MAX_VALUE]
+        if split_metric(name)[1] is None and finite.size > 1 and np.ptp(finite) > 0:
+            yield histogram(name, units[name], finite)
 
 
 def _worst(study: Study, summary: Mapping[str, Any], units: Mapping[str, str]) -> Iterable[str]:
     if summary["worst"]:
         yield "<h2>Worst cases</h2>"
-        yield "<p>A command prints the run's metrics; the one behind it writes its files.</p>"
+        yield (
+            "<p>Each command prints the metrics of a run. Open it to see the command that writes "
+            "the files of the run.</p>"
+        )
     for name, cases in summary["worst"].items():
         yield f"<h3>{escape(name)}</h3>"
         rows = [
             (
                 c["run"],
                 f"{c['value']:.6g} {units[name]}",
-                _commands(only_command(study, c["hash"]), c["command"]),
+                _commands(metrics_command(study, c["hash"]), c["command"]),
             )
             for c in cases
         ]
-        yield table(("run", "value", "again"), rows)
+        yield table(("run", "value", "command"), rows)
 
 
 def _sensitivity(summary: Mapping[str, Any]) -> Iterable[str]:
     found = {n: p for n, p in summary["sensitivity"].items() if split_metric(n)[1] is None}
     if found:
         kinds = next(iter(next(iter(found.values())).values()))
-        what = "Sobol's indices" if "first" in kinds else "rank correlations, shares of variance"
+        what = "Sobol indices" if "first" in kinds else "rank correlations, shares of variance"
         yield f"<h2>Sensitivity: {what}</h2>"
     for name, parts in found.items():
         yield sensitivity_bars(name, parts)
@@ -174,6 +177,6 @@ def _failures(collected: Collected) -> Iterable[str]:
 
 
 def _commands(first: str, second: str) -> Markup:
-    """Two commands, the second folded away behind the first."""
+    """Return two commands as HTML; the second is visible after a click on the first."""
     summary = f"<summary><code>{escape(first)}</code></summary>"
     return Markup(f"<details>{summary}<code>{escape(second)}</code></details>")

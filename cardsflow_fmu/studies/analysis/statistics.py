@@ -12,7 +12,7 @@ from scipy import stats
 
 from cardsflow_fmu.studies.definition.metrics import split_metric
 from cardsflow_fmu.studies.definition.outcome import Outcome
-from cardsflow_fmu.studies.definition.sampling import Run, is_searched
+from cardsflow_fmu.studies.definition.sampling import Run, has_range
 from cardsflow_fmu.studies.definition.study import Study
 from cardsflow_fmu.utils.arrays import FloatArray
 
@@ -21,21 +21,22 @@ from .table import Columns
 _WORST = 5
 _MAX_ERRORS = 50
 _GROUPS = 10
-_ENOUGH_POINTS = 8  # of Saltelli's design, for Sobol's indices
-_ENOUGH = 5 * _GROUPS  # runs, for a share of the variance
+_MIN_POINTS = 8  # points of Saltelli's design for Sobol indices
+_MIN_RUNS = 5 * _GROUPS  # runs for a share of the variance
 _QUANTILES = {"p05": 0.05, "median": 0.5, "p95": 0.95}
 
 
 @dataclass
 class Collected:
-    """The numbers of a study's table.
+    """Values of all runs of a study.
 
     Attributes:
-        hashes: One a run.
-        inputs: By the name of the variation, one a run; NaN for other values.
-        metrics: By name, one a run; NaN of a failed run.
+        hashes: Hash of each run.
+        inputs: Value in each run, by the name of the variation; NaN for values that are not
+            numbers.
+        metrics: Value in each run, by the name of the metric; NaN for a failed run.
         failures: Number of runs by error.
-        overheads: Time of every complete run beyond its simulation, in [s].
+        overheads: Time of every complete run in addition to its simulation, in [s].
     """
 
     hashes: list[str] = field(default_factory=list)
@@ -46,7 +47,7 @@ class Collected:
 
 
 def collect(columns: Columns, rows: Iterable[tuple[Run, Outcome]]) -> Collected:
-    """Return the numbers of a study."""
+    """Return the values of all runs of a study."""
     collected = Collected()
     inputs: dict[str, list[float]] = {name: [] for name in columns.variations}
     metrics: dict[str, list[float]] = {name: [] for name in columns.metrics}
@@ -72,57 +73,58 @@ def distributions(collected: Collected) -> dict[str, dict[str, float | int]]:
     found: dict[str, dict[str, float | int]] = {}
     with np.errstate(over="ignore"):  # squares of large values
         for name, values in collected.metrics.items():
-            there = values[np.isfinite(values)]
-            if there.size:
-                found[name] = _distribution(there)
+            finite = values[np.isfinite(values)]
+            if finite.size:
+                found[name] = _distribution(finite)
     return found
 
 
-def _distribution(there: FloatArray) -> dict[str, float | int]:
+def _distribution(values: FloatArray) -> dict[str, float | int]:
     return {
-        "count": int(there.size),
-        "min": float(there.min()),
-        "mean": float(there.mean()),
-        "max": float(there.max()),
-        "deviation": float(there.std()),
-        **{key: float(np.quantile(there, q)) for key, q in _QUANTILES.items()},
+        "count": int(values.size),
+        "min": float(values.min()),
+        "mean": float(values.mean()),
+        "max": float(values.max()),
+        "deviation": float(values.std()),
+        **{key: float(np.quantile(values, q)) for key, q in _QUANTILES.items()},
     }
 
 
 def worst_runs(collected: Collected) -> dict[str, list[int]]:
-    """Rows of the worst runs by each metric, the worst first; the metrics are those of `ranked`."""
-    return {name: rows[:_WORST] for name, rows in ranked(collected).items()}
+    """Return the rows of the worst runs by metric, the worst first, for metrics in `rank_runs`."""
+    return {name: rows[:_WORST] for name, rows in rank_runs(collected).items()}
 
 
 def best_runs(collected: Collected) -> dict[str, int]:
-    """Return the row of the best run by each metric; the metrics are those of `ranked`."""
-    return {name: rows[-1] for name, rows in ranked(collected).items()}
+    """Return the row of the best run by metric, for metrics in `rank_runs`."""
+    return {name: rows[-1] for name, rows in rank_runs(collected).items()}
 
 
-def ranked(collected: Collected) -> dict[str, list[int]]:
-    """Return rows of all runs by each metric that they have, the worst first.
+def rank_runs(collected: Collected) -> dict[str, list[int]]:
+    """Return the rows of all runs with a value by metric, the worst first.
 
-    Metrics that are equal in all runs are left out, and so are those of single muscles.
+    Metrics that are equal in all runs and metrics of single muscles are omitted.
     """
     found = {}
     for name, values in collected.metrics.items():
         metric, muscle = split_metric(name)
-        there = np.flatnonzero(~np.isnan(values))
-        if muscle is None and there.size and np.any(values[there] != values[there[0]]):
-            badness = values[there] if metric.large_is_good else -values[there]
-            found[name] = there[np.argsort(badness, kind="stable")].tolist()
+        rows = np.flatnonzero(~np.isnan(values))
+        if muscle is None and rows.size and np.any(values[rows] != values[rows[0]]):
+            quality = values[rows] if metric.large_is_good else -values[rows]
+            found[name] = rows[np.argsort(quality, kind="stable")].tolist()
     return found
 
 
 def sensitivities(study: Study, collected: Collected) -> dict[str, dict[str, Any]]:
     """Return the influence of each variation on each metric.
 
-    A study with the sampler `sensitivity` gives Sobol's indices: `first`, the part of the variance
-    that a variation makes alone, and `total`, with all it makes together with others. The others
-    give `rank`, Spearman's rank correlation, from -1 to 1, and of enough runs `share`: the part of
-    the variance that the variation makes alone, whatever its direction, estimated from groups.
+    With the sampler `sensitivity` these are Sobol indices: `first` is the share of the variance
+    caused by the variation itself, `total` also includes its interactions with other variations.
+    With other samplers, `rank` is Spearman's rank correlation, from -1 to 1. If there are enough
+    runs, `share` is the share of the variance caused by the variation itself, estimated from groups
+    of runs.
     """
-    names = [v.name for v in study.variations if is_searched(v)]
+    names = [v.name for v in study.variations if has_range(v)]
     if study.sampler == "sensitivity" and study.optimise is None:
         assert study.count is not None
         return _sobol(names, study.count, collected)
@@ -133,8 +135,8 @@ def _sobol(names: list[str], count: int, collected: Collected) -> dict[str, dict
     found: dict[str, dict[str, Any]] = {}
     for metric, values in collected.metrics.items():
         f = values.reshape(len(names) + 2, count)
-        f = f[:, np.isfinite(f).all(axis=0)]  # a point counts with all its runs, or not at all
-        if f.shape[1] >= _ENOUGH_POINTS and np.ptp(f[:2]) > 0:
+        f = f[:, np.isfinite(f).all(axis=0)]  # omit a point if one of its runs failed
+        if f.shape[1] >= _MIN_POINTS and np.ptp(f[:2]) > 0:
             first, total = sobol_indices(f)
             found[metric] = {
                 name: {"first": float(a), "total": float(b)}
@@ -144,14 +146,13 @@ def _sobol(names: list[str], count: int, collected: Collected) -> dict[str, dict
 
 
 def sobol_indices(f: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """First-order and total indices, both of shape (d,).
+    """Return first-order and total Sobol indices, both of shape (d,).
 
-    The estimators are those of A. Saltelli et al., "Variance based sensitivity analysis of model
+    The estimators are defined in A. Saltelli et al., "Variance based sensitivity analysis of model
     output", Computer Physics Communications, 2010, table 2.
 
     Args:
-        f: A metric at the points A, at B, and at A with one column of B after another, shape
-            (d + 2, n).
+        f: A metric at the points A, at B, and at A with column j of B for each j, shape (d + 2, n).
     """
     f = f - f[:2].mean()
     f_A, f_B, f_AB = f[0], f[1], f[2:]
@@ -173,7 +174,7 @@ def _ranks(names: list[str], collected: Collected) -> dict[str, dict[str, Any]]:
                     warnings.simplefilter("ignore")
                     rank = float(stats.spearmanr(inputs[both], values[both]).statistic)
                 ranks[name] = {"rank": rank}
-                if both.sum() >= _ENOUGH:
+                if both.sum() >= _MIN_RUNS:
                     ranks[name]["share"] = variance_share(inputs[both], values[both])
         if ranks:
             found[metric] = ranks
@@ -181,13 +182,13 @@ def _ranks(names: list[str], collected: Collected) -> dict[str, dict[str, Any]]:
 
 
 def variance_share(x: FloatArray, y: FloatArray) -> float:
-    """Return the part of the variance of y that its mean over groups of equal x makes, from 0 to 1.
+    """Return the share of the variance of y between groups of equal x, from 0 to 1.
 
-    The correlation ratio, adjusted for what as many groups would make of noise; a first-order Sobol
-    index from runs that were made for something else.
+    This is the correlation ratio, corrected for the expected ratio of pure noise. It estimates the
+    first-order Sobol index from runs of any sampler.
 
     Args:
-        x: A variation, shape (n,); in groups of its neighbours if it has many values.
+        x: A variation, shape (n,). If it has many values, neighbouring values form groups.
         y: A metric, shape (n,).
     """
     n = len(x)

@@ -1,4 +1,4 @@
-"""The summary of a study: distributions, worst cases, sensitivities."""
+"""Summary of a study: distributions, worst cases and sensitivities."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from .table import Rows
 
 
 def summary_text(summary: Mapping[str, Any]) -> str:
-    """Return the summary of a study as JSON, with null for what is not finite."""
+    """Return the summary of a study as JSON, with null for numbers that are not finite."""
     return json_text(summary, indent=1) + "\n"
 
 
 def study_summary(study: Study, collected: Collected, rows: Rows) -> dict[str, Any]:
     """Return the content of summary.json."""
-    worst = {} if study.optimise else worst_runs(collected)  # a search tries bad ones too
+    worst = {} if study.optimise else worst_runs(collected)  # a search also evaluates bad robots
     best = {} if study.optimise else best_runs(collected)
     chosen = {row for rows_ in worst.values() for row in rows_} | set(best.values())
     runs = {row: run for row, (run, _) in enumerate(rows()) if row in chosen}

@@ -1,4 +1,4 @@
-"""The table of a study, one row per run, in their order."""
+"""Table of a study with one row per run, in the order of the runs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cardsflow_fmu.studies.definition.study import Study
 from cardsflow_fmu.studies.definition.tables import TableKind
 
 _BLOCK = 1024
-_FORMULAS = ("=", "+", "-", "@", "\t", "\r")  # what begins one in a spreadsheet
+_FORMULAS = ("=", "+", "-", "@", "\t", "\r")  # first characters of formulas in spreadsheets
 
 Rows = Callable[[], Iterator[tuple[Run, Outcome]]]
 
@@ -33,7 +33,7 @@ class Columns(NamedTuple):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All of them, in order."""
+        """Names of all columns, in order."""
         return (*LEADING_COLUMNS, *self.variations, *self.metrics, *TRAILING_COLUMNS)
 
 
@@ -47,9 +47,9 @@ def write_tables(folder: Path, kinds: Iterable[TableKind], columns: Columns, row
 
     Args:
         folder: The folder.
-        kinds: Of the files `table.csv` and `table.parquet`.
+        kinds: Formats of the files `table.csv` and `table.parquet`.
         columns: The columns.
-        rows: Gives the runs and their outcomes, in order; called once a kind.
+        rows: Function that returns the runs with their outcomes, in order; called for each format.
 
     Raises:
         StudyError: A file cannot be written.
@@ -57,18 +57,18 @@ def write_tables(folder: Path, kinds: Iterable[TableKind], columns: Columns, row
     writers = {"csv": _write_csv, "parquet": _write_parquet}
     for kind in kinds:
         file = folder / f"table.{kind}"
-        aside = folder / f".table.{kind}.tmp"
+        temporary = folder / f".table.{kind}.tmp"
         try:
-            aside.unlink(missing_ok=True)  # it may be a link to another file
-            writers[kind](aside, columns, rows())
-            aside.replace(file)
+            temporary.unlink(missing_ok=True)  # it could be a link to another file
+            writers[kind](temporary, columns, rows())
+            temporary.replace(file)
         except OSError as error:
-            aside.unlink(missing_ok=True)
+            temporary.unlink(missing_ok=True)
             raise StudyError(f"{file}: cannot be written: {error.strerror or error}") from None
 
 
 def row_values(columns: Columns, run: Run, outcome: Outcome) -> list[Any]:
-    """Return the values of a row: numbers, texts, and None if there is nothing."""
+    """Return the values of a row: numbers, texts, or None for missing values."""
     return [
         run.index,
         run.hash,
@@ -82,22 +82,22 @@ def row_values(columns: Columns, run: Run, outcome: Outcome) -> list[Any]:
 def _write_csv(file: Path, columns: Columns, rows: Iterator[tuple[Run, Outcome]]) -> None:
     with file.open("x", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(map(_no_formula, columns.names))
+        writer.writerow(map(_escape_formula, columns.names))
         for run, outcome in rows:
             writer.writerow(map(_text, row_values(columns, run, outcome)))
 
 
 def _text(value: Any) -> str:
-    """Return a value such that numbers read back exactly; nothing for None."""
+    """Return a value as text, with numbers that can be read back exactly; empty for None."""
     if value is None:
         return ""
     if isinstance(value, str):
-        return _no_formula(value)
+        return _escape_formula(value)
     return repr(value) if isinstance(value, float) else json_text(value)
 
 
-def _no_formula(text: str) -> str:
-    """A text that no spreadsheet takes for a formula: names and values may be by someone else."""
+def _escape_formula(text: str) -> str:
+    """Return a text that spreadsheets do not interpret as a formula; values may be untrusted."""
     return f"'{text}" if text.startswith(_FORMULAS) else text
 
 
@@ -112,7 +112,7 @@ def _write_parquet(file: Path, columns: Columns, rows: Iterator[tuple[Run, Outco
         for block in _blocks(rows):
             values = [row_values(columns, run, outcome) for run, outcome in block]
             by_name = dict(zip(columns.names, map(list, zip(*values, strict=True)), strict=True))
-            if writer is None:  # variations are numbers if they are in the first rows
+            if writer is None:  # a variation is numeric if it is numeric in the first block
                 kinds |= {n: pa.float64() for n in columns.variations if _all_numbers(by_name[n])}
                 schema = pa.schema(list(kinds.items()))
                 writer = parquet.ParquetWriter(stream, schema, compression="zstd")

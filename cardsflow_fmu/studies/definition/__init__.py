@@ -1,1 +1,1 @@
-"""Definition of studies: variations, sampling, metrics."""
+"""Definition of studies: variations, sampling and metrics."""

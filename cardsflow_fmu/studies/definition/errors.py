@@ -1,4 +1,4 @@
-"""The error of a study that stops before its end; what is done stays done."""
+"""Error of a study that stops before its end. Completed runs are kept."""
 
 from __future__ import annotations
 
@@ -6,4 +6,4 @@ from addin_sdfusion.robot import SimulationError
 
 
 class StudyError(SimulationError):
-    """A study that cannot continue for now: the disk is full, the workers are lost, Ctrl-C."""
+    """A study that stops but can be resumed, for example on a full disk, lost workers or Ctrl-C."""

@@ -1,4 +1,4 @@
-"""The hash of the common part of all runs of a study."""
+"""Hash of the common part of all runs of a study."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _SUFFIXES = (".xml", ".sdf", ".traj", ".config")
 
 
 def fingerprint(study: Study, experiment: str) -> str:
-    """Return the hash of everything but the variations.
+    """Return the hash of a study without its variations.
 
     Args:
         study: The study.
-        experiment: From `experiment_digest`.
+        experiment: Hash of the experiment, from `experiment_digest`.
     """
     content = {
         "experiment": experiment,
@@ -36,9 +36,9 @@ def fingerprint(study: Study, experiment: str) -> str:
 
 
 def experiment_digest(experiment: Experiment) -> str:
-    """Return the hash of an experiment with all files that it, or a variation of it, rests on.
+    """Return the hash of an experiment with all files that it or its variations can use.
 
-    The same on every machine: paths of files are left out.
+    The hash does not include paths of files, so that it is the same on every computer.
 
     Args:
         experiment: The experiment without variations.
@@ -47,20 +47,20 @@ def experiment_digest(experiment: Experiment) -> str:
         InputError: A file cannot be read.
     """
     digest = hashlib.sha256()
-    for name, content in (*_own(experiment), *_files(experiment)):
+    for name, content in (*_resources(experiment), *_files(experiment)):
         digest.update(f"{name}\0{len(content)}\0".encode())
         digest.update(content)
     return digest.hexdigest()
 
 
-def _own(experiment: Experiment) -> Iterator[tuple[str, bytes]]:
-    """The experiment as it travels in FMUs."""
+def _resources(experiment: Experiment) -> Iterator[tuple[str, bytes]]:
+    """Yield the files of the experiment that FMUs contain."""
     for name, source in sorted(experiment_resources(experiment, with_hardware=True).items()):
         yield name, read_contents(source)
 
 
 def _files(experiment: Experiment) -> Iterator[tuple[str, bytes]]:
-    """External FMUs, and the other files next to the robot's: cable sets, trajectories."""
+    """Yield external FMUs and the other files in the robot's folder, such as trajectories."""
     for role, fmu in sorted(experiment.fmus.items()):
         yield f"fmus/{role}", read_contents(Path(fmu.file))
         yield f"fmus/{role}.txt", repr(replace(fmu, file=Path())).encode()

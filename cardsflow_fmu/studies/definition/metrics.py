@@ -1,4 +1,4 @@
-"""The metrics of a run: numbers by name, with units."""
+"""Metrics of a run: values by name, with units."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from .tables import Box
 
 MAX_POSES = 100
-"""Most poses of a run at which stiffness is looked at."""
+"""Maximum number of poses of a run at which the stiffness is evaluated."""
 
 
 @dataclass(frozen=True, slots=True)
 class Metric:
-    """Something that a study looks at.
+    """Definition of a metric.
 
     Attributes:
-        unit: Its unit; empty for a number without one, None for that of the tracking.
-        description: One line for people.
-        value: What a run gives; NaN if it has no such thing.
-        is_per_muscle: Whether `name.<muscle>` is the same of one muscle.
-        large_is_good: Whether small values are the bad ones.
+        unit: Unit; empty for a dimensionless metric, None for the unit of the tracking error.
+        description: Description in one line.
+        value: Function that computes the metric of a run; NaN if the metric is not available.
+        is_per_muscle: Whether `name.<muscle>` is the metric of a single muscle.
+        large_is_good: Whether large values are better than small values.
     """
 
     unit: str | None
@@ -41,14 +41,14 @@ class Metric:
 
 
 def expand_wildcards(names: Iterable[str], robot: Robot) -> tuple[str, ...]:
-    """Return the names with every muscle's for `*`, each once.
+    """Replace `*` by the names of all muscles and remove duplicates.
 
     Args:
-        names: Such as `tracking.rms`, `force.peak`, `force.peak.biceps` or `force.peak.*`.
-        robot: Whose muscles.
+        names: Names such as `tracking.rms`, `force.peak`, `force.peak.biceps` or `force.peak.*`.
+        robot: Robot with the muscles.
 
     Raises:
-        UnknownNameError: There is no such metric.
+        UnknownNameError: A metric or muscle does not exist.
     """
     muscles = [muscle.name for muscle in robot.muscles]
     found: list[str] = []
@@ -72,7 +72,7 @@ def _per_muscle() -> list[str]:
 
 
 def split_metric(name: str) -> tuple[Metric, str | None]:
-    """Return the metric of a name, and its muscle if it is of one."""
+    """Return the metric with a name, and the muscle in the name or None."""
     if name in METRICS:
         return METRICS[name], None
     base = next(n for n in _per_muscle() if name.startswith(f"{n}."))
@@ -80,12 +80,12 @@ def split_metric(name: str) -> tuple[Metric, str | None]:
 
 
 def metric_values(names: Iterable[str], result: Result, box: Box | None) -> dict[str, Any]:
-    """Return the metrics of a run; None if it has no such thing.
+    """Return the metrics of a run, with None for metrics that are not available.
 
     Args:
-        names: From `expand_wildcards`.
-        result: The run, complete.
-        box: Where the workspace is looked at.
+        names: Names from `expand_wildcards`.
+        result: Result of a complete run.
+        box: Joint positions of the workspace, or None for the joint limits.
 
     Raises:
         InputError: The workspace has no limits.
@@ -102,8 +102,8 @@ def metric_units(names: Iterable[str], tracking: str) -> dict[str, str]:
     """Return the unit of every metric.
 
     Args:
-        names: From `expand_wildcards`.
-        tracking: Unit of what is followed.
+        names: Names from `expand_wildcards`.
+        tracking: Unit of the tracking error.
     """
     units = {name: split_metric(name)[0].unit for name in names}
     return {name: tracking if unit is None else unit for name, unit in units.items()}
@@ -117,7 +117,7 @@ def _tracking(key: str) -> Callable[[Result, Box | None, str | None], float]:
     return value
 
 
-def _of_forces(
+def _reduced_forces(
     reduce: Callable[[FloatArray], Any],
 ) -> Callable[[Result, Box | None, str | None], float]:
     def value(result: Result, box: Box | None, muscle: str | None) -> float:
@@ -128,7 +128,7 @@ def _of_forces(
 
 
 def _forces(result: Result, muscle: str | None) -> FloatArray:
-    """Return forces over time, shape (rows, muscles); of one muscle if there is a name."""
+    """Return forces over time, shape (rows, muscles), of all muscles or of one muscle."""
     robot = result.experiment.robot
     names = [m.name for m in robot.muscles]
     signals = muscle_signals("f", robot)
@@ -143,14 +143,14 @@ def _rms(forces: FloatArray) -> float:
 
 
 def _energy(result: Result, box: Box | None, muscle: str | None) -> float:
-    """Work of all muscles, concentric and eccentric: sum of f |dl|, f being held over a step."""
+    """Return the absolute work of the muscles: the sum of f |dl|, with f constant in each step."""
     robot = result.experiment.robot
     names = [m.name for m in robot.muscles]
-    kept = range(len(names)) if muscle is None else [names.index(muscle)]
+    muscles = range(len(names)) if muscle is None else [names.index(muscle)]
     f, l = (muscle_signals(prefix, robot) for prefix in "fl")  # noqa: E741
-    if any(f[k] not in result.names or l[k] not in result.names for k in kept):
+    if any(f[k] not in result.names or l[k] not in result.names for k in muscles):
         return math.nan
-    work = [np.sum(result[f[k]][1:] * np.abs(np.diff(result[l[k]]))) for k in kept]
+    work = [np.sum(result[f[k]][1:] * np.abs(np.diff(result[l[k]]))) for k in muscles]
     return float(sum(work))
 
 
@@ -163,12 +163,12 @@ def _count(key: str) -> Callable[[Result, Box | None, str | None], float]:
 
 
 def _missed(result: Result, box: Box | None, muscle: str | None) -> float:
-    """Exchanges with an emulated robot that brought no new state."""
+    """Return the number of exchanges with an emulated robot without a new state."""
     return float(result["missed"][-1]) if "missed" in result.names else math.nan
 
 
 def _margin(bound: str) -> Callable[[Result, Box | None, str | None], float]:
-    """How far forces stay from a bound, in [N]."""
+    """Return the smallest distance of the forces from a force limit, in [N]."""
 
     def value(result: Result, box: Box | None, muscle: str | None) -> float:
         forces = result.summary["forces"]["per_muscle"].values()
@@ -182,7 +182,7 @@ def _margin(bound: str) -> Callable[[Result, Box | None, str | None], float]:
 
 
 def _stiffness(result: Result, box: Box | None, muscle: str | None) -> float:
-    """Smallest eigenvalue of the joint stiffness under the forces held, along the run."""
+    """Return the smallest eigenvalue of the joint stiffness at constant forces, along the run."""
     from controllers.analysis.stiffness import stiffness
     from sim_dart import control_dynamics
 
@@ -225,16 +225,19 @@ def _loop_margin(which: str) -> Callable[[Result, Box | None, str | None], float
 
 
 def _wrench_closure(result: Result, box: Box | None, muscle: str | None) -> float:
-    """Return the part of the workspace where unlimited muscles could make any torque."""
+    """Return the fraction of the workspace with wrench closure."""
     return wrench_closure(result.experiment, box)
 
 
 def wrench_closure(experiment: Experiment, box: Box | None) -> float:
-    """Return the part of the workspace where unlimited muscles could make any torque, from 0 to 1.
+    """Return the fraction of the workspace with wrench closure, from 0 to 1.
+
+    In a pose with wrench closure, muscles without force limits can generate any torque.
 
     Args:
-        experiment: Whose robot.
-        box: Joint positions to look at; the joint limits, 5 poses each, when None.
+        experiment: Experiment with the robot.
+        box: Joint positions of the workspace, or None for 5 poses between the joint limits of each
+            coordinate.
 
     Raises:
         InputError: A joint has no limits.
@@ -251,7 +254,7 @@ def wrench_closure(experiment: Experiment, box: Box | None) -> float:
     try:
         poses = joint_grid(box.lower, box.upper, box.points)
     except InputError as error:
-        raise InputError(f"{error.what}; give [workspace] lower and upper") from None
+        raise InputError(f"{error.what}; set [workspace] lower and upper") from None
     dynamics = control_dynamics(robot)
     poses = poses.reshape(-1, len(robot.coordinates))
     rows = np.stack([dynamics.actuator_jacobian(q) for q in poses])
@@ -260,29 +263,29 @@ def wrench_closure(experiment: Experiment, box: Box | None) -> float:
 
 
 METRICS: Mapping[str, Metric] = {
-    "tracking.rms": Metric(None, "Tracking error, RMS", _tracking("rms")),
-    "tracking.max": Metric(None, "Tracking error, largest", _tracking("max")),
-    "force.peak": Metric("N", "Largest muscle force", _of_forces(np.max), is_per_muscle=True),
-    "force.rms": Metric("N", "Muscle force, RMS", _of_forces(_rms), is_per_muscle=True),
+    "tracking.rms": Metric(None, "RMS tracking error", _tracking("rms")),
+    "tracking.max": Metric(None, "Maximum tracking error", _tracking("max")),
+    "force.peak": Metric("N", "Maximum muscle force", _reduced_forces(np.max), is_per_muscle=True),
+    "force.rms": Metric("N", "RMS muscle force", _reduced_forces(_rms), is_per_muscle=True),
     "force.low": Metric(
-        "N", "Smallest muscle force", _of_forces(np.min), is_per_muscle=True, large_is_good=True
+        "N", "Minimum muscle force", _reduced_forces(np.min), is_per_muscle=True, large_is_good=True
     ),
-    "energy": Metric("J", "Work of the muscles, both ways", _energy, is_per_muscle=True),
-    "infeasible_ticks": Metric("", "Ticks without a force that fits", _count("infeasible_ticks")),
+    "energy": Metric("J", "Absolute work of the muscles", _energy, is_per_muscle=True),
+    "infeasible_ticks": Metric("", "Ticks with an infeasible torque", _count("infeasible_ticks")),
     "not_converged_ticks": Metric(
-        "", "Ticks without an answer whether a force fits", _count("not_converged_ticks")
+        "", "Ticks in which the force distribution did not converge", _count("not_converged_ticks")
     ),
     "missed": Metric("", "Exchanges with the robot without an answer", _missed),
     "stiffness.min": Metric(
-        "N.m/rad", "Smallest joint stiffness, forces held", _stiffness, large_is_good=True
+        "N.m/rad", "Minimum joint stiffness at constant forces", _stiffness, large_is_good=True
     ),
-    "margin.upper": Metric("N", "Least distance to f_max", _margin("f_max"), large_is_good=True),
-    "margin.lower": Metric("N", "Least distance to f_min", _margin("f_min"), large_is_good=True),
+    "margin.upper": Metric("N", "Minimum distance to f_max", _margin("f_max"), large_is_good=True),
+    "margin.lower": Metric("N", "Minimum distance to f_min", _margin("f_min"), large_is_good=True),
     "margin.gain": Metric("", "Gain margin", _loop_margin("gain_margin"), large_is_good=True),
     "margin.phase": Metric("rad", "Phase margin", _loop_margin("phase_margin"), large_is_good=True),
     "margin.delay": Metric("s", "Delay margin", _loop_margin("delay_margin"), large_is_good=True),
     "wrench_closure": Metric(
-        "", "Part of the workspace with wrench closure", _wrench_closure, large_is_good=True
+        "", "Fraction of the workspace with wrench closure", _wrench_closure, large_is_good=True
     ),
 }
 
@@ -296,4 +299,4 @@ DEFAULT_METRICS = (
     "force.peak.*",
     "force.rms.*",
 )
-"""What is looked at unless a study says otherwise."""
+"""Default metrics of a study."""

@@ -1,4 +1,4 @@
-"""Nominal values at paths, which relative variations begin at."""
+"""Nominal values of settings, to which relative variations are applied."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ def nominal_value(experiment: Experiment, path: str) -> Nominal:
 
     Args:
         experiment: The experiment without variations.
-        path: The full key.
+        path: Full key of the setting.
 
     Raises:
-        InputError: The setting is not a number, or it cannot be scaled.
+        InputError: The setting is not a finite real number or vector.
     """
     value: Any = _tables(experiment)
     for part in split_path(path):
@@ -35,15 +35,15 @@ def nominal_value(experiment: Experiment, path: str) -> Nominal:
         return tuple(value)
     if _is_real(value):
         return float(value)
-    raise InputError(f"{path} has {_words(value)} to begin at; leave `relative` out")
+    raise InputError(f"{path} is {_describe(value)}; remove `relative`")
 
 
-def _words(value: Any) -> str:
+def _describe(value: Any) -> str:
     if value is None:
-        return "no number"
+        return "not set"
     if isinstance(value, int) and not isinstance(value, bool):
-        return f"a whole number, {value},"
-    return f"{value!r}, which is not a number"
+        return f"the integer {value}, not a real number"
+    return f"{value!r}, not a real number"
 
 
 def _is_real(value: Any) -> bool:
@@ -51,7 +51,7 @@ def _is_real(value: Any) -> bool:
 
 
 def _tables(experiment: Experiment) -> dict[str, Any]:
-    """Return the experiment as tables, with its robot in it."""
+    """Return the experiment as nested tables, including its robot."""
     robot = experiment.robot
     parts = {kind: {item.name: item for item in getattr(robot, kind)} for kind in KINDS}
     data = experiment_data(experiment)
@@ -62,7 +62,7 @@ def _tables(experiment: Experiment) -> dict[str, Any]:
 
 
 def _inner(value: Any, part: str, experiment: Experiment) -> Any:
-    """What stands in a value under a part of a path; None if there is nothing."""
+    """Return the element of a value for one part of a path, or None."""
     name, index = split_index(part)
     found: Any
     if dataclasses.is_dataclass(value):
@@ -84,7 +84,7 @@ def _inner(value: Any, part: str, experiment: Experiment) -> Any:
 
 
 def _by_name(row: Sequence[Any], experiment: Experiment) -> Iterator[tuple[str, Any]]:
-    """The numbers of a row that has one a name, whatever the names are of."""
+    """Yield the elements of a row by name, for all kinds of names with the length of the row."""
     robot = experiment.robot
     for names in (
         [c.name for c in robot.coordinates],

@@ -1,4 +1,4 @@
-"""The outcome of a run: its metrics, or its error."""
+"""Outcome of a run: its metrics or its error."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 LEADING_COLUMNS, TRAILING_COLUMNS = ("run", "hash"), ("status", "error")
-"""Columns of a study's table before and behind those of variations and metrics."""
+"""Columns of a study's table before and after the columns of variations and metrics."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,10 +15,10 @@ class Outcome:
     """The outcome of a run.
 
     Attributes:
-        metrics: By name; None if a run has no such thing. Empty of a failed run.
-        error: Why it failed; None of a complete run.
-        wall_time: Time of the simulation itself, in [s].
-        overhead: Time for everything else: reading, building, looking at the results, in [s].
+        metrics: Metrics by name, with None for unavailable ones; empty for a failed run.
+        error: Error message of a failed run, or None.
+        wall_time: Time of the simulation, in [s].
+        overhead: Time for reading, building and evaluation, in [s].
     """
 
     metrics: Mapping[str, Any]
@@ -28,5 +28,5 @@ class Outcome:
 
     @property
     def complete(self) -> bool:
-        """Whether the run reached its end."""
+        """Whether the run was completed."""
         return self.error is None

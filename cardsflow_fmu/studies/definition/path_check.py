@@ -1,4 +1,4 @@
-"""The check of a study's paths on its experiment."""
+"""Check of a study's paths in its experiment."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from cardsflow_fmu.experiment.experiment import Experiment
 
 
 class PathCheck:
-    """A check of paths on an experiment.
+    """A check of paths in an experiment.
 
     Args:
-        path: The experiment.toml, or the folder that holds one.
-        settings: Changes to it that all runs share.
+        path: An experiment.toml, or its folder.
+        settings: Changes of settings for all runs.
     """
 
     def __init__(self, path: Path, settings: Mapping[str, Any]) -> None:
@@ -25,21 +25,21 @@ class PathCheck:
 
     @cached_property
     def base(self) -> Experiment:
-        """The experiment without variations; InputError if something is wrong with it."""
+        """The experiment without variations; raises InputError if it is invalid."""
         base = Experiment.load(self._path, self._settings, names_files=False)
         require_simulated(base)
         return base
 
     def require(self, path: str, value: Any) -> None:
-        """Reject a path that leads nowhere; a value that does not fit is the run's own trouble.
+        """Reject a path that does not exist. An invalid value is not rejected, but fails its run.
 
         Args:
             path: The full key.
-            value: A value for it.
+            value: A value for the key.
 
         Raises:
-            UnknownNameError: A part of the path names nothing; the nearest is named.
-            PathError: The path leads through what is not a table.
+            UnknownNameError: A part of the path does not exist; the message suggests a name.
+            PathError: A part of the path is not a table.
         """
         _ = self.base
         try:
@@ -55,21 +55,21 @@ class PathCheck:
 
 
 def require_simulated(experiment: Experiment) -> None:
-    """Reject an experiment that drives a real robot, which must be supervised.
+    """Reject an experiment with a real robot, which requires supervision.
 
     Args:
-        experiment: Of a study, or of one of its runs.
+        experiment: Experiment of a study or of one of its runs.
 
     Raises:
-        InputError: It does.
+        InputError: The experiment uses a real robot.
     """
     hardware = experiment.hardware
     if hardware.use and not hardware.is_emulated:
-        what = "a study drives no robot; leave it false, or set hardware.link to 'emulated:'"
+        what = "must be false in a study, unless hardware.link is 'emulated:'"
         raise InputError(what, file=experiment.file, key="hardware.use")
 
 
 def _leads_through(path: str, key: str) -> bool:
-    """Return whether an error about a key is about a part of the path; keys have no quotes."""
+    """Return whether the key of an error is a part of the path; keys have no quotes."""
     plain = ".".join(split_path(path))
     return plain == key or plain.startswith((f"{key}.", f"{key}["))

@@ -1,4 +1,4 @@
-"""The reader of study.toml."""
+"""Reader for study.toml."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from cardsflow_fmu.utils.extras import install
 from .metrics import DEFAULT_METRICS, expand_wildcards
 from .path_check import PathCheck
 from .tables import MAX_RUNS, Box, Sampler, StudyTables
-from .variation_reader import read_variations, require_free_names
+from .variation_reader import read_variations, require_unique_columns
 from .variations import Variation
 
 STUDY_FILE = Path("study.toml")
-"""What a study is called that has a folder to itself."""
+"""Default file name of a study in its folder."""
 
 _MAX_POSES = 100_000
 
@@ -33,33 +33,33 @@ def read_study(path: Path) -> dict[str, Any]:
     """Read and check a study.
 
     Args:
-        path: A study.toml, or the folder that holds one.
+        path: A study.toml, or its folder.
 
     Returns:
         The attributes of a `Study`.
 
     Raises:
-        InputError: Something in it, or in its experiment, is wrong; file and key are named.
+        InputError: The study or its experiment is invalid; the message states file and key.
     """
     file = path / STUDY_FILE if path.is_dir() else path
     data = read_settings(file)
     context = Context(file)
     if "engine" in data:
-        raise context.error("engine", "is no longer a key: set compute and coupling")
+        raise context.error("engine", "is no longer a key; set compute and coupling")
     tables = StudyTables.read(data, context)
     engine = {"run.compute": tables.compute, "run.coupling": tables.coupling}
     settings = engine | _settings(tables.settings, context)
     check = PathCheck(tables.experiment, settings)
-    base = check.base  # what is wrong with the experiment itself comes first
+    base = check.base  # report errors of the experiment first
     variations = tuple(read_variations(tables.vary, check, context))
     if tables.optimise is not None and not _can_search(variations):
-        what = "needs variations with a range to search, and no seeds"
+        what = "requires variations with a range, and does not support seeds"
         raise context.error("optimise.method", what)
     sampler, count = _sampling(tables, variations, context)
     metrics = _metrics(tables, base, context)
-    require_free_names(variations, metrics, context)
+    require_unique_columns(variations, metrics, context)
     _require_parquet(tables, context)
-    usual = "results" if file.name == STUDY_FILE.name else f"results/{file.stem}"
+    default = "results" if file.name == STUDY_FILE.name else f"results/{file.stem}"
     return {
         "file": file,
         "experiment": tables.experiment,
@@ -71,13 +71,13 @@ def read_study(path: Path) -> dict[str, Any]:
         "metrics": metrics,
         "box": _box(data.get("workspace"), base, context),
         "optimise": tables.optimise,
-        "output": tables.output or file.parent / usual,
+        "output": tables.output or file.parent / default,
         "tables": tuple(dict.fromkeys(tables.tables)),
     }
 
 
 def _settings(given: Mapping[str, Any], context: Context) -> dict[str, Any]:
-    """Changes to the experiment that all runs share: full keys, or tables in tables."""
+    """Return the changes of settings for all runs by full key; tables can be nested."""
     settings: dict[str, Any] = {}
     for key, value in given.items():
         try:
@@ -94,44 +94,48 @@ def _leaves(path: list[str], value: Any) -> dict[str, Any]:
 
 
 def _can_search(variations: Sequence[Variation]) -> bool:
-    """Return whether something is varied over a range, and nothing by seeds."""
-    held = [v.is_listed and len(v.listed) == 1 for v in variations]
-    return not all(held) and not any(v.is_seed for v in variations)
+    """Return whether at least one variation has a range, and none is a seed."""
+    is_constant = [v.is_listed and len(v.listed) == 1 for v in variations]
+    return not all(is_constant) and not any(v.is_seed for v in variations)
 
 
 def _sampling(
     tables: StudyTables, variations: Sequence[Variation], context: Context
 ) -> tuple[Sampler, int | None]:
-    """How the variations are combined, and how often."""
+    """Return the sampler and the number of samples."""
     drawn = [v.name for v in variations if not v.is_listed and not v.is_seed]
     sampler = tables.sampler or ("monte_carlo" if drawn else "grid")
     count = tables.count
     if tables.optimise is not None:
         if tables.sampler is not None or count is not None:
-            raise context.error("sampler", "an optimisation samples by itself; leave it out")
+            raise context.error("sampler", "is not used by an optimisation; remove it")
         return sampler, None
     if sampler in ("grid", "list"):
         if drawn:
-            raise context.error("sampler", f"{sampler!r} needs `values` or `grid` for {drawn[0]}")
+            what = f"{sampler!r} requires `values` or `grid` for {drawn[0]}"
+            raise context.error("sampler", what)
         if count is not None:
-            raise context.error("count", f"{sampler!r} has as many runs as its values make")
+            what = f"is not used by {sampler!r}, whose values define the number of runs; remove it"
+            raise context.error("count", what)
         sizes = [len(v.listed) for v in variations if v.is_listed]
         if sampler == "list" and len(set(sizes)) > 1:
-            raise context.error("vary", f"a list needs equally many values everywhere, not {sizes}")
+            what = f"a list requires the same number of values in all variations, not {sizes}"
+            raise context.error("vary", what)
         if sampler == "grid" and math.prod(sizes) > MAX_RUNS:
-            raise context.error("vary", f"a grid of {math.prod(sizes)} runs; at most {MAX_RUNS}")
+            what = f"the grid has {math.prod(sizes)} runs; the maximum is {MAX_RUNS}"
+            raise context.error("vary", what)
         return sampler, None
     if count is None or not 1 <= count <= MAX_RUNS:
         raise context.error("count", f"must be 1 to {MAX_RUNS} for {sampler!r}, not {count}")
     if sampler == "sensitivity" and count & (count - 1):
         raise context.error("count", f"must be a power of 2 for {sampler!r}, not {count}")
     if not variations:
-        raise context.error("vary", "missing: what is varied")
+        raise context.error("vary", "is missing; add at least one variation")
     return sampler, count
 
 
 def _metrics(tables: StudyTables, base: Experiment, context: Context) -> tuple[str, ...]:
-    """Return the metrics that are asked for, and those that an optimisation needs."""
+    """Return the requested metrics and the metrics that an optimisation requires."""
     names = list(DEFAULT_METRICS if tables.metrics is None else tables.metrics)
     if (search := tables.optimise) is not None:
         names += [search.objective, *(c.metric for c in search.constraints)]
@@ -141,11 +145,11 @@ def _metrics(tables: StudyTables, base: Experiment, context: Context) -> tuple[s
 
 def _require_parquet(tables: StudyTables, context: Context) -> None:
     if "parquet" in tables.tables and importlib.util.find_spec("pyarrow") is None:
-        raise context.error("tables", f"parquet needs pyarrow: {install('parquet')}")
+        raise context.error("tables", f"parquet requires pyarrow: {install('parquet')}")
 
 
 def _box(data: Mapping[str, Any] | None, base: Experiment, context: Context) -> Box | None:
-    """Joint positions of the workspace."""
+    """Return the joint positions of the workspace, or None for the joint limits."""
     if not data:
         return None
     coordinates = base.robot.coordinates
@@ -159,6 +163,6 @@ def _box(data: Mapping[str, Any] | None, base: Experiment, context: Context) -> 
     if any(a > b for a, b in zip(box.lower, box.upper, strict=True)):
         raise context.error("workspace.lower", "must not be above upper")
     if box.points < 1 or box.points ** len(coordinates) > _MAX_POSES:
-        what = f"{box.points} along each axis are too few or too many poses"
+        what = f"{box.points} poses per coordinate are too few or too many"
         raise context.error("workspace.points", what)
     return box

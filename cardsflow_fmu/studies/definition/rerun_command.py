@@ -1,4 +1,4 @@
-"""The command that does exactly one run of a study again."""
+"""Commands that repeat one run of a study."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .study import Study
 
 
 def rerun_command(study: Study, run: Run) -> str:
-    """Return a `cardsflow run` with every setting.
+    """Return the `cardsflow run` command with all settings of a run.
 
     Args:
         study: The study.
@@ -26,18 +26,18 @@ def rerun_command(study: Study, run: Run) -> str:
     return shlex.join([*words, "-o", f"run_{run.hash[:8]}"])
 
 
-def only_command(study: Study, run_hash: str) -> str:
-    """Return a `cardsflow study` that does one run of a sampling, and prints its metrics.
+def metrics_command(study: Study, run_hash: str) -> str:
+    """Return the `cardsflow study` command that repeats one run and prints its metrics.
 
     Args:
         study: The study.
-        run_hash: The hash of the run.
+        run_hash: Hash of the run.
     """
     return shlex.join(["cardsflow", "study", str(study.file), "--only", run_hash[:8]])
 
 
 def toml_value(value: Any) -> str:
-    """Return a value as TOML has it, in one line; numbers such that they read back exactly."""
+    """Return a value as TOML in one line, with numbers that can be read back exactly."""
     if isinstance(value, Mapping):
         pairs = (f"{_key(name)} = {toml_value(inner)}" for name, inner in value.items())
         return f"{{{', '.join(pairs)}}}"

@@ -1,4 +1,4 @@
-"""From a study to its runs: pure, and the same every time."""
+"""Sampling: the runs of a study, which are reproducible."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from .study import Study
 from .variations import Variation
 
-_POINTS, _RUNS = 0, 1  # what a seed is spawned for
+_POINTS, _RUNS = 0, 1  # spawn keys of the seed sequences for points and runs
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,10 +25,10 @@ class Run:
     """One run of a study.
 
     Attributes:
-        index: Its place in the study, from 0.
-        values: The value of every variation, by its name.
-        settings: The changes to the experiment, by full key.
-        hash: Of everything that its results rest on; the name of its file.
+        index: Index in the study, from 0.
+        values: Value of every variation, by name.
+        settings: Changes of the experiment, by full key.
+        hash: Hash of all inputs of the run; also the name of its file.
     """
 
     index: int
@@ -38,18 +38,18 @@ class Run:
 
 
 def expand(study: Study, fingerprint: str) -> Iterator[Run]:
-    """The runs of a study, in order.
+    """Yield the runs of a study, in order.
 
     Args:
-        study: A sampling.
-        fingerprint: Of what all runs have in common; see `fingerprint`.
+        study: A study with a sampler.
+        fingerprint: Hash of the common part of all runs, see `fingerprint`.
     """
     for index, values in enumerate(_rows(study)):
         yield make_run(study, fingerprint, index, values)
 
 
 def run_count(study: Study) -> int:
-    """Return how many runs a sampling has."""
+    """Return the number of runs of a study with a sampler."""
     sizes = [len(v.listed) for v in study.variations if v.is_listed]
     if study.sampler == "grid":
         return int(np.prod(sizes, dtype=np.int64))
@@ -57,7 +57,7 @@ def run_count(study: Study) -> int:
         return max(sizes, default=1)
     assert study.count is not None
     if study.sampler == "sensitivity":
-        return study.count * (len(_searched(study)) + 2)
+        return study.count * (len(_with_range(study)) + 2)
     return study.count
 
 
@@ -66,39 +66,39 @@ def make_run(study: Study, fingerprint: str, index: int, values: Sequence[Any]) 
 
     Args:
         study: The study.
-        fingerprint: Of what all runs have in common.
-        index: Its place.
-        values: One a variation; seeds are put in.
+        fingerprint: Hash of the common part of all runs.
+        index: Index of the run.
+        values: Value of each variation; values of seeds are replaced by the seed of the run.
     """
     named: dict[str, Any] = {}
     settings: dict[str, Any] = {}
     for variation, value in zip(study.variations, values, strict=True):
-        own = run_seed(study.seed, index) if variation.is_seed else value
-        named[variation.name] = own
-        settings |= variation.settings(own)
+        used = run_seed(study.seed, index) if variation.is_seed else value
+        named[variation.name] = used
+        settings |= variation.settings(used)
     text = json_text([fingerprint, settings], sort_keys=True)
     return Run(index, named, settings, hashlib.sha256(text.encode()).hexdigest()[:24])
 
 
 def run_seed(seed: int, index: int) -> int:
-    """Return the seed of one run: that of the index-th child that the study's sequence spawns."""
+    """Return the seed of one run, from the child sequence with this index."""
     sequence = np.random.SeedSequence(seed, spawn_key=(_RUNS, index))
     return int(sequence.generate_state(1)[0])
 
 
-def searched_values(variations: Sequence[Variation], u: Sequence[float]) -> list[Any]:
-    """Return the values at a point of the unit cube of the variations that have a range.
+def values_at(variations: Sequence[Variation], u: Sequence[float]) -> list[Any]:
+    """Return the values of all variations at a point of the unit cube.
 
     Args:
-        variations: All of the study.
-        u: One number from 0 to 1 for each with a range; the others take their only value.
+        variations: All variations of the study.
+        u: One number from 0 to 1 for each variation with a range; the others are constant.
     """
     numbers = iter(u)
-    return [v.range.at(next(numbers)) if is_searched(v) else v.range.at(0.0) for v in variations]
+    return [v.range.at(next(numbers)) if has_range(v) else v.range.at(0.0) for v in variations]
 
 
-def is_searched(variation: Variation) -> bool:
-    """Return whether a variation takes a dimension: it has more than one value, and is no seed."""
+def has_range(variation: Variation) -> bool:
+    """Return whether a variation has a range: it has more than one value and is not a seed."""
     return not variation.is_seed and not (variation.is_listed and len(variation.listed) == 1)
 
 
@@ -107,13 +107,13 @@ def sample(sampler: str, dimensions: int, count: int, seed: int) -> FloatArray:
 
     Args:
         sampler: `sobol`, `latin_hypercube` or `monte_carlo`.
-        dimensions: At least 1.
-        count: How many.
-        seed: Where the random numbers come from.
+        dimensions: Number of dimensions, at least 1.
+        count: Number of points.
+        seed: Seed of the random numbers.
     """
     random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_POINTS,)))
     if sampler == "sobol":
-        # whole powers of 2 are balanced; the first of them are what the sequence begins with
+        # only powers of 2 are balanced; the sequence begins with the same points for any count
         power = max(count - 1, 0).bit_length()
         return np.asarray(qmc.Sobol(dimensions, seed=random).random_base2(power)[:count])
     if sampler == "latin_hypercube":
@@ -121,12 +121,12 @@ def sample(sampler: str, dimensions: int, count: int, seed: int) -> FloatArray:
     return random.random((count, dimensions))
 
 
-def _searched(study: Study) -> list[Variation]:
-    return [v for v in study.variations if is_searched(v)]
+def _with_range(study: Study) -> list[Variation]:
+    return [v for v in study.variations if has_range(v)]
 
 
 def _rows(study: Study) -> Iterator[Sequence[Any]]:
-    """The values of every run, one a variation; those of seeds count for nothing."""
+    """Yield the values of all variations for every run; the values of seeds are not used."""
     listed = [v.listed if v.is_listed else (0,) for v in study.variations]
     if study.sampler == "grid":
         yield from itertools.product(*listed)
@@ -138,17 +138,17 @@ def _rows(study: Study) -> Iterator[Sequence[Any]]:
             yield ()
         return
     assert study.count is not None
-    dimensions = len(_searched(study))
+    dimensions = len(_with_range(study))
     if study.sampler == "sensitivity":
         points = _saltelli(dimensions, study.count, study.seed)
     else:
         points = sample(study.sampler, max(dimensions, 1), study.count, study.seed)
     for point in points:
-        yield searched_values(study.variations, point.tolist())
+        yield values_at(study.variations, point.tolist())
 
 
 def _saltelli(dimensions: int, count: int, seed: int) -> FloatArray:
-    """A, B, and A with one column of B after another: what Sobol's indices need."""
+    """Return Saltelli's points A, B, and A with column j of B for each j, for Sobol indices."""
     both = sample("sobol", 2 * max(dimensions, 1), count, seed)
     A, B = both[:, :dimensions], both[:, dimensions : 2 * dimensions]
     blocks = [A, B]

@@ -1,4 +1,4 @@
-"""Study: an experiment, what is varied, how it is sampled, and what is looked at."""
+"""Study: an experiment with variations, a sampler or optimisation, and metrics."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ class Study:
     """A study, complete and checked.
 
     Attributes:
-        file: Where it comes from.
-        experiment: The experiment.toml, or the folder that holds one.
-        settings: Changes to it that all runs share, by full key; `run.compute` and `run.coupling`
-            are among them.
-        seed: Where all random numbers come from.
-        variations: What is varied.
-        sampler: How the variations are combined.
-        count: How many samples; None for `grid` and `list`.
-        metrics: What is looked at, `*` spelled out.
-        box: Where the workspace is looked at; None for the joint limits.
-        optimise: A search; None for a sampling.
+        file: File of the study.
+        experiment: An experiment.toml, or its folder.
+        settings: Changes of settings for all runs, by full key, including `run.compute` and
+            `run.coupling`.
+        seed: Seed of all random numbers.
+        variations: Variations of the experiment.
+        sampler: Method that combines the variations.
+        count: Number of samples; None for `grid` and `list`.
+        metrics: Names of the metrics, with `*` expanded.
+        box: Joint positions of the workspace, or None for the joint limits.
+        optimise: Settings of an optimisation, or None for a sampling.
         output: Folder for runs, table and report.
-        tables: Kinds of the table.
+        tables: Formats of the table.
     """
 
     file: Path
@@ -47,18 +47,18 @@ class Study:
 
     @property
     def name(self) -> str:
-        """Name of its file, without the ending; that of its folder for a study.toml."""
-        own = self.file.stem
-        return self.file.resolve().parent.name if own == STUDY_FILE.stem else own
+        """Name of the file without suffix; for a study.toml the name of its folder."""
+        stem = self.file.stem
+        return self.file.resolve().parent.name if stem == STUDY_FILE.stem else stem
 
     @property
     def compute(self) -> str:
-        """Who computes."""
+        """Engine that computes the models, see `run.compute`."""
         return str(self.settings["run.compute"])
 
     @property
     def coupling(self) -> str:
-        """How the models are coupled."""
+        """Coupling of the models, see `run.coupling`."""
         return str(self.settings["run.coupling"])
 
     @staticmethod
@@ -66,9 +66,9 @@ class Study:
         """Read a study.
 
         Args:
-            path: A study.toml, or the folder that holds one.
+            path: A study.toml, or its folder.
 
         Raises:
-            InputError: Something in it, or in its experiment, is wrong; file and key are named.
+            InputError: The study or its experiment is invalid; the message states file and key.
         """
         return Study(**read_study(Path(path)))

@@ -38,7 +38,7 @@ TableKind = Literal["csv", "parquet"]
 MAX_RUNS = 1_000_000
 _AtLeast1 = Annotated[int, Field(ge=1), AS_WHOLE]
 _Count = Annotated[Whole, Field(json_schema_extra={"minimum": 1})]
-"""Whose bounds are checked with what they count."""
+"""A count; validators check its limits, to state the reason."""
 _FromZero = Annotated[int, Field(ge=0), AS_WHOLE]
 
 
@@ -49,7 +49,7 @@ def _one_metric(name: str) -> str:
 
 
 def _plain(values: Any) -> Any:
-    """Reject what is not a number, text, truth value, or list or table of such."""
+    """Reject values other than finite numbers, texts, booleans, and lists or tables of them."""
     for value in values.values() if isinstance(values, dict) else values:
         if isinstance(value, dict | list):
             _plain(value)
@@ -77,27 +77,26 @@ Metric = Annotated[Text, AfterValidator(_one_metric)]
 class GridSettings(Table):
     """Evenly spaced values."""
 
-    first: float = setting("the first", alias="from")
-    last: float = setting("the last", alias="to")
-    count: _Count = setting("how many")
+    first: float = setting("first value", alias="from")
+    last: float = setting("last value", alias="to")
+    count: _Count = setting("number of values")
 
     @model_validator(mode="after")
     def _check_count(self) -> Self:
         if not 1 <= self.count <= MAX_RUNS:
-            grid = "the grid is empty" if self.count < 1 else "the grid is too fine"
-            raise SettingError(f"must be 1 to {MAX_RUNS}, not {self.count}: {grid}", key="count")
+            raise SettingError(f"must be from 1 to {MAX_RUNS}, not {self.count}", key="count")
         return self
 
 
 class BoxSettings(Table):
-    """A vector drawn in a box."""
+    """A random vector in a box."""
 
-    low: Vector3 = setting("its lower corner", alias="from")
-    high: Vector3 = setting("its upper corner", alias="to")
+    low: Vector3 = setting("lower corner", alias="from")
+    high: Vector3 = setting("upper corner", alias="to")
 
 
 class VarySettings(Table):
-    """Something that is varied; one of the keys that give values is needed."""
+    """A variation; one of the keys that specify values is required."""
 
     paths: Annotated[
         tuple[Text, ...],
@@ -105,52 +104,50 @@ class VarySettings(Table):
         Field(min_length=1),
         AfterValidator(_paths),
         ShortForm(_listed, {"type": "string", "minLength": 1}),
-    ] = setting("full key in the experiment, or several; * for all names", alias="path")
-    name: Text = setting("in tables and figures (default: the path)", None)
-    together: bool = setting("whether all names of * take the same value", False)
-    relative: Relative = setting("values are relative to what the experiment has", None)
+    ] = setting("full key in the experiment, or several keys; * matches all names", alias="path")
+    name: Text = setting("name in tables and figures (default: the path)", None)
+    together: bool = setting("whether all names that * matches have the same value", False)
+    relative: Relative = setting("values are relative to the value in the experiment", None)
     values: Annotated[tuple[Any, ...], Listed, Field(min_length=1), AfterValidator(_plain)] = (
-        setting("these values", None)
+        setting("list of values", None)
     )
     grid: GridSettings = setting("evenly spaced values", None)
-    uniform: Pair = setting("drawn between two numbers", None)
-    loguniform: Pair = setting("drawn between two numbers, evenly in their logarithm", None)
-    normal: Pair = setting("drawn about a mean, by a standard deviation", None)
-    box: BoxSettings = setting("a vector drawn in a box", None)
+    uniform: Pair = setting("uniform distribution between two numbers", None)
+    loguniform: Pair = setting("log-uniform distribution between two numbers", None)
+    normal: Pair = setting("normal distribution with mean and standard deviation", None)
+    box: BoxSettings = setting("uniform distribution of a vector in a box", None)
     seed: Literal[True] = setting("a different seed for every run", None)
 
     @model_validator(mode="after")
     def _check_range(self) -> Self:
-        given = [way for way in _WAYS if getattr(self, way) is not None]
+        given = [key for key in _RANGE_KEYS if getattr(self, key) is not None]
         if len(given) != 1:
-            what = f"needs one of {', '.join(_WAYS)}, found {len(given)} of them"
+            what = f"requires exactly one of {', '.join(_RANGE_KEYS)}, found {len(given)}"
             raise SettingError(what, key="path")
-        way = given[0]
-        if way in ("uniform", "loguniform"):
-            a, b = getattr(self, way)
+        key = given[0]
+        if key in ("uniform", "loguniform"):
+            a, b = getattr(self, key)
             if a >= b:
-                raise SettingError(
-                    f"must be two numbers that increase, not {a!r} and {b!r}", key=way
-                )
-            if way == "loguniform" and a <= 0:
-                raise SettingError(f"must be above 0, not {a!r}", key=way)
-        if way == "normal" and self.normal[1] <= 0:
-            what = f"must be mean and standard deviation, above 0, not {self.normal[1]!r}"
-            raise SettingError(what, key=way)
-        if way == "box" and any(a > b for a, b in zip(self.box.low, self.box.high, strict=True)):
+                raise SettingError(f"must be two increasing numbers, not {a!r} and {b!r}", key=key)
+            if key == "loguniform" and a <= 0:
+                raise SettingError(f"must be positive, not {a!r}", key=key)
+        if key == "normal" and self.normal[1] <= 0:
+            what = f"the standard deviation must be positive, not {self.normal[1]!r}"
+            raise SettingError(what, key=key)
+        if key == "box" and any(a > b for a, b in zip(self.box.low, self.box.high, strict=True)):
             what = f"`from` must not be above `to`: {self.box.low} and {self.box.high}"
-            raise SettingError(what, key=way)
-        if self.relative is not None and way == "seed":
-            raise SettingError("a seed is relative to nothing", key="relative")
+            raise SettingError(what, key=key)
+        if self.relative is not None and key == "seed":
+            raise SettingError("a seed cannot be relative", key="relative")
         for value in self.values or () if self.relative is not None else ():
             if isinstance(value, bool) or not isinstance(value, int | float):
-                raise SettingError(f"must be numbers where relative, not {value!r}", key="values")
+                raise SettingError(f"relative values must be numbers, not {value!r}", key="values")
         return self
 
     def ranges(self) -> Iterator[tuple[str, Range]]:
-        """The ranges of values, each with what it adds to the paths: one an axis of a box.
+        """Yield the ranges of values, each with its suffix for the paths.
 
-        An axis without width is held.
+        A box has one range for each axis. An axis with zero width is constant.
         """
         if self.box is not None:
             for axis, (a, b) in enumerate(zip(self.box.low, self.box.high, strict=True)):
@@ -170,58 +167,59 @@ class VarySettings(Table):
             yield "", LogUniform(*self.loguniform)
 
 
-_WAYS = ("values", "grid", "uniform", "loguniform", "normal", "box", "seed")
+_RANGE_KEYS = ("values", "grid", "uniform", "loguniform", "normal", "box", "seed")
 
 
 class Constraint(Table):
-    """What a robot must meet to count."""
+    """A constraint on a metric of the robot."""
 
-    metric: Metric = setting("its name")
-    at_least: float | None = setting("lower bound, in the metric's unit", None)
-    at_most: float | None = setting("upper bound, in the metric's unit", None)
+    metric: Metric = setting("name of the metric")
+    at_least: float | None = setting("lower limit, in the unit of the metric", None)
+    at_most: float | None = setting("upper limit, in the unit of the metric", None)
 
     @model_validator(mode="after")
     def _check_bounds(self) -> Self:
         if self.at_least is None and self.at_most is None:
-            raise SettingError("needs at_least or at_most", key="metric")
+            raise SettingError("requires at_least or at_most", key="metric")
         return self
 
     def violation(self, value: float) -> float:
-        """By how much a value misses the bounds; 0 within them."""
+        """Return the violation of the limits by a value, or 0."""
         below = 0.0 if self.at_least is None else self.at_least - value
         above = 0.0 if self.at_most is None else value - self.at_most
         return max(below, above, 0.0)
 
 
 class Optimise(Table):
-    """A search for the best instead of a sampling."""
+    """An optimisation instead of a sampling."""
 
-    method: Method = setting("the algorithm", "differential_evolution")
-    objective: Metric = setting("the metric that is made small, or large")
-    maximise: bool = setting("whether large is good", False)
-    population: Annotated[int, Field(ge=5), AS_WHOLE] = setting("robots in a generation", 16)
-    generations: _AtLeast1 = setting("most generations", 30)
+    method: Method = setting("algorithm", "differential_evolution")
+    objective: Metric = setting("metric that is minimised or maximised")
+    maximise: bool = setting("whether to maximise the objective", False)
+    population: Annotated[int, Field(ge=5), AS_WHOLE] = setting("robots per generation", 16)
+    generations: _AtLeast1 = setting("maximum number of generations", 30)
     seeds: Annotated[tuple[Annotated[int, Field(ge=0)], ...], Listed, Field(min_length=1)] = (
-        setting("one independent search each", (0,))
+        setting("seeds of independent searches", (0,))
     )
-    constraints: Annotated[tuple[Constraint, ...], Listed] = setting("what a robot must meet", ())
+    constraints: Annotated[tuple[Constraint, ...], Listed] = setting("constraints of the robot", ())
 
     @model_validator(mode="after")
     def _check_runs(self) -> Self:
         if len(set(self.seeds)) < len(self.seeds):
-            raise SettingError(f"must be different, not {list(self.seeds)!r}", key="seeds")
-        if self.most_runs > MAX_RUNS:
-            raise SettingError(f"{self.most_runs} runs; at most {MAX_RUNS}", key="generations")
+            raise SettingError(f"must be unique, not {list(self.seeds)!r}", key="seeds")
+        if self.max_runs > MAX_RUNS:
+            what = f"results in {self.max_runs} runs; the maximum is {MAX_RUNS}"
+            raise SettingError(what, key="generations")
         return self
 
     @property
-    def most_runs(self) -> int:
-        """How many runs all searches have together, unless one ends early."""
+    def max_runs(self) -> int:
+        """Total number of runs of all searches, unless a search ends early."""
         return len(self.seeds) * self.generations * self.population
 
 
 class Box(Table):
-    """Joint positions between which the workspace is looked at."""
+    """Joint positions of the workspace."""
 
     lower: tuple[float, ...] = named_setting(
         "coordinate", "in rad or m (default: the joint limits)", None
@@ -229,26 +227,28 @@ class Box(Table):
     upper: tuple[float, ...] = named_setting(
         "coordinate", "in rad or m (default: the joint limits)", None
     )
-    points: _Count = setting("poses along each coordinate", 5)
+    points: _Count = setting("number of poses per coordinate", 5)
 
 
 class StudyTables(Table):
-    """A study of CARDSFlow: an experiment, varied and run many times."""
+    """A study of CARDSFlow: many runs of an experiment with variations."""
 
-    experiment: File = setting("an experiment.toml, or the folder that holds one")
-    settings: dict[str, Any] = setting("changes to the experiment that all runs share", {})
-    compute: Compute = setting("who computes, as run.compute of an experiment", "c")
-    coupling: ModelCoupling = setting("of the models, as run.coupling of an experiment", "direct")
-    seed: _FromZero = setting("where all random numbers come from", 0)
-    sampler: Sampler = setting("how the variations are combined", None)
+    experiment: File = setting("an experiment.toml, or its folder")
+    settings: dict[str, Any] = setting("changes of the experiment for all runs", {})
+    compute: Compute = setting("engine, see run.compute of an experiment", "c")
+    coupling: ModelCoupling = setting(
+        "coupling of the models, see run.coupling of an experiment", "direct"
+    )
+    seed: _FromZero = setting("seed of all random numbers", 0)
+    sampler: Sampler = setting("method that combines the variations", None)
     count: _Count = setting("number of samples", None)
     metrics: Annotated[tuple[Text, ...], Listed, Field(min_length=1)] = setting(
-        "what is looked at", None
+        "metrics of each run", None
     )
     output: File = setting("folder for the results, relative to this file", None)
     tables: Annotated[tuple[TableKind, ...], Listed, Field(min_length=1)] = setting(
-        "kinds of the table", ("csv",), kind="kind of table"
+        "formats of the table", ("csv",), kind="kind of table"
     )
-    vary: Annotated[tuple[VarySettings, ...], Listed] = setting("what is varied", ())
-    optimise: Optimise = setting("a search for the best instead of a sampling", None)
-    workspace: Box = setting("joint positions between which the workspace is looked at", None)
+    vary: Annotated[tuple[VarySettings, ...], Listed] = setting("variations", ())
+    optimise: Optimise = setting("an optimisation instead of a sampling", None)
+    workspace: Box = setting("joint positions of the workspace", None)

@@ -1,4 +1,4 @@
-"""The reader of [[vary]]: paths, and `*` for all names."""
+"""Reader for [[vary]]: paths with `*` for all names."""
 
 from __future__ import annotations
 
@@ -30,30 +30,30 @@ def read_variations(
         with context.at(f"vary[{k}].path"):
             found += _variations(table, check)
     paths = [path for variation in found for path in variation.paths]
-    for kind, words in (("name", [variation.name for variation in found]), ("path", paths)):
-        twice = [word for word in words if words.count(word) > 1]
-        if twice:
-            raise context.error("vary", f"the {kind} {twice[0]!r} is there twice")
+    for kind, names in (("name", [variation.name for variation in found]), ("path", paths)):
+        duplicates = [name for name in names if names.count(name) > 1]
+        if duplicates:
+            raise context.error("vary", f"duplicate {kind} {duplicates[0]!r}; remove one")
     _require_order(paths, context)
     return found
 
 
-def require_free_names(
+def require_unique_columns(
     variations: Sequence[Variation], metrics: Sequence[str], context: Context
 ) -> None:
-    """Reject variations that are called as another column of the table is."""
+    """Reject variations with the name of another column of the table."""
     for variation in variations:
         if variation.name in (*LEADING_COLUMNS, *TRAILING_COLUMNS, *metrics):
-            what = f"the table has another column {variation.name!r}; give the variation a name"
+            what = f"the table has another column {variation.name!r}; rename the variation"
             raise context.error("vary", what)
 
 
 def _require_order(paths: Sequence[str], context: Context) -> None:
-    """Reject a path below which another before it has set something that it would undo."""
+    """Reject a path that would overwrite an earlier variation of one of its parts."""
     before: set[str] = set()
     for path in paths:
         if path in before:
-            what = f"{path!r} undoes what is before it for a part of it; let it be first"
+            what = f"{path!r} overwrites an earlier variation of a part of it; list it first"
             raise context.error("vary", what)
         parts = split_path(path)
         before |= {join_path(parts[:k]) for k in range(1, len(parts))}
@@ -65,58 +65,62 @@ def _require_order(paths: Sequence[str], context: Context) -> None:
 def _variations(table: VarySettings, check: PathCheck) -> Iterator[Variation]:
     name = table.name or table.paths[0]
     for axis, values in table.ranges():
-        one = Variation(f"{name}{axis}", tuple(f"{path}{axis}" for path in table.paths), values)
-        for own in _expand_wildcards(one, table.together, check):
-            yield own if table.relative is None else _related(own, table.relative, check)
+        paths = tuple(f"{path}{axis}" for path in table.paths)
+        unexpanded = Variation(f"{name}{axis}", paths, values)
+        for variation in _expand_wildcards(unexpanded, table.together, check):
+            if table.relative is None:
+                yield variation
+            else:
+                yield _relative_variation(variation, table.relative, check)
 
 
-def _related(variation: Variation, relative: Relative, check: PathCheck) -> Variation:
-    """Return the variation with what the experiment has at its paths."""
+def _relative_variation(variation: Variation, relative: Relative, check: PathCheck) -> Variation:
+    """Return a relative variation with the nominal values at its paths."""
     nominal = tuple(nominal_value(check.base, path) for path in variation.paths)
     for path, value in zip(variation.paths, nominal, strict=True):
         if relative == "factor" and not np.any(value):
-            raise InputError(f"{path} is 0, and so is every factor of it; use relative = 'offset'")
+            raise InputError(f"{path} is 0, so a factor has no effect; use relative = 'offset'")
         if relative == "offset" and isinstance(value, tuple):
-            raise InputError(f"{path} is a vector; say which number, such as {path}[0], or a box")
+            raise InputError(f"{path} is a vector; use one element, such as {path}[0], or a box")
     return replace(variation, relative=relative, nominal=nominal)
 
 
 def _expand_wildcards(
     variation: Variation, together: bool, check: PathCheck
 ) -> Iterator[Variation]:
-    """The variation with the names that `*` matches, checked on the experiment."""
+    """Yield the variations for all names that `*` matches, after a check of their paths."""
     value = variation.range.at(0.5)
-    paths = [_names(path, value, check) for path in variation.paths]
+    matches = [_matching_paths(path, value, check) for path in variation.paths]
     if together:
-        everything = tuple(path for several in paths for path in several)
-        yield Variation(variation.name, everything, variation.range)
+        paths = tuple(path for group in matches for path in group)
+        yield Variation(variation.name, paths, variation.range)
         return
-    if len({len(several) for several in paths}) > 1:
-        raise InputError("with `*` the paths match different numbers of names")
-    for same in zip(*paths, strict=True):
-        name = variation.name if len(paths[0]) == 1 else same[0]
-        yield Variation(name, tuple(same), variation.range)
+    if len({len(group) for group in matches}) > 1:
+        raise InputError("`*` matches different numbers of names in the paths")
+    for row in zip(*matches, strict=True):
+        name = variation.name if len(matches[0]) == 1 else row[0]
+        yield Variation(name, tuple(row), variation.range)
 
 
-def _names(path: str, value: Any, check: PathCheck) -> list[str]:
-    """Return a path, or those that it matches."""
+def _matching_paths(path: str, value: Any, check: PathCheck) -> list[str]:
+    """Return all paths that a path with `*` matches, or the path itself."""
     parts = split_path(path)
     if EVERY_OTHER not in parts:
         check.require(path, value)
         return [path]
     k = parts.index(EVERY_OTHER)
-    trouble: list[UnknownNameError] = []
+    errors: list[UnknownNameError] = []
     for names in _candidates(check.base):
-        spelled = [join_path([*parts[:k], name, *parts[k + 1 :]]) for name in names]
+        paths = [join_path([*parts[:k], name, *parts[k + 1 :]]) for name in names]
         try:
-            return [inner for one in spelled for inner in _names(one, value, check)]
+            return [match for path in paths for match in _matching_paths(path, value, check)]
         except UnknownNameError as error:
-            trouble.append(error)
-    raise max(trouble, key=lambda error: len((error.key or "").split(".")))  # got the farthest
+            errors.append(error)
+    raise max(errors, key=lambda error: len((error.key or "").split(".")))  # the deepest key
 
 
 def _candidates(experiment: Experiment) -> Iterator[Sequence[str]]:
-    """The lists of names that `*` may match."""
+    """Yield the lists of names that `*` can match."""
     robot: Robot = experiment.robot
     yield from (
         names

@@ -1,4 +1,4 @@
-"""Variations: each maps a number from 0 to 1 to a value."""
+"""Variations, which map a number from 0 to 1 to a value."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ from .nominal_values import Nominal
 
 Relative = Literal["factor", "offset"]
 
-_EDGE = 2.0**-53  # a normal distribution has no value at 0 and 1
+_EDGE = 2.0**-53  # the quantiles of a normal distribution at 0 and 1 are infinite
 
 
 class Range(Protocol):
-    """The values of a variation."""
+    """Range of the values of a variation."""
 
     def at(self, u: float) -> Any:
-        """Return the value at the part u, from 0 to 1, of the range."""
+        """Return the value at u, from 0 to 1."""
 
 
 @dataclass(frozen=True, slots=True)
 class Listed:
-    """Values one by one."""
+    """A list of values."""
 
     values: tuple[Any, ...]
 
     def at(self, u: float) -> Any:
-        """Return the value whose equal share of [0, 1) holds u."""
+        """Return the value at u; each value has an equal share of [0, 1)."""
         return self.values[min(int(u * len(self.values)), len(self.values) - 1)]
 
 
 @dataclass(frozen=True, slots=True)
 class Uniform:
-    """Every number between two is as likely as another."""
+    """A uniform distribution."""
 
     lower: float
     upper: float
@@ -48,7 +48,7 @@ class Uniform:
 
 @dataclass(frozen=True, slots=True)
 class LogUniform:
-    """Every number of digits between two is as likely as another."""
+    """A log-uniform distribution."""
 
     lower: float
     upper: float
@@ -72,24 +72,24 @@ class Normal:
 
 @dataclass(frozen=True, slots=True)
 class Seed:
-    """A whole number of its own for every run, from the seed of the study."""
+    """A different integer for every run, from the seed of the study."""
 
     def at(self, u: float) -> int:
-        """Any; runs get theirs from their index in the study."""
+        """Return an arbitrary seed, for checks; `make_run` sets the seed of each run."""
         return int(u * 2**32)
 
 
 @dataclass(frozen=True, slots=True)
 class Variation:
-    """Something that is varied.
+    """A variation of one or several settings.
 
     Attributes:
-        name: Its column in the table.
-        paths: Full keys of the settings that take the value.
-        range: Its values.
-        relative: Whether values are factors on what the experiment has, or added to it; None if
-            they stand for themselves.
-        nominal: What the experiment has at every path, where values are relative.
+        name: Name of its column in the table.
+        paths: Full keys of the settings.
+        range: Range of the values.
+        relative: Whether values are factors of the nominal values or offsets from them; None for
+            absolute values.
+        nominal: Nominal value at every path; empty for absolute values.
     """
 
     name: str
@@ -99,33 +99,33 @@ class Variation:
     nominal: tuple[Nominal, ...] = ()
 
     def settings(self, value: Any) -> dict[str, Any]:
-        """Return the settings, by full key, that a value makes.
+        """Return the settings for a value, by full key.
 
         Args:
-            value: From the range, or the seed of a run.
+            value: A value from the range, or the seed of a run.
         """
         if self.relative is None:
             return dict.fromkeys(self.paths, value)
         pairs = zip(self.paths, self.nominal, strict=True)
-        return {path: self._applied(nominal, value) for path, nominal in pairs}
+        return {path: self._apply(nominal, value) for path, nominal in pairs}
 
-    def _applied(self, nominal: Nominal, value: float) -> Any:
+    def _apply(self, nominal: Nominal, value: float) -> Any:
         if isinstance(nominal, tuple):
-            return [self._applied(number, value) for number in nominal]
+            return [self._apply(number, value) for number in nominal]
         return nominal * value if self.relative == "factor" else nominal + value
 
     @property
     def is_listed(self) -> bool:
-        """Whether its values stand one by one."""
+        """Whether the values are a list."""
         return isinstance(self.range, Listed)
 
     @property
     def is_seed(self) -> bool:
-        """Whether every run has its own."""
+        """Whether the variation is a seed, which differs in every run."""
         return isinstance(self.range, Seed)
 
     @property
     def listed(self) -> Sequence[Any]:
-        """The values one by one."""
+        """The list of values."""
         assert isinstance(self.range, Listed)
         return self.range.values

@@ -1,1 +1,1 @@
-"""Execution of studies: executors, run store, optimisers."""
+"""Execution of studies: executors, run store and optimisers."""

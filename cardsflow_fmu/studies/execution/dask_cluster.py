@@ -1,8 +1,8 @@
-"""A cluster of Dask on this machine that nobody else can talk to: extra `sweep`.
+"""Secure local Dask cluster (extra `sweep`).
 
-A scheduler or worker of Dask runs the code of whoever connects to it, and every user of this
-machine can connect. So both sides show certificates that are made for the run and leave the memory
-of its processes only over pipes, and no pages are served.
+Dask schedulers and workers execute code from every client, and every user of this computer can
+connect to them. Therefore all connections require temporary certificates. These are created for
+each run, kept in memory and passed to worker processes through pipes. HTTP pages are disabled.
 """
 
 from __future__ import annotations
@@ -15,43 +15,43 @@ import distributed
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.utils.extras import install
 
-_HERE = "127.0.0.1"
+_LOCALHOST = "127.0.0.1"
 _PROTOCOL = "tls://"
 
 
 class _WithoutPages:
-    """Dask opens a port for pages about the run even where no dashboard is asked for."""
+    """Mixin that disables Dask's HTTP pages, which it serves even without a dashboard."""
 
     def start_http_server(self, *args: object, **options: object) -> None:
-        """Open none."""
+        """Do nothing."""
 
 
 class QuietScheduler(_WithoutPages, distributed.Scheduler):  # type: ignore[misc]
-    """A scheduler without pages."""
+    """A scheduler without HTTP pages."""
 
 
 class QuietWorker(_WithoutPages, distributed.Worker):  # type: ignore[misc]
-    """A worker without pages."""
+    """A worker without HTTP pages."""
 
 
 def local_cluster(workers: int) -> Any:
-    """Worker processes of one thread each, and their scheduler, as a context.
+    """Return a cluster with a scheduler and single-threaded worker processes, as a context.
 
     Args:
         workers: Number of workers.
 
     Returns:
-        The cluster; its `security` is what a client needs.
+        The cluster; clients require its `security`.
 
     Raises:
-        InputError: The certificates cannot be made, as cryptography is missing.
+        InputError: The package cryptography, which creates the certificates, is not installed.
     """
     try:
         security = distributed.Security.temporary()
     except ImportError:
-        what = f"needs cryptography: {install('sweep')}"
+        what = f"requires cryptography: {install('sweep')}"
         raise InputError(what, key="--dask") from None
-    common = {"host": _HERE, "protocol": _PROTOCOL, "security": security}
+    common = {"host": _LOCALHOST, "protocol": _PROTOCOL, "security": security}
     worker = {
         "cls": distributed.Nanny,
         "options": {

@@ -1,4 +1,4 @@
-"""The executor of Dask's workers, on this machine or others: extra `sweep`."""
+"""Executor with Dask workers, on this computer or others (extra `sweep`)."""
 
 from __future__ import annotations
 
@@ -16,28 +16,29 @@ from cardsflow_fmu.utils.extras import install
 from .executors import ExecutorAdapter
 
 LOCAL = "local"
-_PATIENCE = 10.0
-_SAFE = ("tls://", "wss://")
+_TIMEOUT = 10.0
+_ENCRYPTED = ("tls://", "wss://")
 
 
 @contextlib.contextmanager
 def dask_executor(address: str, jobs: int) -> Iterator[ExecutorAdapter]:
-    """Dask's workers; Dask itself resubmits the run of a worker that dies.
+    """Return an executor with Dask workers, as a context.
 
-    The experiment's folder is to be found under the same path on every machine.
+    Dask resubmits the run of a worker that dies. The folder of the experiment must have the same
+    path on every computer.
 
     Args:
-        address: Of a scheduler, such as `tls://host:8786`; `local` for a cluster on this machine,
-            which has certificates of its own.
+        address: Address of a scheduler, such as `tls://host:8786`, or `local` for a secure cluster
+            on this computer.
         jobs: Number of workers of a local cluster.
 
     Raises:
-        InputError: Dask is not installed, there is no scheduler, or `jobs` is not positive.
+        InputError: Dask is not installed, the scheduler does not answer, or `jobs` is not positive.
     """
     try:
         import distributed
     except ImportError:
-        what = f"needs Dask: {install('sweep')}"
+        what = f"requires Dask: {install('sweep')}"
         raise InputError(what, key="--dask") from None
     dask: Any = distributed
     if jobs < 1:
@@ -52,7 +53,7 @@ def dask_executor(address: str, jobs: int) -> Iterator[ExecutorAdapter]:
             target = stack.enter_context(local_cluster(jobs))
         try:
             client = stack.enter_context(
-                dask.Client(target, timeout=_PATIENCE, set_as_default=False)
+                dask.Client(target, timeout=_TIMEOUT, set_as_default=False)
             )
         except (OSError, ValueError, TypeError, RuntimeError) as error:
             reason = " ".join(str(error).split())
@@ -64,21 +65,21 @@ def dask_executor(address: str, jobs: int) -> Iterator[ExecutorAdapter]:
 
 
 def dask_warning(address: str) -> str | None:
-    """What is unsafe about a scheduler's address; None if nothing is.
+    """Return a warning about an unencrypted scheduler address, or None.
 
     Args:
-        address: As `dask_executor` takes it.
+        address: Address, see `dask_executor`.
     """
-    if address == LOCAL or address.startswith(_SAFE):
+    if address == LOCAL or address.startswith(_ENCRYPTED):
         return None
     return (
-        f"{address} is not encrypted: whoever reaches scheduler or workers can run code as their "
-        "users; give them certificates and use tls://, as docs/how_to/studies.md tells"
+        f"{address} is not encrypted: everyone who can connect to the scheduler or its workers can "
+        "run code on them; use certificates and tls://, see docs/how_to/studies.md"
     )
 
 
 def _drop_client(error: BaseException | None) -> None:
-    """Collect Dask's half-made client now: while another client starts it would deadlock."""
+    """Delete Dask's incomplete client now, since it would block the start of another client."""
     while error is not None:
         traceback.clear_frames(error.__traceback__)
         error = error.__context__
@@ -86,14 +87,14 @@ def _drop_client(error: BaseException | None) -> None:
 
 
 def _require_answer(address: str) -> None:
-    """Reject an address without listener: Dask's own client gives up late, and loudly."""
+    """Reject an address without a server, since Dask's client would only report it much later."""
     _, _, location = address.rpartition("://")
     host, _, port = location.rstrip("/").rpartition(":")
     if not host or not re.fullmatch("[0-9]{1,5}", port) or not 0 < int(port) < 65536:
-        what = f"no Dask scheduler at {address}: an address is tls://HOST:PORT, or {LOCAL!r}"
+        what = f"no Dask scheduler at {address}: the address must be tls://HOST:PORT or {LOCAL!r}"
         raise InputError(what, key="--dask")
     try:
-        socket.create_connection((host.strip("[]"), int(port)), timeout=_PATIENCE).close()
+        socket.create_connection((host.strip("[]"), int(port)), timeout=_TIMEOUT).close()
     except OSError as error:
         reason = error.strerror or str(error)
         raise InputError(f"no Dask scheduler at {address}: {reason}", key="--dask") from None

@@ -1,4 +1,4 @@
-"""The dispatch of runs to an executor, which survives the death of workers."""
+"""Dispatch of runs to an executor, which tolerates the death of workers."""
 
 from __future__ import annotations
 
@@ -13,42 +13,42 @@ from cardsflow_fmu.studies.definition.sampling import Run
 from .executors import RunExecutor
 from .worker import Job
 
-_GIVE_UP = 3  # runs whose workers died, without one that ended, until the study stops
+_MAX_LOST = 3  # the study stops if so many runs kill their workers before any run is completed
 
-Keep = Callable[[Run, Outcome], None]
+Store = Callable[[Run, Outcome], None]
 
 
-def dispatch(runs: Iterable[Run], job: Job, executor: RunExecutor, keep: Keep) -> None:
-    """Do all runs; a run that kills its worker repeatedly fails, and the others continue.
+def dispatch(runs: Iterable[Run], job: Job, executor: RunExecutor, store: Store) -> None:
+    """Execute all runs. A run that repeatedly kills its worker fails, the others continue.
 
     Args:
-        runs: The runs, read as they are submitted.
-        job: Their common part.
-        executor: Their executor.
-        keep: Called with every run and its outcome, in the order of completion.
+        runs: The runs; the iterator advances when runs are submitted.
+        job: Common part of the runs.
+        executor: Executor of the runs.
+        store: Called with every run and its outcome, in the order of completion.
 
     Raises:
         StudyError: The runs cannot continue.
     """
-    _Dispatcher(iter(runs), job, executor, keep).go()
+    _Dispatcher(iter(runs), job, executor, store).execute()
 
 
 class _Dispatcher:
-    """The runs that are submitted, and those to be submitted again.
+    """State of the submitted runs and of the runs to be resubmitted.
 
-    When a pool of processes breaks, the run that broke it is not known: its runs are submitted
-    again one at a time, and a death counts for the run that is alone.
+    When a pool of processes breaks, the run that caused it is unknown. Therefore the runs of the
+    pool are resubmitted one at a time, and a death only counts for a run that was alone.
     """
 
-    def __init__(self, runs: Iterator[Run], job: Job, executor: RunExecutor, keep: Keep) -> None:
-        self._runs, self._job, self._executor, self._keep = runs, job, executor, keep
+    def __init__(self, runs: Iterator[Run], job: Job, executor: RunExecutor, store: Store) -> None:
+        self._runs, self._job, self._executor, self._store = runs, job, executor, store
         self._pending: dict[Future[Outcome], Run] = {}
         self._suspects: deque[Run] = deque()
         self._deaths: Counter[int] = Counter()
-        self._given_up, self._any_ended = 0, False
+        self._lost_runs, self._any_completed = 0, False
 
-    def go(self) -> None:
-        """Do all runs."""
+    def execute(self) -> None:
+        """Execute all runs."""
         try:
             while self._submit_due():
                 done, _ = wait(self._pending, return_when=FIRST_COMPLETED)
@@ -58,7 +58,7 @@ class _Dispatcher:
                 future.cancel()
 
     def _submit_due(self) -> bool:
-        """Submit as many runs as may be; returns whether any is under way."""
+        """Submit as many runs as possible; return whether any run is pending."""
         while not self._suspects and len(self._pending) < self._executor.window:
             run = next(self._runs, None)
             if run is None:
@@ -71,7 +71,7 @@ class _Dispatcher:
     def _submit(self, run: Run) -> None:
         try:
             self._pending[self._executor.submit(self._job, run.settings)] = run
-        except BrokenExecutor:  # broken since the last outcome
+        except BrokenExecutor:  # it broke after the last outcome
             self._suspects.append(run)
             self._renew()
 
@@ -88,41 +88,41 @@ class _Dispatcher:
                 raise StudyError("the workers are lost") from None
             except BrokenExecutor as error:
                 broken = True
-                self._lost(run, error, counts=was_alone)
-            except Exception as error:  # Dask's KilledWorker, or what a worker cannot send
-                self._lost(run, error, counts=True)
+                self._handle_death(run, error, counts=was_alone)
+            except Exception as error:  # Dask's KilledWorker, or an outcome that cannot be pickled
+                self._handle_death(run, error, counts=True)
             else:
-                self._ended(run, outcome)
+                self._complete(run, outcome)
         if broken:
             self._renew()
 
     def _renew(self) -> None:
-        """Replace the workers; outcomes from before their death are kept."""
+        """Replace the workers and store the outcomes that were completed before their death."""
         wait(self._pending)
         for future, run in self._pending.items():
             if future.cancelled() or future.exception() is not None:
                 self._suspects.append(run)
             else:
-                self._ended(run, future.result())
+                self._complete(run, future.result())
         self._pending.clear()
         self._executor.renew()
 
-    def _lost(self, run: Run, error: Exception, *, counts: bool) -> None:
-        """Resubmit a run whose worker died, or let it fail."""
+    def _handle_death(self, run: Run, error: Exception, *, counts: bool) -> None:
+        """Resubmit a run whose worker died, or mark it as failed."""
         self._deaths[run.index] += counts
         times = self._deaths[run.index]
         if times < self._executor.attempts:
             self._suspects.append(run)
             return
-        self._given_up += 1
-        if not self._any_ended and self._given_up == _GIVE_UP:
+        self._lost_runs += 1
+        if not self._any_completed and self._lost_runs == _MAX_LOST:
             raise StudyError(
-                f"workers die of every run, at last of {type(error).__name__}; a script that calls "
-                "run_study needs `if __name__ == '__main__':` around it"
+                f"every run kills its worker, last error {type(error).__name__}; a script that "
+                "calls run_study must do so inside `if __name__ == '__main__':`"
             )
-        what = f"its worker died {times} times, at last of {type(error).__name__}"
-        self._keep(run, Outcome({}, what))
+        what = f"its worker died {times} times, last error {type(error).__name__}"
+        self._store(run, Outcome({}, what))
 
-    def _ended(self, run: Run, outcome: Outcome) -> None:
-        self._any_ended = True
-        self._keep(run, outcome)
+    def _complete(self, run: Run, outcome: Outcome) -> None:
+        self._any_completed = True
+        self._store(run, outcome)

@@ -1,4 +1,4 @@
-"""Executors of runs: a pool of own processes, or an adapter of any other executor."""
+"""Executors of runs: a pool of processes, or an adapter for another executor."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu.studies.definition.errors import StudyError
 from cardsflow_fmu.studies.definition.outcome import Outcome
 
-from .worker import Job, do_run
+from .worker import Job, execute_run
 
-_PER_WORKER = 2  # runs queued for a worker, so that it never idles
+_PER_WORKER = 2  # runs submitted per worker, so that workers are never idle
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -26,8 +26,8 @@ class RunExecutor(Protocol):
     """An executor of runs.
 
     Attributes:
-        window: Number of runs to submit at once.
-        attempts: Number of times that a run is submitted whose worker dies.
+        window: Maximum number of pending runs.
+        attempts: Maximum number of submissions of a run whose workers die.
     """
 
     window: int
@@ -37,17 +37,17 @@ class RunExecutor(Protocol):
         """Submit a run."""
 
     def renew(self) -> None:
-        """Go on after workers have died.
+        """Replace workers that have died.
 
         Raises:
-            StudyError: There is no going on.
+            StudyError: The workers cannot be replaced.
         """
 
 
 class ProcessExecutor:
-    """A pool of own processes, fresh interpreters with one thread each.
+    """A pool of new interpreter processes with one thread each.
 
-    Ctrl-C and the end of this process, of whatever kind, end them at once.
+    The processes end immediately on Ctrl-C and when this process ends or is killed.
     """
 
     attempts = 3
@@ -61,7 +61,7 @@ class ProcessExecutor:
     def submit(self, job: Job, settings: Mapping[str, Any]) -> Future[Outcome]:
         """Submit a run."""
         with _single_threaded():
-            return self._pool.submit(do_run, job, settings)
+            return self._pool.submit(execute_run, job, settings)
 
     def renew(self) -> None:
         """Replace the processes."""
@@ -69,7 +69,7 @@ class ProcessExecutor:
         self._open()
 
     def close(self) -> None:
-        """End the processes at once."""
+        """End the processes immediately."""
         self._lifeline.close()
         self._pool.shutdown(wait=True, cancel_futures=True)
         self._watched.close()
@@ -85,12 +85,12 @@ class ProcessExecutor:
 
 
 class ExecutorAdapter:
-    """An adapter of an executor that the caller opens and closes.
+    """An adapter for an executor that the caller opens and closes.
 
     Args:
         executor: The executor.
         workers: Number of its workers.
-        attempts: Number of times that a run is submitted whose worker dies.
+        attempts: Maximum number of submissions of a run whose workers die.
     """
 
     def __init__(self, executor: Executor, workers: int, attempts: int = 3) -> None:
@@ -101,25 +101,25 @@ class ExecutorAdapter:
     def submit(self, job: Job, settings: Mapping[str, Any]) -> Future[Outcome]:
         """Submit a run."""
         try:
-            return self._executor.submit(do_run, job, settings)
+            return self._executor.submit(execute_run, job, settings)
         except RuntimeError as error:
-            raise StudyError(f"the executor takes no more runs: {error}") from None
+            raise StudyError(f"the executor rejects further runs: {error}") from None
 
     def renew(self) -> None:
-        """Not possible."""
+        """Raise StudyError, since the caller owns the workers."""
         raise StudyError("the executor has lost its workers")
 
 
 MAX_JOBS = 1024
-"""Of a pool of processes."""
+"""Maximum number of processes in a pool."""
 
 
 @contextlib.contextmanager
 def process_executor(jobs: int) -> Iterator[ProcessExecutor]:
-    """A pool of processes, as a context.
+    """Return a pool of processes, as a context.
 
     Raises:
-        InputError: The number is not positive, or no machine has so many cores.
+        InputError: The number of processes is not positive or exceeds `MAX_JOBS`.
     """
     if not 1 <= jobs <= MAX_JOBS:
         limit = "at least 1" if jobs < 1 else f"at most {MAX_JOBS}"
@@ -129,20 +129,20 @@ def process_executor(jobs: int) -> Iterator[ProcessExecutor]:
 
 
 def _begin_worker(watched: Connection) -> None:
-    """Initialise a worker: the parent handles Ctrl-C, and its end is the worker's."""
+    """Initialise a worker: ignore signals, which the parent handles, and exit with the parent."""
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
-    threading.Thread(target=_end_with, args=(watched,), daemon=True).start()
+    threading.Thread(target=_exit_with_parent, args=(watched,), daemon=True).start()
 
 
-def _end_with(watched: Connection) -> None:
-    """Exit at the end of the pipe, when the parent closes it or dies; nothing is ever sent."""
+def _exit_with_parent(watched: Connection) -> None:
+    """Exit when the parent closes the pipe or dies; the parent never sends data."""
     watched.poll(None)
     os._exit(1)
 
 
 @contextlib.contextmanager
 def _single_threaded() -> Iterator[None]:
-    """Processes that start meanwhile use one thread in their numerical libraries."""
+    """Set single-threaded numerical libraries for processes that start in this context."""
     before = {name: os.environ.get(name) for name in _THREADS}
     os.environ.update(dict.fromkeys(_THREADS, "1"))
     try:

@@ -1,4 +1,4 @@
-"""FMUs of many runs: built once, unpacked once a process, with parameters set at the start."""
+"""Cache of FMUs for many runs: built once, unpacked once per process."""
 
 from __future__ import annotations
 
@@ -19,34 +19,35 @@ from cardsflow_fmu.utils.archive import read_contents
 from cardsflow_fmu.utils.temporary import TemporaryFolder
 
 UNPACKED = "unpacked_"
-"""Prefix of the folders that FMUs are unpacked into."""
+"""Prefix of the folders with unpacked FMUs."""
 
-MAX_KEPT = 4
-"""Number of sets of FMUs that a process keeps unpacked: different robots need different FMUs."""
+MAX_CACHED = 4
+"""Maximum number of unpacked sets of FMUs per process; different robots require different FMUs."""
 
-_kept: OrderedDict[str, Path] = OrderedDict()
+_cache: OrderedDict[str, Path] = OrderedDict()
 
 
 def prepared_fmus(base: Experiment, experiment: Experiment, shared: Path) -> dict[str, PreparedFmu]:
     """Return the FMUs for a run.
 
-    Parameters are set at the start; a run that differs in anything else has FMUs of its own.
+    Parameters are set when the FMUs are initialised. Runs that differ in other settings use
+    separate FMUs.
 
     Args:
         base: The experiment without variations.
-        experiment: That of the run.
-        shared: Folder with the FMUs of the base, and for unpacked ones; a temporary folder where it
-            does not exist.
+        experiment: The experiment of the run.
+        shared: Folder with the FMUs of the base and for unpacked FMUs. If it does not exist, a
+            temporary folder is used.
     """
     built = with_parameters_of(base, experiment)
     digest = _digest(built)
-    if digest not in _kept or not _kept[digest].is_dir():
-        _keep(digest, _unpackable(built, shared, is_base=digest == _digest(base)))
-    _kept.move_to_end(digest)
+    if digest not in _cache or not _cache[digest].is_dir():
+        _add(digest, _fmu_folder(built, shared, is_base=digest == _digest(base)))
+    _cache.move_to_end(digest)
     return {
         name: PreparedFmu(
-            _kept[digest] / f"{name}.fmu",
-            _kept[digest] / name,
+            _cache[digest] / f"{name}.fmu",
+            _cache[digest] / name,
             _start_values(name, built, experiment),
         )
         for name in _names(experiment)
@@ -54,14 +55,14 @@ def prepared_fmus(base: Experiment, experiment: Experiment, shared: Path) -> dic
 
 
 def _names(experiment: Experiment) -> list[str]:
-    """Of the FMUs that a run is made of, without external ones."""
+    """Return the names of the FMUs of a run, without external FMUs."""
     names = (experiment.model_of(role) for role in experiment.roles)
     return [name for name in names if name not in experiment.fmus]
 
 
 def with_parameters_of(base: Experiment, experiment: Experiment) -> Experiment:
-    """The experiment with the base's values for everything that is a parameter of its FMUs."""
-    if experiment.hardware.use:  # an emulated robot has no parameters but its files
+    """Return the experiment with the base's values for all parameters of its FMUs."""
+    if experiment.hardware.use:  # an emulated robot has no FMU parameters
         return experiment
     controller, plant, robot = experiment.controller, experiment.plant, experiment.robot
     same_gains = len(base.controller.kp) == len(controller.kp)
@@ -87,7 +88,7 @@ def with_parameters_of(base: Experiment, experiment: Experiment) -> Experiment:
 
 
 def _start_values(name: str, built: Experiment, experiment: Experiment) -> dict[str, float]:
-    """Return the parameters in which a run differs from what its FMU has."""
+    """Return the parameters in which a run differs from the defaults of its FMU."""
     model = model_class(name)
     pairs = zip(model.table(built), model.table(experiment), strict=True)
     return {
@@ -98,7 +99,7 @@ def _start_values(name: str, built: Experiment, experiment: Experiment) -> dict[
 
 
 def _digest(experiment: Experiment) -> str:
-    """Return the hash of the resources of the FMUs, and of who computes."""
+    """Return the hash of the resources of the FMUs and of the engine."""
     digest = hashlib.sha256(experiment.run.compute.encode())
     resources = experiment_resources(experiment, with_hardware=experiment.hardware.use)
     for name, source in sorted(resources.items()):
@@ -108,14 +109,14 @@ def _digest(experiment: Experiment) -> str:
     return digest.hexdigest()
 
 
-def _unpackable(experiment: Experiment, shared: Path, *, is_base: bool) -> Path:
-    """Return a folder of this process with the FMUs in it; instances unpack them into it once."""
+def _fmu_folder(experiment: Experiment, shared: Path, *, is_base: bool) -> Path:
+    """Return a folder of this process with the FMUs, into which instances unpack them once."""
     if shared.is_dir():
         folder = Path(tempfile.mkdtemp(dir=shared, prefix=UNPACKED))
     else:
-        own = TemporaryFolder()
-        atexit.register(own.remove)
-        folder = own.path / "fmus"  # the other one is locked
+        temporary = TemporaryFolder()
+        atexit.register(temporary.remove)
+        folder = temporary.path / "fmus"  # the temporary folder contains a lock file
         folder.mkdir()
     files = [shared / f"{name}.fmu" for name in _names(experiment)]
     if is_base and all(file.is_file() for file in files):
@@ -127,13 +128,13 @@ def _unpackable(experiment: Experiment, shared: Path, *, is_base: bool) -> Path:
 
 
 def remove_unpacked(shared: Path) -> None:
-    """Remove unpacked FMUs of all processes, ended or killed."""
+    """Remove the unpacked FMUs of all processes, including killed ones."""
     for folder in shared.glob(f"{UNPACKED}*"):
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def _keep(digest: str, folder: Path) -> None:
-    _kept[digest] = folder
-    while len(_kept) > MAX_KEPT:
-        _, oldest = _kept.popitem(last=False)
+def _add(digest: str, folder: Path) -> None:
+    _cache[digest] = folder
+    while len(_cache) > MAX_CACHED:
+        _, oldest = _cache.popitem(last=False)
         shutil.rmtree(oldest, ignore_errors=True)

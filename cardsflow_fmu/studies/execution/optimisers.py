@@ -1,4 +1,4 @@
-"""Optimisers in the unit cube: scipy's differential evolution, and CMA-ES."""
+"""Optimisers in the unit cube: differential evolution of SciPy, and CMA-ES."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.extras import install
 
 Evaluate = Callable[[Sequence[FloatArray]], list[float]]
-"""The costs of several points of the unit cube, in their order: a generation."""
+"""Function that returns the costs of a generation of points in the unit cube, in order."""
 
-_SPREAD = 0.3  # of the first generation of CMA-ES, in parts of the cube
+_SPREAD = 0.3  # initial standard deviation of CMA-ES in the unit cube
 
 
 def search(settings: Optimise, dimensions: int, seed: int, evaluate: Evaluate) -> None:
-    """Search for the least cost, generation by generation; `evaluate` keeps the results.
+    """Minimise the cost, generation by generation; `evaluate` stores the results.
 
     Args:
         settings: Algorithm and sizes.
-        dimensions: Of the unit cube.
-        seed: Equal seeds give equal searches.
-        evaluate: The costs of a generation.
+        dimensions: Number of dimensions of the unit cube.
+        seed: Seed of the search; equal seeds result in equal searches.
+        evaluate: Function that returns the costs of a generation.
 
     Raises:
         InputError: The algorithm is not installed.
@@ -62,7 +62,7 @@ def _cma_es(settings: Optimise, dimensions: int, seed: int, evaluate: Evaluate) 
     try:
         from cmaes import CMA
     except ImportError:
-        what = f"'cma_es' needs cmaes: {install('optimise')}"
+        what = f"'cma_es' requires cmaes: {install('optimise')}"
         raise InputError(what, key="optimise.method") from None
     optimiser = CMA(
         mean=np.full(dimensions, 0.5),

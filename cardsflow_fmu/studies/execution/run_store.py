@@ -1,4 +1,4 @@
-"""The file of each run: written atomically, with a checksum."""
+"""Storage of runs: one file per run, written atomically, with a checksum."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ RUNS = "runs"
 
 
 class RunStore:
-    """The runs in a folder."""
+    """Storage of the runs of a study in a folder."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -30,10 +30,10 @@ class RunStore:
 
     @contextlib.contextmanager
     def locked(self) -> Iterator[None]:
-        """Make the folder, and lock it against other programs.
+        """Create the folder and lock it against other programs, as a context.
 
         Raises:
-            InputError: It cannot be written, or another program is at work in it.
+            InputError: The folder cannot be written, or another program uses it.
         """
         try:
             self._runs.mkdir(parents=True, exist_ok=True)
@@ -45,14 +45,14 @@ class RunStore:
             yield
 
     def hashes(self) -> set[str]:
-        """Return the hashes of the runs that have a file."""
+        """Return the hashes of all stored runs."""
         return {file.stem for file in self._runs.glob("*.json")}
 
     def write(self, run: Run, outcome: Outcome) -> None:
         """Write the file of a run.
 
         Raises:
-            StudyError: It cannot be written, as when the disk is full.
+            StudyError: The file cannot be written, for example on a full disk.
         """
         content = {
             "hash": run.hash,
@@ -66,11 +66,11 @@ class RunStore:
         try:
             write_files(self._runs, {f"{run.hash}.json": text})
         except CardsflowError as error:
-            room = "; make room there" if isinstance(error, MachineError) else ""
-            raise StudyError(f"{error}{room}") from None
+            hint = "; free some disk space" if isinstance(error, MachineError) else ""
+            raise StudyError(f"{error}{hint}") from None
 
     def read(self, run: Run) -> Outcome | None:
-        """Return the outcome of a run; None without a valid file."""
+        """Return the outcome of a run, or None without a valid file."""
         content = self._content(self._runs / f"{run.hash}.json")
         if content is None or content["hash"] != run.hash:
             return None
@@ -78,9 +78,9 @@ class RunStore:
             content["metrics"], content["error"], content["wall_time"], content["overhead"]
         )
 
-    def settings(self, beginning: str) -> list[dict[str, Any]]:
-        """Return the settings of the runs whose hash has a prefix."""
-        found = map(self._content, sorted(self._runs.glob(f"{beginning}*.json")))
+    def settings(self, prefix: str) -> list[dict[str, Any]]:
+        """Return the settings of all runs whose hash begins with a prefix."""
+        found = map(self._content, sorted(self._runs.glob(f"{prefix}*.json")))
         return [content["settings"] for content in found if content is not None]
 
     def _content(self, file: Path) -> dict[str, Any] | None:
@@ -93,7 +93,7 @@ class RunStore:
 
 
 def _is_run(content: dict[str, Any]) -> bool:
-    """Return whether it has all that `write` writes, as it is: a sum can be made for anything."""
+    """Return whether the content has the types of `write`; a valid checksum is not sufficient."""
     texts = isinstance(content["hash"], str) and isinstance(content["error"], str | None)
     tables = isinstance(content["settings"], dict) and isinstance(content["metrics"], dict)
     numbers = (content["wall_time"], content["overhead"], *content["metrics"].values())

@@ -1,4 +1,4 @@
-"""One run in a worker process: a function of plain arguments, for any executor."""
+"""Execution of one run in a worker process; the arguments can be pickled for any executor."""
 
 from __future__ import annotations
 
@@ -19,22 +19,21 @@ from cardsflow_fmu.studies.definition.outcome import Outcome
 from cardsflow_fmu.studies.definition.path_check import require_simulated
 from cardsflow_fmu.studies.definition.tables import Box
 
-_ONE_AT_A_TIME = threading.Lock()  # FMUs share their process' folder and signals
+_LOCK = threading.Lock()  # FMUs in a process share its working directory and signals
 _bases: dict[tuple[Path, str], tuple[Experiment, str]] = {}
 
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """The common part of the runs of a study, small enough to be sent with each.
+    """Common part of the runs of a study, which is sent with each run.
 
     Attributes:
-        experiment: The experiment.toml, or the folder that holds one.
-        digest: Of the experiment, see `experiment_digest`.
-        settings: Common changes of its settings.
+        experiment: An experiment.toml, or its folder.
+        digest: Hash of the experiment, see `experiment_digest`.
+        settings: Changes of settings for all runs.
         metrics: Names of the metrics.
-        box: The box of the workspace.
-        fmus: Folder with the built FMUs of the experiment; they are built again if it does not
-            exist.
+        box: Joint positions of the workspace, or None for the joint limits.
+        fmus: Folder with the FMUs of the experiment. If it does not exist, they are built again.
     """
 
     experiment: Path
@@ -45,13 +44,13 @@ class Job:
     fmus: Path
 
 
-def do_run(job: Job, settings: Mapping[str, Any]) -> Outcome:
-    """Do a run; an error is an outcome.
+def execute_run(job: Job, settings: Mapping[str, Any]) -> Outcome:
+    """Execute a run and return its outcome, which can be an error.
 
     Raises:
-        StudyError: The experiment differs from that of the study.
+        StudyError: The experiment differs from the experiment of the study.
     """
-    with _ONE_AT_A_TIME:
+    with _LOCK:
         begin = time.perf_counter()
         base = _base(job)
         try:
@@ -61,20 +60,20 @@ def do_run(job: Job, settings: Mapping[str, Any]) -> Outcome:
             require_simulated(experiment)
             ready = time.perf_counter()
             result = _simulate(job, base, experiment)
-            simulated = _simulated(result, ready)
+            simulated = _simulation_time(result, ready)
             metrics = metric_values(job.metrics, result, job.box)
         except CardsflowError as error:
             return Outcome({}, _one_line(error))
-        except Exception as error:  # any failure is a row
+        except Exception as error:  # every failure is an outcome
             return Outcome({}, f"internal error: {type(error).__name__}: {_one_line(error)}")
         return Outcome(metrics, None, simulated, time.perf_counter() - begin - simulated)
 
 
 def _base(job: Job) -> Experiment:
-    """Return the experiment without variations, read once in a process.
+    """Return the experiment without variations, which each process reads once.
 
     Raises:
-        StudyError: It differs from that of the study.
+        StudyError: The experiment differs from the experiment of the study.
     """
     key = job.experiment, repr(job.settings)
     if key not in _bases:
@@ -82,10 +81,10 @@ def _base(job: Job) -> Experiment:
             base = Experiment.load(job.experiment, job.settings, names_files=False)
             _bases[key] = base, experiment_digest(base)
         except (CardsflowError, OSError) as error:
-            raise StudyError(f"the experiment cannot be read by a worker: {error}") from None
+            raise StudyError(f"a worker cannot read the experiment: {error}") from None
     base, digest = _bases[key]
     if digest != job.digest:
-        what = "is not the experiment that the study began with: begin anew in another folder"
+        what = "was changed after the study began; start a new study in another folder"
         raise StudyError(f"{job.experiment}: {what}")
     return base
 
@@ -100,8 +99,8 @@ def _simulate(job: Job, base: Experiment, experiment: Experiment) -> Result:
     return simulate(experiment)
 
 
-def _simulated(result: Result, ready: float) -> float:
-    """Time of the steps, in [s]."""
+def _simulation_time(result: Result, ready: float) -> float:
+    """Return the time of the simulation steps, in [s]."""
     factor = result.summary["real_time_factor"]
     return float(result.summary["duration"] / factor) if factor else time.perf_counter() - ready
 

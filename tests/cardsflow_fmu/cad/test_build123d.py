@@ -1,4 +1,4 @@
-"""Assemblies of build123d: every kind of joint against build123d itself, and the paper's arm."""
+"""Import of build123d assemblies: all joint types compared with build123d, and the paper's arm."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ KINDS = ("revolute", "referenced", "reversed", "linear", "cylindrical", "ball", 
 
 
 def drawn(kind: str, seed: int, values: dict[str, Any]) -> Design:
-    """Two parts, anywhere and turned anyhow, with a joint at values, and marks on them."""
+    """Return two parts at random poses with markers, connected by a joint at given values."""
     import build123d as b
 
     rng = np.random.default_rng(seed)
@@ -87,7 +87,7 @@ def values_of(kind: str, rng: np.random.Generator) -> dict[str, Any]:
 
 
 def coordinates(values: dict[str, Any]) -> dict[str, float]:
-    """The robot's coordinates at values of build123d."""
+    """Return the robot's coordinates for joint values of build123d."""
     single = len(values) == 1
     q = {}
     if "angle" in values:
@@ -112,8 +112,8 @@ def marks(snapshot: DesignSnapshot, which: str) -> Any:
 
 @pytest.mark.cases(2)
 @pytest.mark.parametrize("kind", KINDS)
-def test_joints_do_what_build123d_has_them_do(kind: str) -> None:
-    """Drawn at one value, the robot is at any other where build123d puts the part."""
+def test_joints_move_parts_as_in_build123d(kind: str) -> None:
+    """The robot, imported at one joint value, matches build123d at another value."""
     for seed in range(8):
         rng = np.random.default_rng(1000 + seed)
         first, second = values_of(kind, rng), values_of(kind, rng)
@@ -128,27 +128,27 @@ def test_joints_do_what_build123d_has_them_do(kind: str) -> None:
         at = {n: (poses[f.link] @ [*f.position, 1.0])[:3] for n, f in links.items()}
         for which in ("mark", "still"):
             found = np.array([at[f"{which}_{k}"] for k in range(len(MARKS))])
-            # build123d moves the reversed joint's other part
+            # for a reversed joint build123d moves the other part
             if kind != "reversed":
                 np.testing.assert_allclose(found, marks(other, which), atol=1e-9)
         if kind == "reversed":
             apart = [forward_distance(at, k, j) for k in range(4) for j in range(4)]
-            there = {
+            expected = {
                 f"{w}_{k}": p for w in ("mark", "still") for k, p in enumerate(marks(other, w))
             }
             assert apart == pytest.approx(
-                [forward_distance(there, k, j) for k in range(4) for j in range(4)], abs=1e-9
+                [forward_distance(expected, k, j) for k in range(4) for j in range(4)], abs=1e-9
             )
         if kind not in ("rigid", "ball"):
             assert all(c.lower < c.initial < c.upper for c in robot.coordinates)
 
 
 def forward_distance(at: dict[str, Any], k: int, j: int) -> float:
-    """How far a mark is from one of the part that stands still: the same wherever both are."""
+    """Return the distance between markers of both parts, which does not depend on the frame."""
     return float(np.linalg.norm(at[f"mark_{k}"] - at[f"still_{j}"]))
 
 
-def test_a_part_that_was_moved_after_it_was_connected_is_an_error() -> None:
+def test_a_part_moved_after_connecting_is_rejected() -> None:
     import build123d as b
 
     for kind in ("revolute", "linear", "cylindrical", "slot", "rigid"):
@@ -159,8 +159,8 @@ def test_a_part_that_was_moved_after_it_was_connected_is_an_error() -> None:
             design.snapshot(ExportSettings())
 
 
-def test_points_faces_and_nested_parts_are_where_they_are_drawn() -> None:
-    """A hand inside an arm inside a moved assembly: all of it counts for where points are."""
+def test_points_on_nested_parts_have_the_drawn_positions() -> None:
+    """The poses of a hand, an arm and the assembly are all included in the positions."""
     import build123d as b
 
     rng = np.random.default_rng(5)
@@ -197,7 +197,7 @@ def test_points_faces_and_nested_parts_are_where_they_are_drawn() -> None:
     assert masses["hand:1+pin:1"] == pytest.approx(7800 * math.pi * 16e-6 * 0.05, rel=1e-12)
 
 
-def test_the_program_in_the_docs_is_a_robot(tmp_path: Path) -> None:
+def test_the_program_in_the_docs_creates_a_robot(tmp_path: Path) -> None:
     (block,) = (x for x in blocks(ROOT / "docs/how_to/cad.md") if x.language == "python")
     (tmp_path / "arm.py").write_text(block.text)
     design = read_design(tmp_path / "arm.py")
@@ -210,10 +210,10 @@ def test_the_program_in_the_docs_is_a_robot(tmp_path: Path) -> None:
     assert design.source.program == "build123d"
 
 
-def test_two_commands_lead_from_the_program_to_the_papers_figures(
+def test_two_commands_reproduce_the_papers_forces(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The commands of the example; then the paper's motion: 10 to 41.34 N, as written by hand."""
+    """The commands of the example succeed. The paper's motion needs 10 to 41.34 N, as published."""
     monkeypatch.chdir(tmp_path)
     shutil.copytree(ROOT / "examples/from_cad", "examples/from_cad")
     shutil.copytree(ROOT / "examples/planar_2r", "examples/planar_2r")

@@ -1,4 +1,4 @@
-"""Import of designs where no geometry kernel is needed: snapshots, tables, programs that fail."""
+"""Import of designs without the geometry kernel: snapshots, tables and failing programs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from sim_dart import DartDynamics
 EXAMPLE = ROOT / "examples/from_cad/two_link_arm.json"
 
 
-def test_both_commands_make_the_same_folder(
+def test_both_commands_write_the_same_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -48,7 +48,7 @@ def test_both_commands_make_the_same_folder(
 
 
 def one_line(capsys: pytest.CaptureFixture[str], *words: Any) -> str:
-    """What a rejected import says."""
+    """Return the error message of a rejected import."""
     assert main(["import-cad", *map(str, words)]) == 2
     printed = capsys.readouterr()
     assert printed.out == ""
@@ -56,7 +56,7 @@ def one_line(capsys: pytest.CaptureFixture[str], *words: Any) -> str:
     return line.removeprefix("cardsflow: ")
 
 
-def test_without_the_extra_one_line_names_it(
+def test_a_missing_extra_is_named_in_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -85,7 +85,7 @@ PROGRAMS = {
 
 
 @pytest.mark.parametrize("text", PROGRAMS)
-def test_programs_that_leave_no_design(
+def test_programs_without_a_design_are_rejected(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -93,7 +93,7 @@ def test_programs_that_leave_no_design(
     assert PROGRAMS[text] in one_line(capsys, "arm.py")
 
 
-def test_options_that_do_not_fit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_invalid_options_are_rejected(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     said = one_line(capsys, EXAMPLE, "-o", tmp_path / "arm", "--density", "7850")
     assert said.startswith(f"{EXAMPLE}: ")
     assert "STEP" in said
@@ -145,7 +145,7 @@ def test_joints_are_read_with_their_units(tmp_path: Path) -> None:
         (HEAD + '"' + "a" * 200_000, "joints.csv:2: cannot be read"),
     ],
 )
-def test_bad_tables_are_refused_with_their_line(tmp_path: Path, text: str, said: str) -> None:
+def test_invalid_tables_are_rejected_with_their_line(tmp_path: Path, text: str, said: str) -> None:
     file = tmp_path / "joints.csv"
     file.write_text(text)
     with pytest.raises(InputError) as caught:
@@ -155,18 +155,18 @@ def test_bad_tables_are_refused_with_their_line(tmp_path: Path, text: str, said:
 
 
 @given(st.binary(max_size=200))
-def test_any_bytes_are_read_or_refused(
+def test_any_bytes_are_read_or_rejected(
     tmp_path_factory: pytest.TempPathFactory, data: bytes
 ) -> None:
     file = tmp_path_factory.getbasetemp() / "table.csv"
     for head in (b"", HEAD.encode() + GOOD.encode(), b"part,density,mass\n"):
         file.write_bytes(head + data)
         for read in (read_joints, read_materials):
-            with contextlib.suppress(InputError):  # no other error comes
+            with contextlib.suppress(InputError):  # any other error fails the test
                 read(file)
 
 
-def test_materials(tmp_path: Path) -> None:
+def test_materials_are_read_or_rejected_with_their_line(tmp_path: Path) -> None:
     file = tmp_path / "materials.csv"
     file.write_text("part,density [g/cm3],mass [g],material\narm,7.85,,Steel\nhand,,250,\n")
     arm, hand = read_materials(file)
@@ -183,8 +183,8 @@ def test_materials(tmp_path: Path) -> None:
         assert caught.value.line == 2
 
 
-def test_the_schema_is_that_of_what_is_written(capsys: pytest.CaptureFixture[str]) -> None:
-    """Of random designs, of the example; and it rejects what the reader rejects."""
+def test_the_schema_accepts_written_snapshots(capsys: pytest.CaptureFixture[str]) -> None:
+    """It accepts random designs and the example, and rejects invalid values."""
     assert main(["schema", "snapshot"]) == 0
     schema = json.loads(capsys.readouterr().out)
     validator = jsonschema.Draft202012Validator(schema)
@@ -212,8 +212,8 @@ def test_the_schema_is_that_of_what_is_written(capsys: pytest.CaptureFixture[str
 
 
 @pytest.mark.slow
-def test_the_example_in_the_docs_is_a_robot(tmp_path: Path) -> None:
-    """The pendulum: its muscles pull it to both sides, its hinge has what the file says."""
+def test_the_example_in_the_docs_creates_a_robot(tmp_path: Path) -> None:
+    """Muscles pull the pendulum in both directions; its hinge has the limits in the file."""
     (block,) = (b for b in blocks(ROOT / "docs/reference/snapshot.md") if b.language == "json")
     (tmp_path / "pendulum.json").write_text(block.text)
     made = import_cad(tmp_path / "pendulum.json", tmp_path / "robot")
@@ -231,9 +231,9 @@ def test_the_example_in_the_docs_is_a_robot(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_damaged_snapshots_give_a_robot_or_one_line(tmp_path: Path) -> None:
-    """Values of a sound file replaced by odd ones, exchanged or removed, one to five at a time."""
-    count = max(30, int(os.environ.get("CARDSFLOW_MUTATIONS", "60")))  # all outcomes are met
+def test_damaged_snapshots_create_a_robot_or_one_line(tmp_path: Path) -> None:
+    """One to five values of a valid file are replaced, exchanged or removed."""
+    count = max(30, int(os.environ.get("CARDSFLOW_MUTATIONS", "60")))  # reaches all outcomes
     rng = np.random.default_rng(21)
     text = EXAMPLE.read_text()
     outcomes: Counter[str] = Counter()
@@ -243,7 +243,7 @@ def test_damaged_snapshots_give_a_robot_or_one_line(tmp_path: Path) -> None:
             damage(content, rng)
         (tmp_path / "damaged.json").write_text(json.dumps(content))
         outcomes[outcome(tmp_path / "damaged.json", tmp_path / "robot")] += 1
-    assert set(outcomes) == {"robot", "findings", "refused"}, outcomes
+    assert set(outcomes) == {"robot", "findings", "rejected"}, outcomes
 
 
 def outcome(file: Path, folder: Path) -> str:
@@ -254,7 +254,7 @@ def outcome(file: Path, folder: Path) -> str:
         wrong = any(finding.is_error for finding in error.findings)
         return "findings" if wrong else "no reason"
     except InputError as error:
-        return "refused" if len(str(error).splitlines()) == 1 else str(error)
+        return "rejected" if len(str(error).splitlines()) == 1 else str(error)
     return "robot"
 
 
@@ -265,7 +265,7 @@ ODD: tuple[Any, ...] = (
 
 
 def damage(content: Any, rng: np.random.Generator) -> None:
-    """Change one value somewhere in plain data."""
+    """Change one random value in plain data."""
     holders = list(_holders(content)) or [{"": content}]
     holder = holders[rng.integers(len(holders))]
     keys = list(holder) if isinstance(holder, dict) else list(range(len(holder)))

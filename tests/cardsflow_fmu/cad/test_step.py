@@ -1,4 +1,4 @@
-"""STEP files, written by the kernel: tree, places, masses, triangles, and what tables add."""
+"""Import of STEP files: tree, poses, masses, triangles and tables."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.extra("cad")]
 
 
 def matrix(*places: str) -> Any:
-    """T_root_part, in [m], of places inside one another."""
+    """Return T_root_part of nested places, lengths in [m]."""
     T = np.eye(4)
     for place in places:
         t, turn = TURNS[place]
@@ -71,8 +71,8 @@ PLACES = {
 }
 
 
-def test_the_tree_is_read_with_every_instance_in_its_place(step: Path, tables: Tables) -> None:
-    """Masses, centres and inertia against closed forms; triangles enclose the volume."""
+def test_all_instances_have_their_pose_and_mass(step: Path, tables: Tables) -> None:
+    """Masses, centres and inertia match closed forms; triangles enclose the volume."""
     design = step_design(step, tables, ExportSettings())
     assert design.name == "robot"
     assert {o.path for o in design.occurrences} == set(PLACES)
@@ -106,8 +106,8 @@ def test_the_tree_is_read_with_every_instance_in_its_place(step: Path, tables: T
 
 
 @pytest.mark.parametrize("kind", ["Cylinder", "Sphere", "Torus", "Cone", "Box"])
-def test_masses_are_those_of_closed_forms(kind: str) -> None:
-    """In [mm], of density 1000 kg/m³: 1e-9 relative, as 4 digits more are there."""
+def test_masses_match_closed_forms(kind: str) -> None:
+    """The shapes are in [mm] with density 1000 kg/m³; the relative tolerance is 1e-9."""
     a, b, h = 30.0, 10.0, 70.0
     shape, volume, J_zz = {
         "Cylinder": ((a, h), math.pi * a * a * h, a * a / 2.0),
@@ -130,12 +130,12 @@ def test_masses_are_those_of_closed_forms(kind: str) -> None:
     assert kind == "Box" or counts == sorted(set(counts))
 
 
-def test_tables_make_a_robot_of_it(step: Path, tables: Tables, tmp_path: Path) -> None:
+def test_tables_complete_a_robot(step: Path, tables: Tables, tmp_path: Path) -> None:
     words = ["--joints", tables.joints, "--muscles", tables.muscles, "--density", 7850]
     arguments = ["import-cad", step, "-o", tmp_path / "hand", *words]
     assert main(list(map(str, arguments))) == 0
     robot = read_robot(tmp_path / "hand")
-    held = "händ_händ_palm"  # a part that no joint moves goes with what holds it
+    held = "händ_händ_palm"  # a part without a joint is fixed to its parent
     assert {joint.name for joint in robot.joints} == {"base", "wrist", "curl", "slip", held}
     limits = {c.name: (c.lower, c.upper, c.damping) for c in robot.coordinates}
     assert limits["wrist"] == pytest.approx((-math.pi / 2, math.pi / 2, 0.1))
@@ -148,7 +148,7 @@ def test_tables_make_a_robot_of_it(step: Path, tables: Tables, tmp_path: Path) -
 
 
 def world(*places: str, at: tuple[float, ...] = (0.0, 0.0, 0.02)) -> np.ndarray:
-    """A point of a part, by default the middle of a finger, in [m]."""
+    """Return a point of a part in the world, in [m]; default: the middle of a finger."""
     return np.asarray((matrix(*places) @ [*at, 1.0])[:3])
 
 
@@ -160,7 +160,7 @@ def wraps_of(folder: Path, *rows: str) -> Path:
 
 
 def test_muscles_wrap_over_faces_near_a_point(step: Path, tables: Tables, tmp_path: Path) -> None:
-    """A finger, by a point on its axis; the other one, by a point on its face and its hand."""
+    """One finger is found by a point on its axis, the other by a point on its face."""
     axis, face = (
         ",".join(f"{1000 * v:.17g}" for v in place)
         for place in (world("hand", "index"), world("twin", "thumb", at=(0.0, 0.005, 0.01)))
@@ -209,7 +209,7 @@ def test_muscles_wrap_over_faces_near_a_point(step: Path, tables: Tables, tmp_pa
         ("w,händ:1,0,0,0,m,0,+,,yes", "wraps.csv:2: inside: a muscle inside its surface has"),
     ],
 )
-def test_a_bad_wrap_names_its_cell(
+def test_an_invalid_wrap_is_rejected_with_its_cell(
     step: Path, tables: Tables, tmp_path: Path, row: str, said: str
 ) -> None:
     with pytest.raises(InputError) as refused:
@@ -217,19 +217,19 @@ def test_a_bad_wrap_names_its_cell(
     assert said in str(refused.value)
 
 
-def test_a_file_that_takes_too_long_is_one_line(
+def test_a_file_that_exceeds_the_time_limit_is_rejected_in_one_line(
     step: Path, tables: Tables, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["--joints", str(tables.joints), "--time-limit", "0.01"]
     assert main(["import-cad", str(step), "-o", str(tmp_path / "no"), *words]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert "takes longer than 0.01 s; allow more (--time-limit)" in line
+    assert "takes longer than 0.01 s; increase --time-limit" in line
     assert not (tmp_path / "no").exists()
     assert main(["import-cad", str(step), *words[:-1], "-1"]) == 2
     assert "--time-limit: must be positive and finite" in capsys.readouterr().err
 
 
-def test_masses_of_parts(step: Path, tables: Tables, tmp_path: Path) -> None:
+def test_materials_table_sets_masses_of_parts(step: Path, tables: Tables, tmp_path: Path) -> None:
     file = tmp_path / "materials.csv"
     file.write_text("part,density,mass,material\nhänd,,2,\nhänd:2+finger:2,1000,,Nylon\n")
     design = step_design(step, Tables(tables.joints, None, file), ExportSettings())
@@ -244,7 +244,7 @@ def test_masses_of_parts(step: Path, tables: Tables, tmp_path: Path) -> None:
     assert of["händ:2+palm:1"].mass is None
 
 
-def test_what_is_wrong_is_one_line(
+def test_invalid_input_is_rejected_in_one_line(
     step: Path, tables: Tables, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def said(*words: Any) -> str:
@@ -256,7 +256,7 @@ def test_what_is_wrong_is_one_line(
     joints = tmp_path / "bad.csv"
     for old, new, line in (
         ("palm:1,händ,", "palm:1,foot,", "bad.csv:3: child: no part 'foot'"),
-        ("palm:1,händ,", "palm:1,index,", "bad.csv:3: child: part 'index' is in several places"),
+        ("palm:1,händ,", "palm:1,index,", "bad.csv:3: child: part 'index' is not unique"),
         ("palm:1,händ,", "händ,händ:1,", "bad.csv:3: child: is the same part as the parent"),
         ("world,palm:1", "palm:1,world", "bad.csv:2: child: the world does not move"),
     ):
@@ -279,25 +279,25 @@ def test_what_is_wrong_is_one_line(
     assert not (tmp_path / "no").exists()
 
 
-def test_a_mass_beyond_all_numbers_is_refused(step: Path, tables: Tables) -> None:
+def test_an_infinite_mass_is_rejected(step: Path, tables: Tables) -> None:
     with pytest.raises(InputError, match="results in a mass of"):
         step_design(step, replace(tables, density=1e308), ExportSettings())
 
 
-def test_a_body_too_far_for_numbers_is_refused() -> None:
+def test_an_infinite_inertia_is_rejected() -> None:
     solid = kernel("BRepPrimAPI").BRepPrimAPI_MakeBox(1.0, 2.0, 3.0).Shape()
     far = IDENTITY._replace(p=(1e200, 0.0, -1e200))
     with pytest.raises(InputError, match="inertia of a body is not finite"):
         mass_of(solid, far, 1000.0, 0.001)
 
 
-def test_settings_choose_the_links(step: Path, tables: Tables) -> None:
+def test_settings_select_the_links(step: Path, tables: Tables) -> None:
     settings = ExportSettings("other", components=("händ:1", "palm:1"))
     assert step_design(step, tables, settings).settings == settings
 
 
-def test_a_file_that_crashes_the_kernel_is_one_line(step: Path, tmp_path: Path) -> None:
-    """References to other entities, at random: some end the process that reads the file."""
+def test_a_file_that_crashes_the_kernel_is_rejected_in_one_line(step: Path, tmp_path: Path) -> None:
+    """Random references between entities: some of them crash the kernel process."""
     rng, text = np.random.default_rng(8), step.read_bytes()
     places = [match.start() + 1 for match in re.finditer(rb"#[0-9]{2,}[,)]", text)]
     said = Counter[bool]()
@@ -306,14 +306,14 @@ def test_a_file_that_crashes_the_kernel_is_one_line(step: Path, tmp_path: Path) 
         for at in rng.choice(places, 12):
             data[at : at + 2] = f"{rng.integers(10, 99)}".encode()
         (tmp_path / f"{k}.step").write_bytes(data)
-        with pytest.raises(InputError) as refused:  # the table of joints is missing, at the least
+        with pytest.raises(InputError) as refused:  # at least the table of joints is missing
             design_of_step(tmp_path / f"{k}.step", Tables(), ExportSettings())
         assert len(str(refused.value).splitlines()) == 1
         said["the geometry kernel crashed" in refused.value.what] += 1
     assert said[True], said
 
 
-def test_what_the_kernel_raises_is_one_line(
+def test_errors_of_the_kernel_are_reported_in_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(step_process, "step_design", lambda *_: kernel("gp").gp_Dir(0.0, 0.0, 0.0))

@@ -1,4 +1,4 @@
-"""Dask's workers run the code of this study alone."""
+"""Security of the local Dask cluster: its workers run only the code of the study."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.extra("sweep")
 
 @pytest.fixture(scope="module")
 def ports() -> Iterator[list[int]]:
-    """All ports that a local cluster listens at."""
+    """Return all ports at which a local cluster listens."""
     psutil = pytest.importorskip("psutil")
     this = psutil.Process()
     before = set(listening([this]))
@@ -40,12 +40,12 @@ def listening(processes: list[Any]) -> Iterator[int]:
                 yield connection.laddr.port
 
 
-def test_scheduler_nanny_and_worker_listen_and_nothing_else(ports: list[int]) -> None:
+def test_only_scheduler_nanny_and_worker_listen(ports: list[int]) -> None:
     assert len(ports) == 3
     assert 8787 not in ports
 
 
-def test_no_port_answers_whoever_shows_no_certificate(ports: list[int]) -> None:
+def test_no_port_answers_without_a_certificate(ports: list[int]) -> None:
     context = ssl.create_default_context()
     context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
     for port in ports:
@@ -53,7 +53,7 @@ def test_no_port_answers_whoever_shows_no_certificate(ports: list[int]) -> None:
             answer = b""
             with (
                 socket.create_connection(("127.0.0.1", port), timeout=10) as raw,
-                contextlib.suppress(OSError),  # the refusal comes at any of these
+                contextlib.suppress(OSError),  # any of these calls can be rejected
                 contextlib.closing(wrap(raw)) as opened,  # type: ignore[no-untyped-call]
             ):
                 opened.sendall(b"GET /status HTTP/1.1\r\n\r\n")
@@ -73,14 +73,14 @@ def is_refused(address: str, security: Any, folder: Path) -> bool:
 
 
 @pytest.mark.parametrize("scheme", ["tcp", "tls"])
-def test_a_foreign_client_is_refused(ports: list[int], scheme: str, tmp_path: Path) -> None:
+def test_an_unauthorised_client_is_rejected(ports: list[int], scheme: str, tmp_path: Path) -> None:
     import distributed
 
-    # certificates of the same kind, made by someone else
+    # other certificates of the same kind
     security = distributed.Security.temporary() if scheme == "tls" else None
     for port in ports:
         assert is_refused(f"{scheme}://127.0.0.1:{port}", security, tmp_path / "mine")
-        gc.collect()  # a half-made client would deadlock if it were collected while another starts
+        gc.collect()  # an incomplete client would block the start of the next client
     assert not (tmp_path / "mine").exists()
 
 
@@ -111,8 +111,8 @@ def test_a_scheduler_with_certificates_is_used() -> None:
 
 
 @pytest.mark.slow
-def test_addresses_that_are_not_encrypted_are_warned_of() -> None:
+def test_unencrypted_addresses_cause_a_warning() -> None:
     assert dask_warning("local") is None
     assert dask_warning("tls://host:8786") is None
     for address in ("tcp://host:8786", "host:8786", "ws://host:8786"):
-        assert "run code as their users" in str(dask_warning(address))
+        assert "can run code on them" in str(dask_warning(address))

@@ -1,4 +1,4 @@
-"""The same study through FMUs."""
+"""Studies with FMUs."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def numbers(folder: Path) -> list[list[float]]:
 @pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("text", [PARAMETERS, ROBOTS])
-def test_fmus_and_the_loop_in_c_give_what_plain_objects_give(tmp_path: Path, text: str) -> None:
+def test_fmus_and_the_c_engine_match_python(tmp_path: Path, text: str) -> None:
     ways = {"direct": ("python", "direct"), "fmu": ("c", "fmu"), "native": ("c", "direct")}
     for way, (compute, coupling) in ways.items():
         top = f"{TOP}compute = '{compute}'\ncoupling = '{coupling}'"
@@ -72,8 +72,8 @@ def test_fmus_and_the_loop_in_c_give_what_plain_objects_give(tmp_path: Path, tex
 
 
 @pytest.mark.slow
-def test_muscles_with_laws_run_through_fmus(tmp_path: Path) -> None:
-    """They have no hardware.fmu, which no run needs."""
+def test_muscle_laws_run_with_fmus(tmp_path: Path) -> None:
+    """A robot with these muscle laws has no hardware.fmu."""
     rows = []
     for coupling in ("direct", "fmu"):
         top = f"experiment = '{HILL}'\ncoupling = '{coupling}'\nmetrics = ['force.peak.*']\n"
@@ -86,7 +86,9 @@ def test_muscles_with_laws_run_through_fmus(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_parameters_need_no_other_fmus(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_parameter_variations_reuse_the_fmus(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     built: list[Any] = []
     build = fmu_store.build
 
@@ -115,18 +117,18 @@ def test_parameters_need_no_other_fmus(tmp_path: Path, monkeypatch: pytest.Monke
 
 
 @pytest.mark.slow
-def test_few_sets_of_fmus_are_kept(tmp_path: Path) -> None:
+def test_the_number_of_cached_fmus_is_limited(tmp_path: Path) -> None:
     base = Experiment.load(PLANAR, {"run.step": 0.01, "controller.period": 0.02})
     for scale in (1.1, 1.2, 1.3, 1.4, 1.5, 1.6):
         settings = {"run.step": 0.01, "controller.period": 0.02, "plant.mass_scale": scale}
         last = prepared_fmus(base, Experiment.load(PLANAR, settings), tmp_path)["plant"].file
-    kept = list(last.parents[1].iterdir())
-    assert len(kept) <= fmu_store.MAX_KEPT
+    cached = list(last.parents[1].iterdir())
+    assert len(cached) <= fmu_store.MAX_CACHED
     assert last.is_file()
 
 
 @pytest.mark.slow
-def test_fmus_of_the_experiment_are_built_once_for_all(tmp_path: Path) -> None:
+def test_fmus_of_the_experiment_are_built_once(tmp_path: Path) -> None:
     study = small_study(tmp_path, PARAMETERS, "coupling = 'fmu'", SHORT)
     run_here(study, tmp_path / "out")
     assert {file.name for file in (tmp_path / "out" / "fmus").iterdir()} == {

@@ -1,4 +1,4 @@
-"""Studies of a robot behind a faulty line, emulated in a time of its own; never of a real one."""
+"""Studies with an emulated robot and faulty communication in virtual time; not with a real one."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def emulated(**faults: object) -> Result:
 
 
 @pytest.mark.slow
-def test_an_emulated_robot_does_the_same_every_time() -> None:
+def test_runs_with_an_emulated_robot_are_reproducible() -> None:
     one, again = (emulated(loss=0.2, jitter=1e-3, noise=1e-6, seed=5) for _ in range(2))
     other = emulated(loss=0.2, jitter=1e-3, noise=1e-6, seed=6)
     assert np.array_equal(one.rows, again.rows, equal_nan=True)
@@ -63,8 +63,8 @@ def test_emulated_hardware_runs_in_virtual_time() -> None:
 
 
 @pytest.mark.slow
-def test_the_loss_of_a_study_is_the_share_of_missed_exchanges() -> None:
-    """Of 500 exchanges the part (1 - p)² comes back, and none is late without a delay."""
+def test_packet_loss_equals_the_share_of_missed_exchanges() -> None:
+    """A fraction (1 - p)² of 500 exchanges is answered; without a delay no answer is late."""
     loss = 0.1
     missed = emulated(loss=loss, seed=2).summary["hardware"]["missed"]
     expected = 500 * (1.0 - (1.0 - loss) ** 2)
@@ -72,27 +72,27 @@ def test_the_loss_of_a_study_is_the_share_of_missed_exchanges() -> None:
 
 
 @pytest.mark.slow
-def test_a_delay_is_seen_twice_in_the_round_trip() -> None:
+def test_the_round_trip_is_twice_the_delay() -> None:
     report = emulated(delay=2e-4).summary["hardware"]
     assert report["round_trip"]["median"] == pytest.approx(4e-4, abs=1e-8)
     assert report["missed"] == 0
 
 
 @pytest.mark.slow
-def test_encoders_quantise() -> None:
+def test_encoders_quantise_positions() -> None:
     q = emulated(joint_counts=1000.0)["q.joint_1"]
     assert np.allclose(q * 1000.0, np.round(q * 1000.0), rtol=0, atol=1e-9)
 
 
 @pytest.mark.slow
-def test_an_outage_loses_the_hardware() -> None:
+def test_a_long_outage_stops_the_run() -> None:
     with pytest.raises(Exception, match="the hardware does not respond"):
         emulated(outages=[[0.2, 0.1]])
 
 
 @LONG
 @pytest.mark.slow
-def test_faults_are_varied_the_same_through_fmus(tmp_path: Path) -> None:
+def test_variations_of_faults_are_equal_with_fmus(tmp_path: Path) -> None:
     rows = {}
     for coupling in ("direct", "fmu"):
         study = small_study(tmp_path, FAULTS, f"{TOP}\ncoupling = '{coupling}'", EMULATED)
@@ -106,16 +106,16 @@ def test_faults_are_varied_the_same_through_fmus(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_study_drives_no_robot(tmp_path: Path) -> None:
+def test_a_study_with_a_real_robot_is_rejected(tmp_path: Path) -> None:
     driven = "[settings]\nhardware.use = true\nhardware.link = 'udp://127.0.0.1:5005'\n"
-    with pytest.raises(InputError, match="drives no robot"):
+    with pytest.raises(InputError, match="must be false in a study"):
         small_study(tmp_path, short=driven)
     text = "[[vary]]\npath = 'hardware.use'\nvalues = [false, true]\n"
     driven = "[settings]\nhardware.link = 'udp://127.0.0.1:5005'\nrun.duration = 0.01\n"
     result = run_here(small_study(tmp_path, text, "", driven))
     (_, off), (_, on) = result.rows()
     assert off.complete
-    assert "drives no robot" in str(on.error)
+    assert "must be false in a study" in str(on.error)
 
 
 @pytest.mark.slow

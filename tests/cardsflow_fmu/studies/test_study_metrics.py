@@ -1,4 +1,4 @@
-"""Metrics of a run against closed forms."""
+"""Metrics of a run, compared with closed forms."""
 
 from __future__ import annotations
 
@@ -31,41 +31,41 @@ def result() -> Result:
 
 
 def with_columns(result: Result, **columns: np.ndarray) -> Result:
-    """The result with other columns; `f_cable_1` means `f.cable_1`."""
+    """Return the result with changed columns; `f_cable_1` is the column `f.cable_1`."""
     rows = result.rows.copy()
     for name, values in columns.items():
         rows[:, result.names.index(f"{name[0]}.{name[2:]}")] = values
     return replace(result, rows=rows)
 
 
-def test_forces_are_those_of_their_closed_forms(result: Result) -> None:
+def test_force_metrics_match_closed_forms(result: Result) -> None:
     t = np.linspace(0.0, 2.0 * np.pi, len(result.rows), endpoint=False)
     one = with_columns(result, f_cable_2=200.0 + 30.0 * np.sin(t))
     names = ["force.peak", "force.peak.cable_2", "force.rms.cable_2", "force.low.cable_2"]
-    peak, own, rms, low = metric_values(names, one, None).values()
-    assert peak == own == pytest.approx(230.0, abs=0.2)
+    peak, single, rms, low = metric_values(names, one, None).values()
+    assert peak == single == pytest.approx(230.0, abs=0.2)
     assert low == pytest.approx(170.0, abs=0.2)
     assert rms == pytest.approx(np.sqrt(200.0**2 + 30.0**2 / 2.0), rel=1e-12)
 
 
 def test_energy_is_force_times_distance(result: Result) -> None:
-    """A steady 50 N over 0.2 m in and 0.2 m out again is 20 J."""
+    """A constant force of 50 N over 0.2 m in both directions is 20 J."""
     count = len(result.rows)
-    way = 1.0 + 0.2 * (1.0 - np.abs(np.linspace(-1.0, 1.0, count)))
-    one = with_columns(result, f_cable_1=np.full(count, 50.0), l_cable_1=way)
+    length = 1.0 + 0.2 * (1.0 - np.abs(np.linspace(-1.0, 1.0, count)))
+    one = with_columns(result, f_cable_1=np.full(count, 50.0), l_cable_1=length)
     assert metric_values(["energy.cable_1"], one, None)["energy.cable_1"] == pytest.approx(20.0)
-    each = metric_values(expand_wildcards(["energy.*"], one.experiment.robot), one, None)
-    assert sum(each.values()) == pytest.approx(metric_values(["energy"], one, None)["energy"])
+    energies = metric_values(expand_wildcards(["energy.*"], one.experiment.robot), one, None)
+    assert sum(energies.values()) == pytest.approx(metric_values(["energy"], one, None)["energy"])
 
 
-def test_margins_are_distances_to_the_bounds(result: Result) -> None:
+def test_margins_are_distances_to_the_force_limits(result: Result) -> None:
     forces = np.stack([result[f"f.cable_{k}"] for k in (1, 2, 3, 4)])
     found = metric_values(["margin.upper", "margin.lower"], result, None)
     assert found["margin.upper"] == 100.0 - forces.max()
     assert found["margin.lower"] == forces.min() - 10.0
 
 
-def test_a_passive_spring_has_no_bounds_and_no_margin_to_them() -> None:
+def test_a_passive_spring_is_not_included_in_margins() -> None:
     spring = {"kind": "passive_spring", "K": 40.0, "l0": 0.4}
     passive = {"f_min": 0.0, "f_max": 0.0, "model": spring}
     settings = SETTINGS | {f"muscles.cable_4.{key}": value for key, value in passive.items()}
@@ -89,8 +89,8 @@ def test_loop_margins_are_the_smallest_of_all_loops() -> None:
     ]
 
 
-def test_stiffness_is_the_slope_of_the_held_forces_torque(result: Result) -> None:
-    """d/dq of G + L'f, by plain central differences, at every row."""
+def test_stiffness_is_the_torque_gradient_at_constant_forces(result: Result) -> None:
+    """It equals d/dq of G + L'f, computed with central differences in every row."""
     dynamics = DartDynamics(result.experiment.robot)
     q = result.columns(["q.joint_1", "q.joint_2"])
     f = result.columns([f"f.cable_{k}" for k in (1, 2, 3, 4)])
@@ -110,8 +110,8 @@ def test_stiffness_is_the_slope_of_the_held_forces_torque(result: Result) -> Non
     assert found == pytest.approx(lowest, rel=1e-5)
 
 
-def test_wrench_closure_is_the_part_of_the_workspace() -> None:
-    """Two cables that pull link 1 the same way close nothing; the paper's four do."""
+def test_wrench_closure_is_a_fraction_of_the_workspace() -> None:
+    """It is 1 with the paper's four cables, and 0 if the cables pull only in one direction."""
     box = Box(lower=(-0.4, -0.4), upper=(0.4, 0.4), points=3)
     good = simulate(Experiment.load(PLANAR, SETTINGS), coupling="direct")
     assert metric_values(["wrench_closure"], good, box) == {"wrench_closure": 1.0}
@@ -124,7 +124,7 @@ def test_wrench_closure_is_the_part_of_the_workspace() -> None:
     assert metric_values(["wrench_closure"], one_sided, box) == {"wrench_closure": 0.0}
 
 
-def test_a_workspace_without_limits_says_what_to_give(result: Result) -> None:
+def test_a_workspace_without_limits_is_rejected_with_a_hint(result: Result) -> None:
     if all(np.isfinite([c.lower, c.upper]).all() for c in result.experiment.robot.coordinates):
         pytest.skip("the robot has limits")
     with pytest.raises(InputError, match=r"\[workspace\]"):
@@ -140,13 +140,13 @@ def test_every_metric_has_a_value_and_a_unit(result: Result) -> None:
     assert units["energy"] == "J"
 
 
-def test_tracking_is_that_of_the_summary(result: Result) -> None:
+def test_tracking_metrics_equal_the_summary(result: Result) -> None:
     found = metric_values(["tracking.rms", "tracking.max"], result, None)
     tracking = result.summary["tracking"]
     assert list(found.values()) == [tracking["rms"], tracking["max"]]
 
 
 @pytest.mark.parametrize("name", ["force", "force.peak.", "tracking.rms.cable_1", "force.peak.x.y"])
-def test_an_unknown_metric_is_refused(name: str) -> None:
+def test_an_unknown_metric_is_rejected(name: str) -> None:
     with pytest.raises(UnknownNameError):
         expand_wildcards([name], Experiment.load(Path(PLANAR)).robot)

@@ -1,4 +1,4 @@
-"""Optimisation: searches, constraints, and the robot that is found."""
+"""Optimisation: searches, constraints and the best robot."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ BEST = (0.1, 0.8)
 
 
 def bowl(runs: Iterable[Run]) -> list[Outcome]:
-    """In the place of runs: the square of the distance to BEST; infeasible right of x = 0.2."""
+    """Return the squared distance to BEST instead of simulating; infeasible for x > 0.2."""
     outcomes = []
     for run in runs:
         x, y, z = run.values.values()
@@ -62,7 +62,7 @@ METHODS = ["differential_evolution", pytest.param("cma_es", marks=pytest.mark.ex
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_searches_find_the_bottom_of_a_bowl(tmp_path: Path, method: str) -> None:
+def test_searches_find_the_minimum_of_a_quadratic_function(tmp_path: Path, method: str) -> None:
     study = small_study(tmp_path, BOX + SEARCH % (method, 40, "[1, 2]"))
     found = optimise(study, "x", bowl)
     again = optimise(study, "x", bowl)
@@ -77,7 +77,7 @@ def test_searches_find_the_bottom_of_a_bowl(tmp_path: Path, method: str) -> None
     assert all(0.02 <= run.values["end_1[0]"] <= 0.25 for run, _ in found.runs)
 
 
-def test_costs_of_missed_constraints_are_above_all_others() -> None:
+def test_costs_of_violated_constraints_exceed_all_objectives() -> None:
     limits = (Constraint(metric="a", at_least=1.0), Constraint(metric="b", at_most=0.0))
     settings = Optimise(
         method="cma_es", objective="f", population=8, generations=1, constraints=limits
@@ -92,13 +92,13 @@ def test_costs_of_missed_constraints_are_above_all_others() -> None:
     )
 
 
-def test_maximising_turns_the_objective_round() -> None:
+def test_maximising_negates_the_objective() -> None:
     settings = Optimise(method="cma_es", objective="f", maximise=True, population=8, generations=1)
     assert cost(settings, Outcome({"f": 3.0})) == -3.0
 
 
 @pytest.mark.slow
-def test_a_search_is_resumed_and_its_robot_runs_on_its_own(tmp_path: Path) -> None:
+def test_a_search_is_resumed_and_its_best_robot_runs(tmp_path: Path) -> None:
     search = SEARCH % ("differential_evolution", 3, "[4]")
     study = small_study(tmp_path, BOX + search, "metrics = ['tracking.rms']")
     result = run_here(study, tmp_path / "out")
@@ -118,15 +118,15 @@ def test_a_search_is_resumed_and_its_robot_runs_on_its_own(tmp_path: Path) -> No
 
 
 @pytest.mark.slow
-def test_a_search_without_valid_robots_says_so(tmp_path: Path) -> None:
+def test_a_search_without_feasible_robots_reports_it(tmp_path: Path) -> None:
     search = (SEARCH % ("differential_evolution", 1, "[4]")).replace("at_most = 0", "at_most = -1")
     result = run_here(small_study(tmp_path, BOX + search), tmp_path / "out")
     assert result.summary["best"] is None
-    assert "No run meets" in (tmp_path / "out" / "report.html").read_text()
+    assert "No run satisfies" in (tmp_path / "out" / "report.html").read_text()
 
 
 @pytest.mark.slow
-def test_a_search_of_which_every_run_fails_ends_and_says_so(
+def test_a_search_with_only_failed_runs_ends_and_reports_it(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     negative = "[[vary]]\npath = 'controller.kp'\nuniform = [-2.0, -1.0]\n"
@@ -144,9 +144,9 @@ def test_the_best_robot_is_the_same_in_every_format(tmp_path: Path) -> None:
     write_best(experiment, tmp_path)
     for format_ in ("sdf", "caspr"):
         muscles = read_robot(tmp_path / format_, experiment.robot.cable_set).muscles
-        for written, own in zip(muscles, experiment.robot.muscles, strict=True):
-            assert written.name == own.name
-            for one, other in zip(written.via_points, own.via_points, strict=True):
+        for written, original in zip(muscles, experiment.robot.muscles, strict=True):
+            assert written.name == original.name
+            for one, other in zip(written.via_points, original.via_points, strict=True):
                 assert one.position == pytest.approx(other.position, abs=1e-12)
     trajectories, unread = read_trajectories(experiment.robot_path)
     assert (len(trajectories), unread) == (3, [])
@@ -160,7 +160,7 @@ def test_the_best_robot_is_the_same_in_every_format(tmp_path: Path) -> None:
 
 
 def test_via_points_are_in_the_root_frame() -> None:
-    """Link 2 begins 1 m above the ground where both joints are at zero."""
+    """With both joints at zero, link 2 begins 1 m above the origin."""
     robot = Experiment.load(PLANAR).robot
     points = {(p.muscle, p.number): p for p in muscle_table(robot).points}
     assert points["cable_2", 2].position == pytest.approx((0.1, 0.0, 1.8))
@@ -168,8 +168,8 @@ def test_via_points_are_in_the_root_frame() -> None:
     assert np.isfinite([p.position for p in points.values()]).all()
 
 
-def test_the_add_in_imports_the_best_robot_as_it_was_found() -> None:
-    """From a design to a robot, points moved as a search does, and by CSV back into the design."""
+def test_the_add_in_imports_the_best_robot() -> None:
+    """Points of a robot from a design are moved, written as CSV and read into the design."""
     design = arm()
     robot = build_robot(design).robot
     (muscle,) = robot.muscles
@@ -181,7 +181,7 @@ def test_the_add_in_imports_the_best_robot_as_it_was_found() -> None:
     links = {link.name for link in robot.links}
     table, findings = read_csv(csv_text(muscle_table(best)).encode(), links)
     assert not findings
-    drawn = MuscleTable().merged(table)
+    drawn = MuscleTable().merge(table)
     points = [via(p.muscle, p.number, p.link, p.position) for p in drawn.points]
     rows = tuple(MuscleSnapshot(row.name, f_min=row.f_min, f_max=row.f_max) for row in drawn.rows)
     again = build_robot(arm(points=tuple(points), muscles=rows)).robot

@@ -1,4 +1,4 @@
-"""Reading study.toml, and everything that may be wrong with it."""
+"""Reader for study.toml: valid and invalid studies."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def vary(path: str, values: str = "values = [1.0]") -> str:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["attachments.toml", "flower"])
-def test_the_examples_are_studies(name: str) -> None:
+def test_the_examples_are_valid_studies(name: str) -> None:
     study = Study.load(ROOT / "examples" / "design_study" / name)
     assert study.variations
     assert study.name == Path(name).stem
@@ -40,7 +40,7 @@ def test_a_star_together_is_one_variation(tmp_path: Path) -> None:
     assert one.paths == tuple(f"muscles.cable_{k}.f_min" for k in (1, 2, 3, 4))
 
 
-def test_a_box_is_a_variation_an_axis(tmp_path: Path) -> None:
+def test_a_box_is_one_variation_per_axis(tmp_path: Path) -> None:
     text = "name = 'end'\nbox = { from = [0.0, 0.5, 0.2], to = [0.1, 0.5, 0.4] }"
     path = "robot.muscles.cable_1.points[1].position"
     study = small_study(tmp_path, vary(path, text), "count = 2")
@@ -55,8 +55,8 @@ def test_a_box_is_a_variation_an_axis(tmp_path: Path) -> None:
 def test_settings_are_full_keys_or_tables(tmp_path: Path) -> None:
     short = '[settings]\n"run.step" = 0.01\nrun.duration = 0.2\ncontroller = { period = 0.01 }'
     study = small_study(tmp_path, short=short)
-    own = {"run.step": 0.01, "run.duration": 0.2, "controller.period": 0.01}
-    assert study.settings == own | {"run.compute": "c", "run.coupling": "direct"}
+    given = {"run.step": 0.01, "run.duration": 0.2, "controller.period": 0.01}
+    assert study.settings == given | {"run.compute": "c", "run.coupling": "direct"}
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,9 @@ def test_settings_are_full_keys_or_tables(tmp_path: Path) -> None:
         ("robot.links.*.inertia.masss", "'mass'"),
     ],
 )
-def test_an_unknown_path_names_the_nearest(tmp_path: Path, path: str, nearest: str) -> None:
+def test_an_unknown_path_is_rejected_with_a_suggestion(
+    tmp_path: Path, path: str, nearest: str
+) -> None:
     with pytest.raises(InputError, match=f"did you mean {nearest}") as caught:
         small_study(tmp_path, vary(path))
     assert caught.value.key == "vary[0].path"
@@ -83,28 +85,32 @@ def test_an_unknown_path_names_the_nearest(tmp_path: Path, path: str, nearest: s
     ("text", "top", "message"),
     [
         (vary("controller.kp", "values = []"), "", "at least one value"),
-        (vary("controller.kp", "grid = { from = 1, to = 2, count = 0 }"), "", "grid is empty"),
-        (vary("controller.kp", ""), "", "needs one of"),
+        (
+            vary("controller.kp", "grid = { from = 1, to = 2, count = 0 }"),
+            "",
+            "must be from 1 to 1000000, not 0",
+        ),
+        (vary("controller.kp", ""), "", "requires exactly one of"),
         (vary("controller.kp", "values = [1.0]\nuniform = [1.0, 2.0]"), "", "found 2"),
         (vary("controller.kp", "values = [1979-05-27]"), "", "date"),
         (vary("controller.kp", "values = [inf]"), "", "finite"),
-        (vary("controller.kp", "uniform = [2.0, 1.0]"), "count = 2", "increase"),
-        (vary("controller.kp", "loguniform = [0.0, 1.0]"), "count = 2", "above 0"),
+        (vary("controller.kp", "uniform = [2.0, 1.0]"), "count = 2", "two increasing numbers"),
+        (vary("controller.kp", "loguniform = [0.0, 1.0]"), "count = 2", "must be positive"),
         (vary("controller.kp", "normal = [1.0, 0.0]"), "count = 2", "standard deviation"),
         (vary("controller.kp", "uniform = [1.0, 2.0]"), "", "must be 1 to"),
         (vary("controller.kp", "uniform = [1.0, 2.0]"), "count = 0", "must be 1 to"),
-        (vary("controller.kp", "uniform = [1.0, 2.0]"), "sampler = 'grid'", "needs `values`"),
+        (vary("controller.kp", "uniform = [1.0, 2.0]"), "sampler = 'grid'", "requires `values`"),
         (vary("controller.kp", "uniform = [1, 2]"), "sampler = 'sobl'", "did you mean 'sobol'"),
         (
             vary("controller.kp", "uniform = [1.0, 2.0]"),
             "sampler = 'sensitivity'\ncount = 6",
             "power of 2",
         ),
-        (KP + KP, "", "twice"),
-        (KP + vary("controller.kd", "values = [1.0]"), "sampler = 'list'", "equally many"),
-        (KP, "count = 3", "as many runs as its values"),
+        (KP + KP, "", "duplicate name"),
+        (KP + vary("controller.kd", "values = [1.0]"), "sampler = 'list'", "same number of values"),
+        (KP, "count = 3", "whose values define the number of runs"),
         (KP, "coupling = 'fum'", "did you mean 'fmu'"),
-        (KP, "engine = 'direct'", "engine: is no longer a key: set compute and coupling"),
+        (KP, "engine = 'direct'", "engine: is no longer a key; set compute and coupling"),
         (KP, "metrics = ['tracking.rsm']", "did you mean 'tracking.rms'"),
         (KP, "metrics = ['force.peak.cable_9']", "no muscle 'cable_9'"),
         (KP, "metrics = []", "at least one name"),
@@ -121,7 +127,7 @@ def test_an_unknown_path_names_the_nearest(tmp_path: Path, path: str, nearest: s
         (
             KP + "[optimise]\nobjective = 'force.peak'\npopulation = 1000000000\n",
             "",
-            "at most 1000000",
+            "the maximum is 1000000",
         ),
         (KP + "[workspace]\npoints = -1\n", "", "too few or too many"),
         (vary("controller.kp", "name = 'run'\nvalues = [1.0]"), "", "another column 'run'"),
@@ -133,13 +139,13 @@ def test_an_unknown_path_names_the_nearest(tmp_path: Path, path: str, nearest: s
         ),
     ],
 )
-def test_bad_input_says_what_is_wrong(tmp_path: Path, text: str, top: str, message: str) -> None:
+def test_invalid_studies_are_rejected(tmp_path: Path, text: str, top: str, message: str) -> None:
     with pytest.raises(InputError, match=message) as caught:
         small_study(tmp_path, text, top)
     assert caught.value.file == tmp_path / "study.toml"
 
 
-def test_a_folder_names_the_study_in_it(tmp_path: Path) -> None:
+def test_a_study_can_be_given_by_its_folder(tmp_path: Path) -> None:
     write_study(tmp_path)
     study = Study.load(tmp_path)
     assert study.name == tmp_path.name
@@ -148,7 +154,7 @@ def test_a_folder_names_the_study_in_it(tmp_path: Path) -> None:
         Study.load(tmp_path.parent)
 
 
-def test_a_study_of_no_experiment_says_so(tmp_path: Path) -> None:
+def test_a_missing_experiment_is_rejected(tmp_path: Path) -> None:
     file = write_study(tmp_path)
     file.write_text('experiment = "nowhere"\n' + SHORT + KP)
     with pytest.raises(InputError, match="nowhere"):
@@ -156,19 +162,19 @@ def test_a_study_of_no_experiment_says_so(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"\xff\xfe", b"a = ", b"[" * 5000])
-def test_invalid_toml_is_refused(tmp_path: Path, content: bytes) -> None:
+def test_invalid_toml_is_rejected(tmp_path: Path, content: bytes) -> None:
     file = tmp_path / "study.toml"
     file.write_bytes(content)
     with pytest.raises(InputError, match=r"study\.toml"):
         Study.load(file)
 
 
-def test_an_unknown_name_as_a_value_fails_the_run_only(tmp_path: Path) -> None:
+def test_an_unknown_name_as_a_value_fails_only_the_run(tmp_path: Path) -> None:
     study = small_study(tmp_path, vary("controller.solver", "values = ['daqp', 'nope']"))
     assert len(study.variations) == 1
 
 
-def test_the_nearest_muscle_is_named(tmp_path: Path) -> None:
+def test_an_unknown_coupling_lists_the_known_ones(tmp_path: Path) -> None:
     with pytest.raises(UnknownNameError) as caught:
         Study.load(write_study(tmp_path, top="coupling = 'nothing'"))
     assert caught.value.known == ("fmu", "direct")

@@ -1,4 +1,4 @@
-"""Variations that begin at what the experiment has: factors on it, and offsets from it."""
+"""Relative variations: factors of nominal values and offsets from them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def runs(study: Study) -> list[Run]:
     return list(expand(study, "x"))
 
 
-def test_a_factor_scales_what_the_experiment_has(tmp_path: Path) -> None:
+def test_a_factor_scales_the_nominal_value(tmp_path: Path) -> None:
     path = "robot.links.link_1.inertia.mass"
     study = small_study(tmp_path, vary(path, "values = [0.8, 1.0, 1.2]\nrelative = 'factor'"))
     mass = Experiment.load(study.experiment).robot.links[0].inertia.mass
@@ -36,7 +36,7 @@ def test_a_factor_scales_what_the_experiment_has(tmp_path: Path) -> None:
     assert [run.values[path] for run in (low, same, high)] == [0.8, 1.0, 1.2]
 
 
-def test_every_name_of_a_star_has_its_own_nominal(tmp_path: Path) -> None:
+def test_every_name_that_a_star_matches_has_a_separate_nominal_value(tmp_path: Path) -> None:
     text = vary("robot.links.*.inertia.ixx", "values = [2.0]\nrelative = 'factor'")
     experiment = small_study(tmp_path, text).experiment
     for robot_link in Experiment.load(experiment).robot.links:
@@ -45,7 +45,7 @@ def test_every_name_of_a_star_has_its_own_nominal(tmp_path: Path) -> None:
         assert run.settings[path] == 2.0 * robot_link.inertia.ixx
 
 
-def test_together_all_share_one_factor(tmp_path: Path) -> None:
+def test_together_applies_one_factor_to_all_names(tmp_path: Path) -> None:
     values = "values = [0.5]\nrelative = 'factor'\ntogether = true"
     study = small_study(tmp_path, vary("muscles.*.f_max", values))
     (variation,) = study.variations
@@ -55,7 +55,7 @@ def test_together_all_share_one_factor(tmp_path: Path) -> None:
     assert run.values == {variation.name: 0.5}
 
 
-def test_an_offset_moves_a_point_in_a_box_about_its_place(tmp_path: Path) -> None:
+def test_an_offset_moves_a_point_in_a_box_about_its_position(tmp_path: Path) -> None:
     box = "box = { from = [-0.01, 0.0, -0.02], to = [0.01, 0.0, 0.02] }\nrelative = 'offset'"
     study = small_study(tmp_path, vary(POINT, box), "count = 64\nsampler = 'sobol'")
     muscle = Experiment.load(study.experiment).robot.muscles[0]
@@ -94,26 +94,30 @@ def test_a_factor_scales_a_vector(tmp_path: Path) -> None:
         ("hardware.watchdog", 0.02),
     ],
 )
-def test_nominal_values_are_those_of_the_file(path: str, number: Any) -> None:
+def test_nominal_values_equal_the_values_in_the_file(path: str, number: Any) -> None:
     assert nominal_value(Experiment.load(LEFT_ARM), path) == number
 
 
 @pytest.mark.parametrize(
     ("path", "values", "message"),
     [
-        ("controller.delay", "values = [1.0]\nrelative = 'factor'", "whole number"),
-        ("controller.solver", "values = [1.0]\nrelative = 'factor'", "not a number"),
+        ("controller.delay", "values = [1.0]\nrelative = 'factor'", "not a real number"),
+        ("controller.solver", "values = [1.0]\nrelative = 'factor'", "'.*', not a real number"),
         ("controller.kp", "values = [1.0]\nrelative = 'offset'", "is a vector"),
         ("controller.ki.joint_1", "values = [1.0]\nrelative = 'factor'", "is 0"),
-        ("controller.kp", "values = ['a']\nrelative = 'factor'", "must be numbers"),
-        ("controller.kp", "values = [true]\nrelative = 'factor'", "must be numbers"),
+        ("controller.kp", "values = ['a']\nrelative = 'factor'", "relative values must be numbers"),
+        (
+            "controller.kp",
+            "values = [true]\nrelative = 'factor'",
+            "relative values must be numbers",
+        ),
         ("controller.kp", "values = [1.0]\nrelative = true", "must be 'factor' or 'offset'"),
         ("controller.kp", "values = [1.0]\nrelative = ['factor']", "must be 'factor' or 'offset'"),
-        ("controller.delay", "seed = true\nrelative = 'offset'", "a seed is relative to nothing"),
+        ("controller.delay", "seed = true\nrelative = 'offset'", "a seed cannot be relative"),
         ("controller.kpp", "values = [1.0]\nrelative = 'factor'", "kp"),
     ],
 )
-def test_values_without_a_nominal_one_are_refused(
+def test_invalid_relative_values_are_rejected(
     tmp_path: Path, path: str, values: str, message: str
 ) -> None:
     with pytest.raises(InputError, match=message) as caught:
@@ -125,14 +129,16 @@ def test_values_without_a_nominal_one_are_refused(
     ("first", "second"),
     [("controller.kp.joint_1", "controller.kp"), (f"{POINT}[0]", POINT)],
 )
-def test_a_path_that_overwrites_another_is_refused(tmp_path: Path, first: str, second: str) -> None:
+def test_a_path_that_overwrites_another_is_rejected(
+    tmp_path: Path, first: str, second: str
+) -> None:
     given = {"controller.kp": "values = [900.0]", POINT: "values = [[0.1, 0.0, 0.8]]"}
     texts = vary(first, "values = [1.0]"), vary(second, given[second])
-    with pytest.raises(InputError, match="undoes"):
+    with pytest.raises(InputError, match="overwrites an earlier variation"):
         small_study(tmp_path, "".join(texts))
 
 
-def test_a_part_may_be_varied_behind_the_whole(tmp_path: Path) -> None:
+def test_a_part_can_be_varied_after_the_whole(tmp_path: Path) -> None:
     text = vary("controller.kp", "values = [900.0]")
     study = small_study(tmp_path, text + vary("controller.kp.joint_1", "values = [500.0]"))
     (run,) = runs(study)

@@ -1,4 +1,4 @@
-"""The report of a study: its best runs, and maps over two variations."""
+"""Report of a study: best runs and heat maps over two variations."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> StudyResult:
 
 
 @pytest.mark.slow
-def test_the_best_run_is_that_of_the_smallest_error(swept: StudyResult) -> None:
+def test_the_best_run_has_the_smallest_error(swept: StudyResult) -> None:
     errors = {run.index: outcome.metrics["tracking.rms"] for run, outcome in swept.rows()}
     assert len(errors) == 6
     index = min(errors, key=errors.__getitem__)
@@ -46,7 +46,7 @@ def test_the_best_run_is_that_of_the_smallest_error(swept: StudyResult) -> None:
 
 
 @pytest.mark.slow
-def test_a_sweep_of_two_parameters_has_a_map_for_each_metric(swept: StudyResult) -> None:
+def test_a_study_of_two_parameters_has_a_heat_map_for_each_metric(swept: StudyResult) -> None:
     page = swept.files["report.html"].read_text()
     start = page.index("<h2>Over kp and kd</h2>")
     maps = page[start : page.index("<h2>Distributions</h2>")]
@@ -57,13 +57,13 @@ def test_a_sweep_of_two_parameters_has_a_map_for_each_metric(swept: StudyResult)
 
 
 @pytest.mark.slow
-def test_one_parameter_has_no_map(tmp_path: Path) -> None:
+def test_a_study_of_one_parameter_has_no_heat_map(tmp_path: Path) -> None:
     page = run_here(small_study(tmp_path), tmp_path / "out").files["report.html"].read_text()
     assert "<h2>Best runs</h2>" in page
     assert "<h2>Over" not in page
 
 
-def test_cells_are_means_of_the_runs_that_succeeded() -> None:
+def test_cells_are_means_of_successful_runs() -> None:
     x = np.array([1.0, 1.0, 2.0, 2.0, 2.0])
     y = np.array([3.0, 3.0, 3.0, 4.0, 4.0])
     values = np.array([5.0, 7.0, 9.0, 1.0, np.nan])
@@ -72,7 +72,7 @@ def test_cells_are_means_of_the_runs_that_succeeded() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [40, 30_000])
-def test_scattered_runs_are_dots_of_little_size(count: int) -> None:
+def test_scattered_runs_are_small_figures_with_dots(count: int) -> None:
     x, y = np.random.default_rng(0).random((2, count))  # as a grid, up to 900 million cells
     text = heat_map(("a", "b"), x, y, ("tracking.rms", "rad"), np.where(x < 0.1, np.nan, x + y))
     if count == 40:

@@ -1,4 +1,4 @@
-"""Runs, their files, resuming, and the table."""
+"""Execution of studies: runs, files, resuming and the table."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from cardsflow_fmu.studies.execution import run_store
 from cardsflow_fmu.studies.execution.executors import ExecutorAdapter
 from cardsflow_fmu.studies.execution.run_store import RunStore
 from cardsflow_fmu.studies.execution.worker import Job
-from cardsflow_fmu.studies.run import only_run
+from cardsflow_fmu.studies.run import repeat_run
 from cardsflow_fmu.utils.folder_lock import lock_folder
 
 BOUNDS = """
@@ -53,31 +53,31 @@ def stamps(folder: Path) -> dict[str, int]:
 
 
 class Counting(ExecutorAdapter):
-    """Counts what it hands out, and stops after a number of runs."""
+    """Executor that counts submitted runs and is interrupted after a number of runs."""
 
-    def __init__(self, executor: ThreadPoolExecutor, most: int = 10**9) -> None:
+    def __init__(self, executor: ThreadPoolExecutor, limit: int = 10**9) -> None:
         super().__init__(executor, 1)
         self.window = 1
-        self.handed: list[str] = []
-        self.most = most
+        self.submitted: list[str] = []
+        self.limit = limit
 
     def submit(self, job: Job, settings: Mapping[str, Any]) -> Future[Outcome]:
-        if len(self.handed) == self.most:
+        if len(self.submitted) == self.limit:
             raise KeyboardInterrupt
-        self.handed.append(json.dumps(settings))
+        self.submitted.append(json.dumps(settings))
         return super().submit(job, settings)
 
 
 def runs_of(study: Study, output: Path, **options: Any) -> int:
-    """Number of runs that a study does."""
+    """Execute a study and return the number of its runs."""
     with ThreadPoolExecutor(1) as threads:
         executor = Counting(threads)
         run_study(study, executor, output=output, **options)
-    return len(executor.handed)
+    return len(executor.submitted)
 
 
 @pytest.mark.slow
-def test_a_study_writes_a_row_a_run_in_their_order(tmp_path: Path) -> None:
+def test_a_study_writes_one_row_per_run_in_order(tmp_path: Path) -> None:
     result = run_here(small_study(tmp_path), tmp_path / "out")
     rows = table(tmp_path / "out")
     assert [int(row["run"]) for row in rows] == list(range(6))
@@ -94,8 +94,8 @@ def test_a_study_writes_a_row_a_run_in_their_order(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_numbers_are_those_of_the_run_alone(tmp_path: Path, cardsflow: CommandLine) -> None:
-    """The command of the worst case gives the worst case, to the last bit."""
+def test_the_command_of_a_run_repeats_it_exactly(tmp_path: Path, cardsflow: CommandLine) -> None:
+    """The command of the worst case reproduces its value exactly."""
     result = run_here(small_study(tmp_path), tmp_path / "out")
     worst = result.summary["worst"]["tracking.rms"][0]
     words = shlex.split(worst["command"])
@@ -106,7 +106,7 @@ def test_numbers_are_those_of_the_run_alone(tmp_path: Path, cardsflow: CommandLi
     assert float(table(tmp_path / "out")[worst["run"]]["tracking.rms"]) == worst["value"]
 
 
-def test_a_run_that_is_no_robot_is_a_row_with_the_finding(tmp_path: Path) -> None:
+def test_a_run_with_an_invalid_robot_is_a_failed_row(tmp_path: Path) -> None:
     result = run_here(small_study(tmp_path, BOUNDS), tmp_path / "out")
     first, second, third = table(tmp_path / "out")
     assert (first["status"], second["status"], third["status"]) == (
@@ -121,13 +121,13 @@ def test_a_run_that_is_no_robot_is_a_row_with_the_finding(tmp_path: Path) -> Non
 
 
 @pytest.mark.slow
-def test_resuming_does_the_missing_runs_only(tmp_path: Path) -> None:
+def test_resuming_executes_only_missing_runs(tmp_path: Path) -> None:
     study, output = small_study(tmp_path), tmp_path / "out"
     with (
         ThreadPoolExecutor(1) as threads,
-        pytest.raises(StudyError, match="interrupted; 3 of 6 runs are done, --resume goes on"),
+        pytest.raises(StudyError, match="interrupted; 3 of 6 runs are complete; use --resume"),
     ):
-        run_study(study, Counting(threads, most=3), output=output)
+        run_study(study, Counting(threads, limit=3), output=output)
     before = stamps(output)
     assert runs_of(study, output, resume=True) == 3
     assert len(before) == 3
@@ -137,7 +137,7 @@ def test_resuming_does_the_missing_runs_only(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_damaged_file_is_a_run_to_be_done(tmp_path: Path) -> None:
+def test_runs_with_damaged_files_are_repeated(tmp_path: Path) -> None:
     study, output = small_study(tmp_path), tmp_path / "out"
     run_here(study, output)
     good = (output / "table.csv").read_bytes()
@@ -152,8 +152,8 @@ def test_a_damaged_file_is_a_run_to_be_done(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "change", [{"error": 3}, {"metrics": None}, {"metrics": {"a": "b"}}, {"x": 1}]
 )
-def test_a_run_of_another_form_is_none(tmp_path: Path, change: dict[str, object]) -> None:
-    """Though its sum is right: anybody can make one."""
+def test_a_run_with_invalid_types_is_ignored(tmp_path: Path, change: dict[str, object]) -> None:
+    """A valid checksum is not sufficient."""
     store, run = RunStore(tmp_path), Run(0, {}, {"controller.kp": 1.0}, "abc")
     (tmp_path / "runs").mkdir()
     store.write(run, Outcome({"tracking.rms": 0.1}))
@@ -170,14 +170,14 @@ def test_a_run_of_another_form_is_none(tmp_path: Path, change: dict[str, object]
 
 
 @pytest.mark.slow
-def test_equal_runs_are_done_once(tmp_path: Path) -> None:
+def test_equal_runs_are_executed_once(tmp_path: Path) -> None:
     text = '[[vary]]\npath = "controller.kp"\nvalues = [1000.0, 1000.0, 1500.0]\n'
     assert runs_of(small_study(tmp_path, text), tmp_path / "out") == 2
     assert len(table(tmp_path / "out")) == 3
 
 
 @pytest.mark.slow
-def test_runs_that_are_there_are_not_overwritten_unasked(tmp_path: Path) -> None:
+def test_existing_runs_are_not_overwritten_by_default(tmp_path: Path) -> None:
     study = small_study(tmp_path)
     run_here(study, tmp_path / "out")
     with pytest.raises(InputError, match="--resume"):
@@ -185,7 +185,7 @@ def test_runs_that_are_there_are_not_overwritten_unasked(tmp_path: Path) -> None
 
 
 @pytest.mark.slow
-def test_two_studies_do_not_share_a_folder(tmp_path: Path) -> None:
+def test_a_locked_folder_is_rejected(tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     with (
         lock_folder(tmp_path / "out", "study"),
@@ -196,7 +196,7 @@ def test_two_studies_do_not_share_a_folder(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_full_disk_stops_clearly_and_is_resumed(
+def test_a_study_is_resumed_after_a_full_disk(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     study, output = small_study(tmp_path), tmp_path / "out"
@@ -221,21 +221,21 @@ def test_a_full_disk_stops_clearly_and_is_resumed(
     assert len(table(output)) == 6
 
 
-def test_a_folder_in_the_place_of_a_run_is_no_full_disk(tmp_path: Path) -> None:
+def test_a_folder_instead_of_a_run_file_is_reported(tmp_path: Path) -> None:
     store = RunStore(tmp_path)
     (tmp_path / "runs/ab.json").mkdir(parents=True)
     with pytest.raises(StudyError, match=r"cannot be written: Is a directory$"):
         store.write(Run(0, {}, {}, "ab"), Outcome({}, None, 0.0, 0.0))
 
 
-def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+def test_a_read_only_folder_is_rejected(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot be written"):
         run_here(small_study(tmp_path), tmp_path / "file" / "out")
 
 
 @pytest.mark.slow
-def test_an_experiment_that_changed_meanwhile_is_another_study(tmp_path: Path) -> None:
+def test_a_changed_experiment_starts_new_runs(tmp_path: Path) -> None:
     study, output = small_study(tmp_path), tmp_path / "out"
     run_here(study, output)
     assert "other_runs" not in summary(output)
@@ -253,14 +253,14 @@ def test_only_repeats_one_run(tmp_path: Path) -> None:
     study = small_study(tmp_path)
     result = run_here(study, tmp_path / "out")
     run, outcome = list(result.rows())[2]
-    command, again = only_run(study, run.hash[:8], tmp_path / "out")
+    command, again = repeat_run(study, run.hash[:8], tmp_path / "out")
     assert again.metrics == outcome.metrics
     assert "controller.kp=1400.0" in command
     with pytest.raises(InputError, match="no run has a hash"):
-        only_run(study, "fffffff", tmp_path / "out")
+        repeat_run(study, "fffffff", tmp_path / "out")
 
 
-def test_progress_counts_up_to_all(tmp_path: Path) -> None:
+def test_progress_reports_all_runs(tmp_path: Path) -> None:
     seen: list[tuple[int, int, int]] = []
     run_here(
         small_study(tmp_path, BOUNDS), tmp_path / "out", progress=lambda *now: seen.append(now)
@@ -270,7 +270,7 @@ def test_progress_counts_up_to_all(tmp_path: Path) -> None:
 
 
 @pytest.mark.extra("parquet")
-def test_parquet_holds_what_csv_holds(tmp_path: Path) -> None:
+def test_parquet_equals_csv(tmp_path: Path) -> None:
     import pyarrow.parquet as parquet
 
     run_here(small_study(tmp_path, BOUNDS, "tables = ['csv', 'parquet']"), tmp_path / "out")
@@ -285,7 +285,7 @@ def test_parquet_holds_what_csv_holds(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_command_line(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_the_command_line_rejects_invalid_options(tmp_path: Path, cardsflow: CommandLine) -> None:
     study = small_study(tmp_path)
     run_here(study, tmp_path / "out")
     words = "study", study.file, "-o", tmp_path / "out"
@@ -299,7 +299,7 @@ def test_the_command_line(tmp_path: Path, cardsflow: CommandLine) -> None:
 
 
 class Instant(Executor):
-    """Ends every run at once, with some numbers."""
+    """Executor that completes every run immediately with random metrics."""
 
     def submit(self, function: Any, /, *arguments: Any, **named: Any) -> Future[Any]:
         future: Future[Any] = Future()
@@ -309,7 +309,9 @@ class Instant(Executor):
 
 
 @pytest.mark.slow
-def test_a_study_of_which_every_run_fails_says_why(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_a_study_with_only_failed_runs_reports_the_reason(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
     file = write_study(tmp_path, "[[vary]]\npath = 'controller.kp'\nvalues = [-1.0, -2.0]\n")
     code, text, _ = cardsflow("study", file, "-j", 1)
     assert code == 1
@@ -317,24 +319,22 @@ def test_a_study_of_which_every_run_fails_says_why(tmp_path: Path, cardsflow: Co
     assert "kp: must be above 0, not -1.0" in text
 
 
-@pytest.mark.parametrize("beginning", ["", "*", "../x", "zz", "abcdef"])
-def test_only_takes_the_begin_of_a_hash(
-    tmp_path: Path, cardsflow: CommandLine, beginning: str
+@pytest.mark.parametrize("prefix", ["", "*", "../x", "zz", "abcdef"])
+def test_only_requires_the_first_digits_of_a_hash(
+    tmp_path: Path, cardsflow: CommandLine, prefix: str
 ) -> None:
-    assert "hash" in cardsflow.refused("study", write_study(tmp_path), "--only", beginning)
+    assert "hash" in cardsflow.refused("study", write_study(tmp_path), "--only", prefix)
     assert not (tmp_path / "results").exists()
 
 
-def test_more_workers_than_any_machine_has_are_refused(
-    tmp_path: Path, cardsflow: CommandLine
-) -> None:
+def test_too_many_workers_are_rejected(tmp_path: Path, cardsflow: CommandLine) -> None:
     line = cardsflow.refused("study", write_study(tmp_path), "-j", "99999999999999999999")
     assert "jobs: must be at most 1024" in line
 
 
 @pytest.mark.slow
 @pytest.mark.extra("sweep")
-def test_numbers_of_workers_are_checked(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_zero_workers_are_rejected(tmp_path: Path, cardsflow: CommandLine) -> None:
     file = write_study(tmp_path)
     for words in (["-j", "0"], ["--dask", "local", "-j", "0"]):
         assert "must be at least 1, not 0" in cardsflow.refused("study", file, *words)
@@ -342,7 +342,7 @@ def test_numbers_of_workers_are_checked(tmp_path: Path, cardsflow: CommandLine) 
 
 @LONG
 def test_memory_does_not_grow_with_the_runs(tmp_path: Path) -> None:
-    """Ten thousand rows take less than 20 MB, of which 5 MB are their numbers and hashes."""
+    """Ten thousand rows require less than 20 MB; their numbers and hashes require 5 MB."""
     text = '[[vary]]\npath = "controller.kp"\nuniform = [1.0, 2.0]\n'
     peaks = []
     for count in (100, 10_000):
@@ -356,8 +356,8 @@ def test_memory_does_not_grow_with_the_runs(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_names_are_neither_markup_nor_formulas_in_the_report(tmp_path: Path) -> None:
-    """Of Matplotlib, dollar signs begin formulas, and half of one is an error."""
+def test_names_are_escaped_in_the_report(tmp_path: Path) -> None:
+    """In Matplotlib dollar signs begin formulas, and an incomplete formula is an error."""
     name = "<img src=x onerror=alert(1)>$\\\\frac{$"
     result = run_here(small_study(tmp_path, KP + f'name = "{name}"\n'), tmp_path / "out")
     text = result.files["report.html"].read_text()
@@ -365,7 +365,7 @@ def test_names_are_neither_markup_nor_formulas_in_the_report(tmp_path: Path) -> 
     assert "&lt;img src=x" in text
 
 
-def test_no_text_of_a_table_is_a_formula_of_a_spreadsheet(tmp_path: Path) -> None:
+def test_formulas_are_escaped_in_the_table(tmp_path: Path) -> None:
     text = """
 [[vary]]
 name = "=HYPERLINK(1)"

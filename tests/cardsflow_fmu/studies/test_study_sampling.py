@@ -1,4 +1,4 @@
-"""From a study to its runs: grids, lists, samplers, seeds, hashes."""
+"""Sampling of studies: grids, lists, samplers, seeds and hashes."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def runs(study: Study) -> list[Run]:
     return list(expand(study, "fingerprint"))
 
 
-def test_a_grid_is_every_value_with_every_other(tmp_path: Path) -> None:
+def test_a_grid_combines_all_values(tmp_path: Path) -> None:
     study = small_study(
         tmp_path,
         TWO.format("values = [1.0, 2.0]", "grid = { from = 1.0, to = 2.0, count = 3 }"),
@@ -39,7 +39,7 @@ def test_a_grid_is_every_value_with_every_other(tmp_path: Path) -> None:
     assert run_count(study) == 6
 
 
-def test_a_list_goes_in_step(tmp_path: Path) -> None:
+def test_a_list_combines_values_pairwise(tmp_path: Path) -> None:
     text = TWO.format("values = [1.0, 2.0]", "values = [0.9, 1.1]")
     found = [
         tuple(run.values.values()) for run in runs(small_study(tmp_path, text, "sampler='list'"))
@@ -47,16 +47,14 @@ def test_a_list_goes_in_step(tmp_path: Path) -> None:
     assert found == [(1.0, 0.9), (2.0, 1.1)]
 
 
-def test_no_variation_is_one_run(tmp_path: Path) -> None:
+def test_a_study_without_variations_has_one_run(tmp_path: Path) -> None:
     for sampler in ("grid", "list"):
         (run,) = runs(small_study(tmp_path, "", f"sampler = '{sampler}'"))
         assert run.settings == {}
 
 
 @pytest.mark.parametrize("sampler", ["sobol", "latin_hypercube", "monte_carlo"])
-def test_samplers_are_the_same_every_time_and_their_own_for_a_seed(
-    tmp_path: Path, sampler: str
-) -> None:
+def test_samplers_are_reproducible_and_depend_on_the_seed(tmp_path: Path, sampler: str) -> None:
     top = f"sampler = '{sampler}'\ncount = 10\nseed = {{}}"
     first, again = (runs(small_study(tmp_path, UNIFORM, top.format(1))) for _ in range(2))
     other = runs(small_study(tmp_path, UNIFORM, top.format(2)))
@@ -76,7 +74,7 @@ def test_a_sobol_sequence_has_one_point_in_every_stripe_of_a_power_of_two() -> N
     assert (sample("sobol", 3, 40, 4) == sample("sobol", 3, 64, 4)[:40]).all()
 
 
-def test_quantiles_are_those_of_the_distributions() -> None:
+def test_distributions_return_their_quantiles() -> None:
     assert Uniform(2.0, 4.0).at(0.25) == 2.5
     assert LogUniform(1.0, 100.0).at(0.5) == pytest.approx(10.0)
     assert Normal(3.0, 2.0).at(0.5) == 3.0
@@ -85,7 +83,7 @@ def test_quantiles_are_those_of_the_distributions() -> None:
     assert [Listed(("a", "b")).at(u) for u in (0.0, 0.49, 0.5, 1.0)] == ["a", "a", "b", "b"]
 
 
-def test_every_run_has_the_seed_that_numpy_spawns_for_it(tmp_path: Path) -> None:
+def test_seeds_of_runs_are_spawned_by_numpy(tmp_path: Path) -> None:
     text = '[[vary]]\npath = "plant.mass_scale"\nseed = true\n'
     study = small_study(tmp_path, text, "sampler = 'monte_carlo'\ncount = 4\nseed = 9")
     root = np.random.SeedSequence(9).spawn(2)[1]
@@ -94,7 +92,7 @@ def test_every_run_has_the_seed_that_numpy_spawns_for_it(tmp_path: Path) -> None
     assert [run_seed(9, k) for k in range(4)] == spawned
 
 
-def test_a_hash_is_of_the_content(tmp_path: Path) -> None:
+def test_a_hash_depends_only_on_the_content(tmp_path: Path) -> None:
     study = small_study(tmp_path)
     one, other = (list(expand(study, text)) for text in ("one", "other"))
     assert not {r.hash for r in one} & {r.hash for r in other}
@@ -103,7 +101,7 @@ def test_a_hash_is_of_the_content(tmp_path: Path) -> None:
     assert list(expand(more, "one"))[1].hash == one[0].hash
 
 
-def test_sensitivity_is_saltellis_design(tmp_path: Path) -> None:
+def test_sensitivity_uses_saltellis_design(tmp_path: Path) -> None:
     study = small_study(tmp_path, UNIFORM, "sampler = 'sensitivity'\ncount = 8")
     values = np.array([list(run.values.values()) for run in runs(study)]).reshape(4, 8, 2)
     A, B, first, second = values

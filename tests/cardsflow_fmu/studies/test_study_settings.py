@@ -1,4 +1,4 @@
-"""Full keys of settings, and what an experiment changes of its robot."""
+"""Full keys of settings, and changes of the robot by an experiment."""
 
 from __future__ import annotations
 
@@ -31,30 +31,30 @@ NAMES = ['a"b', "it's", "'", "a\\b", "a=b", "", " a", "\n\x7f\u202e", "\N{ROBOT 
     "parts",
     [["controller", "kp"], ["kp", "hand.x"], ["a", "p[0]", "b c"], *([n, n] for n in NAMES)],
 )
-def test_paths_come_apart_as_they_were_joined(parts: list[str]) -> None:
+def test_split_paths_equal_the_joined_parts(parts: list[str]) -> None:
     assert split_path(join_path(parts)) == parts
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_words_of_the_command_line_hold_any_name(name: str) -> None:
+def test_settings_on_the_command_line_support_any_name(name: str) -> None:
     key = join_path(["links", name, "mass"])
     assert split_setting(f"{key}={toml_value({name: name})}") == (key, toml_value({name: name}))
     assert parse_settings([f"{key}={toml_value({name: name})}"]) == {key: {name: name}}
 
 
-def test_quotes_are_as_in_toml() -> None:
+def test_quotes_in_paths_follow_toml() -> None:
     assert split_path(r"""a."b\"\u0041".'c\d'.e""") == ["a", 'b"A', r"c\d", "e"]
     assert split_setting("a") is split_setting("=1") is split_setting('a."=1') is None
     assert split_setting('"a"' * 10000) is None
 
 
 @pytest.mark.parametrize("path", ["", ".", "a..b", "a.", ".a", 'a."b', '"a"b', r'"\q"', "'a"])
-def test_invalid_paths_are_refused(path: str) -> None:
+def test_invalid_paths_are_rejected(path: str) -> None:
     with pytest.raises(InputError):
         split_path(path)
 
 
-def test_setting_below_one_number_for_all_leaves_the_others_at_it() -> None:
+def test_setting_one_gain_keeps_the_common_value_of_the_others() -> None:
     data: dict[str, Any] = {"controller": {"kp": 2000.0}}
     set_value(data, "controller.kp.joint_1", 5.0, FILE)
     assert data == {"controller": {"kp": {"*": 2000.0, "joint_1": 5.0}}}
@@ -76,7 +76,7 @@ def test_set_values_are_copies() -> None:
     assert value == [1.0]
 
 
-def test_one_gain_among_equal_ones() -> None:
+def test_one_gain_can_differ_from_the_others() -> None:
     kp = Experiment.load(PLANAR, {"controller.kp.joint_2": 7.0}).controller.kp
     assert kp == (2000.0, 7.0)
 
@@ -106,7 +106,7 @@ def test_every_part_of_the_robot_can_be_changed() -> None:
     assert robot.joints[1].T_parent_joint.position[2] == 1.1
 
 
-def test_a_changed_robot_travels_with_its_experiment(tmp_path: Path) -> None:
+def test_resources_contain_the_changed_robot(tmp_path: Path) -> None:
     experiment = Experiment.load(PLANAR, CHANGES)
     assert (
         Experiment.from_resources(write_resources(experiment, tmp_path)).robot == experiment.robot

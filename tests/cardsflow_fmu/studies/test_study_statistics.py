@@ -1,4 +1,4 @@
-"""Distributions, worst cases and sensitivities against closed forms."""
+"""Distributions, worst cases and sensitivities, compared with closed forms."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ def collected(study: Study, f: Callable[[float, float], float]) -> Collected:
     return collect(columns_of(study), rows)
 
 
-def test_sobols_indices_of_a_sum_are_its_parts_of_the_variance(tmp_path: Path) -> None:
-    """Y = 3 a + b: variances 9 : 1; nothing is made together."""
+def test_sobol_indices_of_a_sum_are_its_shares_of_the_variance(tmp_path: Path) -> None:
+    """Y = 3 a + b has variances 9 : 1 and no interaction."""
     study = small_study(
         tmp_path, TWO, "sampler = 'sensitivity'\ncount = 512\nmetrics=['force.peak']"
     )
@@ -56,8 +56,8 @@ def test_sobols_indices_of_a_sum_are_its_parts_of_the_variance(tmp_path: Path) -
 
 
 @pytest.mark.slow
-def test_sobols_indices_of_a_product_have_a_part_that_is_made_together(tmp_path: Path) -> None:
-    """Y = (a - 3/2)(b - 3/2): no variation alone does anything."""
+def test_sobol_indices_of_a_product_include_the_interaction(tmp_path: Path) -> None:
+    """Y = (a - 3/2)(b - 3/2) has no first-order effects."""
     study = small_study(
         tmp_path, TWO, "sampler = 'sensitivity'\ncount = 8192\nmetrics=['force.peak']"
     )
@@ -66,7 +66,7 @@ def test_sobols_indices_of_a_product_have_a_part_that_is_made_together(tmp_path:
     assert f["a"]["total"] == pytest.approx(1.0, abs=0.05)
 
 
-def test_sobols_indices_are_scipys() -> None:
+def test_sobol_indices_equal_scipy() -> None:
     f = np.random.default_rng(3).normal(size=(5, 64))
     f[2:] += f[:1]
     answers: Any = {"f_A": f[:1], "f_B": f[1:2], "f_AB": f[2:, np.newaxis, :]}
@@ -76,7 +76,7 @@ def test_sobols_indices_are_scipys() -> None:
     assert np.allclose(total, np.ravel(expected.total_order), rtol=1e-12, atol=1e-12)
 
 
-def test_points_with_a_failed_run_do_not_count(tmp_path: Path) -> None:
+def test_points_with_a_failed_run_are_omitted(tmp_path: Path) -> None:
     study = small_study(
         tmp_path, TWO, "sampler = 'sensitivity'\ncount = 512\nmetrics=['force.peak']"
     )
@@ -88,7 +88,7 @@ def test_points_with_a_failed_run_do_not_count(tmp_path: Path) -> None:
     assert sensitivities(study, data) == {}
 
 
-def test_ranks_tell_the_direction(tmp_path: Path) -> None:
+def test_ranks_show_the_direction(tmp_path: Path) -> None:
     study = small_study(tmp_path, TWO, "count = 64\nmetrics=['force.peak']")
     found = sensitivities(study, collected(study, lambda a, b: float(np.exp(-a))))["force.peak"]
     assert found["a"]["rank"] == pytest.approx(-1.0)
@@ -96,7 +96,7 @@ def test_ranks_tell_the_direction(tmp_path: Path) -> None:
 
 
 def test_shares_of_variance_detect_symmetric_influences(tmp_path: Path) -> None:
-    """Y = (a - 3/2)²: rank correlation 0, share in K groups 1 - 5 (1 - 1/K²) / K² - 1/K⁴."""
+    """Y = (a - 3/2)² has rank correlation 0; share in K groups 1 - 5 (1 - 1/K²) / K² - 1/K⁴."""
     study = small_study(tmp_path, TWO, "count = 1000\nsampler = 'sobol'\nmetrics=['force.peak']")
     found = sensitivities(study, collected(study, lambda a, b: (a - 1.5) ** 2))["force.peak"]
     assert abs(found["a"]["rank"]) < 0.05
@@ -105,7 +105,7 @@ def test_shares_of_variance_detect_symmetric_influences(tmp_path: Path) -> None:
 
 
 def test_shares_of_variance_are_first_order_indices() -> None:
-    """Y = 3 a + b with values that are listed, and with many: variances 9 : 1."""
+    """Y = 3 a + b with few or many values has variances 9 : 1."""
     random = np.random.default_rng(7)
     for values in (random.random((20_000, 2)), random.integers(0, 5, (20_000, 2)) / 4.0):
         a, b = values.T
@@ -113,7 +113,7 @@ def test_shares_of_variance_are_first_order_indices() -> None:
         assert variance_share(b, 3.0 * a + b) == pytest.approx(0.1, abs=0.02)
 
 
-def test_worst_is_large_unless_large_is_good() -> None:
+def test_worst_runs_have_large_values_unless_large_is_good() -> None:
     numbers = np.array([3.0, np.nan, 1.0, 2.0])
     data = Collected(["w", "x", "y", "z"], {}, {"force.peak": numbers, "margin.upper": numbers})
     assert worst_runs(data) == {"force.peak": [0, 3, 2], "margin.upper": [2, 3, 0]}
@@ -129,12 +129,12 @@ def test_infinities_are_null_in_the_summary() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("values", [[1.0, 1.0 + 2e-16], [0.0, 5e-324], [-1e90, 1e90], [3.0, 3.0]])
-def test_histograms_of_anything_finite(values: list[float]) -> None:
-    """Also of values that differ by no more than rounding."""
+def test_histograms_support_all_finite_values(values: list[float]) -> None:
+    """This includes values that differ only by rounding errors."""
     assert "<svg" in histogram("x", "N", np.array(values))
 
 
-def test_distributions_leave_failed_runs_out() -> None:
+def test_distributions_omit_failed_runs() -> None:
     values = np.array([np.nan, *np.arange(101.0)])
     found = distributions(Collected([], {}, {"energy": values}))["energy"]
     assert found == {

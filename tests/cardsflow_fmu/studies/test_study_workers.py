@@ -1,4 +1,4 @@
-"""Runs in processes of their own: equal tables, dead workers, killed parents, Dask."""
+"""Runs in separate processes: equal tables, dead workers, killed parents, Dask."""
 
 from __future__ import annotations
 
@@ -43,28 +43,28 @@ def deadly(gains: Iterable[float]) -> list[Run]:
 
 
 @pytest.mark.slow
-def test_a_run_that_kills_its_worker_is_a_row_and_all_others_are_done() -> None:
-    kept: dict[int, Outcome] = {}
+def test_a_run_that_kills_its_worker_fails_and_the_others_continue() -> None:
+    stored: dict[int, Outcome] = {}
     with closing(DeadlyExecutor(2)) as executor:
         runs = deadly([1.0, 2.0, -1.0, 3.0, 4.0, 5.0])
-        dispatch(runs, JOB, executor, lambda run, outcome: kept.update({run.index: outcome}))
-    assert sorted(kept) == list(range(6))
-    assert [k for k, outcome in kept.items() if not outcome.complete] == [2]
-    assert "its worker died 3 times" in str(kept[2].error)
-    assert kept[5].metrics == {"force.peak": 5.0}
+        dispatch(runs, JOB, executor, lambda run, outcome: stored.update({run.index: outcome}))
+    assert sorted(stored) == list(range(6))
+    assert [k for k, outcome in stored.items() if not outcome.complete] == [2]
+    assert "its worker died 3 times" in str(stored[2].error)
+    assert stored[5].metrics == {"force.peak": 5.0}
 
 
 @LONG
-def test_workers_that_die_of_everything_stop_the_study() -> None:
+def test_a_study_stops_if_every_run_kills_its_worker() -> None:
     with (
         closing(DeadlyExecutor(1)) as executor,
-        pytest.raises(StudyError, match="die of every run"),
+        pytest.raises(StudyError, match="every run kills its worker"),
     ):
         dispatch(deadly([-1.0] * 50), JOB, executor, lambda run, outcome: None)
 
 
 @pytest.mark.slow
-def test_processes_give_the_table_of_one_thread(tmp_path: Path) -> None:
+def test_processes_and_one_thread_write_equal_tables(tmp_path: Path) -> None:
     study = small_study(tmp_path, MANY, "count = 12")
     run_here(study, tmp_path / "one")
     run_study(study, jobs=2, output=tmp_path / "two")
@@ -74,7 +74,7 @@ def test_processes_give_the_table_of_one_thread(tmp_path: Path) -> None:
 
 @pytest.mark.extra("sweep")
 @pytest.mark.parametrize("address", ["nonsense", "tls://here:²", "tls://here:" + "9" * 5000])
-def test_a_lost_scheduler_is_bad_input(address: str) -> None:
+def test_an_invalid_scheduler_address_is_rejected(address: str) -> None:
     with (
         pytest.raises(InputError, match=f"no Dask scheduler at {address[:20]}"),
         dask_executor(address, 1),
@@ -84,7 +84,7 @@ def test_a_lost_scheduler_is_bad_input(address: str) -> None:
 
 @pytest.mark.extra("sweep")
 @LONG
-def test_tables_are_equal_for_one_two_and_dask(tmp_path: Path) -> None:
+def test_tables_are_equal_for_one_worker_two_workers_and_dask(tmp_path: Path) -> None:
     study = small_study(tmp_path, MANY, TWO_HUNDRED, SECOND)
     tables = []
     for jobs in (1, 2):
@@ -97,7 +97,7 @@ def test_tables_are_equal_for_one_two_and_dask(tmp_path: Path) -> None:
 
 
 @LONG
-def test_a_study_killed_three_times_ends_with_the_same_table(tmp_path: Path) -> None:
+def test_a_study_killed_three_times_writes_the_same_table(tmp_path: Path) -> None:
     file = write_study(tmp_path, MANY, TWO_HUNDRED, SECOND)
     study = small_study(tmp_path, MANY, TWO_HUNDRED, SECOND)
     run_study(study, jobs=2, output=tmp_path / "whole")
@@ -123,7 +123,7 @@ def test_a_study_killed_three_times_ends_with_the_same_table(tmp_path: Path) -> 
 
 @pytest.mark.extra("sweep")
 @LONG
-def test_a_dask_worker_killed_in_mid_run_is_survived(tmp_path: Path) -> None:
+def test_a_study_continues_after_a_killed_dask_worker(tmp_path: Path) -> None:
     import distributed
 
     study = small_study(tmp_path, MANY, "count = 40", SECOND)
@@ -146,7 +146,7 @@ def test_a_dask_worker_killed_in_mid_run_is_survived(tmp_path: Path) -> None:
 
 
 def started(file: Path, output: Path, *, resume: bool) -> subprocess.Popen[Any]:
-    """The command line, on its own."""
+    """Start the command line in a separate process."""
     words = ["study", str(file), "-j", "2", "-o", str(output)]
     words += ["--resume"] if resume else []
     command = [sys.executable, "-m", "cardsflow_fmu.cli", *words]
@@ -154,7 +154,7 @@ def started(file: Path, output: Path, *, resume: bool) -> subprocess.Popen[Any]:
 
 
 def finished(output: Path) -> dict[str, int]:
-    """When each run's file was written."""
+    """Return the modification time of each run's file."""
     return {file.name: file.stat().st_mtime_ns for file in (output / "runs").glob("*.json")}
 
 
@@ -166,7 +166,7 @@ def wait_for_runs(output: Path, count: int) -> None:
 
 
 def children(parent: int) -> list[int]:
-    """The processes that a process has started."""
+    """Return the child processes of a process."""
     found = []
     for folder in Path("/proc").glob("[0-9]*"):
         try:
@@ -179,7 +179,7 @@ def children(parent: int) -> list[int]:
 
 
 def wait_for_end_of(processes: list[int]) -> None:
-    """No process is left behind."""
+    """Wait until all processes have ended."""
     end = time.monotonic() + 300.0
     while any(is_alive(process) for process in processes):
         assert time.monotonic() < end
