@@ -198,13 +198,13 @@ static void print_row(Participant *const *all, size_t count, double time, int na
     putchar('\n');
 }
 
-int main(int count, char **words)
+int main(int count, char **arguments)
 {
     if (count < 2 || count > 3) fail("requires the folder of the unpacked FMUs [hardware]", "usage");
-    const char *robot = count > 2 ? words[2] : "plant";
-    Participant *reference = participant(words[1], "reference");
-    Participant *controller = participant(words[1], "controller");
-    Participant *plant = participant(words[1], robot);
+    const char *robot = count > 2 ? arguments[2] : "plant";
+    Participant *reference = participant(arguments[1], "reference");
+    Participant *controller = participant(arguments[1], "controller");
+    Participant *plant = participant(arguments[1], robot);
     Participant *const all[] = {plant, reference, controller};
     for (size_t j = 0; j < 3; j++) connect_inputs(all[j], all, 3);
     if (!(plant->step > 0.0)) fail("has no step size", robot);

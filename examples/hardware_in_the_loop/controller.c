@@ -64,7 +64,7 @@ static uint64_t clock_ns(void)
     return (uint64_t)t.tv_sec * SECOND + (uint64_t)t.tv_nsec;
 }
 
-static void say(unsigned kind, double t, const double *values, unsigned count)
+static void send_frame(unsigned kind, double t, const double *values, unsigned count)
 {
     f.kind = kind, f.flags = lockstep ? LOCKSTEP : 0, f.count = count;
     f.run = run, f.seq = seq, f.t = t, f.sent = clock_ns(), f.echo = 0;
@@ -120,11 +120,11 @@ static int begin(void)
 /* Return whether the device accepts a run; `state` is then the state of the device. */
 static int connect_device(void)
 {
-    const double wish[HELLO_VALUES] = {SIGNATURE_HIGH, SIGNATURE_LOW, STEP, 1, 0, COMMANDS, STATES};
+    const double request[HELLO_VALUES] = {SIGNATURE_HIGH, SIGNATURE_LOW, STEP, 1, 0, COMMANDS, STATES};
     if (read_file("/dev/urandom", &run, sizeof run) != sizeof run || !run)
         run = (uint32_t)clock_ns() | 1;
     for (int k = 0; k < HELLOS && !ended; k++) {
-        say(HELLO, 0, wish, HELLO_VALUES);
+        send_frame(HELLO, 0, request, HELLO_VALUES);
         if (!receive_frame(HELLO_ACK, ERROR, clock_ns() + SECOND / 20))
             continue;
         if (f.kind == HELLO_ACK && begin())
@@ -141,7 +141,7 @@ static int exchange(double t)
     const uint64_t begin = clock_ns(), patience = (uint64_t)(PATIENCE * STEP * (double)SECOND);
     const uint64_t until = begin + (lockstep ? SECOND : patience);
     seq++;
-    say(SETPOINT, t, forces, COMMANDS);
+    send_frame(SETPOINT, t, forces, COMMANDS);
     while (!ended && clock_ns() < until) {
         const uint64_t again = clock_ns() + REPEAT;
         if (!receive_frame(STATE, STATE, again < until ? again : until)) {
@@ -184,7 +184,7 @@ static void ramp_down(long tick)
 static void stop(void)
 {
     for (int k = 0; k < STOPS; k++) {
-        say(STOP, 0, NULL, 0);
+        send_frame(STOP, 0, NULL, 0);
         if (receive_frame(STOPPED, STOPPED, clock_ns() + REPEAT))
             return;
     }

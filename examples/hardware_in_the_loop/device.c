@@ -78,7 +78,7 @@ static void robot_state(double *values)
 static enum { IDLE, READY, RUNNING, IN_SAFE_STATE } state;
 static struct sockaddr_in peer;
 static uint32_t run, last_seq;
-static uint64_t signature, nonce, heard;
+static uint64_t signature, nonce, last_heard;
 static uint32_t begun[64], runs; /* numbers of the last runs, and their count */
 static double agreed_step, agreed_watchdog, device_time;
 static int lockstep;
@@ -109,7 +109,7 @@ static void go_safe(void)
 
 static void watch(uint64_t now)
 {
-    if (state == RUNNING && !lockstep && (double)(now - heard) > agreed_watchdog * (double)SECOND)
+    if (state == RUNNING && !lockstep && (double)(now - last_heard) > agreed_watchdog * (double)SECOND)
         go_safe();
 }
 
@@ -135,26 +135,26 @@ static int is_copy(const struct frame *hello)
     return k >= 0;
 }
 
-static double shorter(double wish) { return wish > 0 && wish < WATCHDOG ? wish : WATCHDOG; }
+static double shorter(double requested) { return requested > 0 && requested < WATCHDOG ? requested : WATCHDOG; }
 
 /* Return why a requested run is impossible; 0 if it is possible. */
 static unsigned hello_error(const struct frame *hello)
 {
-    const double *wish = hello->values, step = wish[2], steps = step / STEP;
+    const double *requested = hello->values, step = requested[2], steps = step / STEP;
     const int whole = steps > 0.5 && steps < 1000.5 && fabs(steps - floor(steps + 0.5)) < 1e-6 * steps;
-    if (wish[0] != (double)(signature >> 32) || wish[1] != (double)(signature & 0xffffffffu) ||
-        wish[5] != COMMANDS || wish[6] != STATES)
+    if (requested[0] != (double)(signature >> 32) || requested[1] != (double)(signature & 0xffffffffu) ||
+        requested[5] != COMMANDS || requested[6] != STATES)
         return PORTS;
-    if (wish[3] != 1)
+    if (requested[3] != 1)
         return WRONG_SCALE; /* values are in SI units */
     if (!(step > 0) || ((hello->flags & LOCKSTEP) && !whole))
         return WRONG_STEP;
-    return !(hello->flags & LOCKSTEP) && shorter(wish[4]) < 2 * step ? SHORT_WATCHDOG : 0;
+    return !(hello->flags & LOCKSTEP) && shorter(requested[4]) < 2 * step ? SHORT_WATCHDOG : 0;
 }
 
 static void begin(const struct frame *hello, const struct sockaddr_in *from, uint64_t now)
 {
-    heard = is_copy(hello) ? now - SECOND - 1 : now; /* others need not wait for the run of a copy */
+    last_heard = is_copy(hello) ? now - SECOND - 1 : now; /* others need not wait for the run of a copy */
     begun[runs++ % 64] = hello->run;
     uint8_t both[12]; /* number of the run and a random number: from your hardware */
     if (read_file("/dev/urandom", both + 4, 8) != 8)
@@ -168,17 +168,17 @@ static void begin(const struct frame *hello, const struct sockaddr_in *from, uin
     state = READY, robot_reset();
 }
 
-static const struct packed *greet(struct frame *f, const struct sockaddr_in *from, uint64_t now)
+static const struct packed *handle_hello(struct frame *f, const struct sockaddr_in *from, uint64_t now)
 {
     const int known = state != IDLE && f->run == run && is_peer(from);
     const int at_rest = (state == READY || (state == RUNNING && lockstep)) && !is_copy(f);
     const int is_free = state == IDLE || state == IN_SAFE_STATE ||
-                        (state == READY && is_peer(from)) || (at_rest && now > heard + SECOND);
+                        (state == READY && is_peer(from)) || (at_rest && now > last_heard + SECOND);
     if (f->run == 0 || f->count != HELLO_VALUES || (known && state != READY))
         return NULL; /* invalid, or a late copy of an earlier run */
-    const unsigned refusal = known ? 0 : is_free ? hello_error(f) : BUSY;
-    if (refusal) {
-        f->count = 1, f->values[0] = refusal;
+    const unsigned reason = known ? 0 : is_free ? hello_error(f) : BUSY;
+    if (reason) {
+        f->count = 1, f->values[0] = reason;
         return complete_answer(f, ERROR, now, &other);
     }
     if (!known)
@@ -190,7 +190,7 @@ static const struct packed *greet(struct frame *f, const struct sockaddr_in *fro
     return complete_answer(f, HELLO_ACK, now, &other);
 }
 
-static const struct packed *follow(struct frame *f, uint64_t now)
+static const struct packed *handle_setpoint(struct frame *f, uint64_t now)
 {
     const uint32_t ahead = f->seq - last_seq; /* modulo 2^32 */
     if (f->count != COMMANDS)
@@ -201,7 +201,7 @@ static const struct packed *follow(struct frame *f, uint64_t now)
         return NULL; /* a copy, or older than the last one */
     last_seq = f->seq, f->flags = 0;
     if (state != IN_SAFE_STATE) {
-        heard = now, state = RUNNING;
+        last_heard = now, state = RUNNING;
         for (int i = 0; i < COMMANDS; i++) {
             const double force = f->values[i];
             const double within = force < F_MIN ? F_MIN : force > F_MAX ? F_MAX : force;
@@ -225,11 +225,11 @@ static const struct packed *receive(const uint8_t *data, size_t size,
     if (!unpack(data, size, &f))
         return NULL;
     if (f.kind == HELLO)
-        return greet(&f, from, now);
+        return handle_hello(&f, from, now);
     if (state == IDLE || f.run != run || !is_peer(from))
         return NULL;
     if (f.kind == SETPOINT)
-        return follow(&f, now);
+        return handle_setpoint(&f, now);
     f.flags = 0;
     if (f.kind == STOP)
         go_safe();
@@ -256,7 +256,7 @@ static void serve(int line)
         FD_SET(line, &readable);
         const struct timespec wait = {0, (long)(reached + step - now)};
         /* In lockstep the next set point comes soon; sleeping and waking up would take longer. */
-        const int awake = lockstep && state == RUNNING && now - heard < AWAKE;
+        const int awake = lockstep && state == RUNNING && now - last_heard < AWAKE;
         if (!awake && pselect(line + 1, &readable, NULL, NULL, &wait, NULL) <= 0)
             continue;
         static uint8_t data[sizeof answer.bytes + 1];

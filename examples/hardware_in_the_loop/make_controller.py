@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.cli.common import settings_of
+from cardsflow_fmu.cli.common import parse_settings
 from cardsflow_fmu.hardware.protocol.handshake import split_uint64
 from cardsflow_fmu.hardware.protocol.signals import hardware_signature
 from cardsflow_fmu.models.estimator import make_estimator
@@ -188,7 +188,7 @@ def main() -> None:
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
     parser.add_argument("--single", action="store_true", help="for a law of single precision")
     options = parser.parse_args()
-    experiment = Experiment.load(options.experiment, settings_of(options.set))
+    experiment = Experiment.load(options.experiment, parse_settings(options.set))
     write_controller(experiment, options.folder, single=options.single)
 
 

@@ -192,7 +192,7 @@ CORE_API int core_runge_kutta(core *c, const real *u, const real *extra, real h,
    world, a force and a moment (6), in world axes. The caller owns the arrays and may write the wrenches
    between steps. Return 0; or 1 + the index of the first frame that does not exist, and nothing changes. */
 CORE_API int core_external_wrenches(core *c, int32_t count, const int32_t *frame, const real *point,
-                       const real *wrench);
+                                    const real *wrench);
 
 /* ---- Muscle laws, all at the last q. u has one command per muscle, in the unit of its law. A command
    outside the range of the law is clamped to it; the command of a passive muscle has no effect. Functions

@@ -38,19 +38,19 @@ static void fill(const computed_torque *s, dual_newton *program)
 
 static real allowed(const computed_torque *s)
 {
-    real most = 0;
-    for (size_t j = 0; j < s->n; j++) most = larger(most, fabs(s->active_tau[j]));
-    return (s->tolerance[0] > 0 ? s->tolerance[0] : TOLERANCE) * (1 + most);
+    real maximum = 0;
+    for (size_t j = 0; j < s->n; j++) maximum = larger(maximum, fabs(s->active_tau[j]));
+    return (s->tolerance[0] > 0 ? s->tolerance[0] : TOLERANCE) * (1 + maximum);
 }
 
 /* Compute slack = tau + L'f. Return its maximum. */
 static real compute_slack(computed_torque *s)
 {
-    real most = 0;
+    real maximum = 0;
     memcpy(s->slack, s->active_tau, s->n * sizeof(real));
     for (size_t i = 0; i < s->m; i++) add(s->n, s->slack, s->forces[i], s->L + i * s->n);
-    for (size_t j = 0; j < s->n; j++) most = larger(most, fabs(s->slack[j]));
-    return most;
+    for (size_t j = 0; j < s->n; j++) maximum = larger(maximum, fabs(s->slack[j]));
+    return maximum;
 }
 
 /* Compute forces and slack of a solution. Return the maximum slack. */

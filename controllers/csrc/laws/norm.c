@@ -25,7 +25,7 @@ static real slope_at(real z, int p)
     return z < 0 ? -power(-z, p - 1) : power(z, p - 1);
 }
 
-static int falls(const computed_torque *s, int p, real t)
+static int decreases(const computed_torque *s, int p, real t)
 {
     real slope = 0;
     for (size_t i = 0; i < s->m; i++) slope += slope_at(s->apart[i] + t * s->way[i], p) * s->way[i];
@@ -35,10 +35,10 @@ static int falls(const computed_torque *s, int p, real t)
 static real minimize_on_line(const computed_torque *s, int p)
 {
     real low = 0, high = 1;
-    if (falls(s, p, 1)) return 1;
+    if (decreases(s, p, 1)) return 1;
     for (int i = 0; i < HALVINGS; i++) {
         const real t = (real)0.5 * (low + high);
-        if (falls(s, p, t)) low = t;
+        if (decreases(s, p, t)) low = t;
         else high = t;
     }
     return low;

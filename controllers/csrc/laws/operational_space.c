@@ -176,8 +176,8 @@ static int satisfies_rows(dual_newton *program, const real *x, real tolerance)
     real *rest = program->r, *size = program->size, *length = program->rest, largest = 0;
     for (size_t j = 0; j < rows; j++) rest[j] = -program->b[j], size[j] = fabs(program->b[j]), length[j] = 0;
     for (size_t i = 0; i < program->n; i++) {
-        const real low = program->lb[i], high = program->ub[i], room = tolerance * (1 + fabs(x[i]));
-        if (!(x[i] >= low - room && x[i] <= high + room)) return 0;
+        const real low = program->lb[i], high = program->ub[i], margin = tolerance * (1 + fabs(x[i]));
+        if (!(x[i] >= low - margin && x[i] <= high + margin)) return 0;
         for (size_t j = 0; j < rows; j++) {
             const real a = program->A[i * rows + j], term = a * clip(x[i], low, high);
             rest[j] += term, size[j] += fabs(term), length[j] += a * a / program->H_diagonal[i];

@@ -105,17 +105,17 @@ static int fit_distance(dual_newton *s, box bounds, const real *c, const real *p
 
 int minimize_largest(dual_newton *s, box bounds, const real *c, const real *p, const real *first)
 {
-    real t = min_distance(s, bounds, c, p), most = max_distance(s, c, p, first), wider = WIDENING;
+    real t = min_distance(s, bounds, c, p), maximum = max_distance(s, c, p, first), wider = WIDENING;
     memset(s->softness, 0, s->m * sizeof(real));
-    for (int step = 0; step < STEPS && t < most; step++) {
+    for (int step = 0; step < STEPS && t < maximum; step++) {
         int status = fit_distance(s, bounds, c, p, t);
         if (status != DUAL_NEWTON_INFEASIBLE && status != DUAL_NEWTON_NOT_CONVERGED) return status;
         real next = status == DUAL_NEWTON_INFEASIBLE ? refuted_distance(s, bounds, c, p, t) : t;
-        if (next < t + MIN_PROGRESS * (most - t)) { /* loose proof: evaluate the midpoint */
-            const real middle = next + (most - next) / 2;
+        if (next < t + MIN_PROGRESS * (maximum - t)) { /* loose proof: evaluate the midpoint */
+            const real middle = next + (maximum - next) / 2;
             status = fit_distance(s, bounds, c, p, middle);
             if (status == DUAL_NEWTON_INFEASIBLE) next = larger(next, refuted_distance(s, bounds, c, p, middle));
-            if (status == DUAL_NEWTON_SOLVED) most = smaller(most, max_distance(s, c, p, s->x));
+            if (status == DUAL_NEWTON_SOLVED) maximum = smaller(maximum, max_distance(s, c, p, s->x));
         }
         if (next <= t * (1 + WIDENING)) {
             t *= 1 + wider;
@@ -123,8 +123,8 @@ int minimize_largest(dual_newton *s, box bounds, const real *c, const real *p, c
         } else
             t = next;
     }
-    if (fit_distance(s, bounds, c, p, most) != DUAL_NEWTON_SOLVED) memcpy(s->x, first, s->n * sizeof(real));
-    return t < most ? DUAL_NEWTON_NOT_CONVERGED : DUAL_NEWTON_SOLVED;
+    if (fit_distance(s, bounds, c, p, maximum) != DUAL_NEWTON_SOLVED) memcpy(s->x, first, s->n * sizeof(real));
+    return t < maximum ? DUAL_NEWTON_NOT_CONVERGED : DUAL_NEWTON_SOLVED;
 }
 
 /* --------------------------------------------------------------------------------- the sum of distances
@@ -153,7 +153,7 @@ static real first_distance(const dual_newton *s, const real *p, const real *firs
 
 /* Set the rows, bounds and cost of u and v, which begin at `first`. */
 static void split_program(const dual_newton *s, dual_newton *parts, box bounds, const real *c, const real *p, const real *first,
-                 real far)
+                          real far)
 {
     const size_t n = s->n, m = s->m;
     memset(parts->softness, 0, m * sizeof(real));

@@ -17,6 +17,6 @@ DUAL_NEWTON_API int minimize_largest(dual_newton *s, box bounds, const real *c, 
 /* Do the same for sum_i c_i |x_i - p_i|, with positive c, and `parts` as working memory: a program with
    twice the variables and the same number of rows. */
 DUAL_NEWTON_API int minimize_sum(dual_newton *s, dual_newton *parts, box bounds, const real *c, const real *p,
-                              const real *first);
+                                 const real *first);
 
 #endif

@@ -8,7 +8,7 @@
 /* Relative to the maximum curvature, the remaining curvature below this share is a rounding error. */
 static const real LOST_DIGITS = PRECISE(1e-8, 1e-5);
 
-static void sink(breakpoint *heap, size_t count, size_t at)
+static void sift_down(breakpoint *heap, size_t count, size_t at)
 {
     const breakpoint moved = heap[at];
     for (size_t child; (child = 2 * at + 1) < count; at = child) {
@@ -32,7 +32,7 @@ static size_t collect(dual_newton *s)
         if ((!s->side[i] || enters / dv >= 0) && isfinite(leaves))
             s->heap[count++] = (breakpoint){leaves / dv, -dv * dv};
     }
-    for (size_t k = count / 2; k-- > 0;) sink(s->heap, count, k);
+    for (size_t k = count / 2; k-- > 0;) sift_down(s->heap, count, k);
     return count;
 }
 
@@ -57,7 +57,7 @@ real search_peak(dual_newton *s, real ridge, int *is_far)
         if (!s->side[i]) bend += s->dv[i] * s->dv[i];
     real largest = bend;
     size_t count = collect(s);
-    for (; count; sink(s->heap, count, 0)) {
+    for (; count; sift_down(s->heap, count, 0)) {
         const breakpoint next = s->heap[0];
         if (slope <= bend * (next.at - t)) break;
         slope -= bend * (next.at - t);

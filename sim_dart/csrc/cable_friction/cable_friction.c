@@ -47,7 +47,7 @@ static const real *flow_of(const core *c, int32_t k)
     return c->bend_flow + (size_t)k * (size_t)c->blob.counts.dofs;
 }
 
-static real sliding_distance(const core *c, int32_t k, const real *qd)
+static real sliding_rate(const core *c, int32_t k, const real *qd)
 {
     const real *flow = flow_of(c, k);
     real rate = 0;
@@ -211,7 +211,7 @@ static int needs_iteration(core *c, real h)
 
 void cable_friction_rates(core *c, const real *qd)
 {
-    for (int32_t k = 0; k < c->blob.counts.bends; k++) c->bend_rates[k] = sliding_distance(c, k, qd);
+    for (int32_t k = 0; k < c->blob.counts.bends; k++) c->bend_rates[k] = sliding_rate(c, k, qd);
 }
 
 /* Compute bend_rates and rates at the current velocities. */
@@ -371,7 +371,7 @@ void cable_friction_advance(core *c, real h)
 void core_slide(core *c, const real *way)
 {
     real *slip = slips_of(c);
-    for (int32_t k = 0; k < c->blob.counts.bends; k++) slip[k] = next_state(slip[k], sliding_distance(c, k, way) / c->bend_presliding[k]);
+    for (int32_t k = 0; k < c->blob.counts.bends; k++) slip[k] = next_state(slip[k], sliding_rate(c, k, way) / c->bend_presliding[k]);
 }
 
 void core_pulling(core *c)

@@ -14,7 +14,7 @@ int core_external_wrenches(core *c, int32_t count, const int32_t *frame, const r
     return 0;
 }
 
-static int is_nothing(const real wrench[6])
+static int is_zero(const real wrench[6])
 {
     for (int k = 0; k < 6; k++)
         if (wrench[k] != 0) return 0;
@@ -44,7 +44,7 @@ void external_wrenches_add(core *c, const real *extra)
         memcpy(forces, c->outer, (size_t)c->blob.counts.dofs * sizeof(real));
     }
     for (int32_t k = 0; k < c->externals; k++)
-        if (!is_nothing(c->external_wrench + 6 * k))
+        if (!is_zero(c->external_wrench + 6 * k))
             add_wrench(c, c->external_frame[k], c->external_point + 3 * k, c->external_wrench + 6 * k, forces);
     if (forces != c->outer) variables_fold(c, forces, c->outer);
 }

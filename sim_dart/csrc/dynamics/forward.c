@@ -165,8 +165,8 @@ void dynamics_respond(core *c, const real *impulse, real *change)
         real *jump = c->acceleration + 6 * i;
         const real *U = c->reaction + 6 * i;
         bodies_parent_acceleration(c, i, c->acceleration, jump);
-        const real taken = dot3(U, jump) + dot3(U + 3, jump + 3);
-        const real own = change[c->blob.coordinate[i]] = (c->drive[i] - taken) / c->pivot[i];
+        const real transmitted = dot3(U, jump) + dot3(U + 3, jump + 3);
+        const real own = change[c->blob.coordinate[i]] = (c->drive[i] - transmitted) / c->pivot[i];
         real *moved = jump + (c->blob.motion[i] == ROTATION ? 0 : 3);
         for (int k = 0; k < 3; k++) moved[k] += own * c->axis[3 * i + k];
     }
@@ -183,8 +183,8 @@ static void forward(core *c)
         if (c->blob.parent[i] < 0)
             for (int k = 0; k < 3; k++) acceleration[3 + k] = -g[k];
         for (int k = 0; k < 6; k++) acceleration[k] += drift[k];
-        const real taken = dot3(U, acceleration) + dot3(U + 3, acceleration + 3);
-        const real qdd = c->qdd[c->blob.coordinate[i]] = (c->drive[i] - taken) / c->pivot[i];
+        const real transmitted = dot3(U, acceleration) + dot3(U + 3, acceleration + 3);
+        const real qdd = c->qdd[c->blob.coordinate[i]] = (c->drive[i] - transmitted) / c->pivot[i];
         real *own = acceleration + (c->blob.motion[i] == ROTATION ? 0 : 3);
         for (int k = 0; k < 3; k++) own[k] += qdd * c->axis[3 * i + k];
     }

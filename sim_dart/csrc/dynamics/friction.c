@@ -96,19 +96,19 @@ static real impulse_excess(const core *c, int32_t j, real p)
 {
     const real at = c->target[j], grip = c->grip[j];
     const int is_low = value_of(at) <= value_of(c->low[j]), is_high = value_of(at) >= value_of(c->high[j]);
-    const real most = value_of(at) > 0 ? -grip : grip, least = value_of(at) < 0 ? grip : -grip;
-    if (!is_low && value_of(p) > value_of(most)) return p - most;
-    return !is_high && value_of(p) < value_of(least) ? p - least : 0;
+    const real maximum = value_of(at) > 0 ? -grip : grip, minimum = value_of(at) < 0 ? grip : -grip;
+    if (!is_low && value_of(p) > value_of(maximum)) return p - maximum;
+    return !is_high && value_of(p) < value_of(minimum) ? p - minimum : 0;
 }
 
 /* Release the held coordinate whose impulse exceeds its bound most. Return its index, or -1. */
 static int32_t release_coordinate(core *c, int32_t *count)
 {
     int32_t worst = -1;
-    real most = 0;
+    real maximum = 0;
     for (int32_t a = 0; a < *count; a++) {
         const real by = fabs(impulse_excess(c, (int32_t)c->met[a], c->impulse[a]));
-        if (value_of(by) > value_of(most)) most = by, worst = a;
+        if (value_of(by) > value_of(maximum)) maximum = by, worst = a;
     }
     if (worst < 0) return -1;
     const int32_t j = (int32_t)c->met[worst];

@@ -31,10 +31,10 @@ static real excess(const core *c, int32_t j)
 static int32_t furthest(const core *c)
 {
     int32_t found = -1;
-    real most = 0;
+    real maximum = 0;
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
         const real by = c->side[j] == 0 ? fabs(excess(c, j)) : 0;
-        if (value_of(by) > value_of(most)) most = by, found = j;
+        if (value_of(by) > value_of(maximum)) maximum = by, found = j;
     }
     return found;
 }
@@ -69,10 +69,10 @@ void limits_solve(core *c, int32_t count)
 static int32_t drop_pulling(core *c, int32_t count)
 {
     int32_t worst = -1;
-    real most = 0;
+    real maximum = 0;
     for (int32_t a = 0; a < count; a++) {
         const real pull = c->impulse[a] * c->side[(int32_t)c->met[a]];
-        if (value_of(pull) > value_of(most)) most = pull, worst = a;
+        if (value_of(pull) > value_of(maximum)) maximum = pull, worst = a;
     }
     if (worst < 0) return count;
     c->side[(int32_t)c->met[worst]] = 0;

@@ -104,10 +104,10 @@ static inline real clamped(real x, real low, real high)
     return value_of(x) < value_of(low) ? low : value_of(x) > value_of(high) ? high : x;
 }
 
-/* Return a number of steps, from 1 to `most`. NaN results in 1, since it cannot be converted to an integer. */
-static inline int whole_steps(real x, int most)
+/* Return a number of steps, from 1 to `maximum`. NaN results in 1, since it cannot be converted to an integer. */
+static inline int whole_steps(real x, int maximum)
 {
-    return !(value_of(x) > 1) ? 1 : value_of(x) < most ? (int)value_of(x) : most;
+    return !(value_of(x) > 1) ? 1 : value_of(x) < maximum ? (int)value_of(x) : maximum;
 }
 
 #endif

@@ -132,8 +132,8 @@ static real motor_torque(const real *k, real angle, real w, real u, real reach, 
     *slope = 0;
     if (value_of(k[WINCH_PROPORTIONAL]) == 0) return k[WINCH_GEAR] * u;
     const real Kp = k[WINCH_PROPORTIONAL], Kd = k[WINCH_DERIVATIVE];
-    const real T = Kp * ((paid_out(k, angle) - u) / k[WINCH_RADIUS]) - Kd * w, most = k[WINCH_MAX_TORQUE];
-    if (value_of(fabs(T)) >= value_of(most)) return value_of(T) > 0 ? most : -most;
+    const real T = Kp * ((paid_out(k, angle) - u) / k[WINCH_RADIUS]) - Kd * w, maximum = k[WINCH_MAX_TORQUE];
+    if (value_of(fabs(T)) >= value_of(maximum)) return value_of(T) > 0 ? maximum : -maximum;
     *slope = -Kp * reach - Kd;
     return T;
 }
@@ -162,16 +162,16 @@ static real paid_out_for_pull(const real *k, real l, real g)
 static real paid_out_for_command(const real *k, real l, real u)
 {
     if (value_of(u) >= value_of(l)) return u;
-    const real rho = k[WINCH_RADIUS], most = l + k[WINCH_LEAD], least = (u + k[WINCH_LEAD]) / most;
-    const real a = 2 * k[WINCH_PROPORTIONAL] * most / (rho * rho * k[WINCH_AXIAL_STIFFNESS]);
+    const real rho = k[WINCH_RADIUS], maximum = l + k[WINCH_LEAD], minimum = (u + k[WINCH_LEAD]) / maximum;
+    const real a = 2 * k[WINCH_PROPORTIONAL] * maximum / (rho * rho * k[WINCH_AXIAL_STIFFNESS]);
     real s = 1;
     for (int i = 0; i < MAX_DRIVE_ITERATIONS; i++) {
-        const real over = (a * (s - least) + 1) * s * s - 1;
-        const real step = over / (2 * (a * (s - least) + 1) * s + a * s * s);
+        const real over = (a * (s - minimum) + 1) * s * s - 1;
+        const real step = over / (2 * (a * (s - minimum) + 1) * s + a * s * s);
         s -= step;
         if (value_of(fabs(step)) <= PRECISE(1e-14, 1e-6) * value_of(s)) break;
     }
-    return most * s - k[WINCH_LEAD];
+    return maximum * s - k[WINCH_LEAD];
 }
 
 /* Compute the states of a drum at rest: the motor holds the cable, or the cable is slack. Dry friction
@@ -184,8 +184,8 @@ static void winch_start(const real *k, real l, real u, real *x)
         paid = paid_out_for_pull(k, l, larger(k[WINCH_GEAR] * u / rho, 0));
     } else {
         paid = paid_out_for_command(k, l, u);
-        const real weakest = paid_out_for_pull(k, l, strongest);
-        if (value_of(k[WINCH_PROPORTIONAL] * (paid - u)) > value_of(k[WINCH_MAX_TORQUE] * rho)) paid = weakest;
+        const real minimum_paid = paid_out_for_pull(k, l, strongest);
+        if (value_of(k[WINCH_PROPORTIONAL] * (paid - u)) > value_of(k[WINCH_MAX_TORQUE] * rho)) paid = minimum_paid;
     }
     x[WINCH_SPEED] = 0, x[WINCH_ANGLE] = (k[WINCH_REST_LENGTH] - paid) / rho;
 }
@@ -250,8 +250,8 @@ static void winch_advance(const real *k, real *x, real l, real v, real u, real h
     const real rho = k[WINCH_RADIUS];
     const real holding = k[WINCH_AXIAL_STIFFNESS] * rho * rho / stretched_length(k, x[WINCH_ANGLE]);
     const real quick = sqrt((holding + k[WINCH_PROPORTIONAL]) / k[WINCH_INERTIA]);
-    const real least = ceil(h * larger(quick / MAX_WINCH_TURN, 1 / MAX_WINCH_STEP));
-    const int steps = whole_steps(least, MAX_WINCH_STEPS);
+    const real minimum = ceil(h * larger(quick / MAX_WINCH_TURN, 1 / MAX_WINCH_STEP));
+    const int steps = whole_steps(minimum, MAX_WINCH_STEPS);
     const real t = h / steps;
     for (int i = 0; i < steps; i++) winch_advance_substep(k, x, l + v * t * i, v, u, t);
 }

@@ -67,7 +67,7 @@ static void solve_gaps(core *c)
 static real reduce_gaps(core *c, const real *held, real *q)
 {
     const int32_t closures = c->blob.counts.closures, dofs = c->blob.counts.dofs;
-    real most = 0;
+    real maximum = 0;
     for (int32_t j = 0; j < dofs; j++)
         if ((held && held[j] != 0) || c->side[j] != 0)
             for (int32_t k = 0; k < closures; k++) c->closure_jacobian[(size_t)k * (size_t)dofs + (size_t)j] = 0;
@@ -77,9 +77,9 @@ static real reduce_gaps(core *c, const real *held, real *q)
         for (int32_t k = 0; k < closures; k++)
             sum += c->closure_force[k] * c->closure_jacobian[(size_t)k * (size_t)dofs + (size_t)j];
         c->closing[j] = sum;
-        most = larger(most, fabs(sum));
+        maximum = larger(maximum, fabs(sum));
     }
-    const real share = most > MAX_STEP ? MAX_STEP / most : 1;
+    const real share = maximum > MAX_STEP ? MAX_STEP / maximum : 1;
     for (int32_t j = 0; j < dofs; j++) {
         const real next = q[j] + share * c->closing[j], low = c->blob.lower[j], high = c->blob.upper[j];
         c->side[j] = 0;
@@ -87,7 +87,7 @@ static real reduce_gaps(core *c, const real *held, real *q)
         q[j] = smaller(larger(next, low), high);
         c->side[j] = q[j] != next;
     }
-    return most;
+    return maximum;
 }
 
 /* Return whether the loops close from the start q. */
@@ -113,7 +113,7 @@ int core_close(core *c, const real *held, real *q)
 {
     const int32_t dofs = c->blob.counts.dofs;
     if (!c->blob.counts.closures) return 0;
-    real *start = c->before, *nearest = c->before + dofs, least = 0;
+    real *start = c->before, *nearest = c->before + dofs, minimum = 0;
     int is_closed = 0;
     memcpy(start, q, (size_t)dofs * sizeof(real));
     for (int attempt = 0; attempt < STARTS; attempt++) {
@@ -123,8 +123,8 @@ int core_close(core *c, const real *held, real *q)
             if (!held || held[j] == 0) q[j] += 0.2 * attempt * (part - (real)(int32_t)part - 0.5);
         }
         is_closed = close_from(c, held, q);
-        if (attempt == 0 || is_closed || worst_gap(c) < least) {
-            least = worst_gap(c);
+        if (attempt == 0 || is_closed || worst_gap(c) < minimum) {
+            minimum = worst_gap(c);
             memcpy(nearest, q, (size_t)dofs * sizeof(real));
         }
         if (is_closed) break;

@@ -48,9 +48,9 @@ static void respond_closures(core *c)
     }
     for (int32_t k = 0; k < closures; k++) {
         const real *J = row_of(c, c->closure_jacobian, k);
-        const int is_none = value_of(c->closure_pivot[k]) <= value_of(1e-6 * MIN_SHARE * largest);
+        const int is_ignored = value_of(c->closure_pivot[k]) <= value_of(1e-6 * MIN_SHARE * largest);
         c->closure_pivot[k] = 0;
-        if (is_none) continue;
+        if (is_ignored) continue;
         dynamics_respond(c, J, row_of(c, c->closure_response, k));
         c->closure_pivot[k] = product(c, J, row_of(c, c->closure_response, k));
     }

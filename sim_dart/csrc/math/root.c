@@ -16,7 +16,7 @@ static real refine_root(root_function *g, const void *data, real z)
 }
 
 real bracketed_root(root_function *g, const void *data, real low, real high, real guess,
-                    real enough)
+                    real tolerance)
 {
     real z = guess, last = high - low;
     int knows_low = 0;
@@ -37,7 +37,7 @@ real bracketed_root(root_function *g, const void *data, real low, real high, rea
         const int is_slow = !(value_of(fabs(step)) <= value_of(last / 2));
         const real to = is_slow ? z - 2 * step : z - step;
         const int is_inside = value_of(to) >= value_of(low) && value_of(to) <= value_of(high);
-        if (value_of(fabs(step)) <= value_of(enough)) {
+        if (value_of(fabs(step)) <= value_of(tolerance)) {
             z = smaller(larger(z - step, low), high);
             return HAS_TANGENT ? refine_root(g, data, z) : z;
         }

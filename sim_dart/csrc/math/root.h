@@ -11,8 +11,8 @@ typedef real root_function(const void *data, real z, real *derivative);
    they would leave the bracket; the number of steps is bounded.
 
    g(high) >= 0; the result is `low` if g is not negative there; `guess` is between both. The last step is
-   `enough` at most: the remaining error is about its square. */
+   `tolerance` at most: the remaining error is about its square. */
 CORE_INSIDE real bracketed_root(root_function *g, const void *data, real low, real high, real guess,
-                                real enough);
+                                real tolerance);
 
 #endif

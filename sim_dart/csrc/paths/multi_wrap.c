@@ -37,7 +37,7 @@
 #define ITERATIONS 60
 #define FREE_SIDES 4
 #define AGREEMENT PRECISE(1e-13, 1e-6) /* tolerance of directions, which are about 1 */
-#define STALLED PRECISE(1e-11, 1e-4) /* the same: if it no longer decreases, only rounding errors remain */
+#define MIN_DECREASE PRECISE(1e-11, 1e-4) /* the same: if it no longer decreases, only rounding errors remain */
 #define DIFFERENCE PRECISE(1e-7, 3e-4) /* relative to the length of a span, for second derivatives */
 #define LENGTH_ROUNDING PRECISE(1e-14, 5e-6)  /* relative to a length */
 #define MIN_PIVOT PRECISE(1e-12, 1e-5)
@@ -63,8 +63,8 @@ static void evaluate_part(const cable *c, int i, const real a[3], const real b[3
     const sequence_part *p = c->parts + i;
     const wrap_way followed = {.is_counted = 1, .remembered = c->followed[i]};
     const int is_ellipsoid = p->surface && p->surface->kind == SURFACE_ELLIPSOID;
-    const int is_kept = p->way.side == WRAP_INSIDE || is_ellipsoid;
-    const wrap_way shorter = {.side = is_kept ? p->way.side : 0, .turns = p->way.turns, .from = from};
+    const int is_fixed_side = p->way.side == WRAP_INSIDE || is_ellipsoid;
+    const wrap_way shorter = {.side = is_fixed_side ? p->way.side : 0, .turns = p->way.turns, .from = from};
     if (p->surface)
         wrap_over(p->surface, is_followed(p) ? &followed : &shorter, a, b, out);
     else
@@ -99,10 +99,10 @@ static void span_plane(const cable *c, int i, real plane[2][3])
     const real *left = c->contacts[i - 1].pull.leaving, *right = c->contacts[i].pull.entering;
     real u[3], e[3] = {0, 0, 0};
     for (int k = 0; k < 3; k++) u[k] = left[k] + right[k];
-    int least = 0;
+    int minimum = 0;
     for (int k = 1; k < 3; k++)
-        if (value_of(fabs(u[k])) < value_of(fabs(u[least]))) least = k;
-    e[least] = 1;
+        if (value_of(fabs(u[k])) < value_of(fabs(u[minimum]))) minimum = k;
+    e[minimum] = 1;
     cross3(plane[0], u, e);
     cross3(plane[1], u, plane[0]);
     for (int j = 0; j < 2; j++) {
@@ -223,7 +223,7 @@ static void tighten(cable *c)
         const real was = c->disagreement;
         if (k >= 2 && step_newton(c) && value_of(c->disagreement) < value_of(0.5 * was)) continue;
         const real now = c->disagreement;
-        if (value_of(now) < STALLED && k > 4 && value_of(now) >= value_of(0.5 * was))
+        if (value_of(now) < MIN_DECREASE && k > 4 && value_of(now) >= value_of(0.5 * was))
             return; /* only rounding errors remain */
         pull_tight(c);
     }
@@ -238,13 +238,13 @@ static void converge_tangents(cable *c)
         real H[UNKNOWNS][UNKNOWNS], step[UNKNOWNS], planes[MAX_SEQUENCE + 1][2][3];
         const int n = 2 * (c->count - 1);
         if (!linearise(c, planes, H, step) || !eliminate(H, step, n)) return;
-        real most = 0;
+        real maximum = 0;
         for (int i = 0; i < n; i++) {
-            most = larger(most, fabs(tangent_of(step[i])));
+            maximum = larger(maximum, fabs(tangent_of(step[i])));
             step[i] -= value_of(step[i]);
         }
-        if (value_of(most) >= value_of(last)) return; /* only rounding errors remain */
-        last = most;
+        if (value_of(maximum) >= value_of(last)) return; /* only rounding errors remain */
+        last = maximum;
         shift(c, step, planes);
         evaluate_cable(c);
     }
@@ -254,11 +254,11 @@ static void converge_tangents(cable *c)
 static real turning_angle(const sequence_part *p, int sense, const real a[3], const real b[3])
 {
     const wrap_way natural = {.is_counted = 1, .remembered = NAN};
-    wrap_way stated = p->way;
+    wrap_way specified = p->way;
     contact k;
     if (p->way.is_counted && !isnan(p->way.remembered)) return p->way.remembered;
-    stated.is_counted = 1, stated.remembered = NAN;
-    wrap_over(p->surface, sense ? &natural : &stated, a, b, &k);
+    specified.is_counted = 1, specified.remembered = NAN;
+    wrap_over(p->surface, sense ? &natural : &specified, a, b, &k);
     if (!sense) return k.pull.turning;
     const real angle = k.pull.turning * sense;
     return sense * (2 * PI * p->way.turns + (value_of(angle) >= 0 ? angle : 2 * PI + angle));

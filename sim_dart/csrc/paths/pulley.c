@@ -57,8 +57,8 @@ void pulley_off(const real F[3], const real v[3], real R, const real b[3], conta
     const real y = sqrt(dot3(e, e)), squared = x * x + y * y - 2 * y * R;
     for (int k = 0; k < 3; k++) e[k] = value_of(y) > 0 ? e[k] / y : 0;
     if (y == 0) { /* straight on or back: any plane is valid */
-        const real helper[3] = {value_of(fabs(v[0])) < 0.5, value_of(fabs(v[0])) >= 0.5, 0};
-        cross3(e, v, helper);
+        const real other[3] = {value_of(fabs(v[0])) < 0.5, value_of(fabs(v[0])) >= 0.5, 0};
+        cross3(e, v, other);
         const real norm = sqrt(dot3(e, e));
         for (int k = 0; k < 3; k++) e[k] /= norm;
     }

@@ -206,7 +206,7 @@ static void add_radius(const wrap_surface *s, const view *v, real rate, pull *ou
 
 /* Compute scale (across n x end + along end) + climb n. */
 static inline void set_direction(const view *v, const real end[3], real scale, real across, real along,
-                          real climb, real out[3])
+                                 real climb, real out[3])
 {
     real turned[3];
     cross3(turned, v->normal, end);
@@ -236,12 +236,12 @@ static inline void pull_along(const view *v, int sense, real ta, real tb, int en
 /* Return the sense of turning if the cable touches, 0 if it is straight. `plain`, only if not NULL, is the
    pull without the effect of a changing radius. `v` is computed by wrap_is_clear. */
 static inline int compute_contact(const wrap_surface *s, const wrap_way *way, view *v, int is_clear, int ends,
-                       pull *out, pull *plain)
+                                  pull *out, pull *plain)
 {
     const int changes = v->is_shrunk || v->slope != 0; /* whether the radius depends on the ends */
     find_normal(s, v);
-    const int goes_on = way->is_counted && !isnan(way->remembered);
-    const course c = goes_on ? continue_turns(v, way->remembered) : choose_course(s, way, v, is_clear);
+    const int is_continued = way->is_counted && !isnan(way->remembered);
+    const course c = is_continued ? continue_turns(v, way->remembered) : choose_course(s, way, v, is_clear);
     if (way->is_counted) out->turning = turning(v, &c);
     const real ta = sqrt(v->aa - v->RR), tb = sqrt(v->bb - v->RR);
     out->angle = contact_angle(v, &c, ta, tb) + 2 * PI * c.turns;

@@ -8,10 +8,10 @@
    then only the turning angle is set. `ends` selects one or both directions; the other one may stay
    undefined. */
 CORE_INSIDE int wrap_pull(const wrap_surface *s, const wrap_way *way, const real a[3], const real b[3], int ends,
-              pull *out);
+                          pull *out);
 
 CORE_INSIDE void wrap_over(const wrap_surface *s, const wrap_way *way, const real a[3], const real b[3],
-               contact *out);
+                           contact *out);
 
 /* Return whether the straight line from a to b does not meet the surface; for a path inside, whether it
    passes through the surface. */

@@ -119,7 +119,7 @@ static void climb(const real *radius, lane_views *v, wrap_lanes *restrict out)
 
 /* Compute the direction at the end e; f is the other end; `sign` is 1 for the incoming cable. */
 static void direct_lanes(const real *radius, int count, const lane_views *v, real (*e)[LANES], real (*f)[LANES],
-                   const real *ee, const real *tangent, real sign, real (*restrict out)[LANES])
+                         const real *ee, const real *tangent, real sign, real (*restrict out)[LANES])
 {
     for (int i = 0; i < count; i++) {
         const real g = radius[i] / v->cross[i], at_e = (g * v->ab[i] + tangent[i]) / ee[i];

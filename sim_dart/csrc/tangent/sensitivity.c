@@ -76,7 +76,7 @@ static void copy_slips(const core_sensitivity *s)
 /* Simulate through the measurements. `derivatives` is a column of their derivatives, with elements `stride`
    numbers apart. */
 static int simulate(const core_sensitivity *s, const roll *roll, const double *dq, const double *dqd, const double *dcommands,
-              double *readings, double *derivatives, size_t stride)
+                    double *readings, double *derivatives, size_t stride)
 {
     const size_t n = s->n, m = s->m;
     core_tangent_set(s->tangent, TANGENT_Q, roll->q, dq);

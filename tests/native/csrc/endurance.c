@@ -49,10 +49,10 @@ int main(int argc, char **argv)
 {
     if (argc != 3 || example_open()) return 2;
     const long steps = strtol(argv[1], NULL, 10), ticks = strtol(argv[2], NULL, 10);
-    double most_work = 0, *took = malloc((size_t)(ticks + 1) * sizeof *took);
+    double max_work = 0, *durations = malloc((size_t)(ticks + 1) * sizeof *durations);
     size_t length;
     const double *acting = control_loop_array(loop, "acting", &length);
-    if (!took) return 2;
+    if (!durations) return 2;
     start();
     const size_t before = mallinfo2().uordblks;
     for (long k = 0; k < steps; k++)
@@ -62,16 +62,16 @@ int main(int argc, char **argv)
     for (long k = 0; k < ticks; k++) {
         const double begin = microseconds(CLOCK_MONOTONIC), work = microseconds(CLOCK_THREAD_CPUTIME_ID);
         if (loop_once()) return 4;
-        const double worked = microseconds(CLOCK_THREAD_CPUTIME_ID) - work;
-        most_work = worked > most_work ? worked : most_work;
-        took[k] = microseconds(CLOCK_MONOTONIC) - begin;
+        const double cpu_time = microseconds(CLOCK_THREAD_CPUTIME_ID) - work;
+        max_work = cpu_time > max_work ? cpu_time : max_work;
+        durations[k] = microseconds(CLOCK_MONOTONIC) - begin;
         if (core_step(robot, acting, NULL, PLANT_STEP, PLANT_STEPS)) return 5;
     }
     const double factor = 1e6 * PERIOD * (double)ticks / (microseconds(CLOCK_MONOTONIC) - first);
     const size_t after = mallinfo2().uordblks;
-    qsort(took, (size_t)ticks, sizeof *took, by_size);
-    printf("%zu %zu\n%g %g %g %g\n%g\n", before, after, took[ticks / 2],
-           took[(long)((double)ticks * 0.999)], took[ticks - 1], most_work, factor);
-    free(took);
+    qsort(durations, (size_t)ticks, sizeof *durations, by_size);
+    printf("%zu %zu\n%g %g %g %g\n%g\n", before, after, durations[ticks / 2],
+           durations[(long)((double)ticks * 0.999)], durations[ticks - 1], max_work, factor);
+    free(durations);
     return 0;
 }

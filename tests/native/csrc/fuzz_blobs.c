@@ -22,9 +22,9 @@ static real *numbers(uint64_t *state, size_t count)
     const real odd[] = {NAN, INFINITY, -INFINITY, PRECISE(1e300, 1e37), 1e9, -1e9, 0};
     real *values = malloc((count + !count) * sizeof *values);
     if (!values) exit(2);
-    const int wild = draw(state) % 8 == 0;
+    const int is_invalid = draw(state) % 8 == 0;
     for (size_t i = 0; i < count; i++)
-        values[i] = wild && draw(state) % 4 == 0 ? odd[draw(state) % 7] : (real)(draw(state) >> 40) / 5e6 - 1.5;
+        values[i] = is_invalid && draw(state) % 4 == 0 ? odd[draw(state) % 7] : (real)(draw(state) >> 40) / 5e6 - 1.5;
     return values;
 }
 
@@ -39,7 +39,7 @@ static void use_laws(core *c, const real *qd, const real *u)
 }
 
 /* Step with derivatives, from the current state and forces; only in double precision. */
-static void go_with_tangents(core *c, const real *f, const real *wrenches, const real *dq, const real *dqd)
+static void step_with_tangents(core *c, const real *f, const real *wrenches, const real *dq, const real *dqd)
 {
 #if !defined(CARDSFLOW_FLOAT)
     size_t n, m;
@@ -85,7 +85,7 @@ static void use(core *c, uint64_t *state)
         memcpy(own_qd, qd, n * sizeof(real));
         if (core_external_wrenches(c, 2, frames, points, wrenches)) exit(3);
         core_runge_kutta(c, f, qd, 1e-3, 3);
-        go_with_tangents(c, f, wrenches, q, qd);
+        step_with_tangents(c, f, wrenches, q, qd);
         core_external_wrenches(c, 0, frames, points, wrenches);
         core_energies(c, qd);
     }
@@ -138,7 +138,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 #else
 int main(int argc, char **argv)
 {
-    unsigned long refused = 0;
+    unsigned long rejected = 0;
     if (argc < 4) return 2;
     const unsigned long first = strtoul(argv[1], NULL, 10), count = strtoul(argv[2], NULL, 10);
     for (unsigned long number = first; number < first + count; number++) {
@@ -146,10 +146,10 @@ int main(int argc, char **argv)
         uint64_t state = number;
         unsigned char *contents = file_contents(argv[3 + draw(&state) % (uint64_t)(argc - 3)], &size);
         unsigned char *blob = mutated(&state, contents, &size, 0);
-        refused += (unsigned long)is_rejected(blob, size, &state);
+        rejected += (unsigned long)is_rejected(blob, size, &state);
         free(contents);
     }
-    printf("%lu\n", refused);
+    printf("%lu\n", rejected);
     return 0;
 }
 #endif

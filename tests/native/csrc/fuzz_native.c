@@ -98,14 +98,14 @@ static int is_rejected(const char *scratch, const char *resources, uint64_t *sta
     struct model model = {0};
     struct text error = {0};
     if (port_table_read(&ports, resources, &error)) exit(2);
-    const int refused = native_open(&model, &ports, scratch, &error);
-    if (refused && !*text_get(&error)) exit(3); /* rejected without a message */
-    if (!refused) {
+    const int rejected = native_open(&model, &ports, scratch, &error);
+    if (rejected && !*text_get(&error)) exit(3); /* rejected without a message */
+    if (!rejected) {
         use(&model, &ports, state);
         model.functions->close(&model);
     }
     text_free(&model.error), text_free(&error), port_table_free(&ports);
-    return refused;
+    return rejected;
 }
 
 #if defined(CARDSFLOW_LIBFUZZER)
@@ -142,16 +142,16 @@ static void damage(const char *scratch, const char *resources, uint64_t *state)
 
 int main(int argc, char **argv)
 {
-    unsigned long refused = 0;
+    unsigned long rejected = 0;
     if (argc < 5) return 2;
     const unsigned long first = strtoul(argv[1], NULL, 10), count = strtoul(argv[2], NULL, 10);
     for (unsigned long number = first; number < first + count; number++) {
         uint64_t state = number;
         const char *resources = argv[4 + draw(&state) % (uint64_t)(argc - 4)];
         damage(argv[3], resources, &state);
-        refused += (unsigned long)is_rejected(argv[3], resources, &state);
+        rejected += (unsigned long)is_rejected(argv[3], resources, &state);
     }
-    printf("%lu\n", refused);
+    printf("%lu\n", rejected);
     return 0;
 }
 #endif

@@ -229,12 +229,12 @@ enum status saved_state_restore(struct instance *instance, const struct saved_st
     if (wrong)
         return instance_fail(instance, "setFMUstate: the state %s", wrong);
     memcpy(&header, saved->bytes, sizeof header);
-    int unprepared = instance->life_cycle == FAILED || instance->initialization_is_due ||
+    int needs_preparation = instance->life_cycle == FAILED || instance->initialization_is_due ||
                      parameters_differ(instance, saved);
     restore_header(instance, &header);
     if (header.initialization_is_due)
         return reset_model(instance, saved);
-    if (unprepared && prepare_model(instance, saved) != STATUS_OK)
+    if (needs_preparation && prepare_model(instance, saved) != STATUS_OK)
         return STATUS_ERROR;
     return restore_model(instance, saved);
 }

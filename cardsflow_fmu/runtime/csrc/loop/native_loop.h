@@ -36,7 +36,7 @@ NATIVE_API int native_loop_initialize(struct native_loop *loop);
  * values into `rows` and a time into `times`. `done` is the number of completed steps, and of written rows.
  * Return 0, or 1 + the model that failed. */
 NATIVE_API int native_loop_run(struct native_loop *loop, double step, int64_t first, int64_t count,
-                                    double *rows, double *times, int64_t done[2]);
+                               double *rows, double *times, int64_t done[2]);
 
 /* Write a row with the current values. */
 NATIVE_API void native_loop_record(const struct native_loop *loop, double time, double *row);

@@ -79,8 +79,8 @@ static int is_consistent(const struct port *port)
     return port->variability != VARIABILITY_CONTINUOUS && (port->start == 0 || port->start == 1);
 }
 
-/* Read the ports of the next variable, which may have at most `room` values. Return its number of values. */
-static size_t take_variable(struct reader *reader, struct port *ports, size_t room)
+/* Read the ports of the next variable, which may have at most `max_values` values. Return its number of values. */
+static size_t take_variable(struct reader *reader, struct port *ports, size_t max_values)
 {
     struct port port;
     port.type = (enum port_type)take_enum(reader, PORT_TYPES);
@@ -89,7 +89,7 @@ static size_t take_variable(struct reader *reader, struct port *ports, size_t ro
     port.size = take_u32(reader);
     port.start = 0;
     port.name = "";
-    if (reader->damaged || port.size == 0 || port.size > room) {
+    if (reader->damaged || port.size == 0 || port.size > max_values) {
         reader->damaged = 1;
         return 0;
     }

@@ -89,7 +89,7 @@ static int place_parts(struct reference *c)
 {
     const struct reference_settings *s = &c->settings;
     const size_t parts = s->of.parts.count, r = s->of.reference.count / 3;
-    uint64_t taken = 0;
+    uint64_t used = 0;
     if (!parts || !r || r > 4096 || s->of.reference.count % 3 || has_nan(s->part_begin, parts) ||
         has_nan(s->part_duration, parts) || has_nan(s->data, s->of.numbers.count) || has_nan(s->load_begin, 1) ||
         has_nan(s->load_end, 1) || has_nan(s->load_forces, s->of.loads.count))
@@ -101,13 +101,13 @@ static int place_parts(struct reference *c)
                                  .duration = s->part_duration[i],
                                  .segments = s->part_segments[i],
                                  .powers = s->part_powers[i],
-                                 .data = s->data + taken};
+                                 .data = s->data + used};
         const uint64_t length = reference_part_length(part);
-        if (!length || length > s->of.numbers.count - taken)
+        if (!length || length > s->of.numbers.count - used)
             return 1;
-        taken += length;
+        used += length;
     }
-    return taken != s->of.numbers.count;
+    return used != s->of.numbers.count;
 }
 
 int native_reference_open(struct model *model, struct native_model *native, struct text *error)

@@ -17,7 +17,7 @@ static int open_in_process(struct model *model, const struct port_table *ports,
 }
 
 static int open_suitable(struct model *model, const struct port_table *ports,
-                              const char *resources, struct text *error)
+                         const char *resources, struct text *error)
 {
     struct text why = {NULL};
     int fits = python_in_process_fits(ports->package_version, &why);

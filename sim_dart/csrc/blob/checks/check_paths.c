@@ -68,14 +68,14 @@ static int check_ellipsoid_wrap(const blob_view *b, int k, char *message, size_t
 
 static int check_wraps(const blob_view *b, char *message, size_t capacity)
 {
-    int32_t here = 0, muscle = 0, end = b->counts.muscles ? b->muscle_points[0] : 0, ruled = 0;
+    int32_t here = 0, muscle = 0, end = b->counts.muscles ? b->muscle_points[0] : 0, opensim_wraps = 0;
     for (int k = 0; k < b->counts.wraps; k++) {
         const int32_t point = b->wrap_point[k];
         if (point < 0 || point >= b->counts.points - 1)
             return reject(message, capacity, "wrap %d: no segment begins at via point %d", k, (int)point);
         if (k && point < b->wrap_point[k - 1])
             return reject(message, capacity, "wrap %d is out of order", k);
-        while (end <= point) end += b->muscle_points[++muscle], ruled = 0;
+        while (end <= point) end += b->muscle_points[++muscle], opensim_wraps = 0;
         if (point == end - 1)
             return reject(message, capacity, "wrap %d: via point %d is the muscle's last", k, (int)point);
         if (b->wrap_rule[k] < 0 || b->wrap_rule[k] >= RULES)
@@ -83,8 +83,8 @@ static int check_wraps(const blob_view *b, char *message, size_t capacity)
         if (b->wrap_last[k] < point || b->wrap_last[k] >= end - 1 ||
             (b->wrap_last[k] != point && b->wrap_rule[k] != RULE_OPENSIM))
             return reject(message, capacity, "wrap %d: it cannot end at via point %d", k, (int)b->wrap_last[k]);
-        ruled += b->wrap_rule[k] == RULE_OPENSIM;
-        if (ruled > MAX_SEQUENCE)
+        opensim_wraps += b->wrap_rule[k] == RULE_OPENSIM;
+        if (opensim_wraps > MAX_SEQUENCE)
             return reject(message, capacity, "wrap %d: more than %d OpenSim wraps in one muscle", k, MAX_SEQUENCE);
         if (b->wrap_guide[k] < -1 || b->wrap_guide[k] >= b->counts.guides)
             return reject(message, capacity, "wrap %d: unknown guide %d", k, (int)b->wrap_guide[k]);

@@ -240,7 +240,7 @@ static int use_plane(const ellipsoid_view *v, const tangent_cone cones[2], shot 
 
 /* Start from a contact in the world, possibly for other ends. Return 0 if this does not converge. */
 static int continue_from(const wrap_surface *s, const ellipsoid_view *v, const tangent_cone cones[2], const contact *from,
-                      shot *best)
+                         shot *best)
 {
     if (!from || !(value_of(from->pull.angle) > 0)) return 0;
     for (int end = 0; end < 2; end++) {
@@ -297,7 +297,7 @@ static void compute_directions(const ellipsoid_view *v, const shot *s, pull *out
 }
 
 static int solve_ellipsoid(const wrap_surface *s, const wrap_way *way, const real A[3], const real B[3], ellipsoid_view *v,
-                     shot *found)
+                           shot *found)
 {
     if (view_ellipsoid(s, A, B, v) || !(value_of(v->scale) > 0)) return 0;
     shrink_ellipsoid(v);
@@ -381,8 +381,8 @@ int ellipsoid_side(const wrap_surface *s, const real direction[3])
     real y[3];
     cross3(y, s->axis, s->across);
     const real at[3] = {dot3(s->across, direction), dot3(y, direction), dot3(s->axis, direction)};
-    int most = 0;
+    int maximum = 0;
     for (int k = 1; k < 3; k++)
-        if (value_of(fabs(at[k])) > value_of(fabs(at[most]))) most = k;
-    return value_of(at[most]) < 0 ? -1 - most : 1 + most;
+        if (value_of(fabs(at[k])) > value_of(fabs(at[maximum]))) maximum = k;
+    return value_of(at[maximum]) < 0 ? -1 - maximum : 1 + maximum;
 }

@@ -164,7 +164,7 @@ static void take(const core *c, const route *r, const real u[3], const real at[3
 
 /* Compute the path over one surface. */
 static int path_over_one(core *c, const route *r, int32_t w, int32_t i, int32_t j, path_between *way, real *row,
-                    int is_traced)
+                         int is_traced)
 {
     const real *A = point_of(c, i), *B = point_of(c, j);
     const int is_taut = c->blob.wrap_rule[w] == RULE_TAUT;
@@ -195,7 +195,7 @@ static int path_over_one(core *c, const route *r, int32_t w, int32_t i, int32_t 
 /* Compute the path over several surfaces. If all wraps have our own rules, the cable may be the straight
    line between the points. */
 static int path_over_several(core *c, const route *r, const int32_t *wraps, int count, int32_t i, int32_t j,
-                        path_between *way, real *row, int is_traced)
+                             path_between *way, real *row, int is_traced)
 {
     sequence_part parts[MAX_SEQUENCE];
     wrap_surface placed[MAX_SEQUENCE];

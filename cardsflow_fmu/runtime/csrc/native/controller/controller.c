@@ -57,7 +57,7 @@ static void gravity(void *self, const double *q, double *G)
 /* Update the states of cable friction with the joint displacement since the last tick. */
 static void update_slips(const struct controller *c, const struct native_robot *robot)
 {
-    double *known = c->slid, *last = known + 1;
+    double *known = c->last_position, *last = known + 1;
     if (!robot->far)
         return;
     for (size_t j = 0; j < robot->n; j++)
@@ -168,7 +168,7 @@ static int initialize(struct model *model)
     native_ramp_reset((struct controller *)native->own, c->forces);
     memset(c->slack, 0, c->r * sizeof(double));
     memset(c->report, 0, c->settings.of.report.count * sizeof(double));
-    memset(c->slid, 0, (1 + robot->n) * sizeof(double));
+    memset(c->last_position, 0, (1 + robot->n) * sizeof(double));
     memset(robot->slips, 0, robot->bends * sizeof(double));
     return 0;
 }
@@ -225,7 +225,7 @@ static void ramp_down(struct native_model *native, double period)
     struct controller *c = native->own;
     struct native_robot *robot = &native->robot;
     native_ramp_down(c, period);
-    c->slid[0] = 0;
+    c->last_position[0] = 0;
     if (c->muscles.are_modelled) { /* at the last positions, and at rest */
         const double *q = c->ramp + 1 + c->a;
         memset(robot->load, 0, robot->n * sizeof(double));
@@ -300,7 +300,7 @@ static int get_state(struct model *model, void **bytes, size_t *size)
     size_t sizes[6];
     const double *const parts[] = {loop_array(c, "remembered", &sizes[0]),
                                    loop_array(c, "memory", &sizes[1]), c->muscles.memory,
-                                   c->ramp, robot->slips, c->slid};
+                                   c->ramp, robot->slips, c->last_position};
     sizes[2] = native_muscles_memory(&c->muscles);
     sizes[3] = native_ramp_memory(c);
     sizes[4] = robot->bends;
@@ -316,7 +316,7 @@ static int set_state(struct model *model, const void *bytes, size_t size)
     size_t sizes[6];
     double *const parts[] = {loop_array(c, "remembered", &sizes[0]),
                              loop_array(c, "memory", &sizes[1]), c->muscles.memory, c->ramp,
-                             robot->slips, c->slid};
+                             robot->slips, c->last_position};
     sizes[2] = native_muscles_memory(&c->muscles);
     sizes[3] = native_ramp_memory(c);
     sizes[4] = robot->bends;
@@ -328,7 +328,7 @@ static void free_controller(struct controller *c)
 {
     native_muscles_close(&c->muscles);
     free(c->ramp);
-    free(c->slid);
+    free(c->last_position);
     free(c->loop);
     free(c);
 }
@@ -367,8 +367,8 @@ static int open_loop(struct native_model *native, struct controller *c)
 
 static int open_slips(struct controller *c, const struct native_robot *robot)
 {
-    c->slid = calloc(1 + robot->n, sizeof *c->slid);
-    return !c->slid;
+    c->last_position = calloc(1 + robot->n, sizeof *c->last_position);
+    return !c->last_position;
 }
 
 int native_controller_open(struct model *model, struct native_model *native, struct text *error)

@@ -64,8 +64,8 @@ static void drive(struct native_muscles *muscles, const struct native_robot *rob
 }
 
 void native_muscles_set_state(struct native_muscles *muscles, const struct native_robot *robot, const double *q,
-                        const double *qd, const double *states, const double *f_min, const double *f_max,
-                        double period)
+                              const double *qd, const double *states, const double *f_min, const double *f_max,
+                              double period)
 {
     const double *low = robot->force_low, *high = robot->force_high;
     move_core(robot, q, qd);
@@ -87,7 +87,7 @@ void native_muscles_set_state(struct native_muscles *muscles, const struct nativ
 }
 
 void native_muscles_update(struct native_muscles *muscles, const struct native_robot *robot, const double *q,
-                         const double *qd, const double *forces, double period)
+                           const double *qd, const double *forces, double period)
 {
     move_core(robot, q, qd);
     core_invert(robot->core, forces, horizon_of(muscles, period), period);

@@ -57,11 +57,11 @@ void native_muscles_reset(struct native_muscles *muscles);
 /* Set a state; the inputs are in their order. Afterwards `applied` is valid after the first tick; `least`,
  * `most` and `passive_push` are valid, for forces within f_min and f_max. */
 void native_muscles_set_state(struct native_muscles *muscles, const struct native_robot *robot, const double *q,
-                        const double *qd, const double *states, const double *f_min, const double *f_max,
-                        double period);
+                              const double *qd, const double *states, const double *f_min, const double *f_max,
+                              double period);
 
 /* Compute the commands for these tensions; the core may have moved since. */
 void native_muscles_update(struct native_muscles *muscles, const struct native_robot *robot, const double *q,
-                         const double *qd, const double *forces, double period);
+                           const double *qd, const double *forces, double period);
 
 #endif

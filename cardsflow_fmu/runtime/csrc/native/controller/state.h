@@ -26,7 +26,7 @@ struct controller {
     size_t a;    /* number of actuators: muscles, then motors */
     struct native_muscles muscles;
     double *ramp; /* see ramp.h */
-    double *slid;    /* n + 1: whether the last position is valid; the position */
+    double *last_position;    /* n + 1: whether the last position is valid; the position */
     int has_dependent; /* whether loops make coordinates dependent on others; see independent_terms.h */
     int undetermined;       /* 1 + the index of a coordinate that does not follow from the others, or 0 */
 };

@@ -240,7 +240,7 @@ int native_plant_derivative(struct model *model, const struct derivative *reques
 {
     (void)request;
     text_set(&model->error, "no derivatives: this FMU was compiled by a compiler that has no complex "
-                            "numbers");
+             "numbers");
     return 1;
 }
 

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ROOM = 1 << 16, CLOCK_SIZE = 2, LINE = 64 };
+enum { BUFFER_SIZE = 1 << 16, CLOCK_SIZE = 2, LINE = 64 };
 
 /* The host writes the first half, the worker the second half; each half has separate cache lines. */
 struct channel_block {
@@ -26,7 +26,7 @@ struct channel_block {
         uint64_t total; /* size of all bytes of the answer */
         unsigned char rest[LINE - 32];
     } worker;
-    unsigned char room[ROOM];
+    unsigned char buffer[BUFFER_SIZE];
     double clock[]; /* then the values */
 };
 
@@ -73,14 +73,14 @@ void channel_free(struct channel *channel)
 /* Append the bytes in the buffer. Return 0, or nonzero if the total size is invalid. */
 static int append(struct channel *channel, uint64_t size)
 {
-    if (size > ROOM)
+    if (size > BUFFER_SIZE)
         return 1;
     if (size == 0)
         return 0;
     unsigned char *grown = realloc(channel->bytes.at, channel->bytes.size + (size_t)size + 1);
     if (!grown)
         return 1;
-    memcpy(grown + channel->bytes.size, channel->block->room, (size_t)size);
+    memcpy(grown + channel->bytes.size, channel->block->buffer, (size_t)size);
     channel->bytes.at = grown;
     channel->bytes.size += (size_t)size;
     grown[channel->bytes.size] = '\0';
@@ -136,12 +136,12 @@ static int wait_for_answer(struct channel *channel, struct process *process, dou
     const uint32_t *number = &block->worker.answered;
     uint32_t value = block->host.asked;
     double begin = monotonic_seconds();
-    int is_there = wait_looking(number, value, &channel->patience);
-    while (!is_there) {
+    int has_arrived = wait_polling(number, value, &channel->patience);
+    while (!has_arrived) {
         enum bell_answer answer = sleep_for(number, value, &block->host.sleeps, &process->bell,
                                             longest < MAX_SLEEP ? longest : MAX_SLEEP);
-        is_there = __atomic_load_n(number, __ATOMIC_ACQUIRE) == value;
-        if (!is_there && answer != BELL_RUNG &&
+        has_arrived = __atomic_load_n(number, __ATOMIC_ACQUIRE) == value;
+        if (!has_arrived && answer != BELL_RUNG &&
             explain(process, answer, longest, monotonic_seconds() - begin, error))
             return 1;
     }
@@ -157,7 +157,7 @@ static int exchange(struct channel *channel, struct process *process, enum comma
     block->host.command = (uint32_t)command;
     block->host.size = size;
     if (size)
-        memcpy(block->room, bytes, size);
+        memcpy(block->buffer, bytes, size);
     notify(&block->host.asked, &block->worker.sleeps, &process->bell);
     return wait_for_answer(channel, process, longest, error);
 }
@@ -188,8 +188,8 @@ int channel_ask(struct channel *channel, struct process *process, enum command c
 {
     const unsigned char *at = bytes;
     clear_bytes(channel);
-    for (; size > ROOM; at += ROOM, size -= ROOM)
-        if (exchange(channel, process, COMMAND_PART, at, ROOM, longest, error))
+    for (; size > BUFFER_SIZE; at += BUFFER_SIZE, size -= BUFFER_SIZE)
+        if (exchange(channel, process, COMMAND_PART, at, BUFFER_SIZE, longest, error))
             return 1;
     if (exchange(channel, process, command, at, size, longest, error))
         return 1;
@@ -211,11 +211,11 @@ static void wait_for_command(struct channel *channel, const struct bell *bell)
     const uint32_t *number = &block->host.asked;
     uint32_t value = block->worker.answered + 1;
     double begin = monotonic_seconds();
-    int is_there = wait_looking(number, value, &channel->patience);
-    while (!is_there) {
+    int has_arrived = wait_polling(number, value, &channel->patience);
+    while (!has_arrived) {
         const double long_enough = 3600;
         sleep_for(number, value, &block->worker.sleeps, bell, long_enough);
-        is_there = __atomic_load_n(number, __ATOMIC_ACQUIRE) == value;
+        has_arrived = __atomic_load_n(number, __ATOMIC_ACQUIRE) == value;
     }
     patience_learn(&channel->patience, monotonic_seconds() - begin);
 }
@@ -224,9 +224,9 @@ static void post(struct channel *channel, const struct bell *bell, enum outcome 
 {
     struct channel_block *block = channel->block;
     size_t left = channel->bytes.size - channel->sent;
-    size_t size = left < ROOM ? left : ROOM;
+    size_t size = left < BUFFER_SIZE ? left : BUFFER_SIZE;
     if (size)
-        memcpy(block->room, channel->bytes.at + channel->sent, size);
+        memcpy(block->buffer, channel->bytes.at + channel->sent, size);
     channel->sent += size;
     block->worker.size = size;
     block->worker.total = channel->bytes.size;

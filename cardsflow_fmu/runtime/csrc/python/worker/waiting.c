@@ -37,7 +37,7 @@ static int has_value(const uint32_t *word, uint32_t value)
     return __atomic_load_n(word, __ATOMIC_ACQUIRE) == value;
 }
 
-int wait_looking(const uint32_t *word, uint32_t value, const struct patience *patience)
+int wait_polling(const uint32_t *word, uint32_t value, const struct patience *patience)
 {
     enum { LOOKS = 100 };
     double now = monotonic_seconds(), before;

@@ -10,7 +10,7 @@ struct patience {
 };
 
 /* Poll for a limited time, which may be almost zero. Return whether the word has the value. */
-int wait_looking(const uint32_t *word, uint32_t value, const struct patience *patience);
+int wait_polling(const uint32_t *word, uint32_t value, const struct patience *patience);
 
 /* Update the estimate with the duration of a wait, in s. */
 void patience_learn(struct patience *patience, double waited);

@@ -96,7 +96,7 @@ static int derive(struct model *model, const struct bytes *bytes, void **answers
 }
 
 static int execute(struct model *model, enum command command, const struct bytes *bytes,
-                     void **answer, size_t *size)
+                   void **answer, size_t *size)
 {
     switch (command) {
     case COMMAND_INITIALIZE:

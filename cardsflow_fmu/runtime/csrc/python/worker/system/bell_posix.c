@@ -26,11 +26,11 @@ static int drain(int socket)
 {
     char rings[64];
     for (;;) {
-        ssize_t taken = recv(socket, rings, sizeof rings, MSG_DONTWAIT);
-        if (taken < 0 && errno == EINTR)
+        ssize_t received = recv(socket, rings, sizeof rings, MSG_DONTWAIT);
+        if (received < 0 && errno == EINTR)
             continue;
-        if (taken < (ssize_t)sizeof rings)
-            return taken == 0 || (taken < 0 && errno != EAGAIN && errno != EWOULDBLOCK);
+        if (received < (ssize_t)sizeof rings)
+            return received == 0 || (received < 0 && errno != EAGAIN && errno != EWOULDBLOCK);
     }
 }
 

@@ -215,7 +215,7 @@ char *process_own_library(void)
     char *path = NULL;
     if (wide &&
         GetModuleHandleExW(GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS |
-                               GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT,
+                           GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT,
                            (const wchar_t *)(const void *)make_job, &module) &&
         GetModuleFileNameW(module, wide, MAX_WIDE_PATH))
         path = utf8_from_wide(wide);
