@@ -7,7 +7,7 @@ placeholders.
 
     Capabilities("URDF", (
         kept(LINKS, DAMPING),
-                omitted(LOOPS),                              # with the defaults of the feature
+        omitted(LOOPS),  # with the code and message of the feature
         changed(LIMITS, "one-sided-limit", "{format} limits both sides or none"),
     ))
 """

@@ -115,7 +115,8 @@ def answer(request: Request, opened: Callable[[], None] = lambda: None) -> Answe
 
 def _compile(request: Request, opened: Callable[[], None]) -> Answer:
     spec = mujoco.MjSpec.from_string(request["xml"])
-    spec.compiler.LRopt.mode = mujoco.mjtLRMode.mjLRMODE_NONE  # would simulate, not reproducible
+    # By default MuJoCo finds length ranges by a simulation, which is not reproducible.
+    spec.compiler.LRopt.mode = mujoco.mjtLRMode.mjLRMODE_NONE
     spec.compiler.fusestatic = spec.compiler.discardvisual = spec.compiler.usethread = False
     replaced = _replace_geoms(spec, request["meshes"])
     needed = {g.meshname for g in [*spec.geoms, *spec.sites] if g.meshname}
@@ -170,7 +171,8 @@ def _replace_geoms(spec: Any, files: Mapping[str, str]) -> list[ReplacedGeom]:
         is_missing = mesh in of_files and of_files[mesh] not in files
         if mesh in of_files and (is_drawn or is_missing):
             replaced.append(ReplacedGeom(geom, mesh, is_missing and counts))
-            mass = float(is_missing and counts and _moves(geom.parent))  # error follows
+            # A moving body needs mass here; its missing mesh is reported later.
+            mass = float(is_missing and counts and _moves(geom.parent))
         elif geom.type != mujoco.mjtGeom.mjGEOM_HFIELD:
             continue
         geom.type, geom.meshname, geom.hfieldname = mujoco.mjtGeom.mjGEOM_SPHERE, "", ""

@@ -30,7 +30,6 @@ def write_document(
 
     Returns:
         The written file.
-        The file written.
 
     Raises:
         RobotError: The robot has errors, or the format cannot hold it.
