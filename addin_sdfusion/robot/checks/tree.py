@@ -16,7 +16,7 @@ AXIS_TOLERANCE = 1e-6
 MAX_NAMES = 20
 """Maximum number of links that an error about a loop lists."""
 DEGREES = 3.0 * math.tau, 720.0
-"""Limits within this range are probably in degrees; larger ones mean that there is no limit."""
+"""Joint limits in this range are probably in degrees; larger ones mean an unlimited joint."""
 
 
 def joint_ends(robot: Robot) -> Iterator[Finding]:

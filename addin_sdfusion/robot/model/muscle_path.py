@@ -38,8 +38,7 @@ class PointMotion:
         axis: Vector in the link's frame, of any length, by which f is multiplied.
         coordinate: Name of the coordinate.
         function: f, in [m] if the axis is a unit vector.
-        low, high: Range of the coordinate outside of which the point does not move further, in
-            [rad] or [m].
+        low, high: Range of the coordinate, in [rad] or [m]. Outside of it the point does not move.
     """
 
     axis: Vector3

@@ -13,7 +13,7 @@ from cardsflow_fmu.studies.definition.sampling import Run
 from .executors import RunExecutor
 from .worker import Job
 
-_MAX_LOST = 3  # the study stops if so many runs kill their workers before any run is completed
+_MAX_LOST = 3  # runs that may kill their workers before the first run is complete
 
 Store = Callable[[Run, Outcome], None]
 

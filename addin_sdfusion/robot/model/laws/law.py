@@ -97,7 +97,7 @@ class Term(NamedTuple):
 
 
 class Rule(NamedTuple):
-    """A condition on several parameters, each of which is within its bounds.
+    """A condition on several parameters. Each parameter is already within its bounds.
 
     Attributes:
         condition: Condition on parameters and preceding terms, such as `rest_low <= rest_high`.
