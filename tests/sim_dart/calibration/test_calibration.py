@@ -50,7 +50,7 @@ def test_derivatives_by_parameters_equal_finite_differences(arm: Robot, free: st
     theta0 = 0.1 * np.array([one.sd for one in parameters])
     arm_there = calibrated_robot(arm, parameters, theta0)
 
-    def changed(k: int, step: float) -> Robot:
+    def changed_robot(k: int, step: float) -> Robot:
         theta = theta0.copy()
         theta[k] += step
         return calibrated_robot(arm, parameters, theta)
@@ -58,7 +58,7 @@ def test_derivatives_by_parameters_equal_finite_differences(arm: Robot, free: st
     h = 1e-5
     rows = []
     for k in range(len(parameters)):
-        ends = [robot_numbers(changed(k, way * h)) for way in (1.0, -1.0)]
+        ends = [robot_numbers(changed_robot(k, way * h)) for way in (1.0, -1.0)]
         with np.errstate(invalid="ignore"):
             rows.append(np.where(ends[0] == ends[1], 0.0, (ends[0] - ends[1]) / (2 * h)))
     none = np.full(len(rows), -1, dtype=np.int32)
@@ -66,7 +66,7 @@ def test_derivatives_by_parameters_equal_finite_differences(arm: Robot, free: st
     exact = Sensitivity(arm_there).roll(start, tensions, np.zeros((8, 2)), 1e-3, 5, along)
     assert exact is not None
     for k in range(len(parameters)):
-        ends = [rolled(changed(k, way * h), start, tensions) for way in (1.0, -1.0)]
+        ends = [rolled(changed_robot(k, way * h), start, tensions) for way in (1.0, -1.0)]
         np.testing.assert_allclose(
             exact.derivatives[:, :, k], (ends[0] - ends[1]) / (2 * h), atol=2e-8, rtol=1e-6
         )

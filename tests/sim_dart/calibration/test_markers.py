@@ -62,7 +62,7 @@ def test_poses_are_determined_from_markers(arm: Robot) -> None:
             poses_from_markers(MarkerKinematics(arm, worn), arm, none[:3], places(q[:3]))
 
 
-def seen_only(readings: Recording, worn: FloatArray, noise: float) -> Recording:
+def without_encoders(readings: Recording, worn: FloatArray, noise: float) -> Recording:
     """Return a recording with markers and without encoders."""
     rng, markers = np.random.default_rng(2), places(readings.q, worn)
     markers += noise * rng.normal(size=markers.shape)
@@ -82,7 +82,7 @@ def test_robot_is_calibrated_with_inaccurate_marker_positions(
     truth = calibrated_robot(arm, parameters, hidden)
     moved = np.array([[0.004, 0.002, -0.006], [-0.003, 0.005, 0.002], [0.006, 0.001, 0.004]])
     exact = recording(truth, hidden[:4], 1, noise=0.0)
-    readings = seen_only(exact, WORN + moved, 2e-4)
+    readings = without_encoders(exact, WORN + moved, 2e-4)
     result = calibrate(arm, [readings], [*free, "markers.*.position"], markers=MARKERS)
     everything = np.concatenate([hidden, moved.ravel()])
     assert (np.abs(result.change - everything) < 3.0 * result.sd).all()

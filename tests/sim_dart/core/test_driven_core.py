@@ -53,7 +53,7 @@ def differences(f: Callable[[FloatArray], FloatArray], q: FloatArray) -> FloatAr
     return (4 * central(h / 2) - central(h)) / 3
 
 
-def beyond(force: LimitForce | None, x: float) -> float:
+def limit_energy(force: LimitForce | None, x: float) -> float:
     """Return the energy of a limit force by Gauss quadrature, which is exact for each piece."""
     if force is None or force.low <= x <= force.high:
         return 0.0
@@ -97,7 +97,7 @@ def energies(robot: Robot, q: FloatArray, qd: FloatArray) -> tuple[float, float]
     for c, value, speed in zip(robot.all_coordinates, x, dx, strict=True):
         kinetic += 0.5 * c.armature * speed**2
         potential += 0.5 * c.stiffness * (value - c.rest) ** 2 * (not c.locked)
-        potential += beyond(c.limit_force, value)
+        potential += limit_energy(c.limit_force, value)
     return kinetic, potential
 
 
@@ -122,7 +122,7 @@ def test_all_terms_equal_derivatives_of_energies(state: FloatArray) -> None:
     np.testing.assert_allclose(dynamics.muscle_jacobian(q), L, atol=1e-8)
 
 
-def longer(robot: Robot) -> Robot:
+def with_polynomials(robot: Robot) -> Robot:
     """Return the same robot with identity polynomials as motion functions."""
     itself = Polynomial((0.0, 1.0, 0.0))
     joints = (
@@ -146,7 +146,7 @@ def test_mass_matrix_and_articulated_bodies_give_the_same_motion(
         ),
     )  # fmt: skip
     words: dict[str, Any] = {"integrator": integrator, "energy": True, "wrenched": ["link_2"]}
-    plants = [Plant(form, 1e-3, **words) for form in (robot, longer(robot))]
+    plants = [Plant(form, 1e-3, **words) for form in (robot, with_polynomials(robot))]
     rng = np.random.default_rng(seed)
     q, qd = rng.uniform(-0.5, 0.6, 5), rng.normal(0.0, 3.0, 5)
     for plant in plants:

@@ -44,7 +44,7 @@ class Compiled(NamedTuple):
         return float((np.abs(np.array(got).astype(self.exact) - true) / spacing).max())
 
 
-def built(folder: Path, compiler: str, *flags: str) -> ctypes.CDLL:
+def compile_elementary(folder: Path, compiler: str, *flags: str) -> ctypes.CDLL:
     if shutil.which(compiler) is None:
         pytest.skip(f"no C compiler {compiler}")
     library = folder / "elementary.so"
@@ -56,13 +56,13 @@ def built(folder: Path, compiler: str, *flags: str) -> ctypes.CDLL:
 def double(tmp_path_factory: pytest.TempPathFactory) -> Compiled:
     if np.finfo(np.longdouble).nmant < 63:
         pytest.skip("no long doubles with more digits here")
-    library = built(tmp_path_factory.mktemp("double"), "cc")
+    library = compile_elementary(tmp_path_factory.mktemp("double"), "cc")
     return Compiled(library, ctypes.c_double, np.float64, np.longdouble)
 
 
 @pytest.fixture(scope="module")
 def single(tmp_path_factory: pytest.TempPathFactory) -> Compiled:
-    library = built(tmp_path_factory.mktemp("single"), "gcc", *SINGLE)
+    library = compile_elementary(tmp_path_factory.mktemp("single"), "gcc", *SINGLE)
     return Compiled(library, ctypes.c_float, np.float32, np.float64)
 
 

@@ -16,7 +16,7 @@ from sim_dart.scene import Box, Ground, Scene, SceneObject
 MASS = 0.5
 
 
-def resting(kind: str, folder: Path, **surface: float) -> tuple[Plant, float]:
+def resting_body(kind: str, folder: Path, **surface: float) -> tuple[Plant, float]:
     """Return a plant with a body 2 mm above the ground, and half the height of the body."""
     form, half = shape(kind, folder)
     body = SceneObject("body", form, Pose((0.3, -0.2, half + 0.002)), mass=MASS)
@@ -27,7 +27,7 @@ def resting(kind: str, folder: Path, **surface: float) -> tuple[Plant, float]:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", SHAPES)
 def test_every_shape_rests_on_the_ground(kind: str, tmp_path: Path) -> None:
-    plant, half = resting(kind, tmp_path)
+    plant, half = resting_body(kind, tmp_path)
     z = let_run(plant, 1.0)[:, 0, 2] - half
     assert abs(z[-1]) < 1e-6 + (1e-3 if kind == "fine mesh" else 0.0)  # it rests on a facet
     impact = np.sqrt(2 * G * 0.002) * plant.step_size  # largest overlap is the fall in one step
@@ -38,7 +38,7 @@ def test_every_shape_rests_on_the_ground(kind: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("kind", [kind for kind in SHAPES if kind != "fine mesh"])  # it rocks
 def test_contact_forces_equal_the_weight(kind: str, tmp_path: Path) -> None:
     """Check the mean, since contact points of a cylinder change."""
-    plant, _ = resting(kind, tmp_path)
+    plant, _ = resting_body(kind, tmp_path)
     let_run(plant, 0.8)
     rows = []
     for _ in range(200):
@@ -53,7 +53,9 @@ def test_contact_forces_equal_the_weight(kind: str, tmp_path: Path) -> None:
     }
 
 
-def sliding(kind: str, direction: float, folder: Path, law: str) -> tuple[np.ndarray, np.ndarray]:
+def slide_body(
+    kind: str, direction: float, folder: Path, law: str
+) -> tuple[np.ndarray, np.ndarray]:
     """Return sliding distances along and across the initial direction, and Coulomb's distance.
 
     With semi-implicit Euler, x_k is the sum of h v_k, with v_k = v0 - k h mu g.
@@ -77,7 +79,7 @@ def sliding(kind: str, direction: float, folder: Path, law: str) -> tuple[np.nda
 @pytest.mark.parametrize("direction", [0.0, 90.0, 180.0, 270.0])
 @pytest.mark.parametrize("kind", ["box", "cylinder", "mesh"])
 def test_sliding_body_decelerates_with_mu_g(kind: str, direction: float, tmp_path: Path) -> None:
-    way, expected = sliding(kind, direction, tmp_path, "pyramid")
+    way, expected = slide_body(kind, direction, tmp_path, "pyramid")
     step = 0.4 * G * 1e-3**2  # friction can start one step late
     np.testing.assert_allclose(way[:, 0], expected, atol=1.01 * step)
     np.testing.assert_allclose(way[:, 1], 0.0, atol=1e-9)
@@ -88,14 +90,14 @@ def test_sliding_body_decelerates_with_mu_g(kind: str, direction: float, tmp_pat
 def test_friction_cones_decelerate_equally_in_every_direction(
     kind: str, direction: float, tmp_path: Path
 ) -> None:
-    way, expected = sliding(kind, direction, tmp_path, "cone")
+    way, expected = slide_body(kind, direction, tmp_path, "cone")
     np.testing.assert_allclose(way[:, 0], expected, atol=1e-4)
     np.testing.assert_allclose(way[:, 1], 0.0, atol=1e-3)
 
 
 def test_friction_pyramid_is_too_large_by_sqrt_2_between_axes(tmp_path: Path) -> None:
     """This error of DART is documented in the description of the setting."""
-    way, expected = sliding("box", 45.0, tmp_path, "pyramid")
+    way, expected = slide_body("box", 45.0, tmp_path, "pyramid")
     slowed, coulomb = 0.1 - way[-1, 0], 0.1 - expected[-1]
     assert slowed == pytest.approx(np.sqrt(2.0) * coulomb, rel=1e-3)
 

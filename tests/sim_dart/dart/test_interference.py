@@ -29,7 +29,7 @@ from sim_dart.dart.interference import Interference, segment_distances
 from sim_dart.scene import Scene
 
 
-def optimized(p, p_end, r, r_end) -> float:
+def optimized_distance(p, p_end, r, r_end) -> float:
     """Return the distance of two segments from a general optimizer."""
 
     def square(x):
@@ -45,7 +45,7 @@ def test_segment_distances_equal_an_optimizer() -> None:
     rng = np.random.default_rng(1)
     p, p_end, r, r_end = rng.uniform(-1, 1, (4, 200, 3))
     distances = segment_distances(p, p_end, r, r_end)
-    expected = [optimized(*ends) for ends in zip(p, p_end, r, r_end, strict=True)]
+    expected = [optimized_distance(*ends) for ends in zip(p, p_end, r, r_end, strict=True)]
     np.testing.assert_allclose(distances, expected, atol=1e-5)
 
 
@@ -81,7 +81,7 @@ def test_segment_distance_is_at_most_that_of_any_points(seed: int) -> None:
     assert segment_distances(p, p_end, r, r_end)[0] <= between * (1 + 1e-9) + 1e-15
 
 
-def crossing() -> Robot:
+def crossing_muscles() -> Robot:
     """Return an arm with a muscle, and a second muscle that the arm crosses when it swings."""
     arm = two_link_arm()
     swinging = Muscle("swinging", (ViaPoint("link_1", (0, 0, 0)), ViaPoint("link_2", (0, 0, -0.3))))
@@ -93,14 +93,14 @@ def test_muscle_distance_equals_closed_form() -> None:
     """The end of the straight arm at the angle a is (-0.6 sin a, 0.7 - 0.6 cos a)."""
     angles = np.linspace(0.0, -1.2, 241)
     postures = [np.array([a, 0.0]) for a in angles]
-    (near,) = Interference(crossing(), Scene(links="none")).nearest(postures)
+    (near,) = Interference(crossing_muscles(), Scene(links="none")).nearest(postures)
     assert (near.muscle, near.other, near.is_link) == ("swinging", "standing", False)
     assert near.distance < 1e-3
     assert np.tan(-angles[near.sample]) == pytest.approx(0.4 / 0.4, abs=0.02)
 
 
 def test_smallest_distance_of_all_postures_is_reported() -> None:
-    check = Interference(crossing(), Scene(links="none"))
+    check = Interference(crossing_muscles(), Scene(links="none"))
     far, close = np.array([0.0, 0.0]), np.array([-0.7, 0.0])
     (alone,) = check.nearest([close])
     (both,) = check.nearest([far, close, far])
@@ -120,7 +120,7 @@ def test_muscles_with_a_common_attachment_do_not_collide_there() -> None:
 
 
 def test_muscle_without_path_is_skipped() -> None:
-    robot = crossing()
+    robot = crossing_muscles()
     terms = (CoordinateTerm(two_link_arm().coordinates[0].name, 0.05),)
     fixed = Muscle("fixed", (), terms=terms)
     more = replace(robot, cable_sets=(CableSet("all", (fixed, *robot.muscles)),))

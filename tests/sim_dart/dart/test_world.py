@@ -51,7 +51,7 @@ from sim_dart.scene import (
 ARM = Scene(links="capsules", capsule_radius=0.03)
 
 
-def thrown(n: int = 3) -> Scene:
+def falling_boxes(n: int = 3) -> Scene:
     """Return a scene with boxes that fall onto the ground and onto each other."""
     rng = np.random.default_rng(4)
     boxes = tuple(
@@ -123,7 +123,7 @@ def test_mesh_rotates_about_its_centre_of_mass(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("law", ["pyramid", "cone"])
 def test_run_continues_bit_identically_from_saved_state(law: str) -> None:
-    scene = replace(thrown(), friction_law=law, reported=("box_0",))  # type: ignore[arg-type]
+    scene = replace(falling_boxes(), friction_law=law, reported=("box_0",))  # type: ignore[arg-type]
     plant = world_of(scene)
     let_run(plant, 0.3)
     state = plant.get_state()
@@ -138,7 +138,7 @@ def test_run_continues_bit_identically_from_saved_state(law: str) -> None:
 
 
 def test_reset_restores_objects() -> None:
-    plant = world_of(thrown())
+    plant = world_of(falling_boxes())
     first = let_run(plant, 0.3)
     plant.reset()
     np.testing.assert_array_equal(let_run(plant, 0.3), first)
@@ -146,14 +146,14 @@ def test_reset_restores_objects() -> None:
 
 def test_state_of_another_world_is_rejected() -> None:
     with pytest.raises(InputError, match="shape"):
-        world_of(thrown()).set_state(world_of(thrown(2)).get_state())
-    bad = world_of(thrown()).get_state()
+        world_of(falling_boxes()).set_state(world_of(falling_boxes(2)).get_state())
+    bad = world_of(falling_boxes()).get_state()
     bad[-1] = np.nan
     with pytest.raises(InputError, match="objects must be finite"):
-        world_of(thrown()).set_state(bad)
+        world_of(falling_boxes()).set_state(bad)
 
 
-def raised(robot: Robot, q: list[float]) -> Robot:
+def with_initial_state(robot: Robot, q: list[float]) -> Robot:
     """Return the robot with another initial state."""
     joints = tuple(
         replace(joint, coordinates=(replace(joint.coordinates[0], initial=value),))
@@ -165,7 +165,7 @@ def raised(robot: Robot, q: list[float]) -> Robot:
 @pytest.mark.slow
 def test_arm_comes_to_rest_on_the_ground() -> None:
     """The arm is too long to hang freely. Its tip comes to rest on the ground."""
-    robot = raised(two_link_arm(), [1.2, 0.2])
+    robot = with_initial_state(two_link_arm(), [1.2, 0.2])
     scene = replace(ARM, ground=Ground(0.2), reported=("link_2", "ground"))
     plant = Plant(robot, scene=scene)
     steps(plant, 6000, [0.0])
@@ -179,7 +179,7 @@ def test_arm_comes_to_rest_on_the_ground() -> None:
 def test_links_with_a_joint_to_the_world_do_not_collide_with_the_ground() -> None:
     robot = two_link_arm()
     joints = (replace(robot.joints[0], T_parent_joint=Pose()), robot.joints[1])
-    low = raised(replace(robot, joints=joints), [np.pi, 0.0])  # up, out of the ground
+    low = with_initial_state(replace(robot, joints=joints), [np.pi, 0.0])  # up, out of the ground
     plant = Plant(low, scene=replace(ARM, ground=Ground(0.02)))
     plant.step([0.0])
     assert plant.world.has_contacts
@@ -187,7 +187,7 @@ def test_links_with_a_joint_to_the_world_do_not_collide_with_the_ground() -> Non
         plant.reset([np.pi / 2, 0.0])
 
 
-def folding(self_collision: bool) -> float:
+def folding_angle(self_collision: bool) -> float:
     """Return how far the third link folds back over a short second link."""
     links = tuple(Link(f"l{k}", Inertia(0.5, ixx=1e-3, iyy=1e-3, izz=1e-3)) for k in range(3))
     names, reach = [WORLD, "l0", "l1"], [0.0, 0.2, 0.05]
@@ -215,8 +215,8 @@ def folding(self_collision: bool) -> float:
 
 def test_links_of_one_robot_collide_with_self_collision() -> None:
     touching = np.arcsin(0.03 / 0.19)  # about: the far end of the third meets the first
-    assert folding(self_collision=True) == pytest.approx(touching, abs=0.03)
-    assert folding(self_collision=False) > 2 * touching
+    assert folding_angle(self_collision=True) == pytest.approx(touching, abs=0.03)
+    assert folding_angle(self_collision=False) > 2 * touching
 
 
 def three_arms(distance: float) -> Robot:
@@ -262,7 +262,7 @@ def test_robots_collide_with_each_other() -> None:
 @pytest.mark.slow
 def test_twenty_robots_in_a_world_move_like_single_robots() -> None:
     """The robots lie on the ground without contact to each other; results are bit-identical."""
-    arm = raised(two_link_arm(), [1.2, 0.2])
+    arm = with_initial_state(two_link_arm(), [1.2, 0.2])
     scene = replace(ARM, ground=Ground(0.2))
     places = [Pose((0.0, 2.0 * k, 0.0)) for k in range(20)]
     members = [Member(f"arm{k}", arm, place) for k, place in enumerate(places)]
@@ -278,7 +278,7 @@ def test_twenty_robots_in_a_world_move_like_single_robots() -> None:
 WALL = 0.01
 
 
-def shot(kind: str, wall: str, speed: float, turn: np.ndarray, folder: Path) -> bool:
+def shoot(kind: str, wall: str, speed: float, turn: np.ndarray, folder: Path) -> bool:
     """Return whether a body passes through a wall; raise SimulationError if it is rejected."""
     form, _ = shape(kind, folder)
     walls = {
@@ -312,19 +312,19 @@ def test_bodies_do_not_tunnel_below_the_speed_limit(kind: str, wall: str, tmp_pa
         turn = rng.uniform(-3, 3, 3) if k % 3 else np.zeros(3)
         speed = limit * (0.99 if k % 2 else rng.uniform(0.05, 0.99))
         try:
-            assert not shot(kind, wall, speed, turn, tmp_path)
+            assert not shoot(kind, wall, speed, turn, tmp_path)
         except SimulationError:
             spun_off += 1
     assert spun_off <= 6
     with pytest.raises(SimulationError, match=r"'body' could pass through 'wall'"):
-        shot(kind, wall, 1.05 * limit, np.zeros(3), tmp_path)
+        shoot(kind, wall, 1.05 * limit, np.zeros(3), tmp_path)
 
 
 def test_message_contains_time_bodies_speed_and_step(
     tmp_path: Path,
 ) -> None:
     with pytest.raises(SimulationError) as caught:
-        shot("box", "box", 50.0, np.zeros(3), tmp_path)
+        shoot("box", "box", 50.0, np.zeros(3), tmp_path)
     text = str(caught.value)
     assert text.startswith("at t = 0.004 s 'body' could pass through 'wall'")
     assert "50 m/s" in text
@@ -367,7 +367,10 @@ def test_diverging_robot_is_named_with_time_and_coordinate() -> None:
 
 def test_substeps_divide_the_worlds_step() -> None:
     """Ten substeps of 1 ms equal ten steps of 1 ms."""
-    coarse, fine = world_of(thrown(), 1e-3), Plant(block(), 1e-2, substeps=10, scene=thrown())
+    coarse, fine = (
+        world_of(falling_boxes(), 1e-3),
+        Plant(block(), 1e-2, substeps=10, scene=falling_boxes()),
+    )
     let_run(coarse, 0.3)
     let_run(fine, 0.3)
     np.testing.assert_array_equal(coarse.world.object_poses(), fine.world.object_poses())

@@ -21,7 +21,7 @@ pytestmark = pytest.mark.native
 groups = pytest.mark.parametrize("first", few(range(0, 40, 10)))
 
 
-def moving(robot: Robot, q: FloatArray, rng: np.random.Generator) -> FloatArray:
+def closed_velocities(robot: Robot, q: FloatArray, rng: np.random.Generator) -> FloatArray:
     """Return velocities that keep the loops closed."""
     N = null_space(loop_jacobian(robot, q), rcond=1e-8)
     return np.asarray(N @ rng.normal(size=N.shape[1]))
@@ -53,7 +53,7 @@ def independent_at(J: FloatArray) -> FloatArray:
 def test_accelerations_equal_reduced_coordinates(first: int) -> None:
     for seed, (robot, q, dynamics) in enumerate(cases(first)):
         rng = np.random.default_rng(seed)
-        qd, tau = moving(robot, q, rng), rng.normal(size=len(q), scale=10.0)
+        qd, tau = closed_velocities(robot, q, rng), rng.normal(size=len(q), scale=10.0)
         none = np.zeros(len(dynamics.actuator_jacobian(q)))
         damping = np.array([c.damping for c in robot.coordinates]) * qd
         found = acceleration(dynamics, q, qd, none, dynamics.load(q, -tau))

@@ -23,14 +23,14 @@ TOUCHED = 1e-6
 SHARED = ("myoarm", "myoelbow_2dof6muscles", "myofinger_v0", "myohand")
 
 
-def written(folder: Path, name: str) -> Path:
+def write_robot(folder: Path, name: str) -> Path:
     for place, text in (BESIDE | {"model.xml": FILES[name]}).items():
         (folder / place).parent.mkdir(exist_ok=True)
         (folder / place).write_text(text)
     return folder / "model.xml"
 
 
-def agree(file: Path, states: int) -> Robot:
+def assert_equal_terms(file: Path, states: int) -> Robot:
     """Compare all terms at random states within the ranges of the coordinates."""
     robot = read(file).require()
     theirs, ours = MujocoFile(file, robot), CoreDynamics(replace(robot, loops=()))
@@ -40,19 +40,19 @@ def agree(file: Path, states: int) -> Robot:
     for _ in range(states):
         q, u = rng.uniform(lower, upper), rng.uniform(-1.0, 1.0, ours.n)
         terms = theirs.terms(q, u)
-        near("M", ours.mass_matrix(q), terms.M)
-        near("bias", ours.coriolis(q, u) + ours.gravity(q), terms.bias)
+        assert_near("M", ours.mass_matrix(q), terms.M)
+        assert_near("bias", ours.coriolis(q, u) + ours.gravity(q), terms.bias)
         lengths, L = ours.muscle_lengths(q), ours.muscle_jacobian(q)
         for k, muscle in enumerate(robot.muscles):
             row = theirs.tendon_of(muscle.name)
             if row is not None:
                 by = TOUCHED if touches_inside(robot, muscle) else NEAR
-                near(muscle.name, lengths[k], terms.lengths[row], by)
-                near(muscle.name, L[k], terms.L[row], by)
+                assert_near(muscle.name, lengths[k], terms.lengths[row], by)
+                assert_near(muscle.name, L[k], terms.L[row], by)
     return robot
 
 
-def near(what: str, ours: np.ndarray, theirs: np.ndarray, by: float = NEAR) -> None:
+def assert_near(what: str, ours: np.ndarray, theirs: np.ndarray, by: float = NEAR) -> None:
     most = np.abs(theirs).max(initial=1e-3)
     np.testing.assert_allclose(ours, theirs, rtol=0, atol=by * most, err_msg=what)
 
@@ -71,8 +71,8 @@ def _distance(point: tuple[float, float, float], surface: WrapSurface) -> float:
 
 @pytest.mark.parametrize("name", FILES)
 def test_imported_file_equals_mujoco(name: str, tmp_path: Path) -> None:
-    file = written(tmp_path, name)
-    robot = agree(file, 3)
+    file = write_robot(tmp_path, name)
+    robot = assert_equal_terms(file, 3)
     model = MujocoFile(file, robot).model
     for muscle in robot.muscles:
         values, k = law_parameters(muscle.model), 0
@@ -87,5 +87,5 @@ def test_imported_file_equals_mujoco(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", SHARED)
 def test_published_model_equals_mujoco(shared: Path, name: str) -> None:
-    robot = agree(shared / f"models/mjcf/{name}.xml", 2)
+    robot = assert_equal_terms(shared / f"models/mjcf/{name}.xml", 2)
     assert len(robot.muscles) > 4

@@ -16,7 +16,7 @@ LOOPS, GROUP = 100, 10
 groups = pytest.mark.parametrize("first", few(range(0, LOOPS, GROUP), 2))
 
 
-def moving(robot: Robot, q: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray]:
+def closed_velocities(robot: Robot, q: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Return velocities that keep the loops closed, and torques."""
     rng = np.random.default_rng(seed)
     N = null_space(loop_jacobian(robot, q), rcond=1e-8)
@@ -33,7 +33,7 @@ def assert_near(found: np.ndarray, expected: np.ndarray, seed: int) -> None:
 def test_accelerations_equal_reduced_coordinates(first: int) -> None:
     for seed in range(first, first + GROUP):
         robot, q = random_loops(seed)
-        qd, tau = moving(robot, q, seed)
+        qd, tau = closed_velocities(robot, q, seed)
         found = CoreDynamics(robot).acceleration(q, qd, tau)
         assert_near(found, loop_acceleration(robot, q, qd, tau), seed)
 
@@ -45,6 +45,6 @@ def test_accelerations_equal_pinocchio_constrained_dynamics(first: int) -> None:
 
     for seed in range(first, first + GROUP):
         robot, q = random_loops(seed, ("fixed", "ball"))
-        qd, tau = moving(robot, q, seed)
+        qd, tau = closed_velocities(robot, q, seed)
         found = CoreDynamics(robot).acceleration(q, qd, tau)
         assert_near(found, PinocchioRobot(robot).loop_acceleration(robot, q, qd, tau), seed)

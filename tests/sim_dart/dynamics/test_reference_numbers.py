@@ -28,7 +28,7 @@ TOLERANCE = 1e-12
 """Tolerance relative to the largest entry; the measured error is 3e-14."""
 
 
-def bodies(file: Path) -> Robot:
+def bodies_only(file: Path) -> Robot:
     """Return the model without muscles, joint forces and locks."""
 
     def bare(c: Coordinate) -> Coordinate:
@@ -41,7 +41,7 @@ def bodies(file: Path) -> Robot:
     return replace(robot, cable_sets=(), cable_set="", wrap_surfaces=(), joints=tuple(joints))
 
 
-def worst(
+def largest_errors(
     dynamics: CoreDynamics, names: list[str], full: list[str], poses: list[dict[str, Any]],
     q: str, u: str,
 ) -> tuple[float, float]:  # fmt: skip
@@ -65,10 +65,12 @@ def worst(
 
 def opensim(shared: Path, model: str) -> tuple[CoreDynamics, float, float]:
     numbers = json.loads((shared / f"reference/opensim/{model}.json").read_text())
-    dynamics = CoreDynamics(bodies(shared / f"models/opensim/{model}.osim"))
+    dynamics = CoreDynamics(bodies_only(shared / f"models/opensim/{model}.osim"))
     every = numbers["coordinates"]
     free = [c["name"] for c in every if not c["dependent_on"]]
-    return dynamics, *worst(dynamics, free, [c["name"] for c in every], numbers["poses"], "q", "u")
+    return dynamics, *largest_errors(
+        dynamics, free, [c["name"] for c in every], numbers["poses"], "q", "u"
+    )
 
 
 @pytest.mark.parametrize("model", OPENSIM)
@@ -100,10 +102,10 @@ def test_opensim_where_three_rotations_follow_one_coordinate(shared: Path) -> No
 @pytest.mark.parametrize("model", MUJOCO)
 def test_mujoco(shared: Path, model: str) -> None:
     numbers = json.loads((shared / f"reference/mjcf/{model}.json").read_text())
-    dynamics = CoreDynamics(bodies(shared / f"models/mjcf/{model}.xml"))
+    dynamics = CoreDynamics(bodies_only(shared / f"models/mjcf/{model}.xml"))
     dofs = [dof["joint"] if isinstance(dof, dict) else dof for dof in numbers["dofs"]]
     poses = numbers["poses"]
     free = [dofs[d] if isinstance(d, int) else d for d in poses[0].get("independent_dofs", dofs)]
-    M, bias = worst(dynamics, free, dofs, poses, "qpos", "qvel")
+    M, bias = largest_errors(dynamics, free, dofs, poses, "qpos", "qvel")
     assert M < TOLERANCE
     assert bias < TOLERANCE

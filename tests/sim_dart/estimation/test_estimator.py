@@ -48,7 +48,7 @@ def arm() -> Robot:
     return read_robot(EXAMPLES / "roboy_left_arm" / "robot")
 
 
-def holding(arm: Robot, q: FloatArray) -> FloatArray:
+def holding_forces(arm: Robot, q: FloatArray) -> FloatArray:
     """Return forces that approximately hold the arm."""
     dynamics = CoreDynamics(arm)
     L = dynamics.muscle_jacobian(q)
@@ -56,9 +56,9 @@ def holding(arm: Robot, q: FloatArray) -> FloatArray:
     return np.maximum(f - np.linalg.pinv(L.T) @ (dynamics.gravity(q) + L.T @ f), 5.0)
 
 
-def at_rest(arm: Robot, settings: EstimatorSettings) -> tuple[PoseEstimator, FloatArray]:
+def estimator_at_rest(arm: Robot, settings: EstimatorSettings) -> tuple[PoseEstimator, FloatArray]:
     """Return an estimator at the start with its measurements, and the holding forces."""
-    estimator, f = PoseEstimator(arm, settings, START), holding(arm, START)
+    estimator, f = PoseEstimator(arm, settings, START), holding_forces(arm, START)
     estimator.lengths[:], estimator.tensions[:] = estimator.path_lengths(START), f
     return estimator, f
 
@@ -68,7 +68,7 @@ def at_rest(arm: Robot, settings: EstimatorSettings) -> tuple[PoseEstimator, Flo
 def test_errors_match_standard_deviations(arm: Robot, exact: bool) -> None:
     """Check the NEES of q, qd and w over seeds. The simple transition matrix is approximate."""
     settings = EstimatorSettings(exact_transition=exact, acceleration_noise=0.5, load_drift=0.5)
-    f, squares = holding(arm, START), []
+    f, squares = holding_forces(arm, START), []
     for seed in range(SEEDS):
         truth, estimator = Truth(arm, settings, START, seed), PoseEstimator(arm, settings, START)
         for _ in range(TICKS):
@@ -84,7 +84,7 @@ def test_errors_match_standard_deviations(arm: Robot, exact: bool) -> None:
 @pytest.mark.slow
 def test_errors_with_imus_match_standard_deviations(arm: Robot) -> None:
     settings = EstimatorSettings(acceleration_noise=0.05, load_drift=0.5)
-    f, squares = holding(arm, START), []
+    f, squares = holding_forces(arm, START), []
     for seed in range(SEEDS):
         truth = Truth(arm, settings, START, seed, UNITS)
         estimator = PoseEstimator(arm, settings, START, UNITS)
@@ -104,7 +104,7 @@ def test_cable_friction_is_not_estimated_as_load(arm: Robot) -> None:
     smooth = rough.with_muscles(replace(m, friction=0.0) for m in rough.muscles)
     settings = EstimatorSettings(acceleration_noise=0.05, load_drift=0.5)
     quiet = replace(settings, start_load_sd=0.0, load_drift=0.0)
-    truth, f = Truth(rough, quiet, START, 3), holding(rough, START)
+    truth, f = Truth(rough, quiet, START, 3), holding_forces(rough, START)
     f[::2] *= 1.1  # the arm moves
     knows, lacks = (PoseEstimator(robot, settings, START) for robot in (rough, smooth))
     for _ in range(300):
@@ -126,7 +126,7 @@ def test_imu_innovations_are_zero_at_the_true_state(arm: Robot) -> None:
     settings = replace(settings, gyroscope_bias_sd=0.0, accelerometer_bias_sd=0.0)
     estimator = PoseEstimator(arm, settings, START, UNITS)
     estimator.qd[:] = before = np.array([0.5, -0.8, 1.1, 0.7])
-    estimator.tensions[:] = holding(arm, START)
+    estimator.tensions[:] = holding_forces(arm, START)
     state = estimator.get_state()
     estimator.gyroscope[:] = estimator.accelerometer[:] = np.nan
     estimator.tick(STEP)
@@ -141,7 +141,7 @@ def test_imu_innovations_are_zero_at_the_true_state(arm: Robot) -> None:
 
 
 def test_exact_transition_equals_finite_differences(arm: Robot) -> None:
-    estimator, _ = at_rest(arm, EstimatorSettings())
+    estimator, _ = estimator_at_rest(arm, EstimatorSettings())
     estimator.qd[:] = qd = np.array([0.5, -0.8, 1.1, 0.7])
     n, h, state = 4, 1e-3, estimator.get_state()
     estimator.lengths[:] = np.nan
@@ -167,7 +167,7 @@ def test_slack_elbow_muscles_make_the_elbow_unobservable(arm: Robot) -> None:
     assert np.allclose(observed.sd[0], [9.1e-3, 20e-3, 69.6e-3, 32e-3], rtol=0.02)
     assert set(observed.critical) == set(ELBOW)
     settings = EstimatorSettings(acceleration_noise=1.0)
-    estimator, _ = at_rest(arm, settings)
+    estimator, _ = estimator_at_rest(arm, settings)
     for _ in range(100):
         assert estimator.tick(STEP)
     slack = [muscle.name in ELBOW for muscle in arm.muscles]
@@ -182,7 +182,7 @@ def test_slack_elbow_muscles_make_the_elbow_unobservable(arm: Robot) -> None:
 def test_estimate_becomes_invalid_without_measurements(arm: Robot) -> None:
     """All muscles are slack if all tensions are 0. One measurement makes the estimate valid."""
     settings = EstimatorSettings(exact_transition=False, innovation_time=0.0205)
-    estimator, f = at_rest(arm, settings)
+    estimator, f = estimator_at_rest(arm, settings)
     assert estimator.tick(STEP)
     estimator.tensions[:] = 0.0
     for k in range(30):
@@ -242,7 +242,7 @@ def test_ambiguous_pose_is_rejected() -> None:
 
 
 def test_outlier_is_rejected(arm: Robot) -> None:
-    estimator, _ = at_rest(arm, EstimatorSettings())
+    estimator, _ = estimator_at_rest(arm, EstimatorSettings())
     for _ in range(50):
         assert estimator.tick(STEP)
     right, state = estimator.lengths.copy(), estimator.get_state()
@@ -262,7 +262,7 @@ def test_outlier_is_rejected(arm: Robot) -> None:
 
 @pytest.mark.parametrize("offset", [5e-4, 2e-3, -0.02])
 def test_unmodelled_offsets_invalidate_the_estimate(arm: Robot, offset: float) -> None:
-    estimator, _ = at_rest(arm, EstimatorSettings())
+    estimator, _ = estimator_at_rest(arm, EstimatorSettings())
     estimator.lengths[::2] += offset
     assert not any([estimator.tick(STEP) for _ in range(300)][100:])
 
@@ -272,7 +272,7 @@ def test_offsets_are_found_at_a_known_pose(arm: Robot) -> None:
         CableModel("elastic_cable"), parameters=(("stiffness", 5e4), ("longest_rest_length", 2.0))
     )
     elastic = arm.with_muscles(replace(m, model=stretched) for m in arm.muscles)
-    estimator, f = at_rest(elastic, EstimatorSettings())
+    estimator, f = estimator_at_rest(elastic, EstimatorSettings())
     offset = np.random.default_rng(2).normal(0.0, 5e-3, 11)
     lengths = estimator.path_lengths(START) - f / 5e4 + offset
     assert np.allclose(estimator.home(START, lengths, f), offset, atol=1e-12)
@@ -285,7 +285,7 @@ def test_offsets_are_found_at_a_known_pose(arm: Robot) -> None:
 
 
 def test_restored_state_is_bit_identical(arm: Robot) -> None:
-    estimator, _ = at_rest(arm, EstimatorSettings())
+    estimator, _ = estimator_at_rest(arm, EstimatorSettings())
     estimator.tick(STEP)
     state = estimator.get_state()
     estimator.tick(STEP)
@@ -312,7 +312,7 @@ def test_invalid_settings_are_rejected(arm: Robot) -> None:
 @pytest.mark.native
 def test_array_access_is_bounded(arm: Robot) -> None:
     """Arrays end within the memory, and unknown names are rejected."""
-    estimator, _ = at_rest(arm, EstimatorSettings())
+    estimator, _ = estimator_at_rest(arm, EstimatorSettings())
     length = ctypes.c_size_t()
     assert not estimator._c.estimator_array(estimator._handle, b"nothing", ctypes.byref(length))
     assert not estimator._c.estimator_open(

@@ -63,7 +63,7 @@ def _catenaries() -> list[Catenary]:
     return found
 
 
-def hanging(cable: Catenary, gravity: FloatArray, *, turned: bool = False) -> Robot:
+def hanging_cable(cable: Catenary, gravity: FloatArray, *, turned: bool = False) -> Robot:
     """Return a robot with the cable from the world to a carriage, or in reverse order."""
     ends = (ViaPoint(WORLD, (0.0, 0.0, 0.0)), ViaPoint(FAR, (0.0, 0.0, 0.0)))
     parameters = (("axial_stiffness", cable.EA), ("mass_per_length", cable.mass))
@@ -72,7 +72,7 @@ def hanging(cable: Catenary, gravity: FloatArray, *, turned: bool = False) -> Ro
     return replace(carriage([muscle], []), gravity=tuple(gravity.tolist()))
 
 
-class Held:
+class FixedEndCable:
     """Heavy cable with one end at a fixed position q."""
 
     def __init__(self, robot: Robot) -> None:
@@ -102,7 +102,7 @@ def test_forces_and_length_equal_the_elastic_catenary() -> None:
             continue
         slackest = max(slackest, cable.rest / chord)
         largest = np.hypot(cable.H, max(abs(cable.V), abs(cable.V - W)))
-        second = Held(hanging(cable, 9.81 * down))
+        second = FixedEndCable(hanging_cable(cable, 9.81 * down))
         pull = second.pull(q, cable.rest)
         expected = -cable.H * along + cable.V * down  # the vertical force on the carriage is V
         assert np.abs(pull - expected).max() < CLOSE * largest
@@ -110,7 +110,7 @@ def test_forces_and_length_equal_the_elastic_catenary() -> None:
         assert f == pytest.approx(cable.H * chord / far, rel=CLOSE)
         rest = float(second.laws.invert([f], 1e-3)[0])
         assert rest == pytest.approx(cable.rest, rel=CLOSE)
-        first = Held(hanging(cable, 9.81 * down, turned=True))
+        first = FixedEndCable(hanging_cable(cable, 9.81 * down, turned=True))
         pull = first.pull(-q, cable.rest)  # now the first end is at the carriage
         expected = cable.H * along - (cable.V - W) * down
         # exchanging the ends does not change the shape
@@ -127,16 +127,16 @@ def test_heavy_cable_without_weight_equals_elastic_cable() -> None:
         f = max(1e4 * (length / rest - 1), 0.0) + 20.0 * speed
         assert bench.tension(length, speed, rest) == pytest.approx(max(f, 0.0), rel=1e-12)
     cable = Catenary(1e4, 2.0, 1.0, 1.0, 1.0)
-    held = Held(hanging(cable, np.zeros(3)))
+    held = FixedEndCable(hanging_cable(cable, np.zeros(3)))
     np.testing.assert_allclose(held.pull(np.array([1.02, 0, 0]), 1.0), [-200.0, 0, 0], rtol=1e-12)
-    held = Held(hanging(cable._replace(mass=1e-9), np.array([0, 0, -9.81])))
+    held = FixedEndCable(hanging_cable(cable._replace(mass=1e-9), np.array([0, 0, -9.81])))
     np.testing.assert_allclose(held.pull(np.array([1.02, 0, 0]), 1.0), [-200.0, 0, 0], atol=1e-6)
 
 
 def test_cable_with_coincident_ends() -> None:
     """Without horizontal distance, each side carries a part of the weight, or the cable is taut."""
     cable = Catenary(1e5, 0.5, 3.0, 1.0, 1.0)
-    held = Held(hanging(cable, np.array([0, 0, -10.0])))
+    held = FixedEndCable(hanging_cable(cable, np.array([0, 0, -10.0])))
     for rise in (0.0, 1.0, -1.0, 2.5):
         at = np.array([0.0, 0.0, rise])
         pull = held.pull(at, 3.0)
@@ -151,11 +151,11 @@ def test_cable_with_coincident_ends() -> None:
 def test_gravity_torque_includes_the_cable_weight() -> None:
     """Compare G with and without the weight of the cable, which controllers use."""
     cable, down = Catenary(1e6, 0.4, 5.0, 1.0, 1.0), np.array([0.0, 0.0, -9.81])
-    robot = hanging(cable, down)
+    robot = hanging_cable(cable, down)
     heavy = CoreDynamics(robot)
-    light = CoreDynamics(hanging(cable._replace(mass=0.0), down))
+    light = CoreDynamics(hanging_cable(cable._replace(mass=0.0), down))
     q, rng = np.array([3.0, 0.5, 2.0]), np.random.default_rng(1)
-    held = Held(robot)
+    held = FixedEndCable(robot)
     chord = float(np.linalg.norm(q))
     pull = held.pull(q, chord)
     beside = pull + held.laws.tensions[0] * q / chord
@@ -168,7 +168,7 @@ def test_gravity_torque_includes_the_cable_weight() -> None:
 
 
 def test_both_engines_compute_the_same_motion() -> None:
-    robot = hanging(Catenary(2e4, 0.8, 2.0, 1.0, 1.0), np.array([0.0, 0.0, -9.81]))
+    robot = hanging_cable(Catenary(2e4, 0.8, 2.0, 1.0, 1.0), np.array([0.0, 0.0, -9.81]))
     plants = [Plant(robot, engine=e, step=5e-4) for e in ("core", "dart")]
     for plant in plants:
         plant.reset([1.5, 0.2, -1.0])
@@ -179,7 +179,7 @@ def test_both_engines_compute_the_same_motion() -> None:
 
 
 def test_unsupported_combinations_are_rejected() -> None:
-    robot = hanging(Catenary(1e4, 0.5, 2.0, 1.0, 1.0), np.array([0.0, 0.0, -9.81]))
+    robot = hanging_cable(Catenary(1e4, 0.5, 2.0, 1.0, 1.0), np.array([0.0, 0.0, -9.81]))
     muscle = robot.muscles[0]
     ends = muscle.via_points
     between = (ends[0], ViaPoint(WORLD, (0.1, 0.0, 0.0)), ends[1])

@@ -113,7 +113,7 @@ def _at(laws: MuscleLaws, curve: Any, x: list[float], slope: bool) -> FloatArray
     return np.array(laws.curve("m0", curve, np.array(x), slope=slope))
 
 
-def _along(fibre: float, parameters: Mapping[str, float]) -> float:
+def _fibre_length_along_tendon(fibre: float, parameters: Mapping[str, float]) -> float:
     """Return the fibre length along the tendon."""
     height = parameters["optimal_fibre_length"] * math.sin(
         parameters.get("pennation_at_optimal", 0.0)
@@ -132,9 +132,9 @@ def _residual(
 ) -> float:
     """Return the fibre force along the tendon minus the tendon force, over F0."""
     laws = bench.laws
-    along = _along(fibre, parameters)
+    along = _fibre_length_along_tendon(fibre, parameters)
     z, stretch = fibre / 0.1, (length - along) / 0.2
-    speed = 0.25 + 0.75 * activation if bench_is_thelen(bench) else 1.0
+    speed = 0.25 + 0.75 * activation if is_thelen(bench) else 1.0
     force = (
         activation
         * float(laws.curve("m0", "active_force_length", z))
@@ -146,7 +146,7 @@ def _residual(
     return force * along / fibre - tendon
 
 
-def bench_is_thelen(bench: Bench) -> bool:
+def is_thelen(bench: Bench) -> bool:
     """Return whether the law is Thelen's, whose velocity scales with activation."""
     return bench.kinds[0] == "hill_thelen2003"
 
@@ -198,7 +198,7 @@ def test_fibre_velocity_balances_the_forces(
                 assert abs(left) < 1e-9 * max(1.0, abs(w))
 
 
-def _moved(t: float) -> tuple[float, float]:
+def _moving_path(t: float) -> tuple[float, float]:
     """Return the length of an oscillating path, and its velocity."""
     return 0.3 + 0.012 * math.sin(12.0 * t), 0.144 * math.cos(12.0 * t)
 
@@ -209,7 +209,7 @@ def _reference(
     """Return states from an implicit Runge-Kutta method of order 5 with tight tolerances."""
 
     def rates(t: float, x: FloatArray) -> FloatArray:
-        length, speed = _moved(t)
+        length, speed = _moving_path(t)
         return bench.state_rates(length, speed, excitation, x)
 
     found = solve_ivp(rates, (0.0, end), states, "Radau", times, rtol=1e-9, atol=1e-12)
@@ -220,13 +220,13 @@ def _reference(
 
 def _error(bench: Bench, reference: FloatArray, excitation: float, end: float, h: float) -> float:
     """Return the largest errors of activation and normalised fibre length."""
-    length, _ = _moved(0.0)
+    length, _ = _moving_path(0.0)
     bench.start(length, 0.1)
     floor = 0.0 if bench.kinds[0] == "hill_degroote2016" else 0.01
     worst = 0.0
     for k in range(round(end / h)):
-        length, _ = _moved(k * h)
-        after, _ = _moved((k + 1) * h)
+        length, _ = _moving_path(k * h)
+        after, _ = _moving_path((k + 1) * h)
         bench.advance(length, (after - length) / h, excitation, h)
         if (k + 1) % round(0.01 / h) == 0:
             expected = reference[round((k + 1) * h / 0.01) - 1]
@@ -245,7 +245,7 @@ def test_transients_have_second_order(
 ) -> None:
     """The error on a moving path is 5e-4 at 1 ms, and far less at a quarter of the step."""
     bench, end = Bench((kind, parameters)), 0.2
-    bench.start(_moved(0.0)[0], 0.1)
+    bench.start(_moving_path(0.0)[0], 0.1)
     start = bench.laws.states.copy()
     times = np.arange(1, round(end / 0.01) + 1) * 0.01
     reference = _reference(bench, start, excitation, end, times)

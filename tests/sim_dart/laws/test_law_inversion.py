@@ -19,7 +19,9 @@ DRIVEN = [
 ]
 
 
-def _after(bench: Bench, length: float, speed: float, command: float, h: float) -> float:
+def _predicted_tension(
+    bench: Bench, length: float, speed: float, command: float, h: float
+) -> float:
     """Return the tension that `reach` predicts: after a step, or immediately without states."""
     if not bench.laws.states.size:
         return bench.tension(length, speed, command)
@@ -42,21 +44,23 @@ def test_commands_lead_to_the_desired_tension(
         bench.start(length, 0.3 * min(bench.laws.command_high[0], 1.0))
         bench.move(length, speed)
         low, high = (float(side[0]) for side in bench.laws.reach(h))
-        ends = [_after(bench, length, speed, u, h) for u in bench_range(bench)]
+        ends = [_predicted_tension(bench, length, speed, u, h) for u in command_range(bench)]
         assert (low, high) == pytest.approx((min(ends), max(ends)), rel=1e-12, abs=1e-12)
         for part in (0.0, 0.01, 0.3, 0.7, 0.99, 1.0):
             desired = low + part * (high - low)
             command = float(bench.laws.invert([desired], h)[0])
             assert bench.laws.command_low[0] <= command <= bench.laws.command_high[0]
-            found = _after(bench, length, speed, command, h)
+            found = _predicted_tension(bench, length, speed, command, h)
             assert found == pytest.approx(desired, abs=1e-9 * max(high, 1e-3))
         if low < high:
             for desired, end in ((high + 50.0, high), (low - 50.0, low)):
                 command = float(bench.laws.invert([desired], h)[0])
-                assert _after(bench, length, speed, command, h) == pytest.approx(end, rel=1e-9)
+                assert _predicted_tension(bench, length, speed, command, h) == pytest.approx(
+                    end, rel=1e-9
+                )
 
 
-def bench_range(bench: Bench) -> tuple[float, float]:
+def command_range(bench: Bench) -> tuple[float, float]:
     """Return the smallest and the largest command."""
     return float(bench.laws.command_low[0]), float(bench.laws.command_high[0])
 

@@ -16,7 +16,7 @@ LENGTH, SPEED = 0.315, -0.05
 STEEP, GENTLE = {"passive_fibre_strain": 0.5}, {"passive_fibre_strain": 0.9}
 
 
-def mixed(rng: np.random.Generator, count: int) -> list[Model]:
+def mixed_muscles(rng: np.random.Generator, count: int) -> list[Model]:
     """Return muscles of all laws, some repeated, with equal and different curves."""
     others: list[Model] = [(kind, p) for kind, p in SOUND.items() if not kind.startswith("hill")]
     models = []
@@ -37,7 +37,7 @@ def mixed(rng: np.random.Generator, count: int) -> list[Model]:
     return models
 
 
-def played(bench: Bench, commands: np.ndarray, h: float) -> np.ndarray:
+def tensions_over_steps(bench: Bench, commands: np.ndarray, h: float) -> np.ndarray:
     """Return tensions over a few steps, one column per muscle."""
     bench.move(LENGTH, SPEED)
     bench.laws.start(commands[0])
@@ -52,11 +52,11 @@ def played(bench: Bench, commands: np.ndarray, h: float) -> np.ndarray:
 def test_parallel_muscles_equal_single_muscles(h: float) -> None:
     """Results are bit-identical for any combination of laws and steps with several parts."""
     rng = np.random.default_rng(4)
-    models = mixed(rng, 30)
+    models = mixed_muscles(rng, 30)
     commands = rng.uniform(0, 1, (6, len(models)))
-    together = played(Bench(*models), commands, h)
+    together = tensions_over_steps(Bench(*models), commands, h)
     for k, model in enumerate(models):
-        alone = played(Bench(model), commands[:, k : k + 1], h)
+        alone = tensions_over_steps(Bench(model), commands[:, k : k + 1], h)
         np.testing.assert_array_equal(together[:, k], alone[:, 0])
 
 
@@ -64,7 +64,7 @@ def test_parallel_muscles_equal_single_muscles(h: float) -> None:
 def test_parallel_activations_equal_single_ones(h: float) -> None:
     """Activations after a step are bit-identical to the prediction of `reach`."""
     rng = np.random.default_rng(5)
-    models = [m for m in mixed(rng, 40) if m[0].startswith("hill")]
+    models = [m for m in mixed_muscles(rng, 40) if m[0].startswith("hill")]
     bench = Bench(*models)
     bench.move(LENGTH)
     bench.laws.start(rng.uniform(0, 1, len(models)))

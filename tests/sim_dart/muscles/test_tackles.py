@@ -86,7 +86,7 @@ def test_friction_in_a_tackle(falls: int, way: float) -> None:
     assert plant.far_tensions[0] == pytest.approx(far, rel=1e-7)
 
 
-def divided(robot: Robot, tension: float, q: FloatArray) -> FloatArray:
+def generalised_forces(robot: Robot, tension: float, q: FloatArray) -> FloatArray:
     """-L'f."""
     return -CoreDynamics(robot).muscle_jacobian(q)[0] * tension
 
@@ -104,4 +104,4 @@ def test_differential_pulley_has_one_tension() -> None:
     assert CoreDynamics(robot).muscle_lengths(q)[0] == pytest.approx(length, rel=1e-14)
     pull = -T / 2 * first / np.linalg.norm(first), -T / 2 * second / np.linalg.norm(second)
     expected = [pull[0][0] + pull[1][0], pull[1][1], 0.0]  # link_1 is mounted on link_0
-    np.testing.assert_allclose(divided(robot, T, q), expected, rtol=1e-13, atol=1e-13)
+    np.testing.assert_allclose(generalised_forces(robot, T, q), expected, rtol=1e-13, atol=1e-13)

@@ -13,7 +13,7 @@ from sim_dart.core.library import Core, library, pack_blob
 pytestmark = pytest.mark.native
 
 
-def good() -> tuple[dict[str, int], dict[str, object]]:
+def valid_blob() -> tuple[dict[str, int], dict[str, object]]:
     """Return two muscles over a cylinder; the first also has a pulley and a sphere."""
     names = [line.split() for line in library().core_layout().decode().splitlines()]
     counts = {words[1]: 0 for words in names if words[0] == "count"}
@@ -125,7 +125,7 @@ def good() -> tuple[dict[str, int], dict[str, object]]:
     ],
 )
 def test_invalid_field_is_named(field: str, value: object, message: str) -> None:
-    counts, fields = good()
+    counts, fields = valid_blob()
     Core(pack_blob(counts, fields))  # type: ignore[arg-type]
     with pytest.raises(CardsflowError, match=message):
         also = {"wrap_last": value} if field == "wrap_point" else {}
@@ -133,7 +133,7 @@ def test_invalid_field_is_named(field: str, value: object, message: str) -> None
 
 
 def test_too_many_surfaces_in_a_segment_are_rejected() -> None:
-    counts, fields = good()
+    counts, fields = valid_blob()
     counts |= {"wraps": 9}
     fields |= {"wrap_point": [0] * 9, "wrap_surface": [0] * 9}
     fields |= {"wrap_side": [0] * 9, "wrap_turns": [0] * 9, "wrap_last": [0] * 9}
@@ -159,7 +159,7 @@ def test_largest_number_of_surfaces_in_a_segment_is_solved() -> None:
 @pytest.mark.parametrize("size", [1e300, 1e-300])
 def test_search_terminates_for_extreme_positions(size: float) -> None:
     """Numbers can overflow, but reads stay within bounds and the search terminates."""
-    counts, fields = good()
+    counts, fields = valid_blob()
     fields["point_position"] = size * np.arange(12.0).reshape(4, 3)
     core = Core(pack_blob(counts, fields))  # type: ignore[arg-type]
     for counting in (0, 1):

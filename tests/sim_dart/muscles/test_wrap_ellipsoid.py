@@ -19,7 +19,7 @@ from sim_dart.core.arrays import FloatArray
 pytestmark = pytest.mark.native
 
 
-def _over(r: FloatArray, pose: Pose, a: FloatArray, b: FloatArray) -> Robot:
+def _muscle_over_ellipsoid(r: FloatArray, pose: Pose, a: FloatArray, b: FloatArray) -> Robot:
     """Return a muscle from the world over an ellipsoid to a carriage."""
     egg = WrapSurface("egg", WORLD, "ellipsoid", r[0], pose, half_axes=(r[1], r[2]))
     ends = (ViaPoint(WORLD, tuple(a)), ViaPoint(FAR, tuple(b)))
@@ -28,7 +28,7 @@ def _over(r: FloatArray, pose: Pose, a: FloatArray, b: FloatArray) -> Robot:
 
 def _length(r: FloatArray, a: FloatArray, b: FloatArray) -> float:
     """Return the length from a to b in the frame of the ellipsoid."""
-    robot = _over(np.array(r), Pose(), np.array(a), np.array(b))
+    robot = _muscle_over_ellipsoid(np.array(r), Pose(), np.array(a), np.array(b))
     return float(MusclePaths(robot).evaluate(np.zeros(3)).lengths[0])
 
 
@@ -49,7 +49,7 @@ def test_ellipsoid_with_equal_half_axes_equals_sphere() -> None:
     for _ in range(40):
         _, a, b = _case(rng, 1.0)
         R, pose = float(rng.uniform(0.5, 0.99) * min(map(np.linalg.norm, (a, b)))), vector(rng, 2.0)
-        robot = _over(np.full(3, R), Pose((0.0, 0.0, 0.0), pose), a, b)
+        robot = _muscle_over_ellipsoid(np.full(3, R), Pose((0.0, 0.0, 0.0), pose), a, b)
         ball = replace(robot, wrap_surfaces=(WrapSurface("egg", WORLD, "sphere", R),))
         for q in (np.zeros(3), rng.normal(size=3) * R, -b + 0.3 * R * rng.normal(size=3)):
             egg, sphere = (MusclePaths(each).evaluate(q) for each in (robot, ball))
@@ -158,7 +158,7 @@ def test_gradient_equals_differences_of_the_length() -> None:
             b *= 0.9 / np.linalg.norm(b / r)  # inside
         pose = Pose(vector(rng, 0.5), vector(rng, 3.0))
         R, centre = np.array(rotation(pose.rpy)), np.array(pose.position)
-        paths = MusclePaths(_over(r, pose, centre + R @ a, centre + R @ b))
+        paths = MusclePaths(_muscle_over_ellipsoid(r, pose, centre + R @ a, centre + R @ b))
         L = paths.evaluate(np.zeros(3)).jacobian[0].copy()
         for j, h in enumerate(1e-3 * r.min() * np.eye(3)):
             near, far = ([paths.evaluate(s * m * h).lengths[0] for s in (1, -1)] for m in (1, 2))
@@ -170,7 +170,7 @@ def test_gradient_equals_differences_of_the_length() -> None:
 def test_length_depends_only_on_the_pose() -> None:
     rng = np.random.default_rng(5)
     r, a, b = _case(rng, 3.0)
-    robot = _over(r, Pose(), a, b)
+    robot = _muscle_over_ellipsoid(r, Pose(), a, b)
     poses = 0.3 * r.min() * rng.normal(size=(20, 3))
     fresh = [MusclePaths(robot).evaluate(q).lengths[0] for q in poses]
     paths = MusclePaths(robot)
@@ -181,7 +181,7 @@ def test_length_depends_only_on_the_pose() -> None:
 def test_length_is_smooth_at_first_contact() -> None:
     """Move across the pose in which the straight line touches the ellipsoid."""
     a, b = np.array([-1.0, 0.0, 0.1]), np.array([1.0, 0.0, 0.1])
-    paths = MusclePaths(_over(np.array([0.3, 0.2, 0.1]), Pose(), a, b))
+    paths = MusclePaths(_muscle_over_ellipsoid(np.array([0.3, 0.2, 0.1]), Pose(), a, b))
     for z in (1e-3, 1e-6, 1e-9):
         clear, touching = (paths.evaluate([0.0, 0.0, s * z]).lengths[0] for s in (1, -1))
         assert clear == pytest.approx(math.hypot(2.0, z), rel=1e-15)
@@ -192,7 +192,7 @@ def test_drawn_line_has_the_length_of_the_path() -> None:
     rng = np.random.default_rng(6)
     for _ in range(10):
         r, a, b = _case(rng, 2.0)
-        paths = MusclePaths(_over(r, Pose(), a, b))
+        paths = MusclePaths(_muscle_over_ellipsoid(r, Pose(), a, b))
         length = paths.evaluate(np.zeros(3)).lengths[0]
         line = paths.path_points(np.zeros(3))[0]
         drawn = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
@@ -200,7 +200,7 @@ def test_drawn_line_has_the_length_of_the_path() -> None:
         assert (((line / r) ** 2).sum(axis=1) > 1.0 - 1e-4).all()
 
 
-def _two(shape: str, rng: np.random.Generator) -> Robot:
+def _two_surfaces(shape: str, rng: np.random.Generator) -> Robot:
     egg = WrapSurface("egg", WORLD, "ellipsoid", 0.3, Pose((-0.5, 0.0, 0.0)), half_axes=(0.2, 0.15))
     axes = (0.15, 0.25) if shape == "ellipsoid" else None
     other = WrapSurface("other", "link_1", shape, 0.2, Pose((0.6, 0.1, 0.0)), half_axes=axes)  # type: ignore[arg-type]
@@ -212,7 +212,7 @@ def _two(shape: str, rng: np.random.Generator) -> Robot:
 def test_with_another_surface_in_the_segment(shape: str) -> None:
     """The path is taut, has the correct gradient, and is not longer than over a via point."""
     rng = np.random.default_rng(7)
-    robot = _two(shape, rng)
+    robot = _two_surfaces(shape, rng)
     paths = MusclePaths(robot)
     for q in 0.05 * rng.normal(size=(4, 3)):
         state = paths.evaluate(q)

@@ -29,7 +29,7 @@ def inside(robot: Robot) -> Robot:
     )
 
 
-def straight(robot: Robot, q: FloatArray) -> FloatArray:
+def straight_lengths(robot: Robot, q: FloatArray) -> FloatArray:
     """Return the distances of the ends of all muscles of a carriage."""
     ends = [[np.array(p.position) for p in m.via_points] for m in robot.muscles]
     return np.array([np.linalg.norm(b + q - a) for a, b in ends])
@@ -49,7 +49,7 @@ def test_lengths_and_jacobian_equal_mujoco_inside_wraps() -> None:
             lengths = paths.evaluate(q * scale).lengths / scale
             np.testing.assert_allclose(lengths, mujoco.lengths(q), rtol=0, atol=1e-9)
             compared += len(lengths)
-            touched += int((lengths > straight(robot, q) + 1e-9).sum())
+            touched += int((lengths > straight_lengths(robot, q) + 1e-9).sum())
     assert compared >= 10_000
     assert 0.5 < touched / compared < 0.95
 
@@ -128,10 +128,10 @@ def test_length_is_continuous_at_first_contact_inside(
     lengths = np.array([paths.evaluate(q).lengths[0] for q in places])
     step = np.linalg.norm(places[1] - places[0])
     assert abs(np.diff(lengths)).max() <= step * (1 + 1e-9)
-    bent = lengths > np.array([straight(robot, q)[0] for q in places]) + 1e-12
+    bent = lengths > np.array([straight_lengths(robot, q)[0] for q in places]) + 1e-12
     assert bent.any()
     assert not bent.all()
-    assert (lengths >= [straight(robot, q)[0] - 1e-14 for q in places]).all()
+    assert (lengths >= [straight_lengths(robot, q)[0] - 1e-14 for q in places]).all()
 
 
 @pytest.mark.slow
@@ -154,7 +154,7 @@ def test_path_through_several_balls_is_the_shortest() -> None:
             (length,) = MusclePaths(robot).evaluate(np.zeros(3)).lengths
             expected = shortest(*(np.array(p.position) for p in ends), centres, radii)
             assert length == pytest.approx(expected, abs=1e-7)  # accuracy of the search
-            touched += length > straight(robot, np.zeros(3))[0] + 1e-6
+            touched += length > straight_lengths(robot, np.zeros(3))[0] + 1e-6
     assert touched > 40
 
 

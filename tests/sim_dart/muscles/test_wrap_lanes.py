@@ -20,7 +20,7 @@ from sim_dart.core.library import Core
 pytestmark = pytest.mark.native
 
 
-def by_themselves(robot: Robot) -> list[MusclePaths]:
+def single_muscle_robots(robot: Robot) -> list[MusclePaths]:
     """Return one robot per muscle, since a single wrap is not computed in parallel."""
     return [MusclePaths(robot.with_muscles([muscle])) for muscle in robot.muscles]
 
@@ -34,7 +34,7 @@ def test_parallel_wraps_equal_single_wraps(surface_link: str, count: int) -> Non
     robot = single_wraps(rng, count, sides=(0, 1, -1), turns=(0, 0, 1), lengths=(0.2, math.inf))
     surfaces = tuple(replace(s, link=surface_link) for s in robot.wrap_surfaces)
     robot = replace(robot, wrap_surfaces=surfaces)
-    together, alone = MusclePaths(robot), by_themselves(robot)
+    together, alone = MusclePaths(robot), single_muscle_robots(robot)
     for q in rng.uniform(-0.3, 0.3, (40, 3)):
         lengths, L = together.evaluate(q)
         for k, paths in enumerate(alone):
@@ -70,7 +70,7 @@ def test_parallel_wraps_at_contact_and_side_changes(
     angles = np.concatenate([kink + sign * apart for kink in kinks for sign in (1, -1)])
     robot = fan(shape, side, angles, 0.0 if shape == "sphere" else 0.07)
     lengths = MusclePaths(robot).evaluate(np.zeros(3)).lengths
-    for length, paths in zip(lengths, by_themselves(robot), strict=True):
+    for length, paths in zip(lengths, single_muscle_robots(robot), strict=True):
         assert length == pytest.approx(paths.evaluate(np.zeros(3)).lengths[0], abs=1e-14)
 
 

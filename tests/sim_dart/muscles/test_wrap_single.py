@@ -23,7 +23,7 @@ pytestmark = pytest.mark.native
 STEP = 1e-6
 
 
-class Seen:
+class SurfaceEnds:
     """Ends of the muscles of a carriage in the frames of their surfaces, at one q."""
 
     def __init__(self, robot: Robot, q: FloatArray) -> None:
@@ -61,7 +61,7 @@ def test_shorter_path_equals_mujoco() -> None:
         paths, mujoco = MusclePaths(robot), MujocoWraps(robot)
         for _ in range(20):
             q = rng.uniform(-0.5, 0.5, 3)
-            seen = Seen(robot, q)
+            seen = SurfaceEnds(robot, q)
             outside = seen.inner > seen.R
             lengths, expected = paths.evaluate(q).lengths, mujoco.lengths(q)
             np.testing.assert_allclose(lengths[outside], expected[outside], rtol=0, atol=1e-9)
@@ -94,7 +94,7 @@ def test_specified_sides_equal_mujoco_side_sites() -> None:
         }
         for _ in range(20):
             q = rng.uniform(-0.5, 0.5, 3)
-            seen, expected = Seen(robot, q), mujoco.lengths(q)
+            seen, expected = SurfaceEnds(robot, q), mujoco.lengths(q)
             lengths = {s: paths.evaluate(q).lengths.copy() for s, paths in senses.items()}
             sides, held = sides_of_sites(seen, sites)
             found = np.where(sides > 0, lengths[1], lengths[-1])
@@ -106,7 +106,9 @@ def test_specified_sides_equal_mujoco_side_sites() -> None:
     assert wrapped > 1000
 
 
-def sides_of_sites(seen: Seen, sites: list[FloatArray]) -> tuple[FloatArray, NDArray[np.bool_]]:
+def sides_of_sites(
+    seen: SurfaceEnds, sites: list[FloatArray]
+) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Return the sense of MuJoCo about each z axis, and whether it can be compared."""
     sides, held = [], []
     for k, site in enumerate(sites):
@@ -220,7 +222,7 @@ def test_jacobian_is_the_derivative_of_the_lengths(options: dict[str, tuple[floa
     assert compared > 0.995 * 200 * 20 * 3
 
 
-def crossing(is_before: Callable[[float], bool]) -> tuple[float, float]:
+def event_interval(is_before: Callable[[float], bool]) -> tuple[float, float]:
     """Return two neighbouring numbers from 0 to 1, before and after an event."""
     low, high = 0.0, 1.0
     assert is_before(low)
@@ -230,7 +232,7 @@ def crossing(is_before: Callable[[float], bool]) -> tuple[float, float]:
     return low, high
 
 
-def between(
+def length_jump(
     robot: Robot, begin: FloatArray, end: FloatArray, is_before: Callable[[FloatArray, float], bool]
 ) -> float:
     """Return the jump of the first muscle length at an event."""
@@ -242,7 +244,7 @@ def between(
     def before(t: float) -> bool:
         return is_before(begin + t * (end - begin), length(t))
 
-    low, high = crossing(before)
+    low, high = event_interval(before)
     return abs(length(high) - length(low))
 
 
@@ -258,7 +260,7 @@ def test_length_is_smooth_at_contact_and_lift_off(shape: str, side: int) -> None
     up = 1.0 if side >= 0 else -1.0
     robot = polar(shape, 0.1, 0.3, 0.3, math.pi - up * 0.2, 0.0 if shape == "sphere" else 0.1, side)
     begin, end = np.array([0.0, 0.0, 0.0]), np.array([0.0, up * 0.4, 0.0])
-    jump = between(robot, begin, end, lambda q, length: length > straight(robot, q) + 1e-13)
+    jump = length_jump(robot, begin, end, lambda q, length: length > straight(robot, q) + 1e-13)
     assert jump < 1e-9
 
 
@@ -268,7 +270,7 @@ def test_length_is_continuous_if_the_shorter_path_changes_sides() -> None:
         robot = polar(shape, 0.1, 0.3, 0.3, math.pi - 0.1)
         begin, end = np.zeros(3), np.array([0.0, -0.1, 0.0])
         y = robot.muscles[0].via_points[1].position[1]
-        assert between(robot, begin, end, lambda q, _, y=y: bool(y + q[1] > 0)) < 1e-9
+        assert length_jump(robot, begin, end, lambda q, _, y=y: bool(y + q[1] > 0)) < 1e-9
 
 
 def test_specified_side_is_smooth_at_half_a_turn_and_jumps_at_lift_off() -> None:
@@ -276,8 +278,10 @@ def test_specified_side_is_smooth_at_half_a_turn_and_jumps_at_lift_off() -> None
     robot = polar("cylinder", 0.1, 0.3, 0.3, math.pi - 0.1, side=1)
     y = robot.muscles[0].via_points[1].position[1]
     end = np.array([0.0, -0.3, 0.0])
-    assert between(robot, np.zeros(3), end / 3, lambda q, _: bool(y + q[1] > 0)) < 1e-9
-    jump = between(robot, np.zeros(3), end, lambda q, length: length > straight(robot, q) + 1e-13)
+    assert length_jump(robot, np.zeros(3), end / 3, lambda q, _: bool(y + q[1] > 0)) < 1e-9
+    jump = length_jump(
+        robot, np.zeros(3), end, lambda q, length: length > straight(robot, q) + 1e-13
+    )
     assert jump > 0.1
 
 
@@ -291,7 +295,7 @@ def test_end_point_inside_the_surface(shape: str) -> None:
     def is_outside(q: FloatArray, _: float) -> bool:
         return bool(np.linalg.norm(position + q) > 0.1)
 
-    assert between(robot, np.zeros(3), end, is_outside) < 1e-9
+    assert length_jump(robot, np.zeros(3), end, is_outside) < 1e-9
     paths = MusclePaths(robot)
     at_centre = paths.evaluate(end)
     assert at_centre.lengths[0] == pytest.approx(0.3, abs=1e-12)
@@ -333,7 +337,7 @@ def test_length_is_continuous_at_the_end_of_a_cylinder() -> None:
     robot = polar("cylinder", R, 0.3, 0.3, 2.8, climb=0.05, length=2 * half)
     for edge in (2 * (half - 0.025), 2 * (half + R - 0.025)):  # half of z is at the edge
         begin, end = np.array([0.0, 0.0, edge - 0.1]), np.array([0.0, 0.0, edge + 0.1])
-        jump = between(robot, begin, end, lambda q, _, edge=edge: bool(q[2] < edge))
+        jump = length_jump(robot, begin, end, lambda q, _, edge=edge: bool(q[2] < edge))
         assert jump < 1e-9
 
 

@@ -57,7 +57,7 @@ def corners() -> Case:
     return slider((0.1, -0.1, 0.0), (-0.1, 0.1, 0.0), (-0.2, 0.0, 0.0)), 5 * math.pi / 4
 
 
-def round_a_corner(shape: Any, climb: float = 0.0) -> Case:
+def around_a_corner(shape: Any, climb: float = 0.0) -> Case:
     """Return a cable over a quarter of a circle of 0.4 m, helical on a cylinder."""
     surface = WrapSurface("round", WORLD, shape, 0.4, Pose((0.4, -0.4, 0.0)))
     start = (0.0, -0.6, -climb)
@@ -66,21 +66,21 @@ def round_a_corner(shape: Any, climb: float = 0.0) -> Case:
     return robot, math.pi / 2 * across / math.hypot(across, climb)
 
 
-def round_an_egg(x: float, y: float, z: float) -> Case:
+def around_an_ellipsoid(x: float, y: float, z: float) -> Case:
     """Return a cable over a quarter of an ellipse."""
     egg = WrapSurface("egg", WORLD, "ellipsoid", x, Pose((x, -y, 0.0)), half_axes=(y, z))
     wraps, start = (Wrap("egg", 0),), (0.0, -y - 0.1, 0.0)
     return slider(start, wraps=wraps, surfaces=(egg,)), math.pi / 2
 
 
-def from_an_egg() -> Case:
+def from_an_ellipsoid() -> Case:
     """Return a cable over an ellipsoid to one of its points and to the slider."""
     egg = WrapSurface("egg", WORLD, "ellipsoid", 0.4, Pose((0.0, -0.3, 0.0)), half_axes=(0.3, 0.6))
     points = ((-0.4, -0.6, 0.0), (0.0, 0.0, 0.0))
     return slider(*points, wraps=(Wrap("egg", 0),), surfaces=(egg,)), math.pi / 2
 
 
-def mirrored() -> Case:
+def through_a_tube() -> Case:
     """Return a cable through a tube, which it touches in the middle, below both ends."""
     tube = WrapSurface("tube", WORLD, "cylinder", 0.05, Pose((0.0, 0.15, 0.0)))
     wraps = (Wrap("tube", 0, inside=True),)
@@ -88,21 +88,21 @@ def mirrored() -> Case:
     return robot, 2 * math.atan2(0.1, 1.0)
 
 
-def off_a_pulley() -> Case:
+def over_a_pulley() -> Case:
     """Return a cable over a pulley of 0.1 m at the base."""
     return slider((-0.1, 0.1, 0.0), pulley=base_pulley(0.1, (0.0, -1.0, 0.0))), math.pi / 2
 
 
 CASES = {
     "corners": corners,
-    "cylinder": lambda: round_a_corner("cylinder"),
-    "sphere": lambda: round_a_corner("sphere"),
-    "climbing": lambda: round_a_corner("cylinder", 0.4),
-    "ellipsoid": lambda: round_an_egg(0.4, 0.3, 0.6),
-    "ball": lambda: round_an_egg(0.4, 0.4, 0.4),
-    "on an ellipsoid": from_an_egg,
-    "inside": mirrored,
-    "pulley": off_a_pulley,
+    "cylinder": lambda: around_a_corner("cylinder"),
+    "sphere": lambda: around_a_corner("sphere"),
+    "climbing": lambda: around_a_corner("cylinder", 0.4),
+    "ellipsoid": lambda: around_an_ellipsoid(0.4, 0.3, 0.6),
+    "ball": lambda: around_an_ellipsoid(0.4, 0.4, 0.4),
+    "on an ellipsoid": from_an_ellipsoid,
+    "inside": through_a_tube,
+    "pulley": over_a_pulley,
 }
 
 
@@ -121,19 +121,21 @@ def test_sliding_cable_follows_the_capstan_equation(case: str, way: float) -> No
     assert plant.qd[0] - before == pytest.approx(-STEP * far * span / MASS, rel=1e-12)
 
 
-def with_own(robot: Robot, points: list[float | None], wraps: list[float | None]) -> Robot:
+def with_separate_friction(
+    robot: Robot, points: list[float | None], wraps: list[float | None]
+) -> Robot:
     """Return the robot with separate coefficients of via points and wraps."""
     muscle = robot.muscles[0]
     given = [*points, *[None] * (len(muscle.via_points) - len(points))]
     changed = replace(
         muscle,
-        via_points=tuple(map(_rub, muscle.via_points, given)),
-        wraps=tuple(map(_rub, muscle.wraps, wraps)),
+        via_points=tuple(map(_set_friction, muscle.via_points, given)),
+        wraps=tuple(map(_set_friction, muscle.wraps, wraps)),
     )
     return robot.with_muscles([changed])
 
 
-def _rub(bend: Any, friction: float | None) -> Any:
+def _set_friction(bend: Any, friction: float | None) -> Any:
     return replace(bend, friction=friction)
 
 
@@ -144,21 +146,30 @@ def onto_a_drum() -> Robot:
     return slider(*points, wraps=(Wrap("drum", 1, 0),), surfaces=(drum,))
 
 
-OWN = {
-    "points": (lambda: with_own(corners()[0], [None, 0.05, 0.3], []), 0.05 * 2 + 0.3 * 3),
-    "a point": (lambda: with_own(onto_a_drum(), [None, 0.4], [None]), 0.4 * 2 + MU * 2),
-    "a surface": (lambda: with_own(onto_a_drum(), [], [0.4]), MU * 2 + 0.4 * 2),
-    "a smooth one": (lambda: with_own(onto_a_drum(), [], [0.0]), MU * 2),
-    "a pulley": (lambda: with_own(off_a_pulley()[0], [0.02], []), 0.02 * 2),
-    "a guide": (lambda: with_own(mirrored()[0], [], [0.5]), 4 / math.pi * math.atan2(0.1, 1.0)),
+SEPARATE_FRICTION = {
+    "points": (
+        lambda: with_separate_friction(corners()[0], [None, 0.05, 0.3], []),
+        0.05 * 2 + 0.3 * 3,
+    ),
+    "a point": (
+        lambda: with_separate_friction(onto_a_drum(), [None, 0.4], [None]),
+        0.4 * 2 + MU * 2,
+    ),
+    "a surface": (lambda: with_separate_friction(onto_a_drum(), [], [0.4]), MU * 2 + 0.4 * 2),
+    "a smooth one": (lambda: with_separate_friction(onto_a_drum(), [], [0.0]), MU * 2),
+    "a pulley": (lambda: with_separate_friction(over_a_pulley()[0], [0.02], []), 0.02 * 2),
+    "a guide": (
+        lambda: with_separate_friction(through_a_tube()[0], [], [0.5]),
+        4 / math.pi * math.atan2(0.1, 1.0),
+    ),
 }
 """Robots with the sum of mu theta in units of pi / 4."""
 
 
-@pytest.mark.parametrize("case", OWN)
+@pytest.mark.parametrize("case", SEPARATE_FRICTION)
 def test_points_and_surfaces_can_have_separate_friction(case: str) -> None:
     """The tension is F exp(+- sum mu_i theta_i), with the coefficient of the muscle as default."""
-    make, grip = OWN[case]
+    make, grip = SEPARATE_FRICTION[case]
     robot = make()
     for way in (1.0, -1.0):
         plant = Plant(robot, STEP)
@@ -265,7 +276,9 @@ def test_every_span_has_its_own_tension(seed: int) -> None:
     robot = random_tree(seed)
     robot = robot.with_muscles(
         [
-            replace(m, via_points=tuple(_rub(p, rng.uniform(0.05, 0.4)) for p in m.via_points))
+            replace(
+                m, via_points=tuple(_set_friction(p, rng.uniform(0.05, 0.4)) for p in m.via_points)
+            )
             for m in robot.muscles
         ]
     )

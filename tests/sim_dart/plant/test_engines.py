@@ -21,11 +21,11 @@ ENGINES_AND_RULES: Any = pytest.mark.parametrize(
 CLOSE = 1e-9  # in [rad] and [m]
 
 
-def both(robot: Robot, **settings: Any) -> tuple[Plant, Plant]:
+def both_plants(robot: Robot, **settings: Any) -> tuple[Plant, Plant]:
     return Plant(robot, engine="core", **settings), Plant(robot, engine="dart", **settings)
 
 
-def go_together(plants: tuple[Plant, Plant], steps: int, *inputs: Any, **more: Any) -> float:
+def step_together(plants: tuple[Plant, Plant], steps: int, *inputs: Any, **more: Any) -> float:
     """Step both plants, compare their states, and return the displacement."""
     core, dart = plants
     begin = core.q
@@ -45,16 +45,16 @@ def test_damped_tree_moves_like_in_dart(seed: int) -> None:
     robot = with_coordinates(random_tree(seed, damping=2.0), actuated=True)
     robot = with_coordinates(robot, stiffness=0.5, rest=0.1)
     rng = np.random.default_rng(seed)
-    plants = both(robot, step=1e-3, wrenched=("link_0", "link_1"))
+    plants = both_plants(robot, step=1e-3, wrenched=("link_0", "link_1"))
     q, _, f = random_state(robot, rng)
     for plant in plants:
         plant.reset(q)
     torques = 0.2 * rng.uniform(-1, 1, q.size)
     loads, wrenches = 0.3 * rng.uniform(-1, 1, 3), 0.3 * rng.uniform(-1, 1, 12)
-    assert go_together(plants, 1000, 0.3 * f, torques, loads=loads, wrenches=wrenches) > 0.01
+    assert step_together(plants, 1000, 0.3 * f, torques, loads=loads, wrenches=wrenches) > 0.01
     for plant in plants:
         plant.reset(q)
-    assert go_together(plants, 1000, 0.3 * f) > 0.01  # only by muscles and springs
+    assert step_together(plants, 1000, 0.3 * f) > 0.01  # only by muscles and springs
 
 
 @pytest.mark.slow
@@ -62,11 +62,11 @@ def test_damped_tree_moves_like_in_dart(seed: int) -> None:
 def test_joint_limits_in_core_and_dart_are_equal(robot: Robot) -> None:
     """An arm falls to its limits and rests there."""
     limited = with_coordinates(robot, lower=-0.4, upper=0.4, damping=0.05)
-    plants = both(limited)
+    plants = both_plants(limited)
     start = np.full(len(robot.coordinates), 0.1)
     for plant in plants:
         plant.reset(start)
-    go_together(plants, 1000, np.zeros(len(robot.muscles)))
+    step_together(plants, 1000, np.zeros(len(robot.muscles)))
     assert np.abs(plants[0].q).max() > 0.4 - 1e-9
     assert np.abs(plants[0].q).max() <= 0.4 + 1e-9
 
@@ -77,7 +77,7 @@ def test_substeps_laws_and_energies_equal_dart() -> None:
     model = CableModel("elastic_cable", (("stiffness", 1e3), ("damping", 5.0)))
     robot = with_coordinates(planar_2r(), damping=0.1, stiffness=0.3, rest=0.2)
     robot = robot.with_muscles([replace(muscle, model=model) for muscle in robot.muscles])
-    core, dart = both(robot, substeps=3, energy=True)
+    core, dart = both_plants(robot, substeps=3, energy=True)
     commands = core.commands
     for _ in range(300):
         for plant in (core, dart):
@@ -92,7 +92,7 @@ def test_substeps_laws_and_energies_equal_dart() -> None:
 @pytest.mark.parametrize("seed", range(9))
 def test_energies_and_momenta_equal_dart(seed: int) -> None:
     robot = random_tree(seed)
-    core, dart = both(robot, energy=True)
+    core, dart = both_plants(robot, energy=True)
     q, qd, _ = random_state(robot, np.random.default_rng(seed))
     for plant in (core, dart):
         plant.reset(q, qd)

@@ -26,7 +26,7 @@ LIMITS = ((-0.01, 0.01), (-np.inf, 0.005), (-np.inf, np.inf), (0.0, 0.02))
 MASS = 2.0
 
 
-def changed(robot: Robot, rng: np.random.Generator, most: float) -> Robot:
+def with_friction_and_limits(robot: Robot, rng: np.random.Generator, most: float) -> Robot:
     """Return the robot with friction in two thirds of the coordinates, and narrow limits."""
     joints = []
     for joint in robot.joints:
@@ -39,7 +39,7 @@ def changed(robot: Robot, rng: np.random.Generator, most: float) -> Robot:
     return replace(robot, joints=tuple(joints))
 
 
-def unbounded(robot: Robot) -> Robot:
+def without_friction_and_limits(robot: Robot) -> Robot:
     """Return the robot without friction and limits."""
     return with_coordinates(robot, lower=-np.inf, upper=np.inf, friction=0.0)
 
@@ -80,8 +80,12 @@ def test_steps_satisfy_friction_law_and_limits() -> None:
     ways = set()
     for seed in range(40):
         rng = np.random.default_rng(seed)
-        robot = changed(random_tree(seed, damping=0.3), rng, 10.0 ** rng.uniform(-1, 2))
-        plant, free = (Plant(r, STEP, engine="core") for r in (robot, unbounded(robot)))
+        robot = with_friction_and_limits(
+            random_tree(seed, damping=0.3), rng, 10.0 ** rng.uniform(-1, 2)
+        )
+        plant, free = (
+            Plant(r, STEP, engine="core") for r in (robot, without_friction_and_limits(robot))
+        )
         d, grip = CoreDynamics(robot), STEP * frictions(robot)
         plant.reset(None, rng.uniform(-1, 1, d.n) * rng.integers(0, 2, d.n))
         for _ in range(60):
@@ -99,8 +103,10 @@ def test_steps_satisfy_friction_law_and_limits() -> None:
 @pytest.mark.slow
 def test_chains_of_twenty_joints_satisfy_the_friction_law() -> None:
     """The solver converges for two thousand states."""
-    robot = changed(chain(20, 0), np.random.default_rng(0), 5.0)
-    plant, free = (Plant(r, STEP, engine="core") for r in (robot, unbounded(robot)))
+    robot = with_friction_and_limits(chain(20, 0), np.random.default_rng(0), 5.0)
+    plant, free = (
+        Plant(r, STEP, engine="core") for r in (robot, without_friction_and_limits(robot))
+    )
     d, grip, rng = CoreDynamics(robot), STEP * frictions(robot), np.random.default_rng(1)
     ways = set()
     for _ in range(2000):
@@ -120,8 +126,10 @@ def test_chains_of_twenty_joints_satisfy_the_friction_law() -> None:
 def test_friction_and_stops_dissipate_energy(seed: int) -> None:
     """Compare the energy after a step with the energy without friction and limits."""
     rng = np.random.default_rng(seed)
-    robot = changed(random_tree(seed), rng, 3.0)
-    plant, free = (Plant(r, STEP, engine="core") for r in (robot, unbounded(robot)))
+    robot = with_friction_and_limits(random_tree(seed), rng, 3.0)
+    plant, free = (
+        Plant(r, STEP, engine="core") for r in (robot, without_friction_and_limits(robot))
+    )
     d = CoreDynamics(robot)
     plant.reset(None, rng.uniform(-1, 1, d.n))
     taken = 0.0
@@ -240,7 +248,7 @@ def test_friction_equals_dart(seed: int) -> None:
 def test_state_is_restored_bit_identically() -> None:
     """Steps do not depend on earlier sticking joints."""
     rng = np.random.default_rng(3)
-    plant = Plant(changed(planar_2r(), rng, 5.0), STEP)
+    plant = Plant(with_friction_and_limits(planar_2r(), rng, 5.0), STEP)
     for _ in range(50):
         plant.step(rng.uniform(0, 30, 4))
     state = plant.get_state()

@@ -150,7 +150,7 @@ def case(name: str) -> tuple[Case, np.ndarray]:
     return made, made.reference()
 
 
-def worst(name: str, step: float, integrator: str = "euler") -> float:
+def largest_error(name: str, step: float, integrator: str = "euler") -> float:
     made, expected = case(name)
     return float(np.abs(made.way(step, integrator) - expected).max())
 
@@ -176,14 +176,14 @@ def test_reference_is_not_chaotic(name: str) -> None:
     ],
 )
 def test_semi_implicit_euler_has_first_order(name: str, error: float) -> None:
-    coarse, fine = worst(name, 1e-3), worst(name, 5e-4)
+    coarse, fine = largest_error(name, 1e-3), largest_error(name, 5e-4)
     assert coarse < error
     assert coarse / fine == pytest.approx(2.0, rel=0.1)
 
 
 @pytest.mark.slow
 def test_rk4_has_fourth_order_for_smooth_motions() -> None:
-    errors = [worst("hanging", h, "rk4") for h in (1e-2, 5e-3, 2.5e-3)]
+    errors = [largest_error("hanging", h, "rk4") for h in (1e-2, 5e-3, 2.5e-3)]
     assert errors[0] < 3e-5
     for coarse, fine in pairwise(errors):
         assert coarse / fine == pytest.approx(16.0, rel=0.15)
@@ -199,7 +199,7 @@ def test_rk4_has_fourth_order_for_smooth_motions() -> None:
     ],
 )
 def test_rk4_is_more_accurate_than_euler(name: str, gain: float) -> None:
-    assert gain * worst(name, 1e-3, "rk4") < worst(name, 1e-3)
+    assert gain * largest_error(name, 1e-3, "rk4") < largest_error(name, 1e-3)
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ STEP = 1e-3
 LIMITS = ((-0.01, 0.01), (-np.inf, 0.005), (-np.inf, np.inf))
 
 
-def bounded(robot: Robot, limits: Callable[[], tuple[float, float]]) -> Robot:
+def with_limits(robot: Robot, limits: Callable[[], tuple[float, float]]) -> Robot:
     joints = []
     for joint in robot.joints:
         ends = [limits() for _ in joint.coordinates]
@@ -32,10 +32,10 @@ def bounded(robot: Robot, limits: Callable[[], tuple[float, float]]) -> Robot:
 def narrow_tree(seed: int) -> Robot:
     """Return a damped tree with narrow limits."""
     rng = np.random.default_rng(seed)
-    return bounded(random_tree(seed, damping=0.3), lambda: LIMITS[rng.integers(3)])
+    return with_limits(random_tree(seed, damping=0.3), lambda: LIMITS[rng.integers(3)])
 
 
-def stopped(
+def constrained_velocities(
     M: np.ndarray, free: np.ndarray, low: np.ndarray, high: np.ndarray
 ) -> np.ndarray[Any, Any]:
     """Return the velocities within the bounds that minimise (v - free)' M (v - free)."""
@@ -46,7 +46,7 @@ def stopped(
 
 
 def free_plant(robot: Robot, **settings: Any) -> Plant:
-    return Plant(bounded(robot, lambda: (-np.inf, np.inf)), STEP, engine="core", **settings)
+    return Plant(with_limits(robot, lambda: (-np.inf, np.inf)), STEP, engine="core", **settings)
 
 
 @pytest.mark.native
@@ -63,7 +63,7 @@ def test_core_step_satisfies_all_limits_simultaneously(seed: int) -> None:
         free.step(f)
         plant.step(f)
         low, high = (d.q_min - q) / STEP, (d.q_max - q) / STEP
-        expected = stopped(d.mass_matrix(q), free.qd, low, high)
+        expected = constrained_velocities(d.mass_matrix(q), free.qd, low, high)
         scale = 1.0 + np.abs(expected).max()
         np.testing.assert_allclose(plant.qd, expected, rtol=0, atol=1e-10 * scale)
         assert (plant.q >= d.q_min - 1e-12).all()
@@ -90,7 +90,7 @@ def test_rk4_stops_are_inelastic(seed: int) -> None:
         under, over = free.q < d.q_min, free.q > d.q_max
         q = np.clip(free.q, d.q_min, d.q_max)
         low, high = np.where(under, 0.0, -np.inf), np.where(over, 0.0, np.inf)
-        expected = stopped(d.mass_matrix(q), free.qd, low, high)
+        expected = constrained_velocities(d.mass_matrix(q), free.qd, low, high)
         scale = 1.0 + np.abs(expected).max()
         np.testing.assert_allclose(plant.q, q, rtol=0, atol=1e-12)
         np.testing.assert_allclose(plant.qd, expected, rtol=0, atol=1e-10 * scale)
@@ -101,7 +101,7 @@ def test_rk4_stops_are_inelastic(seed: int) -> None:
 @pytest.mark.parametrize("beyond", [1e-4, 0.1, 1.0])
 def test_joint_beyond_its_limit_returns_slowly(beyond: float) -> None:
     """It returns within a step, or with at most 10 rad/s, with both engines."""
-    robot = bounded(planar_2r(), lambda: (-0.4, 0.4))
+    robot = with_limits(planar_2r(), lambda: (-0.4, 0.4))
     core, dart = (Plant(robot, STEP, engine=engine) for engine in ("core", "dart"))
     for plant in (core, dart):
         plant.reset([0.4 + beyond, 0.1])

@@ -94,7 +94,7 @@ def gap(plant: Plant) -> float:
     return float(np.abs(core.array("closure_gap", 5)).max())
 
 
-def fallen(robot: Robot, step: float, end: float, rule: str = "euler") -> tuple[Plant, float]:
+def swung_plant(robot: Robot, step: float, end: float, rule: str = "euler") -> tuple[Plant, float]:
     """Return the plant after a swing, and the largest gap during the swing."""
     plant = Plant(robot, step, integrator=rule, energy=True)  # type: ignore[arg-type]
     worst = 0.0
@@ -108,7 +108,7 @@ def fallen(robot: Robot, step: float, end: float, rule: str = "euler") -> tuple[
 @mechanisms
 def test_loop_gap_of_euler_has_second_order(name: str) -> None:
     robot, *_ = MECHANISMS[name]
-    coarse, fine = (fallen(robot, step, 1.0)[1] for step in (1e-3, 1e-4))
+    coarse, fine = (swung_plant(robot, step, 1.0)[1] for step in (1e-3, 1e-4))
     assert coarse <= 1e-4
     assert fine == pytest.approx(0.01 * coarse, rel=0.1)
 
@@ -118,10 +118,10 @@ def test_loop_gap_of_euler_has_second_order(name: str) -> None:
 def test_rk4_equals_reduced_equation_of_motion(name: str) -> None:
     robot, places, masses = MECHANISMS[name]
     expected = swing(places, masses, 1.0, 1.0)
-    plant, worst = fallen(robot, 1e-3, 1.0, "rk4")
+    plant, worst = swung_plant(robot, 1e-3, 1.0, "rk4")
     assert plant.q[0] == pytest.approx(-expected, abs=1e-7)
     assert worst <= 1e-12
-    coarse = fallen(robot, 4e-3, 1.0, "rk4")[0].q[0]
+    coarse = swung_plant(robot, 4e-3, 1.0, "rk4")[0].q[0]
     assert abs(coarse + expected) <= 1e-4
 
 
@@ -131,12 +131,12 @@ def test_rk4_equals_reduced_equation_of_motion(name: str) -> None:
 def test_euler_converges_with_first_order(name: str) -> None:
     robot, places, masses = MECHANISMS[name]
     expected = -swing(places, masses, 1.0, 1.0)
-    errors = [fallen(robot, step, 1.0)[0].q[0] - expected for step in (1e-3, 5e-4)]
+    errors = [swung_plant(robot, step, 1.0)[0].q[0] - expected for step in (1e-3, 5e-4)]
     assert errors[0] == pytest.approx(2.0 * errors[1], rel=0.1)
 
 
 def test_energy_and_loops_are_conserved_for_ten_seconds() -> None:
-    plant, worst = fallen(four_bar(), 2e-3, 10.0, "rk4")
+    plant, worst = swung_plant(four_bar(), 2e-3, 10.0, "rk4")
     start = Plant(four_bar(), energy=True).energy
     energy = plant.energy
     assert worst <= 1e-12
@@ -280,7 +280,7 @@ def test_friction_limits_and_loops_are_solved_together(first: int) -> None:
         grip = scale * rng.uniform(0.0, 1.0, len(q)) * (rng.uniform(size=len(q)) < 0.6)
         low = np.where(rng.uniform(size=len(q)) < 0.3, -0.2, -np.inf)
         high = np.where(rng.uniform(size=len(q)) < 0.3, 0.3, np.inf)
-        changed = with_each(robot, q, grip / STEP, low, high)
+        changed = with_friction_and_limits(robot, q, grip / STEP, low, high)
         plant = Plant(changed, STEP)
         plant.reset(q, v)
         plant.step(f)
@@ -296,7 +296,7 @@ def test_friction_limits_and_loops_are_solved_together(first: int) -> None:
     assert moved > 3
 
 
-def with_each(
+def with_friction_and_limits(
     robot: Robot, q: FloatArray, friction: FloatArray, low: FloatArray, high: FloatArray
 ) -> Robot:
     """Return the robot with friction, and limits that allow such velocities."""

@@ -23,7 +23,7 @@ HILL = {"max_isometric_force": 400.0, "fibre_damping": 0.1}
 LIGAMENT = {"linear_stiffness": 300.0}
 
 
-def modelled(robot: Robot, kind: CableKind, **parameters: float) -> Robot:
+def with_law(robot: Robot, kind: CableKind, **parameters: float) -> Robot:
     """Return the robot with a muscle law, with lengths that match its initial pose."""
     lengths = DartDynamics(robot).muscle_lengths([c.initial for c in robot.coordinates])
     muscles = []
@@ -42,14 +42,14 @@ def modelled(robot: Robot, kind: CableKind, **parameters: float) -> Robot:
 
 
 ROBOTS = {
-    "elastic_cable": lambda: modelled(planar_2r(), "elastic_cable", stiffness=1e3, damping=5.0),
-    "mckibben": lambda: modelled(planar_2r(), "mckibben"),
-    "hill_degroote2016": lambda: modelled(planar_2r(), "hill_degroote2016", **HILL),
-    "hill, elastic tendon": lambda: modelled(
+    "elastic_cable": lambda: with_law(planar_2r(), "elastic_cable", stiffness=1e3, damping=5.0),
+    "mckibben": lambda: with_law(planar_2r(), "mckibben"),
+    "hill_degroote2016": lambda: with_law(planar_2r(), "hill_degroote2016", **HILL),
+    "hill, elastic tendon": lambda: with_law(
         planar_2r(), "hill_millard2012", **HILL, elastic_tendon=1.0
     ),
-    "series_elastic_motor": lambda: modelled(planar_2r(), "series_elastic_motor"),
-    "ligament": lambda: modelled(planar_2r(), "ligament_blankevoort1991", **LIGAMENT),
+    "series_elastic_motor": lambda: with_law(planar_2r(), "series_elastic_motor"),
+    "ligament": lambda: with_law(planar_2r(), "ligament_blankevoort1991", **LIGAMENT),
 }
 
 
@@ -85,7 +85,7 @@ def test_step_uses_the_reported_tensions(name: str) -> None:
 @every_engine
 def test_pressure_of_pneumatic_muscle_does_not_depend_on_the_motion() -> None:
     """The pressure is u + (p0 - u) exp(-t / tau) for any step."""
-    robot = modelled(planar_2r(), "mckibben", pressure_time_constant=0.03)
+    robot = with_law(planar_2r(), "mckibben", pressure_time_constant=0.03)
     for plant, h, close in (
         (Plant(robot, 1e-3), 1e-3, 1e-12),
         (Plant(robot, 7e-3), 7e-3, 1e-12),
@@ -142,7 +142,7 @@ def test_muscles_start_at_rest_with_smallest_forces(name: str) -> None:
 
 @pytest.mark.parametrize("elastic", [0.0, 1.0])
 def test_nearest_reachable_tension_is_held(elastic: float) -> None:
-    drive = MuscleDrive(modelled(planar_2r(), "hill_millard2012", **HILL, elastic_tendon=elastic))
+    drive = MuscleDrive(with_law(planar_2r(), "hill_millard2012", **HILL, elastic_tendon=elastic))
     reach = drive.resting_reach(np.zeros(2))
     assert (reach.low > 0.0).all()
     assert (reach.low < reach.high).all()
@@ -227,7 +227,7 @@ def test_explicit_rule_diverges_with_a_fast_motor() -> None:
 @pytest.mark.parametrize("damping", [0.0, 20.0])
 def test_elastic_cables_do_not_add_energy(damping: float) -> None:
     """The total energy never increases, and is constant without damping."""
-    robot = modelled(planar_2r(), "elastic_cable", stiffness=300.0, damping=damping)
+    robot = with_law(planar_2r(), "elastic_cable", stiffness=300.0, damping=damping)
     plant = Plant(
         with_coordinates(robot, lower=-9.0, upper=9.0), 2e-4, integrator="rk4", energy=True
     )

@@ -59,7 +59,7 @@ def test_moment_arms_forces_and_fibre_speeds(shared: Path, name: str) -> None:
             numbers = pose["off_equilibrium"][index[muscle.name]]
             if muscle.wraps or not numbers["fiber_length"]:  # OpenSim did not find an equilibrium
                 continue
-            arms = _eliminated(pose["dl_dq"][index[muscle.name]], own, pose)
+            arms = _coupled_jacobian(pose["dl_dq"][index[muscle.name]], own, pose)
             np.testing.assert_allclose(L[k], arms, atol=1e-12)
             F0 = content["muscles"][index[muscle.name]]["max_isometric_force"]
             assert tensions[k] == pytest.approx(numbers["tendon_force"], abs=1e-11 * F0)
@@ -69,7 +69,7 @@ def test_moment_arms_forces_and_fibre_speeds(shared: Path, name: str) -> None:
     assert compared > 10
 
 
-def _eliminated(arms: dict[str, float], own: list[str], pose: Any) -> FloatArray:
+def _coupled_jacobian(arms: dict[str, float], own: list[str], pose: Any) -> FloatArray:
     """Return dl/dq including couplings."""
     found = np.zeros(len(own))
     for name, arm in arms.items():
@@ -92,7 +92,7 @@ def without_stops(robot: Robot) -> Robot:
     )
 
 
-def farthest(
+def largest_differences(
     plant: Plant, rows: FloatArray, columns: tuple[list[int], list[int], list[int]],
     commands: FloatArray,
 ) -> tuple[float, float]:  # fmt: skip
@@ -127,7 +127,7 @@ def test_gait10dof_falls_like_in_opensim(shared: Path) -> None:
         [column(f"/{muscle}/{OWN[state]}") for state, muscle in states],
     )
     commands = np.array([run["excitation"][muscle.name] for muscle in robot.muscles])
-    q, qd = farthest(plant, np.array(run["rows"]), columns, commands)
+    q, qd = largest_differences(plant, np.array(run["rows"]), columns, commands)
     assert q < 1e-8
     assert qd < 1e-6
 
@@ -148,6 +148,6 @@ def test_myosuite_elbow_moves_like_in_mujoco(shared: Path) -> None:
     plant = Plant(without_stops(robot), 5e-5, integrator="rk4")
     assert len(plant.muscle_state_names) == m
     rows = np.array(run["tree_rk4"]["rows"])[:, : 1 + 2 * n + m]
-    q, qd = farthest(plant, rows, (at, [k + n for k in at], states), commands)
+    q, qd = largest_differences(plant, rows, (at, [k + n for k in at], states), commands)
     assert q < 1e-9
     assert qd < 1e-8

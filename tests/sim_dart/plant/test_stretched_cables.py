@@ -69,7 +69,7 @@ SPANS = np.array([math.hypot(0.6, 0.6), math.hypot(0.1, 0.1), 1.2])
 GRIPS = np.array([math.pi / 2, 3 * math.pi / 4]) * MU
 
 
-def round_a_corner(model: CableModel) -> tuple[Robot, FloatArray, FloatArray]:
+def around_a_corner(model: CableModel) -> tuple[Robot, FloatArray, FloatArray]:
     """Return a cable over a quarter of a circle of 0.4 m, with half of the arc before its bend."""
     surface = WrapSurface("round", WORLD, "cylinder", 0.4, Pose((0.4, -0.4, 0.0)))
     wraps = (Wrap("round", 0, 0),)
@@ -78,7 +78,7 @@ def round_a_corner(model: CableModel) -> tuple[Robot, FloatArray, FloatArray]:
     return robot, np.array([0.2 + arc / 2, 0.6 + arc / 2]), np.array([MU * math.pi / 2])
 
 
-def off_a_pulley(model: CableModel) -> tuple[Robot, FloatArray, FloatArray]:
+def over_a_pulley(model: CableModel) -> tuple[Robot, FloatArray, FloatArray]:
     """Return a cable over a pulley of 0.1 m at the base."""
     pulley = base_pulley(0.1, (0.0, -1.0, 0.0))
     robot, arc = slider((-0.1, 0.1, 0.0), model=model, pulley=pulley), 0.1 * math.pi / 2
@@ -87,8 +87,8 @@ def off_a_pulley(model: CableModel) -> tuple[Robot, FloatArray, FloatArray]:
 
 SHAPES = {
     "corners": lambda model: (slider(*CORNERS, model=model), SPANS, GRIPS),
-    "cylinder": round_a_corner,
-    "pulley": off_a_pulley,
+    "cylinder": around_a_corner,
+    "pulley": over_a_pulley,
 }
 
 
@@ -112,7 +112,7 @@ def test_mean_tension_of_sliding_cable_equals_its_stretch(shape: str, way: float
     assert plant.far_tensions[0] == pytest.approx(first * ratios[-1], rel=1e-12)
 
 
-def sticks_and_slides(stretch: FloatArray, compliance: FloatArray) -> FloatArray:
+def stick_slip_stretch(stretch: FloatArray, compliance: FloatArray) -> FloatArray:
     """Return the stretch of spans with the smallest slip that satisfies the capstan ratios."""
     ratios = np.exp(GRIPS)
     while True:
@@ -139,7 +139,7 @@ def test_spans_stick_and_slide_while_winding() -> None:
     for over in np.concatenate(ways):
         stretch[0] += over - last
         last = over
-        stretch = sticks_and_slides(stretch, compliance)
+        stretch = stick_slip_stretch(stretch, compliance)
         plant.step([length - over])
         found = np.array([plant.tensions[0], plant.far_tensions[0]])
         off.append(found - stretch[[0, 2]] / compliance[[0, 2]])
@@ -156,7 +156,7 @@ def reference_motion(mass: float, K: float, force: float, duration: float, h: fl
         v += h * (force - stretch[2] / compliance[2]) / mass
         q += h * v
         stretch[2] += h * v
-        stretch = sticks_and_slides(stretch, compliance)
+        stretch = stick_slip_stretch(stretch, compliance)
     return q
 
 
