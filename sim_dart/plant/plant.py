@@ -337,7 +337,7 @@ class Plant:
         try:
             self._mechanism.set_state(q, qd)
         except DivergedError as error:
-            raise InputError(f"the state must be finite and at most 1e9: {error}") from None
+            raise InputError(f"the state is not finite, or beyond 1e9: {error}") from None
         self._ticks = ticks
         self.world.time = self.time
         self.q, self.qd = q, qd
