@@ -16,10 +16,10 @@ from fmpy.fmi2 import FMU2Slave
 
 
 class Participant:
-    """An FMU of FMI 2.0 for co-simulation, with its real inputs and outputs by name."""
+    """FMU of FMI 2.0 for co-simulation, with real inputs and outputs by name."""
 
     def __init__(self, path, stack):
-        """Unpack and initialise it; the stack takes it apart again."""
+        """Unpack and initialise the FMU; the stack frees it at the end."""
         description = read_model_description(path)
         real = [v for v in description.modelVariables if v.type == "Real"]
         self.inputs = {v.name: v.valueReference for v in real if v.causality == "input"}
@@ -41,19 +41,19 @@ class Participant:
         self.fmu.exitInitializationMode()
 
     def read(self):
-        """The present outputs by name."""
+        """Return the current outputs by name."""
         values = self.fmu.getReal(list(self.outputs.values()))
         return dict(zip(self.outputs, values, strict=True))
 
     def step(self, time, size, signals):
-        """One step; inputs take the signals of their names, or keep their start values."""
-        wired = {key: signals[name] for name, key in self.inputs.items() if name in signals}
-        self.fmu.setReal(list(wired), list(wired.values()))
+        """Compute a step; inputs without a signal of the same name keep their start values."""
+        connected = {key: signals[name] for name, key in self.inputs.items() if name in signals}
+        self.fmu.setReal(list(connected), list(connected.values()))
         self.fmu.doStep(currentCommunicationPoint=time, communicationStepSize=size)
 
 
 def cosimulate(folder, robot="plant"):
-    """All signals at every step: the controller ticks first, then reference and robot advance."""
+    """Return all signals at every step: first the controller, then reference and robot compute."""
     with ExitStack() as stack:
         participants = [
             Participant(f"{folder}/{name}.fmu", stack)
