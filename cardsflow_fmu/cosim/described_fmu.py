@@ -10,7 +10,7 @@ from typing import Any
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu.cosim.signals.units import Unit
 
-from .fmu_description import unpacked_description
+from .fmu_description import read_unpacked_description
 from .fmu_variables import Row, Signal, read_signals
 from .participant import Idle
 
@@ -19,13 +19,13 @@ class DescribedFmu(Idle):
     """Inputs and outputs of an FMU. Each element of an array is a separate port.
 
     Args:
-        name: Its name in the wiring.
+        name: Name of the FMU in the wiring.
         file: The .fmu.
-        folder: An empty folder to unpack it into, or one that holds it unpacked.
-        start_values: Values for parameters and other variables at the start, by name.
+        folder: An empty folder, or a folder with the unpacked FMU.
+        start_values: Start values for parameters and other variables, by name.
 
     Raises:
-        InputError: The file is not an FMU that can be used.
+        InputError: The file is not a valid FMU for co-simulation.
         UnknownNameError: A start value names a variable that does not exist.
     """
 
@@ -42,17 +42,17 @@ class DescribedFmu(Idle):
         try:
             signals = read_signals(self._description, folder)
         except (TypeError, ValueError, KeyError, RecursionError) as error:
-            reason = f"it has no {error}" if isinstance(error, KeyError) else error
+            reason = f"it does not contain {error}" if isinstance(error, KeyError) else error
             raise InputError(f"is not an FMU: {reason}", file=file) from None
-        taken = Row([signal for signal in signals if signal.causality == "input"])
-        given = Row([signal for signal in signals if signal.causality == "output"])
-        self.input_names, self.inputs = taken.names, taken.values
-        self.output_names, self.outputs = given.names, given.values
+        inputs = Row([signal for signal in signals if signal.causality == "input"])
+        outputs = Row([signal for signal in signals if signal.causality == "output"])
+        self.input_names, self.inputs = inputs.names, inputs.values
+        self.output_names, self.outputs = outputs.names, outputs.values
         self.units: Mapping[str, Unit] = {n: u for s in signals for n, u in s.units.items()}
-        self._taken, self._given = taken, given
-        self._changed = self._started(signals, start_values or {})
+        self._input_row, self._output_row = inputs, outputs
+        self._start_rows = self._create_start_rows(signals, start_values or {})
 
-    def _started(self, signals: list[Signal], values: Mapping[str, float]) -> list[Row]:
+    def _create_start_rows(self, signals: list[Signal], values: Mapping[str, float]) -> list[Row]:
         """Return the rows to set before initialization: complete variables with new values."""
         by_element = {name: signal for signal in signals for name in signal.names}
         for name in values:
@@ -72,10 +72,10 @@ class DescribedFmu(Idle):
 
 def _description(file: Path, folder: Path) -> Any:
     """Unpack the FMU if necessary and read its model description."""
-    description = unpacked_description(file, folder)
+    description = read_unpacked_description(file, folder)
     version = str(description.fmiVersion)
     if not version.startswith(("2.", "3.")):
-        raise InputError(f"is an FMU of FMI {version}; FMI 2.0 or 3.0 is needed", file=file)
+        raise InputError(f"is an FMU of FMI {version}; FMI 2.0 or 3.0 is required", file=file)
     if description.coSimulation is None:
         kinds = [
             name

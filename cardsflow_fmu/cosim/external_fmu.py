@@ -16,8 +16,8 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from .participant import Participant
 from .wiring import Ported, Wiring, members
 
-_NAMED = 4
-"""Variables that a line names."""
+_MAX_NAMED = 4
+"""Maximum number of variables named in a warning."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,16 +42,16 @@ class ExternalFmu:
     parameters: Mapping[str, float] = field(default_factory=dict)
 
 
-def fitting_wiring(
+def without_missing_loads(
     wiring: Wiring, fmus: Collection[str], parts: Iterable[Ported], loads: Sequence[str]
 ) -> dict[str, str | float]:
-    """Return an experiment's wiring without external loads that external FMUs do not accept.
+    """Return an experiment's wiring without external loads that external FMUs have no inputs for.
 
     Args:
         wiring: The experiment's wiring.
-        fmus: The roles of external FMUs.
+        fmus: Roles of the external FMUs.
         parts: The participants.
-        loads: Names of the inputs for loads.
+        loads: Names of the inputs for external loads.
     """
     missing = {
         f"{part.name}.{load}"
@@ -74,8 +74,8 @@ class AdaptedFmu:
     keep their names and units.
 
     Args:
-        inner: The FMU, initialised.
-        external: The experiment's settings for it.
+        inner: The initialised FMU.
+        external: The experiment's settings for the FMU.
         ports: The experiment's variables for the role of the FMU.
 
     Raises:
@@ -90,50 +90,72 @@ class AdaptedFmu:
         self.name = inner.name
         self._inner = inner
         known = {port.name: port for port in ports}
-        units = {**inner.units, **stated_units(external, (*inner.input_names, *inner.output_names))}
-        taken, given = (
-            _Side(own, renamed(external, side, own, ports), units, known, f"{external.key}.{side}s")
-            for side, own in (("input", inner.input_names), ("output", inner.output_names))
+        units = {
+            **inner.units,
+            **specified_units(external, (*inner.input_names, *inner.output_names)),
+        }
+        inputs, outputs = (
+            _MappedPorts(
+                names,
+                experiment_names(external, side, names, ports),
+                units,
+                known,
+                f"{external.key}.{side}s",
+            )
+            for side, names in (("input", inner.input_names), ("output", inner.output_names))
         )
-        self._taken, self._given = taken, given
-        assumed = [*taken.assumed, *given.assumed]
+        self._mapped_inputs, self._mapped_outputs = inputs, outputs
+        assumed = [*inputs.assumed, *outputs.assumed]
         self.warnings = [_assumption(external.key, assumed)] if assumed else []
-        self.input_names, self.output_names = taken.names, given.names
-        self.units: Mapping[str, Unit] = {**given.units, **taken.units}
-        self.inputs: FloatArray = taken.outside(inner.inputs)
-        self.outputs: FloatArray = given.outside(inner.outputs)
+        self.input_names, self.output_names = inputs.names, outputs.names
+        self.units: Mapping[str, Unit] = {**outputs.units, **inputs.units}
+        self.inputs: FloatArray = inputs.to_experiment(inner.inputs)
+        self.outputs: FloatArray = outputs.to_experiment(inner.outputs)
 
     def step(self, t: float, h: float) -> None:
-        """Convert the inputs, step the FMU, convert its outputs."""
-        self._taken.inside(self.inputs, self._inner.inputs)
+        """Convert the inputs, step the FMU, and convert the outputs."""
+        self._mapped_inputs.to_fmu(self.inputs, self._inner.inputs)
         self._inner.step(t, h)
-        self.outputs[:] = self._given.outside(self._inner.outputs)
+        self.outputs[:] = self._mapped_outputs.to_experiment(self._inner.outputs)
 
     def close(self) -> None:
         """Free the FMU."""
         self._inner.close()
 
 
-class _Side:
-    """Inputs or outputs of an FMU with other names and units."""
+class _MappedPorts:
+    """Inputs or outputs of an FMU with the experiment's names and units.
+
+    Args:
+        fmu_names: Names of the FMU's variables.
+        mapped: The experiment's name of each mapped variable.
+        units: Units of the FMU's variables.
+        ports: The experiment's ports by name.
+        key: Key of the setting, for messages.
+
+    Attributes:
+        names: The experiment's names; unmapped variables keep their names.
+        units: Units by the experiment's names.
+        assumed: Variables without units, with the assumed unit.
+    """
 
     def __init__(
         self,
-        own: Sequence[str],
-        renamed: Mapping[str, str],
+        fmu_names: Sequence[str],
+        mapped: Mapping[str, str],
         units: Mapping[str, Unit],
         ports: Mapping[str, Port],
         key: str,
     ) -> None:
-        self.names = tuple(renamed.get(name, name) for name in own)
+        self.names = tuple(mapped.get(name, name) for name in fmu_names)
         if len(set(self.names)) < len(self.names):
             twice = next(name for name in self.names if self.names.count(name) > 1)
             raise InputError(f"two variables would have the name {twice!r}", key=key)
         self.units: dict[str, Unit] = {}
         self.assumed: list[str] = []
         changes = []
-        for name in own:
-            unit, new = units.get(name), renamed.get(name)
+        for name in fmu_names:
+            unit, new = units.get(name), mapped.get(name)
             port = ports.get(new or name)
             port_unit = KNOWN_UNITS[port.unit] if port is not None and port.unit else None
             if unit is None and port_unit is not None:
@@ -148,19 +170,19 @@ class _Side:
         self._factors = np.array([change.factor for change in changes])
         self._offsets = np.array([change.offset for change in changes])
 
-    def outside(self, values: FloatArray) -> FloatArray:
-        """Return the FMU's values in the experiment's units."""
+    def to_experiment(self, values: FloatArray) -> FloatArray:
+        """Return the FMU's values, converted to the experiment's units."""
         converted: FloatArray = self._factors * values + self._offsets
         return converted
 
-    def inside(self, values: FloatArray, target: FloatArray) -> None:
-        """Return the experiment's values in the FMU's units."""
+    def to_fmu(self, values: FloatArray, target: FloatArray) -> None:
+        """Write the experiment's values, converted to the FMU's units, to an array."""
         target[:] = (values - self._offsets) / self._factors
 
 
 def _assumption(key: str, assumed: Sequence[str]) -> str:
-    more = f" and {len(assumed) - _NAMED} more" if len(assumed) > _NAMED else ""
-    line = f"{key}: the FMU has no units for {', '.join(assumed[:_NAMED])}{more}"
+    more = f" and {len(assumed) - _MAX_NAMED} more" if len(assumed) > _MAX_NAMED else ""
+    line = f"{key}: the FMU specifies no units for {', '.join(assumed[:_MAX_NAMED])}{more}"
     return f"{line}; the experiment's units are assumed; set {key}.units for other units"
 
 
@@ -171,7 +193,7 @@ def _conversion(source: Unit | None, target: Unit | None, route: str) -> Convers
         raise InputError(error.what, key=route) from None
 
 
-def stated_units(external: ExternalFmu, own: Sequence[str]) -> dict[str, Unit]:
+def specified_units(external: ExternalFmu, fmu_names: Sequence[str]) -> dict[str, Unit]:
     """Return the units that the experiment specifies for variables of an FMU.
 
     Raises:
@@ -179,42 +201,43 @@ def stated_units(external: ExternalFmu, own: Sequence[str]) -> dict[str, Unit]:
     """
     units: dict[str, Unit] = {}
     for name, unit in external.units.items():
-        variables = members(name, own)
+        variables = members(name, fmu_names)
         if not variables:
-            raise UnknownNameError("variable of the FMU", name, own, key=f"{external.key}.units")
+            key = f"{external.key}.units"
+            raise UnknownNameError("variable of the FMU", name, fmu_names, key=key)
         units |= dict.fromkeys(variables, KNOWN_UNITS[unit])
     return units
 
 
-def renamed(
-    external: ExternalFmu, side: str, own: Sequence[str], ports: Sequence[Port]
+def experiment_names(
+    external: ExternalFmu, side: str, fmu_names: Sequence[str], ports: Sequence[Port]
 ) -> dict[str, str]:
     """Return the experiment's name of each mapped variable of an FMU.
 
     Args:
         external: The experiment's settings for the FMU.
         side: `input` or `output`.
-        own: Names of the FMU's variables on that side.
+        fmu_names: Names of the FMU's inputs or outputs.
         ports: The experiment's variables for the role of the FMU.
 
     Raises:
         InputError: A size does not match.
         UnknownNameError: The map contains a name that does not exist.
     """
-    ours = [port.name for port in ports if port.causality == side]
+    port_names = [port.name for port in ports if port.causality == side]
     key = f"{external.key}.{side}s"
     names: dict[str, str] = {}
     for name, variable in (external.inputs if side == "input" else external.outputs).items():
-        mapped, variables = members(name, ours), members(variable, own)
+        mapped, variables = members(name, port_names), members(variable, fmu_names)
         if not mapped:
-            raise UnknownNameError(side, name, ours, key=key)
+            raise UnknownNameError(side, name, port_names, key=key)
         if not variables:
-            raise UnknownNameError(f"{side} of the FMU", variable, own, key=f"{key}.{name}")
+            raise UnknownNameError(f"{side} of the FMU", variable, fmu_names, key=f"{key}.{name}")
         if len(mapped) != len(variables):
             what = f"{name} has {len(mapped)}, {variable} of the FMU {len(variables)}"
             raise InputError(f"sizes do not match: {what}", key=f"{key}.{name}")
-        for port, one in zip(mapped, variables, strict=True):
-            if one in names:
-                raise InputError(f"{one} is mapped twice", key=f"{key}.{name}")
-            names[one] = port
+        for port, fmu_name in zip(mapped, variables, strict=True):
+            if fmu_name in names:
+                raise InputError(f"{fmu_name} is mapped twice", key=f"{key}.{name}")
+            names[fmu_name] = port
     return names

@@ -28,7 +28,13 @@ Log = Callable[[int, str], None]
 
 
 class FmuCalls(ABC):
-    """An instance of an FMU.
+    """Calls of an FMU instance.
+
+    Args:
+        name: Name of the instance.
+        description: FMPy's model description.
+        folder: Folder with the unpacked FMU.
+        log: Function that receives the FMU's messages.
 
     Raises:
         Exception: FMPy cannot load the library, or the FMU cannot be instantiated.
@@ -67,11 +73,11 @@ class FmuCalls(ABC):
 
     def getter(self, row: Row) -> Callable[[], int]:
         """Return a function that reads all variables of a row into its buffers."""
-        return self._all("Get", row.banks)
+        return self._combined_call("Get", row.banks)
 
     def setter(self, row: Row) -> Callable[[], int]:
         """Return a function that writes all variables of a row from its buffers."""
-        return self._all("Set", row.banks)
+        return self._combined_call("Set", row.banks)
 
     def free(self) -> None:
         """Free the instance. Its library stays loaded because other instances may use it."""
@@ -79,27 +85,29 @@ class FmuCalls(ABC):
         function.restype = None
         function(self._instance)
 
-    def _all(self, verb: str, banks: Sequence[Bank]) -> Callable[[], int]:
-        calls = [
+    def _combined_call(self, verb: str, banks: Sequence[Bank]) -> Callable[[], int]:
+        """Return a function that gets or sets all banks and returns the highest status."""
+        functions = [
             (self._library[f"{self._prefix}{verb}{bank.function}"], self._arguments(bank))
             for bank in banks
         ]
-        made = [partial(function, *arguments) for function, arguments in calls]  # all in C
-        if not made:
-            return int  # which is 0
-        if len(made) == 1:
-            return made[0]
-        if len(made) == 2:
-            first, second = made
+        # `partial` is implemented in C, which makes these calls fast.
+        calls = [partial(function, *arguments) for function, arguments in functions]
+        if not calls:
+            return int  # returns 0
+        if len(calls) == 1:
+            return calls[0]
+        if len(calls) == 2:
+            first, second = calls
             return lambda: max(first(), second())
-        return lambda: max((call() for call in made), default=0)
+        return lambda: max((call() for call in calls), default=0)
 
     def _call(self, name: str, *arguments: Any) -> int:
         return int(self._library[self._prefix + name](self._instance, *arguments))
 
 
 class Fmi2Calls(FmuCalls):
-    """An instance of an FMI 2.0 FMU."""
+    """Calls of an FMI 2.0 instance."""
 
     _prefix = "fmi2"
 
@@ -141,7 +149,10 @@ class Fmi2Calls(FmuCalls):
         return self._instance, bank.references, ctypes.c_size_t(bank.count), bank.buffer
 
     def enter_initialization(self) -> int:
-        """Set no stop time: the last tick of a slower controller may extend beyond the end."""
+        """Enter the initialization mode without a stop time.
+
+        The last tick of a slower controller may extend beyond the end of the run.
+        """
         zero, none = ctypes.c_double(0.0), ctypes.c_int(0)
         status = self._call("SetupExperiment", none, zero, zero, none, zero)
         return status if status >= DISCARD else self._call("EnterInitializationMode")
@@ -153,7 +164,7 @@ class Fmi2Calls(FmuCalls):
 
 
 class Fmi3Calls(FmuCalls):
-    """An instance of an FMI 3.0 FMU."""
+    """Calls of an FMI 3.0 instance."""
 
     _prefix = "fmi3"
 
@@ -189,7 +200,10 @@ class Fmi3Calls(FmuCalls):
         return self._instance, bank.references, count, bank.buffer, size
 
     def enter_initialization(self) -> int:
-        """Set no stop time: the last tick of a slower controller may extend beyond the end."""
+        """Enter the initialization mode without a stop time.
+
+        The last tick of a slower controller may extend beyond the end of the run.
+        """
         zero, none = ctypes.c_double(0.0), ctypes.c_bool(False)
         return self._call("EnterInitializationMode", none, zero, zero, none, zero)
 

@@ -32,11 +32,11 @@ def read_description(file: Path) -> Any:
     return _description(data, file)
 
 
-_FOR_PEOPLE = ("sources/", "documentation/", "terminalsAndIcons/")
+_UNUSED_FOLDERS = ("sources/", "documentation/", "terminalsAndIcons/")
 """Folders of an FMU that an instance does not need."""
 
 
-def unpacked_description(file: Path, folder: Path) -> Any:
+def read_unpacked_description(file: Path, folder: Path) -> Any:
     """Unpack an FMU and read FMPy's model description.
 
     Args:
@@ -47,7 +47,7 @@ def unpacked_description(file: Path, folder: Path) -> Any:
         InputError: The file is not an FMU.
     """
     if not (folder / DESCRIPTION).is_file():
-        unpack_archive(file, folder, "FMU", "an FMU", without=_FOR_PEOPLE)
+        unpack_archive(file, folder, "FMU", "an FMU", without=_UNUSED_FOLDERS)
     if not (folder / DESCRIPTION).is_file():
         raise InputError(f"is not an FMU: it has no {DESCRIPTION}", file=file)
     return _description(read_file(folder / DESCRIPTION, limits.DESCRIPTION), file)
@@ -56,11 +56,11 @@ def unpacked_description(file: Path, folder: Path) -> Any:
 def _description(data: bytes, file: Path) -> Any:
     fault = limits.xml_fault(data, limits.DESCRIPTION_TAGS)
     if fault is None and b"<!" in re.sub(rb"<!(--|\[CDATA\[)", b"", data.replace(b"\0", b"")):
-        fault = "has a document type or entities, which are not allowed here"
+        fault = "has a document type or entities, which are not allowed"
     if fault is not None:
         raise InputError(f"cannot be used as an FMU: its {DESCRIPTION} {fault}", file=file)
     try:
-        description = fmpy.read_model_description(_packed(data), validate=False)
+        description = fmpy.read_model_description(_as_archive(data), validate=False)
         sizes = [math.prod(variable.shape or ()) for variable in description.modelVariables]
     except Exception as error:
         reason = re.sub(r"\s+", " ", str(error))
@@ -71,8 +71,8 @@ def _description(data: bytes, file: Path) -> Any:
     return description
 
 
-def _packed(data: bytes) -> io.BytesIO:
-    """Return a model description in an archive, as FMPy reads it from memory."""
+def _as_archive(data: bytes) -> io.BytesIO:
+    """Return an archive in memory that contains a model description, for FMPy."""
     memory = io.BytesIO()
     with zipfile.ZipFile(memory, "w") as archive:
         archive.writestr(DESCRIPTION, data)

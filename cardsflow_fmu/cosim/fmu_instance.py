@@ -22,14 +22,14 @@ class FmuInstance(DescribedFmu):
     """Loaded and initialised FMU. Each element of an array is a separate port.
 
     Args:
-        name: Its name in the wiring.
+        name: Name of the FMU in the wiring.
         file: The .fmu.
         folder: An empty folder, or a folder with the unpacked FMU. It must exist as long as the
             instance exists.
-        start_values: Values for parameters and other variables at the start, by name.
+        start_values: Start values for parameters and other variables, by name.
 
     Raises:
-        InputError: The file is not an FMU that can be used.
+        InputError: The file is not a valid FMU for co-simulation.
         SimulationError: The FMU cannot be initialised; the error contains its message.
         UnknownNameError: A start value names a variable that does not exist.
         KeyboardInterrupt: Ctrl-C or SIGTERM during initialisation.
@@ -49,7 +49,8 @@ class FmuInstance(DescribedFmu):
         description = self._description
         calls = Fmi2Calls if description.fmiVersion.startswith("2") else Fmi3Calls
         try:
-            with contextlib.chdir("."):  # FMPy leaves it where a library cannot be loaded
+            # If a library cannot be loaded, FMPy does not restore the current folder.
+            with contextlib.chdir("."):
                 self._calls = calls(name, description, folder, self._on_log)
         except Exception as error:
             if self._messages():
@@ -58,21 +59,21 @@ class FmuInstance(DescribedFmu):
             raise InputError(f"cannot be loaded: {reason}", file=file) from None
         try:
             self._bind(self._calls)
-            self._start(self._calls, self._changed)
+            self._start(self._calls, self._start_rows)
         except BaseException:
             self.close()
             raise
 
     def step(self, t: float, h: float) -> None:
-        """Set the inputs, advance from t to t + h, get the outputs."""
-        if self._taken.is_apart:
-            self._taken.write()
+        """Set the inputs, advance from t to t + h, and get the outputs."""
+        if self._input_row.is_apart:
+            self._input_row.write()
         if self._set() >= DISCARD or self._advance(t, h) >= DISCARD:
             self._fail(f"at t = {t:.6g} s")
         if self._get() >= DISCARD:
             self._fail("while reading its outputs")
-        if self._given.is_apart:
-            self._given.read()
+        if self._output_row.is_apart:
+            self._output_row.read()
 
     def close(self) -> None:
         """Terminate the simulation unless it has failed, and free the instance."""
@@ -86,11 +87,13 @@ class FmuInstance(DescribedFmu):
             calls.free()
 
     def _bind(self, calls: FmuCalls) -> None:
-        self._set, self._get = calls.setter(self._taken), calls.getter(self._given)
+        self._set, self._get = calls.setter(self._input_row), calls.getter(self._output_row)
         self._advance = calls.step
 
     def _start(self, calls: FmuCalls, rows: list[Row]) -> None:
-        """Initialize the instance. Ctrl-C is handled afterwards, because hardware answers slowly.
+        """Initialize the instance.
+
+        Ctrl-C is handled after the initialization, since hardware may answer slowly.
 
         Raises:
             KeyboardInterrupt: Ctrl-C was pressed during initialisation.
@@ -117,14 +120,14 @@ class FmuInstance(DescribedFmu):
     def _read_outputs(self) -> None:
         if self._get() >= DISCARD:
             self._fail("while reading its outputs")
-        self._given.read()
+        self._output_row.read()
 
     def _on_log(self, status: int, text: str) -> None:
         if status:
             self._log.append(text)
 
     def _messages(self) -> str:
-        """Return the log as one text; FMI 2.0 splits long messages."""
+        """Return all messages as one text, since FMI 2.0 splits long messages."""
         return _user_text("\n".join(self._log)).strip()
 
     def _fail(self, when: str) -> None:
@@ -135,6 +138,6 @@ class FmuInstance(DescribedFmu):
 
 
 def _user_text(text: str) -> str:
-    """Return the message of an error of this package's models, or the complete other text."""
+    """Return the message without trace if this package has raised it, otherwise the full text."""
     summary, trace, _ = text.partition("\nTraceback (most recent call last):")
     return _OWN_ERROR.sub("", summary, count=1) if trace and _OWN_ERROR.search(summary) else text

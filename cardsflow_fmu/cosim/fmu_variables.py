@@ -48,13 +48,13 @@ class Signal:
     """Numeric variable of an FMU.
 
     Attributes:
-        function: Type in the names of FMI's functions, such as `Real` or `Float64`.
+        function: Type in the names of FMI functions, such as `Real` or `Float64`.
         ctype: C type of the values.
-        reference: The value reference.
-        names: Names of the elements; the variable's name for a scalar.
-        units: Units of elements, by their names.
-        causality: As in the model description.
-        start: Start values; zero if the FMU specifies none.
+        reference: Value reference.
+        names: Names of the elements, or the name of the variable for a scalar.
+        units: Units by element name.
+        causality: Causality in the model description.
+        start: Start values, or zero if the FMU specifies none.
     """
 
     function: str
@@ -121,7 +121,7 @@ def _start(text: str | None, size: int) -> tuple[float, ...]:
 
 def _elements(folder: Path) -> dict[str, list[dict[str, str]]]:
     """Read names and units of array elements from annotations, by the array's name."""
-    root = ET.parse(folder / "modelDescription.xml").getroot()  # read by FMPy before
+    root = ET.parse(folder / "modelDescription.xml").getroot()  # FMPy has already checked it
     found = {}
     for variable in root.iterfind("ModelVariables/*"):
         for annotation in variable.iterfind(f"Annotations/Annotation[@type='{ELEMENTS}']"):
@@ -140,11 +140,11 @@ class Bank:
         memory: Memory for doubles; other types use another buffer.
 
     Attributes:
-        function: The type in the names of FMI's functions.
-        references: The value references, for C.
-        count: Their number.
-        buffer: The values, for C.
-        values: The same, for numpy.
+        function: Type in the names of FMI functions.
+        references: Value references as a C array.
+        count: Number of value references.
+        buffer: Values as a C array.
+        values: Values as a numpy array in the same memory.
         place: Position of the values in the row.
         is_apart: Whether values are copied between the row and the buffer.
     """

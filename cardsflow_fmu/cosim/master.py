@@ -18,7 +18,7 @@ from .pacing import Pacer
 from .participant import Participant, Wired
 from .recording import Recording
 from .step_loop import StepLoop
-from .wiring import Copy, Wiring, connect, runs
+from .wiring import Copy, Wiring, connect, consecutive_slices
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,22 +76,22 @@ class Master(StepLoop):
         changes: Mapping[str, Conversion] | None = None,
     ) -> None:
         self._step, self.count = step, steps + 1
-        by_its_name = {p.name: p for p in participants}
-        if len(by_its_name) < len(participants):
+        by_name_of = {p.name: p for p in participants}
+        if len(by_name_of) < len(participants):
             raise InputError("two participants have the same name")
-        groups, before = (coupling or Coupling()).stages(list(by_its_name))
+        groups, before = (coupling or Coupling()).stages(list(by_name_of))
         copies = connect(participants, wiring, by_name=by_name, changes=changes)
-        ticking = by_its_name.get("controller")
+        ticking = by_name_of.get("controller")
         stages = [
             [
                 _Turn(p.step, copies[p.name], (every or {}).get(p.name, 1), p is ticking)
-                for p in map(by_its_name.__getitem__, group)
+                for p in map(by_name_of.__getitem__, group)
             ]
             for group in groups
         ]
         self._before, self._after = stages[:before], stages[before:]
         self.names, self.units, self._columns = columns_of(participants)
-        # only participants with mapped names and units make assumptions
+        # Only participants with mapped names and units have warnings.
         self._warnings = [line for p in participants for line in getattr(p, "warnings", ())]
         self._ticks: list[int] = []
         self._solve_times: list[float] = []
@@ -171,7 +171,7 @@ def columns_of(
     for p in participants:
         kept = [k for k, name in enumerate(p.output_names) if name != SOLVE_TIME]
         begin = len(names)
-        for run in runs(kept):
+        for run in consecutive_slices(kept):
             end = begin + run.stop - run.start
             columns.append((p.outputs[run], slice(begin, end)))
             begin = end

@@ -1,4 +1,4 @@
-"""Pace of a run: as fast as possible, or in real time."""
+"""Pacing of a run: as fast as possible, or in real time."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from .recording import Recording
 
 
 class Pace:
-    """Context with the conditions for a real-time run.
+    """Context manager that prepares the process for a run in real time, if required.
 
     Args:
         step: Communication step, in [s].
         realtime: Whether the run is in real time.
 
     Attributes:
-        pacer: Pacer of the master; None if the run is not in real time.
+        pacer: Timer of the master, or None if the run is not in real time.
     """
 
     def __init__(self, step: float, realtime: bool) -> None:
@@ -44,7 +44,7 @@ class Pace:
         return recording
 
     def report(self, recording: Recording) -> dict[str, Any]:
-        """Return the part of the summary; empty without real time and hardware."""
+        """Return the entries for the summary of the run; empty if it is not in real time."""
         return self._timeliness(np.array(recording.lateness))
 
     def _timeliness(self, lateness: FloatArray) -> dict[str, Any]:

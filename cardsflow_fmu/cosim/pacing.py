@@ -16,8 +16,8 @@ import numpy as np
 from cardsflow_fmu.utils.arrays import FloatArray
 
 _REAL_TIME = ("SCHED_FIFO", "SCHED_RR")
-_SELDOM = 0.01
-"""Share of steps that may be late by more than one step in a run that keeps up."""
+_MAX_LATE_FRACTION = 0.01
+"""Maximum fraction of steps that are late by more than one step in a run that keeps up."""
 _PRIORITY = 20
 """Priority among real-time threads; below those of the operating system."""
 _SET_TIMER_SLACK, _GET_TIMER_SLACK = 29, 30
@@ -85,14 +85,14 @@ def timeliness(lateness: FloatArray, step: float) -> dict[str, Any]:
     """
     if not lateness.size:
         return {"kept_up": None, "steps": 0, "behind": 0, "unit": "s", "lateness": None}
-    median, most, highest = np.quantile(lateness, [0.5, 0.99, 1.0])
+    median, p99, maximum = np.quantile(lateness, [0.5, 0.99, 1.0])
     behind = int(np.count_nonzero(lateness > step))
     return {
-        "kept_up": behind <= _SELDOM * lateness.size,
+        "kept_up": behind <= _MAX_LATE_FRACTION * lateness.size,
         "steps": int(lateness.size),
         "behind": behind,
         "late_by_half_a_millisecond": float(np.mean(lateness > 5e-4)),
-        "lateness": {"median": float(median), "p99": float(most), "max": float(highest)},
+        "lateness": {"median": float(median), "p99": float(p99), "max": float(maximum)},
         "unit": "s",
     }
 
@@ -101,11 +101,11 @@ def describe_timeliness(report: Mapping[str, Any]) -> str:
     """Describe the lateness in one line."""
     if report["kept_up"] is None:
         return "no step was paced"
-    median, most, highest = (1e3 * report["lateness"][key] for key in ("median", "p99", "max"))
+    median, p99, maximum = (1e3 * report["lateness"][key] for key in ("median", "p99", "max"))
     verdict = "kept up" if report["kept_up"] else "did NOT keep up"
     return (
         f"{verdict}: {report['behind']} of {report['steps']} steps late by more than a step; "
-        f"lateness median {median:.3g}, 99 % {most:.3g}, max {highest:.3g} ms"
+        f"lateness median {median:.3g}, 99 % {p99:.3g}, max {maximum:.3g} ms"
     )
 
 
@@ -132,7 +132,7 @@ def real_time_priority() -> Iterator[str]:
         The name of the scheduling policy.
     """
     slack = _timer_slack(_MIN_SLACK)
-    before = _take_priority()
+    before = _request_priority()
     try:
         yield scheduling()
     finally:
@@ -152,7 +152,7 @@ def scheduling() -> str:
     return names.get(own, f"policy {own}")
 
 
-def _take_priority() -> tuple[int, Any] | None:
+def _request_priority() -> tuple[int, Any] | None:
     """Request SCHED_FIFO; return the previous policy, or None if nothing changed."""
     if sys.platform != "linux":
         return None

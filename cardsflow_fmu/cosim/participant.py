@@ -14,8 +14,8 @@ class Wired(Protocol):
     """Inputs and outputs of a participant.
 
     Attributes:
-        name: Its name in the wiring, such as `plant`.
-        input_names, output_names: Names of its ports. Each element of an array has a name: `q[1]`,
+        name: Name of the participant in the wiring, such as `plant`.
+        input_names, output_names: Names of the ports. Each element of an array has a name: `q[1]`,
             `q[2]`.
         units: Units of ports, by name; ports without an entry have no unit.
         inputs: Values that are written before a step, shape (len(input_names),); initially the
@@ -42,11 +42,11 @@ class Participant(Wired, Protocol):
 
 
 class WiredPorts:
-    """Return the inputs and outputs of a model, which share its memory.
+    """Inputs and outputs of a model, which share its memory.
 
     Args:
-        name: Name in the wiring.
-        ports: The variables.
+        name: Name of the model in the wiring.
+        ports: Variables of the model.
         inputs, outputs: Memory of the values, one per port.
     """
 
@@ -67,4 +67,4 @@ class Idle:
         """Do nothing."""
 
     def close(self) -> None:
-        """Do nothing: there are no resources."""
+        """Do nothing, since there are no resources."""

@@ -25,7 +25,7 @@ class RowSink(Protocol):
         """Table for the rows, shape (count, columns)."""
 
     def update(self, filled: int) -> None:
-        """Store the first `count` rows; raise SimulationError if they cannot be stored."""
+        """Store the first `filled` rows; raise SimulationError if they cannot be stored."""
 
     def close(self) -> None:
         """Write all buffered rows; raise SimulationError on failure."""
@@ -41,8 +41,8 @@ class Recording:
         units: Units of the columns, by name; empty for a number without a unit.
         ticks: For each controller tick, the first row with its outputs.
         solve_times: Computation time of each tick, in [s]; empty if the controller has no such
-            output. They are not columns, because the rows of equal experiments are equal.
-        failure: Reason for an early end; None if the run is complete.
+            output. They are not columns, so that equal experiments have equal rows.
+        failure: Error that ended the run early, or None if the run is complete.
         lateness: Lateness of the start of each step and of the end of the last step, in [s], of
             real-time runs.
         warnings: Assumptions of participants, one line each.
@@ -59,7 +59,7 @@ class Recording:
 
     @property
     def columns(self) -> dict[str, FloatArray]:
-        """Return the columns by name, shape (rows,) each."""
+        """Columns by name, shape (rows,) each."""
         return dict(zip(self.names, self.rows.T, strict=True))
 
     def times_of_ticks(self) -> FloatArray:

@@ -66,21 +66,21 @@ class StepLoop(ABC):
                         raise SimulationError(INTERRUPTED)
                     is_due = report(done)
                     if is_due or pacer is not None or is_late(done):
-                        checked = self._checked(rows, checked)
+                        checked = self._check_rows(rows, checked)
                         if sink is not None:
                             sink.update(checked)
                     if is_due:
-                        divergence.look(rows[: self._recorded])
+                        divergence.check(rows[: self._recorded])
                         if progress:
                             progress(done)
                         if watch:
                             watch(self.names, rows[: self._recorded])
-                self._checked(rows, checked)
-                divergence.look(rows[: self._recorded])
+                self._check_rows(rows, checked)
+                divergence.check(rows[: self._recorded])
             except CardsflowError as error:
-                failure = self._reason(error, rows, checked)
+                failure = self._root_cause(error, rows, checked)
             except KeyboardInterrupt:
-                failure = self._reason(SimulationError(INTERRUPTED), rows, checked)
+                failure = self._root_cause(SimulationError(INTERRUPTED), rows, checked)
             if sink is not None:
                 failure = self._close(sink) or failure
         if progress:
@@ -102,7 +102,7 @@ class StepLoop(ABC):
     def _recording(self, rows: FloatArray, failure: CardsflowError | None) -> Recording:
         """Return the rows with their ticks and times."""
 
-    def _checked(self, rows: FloatArray, first: int) -> int:
+    def _check_rows(self, rows: FloatArray, first: int) -> int:
         """Check the rows from `first` on and return the number of rows.
 
         A row with a value that is not finite is the last row.
@@ -118,10 +118,13 @@ class StepLoop(ABC):
         column = int(np.flatnonzero(~np.isfinite(row))[0])
         raise SimulationError(_not_finite_message(self.names[column], row[column], row[0]))
 
-    def _reason(self, error: CardsflowError, rows: FloatArray, checked: int) -> CardsflowError:
-        """Return why a loop ended: a value that was not finite often causes a later failure."""
+    def _root_cause(self, error: CardsflowError, rows: FloatArray, checked: int) -> CardsflowError:
+        """Return the error that ended the loop, preceded by a value that is not finite.
+
+        A value that is not finite often causes another error later.
+        """
         try:
-            self._checked(rows, checked)
+            self._check_rows(rows, checked)
         except SimulationError as cause:
             same = str(cause) == str(error)
             return cause if same else SimulationError(f"{cause}; {error}")
@@ -142,7 +145,7 @@ _REPORT_EVERY = 0.02
 
 
 def _timed_reports() -> Callable[[int], bool]:
-    """Return a function that tells whether a report is due; steps may take any time."""
+    """Return a function that returns whether a report is due, independent of the step duration."""
     due = 0.0
 
     def report(done: int) -> bool:
@@ -157,9 +160,9 @@ def _timed_reports() -> Callable[[int], bool]:
 
 
 def first_not_finite(rows: FloatArray) -> int | None:
-    """Return the first row with a value that is not finite; None if all are finite."""
+    """Return the index of the first row with a value that is not finite, or None."""
     finite = np.isfinite(rows)
-    if finite.all():  # a dot product would wait for BLAS threads
+    if finite.all():  # faster than a dot product, which would wait for BLAS threads
         return None
     return int((~finite.all(axis=1)).argmax())
 

@@ -27,11 +27,11 @@ class Ported(Protocol):
 
     @property
     def input_names(self) -> tuple[str, ...]:
-        """Names of its inputs."""
+        """Names of the inputs."""
 
     @property
     def output_names(self) -> tuple[str, ...]:
-        """Names of its outputs."""
+        """Names of the outputs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,20 +44,20 @@ class Copy:
     target_indices: Indices
 
     def __call__(self) -> None:
-        """Copy."""
+        """Copy the values."""
         self.target[self.target_indices] = self.source[self.source_indices]
 
 
 @dataclass(frozen=True, slots=True)
 class RowCopy(Copy):
-    """Copy of adjacent outputs to adjacent inputs by views, which is the fastest."""
+    """Copy of adjacent outputs to adjacent inputs by array views, which is the fastest method."""
 
-    given: FloatArray
-    taken: FloatArray
+    source_view: FloatArray
+    target_view: FloatArray
 
     def __call__(self) -> None:
-        """Copy."""
-        self.taken[:] = self.given
+        """Copy the values."""
+        self.target_view[:] = self.source_view
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +68,7 @@ class ConvertingCopy(Copy):
     offsets: FloatArray
 
     def __call__(self) -> None:
-        """Copy and convert."""
+        """Copy and convert the values."""
         values = self.source[self.source_indices]
         self.target[self.target_indices] = self.factors * values + self.offsets
 
@@ -99,7 +99,7 @@ def connect(
         UnknownNameError: The wiring names a port that does not exist.
     """
     by_target = routes(participants, wiring, by_name=by_name)
-    _hold(participants, by_target)
+    _set_constants(participants, by_target)
     return {p.name: _copies(p, participants, by_target, changes or {}) for p in participants}
 
 
@@ -112,14 +112,14 @@ def routes(
     """
     outputs = [f"{p.name}.{name}" for p in parts for name in p.output_names]
     inputs = [f"{p.name}.{name}" for p in parts for name in p.input_names]
-    by_target = _explicit(wiring, inputs, outputs)
+    by_target = _expand_wiring(wiring, inputs, outputs)
     if by_name:
         _add_equal_names(by_target, inputs, outputs)
     return by_target
 
 
 def members(name: str, names: Iterable[str]) -> list[str]:
-    """Return the ports of a name: the port, or those of its group or array, in order."""
+    """Return the port with a name, or the ports of the group or array with that name, in order."""
     names = list(names)
     if name in names:
         return [name]
@@ -127,15 +127,15 @@ def members(name: str, names: Iterable[str]) -> list[str]:
 
 
 def indices(numbers: Sequence[int]) -> Indices:
-    """Return a slice if the numbers are consecutive, because slices are copied fastest."""
+    """Return a slice if the numbers are consecutive, since slices are copied fastest."""
     if not numbers:
         return []
     first, last = numbers[0], numbers[-1]
-    follow_on = list(numbers) == list(range(first, last + 1))
-    return slice(first, last + 1) if follow_on else list(numbers)
+    are_consecutive = list(numbers) == list(range(first, last + 1))
+    return slice(first, last + 1) if are_consecutive else list(numbers)
 
 
-def runs(numbers: Sequence[int]) -> list[slice]:
+def consecutive_slices(numbers: Sequence[int]) -> list[slice]:
     """Split the numbers into as few slices as possible, in order."""
     found: list[slice] = []
     for number in numbers:
@@ -146,7 +146,7 @@ def runs(numbers: Sequence[int]) -> list[slice]:
     return found
 
 
-def _explicit(
+def _expand_wiring(
     wiring: Wiring, inputs: Sequence[str], outputs: Sequence[str]
 ) -> dict[str, str | float]:
     """Return the explicit wiring with one source per input."""
@@ -183,12 +183,12 @@ def _add_equal_names(
             continue
         sources = named.get(target.split(".", 1)[1], [])
         if len(sources) != 1:
-            found = f"outputs of that name: {', '.join(sources) or 'none'}"
-            raise InputError(f"input {target} needs exactly one source; {found}", key="wiring")
+            found = f"outputs with this name: {', '.join(sources) or 'none'}"
+            raise InputError(f"input {target} requires exactly one source; {found}", key="wiring")
         by_target[target] = sources[0]
 
 
-def _hold(participants: Sequence[Wired], by_target: Wiring) -> None:
+def _set_constants(participants: Sequence[Wired], by_target: Wiring) -> None:
     """Set the inputs with constant values."""
     for p in participants:
         for k, name in enumerate(p.input_names):
@@ -206,16 +206,16 @@ def _copies(
     copies = []
     for source in participants:
         where = {f"{source.name}.{name}": k for k, name in enumerate(source.output_names)}
-        pairs, made = [], []
+        pairs, conversions = [], []
         for k, name in enumerate(target.input_names):
             full = f"{target.name}.{name}"
             route = by_target.get(full)
             if isinstance(route, str) and route in where:
                 j = where[route]
                 pairs.append((j, k))
-                made.append(changes.get(full) or _conversion(source, j, target, k))
+                conversions.append(changes.get(full) or _conversion(source, j, target, k))
         if pairs:
-            copies.append(_copy(source, target, pairs, made))
+            copies.append(_copy(source, target, pairs, conversions))
     return copies
 
 

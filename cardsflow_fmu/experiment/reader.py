@@ -216,7 +216,7 @@ def _estimator_wiring(
         estimation_wiring(
             robot,
             estimator.encoder_indices,
-            feeds=estimator.feedback,
+            uses_estimate=estimator.feedback,
             has_hardware=hardware.use,
             has_tensions=hardware.has_tensions,
         )

@@ -59,7 +59,7 @@ class FmuDescription:
         has_derivatives: Whether the model has directional derivatives.
         has_state: Whether an earlier state can be restored.
         needs_tool: Whether Python with this package is required.
-        dependencies: Dependencies of the outputs; on all inputs if None.
+        dependencies: Dependencies of the outputs. If None, outputs depend on all inputs.
         sources: C files in the FMU from which its library is compiled, relative to its sources.
     """
 
@@ -78,7 +78,7 @@ class FmuDescription:
 
     @property
     def ports(self) -> list[Port]:
-        """The ports of the model."""
+        """Ports of the model."""
         return [port for variable in self.variables for port in variable.ports]
 
 
@@ -94,8 +94,8 @@ def document(
 
     Args:
         fmu: The FMU.
-        identity: Version of FMI, and GUID or token, as attributes of the root.
-        co_simulation: The element of that name.
+        identity: Attributes of the root: version of FMI, and GUID or instantiation token.
+        co_simulation: Element `CoSimulation`.
         types: Type definitions.
         variables: Model variables.
         structure: The model structure.
@@ -126,49 +126,49 @@ def document(
     return root
 
 
-def known(
+def dependency_indices(
     fmu: FmuDescription, output: Variable, causalities: Sequence[str], *, at_start: bool
 ) -> list[int] | None:
-    """Return the variables that an output depends on, as positions in the FMU's variables.
+    """Return the indices of the variables that an output depends on.
 
     Args:
         fmu: The FMU.
-        output: One of its variables.
-        causalities: Causalities to include.
-        at_start: Whether at the start instead of over a step.
+        output: An output of the FMU.
+        causalities: Causalities of the variables to return.
+        at_start: Whether to return dependencies at the start instead of over a step.
 
     Returns:
-        The positions in ascending order; None if unknown.
+        The indices in the FMU's variables, in ascending order, or None if unknown.
     """
     if fmu.dependencies is None:
         return None
-    of = fmu.dependencies.at_start if at_start else fmu.dependencies.at_once
-    names = frozenset[str]().union(*(of[port.name] for port in output.ports))
+    dependencies = fmu.dependencies.at_start if at_start else fmu.dependencies.direct
+    names = frozenset[str]().union(*(dependencies[port.name] for port in output.ports))
     return [
-        place
-        for place, variable in enumerate(fmu.variables)
+        index
+        for index, variable in enumerate(fmu.variables)
         if variable.port.causality in causalities
         and any(port.name in names for port in variable.ports)
     ]
 
 
-def flag(value: bool) -> str:
+def format_flag(value: bool) -> str:
     """Format a boolean for XML."""
     return "true" if value else "false"
 
 
-def number(value: float) -> str:
+def format_number(value: float) -> str:
     """Format a number so that it reads back exactly."""
     return repr(float(value))
 
 
-def start(port: Port) -> str:
+def format_start(port: Port) -> str:
     """Format the start value of a port."""
-    return flag(port.start != 0) if port.boolean else number(port.start)
+    return format_flag(port.start != 0) if port.boolean else format_number(port.start)
 
 
 def _units(fmu: FmuDescription) -> Iterator[ET.Element]:
-    """Return the units that are used."""
+    """Yield the definitions of all units that variables use."""
     used = {variable.unit for variable in fmu.variables}
     for name, exponents in SI_UNITS.items():
         if name in used:
@@ -193,9 +193,9 @@ def _log_categories() -> Iterator[ET.Element]:
 
 
 def _default_experiment(fmu: FmuDescription) -> ET.Element:
-    """Return the element with the preferred times."""
+    """Return the element `DefaultExperiment`."""
     experiment = ET.Element("DefaultExperiment", startTime="0.0")
     if fmu.stop_time is not None:
-        experiment.set("stopTime", number(fmu.stop_time))
-    experiment.set("stepSize", number(fmu.step))
+        experiment.set("stopTime", format_number(fmu.stop_time))
+    experiment.set("stepSize", format_number(fmu.step))
     return experiment

@@ -1,4 +1,4 @@
-"""Page documentation/index.html of an FMU: its variables and its use."""
+"""Page documentation/index.html of an FMU, which describes its variables and its use."""
 
 from __future__ import annotations
 

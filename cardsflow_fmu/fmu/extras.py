@@ -15,7 +15,7 @@ _HERE = Path(__file__).parent
 
 
 def extra_files(fmu: FmuDescription, fmi: FmiVersion) -> dict[str, bytes]:
-    """Return the files by their path in the FMU.
+    """Return the contents of the files, by path in the FMU.
 
     Raises:
         InputError: The installation is incomplete.
@@ -34,7 +34,7 @@ def extra_files(fmu: FmuDescription, fmi: FmiVersion) -> dict[str, bytes]:
 
 
 def _license() -> str:
-    """Return the licence from the source tree or from the installed package's metadata."""
+    """Return the licence text from the source tree or from the metadata of the package."""
     path = _HERE.parents[1] / "LICENSE"
     if path.is_file():
         return path.read_text("utf-8")

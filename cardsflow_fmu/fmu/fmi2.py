@@ -7,11 +7,18 @@ from collections.abc import Iterator
 
 from cardsflow_fmu.cosim.signals.variables import Variable
 
-from .description import FmuDescription, document, flag, known, start, type_names
+from .description import (
+    FmuDescription,
+    dependency_indices,
+    document,
+    format_flag,
+    format_start,
+    type_names,
+)
 
 
 def describe(fmu: FmuDescription, guid: str) -> ET.Element:
-    """Return the root element."""
+    """Return the root element of a model description of FMI 2.0."""
     types = type_names(fmu)
     return document(
         fmu,
@@ -27,13 +34,13 @@ def _co_simulation(fmu: FmuDescription) -> ET.Element:
     element = ET.Element(
         "CoSimulation",
         modelIdentifier=fmu.model_name,
-        needsExecutionTool=flag(fmu.needs_tool),
-        canHandleVariableCommunicationStepSize=flag(fmu.any_step),
+        needsExecutionTool=format_flag(fmu.needs_tool),
+        canHandleVariableCommunicationStepSize=format_flag(fmu.any_step),
         canInterpolateInputs="false",
         canBeInstantiatedOnlyOncePerProcess="false",
-        canGetAndSetFMUstate=flag(fmu.has_state),
-        canSerializeFMUstate=flag(fmu.has_state),
-        providesDirectionalDerivative=flag(fmu.has_derivatives),
+        canGetAndSetFMUstate=format_flag(fmu.has_state),
+        canSerializeFMUstate=format_flag(fmu.has_state),
+        providesDirectionalDerivative=format_flag(fmu.has_derivatives),
     )
     if fmu.sources:
         files = ET.SubElement(element, "SourceFiles")
@@ -64,14 +71,17 @@ def _variable(variable: Variable, types: dict[str, str]) -> ET.Element:
     if variable.unit in types:
         kind.set("declaredType", types[variable.unit])
     if port.causality != "output":
-        kind.set("start", start(port))
+        kind.set("start", format_start(port))
     if variable.unit:
         kind.set("unit", variable.unit)
     return element
 
 
 def _model_structure(fmu: FmuDescription) -> ET.Element:
-    """Return the dependencies: on inputs over a step, also on parameters at the start."""
+    """Return the element `ModelStructure`.
+
+    It declares dependencies on inputs over a step, and on inputs and parameters at the start.
+    """
     structure = ET.Element("ModelStructure")
     outputs = [(i, v) for i, v in enumerate(fmu.variables, 1) if v.port.causality == "output"]
     knowns = {"Outputs": ("input",), "InitialUnknowns": ("input", "parameter")}
@@ -79,7 +89,8 @@ def _model_structure(fmu: FmuDescription) -> ET.Element:
         unknowns = ET.SubElement(structure, tag)
         for index, variable in outputs:
             unknown = ET.SubElement(unknowns, "Unknown", index=str(index))
-            places = known(fmu, variable, causalities, at_start=tag == "InitialUnknowns")
-            if places is not None:
-                unknown.set("dependencies", " ".join(str(place + 1) for place in places))
+            at_start = tag == "InitialUnknowns"
+            indices = dependency_indices(fmu, variable, causalities, at_start=at_start)
+            if indices is not None:
+                unknown.set("dependencies", " ".join(str(k + 1) for k in indices))
     return structure

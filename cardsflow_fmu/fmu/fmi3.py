@@ -8,19 +8,27 @@ from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.cosim.signals.variables import ELEMENTS, Variable
 
-from .description import FmuDescription, document, flag, known, number, start, type_names
+from .description import (
+    FmuDescription,
+    dependency_indices,
+    document,
+    format_flag,
+    format_number,
+    format_start,
+    type_names,
+)
 
 _TIME = "time"
 
 
 def describe(fmu: FmuDescription, token: str) -> ET.Element:
-    """Return the root element.
+    """Return the root element of a model description of FMI 3.0.
 
     Raises:
         InputError: A variable has the name of the independent variable.
     """
     if _TIME in {variable.name for variable in fmu.variables}:
-        raise InputError(f"{_TIME!r} is the name of FMI 3.0's independent variable")
+        raise InputError(f"the name {_TIME!r} is reserved for the independent variable of FMI 3.0")
     types = type_names(fmu)
     return document(
         fmu,
@@ -36,17 +44,17 @@ def _co_simulation(fmu: FmuDescription) -> ET.Element:
     element = ET.Element(
         "CoSimulation",
         modelIdentifier=fmu.model_name,
-        needsExecutionTool=flag(fmu.needs_tool),
+        needsExecutionTool=format_flag(fmu.needs_tool),
         canBeInstantiatedOnlyOncePerProcess="false",
-        canGetAndSetFMUState=flag(fmu.has_state),
-        canSerializeFMUState=flag(fmu.has_state),
-        providesDirectionalDerivatives=flag(fmu.has_derivatives),
-        canHandleVariableCommunicationStepSize=flag(fmu.any_step),
+        canGetAndSetFMUState=format_flag(fmu.has_state),
+        canSerializeFMUState=format_flag(fmu.has_state),
+        providesDirectionalDerivatives=format_flag(fmu.has_derivatives),
+        canHandleVariableCommunicationStepSize=format_flag(fmu.any_step),
         providesIntermediateUpdate="true",
         hasEventMode="false",
     )
     if fmu.internal_step is not None:
-        element.set("fixedInternalStepSize", number(fmu.internal_step))
+        element.set("fixedInternalStepSize", format_number(fmu.internal_step))
     return element
 
 
@@ -64,7 +72,7 @@ def _variable(variable: Variable, types: dict[str, str]) -> ET.Element:
         element.set("initial", "calculated")
         element.set("intermediateUpdate", "true")
     else:
-        element.set("start", " ".join(start(one) for one in variable.ports))
+        element.set("start", " ".join(map(format_start, variable.ports)))
     if unit in types:
         element.set("declaredType", types[unit])
     if unit:
@@ -72,7 +80,7 @@ def _variable(variable: Variable, types: dict[str, str]) -> ET.Element:
     if variable.is_array:
         annotations = ET.SubElement(element, "Annotations")
         annotation = ET.SubElement(annotations, "Annotation", type=ELEMENTS)
-        elements = [{"name": one.name, "unit": one.unit} for one in variable.ports]
+        elements = [{"name": element.name, "unit": element.unit} for element in variable.ports]
         annotation.text = json_text(elements)
         ET.SubElement(element, "Dimension", start=str(len(variable.ports)))
     return element
@@ -90,14 +98,19 @@ def _independent(reference: int) -> ET.Element:
 
 
 def _model_structure(fmu: FmuDescription) -> ET.Element:
-    """Return the dependencies: on inputs and tunable parameters, at the start on all of them."""
+    """Return the element `ModelStructure`.
+
+    It declares dependencies on inputs and tunable parameters over a step, and on inputs and all
+    parameters at the start.
+    """
     structure = ET.Element("ModelStructure")
     outputs = [variable for variable in fmu.variables if variable.port.causality == "output"]
     for tag in ("Output", "InitialUnknown"):
         for output in outputs:
             unknown = ET.SubElement(structure, tag, valueReference=str(output.reference))
-            places = known(fmu, output, ("input", "parameter"), at_start=tag == "InitialUnknown")
-            if places is not None:
-                references = (str(fmu.variables[place].reference) for place in places)
+            causalities, at_start = ("input", "parameter"), tag == "InitialUnknown"
+            indices = dependency_indices(fmu, output, causalities, at_start=at_start)
+            if indices is not None:
+                references = (str(fmu.variables[k].reference) for k in indices)
                 unknown.set("dependencies", " ".join(references))
     return structure

@@ -1,4 +1,4 @@
-"""modelDescription.xml of FMI 2.0 or FMI 3.0, checked."""
+"""Writer of modelDescription.xml of FMI 2.0 or FMI 3.0, with checks."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ def model_description(fmu: FmuDescription, guid: str, fmi: FmiVersion = "2.0") -
 
     Args:
         fmu: The FMU.
-        guid: Identity that the library checks.
-        fmi: Version of FMI; FMI 2.0 has no arrays.
+        guid: GUID or instantiation token, which the library checks.
+        fmi: Version of FMI. FMI 2.0 has no arrays.
 
     Raises:
         InputError: FMI does not allow a name, a unit or a combination of attributes.
@@ -50,7 +50,7 @@ def _check(fmu: FmuDescription) -> None:
     for names in ([p.name for p in fmu.ports], [v.name for v in fmu.variables]):
         if len(set(names)) < len(names):
             twice = sorted({name for name in names if names.count(name) > 1})
-            raise InputError(f"variables with the same name: {', '.join(twice)}")
+            raise InputError(f"several variables have the same name: {', '.join(twice)}")
     _check_text(fmu.description)
     for port in fmu.ports:
         _check_port(port)

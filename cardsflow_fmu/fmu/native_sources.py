@@ -26,7 +26,7 @@ platform computes the same bits. The functions of FMI keep their plain names, fo
 
 
 def source_files(model_name: str, fmi: FmiVersion) -> dict[str, bytes]:
-    """Return the contents by path in the FMU.
+    """Return the contents of the source files, by path in the FMU.
 
     Raises:
         InputError: The installation is incomplete.

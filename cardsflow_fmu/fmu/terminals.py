@@ -1,4 +1,4 @@
-"""The terminalsAndIcons.xml of an FMU: signals of each joint, muscle and task frame."""
+"""Writer of terminalsAndIcons.xml of an FMU: signals of each joint, muscle and task frame."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _FMI = "3.0"  # FMI 3.0 defines this file; it is used in FMI 2.0 as well
 def terminals_and_icons(variables: Sequence[Variable]) -> bytes:
     """Return the contents of terminalsAndIcons.xml.
 
-    By the rule `bus`, members of terminals are matched by name: a plant's `joint_1` has `q` and
-    `qd`, which are members of a controller's `joint_1` as well. With arrays, one terminal contains
-    all joints or all muscles.
+    The matching rule `bus` connects members with equal names: the terminal `joint_1` of a plant has
+    the members `q` and `qd`, and so does the terminal `joint_1` of a controller. With arrays, one
+    terminal contains all joints or all muscles.
     """
     root = ET.Element("fmiTerminalsAndIcons", fmiVersion=_FMI)
     graphics = ET.SubElement(root, "GraphicalRepresentation")

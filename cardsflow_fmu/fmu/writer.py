@@ -1,4 +1,4 @@
-"""FMU archives, which are byte-identical for equal input."""
+"""Writer of FMU files, which are byte-identical for equal input."""
 
 from __future__ import annotations
 
@@ -59,21 +59,21 @@ def write_fmu(
         path: The file to write.
         model_class: Class of the model, which the FMU imports by name.
         model_name: Name of the model and of its library: a C identifier.
-        ports: The variables of the model.
+        ports: Variables of the model.
         resources: Contents by relative path with `/`, for `model_class.from_resources`.
         step: Preferred communication step, in [s].
         stop_time: Preferred end, in [s].
         internal_step: Divisor of communication steps, in [s].
         fmi: Version of FMI.
-        arrays: Whether adjacent ports are arrays, `q[2]`, in FMI 3.0. FMI 2.0 has no arrays.
-        libraries: The C library for each platform, by FMI 3.0's name (default: that of this
-            platform).
-        native: The model in C, from `model_in_c`; None for a model in Python.
-        dependencies: Dependencies of the outputs; on all inputs if None.
+        arrays: Whether adjacent ports form arrays in FMI 3.0. FMI 2.0 has no arrays.
+        libraries: C library for each platform, by the FMI 3.0 name of the platform (default: the
+            library for the current platform).
+        native: Model in C, from `model_in_c`, or None for a model in Python.
+        dependencies: Dependencies of the outputs. If None, outputs depend on all inputs.
         sources: Whether the FMU of a native model contains C sources, for other platforms.
 
     Returns:
-        The path.
+        Path of the FMU.
 
     Raises:
         InputError: FMI does not allow a name, or a file cannot be read or written.
@@ -107,7 +107,7 @@ def write_fmu(
         variables, guid=guid, model_name=model_name, package=__version__, step=step
     )
     if native is None:
-        # Not in the fingerprint: an FMU does not depend on the Python that builds it.
+        # Not part of the GUID, since an FMU does not depend on the Python that builds it.
         files[f"resources/{_PYTHON_FILE}"] = os.fsencode(sys.executable) + b"\n"
     if libraries is None:
         libraries = {this_platform().tuple: library_path(native=native is not None)}
@@ -142,7 +142,7 @@ def _resource_name(name: str) -> str:
 
 
 def _guid(files: Mapping[str, bytes]) -> str:
-    """Return a fingerprint of the contents."""
+    """Return a GUID that is computed from the contents."""
     digest = hashlib.sha256()
     for name in sorted(files):
         digest.update(f"{name}\0{len(files[name])}\0".encode())

@@ -9,8 +9,8 @@ import numpy as np
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.cosim.signals.muscles import (
     commanded_muscles,
+    friction_muscles,
     modelled_muscles,
-    rubbing_muscles,
     state_order,
 )
 from cardsflow_fmu.experiment.experiment import Experiment
@@ -33,7 +33,7 @@ class DartPlant:
         self._settings, self._scene = experiment.plant, experiment.scene
         self._plant = self._create_plant(experiment.plant.step)
         self._modelled, self._state_order = modelled_muscles(robot), state_order(robot)
-        self._rubbing = rubbing_muscles(robot)
+        self._rubbing = friction_muscles(robot)
         self._commanded = commanded_muscles(robot)
         self._all_commands = np.zeros(len(robot.muscles))
         self._commands, self._torques, self._loads, self._wrenches = (

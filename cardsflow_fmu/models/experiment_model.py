@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from cardsflow_fmu.cosim.signals.dependencies import Dependencies
-from cardsflow_fmu.cosim.signals.groups import Groups, all_ports, group_places, group_views
+from cardsflow_fmu.cosim.signals.groups import Groups, all_ports, group_slices, group_views
 from cardsflow_fmu.cosim.signals.port import Port
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.runtime.derivatives import Indices
@@ -31,7 +31,7 @@ class ExperimentModel(FmuModel):
     def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
         groups = self.groups(experiment)
         super().__init__(all_ports(groups), values)
-        self._places = group_places(groups)
+        self._places = group_slices(groups)
         self.views = group_views(groups, self.values)
 
     def indices(self, *names: str) -> Indices:

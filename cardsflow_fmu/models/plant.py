@@ -15,8 +15,8 @@ from cardsflow_fmu.cosim.signals.dependencies import Dependencies, plant_depende
 from cardsflow_fmu.cosim.signals.groups import Groups
 from cardsflow_fmu.cosim.signals.muscles import (
     commanded_muscles,
+    friction_muscles,
     modelled_muscles,
-    rubbing_muscles,
     state_order,
 )
 from cardsflow_fmu.cosim.signals.ports import plant_groups
@@ -135,7 +135,7 @@ def plant_fields(
         "commanded": commanded_muscles(robot),
         "motors": motors(robot),
         "modelled": modelled_muscles(robot),
-        "rubbing": rubbing_muscles(robot),
+        "rubbing": friction_muscles(robot),
         "state_order": state_order(robot),
         "external_frame": frames,
         "external_point": points,

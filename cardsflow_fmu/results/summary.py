@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 from addin_sdfusion.robot import Muscle
 from addin_sdfusion.robot.model.muscle_laws import law_of
 from cardsflow_fmu.cosim.recording import Recording
-from cardsflow_fmu.cosim.signals.followed import (
-    Followed,
-    followed_by_name,
-    followed_signals,
-    tracking_unit,
-)
 from cardsflow_fmu.cosim.signals.muscles import tension_signals
 from cardsflow_fmu.cosim.signals.ports import TORQUE, force_unit, motor_signals, slack_signals
+from cardsflow_fmu.cosim.signals.tracked_signals import (
+    TrackedSignal,
+    tracked_signals,
+    tracked_signals_by_name,
+    tracking_unit,
+)
 from cardsflow_fmu.cosim.signals.world import FRICTION_ERROR, FRICTION_NOT_CONVERGED
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.arrays import FloatArray
@@ -64,7 +64,7 @@ def summarize(
         observed: Observability of the reference poses; see `analysis.observable`.
     """
     robot, columns = experiment.robot, recording.columns
-    followed = followed_signals(
+    followed = tracked_signals(
         robot, experiment.reference.space, experiment.controller.uncontrolled
     )
     bounds = dict(zip(tension_signals(robot), map(_bounds, robot.muscles), strict=True))
@@ -113,7 +113,7 @@ def summarize_system(
         step: Communication step, in [s].
         engine: Engines of plant and controller.
     """
-    columns, followed = recording.columns, followed_by_name(recording.names, recording.units)
+    columns, followed = recording.columns, tracked_signals_by_name(recording.names, recording.units)
     if len({signal.actual[0] for signal in followed}) > 1:
         followed = []
     muscles_with_tension = {n.partition(".")[2] for n in columns if n.startswith("tension.")}
@@ -169,7 +169,7 @@ def _outcome(recording: Recording, columns: Columns) -> dict[str, Any]:
 def _signals(
     recording: Recording,
     columns: Columns,
-    followed: Sequence[Followed],
+    followed: Sequence[TrackedSignal],
     bounds: Mapping[str, tuple[float | None, float | None]],
     slack: Mapping[str, str],
 ) -> dict[str, Any]:
@@ -190,7 +190,7 @@ def _signals(
     }
 
 
-def _tracking(followed: Sequence[Followed], columns: Columns) -> dict[str, Any]:
+def _tracking(followed: Sequence[TrackedSignal], columns: Columns) -> dict[str, Any]:
     """Return the RMS over time of the 2-norm of the errors, and the largest error."""
     if not followed or not len(columns["time"]):
         return {"rms": None, "max": None, "unit": None, "per_signal": {}}

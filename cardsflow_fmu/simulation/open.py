@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from cardsflow_fmu.cosim.described_fmu import DescribedFmu
-from cardsflow_fmu.cosim.external_fmu import AdaptedFmu, fitting_wiring
+from cardsflow_fmu.cosim.external_fmu import AdaptedFmu, without_missing_loads
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.participant import Participant
 from cardsflow_fmu.cosim.recording import Recording
-from cardsflow_fmu.cosim.signals.ports import outer_signals
+from cardsflow_fmu.cosim.signals.ports import external_load_signals
 from cardsflow_fmu.cosim.signals.roles import HARDWARE
 from cardsflow_fmu.cosim.step_loop import StepLoop
 from cardsflow_fmu.experiment.experiment import Experiment
@@ -260,11 +260,11 @@ def _master(experiment: Experiment, participants: Mapping[str, Participant]) -> 
     settings = experiment.run
     return Master(
         [participants[name] for name in experiment.columns],
-        fitting_wiring(
+        without_missing_loads(
             experiment.wiring,
             experiment.fmus,
             participants.values(),
-            outer_signals(experiment.robot, experiment.plant.wrenches),
+            external_load_signals(experiment.robot, experiment.plant.wrenches),
         ),
         step=settings.step,
         steps=settings.steps,

@@ -285,10 +285,10 @@ def _write_best_run(study: Study, search: Search, folder: Path) -> Mapping[str, 
 
 def _tracking_unit(experiment: Experiment) -> str:
     """Return the unit of the tracking error."""
-    from cardsflow_fmu.cosim.signals.followed import followed_signals, tracking_unit
+    from cardsflow_fmu.cosim.signals.tracked_signals import tracked_signals, tracking_unit
 
     return tracking_unit(
-        followed_signals(
+        tracked_signals(
             experiment.robot, experiment.reference.space, experiment.controller.uncontrolled
         )
     )

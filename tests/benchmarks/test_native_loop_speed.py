@@ -17,7 +17,7 @@ from support.interleaved import interleaved, record
 from support.robots.robots import EXAMPLES
 
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.cosim.external_fmu import fitting_wiring
+from cardsflow_fmu.cosim.external_fmu import without_missing_loads
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.signals.ports import load_signals
@@ -62,7 +62,7 @@ def test_real_time_factors_of_master_and_loop_in_c(period: float, tmp_path: Path
     run, loads = experiment.run, load_signals(experiment.robot)
     master = Master(
         list(parts.values()),
-        fitting_wiring(experiment.wiring, experiment.fmus, parts.values(), loads),
+        without_missing_loads(experiment.wiring, experiment.fmus, parts.values(), loads),
         step=run.step,
         steps=run.steps,
         coupling=run.stepping,

@@ -1,8 +1,8 @@
-"""Direct dependencies of FMUs' outputs, by which hosts sort and solve their systems.
+"""Direct dependencies of FMU outputs, which hosts use to sort and solve systems.
 
 An output depends on an input directly if its value at the end of a step changes with the input,
-however short the step is. A plant's positions depend directly on no input, because a force changes
-them through the velocity. A controller's forces depend on all inputs of its tick. At the start,
+however short the step is. Positions of a plant have no direct dependencies, since forces change
+them through the velocity. Forces of a controller depend on all inputs of its tick. At the start,
 outputs depend on the parameters and inputs that the initialization uses.
 """
 
@@ -21,8 +21,8 @@ from .muscles import (
     FORCE,
     command_signals,
     driven_muscles,
+    friction_muscles,
     modelled_muscles,
-    rubbing_muscles,
     state_order,
 )
 from .port import muscle_signals
@@ -40,32 +40,35 @@ class Dependencies:
     """Dependencies of each output of a model, by name.
 
     Attributes:
-        at_once: The inputs and tunable parameters that an output depends on directly.
+        direct: The inputs and tunable parameters that an output depends on directly.
         at_start: The inputs and parameters that an output depends on at the start.
     """
 
-    at_once: Mapping[str, Names]
+    direct: Mapping[str, Names]
     at_start: Mapping[str, Names]
 
 
 def plant_dependencies(robot: Robot, groups: Groups) -> Dependencies:
-    """Return those of a plant: stateless tensions depend on commands, contacts on all inputs."""
+    """Return the dependencies of a plant.
+
+    Tensions without states depend directly on their command, contact forces on all inputs.
+    """
     names = _names(groups)
     inputs = frozenset(names["commands"] + names["torques"] + names["loads"] + names["wrenches"])
     forces = [name for name in names["world"] if name.startswith("contact.")]
-    at_once, at_start = _no_dependencies(groups), _no_dependencies(groups)
-    # contacts may begin within the step
-    at_once.update(dict.fromkeys(forces, inputs))
+    direct, at_start = _no_dependencies(groups), _no_dependencies(groups)
+    # A contact may begin within the step.
+    direct.update(dict.fromkeys(forces, inputs))
     q, qd = names["q_start"], names["qd_start"]
     at_start.update({name: frozenset([start]) for name, start in zip(names["q"], q, strict=True)})
     at_start.update({name: frozenset([start]) for name, start in zip(names["qd"], qd, strict=True)})
     above = _coordinates_above(robot)
-    crossed = [_crossed(muscle, robot, above) for muscle in robot.muscles]
+    crossed = [_path_coordinates(muscle, robot, above) for muscle in robot.muscles]
     for name, moving in zip(names["lengths"], crossed, strict=True):
-        at_start[name] = _of(q, moving)
+        at_start[name] = _select(q, moving)
     links = [frame.link for frame in robot.task_frames for _ in frame.axes]
     for name, link in zip(names["tasks"], links, strict=True):
-        at_start[name] = _of(q, above[link])
+        at_start[name] = _select(q, above[link])
     for name in names["energies"]:
         at_start[name] = _energy_start(name, q, qd)
     commands = dict(zip(driven_muscles(robot), command_signals(robot), strict=True))
@@ -73,30 +76,32 @@ def plant_dependencies(robot: Robot, groups: Groups) -> Dependencies:
         muscle, command = robot.muscles[k], commands.get(k)
         known = {
             _COMMAND: frozenset() if command is None else frozenset([command]),
-            _LENGTH: _of(q, _seen_by_law(muscle, crossed[k], above)),
-            _RATE: _of(q, crossed[k]) | _of(qd, crossed[k]),
+            _LENGTH: _select(q, _law_coordinates(muscle, crossed[k], above)),
+            _RATE: _select(q, crossed[k]) | _select(qd, crossed[k]),
         }
-        at_start[name] = _NONE.union(*(known[letter] for letter in _letters(muscle, what)))
-        if _follows_at_once(muscle):
-            at_once[name] = known[_COMMAND]
+        at_start[name] = _NONE.union(*(known[letter] for letter in _start_arguments(muscle, what)))
+        if _has_direct_command(muscle):
+            direct[name] = known[_COMMAND]
     pulls = muscle_signals(FORCE, robot)
     tensions = dict(zip(modelled_muscles(robot), names["tensions"], strict=True))
-    for name, k in zip(names["far_tensions"], rubbing_muscles(robot), strict=True):
-        same = tensions.get(k)  # at the start friction has no direction yet
-        at_once[name] = frozenset([pulls[k]]) if same is None else at_once[same]
+    for name, k in zip(names["far_tensions"], friction_muscles(robot), strict=True):
+        same = tensions.get(k)  # at the start, friction has no direction yet
+        direct[name] = frozenset([pulls[k]]) if same is None else direct[same]
         at_start[name] = frozenset([pulls[k]]) if same is None else at_start[same]
-    return Dependencies(at_once, at_start)
+    return Dependencies(direct, at_start)
 
 
 def controller_dependencies(
     robot: Robot, groups: Groups, unused: Sequence[str], *, delayed: bool
 ) -> Dependencies:
-    """Return those of a controller: all inputs of a tick; delayed forces depend on no input.
+    """Return the dependencies of a controller.
+
+    Outputs depend on all inputs of the tick. Delayed forces have no direct dependencies.
 
     Args:
         robot: The robot.
-        groups: The controller's variables.
-        unused: Prefixes of reference names that the law does not use, such as `qdd_d`.
+        groups: Variables of the controller.
+        unused: Prefixes of reference names that the control law does not use, such as `qdd_d`.
         delayed: Whether the forces act one tick later.
     """
     names = _names(groups)
@@ -105,36 +110,36 @@ def controller_dependencies(
     read += [*names["estimated_loads"], *names["valid"]]
     tuned = [name for prefix in ("kp", "kd", "f_min", "f_max") for name in names[prefix]]
     tick = frozenset([*read, *tuned])
-    at_once, at_start = _no_dependencies(groups), _no_dependencies(groups)
+    direct, at_start = _no_dependencies(groups), _no_dependencies(groups)
     reports = [name for name in names["report"] if name != SOLVE_TIME]
     now = [*names["slack"], *reports, *([] if delayed else names["forces"] + names["commands"])]
-    at_once.update(dict.fromkeys(now, tick))
-    if LIMITS_DROPPED in at_once:  # tasks have less priority than the limits
-        untied = frozenset(names["reference"] + names["kp"] + names["kd"])
-        at_once[LIMITS_DROPPED] = tick - untied
+    direct.update(dict.fromkeys(now, tick))
+    if LIMITS_DROPPED in direct:  # tasks have lower priority than joint limits
+        irrelevant = frozenset(names["reference"] + names["kp"] + names["kd"])
+        direct[LIMITS_DROPPED] = tick - irrelevant
     if delayed:
-        at_once.update(_inverted(robot, names))
+        direct.update(_inverse_law_dependencies(robot, names))
     m = len(robot.muscles)
     bounds = list(zip(names["forces"], names["f_min"], names["f_max"], strict=True))
     if not modelled_muscles(robot):
         at_start.update({force: frozenset([low]) for force, low, _ in bounds[:m]})
-    # the torque nearest to zero
+    # The start torque is the torque within the limits that is nearest to zero.
     at_start.update({torque: frozenset([low, high]) for torque, low, high in bounds[m:]})
-    return Dependencies(at_once, at_start)
+    return Dependencies(direct, at_start)
 
 
 def reference_dependencies(groups: Groups) -> Dependencies:
-    """Return those of a reference, which depends on time only."""
+    """Return the dependencies of a reference, which depends on time only."""
     return Dependencies(_no_dependencies(groups), _no_dependencies(groups))
 
 
 def sampled_dependencies(
     groups: Groups, *, delayed: bool = False, at_start: Mapping[str, str] = {}
 ) -> Dependencies:
-    """Return those of sensors or an estimator: each output depends on all inputs.
+    """Return the dependencies of sensors or an estimator: each output depends on all inputs.
 
     Args:
-        groups: Its variables.
+        groups: Variables of the model.
         delayed: Whether outputs are delayed.
         at_start: Group of parameters that each group of outputs equals at the start.
     """
@@ -143,19 +148,19 @@ def sampled_dependencies(
     begin = dict(found)
     for output, start in at_start.items():
         pairs = zip(names[output], names[start], strict=True)
-        begin |= {name: frozenset([own]) for name, own in pairs}
+        begin |= {name: frozenset([parameter]) for name, parameter in pairs}
     return Dependencies(found if delayed else dict.fromkeys(found, inputs), begin)
 
 
 def hardware_dependencies(groups: Groups) -> Dependencies:
-    """Return those of hardware: only tensions may change within an exchange."""
+    """Return the dependencies of hardware: only tensions may change within an exchange."""
     names = _names(groups)
-    at_once = _no_dependencies(groups)
+    direct = _no_dependencies(groups)
     if names["measured_tensions"]:
         commands = [*names["commands"], *names["torques"]]
         pairs = zip(names["measured_tensions"], commands, strict=True)
-        at_once.update({tension: frozenset([force]) for tension, force in pairs})
-    return Dependencies(at_once, _no_dependencies(groups))
+        direct.update({tension: frozenset([force]) for tension, force in pairs})
+    return Dependencies(direct, _no_dependencies(groups))
 
 
 def _names(groups: Groups) -> dict[str, list[str]]:
@@ -166,7 +171,7 @@ def _no_dependencies(groups: Groups) -> dict[str, Names]:
     return {port.name: _NONE for port in all_ports(groups) if port.causality == "output"}
 
 
-def _of(names: Sequence[str], places: Iterable[int]) -> Names:
+def _select(names: Sequence[str], places: Iterable[int]) -> Names:
     return frozenset(names[place] for place in places)
 
 
@@ -175,8 +180,8 @@ def _coordinates_above(robot: Robot) -> dict[str, frozenset[int]]:
     above: dict[str, frozenset[int]] = {link.name: frozenset() for link in robot.links}
     moved_by = _moved_by(robot)
     for joint in robot.joints:
-        own = frozenset[int]().union(*(moved_by[c.name] for c in joint.coordinates))
-        above[joint.child] = above.get(joint.parent, frozenset()).union(own)
+        in_joint = frozenset[int]().union(*(moved_by[c.name] for c in joint.coordinates))
+        above[joint.child] = above.get(joint.parent, frozenset()).union(in_joint)
     return above
 
 
@@ -189,7 +194,9 @@ def _moved_by(robot: Robot) -> dict[str, frozenset[int]]:
     return found
 
 
-def _crossed(muscle: Muscle, robot: Robot, above: Mapping[str, frozenset[int]]) -> frozenset[int]:
+def _path_coordinates(
+    muscle: Muscle, robot: Robot, above: Mapping[str, frozenset[int]]
+) -> frozenset[int]:
     """Return the indices of the coordinates that change the path of a muscle."""
     links = {surface.name: surface.link for surface in robot.wrap_surfaces}
     on = [point.link for point in muscle.via_points]
@@ -199,16 +206,19 @@ def _crossed(muscle: Muscle, robot: Robot, above: Mapping[str, frozenset[int]]) 
     coordinates += [move.coordinate for point in muscle.via_points for move in point.moves]
     coordinates += [term.coordinate for term in muscle.terms]
     moved_by = _moved_by(robot)
-    own = _NOWHERE.union(*(moved_by[name] for name in coordinates))
+    explicit = _NOWHERE.union(*(moved_by[name] for name in coordinates))
     if robot.driven_joints:  # one coordinate may move both ends by different functions
-        return own.union(*moved)
-    return frozenset().union(*moved) - frozenset.intersection(*moved or [_NOWHERE]) | own
+        return explicit.union(*moved)
+    return frozenset().union(*moved) - frozenset.intersection(*moved or [_NOWHERE]) | explicit
 
 
-def _seen_by_law(
+def _law_coordinates(
     muscle: Muscle, crossed: frozenset[int], above: Mapping[str, frozenset[int]]
 ) -> frozenset[int]:
-    """Return the coordinates that a law's tension depends on; sag also depends on the slope."""
+    """Return the coordinates that the tension of a muscle law depends on.
+
+    With sag, the tension also depends on the orientation of the cable.
+    """
     if not law_of(muscle.model).sags:
         return crossed
     return crossed.union(*(above.get(point.link, _NOWHERE) for point in muscle.via_points))
@@ -231,15 +241,15 @@ def _muscle_outputs(robot: Robot, names: Mapping[str, Sequence[str]]) -> list[tu
     ]
 
 
-def _letters(muscle: Muscle, what: str) -> str:
-    """Return the arguments of a muscle's output at the start."""
+def _start_arguments(muscle: Muscle, what: str) -> str:
+    """Return the letters of the arguments (u, l, v) of a muscle's output at the start."""
     law, values = law_of(muscle.model), law_parameters(muscle.model)
     letters = {state.name: state.at_start for state in law.states}.get(what, law.at_start)
     is_damped = not law.damped or evaluate(law.damped, values)
     return letters if is_damped else letters.replace(_RATE, "")
 
 
-def _follows_at_once(muscle: Muscle) -> bool:
+def _has_direct_command(muscle: Muscle) -> bool:
     """Return whether a muscle's outputs depend on its command without delay."""
     law = law_of(muscle.model)
     if law.command is None or not law.states:
@@ -247,15 +257,15 @@ def _follows_at_once(muscle: Muscle) -> bool:
     return bool(law.at_once and evaluate(law.at_once, law_parameters(muscle.model)))
 
 
-def _inverted(robot: Robot, names: Mapping[str, Sequence[str]]) -> dict[str, Names]:
-    """Return the commands for the forces of the last tick, by inverse laws."""
+def _inverse_law_dependencies(robot: Robot, names: Mapping[str, Sequence[str]]) -> dict[str, Names]:
+    """Return the dependencies of commands that inverse laws compute from the last tick's forces."""
     above = _coordinates_above(robot)
     kinds = [k for k, muscle in enumerate(robot.muscles) for _ in states_of(muscle.model)]
     owner = dict(zip(names["states"], (kinds[i] for i in state_order(robot)), strict=True))
     found = {}
     for name, k in zip(names["commands"], driven_muscles(robot), strict=True):
         muscle = robot.muscles[k]
-        crossed = _seen_by_law(muscle, _crossed(muscle, robot, above), above)
-        states = frozenset(state for state, own in owner.items() if own == k)
-        found[name] = _of(names["q"], crossed) | _of(names["qd"], crossed) | states
+        crossed = _law_coordinates(muscle, _path_coordinates(muscle, robot, above), above)
+        states = frozenset(state for state, index in owner.items() if index == k)
+        found[name] = _select(names["q"], crossed) | _select(names["qd"], crossed) | states
     return found

@@ -1,4 +1,4 @@
-"""Variables of sensors and of an estimator."""
+"""Variables of sensors and estimators."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ def measured_muscles(robot: Robot) -> list[int]:
     return [k for k, muscle in enumerate(robot.muscles) if law_of(muscle.model).command is not None]
 
 
-def _reading_ports(
+def _measurement_ports(
     robot: Robot, encoded: Sequence[int], units: Sequence[str], causality: Causality, mark: str
 ) -> Groups:
-    """Return the ports of all measurements with a suffix."""
+    """Return the ports of all measurements, with a suffix of the prefixes."""
     muscles = [(k, robot.muscles[k].name) for k in measured_muscles(robot)]
     lengths = muscle_signals(LENGTH + mark, robot)
     tensions = muscle_signals(TENSION + mark, robot)
@@ -63,12 +63,17 @@ def _reading_ports(
             for j, c in enumerate(robot.coordinates)
             if j in encoded
         ],
-        **unit_ports(units, causality),
+        **imu_ports(units, causality),
     }
 
 
-def unit_ports(units: Sequence[str], causality: Causality) -> Groups:
-    """Return three ports per gyroscope and three per accelerometer, by the link of the IMU."""
+def imu_ports(units: Sequence[str], causality: Causality) -> Groups:
+    """Return three ports for the gyroscope and three for the accelerometer of each IMU.
+
+    Args:
+        units: Links with an IMU.
+        causality: Causality of the ports.
+    """
     return {
         group: [
             Port(f"{name}.{axis}", unit, causality, "continuous", f"{what} of {link} along {axis}")
@@ -83,7 +88,9 @@ def unit_ports(units: Sequence[str], causality: Causality) -> Groups:
 
 
 def sensor_groups(robot: Robot, encoded: Sequence[int], units: Sequence[str]) -> Groups:
-    """Return the variables of sensors: true state, tensions and torques in; measurements out.
+    """Return the variables of sensors.
+
+    Inputs are the true state, tensions and torques; outputs are the measurements.
 
     Args:
         robot: The robot.
@@ -110,7 +117,7 @@ def sensor_groups(robot: Robot, encoded: Sequence[int], units: Sequence[str]) ->
             Port(name, force_unit(c), "input", "continuous", f"Torque of the motor of {c.name}")
             for name, c in torques
         ],
-        **_reading_ports(robot, encoded, units, "output", MEASURED),
+        **_measurement_ports(robot, encoded, units, "output", MEASURED),
         "worker_timeout": [WORKER_TIMEOUT],
     }
 
@@ -123,17 +130,19 @@ def estimator_groups(
     offsets: Sequence[float],
     step: float,
 ) -> Groups:
-    """Return the variables of an estimator: measurements in; state, loads, validity out.
+    """Return the variables of an estimator.
+
+    Inputs are measurements; outputs are state, loads and validity.
 
     Args:
         robot: The robot.
         encoded: Coordinates with an encoder.
         units: Links with an IMU.
-        q: Pose at the start, or start of the search for it, in [rad] or [m].
+        q: Start pose, or initial guess for the search of the start pose, in [rad] or [m].
         offsets: Offsets of the measured lengths, one per muscle, in [m].
         step: Internal step, in [s].
     """
-    words = (
+    descriptions = (
         ("q", "", "Estimated position"),
         ("qd", "/s", "Estimated velocity"),
         ("w", None, "Estimated unknown load"),
@@ -152,18 +161,18 @@ def estimator_groups(
                 coordinate_signals(ESTIMATE[key], robot), robot.coordinates, strict=True
             )
         ]
-        for key, per, what in words
+        for key, per, what in descriptions
     }
-    said = ", ".join(f"{number} {text}" for number, text in STATUSES.items())
+    statuses = ", ".join(f"{number} {text}" for number, text in STATUSES.items())
     starts = zip(coordinate_signals("q_start", robot), robot.coordinates, q, strict=True)
     names = muscle_signals("offset", robot)
     return {
-        **_reading_ports(robot, encoded, units, "input", ""),
+        **_measurement_ports(robot, encoded, units, "input", ""),
         **outputs,
         "report": [
             Port("innovation", "", "output", "discrete", "Mean square of normalised innovations"),
             Port("readings", "", "output", "discrete", "Number of measurements used"),
-            Port("status", "", "output", "discrete", f"State of the estimator: {said}"),
+            Port("status", "", "output", "discrete", f"State of the estimator: {statuses}"),
             Port(VALID, "", "output", "discrete", "The estimate is reliable", boolean=True),
         ],
         "q_start": [
@@ -189,13 +198,13 @@ def estimator_groups(
 def estimate_inputs(robot: Robot) -> Groups:
     """Return the inputs of a controller from an estimator in addition to the state."""
     loads = zip(coordinate_signals(ESTIMATE["w"], robot), robot.coordinates, strict=True)
-    relied = "The state is reliable; otherwise commands ramp down"
+    is_valid = "The state is reliable; otherwise commands ramp down"
     return {
         "estimated_loads": [
             Port(name, force_unit(c), "input", "continuous", f"Estimated unknown load of {c.name}")
             for name, c in loads
         ],
-        "valid": [Port(VALID, "", "input", "discrete", relied, 1.0, boolean=True)],
+        "valid": [Port(VALID, "", "input", "discrete", is_valid, 1.0, boolean=True)],
     }
 
 
@@ -203,18 +212,19 @@ def estimation_wiring(
     robot: Robot,
     encoded: Sequence[int],
     *,
-    feeds: bool,
+    uses_estimate: bool,
     has_hardware: bool,
     has_tensions: bool = True,
 ) -> dict[str, str]:
-    """Return the sources of inputs of sensors, estimator and controller with other names.
+    """Return the wiring for inputs of sensors, estimator and controller whose names differ.
 
     Args:
         robot: The robot.
         encoded: Coordinates with an encoder.
-        feeds: Whether the controller uses the estimate.
-        has_hardware: Whether hardware measures, instead of simulated sensors.
-        has_tensions: Whether it measures tensions and motor torques; otherwise commands are used.
+        uses_estimate: Whether the controller uses the estimate.
+        has_hardware: Whether measurements come from hardware instead of simulated sensors.
+        has_tensions: Whether the hardware measures tensions and motor torques. Otherwise commands
+            replace them.
     """
     muscles = measured_muscles(robot)
     wiring: dict[str, str] = {}
@@ -223,19 +233,19 @@ def estimation_wiring(
     commanded = {tensions[k]: forces[k] for k in muscles if not is_modelled(robot.muscles[k])}
     commanded |= dict(motors)
     if not has_hardware:
-        wiring |= {f"sensors.{name}": f"controller.{own}" for name, own in commanded.items()}
-        for group in _reading_ports(robot, encoded, (), "input", "").values():
+        wiring |= {f"sensors.{name}": f"controller.{out}" for name, out in commanded.items()}
+        for group in _measurement_ports(robot, encoded, (), "input", "").values():
             for port in group:
                 prefix, _, rest = port.name.partition(".")
                 wiring[f"estimator.{port.name}"] = f"sensors.{prefix}{MEASURED}.{rest}"
     elif not has_tensions:
-        wiring |= {f"estimator.{name}": f"controller.{own}" for name, own in commanded.items()}
-    if feeds:
+        wiring |= {f"estimator.{name}": f"controller.{out}" for name, out in commanded.items()}
+    if uses_estimate:
         for key in ("q", "qd"):
             names = zip(
                 coordinate_signals(key, robot),
                 coordinate_signals(ESTIMATE[key], robot),
                 strict=True,
             )
-            wiring |= {f"controller.{own}": f"estimator.{name}" for own, name in names}
+            wiring |= {f"controller.{target}": f"estimator.{name}" for target, name in names}
     return wiring

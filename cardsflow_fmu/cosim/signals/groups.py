@@ -1,4 +1,4 @@
-"""Variables in named groups, and the positions of the groups."""
+"""Named groups of variables, and the positions of the groups."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def all_ports(groups: Groups) -> list[Port]:
     return [port for ports in groups.values() for port in ports]
 
 
-def group_places(groups: Groups) -> dict[str, slice]:
+def group_slices(groups: Groups) -> dict[str, slice]:
     """Return the position of each group in the table."""
     places, first = {}, 0
     for name, ports in groups.items():
@@ -30,7 +30,7 @@ def group_views(groups: Groups, values: FloatArray) -> dict[str, FloatArray]:
     """Return views of the values of each group.
 
     Args:
-        groups: The table in groups.
+        groups: Groups of variables.
         values: Values of all variables, in order.
     """
-    return {name: values[place] for name, place in group_places(groups).items()}
+    return {name: values[place] for name, place in group_slices(groups).items()}

@@ -1,4 +1,4 @@
-"""The table of hardware variables: the plant's, and diagnostics."""
+"""Variables of the hardware: variables of the plant, and diagnostics."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def hardware_groups(
     *,
     has_tensions: bool = True,
 ) -> Groups:
-    """Return the variables of the hardware: those of the plant and diagnostics.
+    """Return the variables of the hardware: variables of the plant, and diagnostics.
 
     Args:
         robot: The robot.
@@ -56,7 +56,7 @@ def hardware_groups(
     groups: dict[str, Sequence[Port]] = {}
     f_min = [muscle.f_min for muscle in robot.muscles]
     for name, ports in plant_groups(robot, q, qd, step, forces=f_min).items():
-        if name == "q_start":  # the first of the parameters
+        if name == "q_start":  # the first parameter
             groups |= {"measured_tensions": tensions, "diagnostics": diagnostics}
         groups[name] = ports
     return groups

@@ -28,16 +28,16 @@ ENERGIES = {
         for axis in "xyz"
     },
 }
-"""Return energies, work and momenta of a plant with units."""
+"""Energies, work and momenta of a plant, with units and descriptions."""
 
 
 def is_modelled(muscle: Muscle) -> bool:
-    """Return whether a muscle has a law; the tension of other muscles is the command."""
+    """Return whether a muscle has a muscle law. The tension of other muscles is the command."""
     return law_of(muscle.model).kind != "ideal"
 
 
 def is_driven(muscle: Muscle) -> bool:
-    """Return whether a muscle has a law with a command."""
+    """Return whether a muscle has a muscle law with a command."""
     return is_modelled(muscle) and law_of(muscle.model).command is not None
 
 
@@ -47,24 +47,24 @@ def ideal_muscles(robot: Robot) -> list[int]:
 
 
 def modelled_muscles(robot: Robot) -> list[int]:
-    """Return the indices of the muscles with a law."""
+    """Return the indices of the muscles with a muscle law."""
     return [k for k, muscle in enumerate(robot.muscles) if is_modelled(muscle)]
 
 
 def driven_muscles(robot: Robot) -> list[int]:
-    """Return the indices of the muscles that have a law with a command."""
+    """Return the indices of the muscles that have a muscle law with a command."""
     return [k for k, muscle in enumerate(robot.muscles) if is_driven(muscle)]
 
 
 def commanded_muscles(robot: Robot) -> list[int]:
-    """Return the indices of the muscles of the plant's commands, in their order."""
+    """Return the index of the muscle of each command of the plant, in the order of the commands."""
     return [*ideal_muscles(robot), *driven_muscles(robot)]
 
 
 def tension_signals(robot: Robot) -> list[str]:
-    """Return the signals of the actual tension of every muscle, in the order of f.
+    """Return the names of the signals with the actual tension of each muscle, in the order of f.
 
-    `tension.<muscle>` for muscles with a law, otherwise the command `f.<muscle>`.
+    They are `tension.<muscle>` for muscles with a muscle law, otherwise the command `f.<muscle>`.
     """
     forces, tensions = muscle_signals(FORCE, robot), muscle_signals(TENSION, robot)
     rows = zip(robot.muscles, forces, tensions, strict=True)
@@ -77,8 +77,8 @@ def command_signals(robot: Robot) -> list[str]:
     return [names[k] for k in driven_muscles(robot)]
 
 
-def plain(unit: str) -> str:
-    """Return the unit of a port; empty for a number."""
+def port_unit(unit: str) -> str:
+    """Return the unit of a port, which is empty for a number without unit."""
     return "" if unit == "1" else unit
 
 
@@ -98,10 +98,10 @@ def state_ports(robot: Robot, causality: Causality) -> list[Port]:
     ports = [
         Port(
             f"{state.name}{name}",
-            plain(state.unit),
+            port_unit(state.unit),
             causality,
             "continuous",
-            f"{_words(state.name)} of muscle {muscle.name}",
+            f"{_readable_name(state.name)} of muscle {muscle.name}",
         )
         for name, muscle in zip(names, robot.muscles, strict=True)
         for state in states_of(muscle.model)
@@ -125,14 +125,14 @@ def command_ports(
         muscle = robot.muscles[k]
         command = law_of(muscle.model).command
         assert command is not None
-        what = f"{_words(command.name)} of muscle {muscle.name}"
+        what = f"{_readable_name(command.name)} of muscle {muscle.name}"
         start = float(starts[k]) if len(starts) else 0.0
-        ports.append(Port(name, plain(command.unit), causality, variability, what, start))
+        ports.append(Port(name, port_unit(command.unit), causality, variability, what, start))
     return ports
 
 
 def tension_ports(robot: Robot) -> list[Port]:
-    """Return the outputs `tension.<muscle>` of all muscles with a law."""
+    """Return the outputs `tension.<muscle>` of all muscles with a muscle law."""
     muscles = [robot.muscles[k] for k in modelled_muscles(robot)]
     names = signal_names(TENSION, [muscle.name for muscle in muscles])
     return [
@@ -141,14 +141,14 @@ def tension_ports(robot: Robot) -> list[Port]:
     ]
 
 
-def rubbing_muscles(robot: Robot) -> list[int]:
+def friction_muscles(robot: Robot) -> list[int]:
     """Return the indices of the muscles with cable friction."""
     return [k for k, muscle in enumerate(robot.muscles) if bend_count(muscle)]
 
 
 def far_tension_ports(robot: Robot) -> list[Port]:
     """Return the outputs `far_tension.<muscle>` of all muscles with cable friction."""
-    muscles = [robot.muscles[k] for k in rubbing_muscles(robot)]
+    muscles = [robot.muscles[k] for k in friction_muscles(robot)]
     names = signal_names(FAR_TENSION, [muscle.name for muscle in muscles])
     what = "Tension at the last via point, after cable friction, of muscle"
     return [
@@ -164,5 +164,5 @@ def energy_ports() -> list[Port]:
     ]
 
 
-def _words(name: str) -> str:
+def _readable_name(name: str) -> str:
     return name.replace("_", " ").capitalize()

@@ -44,7 +44,7 @@ def signal_names(prefix: str, names: Iterable[str]) -> list[str]:
         names: The designer's names.
 
     Raises:
-        InputError: Two names give the same port name.
+        InputError: Two names result in the same port name.
     """
     ports: dict[str, str] = {}
     for name in names:

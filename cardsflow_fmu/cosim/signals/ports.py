@@ -48,12 +48,12 @@ __all__ = [
     "Variability",
     "controller_groups",
     "coordinate_signals",
+    "external_load_signals",
     "force_unit",
     "identifier",
     "load_signals",
     "motor_signals",
     "muscle_signals",
-    "outer_signals",
     "plant_groups",
     "reference_groups",
     "signal_names",
@@ -65,10 +65,10 @@ __all__ = [
 
 LIMITS_DROPPED = "limits_dropped"
 TORQUE = "tau"
-"""Prefix of the command of a motor at a joint."""
+"""Prefix of the commands of joint motors."""
 
 SOLVE_TIME = "solve_time"
-"""Computation time of a tick, which differs between runs and is not in tables of results."""
+"""Computation time of a tick. It differs between runs and is not part of result tables."""
 
 
 WORKER_TIMEOUT = Port(
@@ -79,7 +79,7 @@ WORKER_TIMEOUT = Port(
     "Longest duration of a call if the model runs in a worker process",
     60.0,
 )
-"""Parameter that only the C library uses."""
+"""Parameter of the C library; models do not use it."""
 
 
 def task_signals(prefix: str, robot: Robot) -> list[str]:
@@ -110,7 +110,7 @@ def load_signals(robot: Robot) -> list[str]:
     return [f"{name}.f{axis}" for name in signal_names("w", points) for axis in "xyz"]
 
 
-def outer_signals(robot: Robot, wrenched: Sequence[str]) -> list[str]:
+def external_load_signals(robot: Robot, wrenched: Sequence[str]) -> list[str]:
     """Return the inputs for external forces on end-effector points and wrenches on links.
 
     Args:
@@ -134,7 +134,7 @@ def _coordinate_ports(
     variability: Variability,
     start: Sequence[float] | None = None,
 ) -> list[Port]:
-    """Return one port per coordinate; the unit is the coordinate's, followed by `per`."""
+    """Return one port per coordinate. Its unit is the unit of the coordinate, followed by `per`."""
     starts = start or [0.0] * len(robot.coordinates)
     return [
         Port(name, c.unit + per, causality, variability, f"{what} of {c.name}", value)
@@ -147,7 +147,7 @@ def _coordinate_ports(
 def _force_ports(
     robot: Robot, causality: Causality, variability: Variability, starts: Sequence[float] = ()
 ) -> list[Port]:
-    """Return `f.<muscle>` of every muscle; start values are 0 if `forces` is empty."""
+    """Return `f.<muscle>` of every muscle. Start values are 0 if `starts` is empty."""
     rows = zip(
         muscle_signals("f", robot), robot.muscles, starts or [0.0] * len(robot.muscles), strict=True
     )
@@ -171,7 +171,7 @@ def _effort(coordinate: Coordinate) -> str:
 
 
 def _task_ports(prefix: str, per: str, what: str, robot: Robot, causality: Causality) -> list[Port]:
-    """Return one port per task coordinate; the unit is the coordinate's, followed by `per`."""
+    """Return one port per task coordinate. Its unit is followed by `per`."""
     return [
         Port(name, unit + per, causality, "continuous", f"{what} {name[len(prefix) + 1 :]}")
         for name, unit in zip(task_signals(prefix, robot), task_units(robot), strict=True)
@@ -197,21 +197,22 @@ def plant_groups(
     wrenches: Sequence[str] = (),
     scene: Scene | None = None,
 ) -> Groups:
-    """Return the variables of the plant: commands and loads in; positions, lengths and more out.
+    """Return the variables of the plant.
 
-    The command of an ideal cable is its force. Muscles with a law have a command in the unit of
+    Inputs are commands and external loads; outputs include positions, velocities and lengths. The
+    command of an ideal cable is its force. Muscles with a muscle law have a command in the unit of
     the law, and tension and states as outputs. The command of a joint motor is its torque.
 
     Args:
         robot: The robot.
-        q: Positions at the start, in [rad] or [m].
-        qd: Velocities at the start, in [rad/s] or [m/s].
+        q: Start positions, in [rad] or [m].
+        qd: Start velocities, in [rad/s] or [m/s].
         step: Internal step, in [s].
         forces: Start forces of ideal cables, one per muscle, in [N]; 0 if empty.
-        commands: Start commands of the muscles, if one has a law.
+        commands: Start commands of the muscles, if one has a muscle law.
         energy: Whether energies, work and momenta are outputs.
         wrenches: Names of links with external forces and torques.
-        scene: The surroundings of the robot.
+        scene: Surroundings of the robot, or None.
     """
     pulls = _force_ports(robot, "input", "continuous", forces)
     driven = command_ports(robot, "input", "continuous", commands)
@@ -249,16 +250,16 @@ def reference_groups(robot: Robot, space: Space, *, with_loads: bool = False) ->
     Args:
         robot: The robot.
         space: Whether it is in joint or operational space.
-        with_loads: Whether external loads are outputs as well.
+        with_loads: Whether external loads are also outputs.
     """
     return {
-        "reference": _followed_ports(robot, space, "output"),
+        "reference": _reference_ports(robot, space, "output"),
         "loads": _load_ports(robot, "output") if with_loads else [],
         "worker_timeout": [WORKER_TIMEOUT],
     }
 
 
-def _followed_ports(robot: Robot, space: Space, causality: Causality) -> list[Port]:
+def _reference_ports(robot: Robot, space: Space, causality: Causality) -> list[Port]:
     rows = (("_d", "", "position"), ("d_d", "/s", "velocity"), ("dd_d", "/s2", "acceleration"))
     ports: list[Port] = []
     for ending, per, what in rows:
@@ -282,17 +283,18 @@ def controller_groups(
     torque_gains: bool = False,
     estimate: Mapping[str, Sequence[Port]] = MappingProxyType({}),
 ) -> Groups:
-    """Return the variables of a controller: state, reference, loads in; forces, diagnostics out.
+    """Return the variables of a controller.
 
-    States of muscles with a law are inputs as well; the forces are their desired tensions, and
-    their commands are further outputs. Motor torques and their limits follow the muscle forces and
-    their limits.
+    Inputs are state, reference and external loads; outputs are forces and diagnostics. For muscles
+    with a muscle law, the states are also inputs, the forces are desired tensions, and the commands
+    are additional outputs. Motor torques and their limits follow the muscle forces and their
+    limits.
 
     Args:
         robot: The robot.
         space: Whether the reference is in joint or operational space.
-        kp: Position gains of the coordinates or task coordinates that follow the reference.
-        kd: Velocity gains, likewise.
+        kp: Position gains of the coordinates or task coordinates that track the reference.
+        kd: Velocity gains of the same coordinates.
         period: Time between two ticks, in [s].
         torque_gains: Whether the gains are torques per error instead of accelerations per error.
         estimate: Additional inputs from an estimator.
@@ -302,7 +304,7 @@ def controller_groups(
     return {
         "q": _coordinate_ports("q", "", "Position", robot, "input", "continuous"),
         "qd": _coordinate_ports("qd", "/s", "Velocity", robot, "input", "continuous"),
-        "reference": _followed_ports(robot, space, "input"),
+        "reference": _reference_ports(robot, space, "input"),
         "loads": _load_ports(robot, "input"),
         "states": state_ports(robot, "input"),
         "estimated_loads": estimate.get("estimated_loads", []),
@@ -394,10 +396,10 @@ def _muscle_bounds(robot: Robot, prefix: str, what: str) -> list[Port]:
 
 
 def _motor_bounds(robot: Robot, prefix: str, what: str) -> list[Port]:
-    most = sys.float_info.max
+    limit = sys.float_info.max
     return [
-        Port(name, force_unit(c), "parameter", "tunable", words, value)
+        Port(name, force_unit(c), "parameter", "tunable", description, value)
         for name, c in zip(motor_signals(prefix, robot), robot.motors, strict=True)
-        for words in [f"{what} {_effort(c).lower()} of the motor of {c.name}"]
-        for value in [min(max(getattr(c, prefix), -most), most)]
+        for description in [f"{what} {_effort(c).lower()} of the motor of {c.name}"]
+        for value in [min(max(getattr(c, prefix), -limit), limit)]
     ]

@@ -36,11 +36,11 @@ SI_UNITS: dict[str, dict[str, int]] = {
 """Units that this package writes, by name, with exponents of the SI base units."""
 
 BASES = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
-_TURN = 3.141592653589793 / 180.0
+_DEGREE = 3.141592653589793 / 180.0
 _SCALED = {
-    "deg": ("rad", _TURN),
-    "deg/s": ("rad/s", _TURN),
-    "deg/s2": ("rad/s2", _TURN),
+    "deg": ("rad", _DEGREE),
+    "deg/s": ("rad/s", _DEGREE),
+    "deg/s2": ("rad/s2", _DEGREE),
     "mm": ("m", 1e-3),
     "cm": ("m", 1e-2),
     "mm/s": ("m/s", 1e-3),
@@ -56,12 +56,12 @@ _SCALED = {
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A unit: value in SI base units = factor · value + offset.
+    """Unit of measurement: value in SI base units = factor · value + offset.
 
     Attributes:
         name: Name, such as `deg`.
-        exponents: Exponents of kg, m, s, A, K, mol, cd and rad. None if undefined; then it is only
-            compatible with a unit of the same name.
+        exponents: Exponents of kg, m, s, A, K, mol, cd and rad, or None if unknown. Then the unit
+            is only compatible with units of the same name.
         factor: Factor, such as pi / 180.
         offset: Offset, such as 273.15 for degC.
     """
@@ -81,7 +81,7 @@ class Conversion:
 
     @property
     def is_identity(self) -> bool:
-        """Whether values do not change."""
+        """Whether the conversion leaves values unchanged."""
         return self.factor == 1.0 and self.offset == 0.0
 
 
@@ -93,7 +93,7 @@ KNOWN_UNITS: dict[str, Unit] = {
     **{name: _named(name, exponents) for name, exponents in SI_UNITS.items()},
     **{name: _named(name, SI_UNITS[si], factor) for name, (si, factor) in _SCALED.items()},
 }
-"""Known units of variables whose unit is not defined in the FMU."""
+"""Units by name, for variables whose unit the FMU does not define."""
 _NUMBER = KNOWN_UNITS["1"]
 
 
@@ -101,8 +101,8 @@ def conversion(source: Unit | None, target: Unit | None) -> Conversion:
     """Return the conversion from one unit to another.
 
     Args:
-        source: Unit of the value; None for a value without a unit.
-        target: The desired unit.
+        source: Unit of the value, or None for a value without a unit.
+        target: Desired unit, or None for a value without a unit.
 
     Raises:
         InputError: The units have different dimensions, or one of them is missing.
@@ -119,8 +119,8 @@ def conversion(source: Unit | None, target: Unit | None) -> Conversion:
         raise InputError(f"{what}: {_in_bases(source)} is not {_in_bases(target)}")
     for unit in (source, target):
         if unit.factor == 0.0 or not (math.isfinite(unit.factor) and math.isfinite(unit.offset)):
-            what = f"{unit.name!r} is defined by factor {unit.factor:g} and offset {unit.offset:g}"
-            raise InputError(what)
+            what = f"has the invalid factor {unit.factor:g} or offset {unit.offset:g}"
+            raise InputError(f"the unit {unit.name!r} {what}")
     if (source.factor, source.offset) == (target.factor, target.offset):
         return Conversion()
     return Conversion(
@@ -129,10 +129,10 @@ def conversion(source: Unit | None, target: Unit | None) -> Conversion:
 
 
 def variable_units(description: Any) -> dict[str, Unit]:
-    """Return the units of an FMU's variables, by name; variables without a unit have no entry.
+    """Return the units of an FMU's variables, by name. Variables without a unit have no entry.
 
-    A unit without a definition in the FMU is the unit of this package with the same name. An
-    unknown unit is only compatible with itself.
+    A unit that the FMU does not define is the unit of this package with the same name. An unknown
+    unit is only compatible with itself.
     """
     defined = {unit.name: _defined(unit) for unit in description.unitDefinitions}
     units = {}
@@ -145,7 +145,7 @@ def variable_units(description: Any) -> dict[str, Unit]:
 
 
 def _defined(unit: Any) -> Unit | None:
-    """Read a unit definition of an FMU; None if it contains only a name."""
+    """Return a unit that an FMU defines, or None if the definition contains only a name."""
     base = unit.baseUnit
     if base is None:
         return None

@@ -9,18 +9,18 @@ from itertools import groupby
 from .ports import Port
 
 ELEMENTS = "org.cardsflow.elements"
-"""Type of the annotation with name and unit of the elements of an array, as a JSON list."""
+"""Type of the annotation that lists names and units of the elements of an array as JSON."""
 
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A variable of an FMU.
+    """Variable of an FMU, a scalar or an array.
 
     Attributes:
         name: Name, such as `q.elbow`, or `q` for an array.
-        reference: The value reference: the index of its first port in the model's table.
-        ports: One port, or, for an array, its elements.
-        is_array: Whether it is an array, which may have a single element.
+        reference: Value reference: index of the first port in the table of the model.
+        ports: The port of a scalar, or the elements of an array.
+        is_array: Whether the variable is an array, which may have a single element.
     """
 
     name: str
@@ -30,23 +30,23 @@ class Variable:
 
     @property
     def port(self) -> Port:
-        """The first port; all have the same causality, variability and type."""
+        """First port. All ports have the same causality, variability and type."""
         return self.ports[0]
 
     @property
     def unit(self) -> str:
-        """The common unit of the elements, `1` for numbers; empty for booleans or mixed units."""
+        """Common unit of the elements, `1` for numbers, or empty for booleans and mixed units."""
         units = {port.unit or "1" for port in self.ports}
         return units.pop() if len(units) == 1 and not self.port.boolean else ""
 
     @property
     def description(self) -> str:
-        """Description in one line; for an array with its elements."""
+        """Description in one line, which names the elements of an array."""
         if not self.is_array:
             return self.port.description
         units = "" if len({port.unit for port in self.ports}) == 1 else " (units differ)"
         names = ", ".join(port.name.split(".", 1)[1] for port in self.ports)
-        return f"{_common(self.ports)} of {names}{units}"
+        return f"{_common_description(self.ports)} of {names}{units}"
 
 
 def scalar_variables(ports: Sequence[Port]) -> list[Variable]:
@@ -55,10 +55,10 @@ def scalar_variables(ports: Sequence[Port]) -> list[Variable]:
 
 
 def array_variables(ports: Sequence[Port]) -> list[Variable]:
-    """Combine adjacent ports with a common prefix to arrays: `q.a`, `q.b` to `q`."""
+    """Combine adjacent ports with a common prefix to arrays, such as `q.a` and `q.b` to `q`."""
     variables: list[Variable] = []
     reference = 0
-    for key, group in groupby(ports, _array):
+    for key, group in groupby(ports, _array_key):
         members = tuple(group)
         if key[0]:
             variables.append(Variable(key[0], reference, members, is_array=True))
@@ -70,14 +70,17 @@ def array_variables(ports: Sequence[Port]) -> list[Variable]:
     return variables
 
 
-def _array(port: Port) -> tuple[str, str, str, bool]:
-    """Return the key of a port's array; the name is empty for a scalar."""
+def _array_key(port: Port) -> tuple[str, str, str, bool]:
+    """Return the key of a port's array. The name in the key is empty for a scalar."""
     prefix, dot, _ = port.name.partition(".")
     return prefix if dot else "", port.causality, port.variability, port.boolean
 
 
-def _common(ports: Sequence[Port]) -> str:
-    """Return the common beginning of descriptions: `Force` for `Force of muscle a`, `.. b`."""
+def _common_description(ports: Sequence[Port]) -> str:
+    """Return the common beginning of descriptions.
+
+    For `Force of muscle a` and `Force of muscle b` it is `Force`.
+    """
     words = [port.description.split() for port in ports]
     shared = []
     for column in zip(*words, strict=False):

@@ -1,4 +1,4 @@
-"""Variables of a plant's surroundings: contact forces, objects, wrenches on links; see `ports`."""
+"""Plant variables of the surroundings: contact forces, objects, wrenches on links; see `ports`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from sim_dart.scene import Scene
 
 FRICTION_ERROR, FRICTION_NOT_CONVERGED = "friction_error", "friction_not_converged"
-_TURN = ("qw", "qx", "qy", "qz")
+_QUATERNION = ("qw", "qx", "qy", "qz")
 
 
 def wrench_signals(links: Sequence[str]) -> list[str]:
@@ -38,7 +38,7 @@ def contact_signals(scene: Scene) -> list[str]:
 def object_signals(scene: Scene) -> list[str]:
     """Return `object.<name>.x`, ..., `.qz` of every moving object."""
     names = signal_names("object", [thing.name for thing in scene.moving_objects])
-    return [f"{name}.{axis}" for name in names for axis in (*"xyz", *_TURN)]
+    return [f"{name}.{axis}" for name in names for axis in (*"xyz", *_QUATERNION)]
 
 
 def world_ports(scene: Scene | None) -> list[Port]:
@@ -51,9 +51,9 @@ def world_ports(scene: Scene | None) -> list[Port]:
     ]
     for name in object_signals(scene):
         thing, _, axis = name.removeprefix("object.").rpartition(".")
-        turns = axis in _TURN
-        what = f"{'Unit quaternion' if turns else 'Position'} of {thing}"
-        ports.append(Port(name, "" if turns else "m", "output", "continuous", what))
+        is_rotation = axis in _QUATERNION
+        what = f"{'Unit quaternion' if is_rotation else 'Position'} of {thing}"
+        ports.append(Port(name, "" if is_rotation else "m", "output", "continuous", what))
     return [*ports, *_friction_ports(scene)]
 
 

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cardsflow_fmu.cosim.signals.groups import Groups, group_places
+from cardsflow_fmu.cosim.signals.groups import Groups, group_slices
 from sim_dart.core.library import pack_field
 
 from .binding import native_library
@@ -59,7 +59,7 @@ def _settings(
     counts: Mapping[str, int],
     fields: Mapping[str, ArrayLike],
 ) -> bytes:
-    places, sizes = group_places(groups), {"models": 1, **counts}
+    places, sizes = group_slices(groups), {"models": 1, **counts}
     body = b""
     for line in layout:
         kind, name, *rest = line.split()

@@ -9,8 +9,8 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu.cosim.signals.estimation import ESTIMATE
-from cardsflow_fmu.cosim.signals.followed import Followed, followed_by_name
 from cardsflow_fmu.cosim.signals.ports import coordinate_signals, identifier
+from cardsflow_fmu.cosim.signals.tracked_signals import TrackedSignal, tracked_signals_by_name
 from cardsflow_fmu.results.columns import chosen_columns
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
 from cardsflow_fmu.utils.arrays import FloatArray
@@ -138,15 +138,15 @@ def _panels_with_prefix(
     return panels
 
 
-def _signals_by_unit(result: RunData) -> dict[str, list[Followed]]:
+def _signals_by_unit(result: RunData) -> dict[str, list[TrackedSignal]]:
     """Return the controlled positions by unit."""
-    by_unit: dict[str, list[Followed]] = {}
-    for signal in followed_by_name(result.names, result.units):
+    by_unit: dict[str, list[TrackedSignal]] = {}
+    for signal in tracked_signals_by_name(result.names, result.units):
         by_unit.setdefault(signal.unit or "-", []).append(signal)
     return by_unit
 
 
-def tracking_curves(result: RunData, followed: Sequence[Followed]) -> list[Curve]:
+def tracking_curves(result: RunData, followed: Sequence[TrackedSignal]) -> list[Curve]:
     """Return curves of positions and their references."""
     time = result["time"]
     return [

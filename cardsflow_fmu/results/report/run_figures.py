@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from addin_sdfusion.robot.model.muscle_laws import law_of
-from cardsflow_fmu.cosim.signals.followed import Followed, followed_by_name
 from cardsflow_fmu.cosim.signals.muscles import (
     command_signals,
     driven_muscles,
@@ -17,6 +16,7 @@ from cardsflow_fmu.cosim.signals.muscles import (
     tension_signals,
 )
 from cardsflow_fmu.cosim.signals.ports import identifier, muscle_signals
+from cardsflow_fmu.cosim.signals.tracked_signals import TrackedSignal, tracked_signals_by_name
 from cardsflow_fmu.results.run_data import ExperimentRunData
 
 from .downsample import evenly_spaced
@@ -52,7 +52,7 @@ def tracking_figure(result: ExperimentRunData) -> Figure:
     return figure_of_panels([p for p in panels if p.curves], title=figure_title(result))
 
 
-def _path_figure(result: ExperimentRunData, point: list[Followed]) -> Figure:
+def _path_figure(result: ExperimentRunData, point: list[TrackedSignal]) -> Figure:
     """Return the path of an end-effector point with its dotted reference."""
     actual, desired = [f.actual for f in point], [f.desired for f in point]
     with mpl.rc_context(STYLE):
@@ -70,9 +70,9 @@ def _path_figure(result: ExperimentRunData, point: list[Followed]) -> Figure:
     return figure
 
 
-def _point(result: ExperimentRunData) -> list[Followed]:
+def _point(result: ExperimentRunData) -> list[TrackedSignal]:
     """Return the signals of the first controlled point with x, y and z; empty if there is none."""
-    followed = followed_by_name(result.names, result.units)
+    followed = tracked_signals_by_name(result.names, result.units)
     for frame in result.experiment.robot.task_frames:
         prefix = f"y.{identifier(frame.name)}."
         point = [signal for signal in followed if signal.actual.startswith(prefix)]
@@ -110,7 +110,7 @@ def _commands(result: ExperimentRunData) -> list[Panel]:
 
 def _positions(result: ExperimentRunData) -> Panel:
     """Return positions with their references."""
-    followed = followed_by_name(result.names, result.units)
+    followed = tracked_signals_by_name(result.names, result.units)
     units = "/".join(dict.fromkeys(signal.unit for signal in followed)) or "-"
     what = "joint" if result.experiment.reference.space == "joint" else "task"
     return Panel(f"{what} position [{units}]", tracking_curves(result, followed), by_change=True)

@@ -8,8 +8,13 @@ from pathlib import Path
 from typing import Any, Literal
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.cosim.external_fmu import ExternalFmu, fitting_wiring, renamed, stated_units
-from cardsflow_fmu.cosim.signals.ports import Port, outer_signals
+from cardsflow_fmu.cosim.external_fmu import (
+    ExternalFmu,
+    experiment_names,
+    specified_units,
+    without_missing_loads,
+)
+from cardsflow_fmu.cosim.signals.ports import Port, external_load_signals
 from cardsflow_fmu.cosim.signals.roles import ROLES
 from cardsflow_fmu.cosim.signals.units import KNOWN_UNITS, Unit, conversion, variable_units
 from cardsflow_fmu.cosim.wiring import routes
@@ -32,8 +37,8 @@ def experiment_system(
     parts = [_Part(role, fmus[role], experiment.fmus.get(role), tables[role]) for role in order]
     by_role = {part.name: part for part in parts}
     connections: list[Connection] = []
-    loads = outer_signals(experiment.robot, experiment.plant.wrenches)
-    wiring = fitting_wiring(experiment.wiring, experiment.fmus, parts, loads)
+    loads = external_load_signals(experiment.robot, experiment.plant.wrenches)
+    wiring = without_missing_loads(experiment.wiring, experiment.fmus, parts, loads)
     for target, source in routes(parts, wiring).items():
         role, input_ = target.split(".", 1)
         if isinstance(source, str):
@@ -99,10 +104,10 @@ class _Part:
         self._parameters = [] if external else [p for p in ports if p.causality == "parameter"]
         names = {side: self._side(side) for side in self._own}
         if external is not None:
-            self._units |= stated_units(external, [*names["input"], *names["output"]])
+            self._units |= specified_units(external, [*names["input"], *names["output"]])
             self._held = [Parameter(*entry) for entry in external.parameters.items()]
             for side in self._own:
-                table = renamed(external, side, names[side], ports)
+                table = experiment_names(external, side, names[side], ports)
                 self._own[side] = {port: variable for variable, port in table.items()}
         for side, back in self._own.items():
             back |= {name: name for name in names[side] if name not in back.values()}

@@ -31,7 +31,7 @@ REFUSED = {
     "far inertia": (POINTS + LINK + "iyy = 1e308", "a motion of these coordinates moves no mass"),
     "no address": (POINTS + "[hardware]\nuse = true", "hardware.link: missing"),
     "address": (POINTS + HARDWARE + "'nobody'", "invalid hardware address 'nobody'"),
-    "port": (POINTS + HARDWARE + "'udp://127.0.0.1:0'", "port 0 of"),
+    "port": (POINTS + HARDWARE + "'udp://127.0.0.1:0'", "the port must not be 0"),
     "key": (POINTS + HARDWARE + "'loopback:'\nkey_file = 'none.key'", "none.key"),
     "input": (POINTS + "[wiring.plant]\n'w.hand.fx' = 0.0", "no input 'plant.w.hand.fx'"),
     "gap": (POINTS + APPROACH + "1.0\nstart = [1e308, 1e308]\n[start]\nq = 0.1", "part 1 of"),

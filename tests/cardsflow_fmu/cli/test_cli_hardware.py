@@ -104,7 +104,7 @@ def plant_run() -> Result:
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory, plant_run: Result) -> Path:
-    """The recording of a run in lock step, which is the run with the plant."""
+    """Record a run in lockstep, which equals the run with the plant."""
     folder = tmp_path_factory.mktemp("recorded")
     with served("device", ARM) as device:
         driven = experiment(**LOCKSTEP, **{"hardware.link": device.uri})

@@ -1,4 +1,4 @@
-"""Coupling schemes against recurrences written out by hand."""
+"""Coupling schemes, compared with explicit recurrences."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LAMBDA = -0.8
 
 
 class Part:
-    """A participant whose outputs follow from its inputs and outputs."""
+    """Participant whose outputs are a function of its inputs and outputs."""
 
     def __init__(
         self,
@@ -110,7 +110,7 @@ def test_any_number_of_participants_with_different_rates() -> None:
 
 
 def joined(source: Part, sink: Part, wiring: dict[str, str], **options: Any) -> Master:
-    """Two participants over two steps, coupled at once."""
+    """Run two coupled participants for two steps."""
     return Master([source, sink], wiring, step=H, steps=2, coupling=Coupling("jacobi"), **options)
 
 
@@ -123,7 +123,7 @@ def test_units_are_converted() -> None:
     np.testing.assert_allclose(seen, [[np.pi / 180, 1000.0], [np.pi / 2, 2000.0]], rtol=1e-15)
 
 
-def test_an_explicit_conversion_replaces_that_of_the_units() -> None:
+def test_an_explicit_conversion_replaces_the_conversion_of_units() -> None:
     seen = []
     source = Part("a", {}, {"angle": "deg"}, lambda u, y, h: [90.0])
     sink = Part("b", {"x": "N"}, {}, lambda u, y, h: seen.append(u[0]) or [])

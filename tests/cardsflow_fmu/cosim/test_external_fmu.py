@@ -40,7 +40,7 @@ MAPS: dict[str, dict[str, Any]] = {
 
 @pytest.fixture(scope="session")
 def bodies(tmp_path_factory: pytest.TempPathFactory, compiler: str) -> dict[str, Path]:
-    """The external plant in both versions of FMI."""
+    """Build the external plant in both versions of FMI."""
     folder = tmp_path_factory.mktemp("external")
     return {fmi: external_fmu(folder / f"body_{fmi[0]}.fmu", compiler, fmi) for fmi in MAPS}
 
@@ -56,7 +56,7 @@ def experiment(plant: object, **settings: Any) -> Experiment:
 
 
 def direct(experiment: Experiment) -> Result:
-    """A run with our own models as plain Python objects around the external FMU."""
+    """Run the external FMU with the other models as plain Python objects."""
     return simulate(experiment, coupling="direct")
 
 
@@ -65,7 +65,7 @@ def body(file: Path, fmi: str, **changes: Any) -> dict[str, Any]:
 
 
 def expected(result: Result, inertia: float) -> tuple[np.ndarray, np.ndarray]:
-    """Angles and rates in [rad] and [rad/s] under the recorded forces."""
+    """Return angles and rates under the recorded forces, in [rad] and [rad/s]."""
     forces = result.columns([f"f.cable_{k}" for k in range(1, 5)])
     q, qd = [np.array([-0.5, 0.5])], [np.zeros(2)]
     for force in forces[:-1]:
@@ -109,7 +109,7 @@ def test_a_boolean_input_can_be_constant(bodies: dict[str, Path]) -> None:
 
 @pytest.mark.parametrize("scheme", ["jacobi", "gauss_seidel"])
 def test_versions_mixed_under_every_coupling(bodies: dict[str, Path], scheme: str) -> None:
-    """Our FMI 2.0 controller and reference with an external FMI 3.0 plant."""
+    """Controller and reference of FMI 2.0 run with an external plant of FMI 3.0."""
     order = {"run__order": ["reference", "controller", "plant"]}
     settings = {"run__scheme": scheme, **(order if scheme == "gauss_seidel" else {})}
     through = {fmi: direct(experiment(body(bodies[fmi], fmi), **settings)).rows for fmi in MAPS}
@@ -187,8 +187,8 @@ def test_a_file_that_is_not_an_fmu_is_an_error(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("version", MAPS)
-def test_our_fmus_need_no_map(tmp_path: Path, version: FmiVersion) -> None:
-    """In both versions of FMI, with arrays, together with a reference of FMI 2.0."""
+def test_fmus_of_this_package_need_no_map(tmp_path: Path, version: FmiVersion) -> None:
+    """Tested in both versions of FMI, with arrays, together with a reference of FMI 2.0."""
     settings = {"run.duration": 0.05}
     built = build(Experiment.load(PLANAR_2R, settings), tmp_path, fmi=version)
     named = settings | {f"fmus.{role}": str(built[role]) for role in ("plant", "controller")}
@@ -210,12 +210,12 @@ def test_a_coupling_is_part_of_the_packed_experiment() -> None:
         ("[" * 20_000, "recursion"),
         ("[{", "Expecting"),
         ("3", "not iterable"),
-        ('[{"unit": "N"}]', "it has no 'name'"),
-        ('[{"name": "a"}]', "it has no 'unit'"),
+        ('[{"unit": "N"}]', "it does not contain 'name'"),
+        ('[{"name": "a"}]', "it does not contain 'unit'"),
     ],
 )
 def test_invalid_element_names_are_an_error(rows: str, reason: str, tmp_path: Path) -> None:
-    """In the annotation of our FMUs, which other FMUs may also contain."""
+    """External FMUs may contain the annotation with element names too."""
     note = f"<Annotations><Annotation type='{ELEMENTS}'>{escape(rows)}</Annotation></Annotations>"
     file = tmp_path / "odd.fmu"
     with zipfile.ZipFile(file, "w") as archive:

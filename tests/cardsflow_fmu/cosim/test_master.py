@@ -29,7 +29,7 @@ class Stub:
 
 
 def system(diary, **changes):
-    """A pure integrator x' = f under f = r - x; the reference r is the time."""
+    """Return an integrator x' = f with the control law f = r - x; the reference r is the time."""
     plant = Stub("plant", ["f"], ["x"], lambda t, h, u, y: y + h * u, diary)
     controller = Stub(
         "controller", ["r", "x"], ["f", "infeasible"], lambda t, h, u, y: [u[0] - u[1], 0], diary
@@ -75,7 +75,7 @@ def test_explicit_wiring_replaces_wiring_by_name() -> None:
     diary: list = []
     parts = system(diary)
     parts[0].output_names = ("position",)
-    with pytest.raises(InputError, match=r"input controller\.x needs exactly one source.*none"):
+    with pytest.raises(InputError, match=r"input controller\.x requires exactly one source.*none"):
         Master(parts, wiring={}, step=0.1, steps=1)
     wired = Master(parts, wiring={"controller.x": "plant.position"}, step=0.1, steps=3).run()
     plain = Master(system([]), wiring={}, step=0.1, steps=3).run()
@@ -95,7 +95,7 @@ def test_unknown_ports_in_the_wiring_are_an_error(wiring: dict[str, str], messag
 
 
 def with_plant(law: Callable[..., float]) -> Recording:
-    """A run of 100 steps of a plant with a law."""
+    """Run a plant with a control law for 100 steps."""
     plant = Stub("plant", ["f"], ["x"], law, [])
     return Master(system([], plant=plant), wiring={}, step=0.1, steps=100).run()
 

@@ -1,4 +1,4 @@
-"""A run that records a value that is not finite is incomplete; the error says where and when."""
+"""Runs that record a value that is not finite are incomplete; the error names signal and time."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from cardsflow_fmu.models.plant import PlantModel
 
 
 class Source:
-    """Unconnected participant whose output is wrong from a step on, or once."""
+    """Unconnected participant whose output is not finite in one step, or from a step on."""
 
     def __init__(
         self, value: float, at: int, name: str = "external", output: str = "heat", last: int = 99
@@ -102,10 +102,10 @@ def no_constant(text: str) -> Any:
 
 
 @pytest.mark.parametrize("at", [0, 1, 20], ids=["start", "in the middle", "last row"])
-def test_such_a_run_is_incomplete_and_its_files_are_json(
+def test_a_run_with_an_infinite_value_is_incomplete_and_writes_valid_json(
     tmp_path: Path, cardsflow: CommandLine, monkeypatch: pytest.MonkeyPatch, at: int
 ) -> None:
-    """The loop in C records the value. It is part of the summary, which would contain NaN."""
+    """The loop in C records the value, so that the summary would contain NaN."""
     begin, advance = NativeLoop.__init__, NativeLoop._advance
 
     def spoil(self: NativeLoop, done: int) -> None:

@@ -84,7 +84,7 @@ def test_delays_above_one_step_postpone_later_deadlines() -> None:
 
 
 @given(st.lists(st.floats(0.0, 0.05), min_size=1, max_size=50))
-def test_deadlines_are_at_least_one_step_minus_the_lateness_apart(delays: list[float]) -> None:
+def test_deadlines_differ_by_at_least_one_step_minus_the_lateness(delays: list[float]) -> None:
     """After any delay, no step starts too early."""
     clock = Clock()
     pacer = paced(clock)
@@ -99,7 +99,7 @@ def test_deadlines_are_at_least_one_step_minus_the_lateness_apart(delays: list[f
         at, late = clock.now, kept
 
 
-def test_real_sleeps_are_never_short() -> None:
+def test_real_sleeps_are_never_too_short() -> None:
     pacer = Pacer(0.002)
     pacer.wait(0.0)
     begin = time.monotonic()

@@ -1,4 +1,4 @@
-"""The C library for other platforms: that it compiles there, and exports what FMI asks for."""
+"""C library for other platforms: it compiles and exports the functions of FMI."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ needs_compiler = pytest.mark.skipif(
 @pytest.mark.cross
 @needs_compiler
 @pytest.mark.parametrize("platform", few(MAGIC))
-def test_compiles(platform: str, tmp_path: Path) -> None:
+def test_the_library_compiles_for_all_platforms(platform: str, tmp_path: Path) -> None:
     library = cross.compile_for(platform, tmp_path).read_bytes()
     assert library.startswith(MAGIC[platform])
     for name in (b"fmi2DoStep", b"fmi2Instantiate", b"cardsflow_worker_run"):
@@ -44,7 +44,7 @@ def test_compiles(platform: str, tmp_path: Path) -> None:
 
 @pytest.mark.cross
 @needs_compiler
-def test_the_same_sources_give_the_same_bytes(tmp_path: Path) -> None:
+def test_equal_sources_compile_to_equal_bytes(tmp_path: Path) -> None:
     folders = [tmp_path / name for name in ("one", "two")]
     for folder in folders:
         folder.mkdir()
@@ -52,21 +52,23 @@ def test_the_same_sources_give_the_same_bytes(tmp_path: Path) -> None:
     assert one == two
 
 
-def test_own_platform_needs_no_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_current_platform_needs_no_compiler(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     own = this_platform()
     found = cross.libraries_for([own.tuple, own.fmi2 or own.tuple], tmp_path)
     assert found == {own.tuple: library_path()}
 
 
-def test_without_the_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_compiler_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     other = "win64" if sys.platform != "win32" else "linux64"
     with pytest.raises(InputError, match="uv sync --extra cross"):
         cross.libraries_for([other], tmp_path)
 
 
-def test_bad_platforms(tmp_path: Path) -> None:
+def test_unknown_platforms_are_rejected(tmp_path: Path) -> None:
     with pytest.raises(UnknownNameError, match="win32"):
         cross.libraries_for(["win32"], tmp_path)
     with pytest.raises(InputError, match="requires at least one platform"):
@@ -74,12 +76,12 @@ def test_bad_platforms(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_native_libraries_come_with_the_package(
+def test_the_package_contains_native_libraries(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As they are, and into native FMUs unasked; else a word on what to do."""
+    """Native FMUs contain them by default. If they are missing, the error names a remedy."""
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    native_library()  # that of this machine, before its place changes
+    native_library()  # path for this machine, before it is replaced
     monkeypatch.setattr(library, "_root", lambda: tmp_path)
     own, other = this_platform(), "x86_64-windows"
     assert other != own.tuple
@@ -109,7 +111,7 @@ def binaries(fmu: Path) -> dict[str, bytes]:
     return {name: archive.read(name) for name in archive.namelist() if name.startswith("binaries/")}
 
 
-def test_native_libraries_hold_nothing_that_starts_a_python() -> None:
+def test_native_libraries_contain_no_python_host() -> None:
     native, all_of_it = sources.NATIVE.sources(), sources.FMI.sources()
     assert not {name for name in native if name.startswith(f"{sources.RUNTIME}/python/")}
     assert set(native) - set(all_of_it) == {f"{sources.RUNTIME}/native/backend_native.c"}

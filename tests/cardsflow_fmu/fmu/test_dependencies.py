@@ -1,4 +1,4 @@
-"""The model structure of FMUs: what is declared is what is seen when a variable is changed."""
+"""Model structure of FMUs: declared dependencies agree with the effects of changed variables."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ PLANAR = EXAMPLES / "planar_2r"
 
 
 def laws(*models: Mapping[str, Any] | str) -> dict[str, Any]:
-    """The two-link arm's cables, each with its law."""
+    """Return the two-link arm with one muscle law per cable."""
     return {f"muscles.cable_{k}.model": model for k, model in enumerate(models, 1)}
 
 
@@ -94,8 +94,8 @@ def probe_of(file: Path, folder: Path, base: Mapping[str, float]) -> Iterator[Pr
     probe.close()
 
 
-def a_base(experiment: Experiment) -> dict[str, float]:
-    """A start that is nothing special: turning joints away from where they began, taut muscles."""
+def base_state(experiment: Experiment) -> dict[str, float]:
+    """Return a generic state: moving joints away from their start positions, and taut muscles."""
     rng = np.random.default_rng(7)
     base = {}
     for k, coordinate in enumerate(experiment.plant_robot.coordinates):
@@ -111,34 +111,34 @@ def a_base(experiment: Experiment) -> dict[str, float]:
 def checked(case: str, native: bool, folder: Path, fmi: Any = "2.0") -> None:
     experiment = experiment_of(case)
     file = build(experiment, folder, fmi=fmi, arrays=False, compute=COMPUTE[native])["plant"]
-    with probe_of(file, folder / "unpacked", a_base(experiment)) as probe:
+    with probe_of(file, folder / "unpacked", base_state(experiment)) as probe:
         at_once, seen = declared(file, at_start=False), seen_at_once(probe)
         assert undeclared(at_once, seen) == {}
-        if case != "contacts":  # what is not touched feels nothing
+        if case != "contacts":  # bodies without contact have no contact force
             assert unexplained(at_once, seen) == {}
         at_start = declared(file, at_start=True)
         seen = seen_at_start(probe, probe.names("input", "parameter"))
         assert undeclared(at_start, seen) == {}
         left = unexplained(at_start, seen)
-        # all coordinates; those that turn the robot as a whole change none
+        # all coordinates; rotations of the complete robot change no length
         assert {name for name in left if "energy" not in name and "momentum" not in name} == set()
 
 
 @pytest.mark.cases(7)
 @pytest.mark.slow
 @pytest.mark.parametrize(("case", "native"), KINDS)
-def test_a_plant(case: str, native: bool, tmp_path: Path) -> None:
+def test_dependencies_of_a_plant(case: str, native: bool, tmp_path: Path) -> None:
     checked(case, native, tmp_path)
 
 
 @pytest.mark.slow
-def test_a_plant_in_fmi_3(tmp_path: Path) -> None:
+def test_dependencies_of_a_plant_in_fmi_3(tmp_path: Path) -> None:
     checked("quick", True, tmp_path, "3.0")
 
 
 @pytest.mark.slow
 def test_positions_depend_on_no_input(tmp_path: Path) -> None:
-    """The end of the loop that hosts saw between a plant and its controller."""
+    """Therefore hosts find no algebraic loop between a plant and its controller."""
     for case in ("ideal", "muscles"):
         file = build(experiment_of(case), tmp_path / case, compute="c")["plant"]
         at_once = declared(file, at_start=False)
@@ -171,8 +171,8 @@ KINDS_OF_CONTROLLERS = [
 @pytest.mark.cases(4)
 @pytest.mark.slow
 @pytest.mark.parametrize(("case", "native"), KINDS_OF_CONTROLLERS)
-def test_a_controller(case: str, native: bool, tmp_path: Path) -> None:
-    """At a tick that is met, and at one that is not, so that the slack shows as well."""
+def test_dependencies_of_a_controller(case: str, native: bool, tmp_path: Path) -> None:
+    """Tested at a feasible and at an infeasible tick, so that the slack changes too."""
     example, settings = CONTROLLERS[case]
     experiment = Experiment.load(EXAMPLES / example, {"run.duration": 0.1, **settings})
     file = build(experiment, tmp_path, fmi="3.0", arrays=False, compute=COMPUTE[native])[
@@ -183,13 +183,13 @@ def test_a_controller(case: str, native: bool, tmp_path: Path) -> None:
     tuned = ("kp.", "kd.", "f_min.", "f_max.", "tau_min.", "tau_max.")
     seen: dict[str, frozenset[str]] = dict.fromkeys(at_once, frozenset())
     for k, far in enumerate((0.02, 1.0, 30.0)):
-        base = a_state(experiment, file, far)
+        base = random_state(experiment, file, far)
         with probe_of(file, tmp_path / str(k), base) as probe:
             period = experiment.controller.period
             scales = (0.1, 3.0, 300.0, 1e5) if far < 30 else (0.3, 3.0)
             found = seen_at_a_tick(probe, period, probe.names("input"), scales)
             tunables = [n for n in probe.names("parameter") if n.startswith(tuned)]
-            # bounds count only for muscles that come to them
+            # a limit has an effect only on muscles that reach it
             assert undeclared(at_once, seen_at_a_tick(probe, period, tunables, (0.1,))) == {}
             seen = {name: seen[name] | found[name] for name in seen}
             if k == 0:
@@ -199,17 +199,17 @@ def test_a_controller(case: str, native: bool, tmp_path: Path) -> None:
                 assert unexplained(at_start, shown) == {}
     assert undeclared(at_once, seen) == {}
     inputs = {n: frozenset(k for k in of if not k.startswith(tuned)) for n, of in at_once.items()}
-    if case == "reactive":  # its tasks always give way: only joint limits can fail
+    if case == "reactive":  # its tasks have lower priority: only joint limits can be infeasible
         inputs["infeasible"] = inputs["limits_dropped"]
-    if case == "muscles":  # most of which are at what they can reach at a tick
+    if case == "muscles":  # most of them are at a limit in a tick
         unseen = set().union(*inputs.values()) - set().union(*seen.values())
         assert unseen <= {"w.hand.fy"}  # the arm moves in the other two directions
     else:
         assert unexplained(inputs, seen) == {}
 
 
-def a_state(experiment: Experiment, file: Path, far: float) -> dict[str, float]:
-    """Where the robot starts, with errors as large as `far`, and loads on all axes."""
+def random_state(experiment: Experiment, file: Path, far: float) -> dict[str, float]:
+    """Return the start state with errors up to `far`, and loads on all axes."""
     rng = np.random.default_rng(3)
     base = {}
     q = dict(zip((c.name for c in experiment.robot.coordinates), experiment.start.q, strict=True))
@@ -232,7 +232,7 @@ def a_state(experiment: Experiment, file: Path, far: float) -> dict[str, float]:
 
 
 @pytest.mark.slow
-def test_a_reference_depends_on_time_alone(tmp_path: Path) -> None:
+def test_a_reference_depends_on_time_only(tmp_path: Path) -> None:
     for native in (True, False):
         file = build(experiment_of("ideal"), tmp_path / str(native), compute=COMPUTE[native])[
             "reference"
@@ -242,8 +242,8 @@ def test_a_reference_depends_on_time_alone(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_arrays_depend_on_what_their_elements_do(tmp_path: Path) -> None:
-    """FMI 3.0 with arrays says the same as with scalars, array by array."""
+def test_arrays_have_the_dependencies_of_their_elements(tmp_path: Path) -> None:
+    """FMI 3.0 with arrays declares the same dependencies as with scalars."""
     experiment = experiment_of("muscles")
     both = [build(experiment, tmp_path / str(n), fmi="3.0", arrays=n, compute="c") for n in (0, 1)]
     for name in both[0]:
@@ -259,12 +259,14 @@ def test_arrays_depend_on_what_their_elements_do(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("native", [True, False])
-def test_derivatives_at_the_start_are_of_what_is_declared(native: bool, tmp_path: Path) -> None:
-    """Zero where nothing is declared; what is declared has one, and not zero."""
+def test_derivatives_at_the_start_agree_with_declared_dependencies(
+    native: bool, tmp_path: Path
+) -> None:
+    """Derivatives are zero without a declared dependency, and nonzero with a declared one."""
     experiment = experiment_of("quick")
     file = build(experiment, tmp_path, compute=COMPUTE[native])["plant"]
     at_start = declared(file, at_start=True)
-    with probe_of(file, tmp_path / "unpacked", a_base(experiment)) as probe:
+    with probe_of(file, tmp_path / "unpacked", base_state(experiment)) as probe:
         probe.at_start()
         host, outputs = probe.host, probe.names("output")
         references = [host.references[name] for name in outputs]
@@ -280,10 +282,12 @@ def test_derivatives_at_the_start_are_of_what_is_declared(native: bool, tmp_path
 
 @pytest.mark.slow
 @pytest.mark.parametrize("native", [True, False])
-def test_derivatives_over_a_step_answer_for_what_is_declared(native: bool, tmp_path: Path) -> None:
+def test_derivatives_over_a_step_agree_with_declared_dependencies(
+    native: bool, tmp_path: Path
+) -> None:
     experiment = experiment_of("quick")
     file = build(experiment, tmp_path, compute=COMPUTE[native])["plant"]
-    with probe_of(file, tmp_path / "unpacked", a_base(experiment)) as probe:
+    with probe_of(file, tmp_path / "unpacked", base_state(experiment)) as probe:
         probe.at_start()
         probe.host.slave.exitInitializationMode()
         for output, knowns in declared(file, at_start=False).items():
@@ -294,10 +298,12 @@ def test_derivatives_over_a_step_answer_for_what_is_declared(native: bool, tmp_p
 
 
 @pytest.mark.slow
-def test_no_loop_is_left_between_plant_and_controller(tmp_path: Path) -> None:
-    """As hosts look for it: along the wires of the system and through what the FMUs declare."""
+def test_plant_and_controller_form_no_algebraic_loop(tmp_path: Path) -> None:
+    """The search follows connections and declared dependencies, like a host."""
     for case, (name, settings) in PLANTS.items():
-        if case == "quick":  # a pressure that follows at once and is read: that is a loop
+        if (
+            case == "quick"
+        ):  # a pressure without delay that the controller reads is an algebraic loop
             continue
         experiment = Experiment.load(EXAMPLES / name, {"run.duration": 0.1, **settings})
         files = build(experiment, tmp_path / case)
@@ -305,29 +311,29 @@ def test_no_loop_is_left_between_plant_and_controller(tmp_path: Path) -> None:
 
 
 def has_loop(files: Mapping[str, Path]) -> bool:
-    """Whether signals come round to themselves; equal names are wired."""
+    """Return whether the dependencies contain a loop; signals with equal names are connected."""
     through: dict[str, set[str]] = {}
     for role in ("plant", "controller", "reference"):
         for output, knowns in declared(files[role], at_start=False).items():
-            # a plant's output f. does not exist, nor a controller's q.: names are signals
+            # names identify signals: no plant outputs f., and no controller outputs q.
             through.setdefault(output, set()).update(knowns)
     done: set[str] = set()
 
-    def comes_round(signal: str, path: frozenset[str]) -> bool:
+    def reaches_itself(signal: str, path: frozenset[str]) -> bool:
         if signal in path:
             return True
         if signal in done:
             return False
-        found = any(comes_round(known, path | {signal}) for known in through.get(signal, ()))
+        found = any(reaches_itself(known, path | {signal}) for known in through.get(signal, ()))
         done.add(signal)
         return found
 
-    return any(comes_round(signal, frozenset()) for signal in through)
+    return any(reaches_itself(signal, frozenset()) for signal in through)
 
 
 @pytest.mark.slow
-def test_hardware_is_moved_in_time(tmp_path: Path) -> None:
-    """Only tensions may follow their forces within an exchange."""
+def test_outputs_of_hardware_depend_on_no_input_except_tensions(tmp_path: Path) -> None:
+    """Only tensions may change with the forces within an exchange."""
     file = build(experiment_of("ideal"), tmp_path)["hardware"]
     at_once = declared(file, at_start=False)
     expected = {name: frozenset[str]() for name in at_once}

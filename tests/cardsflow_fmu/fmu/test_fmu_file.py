@@ -37,7 +37,7 @@ def digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def test_fmpy_finds_nothing_to_complain_about(tmp_path: Path) -> None:
+def test_fmpy_validates_the_fmu(tmp_path: Path) -> None:
     assert validate_fmu(str(write(tmp_path / "toy.fmu"))) == []
 
 
@@ -48,7 +48,7 @@ def test_every_unit_is_valid(tmp_path: Path) -> None:
     assert validate_fmu(str(write(tmp_path / "toy.fmu", ports=ports))) == []
 
 
-def test_contents(tmp_path: Path) -> None:
+def test_the_fmu_contains_all_files(tmp_path: Path) -> None:
     mesh = tmp_path / "mesh.stl"
     mesh.write_bytes(b"solid")
     resources = {"x_start.txt": b"0.25", "robot/meshes/a.stl": mesh}
@@ -77,7 +77,7 @@ def test_contents(tmp_path: Path) -> None:
         assert json.loads(archive.read("resources/model.json"))["class"] == "toy_model:ToyModel"
 
 
-def test_same_input_same_bytes(tmp_path: Path) -> None:
+def test_equal_input_creates_equal_bytes(tmp_path: Path) -> None:
     one = write(tmp_path / "one.fmu", resources={"x_start.txt": b"1", "b": b""})
     two = write(tmp_path / "two.fmu", resources={"b": b"", "x_start.txt": b"1"})
     assert digest(one) == digest(two)
@@ -100,7 +100,7 @@ def test_other_contents_have_another_guid(tmp_path: Path, changes: dict[str, Any
     assert one.guid != two.guid
 
 
-def test_nothing_but_the_fmu_is_left(tmp_path: Path) -> None:
+def test_no_temporary_files_remain(tmp_path: Path) -> None:
     write(tmp_path / "toy.fmu")
     write(tmp_path / "toy.fmu", step=2e-3)
     assert [path.name for path in tmp_path.iterdir()] == ["toy.fmu"]
@@ -109,23 +109,23 @@ def test_nothing_but_the_fmu_is_left(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "name", ["", ".", "/etc/x", "../x", "a/../../x", "a\\b", "C:x", "model.json", "ports.bin"]
 )
-def test_refuses_resource_names(tmp_path: Path, name: str) -> None:
+def test_invalid_resource_names_are_rejected(tmp_path: Path, name: str) -> None:
     with pytest.raises(InputError, match="resource"):
         write(tmp_path / "toy.fmu", resources={name: b""})
 
 
-def test_says_which_resource_is_missing(tmp_path: Path) -> None:
+def test_a_missing_resource_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"gone\.stl: cannot be read: No such file"):
         write(tmp_path / "toy.fmu", resources={"a": tmp_path / "gone.stl"})
 
 
-def test_says_where_it_cannot_write(tmp_path: Path) -> None:
+def test_a_path_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match=r"cannot be written: (Not a directory|File exists)"):
         write(tmp_path / "file" / "toy.fmu")
 
 
-def test_refuses_a_class_that_cannot_be_imported(tmp_path: Path) -> None:
+def test_a_class_that_cannot_be_imported_is_rejected(tmp_path: Path) -> None:
     class Local(ToyModel):
         pass
 
@@ -133,19 +133,21 @@ def test_refuses_a_class_that_cannot_be_imported(tmp_path: Path) -> None:
         write(tmp_path / "toy.fmu", model_class=Local)
 
 
-def test_says_what_to_do_without_a_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_library_is_reported_with_a_remedy(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("CARDSFLOW_LIBRARY_DIR", str(tmp_path))
     with pytest.raises(InputError, match="hatch_build"):
         write(tmp_path / "toy.fmu")
 
 
-def test_says_which_machines_have_no_name_in_fmi(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_machines_without_a_name_in_fmi_are_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("platform.machine", lambda: "riscv64")
     with pytest.raises(InputError, match="riscv64"):
         this_platform()
 
 
-def test_says_which_platforms_fmi_2_does_not_name() -> None:
+def test_platforms_that_fmi_2_does_not_name_are_rejected() -> None:
     with pytest.raises(InputError, match=r"FMI 2.0 has no name for the platform aarch64-linux"):
         find_platform("aarch64-linux").folder("2.0")
     assert find_platform("aarch64-linux").folder("3.0") == "aarch64-linux"
@@ -154,7 +156,7 @@ def test_says_which_platforms_fmi_2_does_not_name() -> None:
         find_platform("amiga")
 
 
-def test_libraries_of_several_platforms(tmp_path: Path) -> None:
+def test_an_fmu_may_contain_libraries_for_several_platforms(tmp_path: Path) -> None:
     other = tmp_path / "library.dll"
     other.write_bytes(b"MZ")
     libraries = {"x86_64-linux": library_path(), "x86_64-windows": other}

@@ -1,4 +1,4 @@
-"""The FMUs of an experiment in FMI 2.0, FMI 3.0 with arrays, and FMI 3.0 with scalars."""
+"""FMUs of an experiment in FMI 2.0, FMI 3.0 with arrays, and FMI 3.0 with scalars."""
 
 from __future__ import annotations
 
@@ -58,14 +58,14 @@ def read(file: Path, name: str) -> bytes:
 
 @pytest.mark.cases(2)
 @pytest.mark.slow
-def test_fmpy_finds_nothing(files: Mapping[str, Path]) -> None:
+def test_fmpy_reports_no_problems(files: Mapping[str, Path]) -> None:
     for name in NAMES:
         assert validate_fmu(str(files[name])) == []
 
 
 @pytest.mark.cases(2)
 @pytest.mark.interop
-def test_fmutool_finds_nothing(files: Mapping[str, Path]) -> None:
+def test_fmutool_reports_no_problems(files: Mapping[str, Path]) -> None:
     pytest.importorskip("fmu_manipulation_toolbox", reason="extra `interop` is not installed")
     tool = shutil.which("fmutool", path=str(Path(sys.executable).parent))
     assert tool
@@ -81,7 +81,7 @@ def test_fmutool_finds_nothing(files: Mapping[str, Path]) -> None:
 
 @pytest.mark.slow
 def test_terminals_are_valid(files: Mapping[str, Path]) -> None:
-    """By the schema of FMI 3.0, which defines the file for FMI 2.0 as well."""
+    """The schema of FMI 3.0 defines the file for FMI 2.0 too."""
     schema = etree.XMLSchema(etree.parse(str(SCHEMAS / "fmi3TerminalsAndIcons.xsd")))
     for name in NAMES:
         text = read(files[name], "terminalsAndIcons/terminalsAndIcons.xml")
@@ -93,8 +93,8 @@ def test_terminals_are_valid(files: Mapping[str, Path]) -> None:
         assert len(members) == len(set(members)) > 0
 
 
-def test_terminals_fit_each_other(files: Mapping[str, Path]) -> None:
-    """What a plant gives under a name, a controller takes under the same name."""
+def test_terminals_of_connected_fmus_match(files: Mapping[str, Path]) -> None:
+    """Outputs of the plant and inputs of the controller have the same member names."""
     terminals = {
         name: {
             (outer.get("name"), terminal.get("name")): {
@@ -113,7 +113,7 @@ def test_terminals_fit_each_other(files: Mapping[str, Path]) -> None:
         assert terminals["plant"][key] <= terminals["controller"][key]
 
 
-def test_what_is_there_for_people(files: Mapping[str, Path]) -> None:
+def test_the_fmu_contains_documentation_and_icons(files: Mapping[str, Path]) -> None:
     for name in NAMES:
         page = read(files[name], "documentation/index.html").decode()
         variables = fmpy.read_model_description(str(files[name])).modelVariables
@@ -133,7 +133,7 @@ def test_what_is_there_for_people(files: Mapping[str, Path]) -> None:
 
 @pytest.mark.cases(4)
 @pytest.mark.slow
-def test_same_input_same_bytes(
+def test_equal_input_creates_equal_bytes(
     example: Path, version: Version, files: Mapping[str, Path], tmp_path: Path
 ) -> None:
     fmi, arrays = version
@@ -145,7 +145,9 @@ def test_same_input_same_bytes(
         assert digests[0] == digests[1], name
 
 
-def test_trajectories_are_those_of_plain_python(example: Path, version: Version) -> None:
+def test_trajectories_equal_the_trajectories_of_plain_python(
+    example: Path, version: Version
+) -> None:
     fmi, arrays = version
     experiment = Experiment.load(example, SHORT)
     plain = simulate(experiment, compute="python", coupling="direct")
@@ -154,8 +156,10 @@ def test_trajectories_are_those_of_plain_python(example: Path, version: Version)
     assert (result.rows == plain.rows).all()
 
 
-def test_fmpy_simulates_them(example: Path, files: Mapping[str, Path], version: Version) -> None:
-    """FMPy alone, without anything of ours on its side: the plant falls under held forces."""
+def test_fmpy_simulates_the_plant(
+    example: Path, files: Mapping[str, Path], version: Version
+) -> None:
+    """FMPy runs without code of this package: the plant moves under constant forces."""
     experiment = Experiment.load(example, SHORT)
     plant = simulate_plant(files["plant"])
     first = experiment.start.q
@@ -171,7 +175,7 @@ def test_fmpy_simulates_them(example: Path, files: Mapping[str, Path], version: 
 
 
 DIGESTS: dict[str, str] = {}
-"""Of the trajectory of an example's plant: the same in every version."""
+"""Trajectory of the example's plant, which is equal in all versions."""
 
 
 def simulate_plant(file: Path) -> np.ndarray:
@@ -195,7 +199,9 @@ def simulate_plant(file: Path) -> np.ndarray:
         (["--fmi", "3.0", "--scalars"], "3.0", "q.joint_1"),
     ],
 )
-def test_command_line(tmp_path: Path, words: list[str], expected: str, name: str) -> None:
+def test_the_command_line_selects_the_version(
+    tmp_path: Path, words: list[str], expected: str, name: str
+) -> None:
     assert main(["build", str(EXAMPLES / "planar_2r"), "-o", str(tmp_path), *words]) == 0
     description = fmpy.read_model_description(str(tmp_path / "plant.fmu"))
     assert description.fmiVersion == expected

@@ -1,4 +1,4 @@
-"""FMUs compute in C where the experiment allows it, in Python elsewhere, and commands say which."""
+"""FMUs compute in C if the experiment permits it, otherwise in Python; commands report which."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PICK_UP = EXAMPLES / "pick_up"
 
 
 def kinds(folder: Path) -> dict[str, bool]:
-    """Whether the FMU of each model computes in C."""
+    """Return for each model whether its FMU computes in C."""
     found = {}
     for file in folder.glob("*.fmu"):
         with zipfile.ZipFile(file) as archive:
@@ -53,7 +53,7 @@ IN_C = {"plant": True, "controller": True, "reference": True, "hardware": False}
         ),
     ],
 )
-def test_build(
+def test_build_reports_how_fmus_compute(
     words: tuple, expected: dict[str, bool], said: str, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     code, _, err = cardsflow("build", *words, *SHORT, "-o", tmp_path)
@@ -72,7 +72,7 @@ def test_build(
         ("controller.engine=dart", 'the engine "dart"'),
     ],
 )
-def test_native_alone_or_nothing(
+def test_compute_c_requires_that_all_fmus_are_native(
     setting: str, named: str, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     out = tmp_path / "out"
@@ -90,7 +90,9 @@ def test_native_alone_or_nothing(
         ((PICK_UP,), {"plant": "dart", "controller": "native"}),
     ],
 )
-def test_run(words: tuple, engine: dict[str, str], tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_run_reports_how_fmus_compute(
+    words: tuple, engine: dict[str, str], tmp_path: Path, cardsflow: CommandLine
+) -> None:
     code, out, _ = cardsflow("run", *words, *SHORT, "-o", tmp_path)
     assert code == 0
     summary = json.loads((tmp_path / "summary.json").read_text())
@@ -101,15 +103,15 @@ def test_run(words: tuple, engine: dict[str, str], tmp_path: Path, cardsflow: Co
     assert ("plant in Python: not in C: worlds with contacts" in line) == (words[0] == PICK_UP)
 
 
-def test_a_script_asks_for_the_same(cardsflow: CommandLine) -> None:
+def test_the_python_interface_has_the_same_setting(cardsflow: CommandLine) -> None:
     words = ("run", PLANAR_2R, "--as-script")
     assert " --compute python -o fmus\n" in cardsflow(*words, "--compute", "python")[1]
     assert "--compute" not in cardsflow(*words)[1]
 
 
 @pytest.mark.slow
-def test_libraries_of_both_kinds_travel_for_other_platforms(tmp_path: Path) -> None:
-    """Asked for by name, this platform's own: each FMU has the library of its kind."""
+def test_fmus_of_both_kinds_contain_libraries_for_other_platforms(tmp_path: Path) -> None:
+    """Also if the current platform is requested by name."""
     from cardsflow_fmu.runtime.library import this_platform
 
     experiment = Experiment.load(PICK_UP, {"run.duration": 0.05})

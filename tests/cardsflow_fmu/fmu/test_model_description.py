@@ -27,7 +27,7 @@ def variable(root: ET.Element, name: str) -> ET.Element:
     return found
 
 
-def test_variables_carry_what_the_ports_say() -> None:
+def test_variables_have_the_attributes_of_their_ports() -> None:
     root = describe(*PORTS)
     assert len(root.findall("ModelVariables/ScalarVariable")) == len(PORTS)
     for reference, port in enumerate(PORTS):
@@ -39,7 +39,7 @@ def test_variables_carry_what_the_ports_say() -> None:
         assert found[0].tag == ("Boolean" if port.boolean else "Real")
 
 
-def test_start_values_read_back_exactly() -> None:
+def test_start_values_are_exact() -> None:
     root = describe(replace(INPUT, start=0.1 + 0.2))
     assert float(variable(root, "f.biceps")[0].get("start", "")) == 0.1 + 0.2
 
@@ -65,21 +65,21 @@ def test_units_are_defined_by_base_units() -> None:
     assert unit[0].attrib == {"kg": "1", "m": "1", "s": "-2"}
 
 
-def test_capabilities() -> None:
+def test_capabilities_are_declared() -> None:
     slave = describe(*PORTS).find("CoSimulation")
     assert slave is not None
     flags = {name for name, value in slave.attrib.items() if value == "true"}
     assert flags == {"needsExecutionTool", "canGetAndSetFMUstate", "canSerializeFMUstate"}
 
 
-def test_default_experiment() -> None:
+def test_the_default_experiment_is_declared() -> None:
     experiment = describe(*PORTS, stop_time=8).find("DefaultExperiment")
     assert experiment is not None
     assert experiment.attrib == {"startTime": "0.0", "stopTime": "8.0", "stepSize": "0.001"}
 
 
 @pytest.mark.parametrize("name", ["q.elbow", "a.b.c", "a[1].b[2,3]", "q.'left arm'", "q.'it\\'s'"])
-def test_structured_names(name: str) -> None:
+def test_structured_names_are_accepted(name: str) -> None:
     assert variable_names(describe(replace(INPUT, name=name))) == [name]
 
 
@@ -105,12 +105,12 @@ REFUSED: list[tuple[list[Port], str]] = [
 
 
 @pytest.mark.parametrize(("ports", "message"), REFUSED, ids=[row[1] for row in REFUSED])
-def test_refuses_what_fmi_does_not_allow(ports: list[Port], message: str) -> None:
+def test_ports_that_fmi_does_not_allow_are_rejected(ports: list[Port], message: str) -> None:
     with pytest.raises(InputError, match=message):
         describe(*ports)
 
 
 @pytest.mark.parametrize("name", ["left arm", "1st", "", "ä"])
-def test_refuses_model_names_that_are_no_identifiers(name: str) -> None:
+def test_model_names_that_are_not_identifiers_are_rejected(name: str) -> None:
     with pytest.raises(InputError, match="model name"):
         describe(INPUT, model_name=name)

@@ -1,4 +1,4 @@
-"""The device: who may command the robot, when, and what happens in silence."""
+"""Device: peers that may command the robot, run states, and the watchdog."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ PULL = np.array([3.0, 20.0, 50.0])
 
 
 class Talk:
-    """One side of a conversation with a device, with a clock of its own."""
+    """Peer of a device, with a separate clock."""
 
     def __init__(
         self,
@@ -100,7 +100,7 @@ def test_a_run_from_hello_to_stop(key: bytes | None) -> None:
     assert (device.state, robot.safes) == ("safe", 2)
 
 
-def test_nothing_moves_before_a_set_point_nor_in_idle() -> None:
+def test_the_robot_does_not_move_before_the_first_set_point() -> None:
     talk = Talk(make_device())
     for expected in ("idle", "ready"):
         assert talk.device.state == expected
@@ -112,7 +112,7 @@ def test_nothing_moves_before_a_set_point_nor_in_idle() -> None:
     np.testing.assert_allclose(robot_of(talk.device).x, 0.1 * PULL, rtol=1e-15)
 
 
-def test_the_watchdog_expires_after_silence_and_only_a_new_run_ends_the_safe_state() -> None:
+def test_the_watchdog_expires_and_only_a_new_run_ends_the_safe_state() -> None:
     talk = talking()
     robot = robot_of(talk.device)
     talk.pull()
@@ -132,8 +132,8 @@ def test_the_watchdog_expires_after_silence_and_only_a_new_run_ends_the_safe_sta
     assert talk.device.counters["watchdog"] == 1
 
 
-def test_a_late_set_point_comes_after_the_watchdog_has_expired() -> None:
-    """Without a call of `tick` in between."""
+def test_a_set_point_after_the_watchdog_timeout_is_too_late() -> None:
+    """Tested without a call of `tick` before the set point."""
     talk = talking()
     talk.pull()
     talk.now += 0.021
@@ -142,7 +142,7 @@ def test_a_late_set_point_comes_after_the_watchdog_has_expired() -> None:
     assert len(robot_of(talk.device).given) == 1
 
 
-def test_copies_and_old_set_points_do_not_feed_the_watchdog() -> None:
+def test_copies_and_old_set_points_do_not_reset_the_watchdog() -> None:
     talk = talking()
     talk.pull(seq=5)
     for k, seq in enumerate((5, 4, 1, 2**32 - 1)):
@@ -155,7 +155,7 @@ def test_copies_and_old_set_points_do_not_feed_the_watchdog() -> None:
     assert len(robot_of(talk.device).given) == 1
 
 
-def test_the_newest_of_reordered_set_points_wins() -> None:
+def test_the_newest_of_reordered_set_points_is_used() -> None:
     talk = talking()
     for seq, force in ((1, 5.0), (3, 7.0), (2, 6.0), (4, 8.0)):
         talk.pull(np.full(COMMANDS, force), seq=seq)
@@ -178,7 +178,7 @@ def test_forces_are_clamped_with_a_flag() -> None:
     assert not state.flags & Flag.CLAMPED
 
 
-def test_in_lock_step_each_set_point_is_one_step_and_a_copy_none() -> None:
+def test_in_lockstep_a_set_point_is_one_step_and_its_copy_is_none() -> None:
     talk = talking(lockstep=True)
     robot = robot_of(talk.device)
     for k in range(1, 4):
@@ -226,7 +226,7 @@ REQUESTS = [
 
 
 @pytest.mark.parametrize(("asked", "refusal"), REQUESTS)
-def test_handshakes_that_a_device_accepts_and_refuses(
+def test_a_device_accepts_valid_handshakes_only(
     asked: Handshake, refusal: ErrorCode | None
 ) -> None:
     talk = Talk(make_device())
@@ -241,7 +241,7 @@ def test_handshakes_that_a_device_accepts_and_refuses(
 @pytest.mark.parametrize(
     ("requested", "agreed"), [(0.005, 0.005), (0.02, 0.02), (1.0, 0.02), (0, 0.02)]
 )
-def test_the_shorter_watchdog_holds(requested: float, agreed: float) -> None:
+def test_the_shorter_watchdog_is_used(requested: float, agreed: float) -> None:
     talk = Talk(make_device())
     assert talk.handshake(handshake(watchdog=requested)).values[4] == agreed
     talk.pull()
@@ -249,18 +249,18 @@ def test_the_shorter_watchdog_holds(requested: float, agreed: float) -> None:
 
 
 def test_a_repeated_hello_has_the_same_answer_until_the_first_set_point() -> None:
-    """The answer may have been lost; the nonce stays, and so does the robot."""
+    """The answer may have been lost. The nonce does not change, and the robot is not reset."""
     talk = Talk(make_device())
     first, again = talk.handshake(), talk.handshake()
     assert first.values.tobytes() == again.values.tobytes()
-    assert robot_of(talk.device).resets == 2  # at the constructor and once for the run
+    assert robot_of(talk.device).resets == 2  # in the constructor, and once for the run
     talk.pull()
     assert talk.send(talk.frame(Kind.HELLO, handshake().values())) == []
     assert talk.device.state == "running"
 
 
 @pytest.mark.parametrize("peer", [PEER, OTHER])
-def test_a_running_device_is_not_taken_over(peer: Hashable) -> None:
+def test_another_peer_cannot_replace_a_running_run(peer: Hashable) -> None:
     talk = talking(watchdog=60.0)
     talk.pull()
     thief = Talk(talk.device, run=78, peer=peer)
@@ -272,7 +272,7 @@ def test_a_running_device_is_not_taken_over(peer: Hashable) -> None:
 
 
 @pytest.mark.parametrize("lockstep", [False, True])
-def test_a_run_at_rest_is_given_up_after_silence(lockstep: bool) -> None:
+def test_another_peer_may_replace_an_idle_run_after_the_timeout(lockstep: bool) -> None:
     talk = talking(lockstep=lockstep)
     if lockstep:
         talk.pull()
@@ -295,15 +295,15 @@ def test_frames_of_another_run_or_peer_are_dropped() -> None:
     assert (talk.device.counters["run"], talk.device.counters["peer"]) == (3, 3)
 
 
-def test_before_a_run_all_frames_but_a_hello_are_dropped() -> None:
+def test_before_a_run_only_a_hello_is_accepted() -> None:
     talk = Talk(make_device(), run=0, peer=None)
     for kind in (Kind.SETPOINT, Kind.STOP, Kind.PING, Kind.STATE, Kind.ERROR):
         assert talk.send(talk.frame(kind, PULL, seq=1)) == []
-    assert talk.send(talk.frame(Kind.HELLO, handshake().values())) == []  # a run has a number
+    assert talk.send(talk.frame(Kind.HELLO, handshake().values())) == []  # a run id must not be 0
     assert talk.device.state == "idle"
 
 
-def test_kinds_of_frames_of_devices_are_dropped() -> None:
+def test_kinds_of_frames_that_devices_send_are_dropped() -> None:
     talk = talking()
     for kind in (Kind.HELLO_ACK, Kind.STATE, Kind.STOPPED, Kind.ERROR, Kind.PONG):
         assert talk.send(talk.frame(kind, np.zeros(STATES), seq=1)) == []
@@ -327,7 +327,7 @@ def test_a_ping_is_answered_with_its_values() -> None:
 
 @pytest.mark.parametrize("how", ["failing", "broken"])
 @pytest.mark.parametrize("lockstep", [False, True])
-def test_a_robot_that_fails_is_made_safe_with_a_flag(how: str, lockstep: bool) -> None:
+def test_a_failed_robot_enters_the_safe_state_with_a_flag(how: str, lockstep: bool) -> None:
     talk = talking(lockstep=lockstep)
     robot = robot_of(talk.device)
     talk.pull()
@@ -347,7 +347,7 @@ def test_a_robot_that_fails_is_made_safe_with_a_flag(how: str, lockstep: bool) -
 
 
 def test_signed_frames_of_an_earlier_run_are_dropped() -> None:
-    """Even if the attacker begins a run with the recorded handshake."""
+    """Even if the attacker starts a run with the recorded handshake."""
     talk = talking(KEY)
     recorded = [talk.frame(Kind.SETPOINT, PULL, seq=k) for k in range(1, 20)]
     first_hello = talk.frame(Kind.HELLO, handshake().values())
@@ -374,13 +374,13 @@ def test_signed_frames_of_an_earlier_run_are_dropped() -> None:
         {"f_min": 0.0, "f_max": 3.0, "key": b"short"},
     ],
 )
-def test_invalid_capabilities_are_refused(settings) -> None:
+def test_invalid_capabilities_are_rejected(settings) -> None:
     with pytest.raises(InputError):
         Device(Integrator(), 1, STEP, **settings)
 
 
-def heard(data: bytes, run: int, key: bytes | None) -> bool:
-    """Whether a device may listen to a frame at all, by the words of the protocol."""
+def is_acceptable(data: bytes, run: int, key: bytes | None) -> bool:
+    """Return whether a device may process a frame, according to the protocol."""
     if key is not None or len(data) < 48 or data[:5] != b"CFHW\1" or data[6] & 1:
         return False
     count = struct.unpack_from("<H", data, 40)[0]
@@ -393,8 +393,8 @@ def heard(data: bytes, run: int, key: bytes | None) -> bool:
 
 @pytest.mark.parametrize("lockstep", [False, True])
 @pytest.mark.parametrize("key", [None, KEY])
-def test_bad_frames_do_no_harm(key: bytes | None, lockstep: bool) -> None:
-    """No crash, forces within bounds, and nothing accepted of another run, peer or signature."""
+def test_invalid_frames_have_no_effect(key: bytes | None, lockstep: bool) -> None:
+    """The device does not crash, forces stay within limits, and frames of others are dropped."""
     talk = talking(key, lockstep=lockstep, watchdog=60.0)
     old = Talk(make_device(key), key=key, run=5)
     old.handshake()
@@ -412,7 +412,7 @@ def test_bad_frames_do_no_harm(key: bytes | None, lockstep: bool) -> None:
         now, peer = talk.now + 1e-4 * k, PEER if k % 3 else OTHER
         device.tick(now)
         before = (device.state, device.run_id, len(robot.given), robot.resets)
-        may = heard(data, device.run_id, key) and (peer == owner or data[5] == Kind.HELLO)
+        may = is_acceptable(data, device.run_id, key) and (peer == owner or data[5] == Kind.HELLO)
         answers = device.receive(data, peer, now)
         after = (device.state, device.run_id, len(robot.given), robot.resets)
         answered += len(answers)
@@ -441,7 +441,7 @@ def check_bounds(robot: Integrator) -> None:
 
 
 def recorded_run(device: Device, run: int = 77, *, lockstep: bool = False) -> bytes:
-    """The HELLO of a run that has been and is over."""
+    """Return the HELLO of a run that has ended."""
     talk = Talk(device, key=KEY, run=run)
     flags = int(Flag.LOCKSTEP) if lockstep else 0
     hello = talk.frame(Kind.HELLO, handshake(lockstep=lockstep).values(), flags=flags)
@@ -456,8 +456,8 @@ def kinds(answers: list[bytes]) -> list[int]:
     return [answer[5] for answer in answers]
 
 
-def test_hellos_of_earlier_runs_keep_nobody_waiting() -> None:
-    """Whoever has recorded some, and sends them from any address, however often."""
+def test_hellos_of_earlier_runs_do_not_block_the_device() -> None:
+    """An attacker may send recorded HELLOs repeatedly from any address."""
     device = make_device(KEY)
     hellos = [recorded_run(device, run) for run in (70, 71, 72)]
     for k in range(30):
@@ -469,7 +469,7 @@ def test_hellos_of_earlier_runs_keep_nobody_waiting() -> None:
 
 
 def test_copies_of_a_hello_do_not_keep_a_device_ready() -> None:
-    """Of a new one too, which was overheard and comes first from somewhere else."""
+    """Also not a copy of a new HELLO that arrives before the original from another address."""
     device = make_device(KEY)
     thief, talk = Talk(device, key=KEY, run=90, peer=OTHER), Talk(device, key=KEY, run=78)
     hello = thief.frame(Kind.HELLO, handshake().values())
@@ -479,14 +479,14 @@ def test_copies_of_a_hello_do_not_keep_a_device_ready() -> None:
         assert talk.handshake().kind is Kind.ERROR
     talk.now += 0.01
     assert talk.handshake().kind is Kind.HELLO_ACK
-    for now in (20.0, 21.0):  # nor is a run that waits for its first set point taken over by it
+    for now in (20.0, 21.0):  # nor does it replace a run that waits for its first set point
         assert kinds(device.receive(hello, OTHER, now)) == [Kind.ERROR]
     talk.now = 21.0
     assert len(talk.pull()) == 1
     assert device.state == "running"
 
 
-def test_copies_of_set_points_do_not_keep_a_run_in_lock_step() -> None:
+def test_copies_of_set_points_do_not_prolong_a_run_in_lockstep() -> None:
     talk = talking(KEY, lockstep=True)
     talk.pull()
     copy = talk.frame(Kind.SETPOINT, PULL, seq=1)
@@ -496,7 +496,7 @@ def test_copies_of_set_points_do_not_keep_a_run_in_lock_step() -> None:
     assert other.handshake().kind is Kind.HELLO_ACK
 
 
-def test_a_copied_hello_does_not_clear_a_failure_and_a_set_point_does() -> None:
+def test_a_set_point_clears_a_failure_and_a_copied_hello_does_not() -> None:
     device = make_device(KEY)
     hello = recorded_run(device)
     talk = Talk(device, key=KEY, run=78)

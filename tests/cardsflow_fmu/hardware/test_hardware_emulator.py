@@ -1,4 +1,4 @@
-"""The emulated robot: the plant's very states, and imperfections of known size."""
+"""Emulated robot: states of the plant, and errors of motors and sensors of known size."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def simulated(name: str, changes: tuple[tuple[str, object], ...]) -> Result:
 def test_an_ideal_emulated_robot_has_the_states_of_the_plant(
     name: str, changes: tuple[tuple[str, object], ...]
 ) -> None:
-    """Bit for bit, given the forces of a simulation, its masses and its disturbance."""
+    """The states are bit-identical with the forces, masses and disturbance of a simulation."""
     result = simulated(name, changes)
     experiment = result.experiment
     robot = experiment.robot
@@ -77,7 +77,7 @@ def test_an_ideal_emulated_robot_has_the_states_of_the_plant(
         np.testing.assert_allclose(state[len(names) :], force, rtol=0, atol=1e-9)
 
 
-def test_a_new_run_has_the_start_of_the_first() -> None:
+def test_a_new_run_begins_in_the_start_state() -> None:
     emulated = EmulatedRobot.from_experiment(Experiment.load(PLANAR_2R), motor_lag=0.01)
     runs = []
     for _ in range(2):
@@ -105,7 +105,7 @@ def test_the_remainder_of_a_time_beyond_whole_steps_is_kept() -> None:
     lag=st.sampled_from([0.0, 0.004]),
     data=st.data(),
 )
-def test_tensions_stay_within_bounds_whatever_is_commanded(
+def test_tensions_stay_within_limits_for_any_command(
     kind: str, lag: float, data: st.DataObject
 ) -> None:
     robot = planar_2r()
@@ -144,8 +144,8 @@ def test_motors_follow_with_their_time_constant() -> None:
         np.testing.assert_allclose(emulated.tension, expected, rtol=1e-12)
 
 
-def test_motors_with_length_commands_pull_as_their_springs() -> None:
-    """By f = K (l - l0) + D l'; l0 for the tension at the start holds it there."""
+def test_motors_with_length_commands_have_the_spring_forces() -> None:
+    """The forces are f = K (l - l0) + D l'; the initial l0 results in the initial tension."""
     motors = springs()
     start = {"q": [0.1, 0.2], "qd": [0.3, -0.4]}
     emulated = EmulatedRobot(planar_2r(), STEP, **start, motors=MOTORS["length"])
@@ -160,7 +160,7 @@ def test_motors_with_length_commands_pull_as_their_springs() -> None:
 
 
 def test_motors_with_velocity_commands_equal_those_with_length_commands() -> None:
-    """Commanded by the rates of l0, they move as motors commanded by l0."""
+    """Commands with the rates of l0 have the same effect as commands with l0."""
     robot = planar_2r()
     by_length = EmulatedRobot(robot, STEP, q=[0.1, 0.2], motors=MOTORS["length"])
     by_rate = EmulatedRobot(robot, STEP, q=[0.1, 0.2], motors=MOTORS["velocity"])
@@ -181,10 +181,10 @@ def test_motors_with_velocity_commands_equal_those_with_length_commands() -> Non
 @pytest.mark.parametrize("radius", [(), (0.01, 0.02, 0.03, 0.04)])
 @pytest.mark.parametrize("scale", [(), (4096.0, 100.0, 1e5, 1.0)])
 @pytest.mark.parametrize("offset", [None, (), (0.3, 0.1, 0.2, -0.1)])
-def test_motors_are_the_inverse_of_the_map_of_motors(
+def test_emulated_motors_are_the_inverse_of_the_motor_map(
     command: CommandKind, radius: tuple, scale: tuple, offset: tuple | None
 ) -> None:
-    """Commanded with the mapped forces, they pull with these forces."""
+    """Commands for given forces result in these forces."""
     settings = MotorSettings(
         command=command,
         stiffness=STIFFNESS,
@@ -203,14 +203,14 @@ def test_motors_are_the_inverse_of_the_map_of_motors(
         desired = PULL + 5.0 * math.sin(k)
         rates = plant.muscle_jacobian @ plant.qd
         arguments = (desired, plant.muscle_lengths, rates, emulated.tension, STEP)
-        if command == "velocity":  # its reckoning of l0 looks at tensions one step old
+        if command == "velocity":  # the correction of l0 uses tensions of the previous step
             arguments = (desired, plant.muscle_lengths, rates, np.zeros(0), STEP)
         emulated.apply(motors.commands(*arguments))
         emulated.advance(STEP)
         np.testing.assert_allclose(emulated.tension, desired, rtol=1e-8)
 
 
-def test_states_lack_quantities_that_are_not_measured() -> None:
+def test_states_do_not_contain_quantities_that_are_not_measured() -> None:
     for positions, lengths, tensions in product((False, True), repeat=3):
         emulated = EmulatedRobot(
             planar_2r(),
@@ -229,7 +229,7 @@ def test_states_lack_quantities_that_are_not_measured() -> None:
 
 
 @pytest.mark.parametrize("kind", ["force", "length", "velocity"])
-def test_the_safe_state_is_the_smallest_tension(kind: str) -> None:
+def test_the_safe_state_has_the_minimum_tension(kind: str) -> None:
     robot = planar_2r()
     f_min, _ = force_bounds(robot)
     emulated = EmulatedRobot(robot, STEP, motors=MOTORS[kind])
@@ -244,7 +244,7 @@ def test_the_safe_state_is_the_smallest_tension(kind: str) -> None:
 
 
 def read(sensors: SensorSettings, steps: int = 300) -> tuple[np.ndarray, np.ndarray]:
-    """Readings of a motion, and true values; rows of q, qd, l."""
+    """Return measurements of a motion and true values, as rows of q, qd and l."""
     robot = planar_2r()
     pair = [
         EmulatedRobot(robot, STEP, q=[0.1, 0.2], sensors=s) for s in (sensors, SensorSettings())
@@ -270,13 +270,13 @@ def test_encoders_quantise() -> None:
     np.testing.assert_array_equal(readings[:, N : 2 * N], true[:, N : 2 * N])
 
 
-def test_counts_finer_than_floats_change_nothing() -> None:
+def test_counts_finer_than_float_precision_have_no_effect() -> None:
     readings, true = read(SensorSettings(joint_counts=1e308, length_counts=1e308))
     np.testing.assert_allclose(readings, true, rtol=1e-15)
 
 
 def test_lengths_have_offsets() -> None:
-    """And nothing else has."""
+    """The other measurements have no offsets."""
     offsets = (1e-3, 0.0, -2e-3, 5e-4)
     readings, true = read(SensorSettings(length_offset=offsets))
     np.testing.assert_allclose((readings - true)[:, 2 * N :], [offsets] * len(true), atol=1e-15)
@@ -285,8 +285,8 @@ def test_lengths_have_offsets() -> None:
         EmulatedRobot(planar_2r(), STEP, sensors=SensorSettings(length_offset=(1e-3,)))
 
 
-def test_velocities_may_be_differences_of_counts() -> None:
-    """Off by at most one count over the step, besides half a step of acceleration."""
+def test_velocities_may_be_finite_differences_of_counts() -> None:
+    """The error is at most one count per step, plus half a step of acceleration."""
     counts = 1e5
     readings, true = read(SensorSettings(joint_counts=counts, differentiate_positions=True))
     q, qd = readings[:, :N], readings[:, N : 2 * N]
@@ -298,7 +298,7 @@ def test_velocities_may_be_differences_of_counts() -> None:
 
 
 @pytest.mark.slow
-def test_noise_has_its_size_and_its_seed() -> None:
+def test_noise_has_the_specified_size_and_depends_on_the_seed() -> None:
     readings, true = read(SensorSettings(noise=2e-3, seed=5), 1000)
     again, _ = read(SensorSettings(noise=2e-3, seed=5), 1000)
     other, _ = read(SensorSettings(noise=2e-3, seed=6), 1000)
@@ -310,6 +310,6 @@ def test_noise_has_its_size_and_its_seed() -> None:
 
 
 @pytest.mark.parametrize("lag", [-0.1, math.nan, math.inf])
-def test_invalid_motors_are_refused(lag: float) -> None:
+def test_invalid_motors_are_rejected(lag: float) -> None:
     with pytest.raises(InputError, match="time constant must be 0 s or more"):
         EmulatedRobot(planar_2r(), STEP, motor_lag=lag)

@@ -1,4 +1,4 @@
-"""However a host ends hardware.fmu, the robot behind it is led to its safe state, by FMI alone."""
+"""However a host ends hardware.fmu by FMI calls, the robot enters its safe state."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from cardsflow_fmu.simulation.build import build
 FMI = ("2.0", "3.0")
 H = 1e-3
 RAMP = 10
-"""Steps of the ramp down."""
+"""Number of steps of the ramp down."""
 SETTINGS = {
     "hardware.mode": "lockstep",
     "hardware.ramp_in": 0.0,
@@ -41,7 +41,7 @@ in_both_hosts = pytest.mark.parametrize("bench", few(["in-process", "worker"]), 
 
 
 class Bench:
-    """A device, an instance of hardware.fmu next to it, and the commands that the robot got."""
+    """Device, instance of hardware.fmu, and the commands that the robot has received."""
 
     def __init__(self, device: Device, host: Host, references: dict[str, int]) -> None:
         self.device, self.host, self._references = device, host, references
@@ -77,7 +77,7 @@ class Bench:
         return float(self.host.slave.getReal([self._references["mode"]])[0])
 
     def positions(self) -> list[float]:
-        """Both joints': two numbers of FMI 2.0, an array of FMI 3.0."""
+        """Return the joint positions: two scalars in FMI 2.0, an array in FMI 3.0."""
         if "q" in self._references:
             return list(self.host.slave.getFloat64([self._references["q"]], 2))
         return list(self.host.slave.getReal([self._references[f"q.joint_{k}"] for k in (1, 2)]))
@@ -85,7 +85,7 @@ class Bench:
 
 @pytest.fixture(scope="module")
 def file(fmi: FmiVersion, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The arm's hardware.fmu."""
+    """Return the hardware.fmu of the arm."""
     made = Experiment.load(PLANAR_2R, SETTINGS)
     return build(made, tmp_path_factory.mktemp("fmus"), fmi=fmi)["hardware"]
 
@@ -97,7 +97,7 @@ def bench(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> Iterator[Bench]:
-    """A run under way, freed in the end; in process unless a test asks for a worker as well."""
+    """Yield a run in progress in this process, or in a worker if a test requests it."""
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", getattr(request, "param", "in-process"))
     made = Experiment.load(PLANAR_2R, SETTINGS)
     device, over = emulated_device(made, made.hardware), threading.Event()
@@ -122,8 +122,8 @@ def bench(
             thread.join()
 
 
-def has_ended_well(bench: Bench) -> bool:
-    """Whether the forces fell evenly, and the device was then stopped, once."""
+def has_ended_safely(bench: Bench) -> bool:
+    """Return whether the forces were ramped down linearly and the device was then stopped once."""
     first = np.array([command[0] for command in bench.commands[-RAMP:]])
     expected = 10.0 + 31.0 * np.arange(RAMP - 1, -1, -1) / RAMP
     return (
@@ -136,9 +136,9 @@ def has_ended_well(bench: Bench) -> bool:
 
 @pytest.mark.slow
 @in_both_hosts
-def test_terminate_leads_to_the_safe_state(bench: Bench) -> None:
+def test_terminate_ends_in_the_safe_state(bench: Bench) -> None:
     bench.host.slave.terminate()
-    assert has_ended_well(bench)
+    assert has_ended_safely(bench)
 
 
 @pytest.mark.slow
@@ -149,19 +149,19 @@ def test_outputs_can_be_read_after_terminate(bench: Bench) -> None:
 
 
 @in_both_hosts
-def test_free_without_terminate_leads_to_the_safe_state(bench: Bench) -> None:
+def test_free_without_terminate_ends_in_the_safe_state(bench: Bench) -> None:
     bench.free()
-    assert has_ended_well(bench)
+    assert has_ended_safely(bench)
 
 
 def test_terminate_and_free_stop_once(bench: Bench) -> None:
     bench.host.slave.terminate()
     bench.host.slave.reset()
-    assert has_ended_well(bench)
+    assert has_ended_safely(bench)
 
 
 @in_both_hosts
-def test_a_reset_after_terminate_leads_to_a_new_run(bench: Bench) -> None:
+def test_a_reset_after_terminate_allows_a_new_run(bench: Bench) -> None:
     bench.host.slave.terminate()
     bench.host.slave.reset()
     bench.start()
@@ -172,18 +172,18 @@ def test_a_reset_after_terminate_leads_to_a_new_run(bench: Bench) -> None:
 
 
 @in_both_hosts
-def test_terminate_after_a_failure_leads_to_the_safe_state(bench: Bench) -> None:
-    """A step that is none fails in C, and the model does not hear of it; terminate is rejected."""
+def test_terminate_after_a_failure_ends_in_the_safe_state(bench: Bench) -> None:
+    """An invalid step fails in C before it reaches the model; terminate is then rejected."""
     refused(lambda: bench.host.slave.doStep(7.0, H))
     assert bench.device.state == "running"
     refused(bench.host.slave.terminate)
-    assert has_ended_well(bench)
+    assert has_ended_safely(bench)
 
 
 def test_free_without_initialisation_is_allowed(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Nobody is spoken to before the initialization."""
+    """There is no communication before the initialization."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as silent:
         silent.bind(("127.0.0.1", 0))
         silent.setblocking(False)
@@ -197,7 +197,7 @@ def test_free_without_initialisation_is_allowed(
 
 
 def test_terminate_returns_when_the_device_is_gone(bench: Bench) -> None:
-    """In lock step, which waits for an answer; the missing device is no error."""
+    """In lockstep a step waits for an answer; a missing device is not an error here."""
     bench.device.receive = lambda *anything: []  # type: ignore[method-assign]
     bench.host.slave.terminate()
     assert bench.mode() == STOPPED
@@ -207,7 +207,7 @@ def test_terminate_returns_when_the_device_is_gone(bench: Bench) -> None:
 def test_the_master_terminates_instances_that_have_not_failed(
     bench: Bench, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As external FMUs may need it; one that has failed is only freed."""
+    """External FMUs may need it. An instance that has failed is only freed."""
     bench.host.slave.terminate()
     asked: list[str] = []
     for fails in (False, True):

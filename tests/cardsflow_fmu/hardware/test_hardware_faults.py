@@ -1,4 +1,4 @@
-"""Faults of a line, and runs, forces and devices under faults."""
+"""Faults of a communication line, and their effect on runs, forces and devices."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ STEP = 1e-3
 
 
 def sent_through(faults: Faults, direction: str = "in") -> tuple[FaultyChannel, list, list]:
-    """Frames one a step; their arrivals as (time, number), and as (time, frame)."""
+    """Send one frame per step. Return the arrivals as (time, number) and as (time, frame)."""
     channel = FaultyChannel(faults, direction)
     arrived = []
     for k in range(FRAMES):
@@ -52,7 +52,7 @@ def test_a_channel_without_faults_changes_nothing() -> None:
 
 
 @pytest.mark.parametrize("loss", [0.01, 0.05, 0.2, 1.0])
-def test_the_loss_is_the_share_of_lost_frames(loss: float) -> None:
+def test_the_loss_is_the_fraction_of_lost_frames(loss: float) -> None:
     channel, arrivals, _ = sent_through(Faults(loss=loss))
     spread = math.sqrt(FRAMES * loss * (1 - loss))
     assert channel.counters["lost"] == pytest.approx(FRAMES * loss, abs=4 * spread)
@@ -70,7 +70,7 @@ def test_frames_are_late_by_delay_and_jitter() -> None:
     assert sorted(numbers_of(arrivals)) == list(range(FRAMES))
 
 
-def test_frames_come_twice() -> None:
+def test_frames_are_duplicated() -> None:
     channel, arrivals, _ = sent_through(Faults(duplicate=0.1))
     numbers = numbers_of(arrivals)
     assert len(numbers) == FRAMES + channel.counters["duplicated"]
@@ -105,14 +105,14 @@ def test_damaged_frames_differ_from_the_sent_ones() -> None:
     assert max(lengths) == 16
 
 
-def test_an_outage_takes_all_frames_while_it_lasts() -> None:
+def test_all_frames_are_lost_during_an_outage() -> None:
     _, arrivals, _ = sent_through(Faults(outages=((0.5, 0.2), (2.0, 0.1))))
     missing = sorted(set(range(FRAMES)) - set(numbers_of(arrivals)))
     assert missing == [*range(500, 700), *range(2000, 2100)]
 
 
 @pytest.mark.slow
-def test_the_same_seed_gives_the_same_faults() -> None:
+def test_equal_seeds_result_in_equal_faults() -> None:
     chances = dict.fromkeys(("loss", "duplicate", "reorder", "corrupt"), 0.1)
     some = {"delay": 1e-3, "jitter": 2e-3, **chances}
     faults = Faults(**some, seed=4)
@@ -135,13 +135,13 @@ KEY = b"a key of sixteen bytes or more"
 
 @pytest.fixture(scope="module")
 def plant_run() -> Result:
-    """The arm with its plant."""
+    """Run the arm with its plant."""
     return simulate(Experiment.load(PLANAR_2R, SETTINGS), coupling="direct")
 
 
 @pytest.fixture(scope="module")
 def late_run() -> Result:
-    """The same with one step of delay, as hardware has it."""
+    """Run the arm with its plant and a delay of one step, as with hardware."""
     late = Experiment.load(PLANAR_2R, SETTINGS | {"controller.delay": 1})
     return simulate(late, coupling="direct")
 
@@ -153,7 +153,7 @@ def load(**changes: object) -> Experiment:
 
 @pytest.fixture(params=["unsigned", "signed"])
 def key_file(request: pytest.FixtureRequest, tmp_path: Path) -> dict[str, str]:
-    """Settings for frames without and with a signature."""
+    """Return the settings for unsigned and signed frames."""
     if request.param == "unsigned":
         return {}
     (tmp_path / "key.bin").write_bytes(KEY)
@@ -173,7 +173,7 @@ def world_of(
 
 
 def rows_of(result: Result) -> np.ndarray:
-    """What a run with hardware has in common with one with the plant."""
+    """Return the columns that runs with hardware and runs with the plant have in common."""
     robot = result.experiment.robot
     signals = [muscle_signals(prefix, robot) for prefix in ("f", "l")]
     signals += [coordinate_signals(prefix, robot) for prefix in ("q", "qd")]
@@ -203,10 +203,10 @@ def rms(result: Result) -> float:
     ],
     indirect=["key_file"],
 )
-def test_in_lock_step_no_fault_changes_a_trajectory(
+def test_in_lockstep_faults_do_not_change_a_trajectory(
     monkeypatch: pytest.MonkeyPatch, plant_run: Result, faults: Faults, key_file: dict[str, str]
 ) -> None:
-    """The very run with the plant, as what is lost is sent again and what comes twice is known."""
+    """The run equals a run with the plant, since lost frames are repeated and copies ignored."""
     experiment = load(mode="lockstep", **key_file)
     world = world_of(monkeypatch, experiment, faults)
     result = simulate(experiment, coupling="direct")
@@ -235,14 +235,14 @@ def test_in_lock_step_no_fault_changes_a_trajectory(
     ],
     indirect=["key_file"],
 )
-def test_in_real_time_a_run_survives_faults_of_some_steps(
+def test_in_real_time_a_run_tolerates_faults_of_a_few_steps(
     monkeypatch: pytest.MonkeyPatch,
     late_run: Result,
     faults: Faults,
     most_missed: float,
     key_file: dict[str, str],
 ) -> None:
-    """Forces in bounds and the watchdog are looked at with every event; see `World`."""
+    """`World` checks force limits and the watchdog at each event."""
     experiment = load(**key_file)
     world = world_of(monkeypatch, experiment, faults)
     result = simulate(experiment, coupling="direct")
@@ -255,7 +255,7 @@ def test_in_real_time_a_run_survives_faults_of_some_steps(
 
 @pytest.mark.slow
 def test_measurements_in_real_time_are_one_step_old(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Forces given from t on are those for the state measured at t - h."""
+    """Forces at time t belong to the state measured at t - h."""
     experiment = load()
     world = world_of(monkeypatch, experiment, Faults())
     result = simulate(experiment, coupling="direct")
@@ -265,10 +265,10 @@ def test_measurements_in_real_time_are_one_step_old(monkeypatch: pytest.MonkeyPa
 
 
 @pytest.mark.slow
-def test_the_device_is_safe_within_its_watchdog_when_the_line_is_dead(
+def test_the_device_is_safe_within_its_watchdog_time_after_an_outage_begins(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """An outage of 200 ms: our side gives up after `max_missed`, the device by itself."""
+    """The controller side ends after `max_missed` states, the device by its watchdog."""
     experiment = load()
     world = world_of(monkeypatch, experiment, Faults(outages=((0.1, 0.2),)))
     with pytest.raises(
@@ -302,17 +302,19 @@ def test_a_run_with_a_large_max_missed_ends_when_the_device_is_safe(
 
 
 @pytest.mark.slow
-def test_a_run_whose_hardware_is_lost_at_the_end_fails(
+def test_a_run_whose_hardware_does_not_respond_at_the_end_fails(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """It has its last row, but the device may not have received its commands."""
+    """The run has all rows, but the device may not have received the last commands."""
     experiment = load(max_missed=1000)
     world_of(monkeypatch, experiment, Faults(outages=((0.3, 10.0),)))
     with pytest.raises(RunError, match=r"lost at the end: the newest state is 0\.0[45]") as error:
         simulate(experiment, coupling="direct")
     assert error.value.result.summary["status"] == "incomplete"
     world_of(monkeypatch, experiment, Faults(outages=((0.34, 10.0),)))
-    assert simulate(experiment, coupling="direct").complete  # so short a gap feeds the watchdog yet
+    assert simulate(
+        experiment, coupling="direct"
+    ).complete  # a gap this short does not trigger the watchdog
 
 
 @pytest.mark.slow
@@ -330,10 +332,10 @@ def test_a_device_that_has_restarted_needs_a_new_run(
 
 
 @pytest.mark.slow
-def test_a_second_sender_is_refused_and_changes_nothing(
+def test_a_second_sender_is_rejected_without_effect(
     monkeypatch: pytest.MonkeyPatch, key_file: dict[str, str]
 ) -> None:
-    """It says handshake, sends set points of the run that it has overheard, and asks to stop."""
+    """It sends a HELLO, copied set points of the run, and a STOP."""
 
     def intrude(world: World) -> None:
         device = world.device
@@ -359,7 +361,7 @@ def test_a_second_sender_is_refused_and_changes_nothing(
 
 @pytest.mark.slow
 def test_damaged_and_forged_frames_are_dropped() -> None:
-    """10,000 of them, at a device that is running; the rest of the test is in `World`."""
+    """A running device receives 10,000 of them; `World` checks the device."""
     world = World(load(), Faults(corrupt=1.0, seed=1))
     handshake = Handshake(world.device.signature, STEP, 1.0, 0.02, 4, 12, False)
     device, answers = world.device, []

@@ -1,4 +1,4 @@
-"""The frame: byte for byte as documented, and nothing taken that is damaged or not signed."""
+"""Frames: documented layout, and rejection of damaged or unsigned frames."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def reason(data: bytes, key: bytes | None = None) -> str:
     return error.value.reason
 
 
-def test_the_layout_of_a_frame_is_that_of_the_protocol() -> None:
+def test_the_layout_of_a_frame_follows_the_protocol() -> None:
     data = pack(Frame(Kind.STATE, 6, 0x01020304, 5, 0.75, 8, 9, (1.5, -2.0)))
     assert len(data) == 48 + 2 * 8
     assert data[:4] == b"CFHW"
@@ -77,7 +77,7 @@ def test_the_layout_of_a_frame_is_that_of_the_protocol() -> None:
 
 
 def test_the_signature_is_the_hmac_of_all_bytes_before() -> None:
-    """By RFC 2104 from the hash alone."""
+    """The expected value is computed by RFC 2104 from the hash function."""
     data = sample(KEY)
     block = KEY.ljust(64, b"\0")
     inner = hashlib.sha256(bytes(x ^ 0x36 for x in block) + data[:-32]).digest()
@@ -96,10 +96,10 @@ def test_unpack_is_the_inverse_of_pack(frame: Frame, key: bytes | None) -> None:
 
 
 @given(FRAMED, KEYS, st.data())
-def test_every_single_changed_byte_is_detected(
+def test_each_changed_byte_is_detected(
     frame: Frame, key: bytes | None, data: st.DataObject
 ) -> None:
-    """Every byte but those of the reserved field is under the checksum, that field too."""
+    """The checksum covers all bytes except the reserved field, and also the checksum field."""
     packed = bytearray(pack(frame, key))
     at = data.draw(st.integers(0, len(packed) - 1))
     packed[at] ^= data.draw(st.integers(1, 255))
@@ -123,17 +123,17 @@ def test_every_single_changed_byte_is_detected(
         (lambda d: with_checksum(d[:16] + struct.pack("<d", math.inf) + d[24:]), "not finite"),
     ],
 )
-def test_reasons_of_invalid_frames(change, why) -> None:
+def test_invalid_frames_are_rejected_with_a_reason(change, why) -> None:
     assert reason(change(sample())) == why
 
 
 def test_large_finite_numbers_are_finite() -> None:
-    """Although their sum is not."""
+    """Their sum is infinite."""
     values = (1e308, 1e308, 1e308)
     assert tuple(unpack(sample(None, values)).values) == values
 
 
-def test_signed_frames_need_the_key_and_a_key_needs_signed_frames() -> None:
+def test_signed_frames_require_the_key_and_a_key_requires_signed_frames() -> None:
     assert reason(sample(), KEY) == "unsigned"
     assert reason(sample(KEY), None) == "signature"
     assert reason(sample(KEY), KEY + b"x") == "signature"
@@ -179,14 +179,14 @@ def test_each_run_has_a_different_key() -> None:
     assert Keys().for_run(1, 1).key_for(Kind.SETPOINT) is None
 
 
-def test_a_short_key_is_refused() -> None:
+def test_a_short_key_is_rejected() -> None:
     with pytest.raises(InputError, match="at least 16 bytes, not 15"):
         Keys(KEY[:15])
 
 
 @pytest.mark.parametrize("key", [None, KEY])
-def test_mutated_frames_are_refused_or_valid(key: bytes | None) -> None:
-    """What is taken has, by the words of the protocol, length, checksum and finite numbers."""
+def test_mutated_frames_are_rejected_or_valid(key: bytes | None) -> None:
+    """Accepted frames have a valid length and checksum, and finite numbers."""
     samples = [sample(key), pack(Frame(Kind.HELLO, 0, 1, 0, 0.0, 1, 0, range(7)), key)]
     taken = 0
     for data in bad_frames(samples, FRAMES, seed=1):
@@ -220,15 +220,15 @@ def test_only_the_last_byte_of_an_encoded_frame_is_zero(frame: bytes) -> None:
         (bytes(range(1, 255)), "ff" + bytes(range(1, 255)).hex()),
     ],
 )
-def test_cobs_examples_of_the_literature(frame: bytes, line: str) -> None:
-    """The examples that go round with the method (Cheshire and Baker 1999)."""
+def test_cobs_agrees_with_published_examples(frame: bytes, line: str) -> None:
+    """The common examples of the method (Cheshire and Baker 1999)."""
     found = encode(frame)[:-1].hex()
     assert found == line or found == line + "01"
     assert decode(bytes.fromhex(line)) == frame
 
 
 @given(st.lists(st.binary(min_size=1, max_size=400), max_size=8), st.lists(st.integers(1, 300)))
-def test_frames_are_decoded_from_any_chunks(frames: list[bytes], cuts: list[int]) -> None:
+def test_frames_are_decoded_from_chunks_of_any_size(frames: list[bytes], cuts: list[int]) -> None:
     line = b"".join(map(encode, frames))
     unstuffer, found = Unstuffer(400), []
     for size in cuts:
@@ -238,7 +238,7 @@ def test_frames_are_decoded_from_any_chunks(frames: list[bytes], cuts: list[int]
     assert unstuffer.damaged == 0
 
 
-def test_a_receiver_is_in_step_after_one_frame() -> None:
+def test_a_receiver_is_synchronised_after_one_frame() -> None:
     unstuffer = Unstuffer(100)
     assert unstuffer.take(b"\x77\x12" + encode(b"lost")) == []
     assert unstuffer.take(encode(b"found")) == [b"found"]
@@ -267,7 +267,7 @@ def test_a_signature_depends_on_names_units_order_kind_and_scale() -> None:
 
 
 @given(st.integers(0, 2**64 - 1), st.booleans())
-def test_a_hello_reads_back(signature: int, lockstep: bool) -> None:
+def test_a_hello_round_trips(signature: int, lockstep: bool) -> None:
     handshake = Handshake(signature, 1e-3, 2.0, 0.02, 4, 12, lockstep)
     assert Handshake.from_values(handshake.values(), lockstep) == handshake
 
@@ -287,7 +287,7 @@ def test_a_hello_reads_back(signature: int, lockstep: bool) -> None:
         {6: -1.0},
     ],
 )
-def test_invalid_values_are_no_handshake(change: dict[int, float]) -> None:
+def test_invalid_handshake_values_are_rejected(change: dict[int, float]) -> None:
     values = Handshake(5, 1e-3, 1.0, 0.02, 4, 12, False).values()
     for k, value in change.items():
         values[k] = value
@@ -296,7 +296,7 @@ def test_invalid_values_are_no_handshake(change: dict[int, float]) -> None:
 
 
 def rows(after: str) -> list[list[str]]:
-    """The rows of the first table after some words of the protocol."""
+    """Return the rows of the first table after a text in the protocol document."""
     lines = PROTOCOL.read_text().split(after, 1)[1].splitlines()
     first = next(k for k, line in enumerate(lines) if line.startswith("|"))
     table = list(itertools.takewhile(lambda line: line.startswith("|"), lines[first:]))
@@ -320,7 +320,7 @@ def test_the_protocol_document_agrees_with_the_code() -> None:
 
 
 def test_the_signature_of_the_protocol() -> None:
-    """By the words there, from the text there."""
+    """The document contains the rule and an example."""
     text = re.search(r"```json\n(.*)\n```", PROTOCOL.read_text())
     expected = int.from_bytes(hashlib.sha256(text[1].encode()).digest()[:8], "big")
     states = [("q.elbow", "rad"), ("qd.elbow", "rad/s")]

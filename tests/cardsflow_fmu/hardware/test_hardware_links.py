@@ -1,4 +1,4 @@
-"""Links: the same conversation by UDP, a serial line and in process, on good and bad days."""
+"""Links by UDP, by a serial line and in process, with and without faults."""
 
 from __future__ import annotations
 
@@ -55,12 +55,12 @@ from cardsflow_fmu.hardware.session.open_link import open_link
 
 PULL = np.array([3.0, 20.0, 50.0])
 SOON = 30.0
-"""Longer than anything takes here, on a machine that is ten times slower too, in [s]."""
+"""Timeout that is sufficient even on a machine that is ten times slower, in [s]."""
 
 
 @contextmanager
-def at_the_end_of_a_line(device: Device) -> Iterator[str]:
-    """A device at the other end of a serial line."""
+def serial_device(device: Device) -> Iterator[str]:
+    """Serve a device at the other end of a serial line."""
     ours, theirs = os.openpty()
     tty.setraw(ours)
     tty.setraw(theirs)
@@ -88,13 +88,13 @@ def at_the_end_of_a_line(device: Device) -> Iterator[str]:
 
 @contextmanager
 def linked(kind: str, device: Device, key: bytes | None = None) -> Iterator[HardwareLink]:
-    """A link, not open yet, to a device."""
+    """Yield a link to a device that is not open yet."""
     with ExitStack() as stack:
         uri = "loopback:"
         if kind == "udp":
             uri = stack.enter_context(served(device))
         if kind == "serial":
-            uri = stack.enter_context(at_the_end_of_a_line(device))
+            uri = stack.enter_context(serial_device(device))
         link = open_link(uri, key=key, make_device=lambda: device)
         stack.callback(link.close)
         yield link
@@ -109,8 +109,8 @@ KINDS = ["udp", "serial", "loopback"]
 
 @pytest.mark.parametrize("key", [None, KEY])
 @pytest.mark.parametrize("kind", KINDS)
-def test_lock_step_by_every_link(kind: str, key: bytes | None) -> None:
-    """X = h sum u, whatever carries the frames."""
+def test_lockstep_works_with_every_link(kind: str, key: bytes | None) -> None:
+    """The robot integrates u, so that x = h sum(u)."""
     device = make_device(key)
     rng = np.random.default_rng(0)
     commands = rng.uniform(2.0, 50.0, (50, COMMANDS))
@@ -134,13 +134,13 @@ def test_lock_step_by_every_link(kind: str, key: bytes | None) -> None:
 
 
 @pytest.mark.parametrize("kind", ["udp", "loopback"])
-def test_in_real_time_the_device_moves_by_the_clock(kind: str) -> None:
-    """Never ahead of it; behind by more than a step or two only while the machine is busy."""
+def test_in_real_time_the_device_advances_with_the_clock(kind: str) -> None:
+    """It is never early, and late by more than two steps only if the machine is busy."""
     device = make_device(watchdog=10.0)
     with linked(kind, device) as link:
         for _ in range(200):
             link.open(handshake(watchdog=10.0))
-            time.sleep(0.02)  # which is before the run, and not to be made up for
+            time.sleep(0.02)  # time before the run is not simulated
             begin = time.monotonic()
             pull(link)
             time.sleep(0.03)
@@ -155,7 +155,7 @@ def test_in_real_time_the_device_moves_by_the_clock(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_link_opens_again(kind: str) -> None:
+def test_a_link_can_be_opened_again(kind: str) -> None:
     device = make_device()
     with linked(kind, device) as link:
         runs = set()
@@ -175,8 +175,8 @@ def test_set_points_and_states_are_scaled() -> None:
     np.testing.assert_allclose(came.state[:3], STEP * PULL, rtol=1e-14)
 
 
-def test_the_watchdog_expires_in_silence() -> None:
-    """In real time, by the server's own clock, within its time and a tick or two."""
+def test_the_watchdog_expires_without_set_points() -> None:
+    """It expires in real time, within the timeout plus two ticks of the server."""
     device = make_device()
     with linked("udp", device) as link:
         link.open(handshake())
@@ -201,7 +201,7 @@ def test_a_missing_answer_is_an_error() -> None:
                 link.open(handshake())
             assert time.monotonic() - begin >= 0.2
     with pytest.raises(HardwareError, match="no device answers"):
-        UdpLink(uri, timeout=0.1).open(handshake())  # the port is closed now
+        UdpLink(uri, timeout=0.1).open(handshake())  # the port is closed
 
 
 def test_a_device_with_a_key_drops_unsigned_frames() -> None:
@@ -213,8 +213,8 @@ def test_a_device_with_a_key_drops_unsigned_frames() -> None:
             link.open(handshake())
 
 
-def test_a_link_with_a_key_needs_a_device_with_the_key() -> None:
-    """To a link with a key it does not answer, and cannot: the frames are signed."""
+def test_a_link_with_a_key_requires_a_device_with_the_key() -> None:
+    """A device without the key cannot verify the frames and does not answer."""
     with served(make_device()) as uri, pytest.raises(HardwareError, match="same key"):
         UdpLink(uri, key=KEY, timeout=0.15).open(handshake())
 
@@ -228,7 +228,7 @@ def test_a_link_with_a_key_needs_a_device_with_the_key() -> None:
         (handshake(step=0.1), "watchdog"),
     ],
 )
-def test_a_refusal_names_its_reason(asked: Handshake, word: str) -> None:
+def test_a_rejected_run_names_the_reason(asked: Handshake, word: str) -> None:
     with (
         served(make_device()) as uri,
         UdpLink(uri, timeout=1e4) as link,
@@ -237,7 +237,7 @@ def test_a_refusal_names_its_reason(asked: Handshake, word: str) -> None:
         link.open(asked)
 
 
-def test_a_second_sender_is_refused_and_the_run_goes_on() -> None:
+def test_a_second_sender_is_rejected_and_the_run_continues() -> None:
     device = make_device(watchdog=10.0)
     with served(device) as uri, UdpLink(uri) as link:
         link.open(handshake(watchdog=10.0))
@@ -249,7 +249,7 @@ def test_a_second_sender_is_refused_and_the_run_goes_on() -> None:
 
 
 def test_a_device_becomes_free_during_the_handshake() -> None:
-    """The run before was killed: its watchdog frees the device."""
+    """The process of the previous run was killed: the watchdog frees the device."""
     with served(make_device(watchdog=0.2)) as uri:
         killed = UdpLink(uri)
         killed.open(handshake(watchdog=0.2))
@@ -260,8 +260,8 @@ def test_a_device_becomes_free_during_the_handshake() -> None:
         killed.close()
 
 
-def test_the_device_restarts_in_a_run() -> None:
-    """Nothing moves until a new run is agreed on."""
+def test_a_device_that_restarts_during_a_run_needs_a_new_handshake() -> None:
+    """The robot does not move before a new handshake."""
     request = handshake(watchdog=10.0)
     device, fresh = make_device(watchdog=10.0), make_device(watchdog=10.0)
     with served(device) as uri:
@@ -281,7 +281,7 @@ def test_the_device_restarts_in_a_run() -> None:
 
 
 def test_only_frames_of_the_connected_peer_are_received() -> None:
-    """Frames that would be right come from another port: the system drops them."""
+    """Valid frames from another port are dropped by the system."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
         line.bind(("127.0.0.1", 0))
         link = UdpLink(f"udp://127.0.0.1:{line.getsockname()[1]}", timeout=SOON)
@@ -301,7 +301,7 @@ def test_only_frames_of_the_connected_peer_are_received() -> None:
 
 
 def answer_hello(line: socket.socket) -> None:
-    """Be a device for one handshake."""
+    """Answer one handshake like a device."""
     device = make_device()
     data, peer = line.recvfrom(MAX_BYTES)
     for answer in device.receive(data, peer, 0.0):
@@ -309,11 +309,11 @@ def answer_hello(line: socket.socket) -> None:
 
 
 class Line(FramedLink):
-    """A link to a device without a clock, through whatever a test does to the frames.
+    """Link to a device without a clock, which lets a test change the frames.
 
     Attributes:
-        waiting: What comes next.
-        outward: What becomes of a frame on its way to the device, and of its answers.
+        waiting: Frames that the link receives next.
+        inward: Function that sends a frame to the device and returns the answers.
     """
 
     def __init__(self, device: Device, key: bytes | None = None) -> None:
@@ -347,7 +347,7 @@ def open_line(key: bytes | None = None, *, lockstep: bool = False) -> Line:
     return line
 
 
-def test_the_newest_state_wins_and_copies_are_dropped() -> None:
+def test_the_newest_state_is_used_and_copies_are_dropped() -> None:
     line = open_line()
     held: list[bytes] = []
     line.inward = lambda data: held.append(data) or []  # type: ignore[func-returns-value]
@@ -357,11 +357,11 @@ def test_the_newest_state_wins_and_copies_are_dropped() -> None:
     came = pull(line)
     assert (came.seq, line.counters["stale"]) == (4, 3)
     line.inward = lambda data: []
-    assert pull(line, within=0.0).state is None  # the copy of state 4 is no news
+    assert pull(line, within=0.0).state is None  # the copy of state 4 is not a new state
     assert line.counters["stale"] == 4
 
 
-def test_a_late_state_is_new_until_the_next_one_comes() -> None:
+def test_a_late_state_is_used_if_no_newer_state_has_arrived() -> None:
     line = open_line()
     held: list[bytes] = []
     line.inward = lambda data: held.append(data) or []  # type: ignore[func-returns-value]
@@ -392,8 +392,8 @@ def pull_nothing(line: Line) -> Exchange:
 
 
 @pytest.mark.parametrize("lost", ["outward", "inward"])
-def test_in_lock_step_lost_frames_are_sent_again(lost: str) -> None:
-    """And the robot takes each step once."""
+def test_in_lockstep_lost_frames_are_sent_again(lost: str) -> None:
+    """The robot still advances exactly once per set point."""
     line = open_line(lockstep=True)
     sent = 0
 
@@ -419,8 +419,8 @@ def test_a_state_of_a_set_point_that_was_not_sent_is_dropped() -> None:
 
 
 @pytest.mark.parametrize("key", [None, KEY])
-def test_bad_answers_do_no_harm(key: bytes | None) -> None:
-    """No crash, no hang; with a key nothing but the device's own answers is taken."""
+def test_invalid_answers_have_no_effect(key: bytes | None) -> None:
+    """The link does not crash or hang; with a key it only accepts answers of the device."""
     line = open_line(key)
     samples = []
     line.inward = lambda data: samples.append(data) or [data]  # type: ignore[func-returns-value]
@@ -439,11 +439,11 @@ def test_bad_answers_do_no_harm(key: bytes | None) -> None:
         line.waiting.clear()
 
 
-def test_a_flood_of_frames_does_not_stall_an_exchange() -> None:
+def test_a_flood_of_frames_does_not_block_an_exchange() -> None:
     line = open_line()
     line.inward = lambda data: [b"noise"] * 5000
     assert pull(line, within=0.0).state is None
-    assert line.waiting  # not all of it is read
+    assert line.waiting  # only some of the frames are read
 
 
 @pytest.mark.parametrize(
@@ -455,7 +455,7 @@ def test_a_flood_of_frames_does_not_stall_an_exchange() -> None:
         (Faults(jitter=0.002, seed=3), 0.5),
     ],
 )
-def test_exchanges_survive_faults_of_the_line(faults: Faults, missed: float) -> None:
+def test_exchanges_tolerate_faults_of_the_line(faults: Faults, missed: float) -> None:
     device = make_device(watchdog=10.0)
     states = []
     with served(device, line=FaultyLine(device, faults)) as uri, UdpLink(uri, timeout=5.0) as link:
@@ -466,7 +466,7 @@ def test_exchanges_survive_faults_of_the_line(faults: Faults, missed: float) -> 
                 states.append(came.state)
     assert len(states) >= 100 * (1 - missed) - 10
     times = np.array(states)[:, 3]
-    assert (np.diff(times) >= 0).all()  # never back to an older state
+    assert (np.diff(times) >= 0).all()  # never returns to an older state
     np.testing.assert_allclose(np.array(states)[:, 1], 20.0 * times, rtol=1e-9)
     given = np.array(robot_of(device).given)
     assert (given == PULL).all()
@@ -498,7 +498,7 @@ def test_serving_ends_after_its_duration() -> None:
     assert time.monotonic() - begin >= 0.1
 
 
-def test_an_address_in_use_is_refused() -> None:
+def test_an_address_in_use_is_rejected() -> None:
     with served(make_device()) as uri, pytest.raises(HardwareError, match="cannot listen on"):
         DeviceServer(make_device(), uri)
 
@@ -512,11 +512,11 @@ def test_an_address_in_use_is_refused() -> None:
         ("udp://[::1]:65535", ("::1", 65535)),
     ],
 )
-def test_addresses_by_udp(uri: str, address: tuple[str, int]) -> None:
+def test_udp_addresses_are_parsed(uri: str, address: tuple[str, int]) -> None:
     assert udp_address(uri) == address
 
 
-NO_ADDRESSES = {
+INVALID_ADDRESSES = {
     "invalid hardware address": [
         *("", "127.0.0.1:5005", "tcp://127.0.0.1:5005", "loopback:x", "emulated://planar_2r")
     ],
@@ -539,11 +539,11 @@ NO_ADDRESSES = {
     ("uri", "message"),
     [
         pytest.param(uri, message, id=uri[:40])
-        for message, uris in NO_ADDRESSES.items()
+        for message, uris in INVALID_ADDRESSES.items()
         for uri in uris
     ],
 )
-def test_invalid_addresses_are_refused(uri: str, message: str) -> None:
+def test_invalid_addresses_are_rejected(uri: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         open_link(uri)
 
@@ -556,14 +556,16 @@ def test_invalid_addresses_are_refused(uri: str, message: str) -> None:
         (lambda: open_link("serial:///dev/no-such-line"), "no link to serial:///dev/no-such-line"),
     ],
 )
-def test_what_cannot_be_opened_is_named(make: Callable[[], HardwareLink], message: str) -> None:
+def test_a_link_that_cannot_be_opened_is_named(
+    make: Callable[[], HardwareLink], message: str
+) -> None:
     with pytest.raises(HardwareError, match=message):
         make().open(handshake())
 
 
 @pytest.mark.parametrize("host", ["224.0.0.1", "255.255.255.255", "[ff02::1]", "[ff02::1%1]"])
-def test_addresses_of_many_machines_are_refused(host: str) -> None:
-    """Not with all that hear: each of them would move its robot."""
+def test_multicast_and_broadcast_addresses_are_rejected(host: str) -> None:
+    """Otherwise several robots could receive the commands."""
     with pytest.raises(HardwareError, match=r"must be the address of one machine|unknown host"):
         UdpLink(f"udp://{host}:5005").open(handshake())
     with pytest.raises(HardwareError, match=r"must be the address of one machine|unknown host"):
@@ -571,7 +573,7 @@ def test_addresses_of_many_machines_are_refused(host: str) -> None:
 
 
 def test_a_device_that_stops_and_restarts_during_exchanges() -> None:
-    """A connected socket reports that nobody listens: no wait ends early by that."""
+    """A connected socket reports a missing listener; this does not end a wait early."""
     device, fresh = make_device(), make_device()
     with served(device) as uri:
         link = UdpLink(uri)
@@ -591,7 +593,7 @@ def test_a_device_that_stops_and_restarts_during_exchanges() -> None:
         assert pull(link).seq == 1
 
 
-def test_a_link_by_ipv6() -> None:
+def test_a_link_may_use_ipv6() -> None:
     try:
         with served(make_device(), "udp://[::1]:0") as uri, UdpLink(uri) as link:
             link.open(handshake(lockstep=True))
@@ -600,14 +602,14 @@ def test_a_link_by_ipv6() -> None:
         pytest.skip(str(error))
 
 
-def test_a_serial_link_needs_pyserial(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_serial_link_requires_pyserial(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "serial", None)
     with pytest.raises(HardwareError, match="uv sync --extra serial"):
         open_link("serial:///dev/null").open(handshake())
 
 
-def test_noise_on_a_serial_line_costs_at_most_one_frame() -> None:
-    """Garbage between frames costs a frame at most."""
+def test_noise_on_a_serial_line_damages_at_most_one_frame() -> None:
+    """Random bytes between frames damage at most one frame."""
     with linked("serial", make_device()) as link:
         link.open(handshake(lockstep=True))
         for k in range(1, 20):
@@ -617,7 +619,7 @@ def test_noise_on_a_serial_line_costs_at_most_one_frame() -> None:
 
 
 def test_a_full_serial_line_does_not_block() -> None:
-    """Its buffer is full: what cannot be sent is lost, and what was cut short harms no other."""
+    """If the buffer is full, frames are lost; a truncated frame does not damage the next one."""
     ours, theirs = os.openpty()
     tty.setraw(ours)
     tty.setraw(theirs)
@@ -634,7 +636,7 @@ def test_a_full_serial_line_does_not_block() -> None:
     time.sleep(0.01)
     found += unstuffer.take(os.read(ours, 4096))
     assert found[-1] == frame
-    for stump in set(found) - {frame}:  # its length or checksum is wrong
+    for stump in set(found) - {frame}:  # the length or the checksum is wrong
         with pytest.raises(FrameError):
             unpack(stump)
     link.close()
@@ -642,13 +644,13 @@ def test_a_full_serial_line_does_not_block() -> None:
     os.close(theirs)
 
 
-def test_an_exchange_needs_an_open_link() -> None:
+def test_an_exchange_requires_an_open_link() -> None:
     with pytest.raises(HardwareError, match="not open"):
         pull(UdpLink("udp://127.0.0.1:5005"))
     assert not UdpLink("udp://127.0.0.1:5005").stop()
 
 
-def test_an_answer_that_differs_from_the_handshake_is_refused() -> None:
+def test_an_answer_that_differs_from_the_handshake_is_rejected() -> None:
     line = Line(make_device())
 
     def other_step(data: bytes) -> list[bytes]:

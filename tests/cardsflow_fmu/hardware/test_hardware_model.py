@@ -1,4 +1,4 @@
-"""The hardware's model: the plant's ports, its trajectories in lockstep, a safe end always."""
+"""Hardware model: ports and trajectories of the plant, and a safe end of every run."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def experiment(settings: dict[str, Any] | None = None, folder: Path = PLANAR_2R)
 
 @pytest.fixture
 def devices(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Device]]:
-    """The devices that were made in this process; all are safe in the end."""
+    """Collect the devices created in this process; all must be safe at the end."""
     made: list[Device] = []
 
     def make(*arguments: Any) -> Device:
@@ -84,7 +84,7 @@ def output(model: HardwareModel, name: str) -> float:
 
 
 @pytest.mark.parametrize("folder", [PLANAR_2R, ARM])
-def test_the_ports_are_those_of_the_plant_and_diagnostics(folder: Path) -> None:
+def test_the_ports_are_the_ports_of_the_plant_and_diagnostics(folder: Path) -> None:
     own = HardwareModel.table(experiment(folder=folder))
     plants = PlantModel.table(experiment(folder=folder))
     kept = [port for port in own if port in plants]
@@ -112,7 +112,7 @@ def test_the_fmu_declares_no_states_or_derivatives(tmp_path: Path, fmi: FmiVersi
 @pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("host", ["direct", "in-process", "worker"])
-def test_in_lock_step_hardware_has_the_trajectory_of_the_plant(
+def test_in_lockstep_hardware_has_the_trajectory_of_the_plant(
     host: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", "worker" if host == "worker" else "in-process")
@@ -154,7 +154,7 @@ def test_in_lock_step_hardware_has_the_trajectory_of_the_plant(
         (ARM, {"run.step": 0.002, "controller.period": 0.004, "plant.step": 0.001}),
     ],
 )
-def test_in_lock_step_so_it_does_with_other_steps_motors_and_sensors(
+def test_in_lockstep_the_trajectory_is_the_same_with_other_steps_and_motors(
     folder: Path, settings: dict[str, Any]
 ) -> None:
     length = {"run.duration": 0.04}
@@ -180,7 +180,7 @@ def test_a_step_of_the_master_may_be_several_exchanges(devices: list[Device]) ->
         coarse.step(0.004, 0.0015)
 
 
-def test_without_measured_tensions_there_are_no_such_ports() -> None:
+def test_without_measured_tensions_there_are_no_tension_ports() -> None:
     names = [p.name for p in HardwareModel.table(experiment({"hardware.has_tensions": False}))]
     assert not [name for name in names if name.startswith("tension")]
     model = stepped(started({"hardware.has_tensions": False}), 3)
@@ -189,7 +189,7 @@ def test_without_measured_tensions_there_are_no_such_ports() -> None:
 
 
 @pytest.mark.slow
-def test_nothing_moves_before_the_first_step(devices: list[Device]) -> None:
+def test_the_robot_does_not_move_before_the_first_step(devices: list[Device]) -> None:
     model = started()
     assert devices[0].state == "ready"
     assert output(model, "mode") == STARTING
@@ -201,7 +201,7 @@ def test_nothing_moves_before_the_first_step(devices: list[Device]) -> None:
 @pytest.mark.cases(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("how", ["close", "forget", "reset", "trip", "bad step"])
-def test_every_end_leads_to_the_safe_state(devices: list[Device], how: str) -> None:
+def test_every_end_is_in_the_safe_state(devices: list[Device], how: str) -> None:
     model = stepped(started({"hardware.ramp_down": 0.02}), 3)
     device = devices[0]
     commands: list[np.ndarray] = []
@@ -224,7 +224,7 @@ def test_every_end_leads_to_the_safe_state(devices: list[Device], how: str) -> N
     if how == "trip":
         assert not commands
         return
-    first = np.array([c[0] for c in commands])  # of 41 N, f_min being 10 N
+    first = np.array([c[0] for c in commands])  # from 41 N to f_min, 10 N
     np.testing.assert_allclose(first, 10.0 + 31.0 * np.arange(19, -1, -1) / 20)
 
 
@@ -254,8 +254,8 @@ def test_only_a_reset_is_allowed_after_an_error(devices: list[Device]) -> None:
 
 
 @pytest.mark.slow
-def test_freeing_the_fmu_leads_to_the_safe_state(devices: list[Device], tmp_path: Path) -> None:
-    """By FMI alone, as any host does: terminate, free."""
+def test_freeing_the_fmu_ends_in_the_safe_state(devices: list[Device], tmp_path: Path) -> None:
+    """The FMI calls of any host: terminate, free."""
     file = build(experiment({"hardware.ramp_down": 0.01}), tmp_path / "fmus")["hardware"]
     folder = fmpy.extract(str(file), str(tmp_path / "fmu"))
     description = fmpy.read_model_description(folder)
@@ -279,7 +279,7 @@ def test_freeing_the_fmu_leads_to_the_safe_state(devices: list[Device], tmp_path
 
 
 @pytest.mark.slow
-def test_far_from_the_start_is_refused(devices: list[Device]) -> None:
+def test_a_robot_far_from_its_start_pose_is_rejected(devices: list[Device]) -> None:
     model = HardwareModel(experiment())
     model.values[[port.name for port in model.ports].index("q_start.joint_2")] = 0.7
     with pytest.raises(HardwareError, match=r"'joint_2' is at 0\.5 rad, and is to start at 0\.7"):
@@ -288,7 +288,7 @@ def test_far_from_the_start_is_refused(devices: list[Device]) -> None:
 
 
 @pytest.mark.slow
-def test_a_limit_that_is_passed_ends_the_run(devices: list[Device]) -> None:
+def test_an_exceeded_limit_ends_the_run(devices: list[Device]) -> None:
     model = started({"hardware.max_tension": {"cable_1": 40.0}})
     with pytest.raises(TripError, match="'cable_1' pulls with 41 N, above its limit of 40 N"):
         stepped(model, 1)
@@ -301,13 +301,13 @@ def test_the_state_of_hardware_cannot_be_saved() -> None:
     model = HardwareModel(experiment())
     with pytest.raises(InputError, match="cannot be saved"):
         model.get_state()
-    with pytest.raises(InputError, match="cannot be set"):
+    with pytest.raises(InputError, match="cannot be restored"):
         model.set_state(b"")
     with pytest.raises(InputError, match="call initialize first"):
         model.step(0.0, 1e-3)
 
 
-def test_hardware_without_an_address_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_hardware_without_an_address_is_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
     model = HardwareModel(Experiment.load(PLANAR_2R))
     with pytest.raises(InputError, match=r"hardware\.link: missing; .*CARDSFLOW_HARDWARE_LINK"):
         model.initialize()
@@ -335,7 +335,7 @@ def test_in_real_time_a_step_is_paced(devices: list[Device]) -> None:
 
 
 class SilentLink:
-    """Answers as the test says: True for a state, False for none."""
+    """Link that answers as the test specifies: True for a state, False for no state."""
 
     def __init__(self, answers: list[bool], flags: int = 0) -> None:
         self.run_id, self.counters = 1, {}
@@ -372,7 +372,7 @@ def session(link: SilentLink, settings: dict[str, Any] | None = None) -> Hardwar
     return one
 
 
-def test_missed_states_are_bridged_and_then_end_the_run() -> None:
+def test_missed_states_are_tolerated_and_then_end_the_run() -> None:
     link = SilentLink([True, False, False, False, True, False, False, False, False])
     one = session(link)
     modes = []
@@ -382,11 +382,11 @@ def test_missed_states_are_bridged_and_then_end_the_run() -> None:
             modes.append(one.mode)
     assert modes == [RUNNING, *[HOLDING] * 3, RUNNING, *[HOLDING] * 3]
     assert (one.missed, one.mode) == (7, STOPPED)
-    assert len(link.commands) == 9  # no ramp for one who does not hear
+    assert len(link.commands) == 9  # no ramp if the device does not respond
     assert (link.stops, link.is_open) == (1, False)
 
 
-def test_a_device_that_is_safe_by_itself_ends_the_run() -> None:
+def test_a_device_that_enters_its_safe_state_ends_the_run() -> None:
     for flag, message in (
         (Flag.SAFE, r"safe state: no command arrived for 0\.015 s"),
         (Flag.FAULT, "has failed"),
@@ -397,7 +397,7 @@ def test_a_device_that_is_safe_by_itself_ends_the_run() -> None:
         assert one.mode == STOPPED
 
 
-def test_a_missing_answer_in_lock_step_ends_the_run() -> None:
+def test_a_missing_answer_in_lockstep_ends_the_run() -> None:
     one = session(SilentLink([False]), {"hardware.mode": "lockstep", "hardware.timeout": 0.5})
     with pytest.raises(HardwareError, match=r"no answer within 0\.5 s in lockstep"):
         one.exchange(0.0, HOLDING_FORCES)
@@ -415,7 +415,7 @@ def test_a_ramp_down_without_answers_is_short() -> None:
 
 
 def test_a_ramp_down_tolerates_as_many_missed_states_as_a_run() -> None:
-    """On a line that loses frames a ramp that gave up would let go of the robot all at once."""
+    """Otherwise the forces would drop suddenly if the line loses a frame."""
     link = SilentLink([True] * 5 + [False, False, False, True] * 10)
     one = session(link, {"hardware.ramp_down": 0.02})
     for k in range(5):
@@ -443,7 +443,7 @@ def test_an_exception_in_a_step_still_ramps_down() -> None:
     assert link.stops == 1
 
 
-def test_a_session_ends_even_when_the_link_breaks() -> None:
+def test_a_session_ends_even_if_the_link_fails() -> None:
     link = SilentLink([True])
     one = session(link)
     one.exchange(0.0, HOLDING_FORCES)

@@ -1,4 +1,4 @@
-"""Recordings: what is read is what was written, whatever became of the end of the file."""
+"""Recordings: the records read equal the records written, even if the file is truncated."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ RECORD = 40 + 8 * 5
 
 
 @dataclass
-class Came:
-    """What came of an exchange."""
+class FakeExchange:
+    """Result of an exchange."""
 
     state: np.ndarray | None
     seq: int = 0
@@ -56,14 +56,16 @@ class Came:
 
 
 def write(file: Path, rows: int, start_state: tuple[float, ...] = ()) -> list[tuple]:
-    """A recording of random exchanges; every fifth brings nothing new."""
+    """Write a recording of random exchanges; every fifth has no new state."""
     rng = np.random.default_rng(3)
     written = []
     with Recorder(file, replace(HEADER, start_state=start_state)) as recorder:
         for k in range(rows):
             command = rng.normal(size=2)
             state = None if k % 5 == 4 else rng.normal(size=3)
-            came = Came(state, 2**32 - 3 + k, k * 1e-4, math.nan if state is None else 5e-5, k % 4)
+            came = FakeExchange(
+                state, 2**32 - 3 + k, k * 1e-4, math.nan if state is None else 5e-5, k % 4
+            )
             recorder.write(k * STEP, command, came)
             written.append((k * STEP, command, came))
         assert recorder.records == rows
@@ -84,7 +86,7 @@ def require_equal(recording: HardwareRecording, written: list[tuple]) -> None:
         assert recording.flags[k] == came.device_flags | (MISSED if came.state is None else 0)
 
 
-def test_a_recording_reads_back(tmp_path: Path) -> None:
+def test_a_recording_round_trips(tmp_path: Path) -> None:
     file = tmp_path / "hardware.rec"
     written = write(file, 23)
     recording = read_recording(file)
@@ -103,7 +105,7 @@ def test_a_recording_without_records_is_valid(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("cut", [1, 8, RECORD - 1, RECORD, RECORD + 1, 3 * RECORD - 5])
-def test_whole_records_of_a_file_that_is_cut_off_are_kept(tmp_path: Path, cut: int) -> None:
+def test_complete_records_of_a_truncated_file_are_read(tmp_path: Path, cut: int) -> None:
     file = tmp_path / "cut.rec"
     written = write(file, 12)
     file.write_bytes(file.read_bytes()[:-cut])
@@ -132,7 +134,7 @@ def test_records_that_are_not_in_order_end_the_recording(tmp_path: Path) -> None
 
 
 @given(data=st.data())
-def test_a_damaged_file_is_read_in_part_or_refused(
+def test_a_damaged_file_is_read_in_part_or_rejected(
     data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     folder = tmp_path_factory.mktemp("damaged", numbered=True)
@@ -152,7 +154,7 @@ def test_a_damaged_file_is_read_in_part_or_refused(
 
 
 def altered(content: dict | str | bytes, version: int = 1, magic: bytes = b"CFHWREC\0") -> bytes:
-    """A file with another header and a right checksum."""
+    """Return a file with another header and a valid checksum."""
     raw = content if isinstance(content, bytes) else json.dumps(content).encode()
     return struct.pack("<8sIII", magic, version, len(raw), zlib.crc32(raw)) + raw
 
@@ -198,7 +200,7 @@ def good() -> dict:
         (altered(good() | {"start_state": [1.0, 2.0]}), "start_state must have 1 numbers"),
     ],
 )
-def test_a_damaged_header_is_refused(tmp_path: Path, content: bytes, message: str) -> None:
+def test_a_damaged_header_is_rejected(tmp_path: Path, content: bytes, message: str) -> None:
     file = tmp_path / "hardware.rec"
     file.write_bytes(content)
     with pytest.raises(InputError, match=message) as caught:
@@ -206,12 +208,12 @@ def test_a_damaged_header_is_refused(tmp_path: Path, content: bytes, message: st
     assert str(caught.value).startswith(str(file))
 
 
-def test_a_missing_recording_is_refused(tmp_path: Path) -> None:
+def test_a_missing_recording_is_rejected(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         read_recording(tmp_path / "none.rec")
 
 
-def test_files_that_are_no_recordings_are_not_replaced(tmp_path: Path) -> None:
+def test_files_that_are_not_recordings_are_not_overwritten(tmp_path: Path) -> None:
     file = tmp_path / "thesis.txt"
     file.write_text("mine")
     with pytest.raises(InputError, match="already exists and is not a hardware recording"):
@@ -223,7 +225,7 @@ def test_files_that_are_no_recordings_are_not_replaced(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("place", ["", "none/hardware.rec", "file/hardware.rec"])
-def test_a_recording_that_cannot_be_written_is_refused(tmp_path: Path, place: str) -> None:
+def test_a_recording_that_cannot_be_written_is_rejected(tmp_path: Path, place: str) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match=r"cannot be written|is not a regular file"):
         Recorder(tmp_path / place, HEADER)
@@ -234,11 +236,11 @@ def test_a_full_disk_ends_the_recording_and_not_the_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with Recorder(tmp_path / "hardware.rec", HEADER) as recorder:
-        recorder.write(0.0, np.zeros(2), Came(np.zeros(3)))
+        recorder.write(0.0, np.zeros(2), FakeExchange(np.zeros(3)))
         with Path("/dev/full").open("wb", buffering=0) as full, monkeypatch.context() as patch:
             patch.setattr(recorder, "_stream", full)
             for _ in range(3):
-                recorder.write(0.0, np.zeros(2), Came(np.zeros(3)))
+                recorder.write(0.0, np.zeros(2), FakeExchange(np.zeros(3)))
     assert recorder.records == 1
     assert recorder.failure == "No space left on device"
 
@@ -247,12 +249,12 @@ KILLED = """
 import sys, time
 sys.path[:0] = [{tests!r}]
 import numpy as np
-from test_hardware_recording import HEADER, Came
+from test_hardware_recording import HEADER, FakeExchange
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.protocol.recording import Recorder
 recorder = Recorder({file!r}, HEADER)
 for k in range(500):
-    recorder.write(k * 1e-3, np.full(2, k), Came(np.full(3, -k), k))
+    recorder.write(k * 1e-3, np.full(2, k), FakeExchange(np.full(3, -k), k))
 print("written", flush=True)
 time.sleep(60)
 """
@@ -260,7 +262,7 @@ time.sleep(60)
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
-def test_the_recording_of_a_killed_run_is_read(tmp_path: Path) -> None:
+def test_the_recording_of_a_killed_run_is_readable(tmp_path: Path) -> None:
     file = tmp_path / "hardware.rec"
     script = KILLED.format(tests=str(Path(__file__).parent), file=str(file))
     with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE) as process:
@@ -272,8 +274,8 @@ def test_the_recording_of_a_killed_run_is_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_replay_in_lock_step_has_the_states_in_order(tmp_path: Path) -> None:
-    """Where no state came, the one before is repeated."""
+def test_a_replay_in_lockstep_has_the_states_in_order(tmp_path: Path) -> None:
+    """If no state was recorded, the previous one is repeated."""
     written = write(tmp_path / "a.rec", 5000, (7.0, 8.0, 9.0))
     robot = ReplayedRobot(read_recording(tmp_path / "a.rec"))
     assert (robot.commands, robot.states) == (2, 3)
@@ -292,11 +294,13 @@ def test_a_replay_in_lock_step_has_the_states_in_order(tmp_path: Path) -> None:
 
 
 def test_a_replay_in_real_time_follows_the_clock(tmp_path: Path) -> None:
-    """With a clock four times as fine as the recording's."""
+    """The replay has a four times smaller step than the recording."""
     header = RecordingHeader(("f",), ("N",), ("q",), ("rad",), signature=1, step=0.01)
     with Recorder(tmp_path / "a.rec", header) as recorder:
         for k in range(50):
-            recorder.write(2.0 + k * 0.01, np.array([float(k)]), Came(np.array([-float(k)])))
+            recorder.write(
+                2.0 + k * 0.01, np.array([float(k)]), FakeExchange(np.array([-float(k)]))
+            )
     robot = ReplayedRobot(read_recording(tmp_path / "a.rec"))
     assert robot.duration == pytest.approx(0.49)
     for k in range(4 * 49):

@@ -1,4 +1,4 @@
-"""Runs with hardware and in real time: settings, files, summaries, keys, exit codes."""
+"""Runs with hardware and in real time: settings, files, summaries, keys and exit codes."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ REALTIME = SHORT | {
     "hardware.use": True,
     "hardware.ramp_down": 0.01,
     "hardware.max_missed": 100_000,
-    "hardware.watchdog": 10.0,  # machines that run tests have other things to do
+    "hardware.watchdog": 10.0,  # test machines may be busy
 }
 ARM = EXAMPLES / "roboy_left_arm"
 
@@ -67,14 +67,14 @@ def words(settings: dict[str, Any]) -> list[str]:
 
 
 @pytest.mark.slow
-def test_the_controller_is_the_same_file_byte_for_byte(tmp_path: Path) -> None:
-    """Of builds with and without [hardware], and of runs with either; so is the plant."""
+def test_hardware_settings_do_not_change_controller_and_plant_fmus(tmp_path: Path) -> None:
+    """The FMUs are byte-identical in builds with and without [hardware], and in runs."""
     table = {
         "hardware.link": "udp://127.0.0.1:5005",
         "hardware.ramp_in": 0.3,
         "hardware.motors": {"command": "length", "stiffness": 3000.0},
     }
-    here = [this_platform().tuple]  # a run's FMUs are for no other
+    here = [this_platform().tuple]  # FMUs of a run are not used by other runs
     without = build(load(SHORT), tmp_path / "a", platforms=here)
     with_table = build(load(SHORT | table), tmp_path / "b", platforms=here)
     run(load(LOCKSTEP), tmp_path / "c")
@@ -112,14 +112,14 @@ def test_every_exchange_is_recorded(tmp_path: Path) -> None:
     result = run(load(LOCKSTEP | {"hardware.ramp_down": 0.02}), tmp_path / "out")
     recording = read_recording(tmp_path / "out" / "hardware.rec")
     assert recording.header.command_names == tuple(f"f.cable_{k}" for k in (1, 2, 3, 4))
-    assert len(recording) == 50 + 20  # and the ramp down
+    assert len(recording) == 50 + 20  # includes the ramp down
     np.testing.assert_array_equal(recording.states[:50, 0], result["q.joint_1"][1:])
     np.testing.assert_array_equal(recording.commands[:50, 0], result["f.cable_1"][:50])
     assert result.files["hardware.rec"] == tmp_path / "out" / "hardware.rec"
 
 
 @pytest.mark.slow
-def test_the_recording_of_a_killed_run_is_replaced(tmp_path: Path) -> None:
+def test_the_recording_of_a_killed_run_is_overwritten(tmp_path: Path) -> None:
     out = tmp_path / "out"
     run(load(LOCKSTEP), out)
     for path in out.iterdir():
@@ -180,7 +180,7 @@ def test_a_paced_run_reports_its_timeliness() -> None:
 
 
 @pytest.mark.slow
-def test_a_run_that_cannot_keep_up_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_that_cannot_keep_up_reports_it(monkeypatch: pytest.MonkeyPatch) -> None:
     step = PlantModel.step
 
     def slow(self: PlantModel, t: float, h: float) -> None:
@@ -210,7 +210,7 @@ def test_hardware_in_real_time(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_run_may_approach_from_the_measured_positions(tmp_path: Path) -> None:
-    """The device is 0.3 rad from the trajectory's start; an approach leads there."""
+    """The device begins 0.3 rad from the start of the trajectory; an approach moves it there."""
     away = {"start.q": [-0.2, 0.3], "hardware.link": "loopback:", "hardware.use": True}
     settings = LOCKSTEP | away | {"run.duration": 0.2, "hardware.approach": 0.5}
     result = run(load(settings), tmp_path / "out")
@@ -220,7 +220,7 @@ def test_a_run_may_approach_from_the_measured_positions(tmp_path: Path) -> None:
     assert result.summary["tracking"]["max"] < 1e-3
 
 
-def test_an_approach_in_operational_space_replaces_that_of_the_reference() -> None:
+def test_an_approach_in_operational_space_replaces_the_approach_of_the_reference() -> None:
     settings = LOCKSTEP | {"hardware.approach": 0.05, "run.duration": 2.01}
     made = load(settings, ARM)
     driven = with_approach(made)
@@ -257,12 +257,14 @@ def test_the_second_variant_of_the_system_is_the_hardware(
     assert hardware["round_trip"]["max"] > 0.0
     joint = read_recording(out / RECORDING_FILE).states[: len(ours.rows) - 1, 0]
     np.testing.assert_array_equal(joint, ours["q.joint_1"][1:])
-    assert cardsflow("run", system, "-o", out)[0] == 0  # without hardware there is none
+    assert (
+        cardsflow("run", system, "-o", out)[0] == 0
+    )  # without hardware there is no second variant
     assert not (out / RECORDING_FILE).exists()
 
 
 @pytest.mark.slow
-def test_a_system_counts_what_its_hardware_missed(
+def test_a_system_reports_the_missed_exchanges_of_its_hardware(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     settings = {"run.duration": 0.4, "hardware.emulator.loss": 0.02, "hardware.emulator.seed": 3}
@@ -308,8 +310,8 @@ def test_a_key_signs_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         simulate(load(LOCKSTEP))
 
 
-def test_invalid_keys_are_refused_and_readable_ones_cause_a_warning(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="contains 8 bytes; a key needs at least 16"):
+def test_invalid_keys_are_rejected_and_readable_ones_cause_a_warning(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="holds 8 bytes; a key needs at least 16"):
         read_key(key_file(tmp_path, length=8))
     with pytest.raises(InputError):
         read_key(tmp_path)
@@ -338,7 +340,7 @@ def test_unreachable_hardware_is_bad_input_before_anything_is_built(
 
 @pytest.mark.slow
 def test_an_error_with_a_long_trace_is_one_line(tmp_path: Path, cardsflow: CommandLine) -> None:
-    """FMI 2.0's messages are cut into pieces; that of a serial line has a chain of causes."""
+    """FMI 2.0 splits long messages, and errors of serial lines have a chain of causes."""
     gone = "serial:///dev/nowhere-at-all"
     out = ["-o", str(tmp_path / "out")]
     error = cardsflow.refused("run", PLANAR_2R, "--hardware", gone, *out, code=1)
@@ -400,7 +402,7 @@ def test_all_settings_are_read_and_packed(tmp_path: Path) -> None:
     assert own.motors.offset is None
     write_resources(made, tmp_path, with_hardware=True)
     read = Experiment.from_resources(tmp_path).hardware
-    assert (read.use, read.approach) == (False, None)  # of no concern to the FMU
+    assert (read.use, read.approach) == (False, None)  # not part of the FMU
     assert {**vars_of(read), "use": True, "approach": 1.5} == vars_of(own)
     assert "hardware" not in json.loads(resource_bytes(made)["experiment.json"])
 
@@ -409,7 +411,7 @@ def vars_of(settings: HardwareSettings) -> dict[str, Any]:
     return {name: getattr(settings, name) for name in HardwareSettings.model_fields}
 
 
-def test_without_a_table_there_are_defaults() -> None:
+def test_the_table_hardware_has_defaults() -> None:
     own = load({}).hardware
     assert (own.use, own.link, own.mode, own.watchdog) == (False, "", "realtime", 0.02)
     assert own.motors.command == "force"
@@ -417,7 +419,7 @@ def test_without_a_table_there_are_defaults() -> None:
 
 
 @pytest.mark.slow
-def test_an_approach_is_refused_with_an_external_reference(tmp_path: Path) -> None:
+def test_an_approach_is_rejected_with_an_external_reference(tmp_path: Path) -> None:
     reference = build(load(SHORT), tmp_path)["reference"]
     settings = LOCKSTEP | {"hardware.approach": 0.1, "fmus.reference": str(reference)}
     with pytest.raises(InputError, match=r"hardware\.approach: cannot lead an external FMU"):
@@ -433,7 +435,7 @@ def test_an_external_fmu_may_replace_the_hardware(tmp_path: Path) -> None:
 
 @pytest.fixture
 def served() -> Iterator[DeviceServer]:
-    """A device at an address of this machine, in a thread of this process."""
+    """Serve a device in a thread of this process; return its address."""
     made = load({"hardware.watchdog": 60.0})
     device = emulated_device(made, made.hardware)
     over = threading.Event()
@@ -452,7 +454,7 @@ def served() -> Iterator[DeviceServer]:
 @pytest.mark.parametrize("host", ["in-process", "worker"])
 @pytest.mark.parametrize("times", [1, 2])
 def test_ctrl_c_during_the_handshake(tmp_path: Path, host: str, times: int) -> None:
-    """It ends like any Ctrl-C, and leaves nothing behind."""
+    """The run ends like after any other Ctrl-C, without temporary files."""
     out = tmp_path / "out"
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as silent:
         silent.bind(("127.0.0.1", 0))
@@ -488,7 +490,7 @@ def test_ctrl_c_during_the_handshake(tmp_path: Path, host: str, times: int) -> N
         ("worker", signal.SIGKILL),
     ],
 )
-def test_every_end_of_a_run_leads_to_the_safe_state(
+def test_every_end_of_a_run_is_in_the_safe_state(
     served: DeviceServer, tmp_path: Path, host: str, signal_: signal.Signals
 ) -> None:
     out = tmp_path / "out"

@@ -1,4 +1,4 @@
-"""The guard between controller and hardware, gravity compensation, and commands of motors."""
+"""Guard between controller and hardware, gravity compensation, and motor commands."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_forces_are_always_within_bounds_and_rates(
         before = given_
 
 
-def test_the_ramp_leads_from_rest_to_the_desired_forces() -> None:
+def test_the_ramp_begins_at_rest_and_ends_at_the_desired_forces() -> None:
     one, desired = guard(ramp_in=0.4), np.array([50.0, 60.0, 10.0, 200.0])
     bounded = np.array([50.0, 60.0, 10.0, 100.0])
     for t, s in ((1.0, 0.0), (1.1, 0.25), (1.3, 0.75), (1.4, 1.0), (9.0, 1.0)):
@@ -61,7 +61,7 @@ def test_without_a_ramp_desired_forces_are_unchanged() -> None:
     np.testing.assert_array_equal(guard(ramp_in=0.0).limit(1.0, 1e-3, desired), desired)
 
 
-def test_the_ramp_down_falls_evenly_to_f_min() -> None:
+def test_the_ramp_down_is_linear_and_ends_at_f_min() -> None:
     one = guard(ramp_in=0.0, ramp_down=0.05)
     top = one.limit(1.0, 0.01, np.array([50.0, 60.0, 10.0, 90.0]))
     falling = list(one.ramp_down(0.01))
@@ -72,12 +72,12 @@ def test_the_ramp_down_falls_evenly_to_f_min() -> None:
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_a_force_that_is_not_finite_trips(value: float) -> None:
+def test_a_force_that_is_not_finite_stops_the_run(value: float) -> None:
     with pytest.raises(TripError, match=f"desired force of muscle 'cable_3' is {value} N"):
         guard().limit(1.0, 1e-3, np.array([10.0, 10.0, value, 10.0]))
 
 
-def test_positions_beyond_limit_and_margin_trip() -> None:
+def test_positions_beyond_limit_and_margin_stop_the_run() -> None:
     one = guard(position_margin=(0.05, 0.1))
     one.check(np.array([3.19, -3.24]), NONE)
     with pytest.raises(TripError, match=r"'joint_1' is at 3\.2 rad, above .* 3\.142 .* 0\.05 rad"):
@@ -86,7 +86,7 @@ def test_positions_beyond_limit_and_margin_trip() -> None:
         one.check(np.array([0.0, -3.3]), NONE)
 
 
-def test_tensions_beyond_their_limit_trip() -> None:
+def test_tensions_beyond_their_limit_stop_the_run() -> None:
     one, q = guard(max_tension=(120.0, math.inf, 120.0, 120.0)), np.zeros(2)
     one.check(q, np.array([120.0, 1e6, 0.0, 0.0]))
     with pytest.raises(TripError, match=r"'cable_3' is 120\.5 N, above its limit of 120 N"):
@@ -94,7 +94,7 @@ def test_tensions_beyond_their_limit_trip() -> None:
     guard().check(q, np.full(4, 1e9))
 
 
-def test_a_start_that_is_far_is_refused() -> None:
+def test_a_robot_far_from_its_start_pose_is_rejected() -> None:
     one = guard(start_tolerance=(0.1, 0.2))
     one.require_near(np.array([0.1, 0.2]), np.array([0.05, 0.0]))
     with pytest.raises(
@@ -103,7 +103,7 @@ def test_a_start_that_is_far_is_refused() -> None:
         one.require_near(np.array([0.05, 0.5]), np.array([0.0, 0.2]))
 
 
-def test_hardware_needs_a_largest_force() -> None:
+def test_hardware_requires_a_maximum_force() -> None:
     muscles = [replace(m, f_max=math.inf) for m in ROBOT.muscles]
     with pytest.raises(InputError, match=r"muscles\.cable_1\.f_max"):
         Guard(ROBOT.with_muscles(muscles), SafetySettings())
@@ -119,7 +119,7 @@ def test_the_forces_at_rest_balance_gravity() -> None:
     assert (f >= dynamics.f_min - 1e-9).all()
 
 
-def test_forces_at_rest_are_within_bounds_where_none_balance() -> None:
+def test_forces_at_rest_are_within_limits_if_none_balance_gravity() -> None:
     robot = random_robot(3)
     f = gravity_compensation(DartDynamics(robot), np.zeros(len(robot.coordinates)))
     assert ((f >= 5.0) & (f <= 200.0)).all()
@@ -160,13 +160,13 @@ def test_force_commands_are_the_forces() -> None:
         ),
     ],
 )
-def test_set_points_make_the_desired_forces(settings: dict[str, float], decode: Any) -> None:
-    """The springs' own law f = K (l - l0) + D l' is the oracle."""
+def test_set_points_result_in_the_desired_forces(settings: dict[str, float], decode: Any) -> None:
+    """The forces are computed by the spring law f = K (l - l0) + D l'."""
     u = mapped("length", **settings).commands(PULL, LENGTHS, RATES, NONE, 1e-3)
     np.testing.assert_allclose(SPRINGS.forces(LENGTHS, RATES, decode(u)), PULL, rtol=1e-9)
 
 
-def test_a_command_that_is_no_number_names_its_motor() -> None:
+def test_the_error_for_a_command_that_is_not_finite_names_the_motor() -> None:
     weak = MotorSettings(command="length", stiffness=(K, 5e-324, K, K))
     motors = MotorMap(weak, SPRINGS.muscle_names)
     with pytest.raises(SimulationError, match="motor of 'cable_2' is not finite"):
@@ -179,11 +179,11 @@ def test_counts_from_the_start_begin_at_zero() -> None:
     u = motors.commands(PULL, LENGTHS, RATES, NONE, 1e-3)
     np.testing.assert_allclose(u, 0.0, atol=1e-12)
     u = motors.commands(PULL + 4.0, LENGTHS, RATES, NONE, 1e-3)
-    np.testing.assert_allclose(u, 4.0 / (K * R), rtol=1e-9)  # winds up by df/K
+    np.testing.assert_allclose(u, 4.0 / (K * R), rtol=1e-9)  # the spindle winds up df/K
 
 
 @pytest.mark.parametrize("radius", [None, R])
-def test_rates_lead_to_the_desired_set_points(radius: float | None) -> None:
+def test_integrated_rates_equal_the_desired_set_points(radius: float | None) -> None:
     h, per = 2e-3, 1.0 if radius is None else -R
     motors = mapped("velocity", **({} if radius is None else {"spindle_radius": R}))
     motors.calibrate(LENGTHS, RATES, np.full(4, 10.0))
@@ -197,7 +197,7 @@ def test_rates_lead_to_the_desired_set_points(radius: float | None) -> None:
 
 
 def test_integrated_set_points_are_corrected_by_tensions() -> None:
-    """A motor that has slipped by 1 mm: without measured tensions its force stays wrong."""
+    """A motor has slipped by 1 mm. Without measured tensions its force remains wrong."""
     h, desired = 1e-3, np.full(4, 40.0)
     errors = []
     for measured in (True, False):

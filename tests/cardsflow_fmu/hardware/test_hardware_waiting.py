@@ -1,4 +1,4 @@
-"""Waits for datagrams: busy polling is bounded, and backs off where it fails."""
+"""Waits for datagrams: busy polling is limited, and backs off after failures."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from cardsflow_fmu.hardware.links import datagram_wait as waiting
 from cardsflow_fmu.hardware.links.datagram_wait import AdaptiveReceiver
 
 READ, SOON, WAKE_UP = 1e-6, 20e-6, 30e-6
-"""How long it takes to read once, for an answer to come, and to wake up, in [s]."""
+"""Durations of a read, of an answer, and of waking up, in [s]."""
 
 
 class World:
-    """A clock that advances with every read, and at most one datagram under way.
+    """Clock that advances with every read, and at most one datagram in transit.
 
     Attributes:
-        arrival: When the next datagram is there, in [s].
+        arrival: Arrival time of the next datagram, in [s].
         polled: Total time of polling, in [s].
     """
 
@@ -51,7 +51,7 @@ class World:
         raise BlockingIOError
 
     def wait(self, receiver: AdaptiveReceiver[str], comes_in: float, limit: float = 1.0) -> float:
-        """Wait for a datagram that comes after a time; the length of the wait, in [s]."""
+        """Wait for a datagram that arrives after a time. Return the wait, in [s]."""
         begin = self.now
         self.arrival = begin + comes_in
         assert receiver.receive(begin + limit) == "came"
@@ -87,7 +87,7 @@ def test_one_core_never_polls(world: World) -> None:
 
 @pytest.mark.parametrize("comes_in", [300e-6, 1e-3, 0.1])
 def test_long_waits_block(world: World, comes_in: float) -> None:
-    """Such as a device between the set points of a run at 1 kHz."""
+    """An example is a device between the set points of a run at 1 kHz."""
     receiver = receiver_in(world)
     for _ in range(100):
         assert world.wait(receiver, comes_in) < comes_in + WAKE_UP + 2 * READ
@@ -102,7 +102,7 @@ def test_polling_takes_at_most_a_tenth_of_a_millisecond(world: World) -> None:
 
 
 def test_failed_polling_backs_off(world: World) -> None:
-    """As where the other side needs the core, and answers only a blocked thread."""
+    """An example is a device that needs the same core and answers only if this thread blocks."""
     receiver = receiver_in(world)
     waits, vain = 10_000, []
     for k in range(waits):
@@ -125,13 +125,13 @@ def test_polling_returns_after_successes(world: World) -> None:
     world.wait(receiver, 1e-3)
     for _ in range(600):
         world.wait(receiver, SOON)
-    world.wait(receiver, 1e-3)  # one pause of the other side has no effect
+    world.wait(receiver, 1e-3)  # a single pause of the other side has no effect
     assert sum(world.wait(receiver, SOON) > SOON + 2 * READ for _ in range(10)) <= 3
 
 
 @pytest.mark.parametrize("is_polling", [False, True])
 @pytest.mark.parametrize("limit", [-1.0, 0.0, 5e-6, 50e-6, 1e-3, 0.1])
-def test_a_wait_ends_at_its_limit(world: World, is_polling: bool, limit: float) -> None:
+def test_a_wait_ends_at_its_deadline(world: World, is_polling: bool, limit: float) -> None:
     receiver = receiver_in(world)
     world.wait(receiver, SOON)
     receiver._is_polling = is_polling
@@ -139,13 +139,13 @@ def test_a_wait_ends_at_its_limit(world: World, is_polling: bool, limit: float) 
     assert receiver.receive(begin + limit) is None
     waited = world.now - begin - max(limit, 0.0)
     assert -1e-9 < waited < 3 * READ
-    for past in (0.0, 1.0):  # a datagram that is there is found, however late
+    for past in (0.0, 1.0):  # a datagram that has arrived is returned even after the deadline
         world.arrival = world.now
         assert receiver.receive(world.now - past) == "came"
 
 
 def test_waits_on_a_socket() -> None:
-    """Two threads that send in turn; then one stops, and closes."""
+    """Two threads send in turn; then one stops and closes its socket."""
     with (
         closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as ours,
         closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as theirs,

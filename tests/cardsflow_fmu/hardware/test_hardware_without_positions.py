@@ -1,4 +1,4 @@
-"""Hardware without joint encoders and with faults: bounds, ramps, and where a run ends."""
+"""Hardware without joint encoders and with faults: limits, ramps and ends of runs."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ SETTINGS: dict[str, Any] = {
 
 
 class FuzzedWorld(World):
-    """Bad frames come before every good one, in both directions."""
+    """World that sends invalid frames before every valid frame, in both directions."""
 
     bad = 0
     seed = 0
@@ -63,7 +63,7 @@ class FuzzedWorld(World):
 
 
 class ReadRobot(WatchedRobot):
-    """Remembers where it was whenever its state was read."""
+    """Robot that records its positions whenever its state is read."""
 
     def reset(self) -> None:
         super().reset()
@@ -81,7 +81,7 @@ def world_of(
     events: dict[float, Callable[[World], None]] | None = None,
     begin: float = BEGIN,
 ) -> World:
-    """Roboy's arm, whose readings are changed from a time on."""
+    """Return a world with Roboy's arm whose measurements are changed from a time on."""
 
     class Changed(ReadRobot):
         def state(self) -> np.ndarray:
@@ -98,7 +98,7 @@ def world_of(
 
 
 def run_of(world: World) -> tuple[Result, str]:
-    """A run as far as it comes, and why it ends before its end."""
+    """Run until the end or the first error. Return the results and the error message."""
     try:
         return simulate(world.experiment, coupling="direct"), ""
     except RunError as error:
@@ -108,7 +108,7 @@ def run_of(world: World) -> tuple[Result, str]:
 
 
 def stuck(*muscles: int, tension: bool = False) -> Change:
-    """Readings of muscles, that stay what they were."""
+    """Return a change after which measurements of muscles stay constant."""
     at = np.array(muscles) + tension * MUSCLES
     held: list[np.ndarray] = []
 
@@ -121,7 +121,7 @@ def stuck(*muscles: int, tension: bool = False) -> Change:
 
 
 def swapped(i: int, j: int, *, tension: bool = False) -> Change:
-    """Those of two muscles, one in the place of the other."""
+    """Return a change that swaps the measurements of two muscles."""
     at = np.array([i, j]) + tension * MUSCLES
 
     def change(values: np.ndarray) -> None:
@@ -131,12 +131,12 @@ def swapped(i: int, j: int, *, tension: bool = False) -> Change:
 
 
 def dead(values: np.ndarray) -> None:
-    """All tensions read 0."""
+    """Set all measured tensions to 0."""
     values[MUSCLES:] = 0.0
 
 
 def require_ramps(result: Result) -> None:
-    """From where the estimate is lost on, forces fall in a straight line, and stay least."""
+    """Require that forces ramp down linearly after the estimate is invalid, and stay minimal."""
     robot = result.experiment.robot
     low = np.array([m.f_min for m in robot.muscles])
     ticks = slice(0, len(result.rows) - 1, TICK)
@@ -152,11 +152,11 @@ def require_ramps(result: Result) -> None:
 
 
 def errors(world: World, result: Result) -> np.ndarray:
-    """Of the estimate, at every step, shape (steps, n)."""
+    """Return the errors of the estimate at every step, shape (steps, n)."""
     assert isinstance(world.robot, ReadRobot)
     begin = world.robot.applied[0][0]
     read, true = (np.array(column) for column in zip(*world.robot.read, strict=True))
-    at = begin + result["time"] - STEP  # a state is one step old
+    at = begin + result["time"] - STEP  # states are one step old
     names = [c.name for c in result.experiment.robot.coordinates]
     found = [
         result[f"q_hat.{name}"] - np.interp(at, read, q)
@@ -172,10 +172,10 @@ def errors(world: World, result: Result) -> np.ndarray:
     [(stuck(0), 0.0), (stuck(0, 4, 6, tension=True), 0.0), (None, 0.2)],
     ids=["length stuck", "tensions stuck", "loss"],
 )
-def test_what_others_make_up_for_does_not_end_a_run(
+def test_faults_that_other_measurements_compensate_do_not_end_a_run(
     monkeypatch: pytest.MonkeyPatch, change: Change | None, loss: float
 ) -> None:
-    """Ten other lengths show the pose, loads are estimated, and a state more or less is little."""
+    """Ten other lengths determine the pose, loads are estimated, and a lost state is harmless."""
     world = world_of(monkeypatch, change, Faults(loss=loss, seed=1))
     result, why = run_of(world)
     assert (why, world.device.state) == ("", "safe")
@@ -190,7 +190,7 @@ def test_what_others_make_up_for_does_not_end_a_run(
     [dead, swapped(0, 1, tension=True), swapped(0, 1)],
     ids=["tensions of 0", "tensions swapped", "lengths swapped"],
 )
-def test_readings_that_cannot_be_end_in_a_ramp(
+def test_implausible_measurements_end_the_run_with_a_ramp(
     monkeypatch: pytest.MonkeyPatch, change: Change
 ) -> None:
     world = world_of(monkeypatch, change)
@@ -202,10 +202,10 @@ def test_readings_that_cannot_be_end_in_a_ramp(
 
 
 @pytest.mark.slow
-def test_lengths_that_are_swapped_from_the_first_on_start_nothing(
+def test_lengths_that_are_swapped_from_the_start_prevent_a_run(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The pose that fits them is not where the run is to start."""
+    """The fitted pose differs from the start pose of the run."""
     world = world_of(monkeypatch, swapped(0, 1), begin=0.0)
     with pytest.raises(HardwareError, match=r"is to start at .* hardware\.start_tolerance"):
         simulate(world.experiment, coupling="direct")
@@ -225,7 +225,7 @@ def test_a_device_that_has_restarted_needs_a_new_run(monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.parametrize("value", [1e308, -1e308, 1e9])
-def test_a_pose_is_a_number_whatever_a_sensor_says(value: float) -> None:
+def test_the_fitted_pose_is_finite_for_any_measurement(value: float) -> None:
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm", {})
     q = np.array(experiment.start.q)
     pose = FittedPose(experiment.robot, q, np.zeros(MUSCLES), 1.0)
@@ -239,10 +239,10 @@ def test_a_pose_is_a_number_whatever_a_sensor_says(value: float) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("is_signed", [False, True], ids=["unsigned", "signed"])
-def test_bad_frames_do_no_harm(
+def test_invalid_frames_have_no_effect(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, is_signed: bool
 ) -> None:
-    """Whatever is taken for a reading: bounds hold. With a key nothing is, and nothing changes."""
+    """Forces stay within limits. With a key, invalid frames are dropped and change nothing."""
     settings = SETTINGS | {"run.duration": 0.1}
     if is_signed:
         (tmp_path / "key.bin").write_bytes(KEY)

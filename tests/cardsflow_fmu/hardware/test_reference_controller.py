@@ -1,4 +1,4 @@
-"""The controller in C on the line to a device: its run is that of the experiment's own."""
+"""Example controller in C with a device: its runs equal runs with the experiment's controller."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ SOFT_LYAPUNOV = {
 KEY = b"a pre-shared key of some length"
 TIMEOUT = 300
 
-pytestmark = pytest.mark.slow  # compiles core and laws again
+pytestmark = pytest.mark.slow  # compiles the core and the muscle laws again
 
 _spec = importlib.util.spec_from_file_location("make_controller", FOLDER / "make_controller.py")
 assert _spec is not None
@@ -62,7 +62,7 @@ _spec.loader.exec_module(make_controller)
 
 @pytest.fixture(scope="session")
 def libraries(compiler: str, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
-    """The object files of core and laws."""
+    """Compile the object files of the core and the muscle laws."""
     folder = tmp_path_factory.mktemp("objects")
     subprocess.run([compiler, "-std=c99", *COMMON, "-c", *SOURCES], cwd=folder, check=True)
     return [str(file) for file in folder.glob("*.o")]
@@ -71,7 +71,7 @@ def libraries(compiler: str, tmp_path_factory: pytest.TempPathFactory) -> list[s
 def compiled(
     compiler: str, libraries: list[str], experiment: Experiment, folder: Path, *more: str
 ) -> Path:
-    """The controller of an experiment; its reference lies next to it."""
+    """Compile the controller of an experiment and write its reference to the same folder."""
     make_controller.write_controller(experiment, folder)
     program = folder / "controller"
     command = [compiler, *STRICT, *COMMON, *more, f"-I{folder}", str(FOLDER / "controller.c")]
@@ -99,14 +99,14 @@ def compiled_in_single_precision(experiment: Experiment, folder: Path) -> Path:
 
 @pytest.fixture(scope="session")
 def planar(compiler: str, libraries: list[str], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """That of the two-link arm, more patient than usual."""
+    """Compile the controller of the two-link arm with a longer timeout."""
     made = Experiment.load(PLANAR_2R, SHORT)
-    patient = "-DMOST_MISSED=1000000"  # on machines that are busy with other tests
+    patient = "-DMOST_MISSED=1000000"  # for machines that are busy with other tests
     return compiled(compiler, libraries, made, tmp_path_factory.mktemp("planar"), patient)
 
 
-class NoisyWay:
-    """Puts bad frames before every answer of a device: none is signed with the run's key."""
+class NoisyLine:
+    """Line with invalid frames, not signed with the run key, before every answer of a device."""
 
     next_due = math.inf
 
@@ -124,8 +124,8 @@ class NoisyWay:
         return due
 
 
-class BlindWay:
-    """Answers of a device without joint encoders; its lengths stick from a time on."""
+class BlindLine:
+    """Line to a device without joint encoders whose lengths stay constant from a time on."""
 
     next_due = math.inf
 
@@ -159,7 +159,7 @@ def served(
     key: bytes | None = None,
     way: Callable[[Device], Any] = lambda device: None,
 ) -> Iterator[tuple[Device, str]]:
-    """The experiment's robot at a port of this machine, in a thread of this process."""
+    """Serve the experiment's robot in a thread of this process."""
     device, over = emulated_device(experiment, experiment.hardware, key), threading.Event()
     with DeviceServer(device, "udp://127.0.0.1:0", line=way(device)) as server:
         thread = threading.Thread(target=server.run, args=(over.is_set,))
@@ -172,7 +172,7 @@ def served(
 
 
 def driven(program: Path, port: str, *words: str) -> subprocess.CompletedProcess[str]:
-    """A whole run."""
+    """Run the controller to the end."""
     with (program.parent / "reference.f64").open("rb") as reference:
         return subprocess.run(
             [str(program), "127.0.0.1", port, *words],
@@ -185,11 +185,11 @@ def driven(program: Path, port: str, *words: str) -> subprocess.CompletedProcess
 
 
 def rows(text: str) -> np.ndarray:
-    """Time, q and f, one row per tick."""
+    """Return time, q and f, one row per tick."""
     return np.array([[float(word) for word in line.split(",")] for line in text.splitlines()])
 
 
-def test_is_short() -> None:
+def test_the_source_is_short() -> None:
     assert len((FOLDER / "controller.c").read_text().splitlines()) < 300
 
 
@@ -198,10 +198,10 @@ def test_is_short() -> None:
     ("folder", "settings"),
     [(ARM, SHORT | {"run.step": 0.005, "run.duration": 0.25}), (PLANAR_2R, SHORT)],
 )
-def test_a_law_of_single_precision_does_nearly_the_same(
+def test_a_controller_in_single_precision_differs_little(
     folder: Path, settings: dict[str, Any], tmp_path: Path
 ) -> None:
-    """To 1e-6 rad, and to 1e-4 of the largest force."""
+    """The tolerances are 1e-6 rad and 1e-4 of the maximum force."""
     made = Experiment.load(folder, settings)
     program = compiled_in_single_precision(made, tmp_path)
     with served(made) as (_, port):
@@ -227,7 +227,7 @@ def test_a_law_of_single_precision_does_nearly_the_same(
         (ARM, SHORT | {"run.step": 0.005, "controller.priorities": [2, 1, 1]}),
     ],
 )
-def test_in_lock_step_it_does_what_the_experiments_controller_does(
+def test_in_lockstep_it_agrees_with_the_controller_of_the_experiment(
     folder: Path,
     settings: dict[str, Any],
     with_key: bool,
@@ -235,7 +235,7 @@ def test_in_lock_step_it_does_what_the_experiments_controller_does(
     libraries: list[str],
     tmp_path: Path,
 ) -> None:
-    """To 1e-9 rad, and to 1e-6 of the largest force, as both have been rounded apart by then."""
+    """The tolerances are 1e-9 rad and 1e-6 of the maximum force, due to rounding errors."""
     made = Experiment.load(folder, settings)
     program = compiled(compiler, libraries, made, tmp_path)
     (tmp_path / "key.bin").write_bytes(KEY)
@@ -260,7 +260,7 @@ def test_in_lock_step_it_does_what_the_experiments_controller_does(
 def test_without_joint_encoders_the_pose_is_estimated(
     single: bool, compiler: str, libraries: list[str], tmp_path: Path
 ) -> None:
-    """The pose is nearly that of the run with the true one; sensors that stick end it by a ramp."""
+    """The motion is close to a run with the true pose; constant sensors end a run with a ramp."""
     settings: dict[str, Any] = {"run.step": 0.005, "run.duration": 1.0}
     own = {"estimator.exact_transition": False, "plant.mass_scale": 1.0}
     made = Experiment.load(EXAMPLES / "no_joint_encoders", settings | own)
@@ -268,7 +268,7 @@ def test_without_joint_encoders_the_pose_is_estimated(
         program = compiled_in_single_precision(made, tmp_path)
     else:
         program = compiled(compiler, libraries, made, tmp_path)
-    with served(made, way=BlindWay) as (_, port):
+    with served(made, way=BlindLine) as (_, port):
         done = driven(program, port, "lockstep")
         assert (done.returncode, done.stderr) == (0, "")
     true = simulate(Experiment.load(ARM, settings), coupling="direct")
@@ -277,21 +277,21 @@ def test_without_joint_encoders_the_pose_is_estimated(
     q = np.array([true[f"q.{name}"] for name in names])[:, : len(found)]
     assert len(found) == made.run.steps
     assert np.abs(found[:, 1:5].T - q).max() < 5e-3
-    with served(made, way=partial(BlindWay, stuck=0.5)) as (device, port):
+    with served(made, way=partial(BlindLine, stuck=0.5)) as (device, port):
         done = driven(program, port, "lockstep")
         assert (done.returncode, done.stderr) == (1, "controller: the estimate is lost\n")
         assert device.state == "safe"
 
 
-def test_bad_answers_do_no_harm_under_the_sanitizers(
+def test_invalid_answers_have_no_effect_under_the_sanitizers(
     compiler: str, libraries: list[str], tmp_path: Path
 ) -> None:
-    """Random and mutated frames, eight before each answer, change nothing of a signed run."""
+    """Eight random or mutated frames before each answer do not change a signed run."""
     made = Experiment.load(PLANAR_2R, SHORT)
     program = compiled(compiler, libraries, made, tmp_path, *SANITIZED)
     (tmp_path / "key.bin").write_bytes(KEY)
     outputs = []
-    for way in (lambda device: None, NoisyWay):
+    for way in (lambda device: None, NoisyLine):
         with served(made, KEY, way) as (device, port):
             done = driven(program, port, "lockstep", str(tmp_path / "key.bin"))
             assert (done.returncode, done.stderr) == (0, "")
@@ -311,7 +311,7 @@ def test_bad_answers_do_no_harm_under_the_sanitizers(
         ((1.0, math.inf), "no answer, or the device is in use"),
     ],
 )
-def test_a_nonce_that_is_no_number_of_64_bits_is_refused(
+def test_a_nonce_that_is_not_an_integer_of_64_bits_is_rejected(
     planar: Path, halves: tuple[float, float], words: str
 ) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
@@ -339,8 +339,8 @@ def test_a_nonce_that_is_no_number_of_64_bits_is_refused(
     assert words in done.stderr
 
 
-def test_forces_that_are_no_numbers_are_not_sent(planar: Path) -> None:
-    """Such as those of a reference with a hole."""
+def test_forces_that_are_not_finite_are_not_sent(planar: Path) -> None:
+    """A gap in the reference causes such forces."""
     made = Experiment.load(PLANAR_2R, SHORT)
     reference = np.fromfile(planar.parent / "reference.f64").reshape(-1, 6)
     reference[5, 0] = math.nan
@@ -359,7 +359,7 @@ def test_forces_that_are_no_numbers_are_not_sent(planar: Path) -> None:
 
 
 def test_in_real_time_it_tracks_and_stops(planar: Path) -> None:
-    """A busy machine delays set-points, and the robot drifts meanwhile: one of many runs counts."""
+    """A busy machine delays set points, and the robot drifts; one of several runs must track."""
     made = Experiment.load(PLANAR_2R, SHORT | {"hardware.watchdog": 10.0})
     expected = simulate(made, coupling="direct")
     joints = np.array([expected["q.joint_1"], expected["q.joint_2"]])[:, :100].T
@@ -369,13 +369,13 @@ def test_in_real_time_it_tracks_and_stops(planar: Path) -> None:
             assert (done.returncode, done.stderr) == (0, "")
             assert device.state == "safe"
             assert device.counters["stops"] == 1
-            assert device.counters["setpoints"] > 300  # the run, and most of the ramp down
+            assert device.counters["setpoints"] > 300  # the run and most of the ramp down
         if np.abs(rows(done.stdout)[:, 1:3] - joints).max() <= 0.01:
             return
     pytest.fail("no run tracked its reference")
 
 
-def test_a_signal_leads_to_the_safe_state(planar: Path) -> None:
+def test_a_signal_ends_the_run_in_the_safe_state(planar: Path) -> None:
     made = Experiment.load(PLANAR_2R, {"hardware.watchdog": 10.0})
     with served(made) as (device, port):
         command = [str(planar), "127.0.0.1", port, "realtime"]
@@ -391,7 +391,7 @@ def test_a_signal_leads_to_the_safe_state(planar: Path) -> None:
         assert (device.state, device.counters["stops"]) == ("safe", 1)
 
 
-def test_far_from_the_start_nothing_moves(planar: Path) -> None:
+def test_a_robot_far_from_its_start_pose_does_not_move(planar: Path) -> None:
     made = Experiment.load(PLANAR_2R, {"start.q": [0.0, 0.0]})
     with served(made) as (device, port):
         done = driven(planar, port, "realtime")
@@ -403,7 +403,7 @@ def test_far_from_the_start_nothing_moves(planar: Path) -> None:
         assert device.state == "safe"
 
 
-def test_errors_are_messages(planar: Path, tmp_path: Path) -> None:
+def test_errors_are_reported_as_messages(planar: Path, tmp_path: Path) -> None:
     (tmp_path / "key.bin").write_bytes(b"short")
     assert driven(planar, "9", "lockstep", str(tmp_path / "key.bin")).returncode == 2
     assert driven(planar, "9").returncode == 2
@@ -425,15 +425,15 @@ def test_errors_are_messages(planar: Path, tmp_path: Path) -> None:
         ({"hardware.scale": 2.0}, "in SI units"),
     ],
 )
-def test_what_it_cannot_do_is_refused(
+def test_unsupported_settings_are_rejected(
     settings: dict[str, Any], message: str, tmp_path: Path
 ) -> None:
     with pytest.raises(InputError, match=re.escape(message)):
         make_controller.write_controller(Experiment.load(PLANAR_2R, settings), tmp_path)
 
 
-def test_robots_that_it_does_not_know_are_refused(tmp_path: Path) -> None:
-    """Closed loops, and cables that rub round corners."""
+def test_unsupported_robots_are_rejected(tmp_path: Path) -> None:
+    """Closed loops and cable friction are not supported."""
     settings = {"run.step": 0.005, "controller.period": 0.005}
     arm = Experiment.load(ARM, settings)
     rough = replace(arm, robot=bent(arm.robot, 0.1, arm.start.q))

@@ -1,4 +1,4 @@
-"""The reference device in C: compiled as firmware would be, and driven by the very link."""
+"""Reference device in C, compiled like firmware and tested with the UDP link."""
 
 from __future__ import annotations
 
@@ -33,16 +33,16 @@ COMMANDS, STATES = MUSCLES, 2 * JOINTS + 2 * MUSCLES
 STEP, F_MIN, F_MAX = 1e-3, 10.0, 500.0
 PULL = np.array([100.0, 20.0, 10.0, 300.0])
 SOON = 30.0
-"""Longer than an answer takes, on a machine that is ten times slower too, in [s]."""
+"""Timeout that is sufficient even on a machine that is ten times slower, in [s]."""
 SILENCE = 0.05
-"""How long a test waits for an answer that must not come, in [s]."""
+"""Time to wait for an answer that must not arrive, in [s]."""
 
 Start = Callable[..., "subprocess.Popen[str]"]
 
 
 @pytest.fixture(scope="session")
 def built(compiler: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The compiled device."""
+    """Compile the device."""
     program = tmp_path_factory.mktemp("device") / "device"
     compile_device(compiler, program, ["-O2"])
     return program
@@ -56,7 +56,7 @@ def compile_device(compiler: str, program: Path, options: list[str]) -> None:
 
 @contextmanager
 def running(program: Path, folder: Path, key: bytes | None = None) -> Iterator[str]:
-    """The address of a running device, which must end without a word of complaint."""
+    """Yield the address of a running device, which must end without output on stderr."""
     arguments = [str(program), "127.0.0.1", "0", f"{SIGNATURE:x}"]
     if key is not None:
         (folder / "key.bin").write_bytes(key)
@@ -82,7 +82,7 @@ def pull(link: UdpLink, command=PULL, *, within: float = SOON) -> Exchange:
 
 
 def followed(commands: np.ndarray, h: float) -> np.ndarray:
-    """What the stand-in for hardware does, row by row: lags by the backward Euler rule."""
+    """Return the expected tensions: a first-order lag by the backward Euler method."""
     tension, q = np.full(MUSCLES, F_MIN), np.zeros(JOINTS)
     turn = 1e-3 * np.array([[1.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, -1.0]])
     rows = []
@@ -94,7 +94,7 @@ def followed(commands: np.ndarray, h: float) -> np.ndarray:
     return np.array(rows)
 
 
-def test_is_short_and_allocates_nothing() -> None:
+def test_the_source_is_short_and_does_not_allocate_memory() -> None:
     assert len(SOURCE.read_text().splitlines()) < 300
     for file in SOURCE.parent.glob("*.[ch]"):
         assert re.search(r"\b([mc]alloc|realloc|alloca|free)\b", file.read_text()) is None
@@ -103,7 +103,7 @@ def test_is_short_and_allocates_nothing() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("key", KEYS)
 @pytest.mark.parametrize("step", [STEP, 5 * STEP])
-def test_lock_step(built: Path, tmp_path: Path, key: bytes | None, step: float) -> None:
+def test_lockstep(built: Path, tmp_path: Path, key: bytes | None, step: float) -> None:
     commands = np.random.default_rng(0).uniform(F_MIN, F_MAX, (100, COMMANDS))
     expected = followed(commands, step)
     with running(built, tmp_path, key) as uri, UdpLink(uri, key=key) as link:
@@ -116,11 +116,9 @@ def test_lock_step(built: Path, tmp_path: Path, key: bytes | None, step: float) 
 
 
 @pytest.mark.slow
-def test_in_real_time_tensions_follow_and_silence_leads_to_the_safe_state(
-    built: Path, tmp_path: Path
-) -> None:
+def test_in_real_time_tensions_follow_and_the_watchdog_expires(built: Path, tmp_path: Path) -> None:
     with running(built, tmp_path) as uri, UdpLink(uri) as link:
-        for _ in range(100):  # a machine that is busy may be silent for too long
+        for _ in range(100):  # a busy machine may delay set points for too long
             link.open(handshake())
             begin, came = time.monotonic(), pull(link)
             while time.monotonic() < begin + 0.1 and not came.device_flags & Flag.SAFE:
@@ -147,7 +145,7 @@ def test_forces_are_clamped(built: Path, tmp_path: Path) -> None:
         assert not pull(link).device_flags & Flag.CLAMPED
 
 
-def test_refusals(built: Path, tmp_path: Path) -> None:
+def test_runs_are_rejected_with_a_reason(built: Path, tmp_path: Path) -> None:
     requests = [
         (Handshake(1, STEP, 1.0, 0.02, COMMANDS, STATES, False), "signals"),
         (Handshake(SIGNATURE, STEP, 1.0, 0.02, COMMANDS + 1, STATES, False), "signals"),
@@ -167,7 +165,7 @@ def test_refusals(built: Path, tmp_path: Path) -> None:
         assert pull(link).seq == 2
 
 
-def test_with_a_key_only_signed_frames_are_heard(built: Path, tmp_path: Path) -> None:
+def test_with_a_key_only_signed_frames_are_accepted(built: Path, tmp_path: Path) -> None:
     key = KEYS[1]
     with running(built, tmp_path, key) as uri:
         for wrong in (None, key[::-1], key[:-1]):
@@ -180,7 +178,7 @@ def test_with_a_key_only_signed_frames_are_heard(built: Path, tmp_path: Path) ->
     assert "16 to 256 bytes" in done.stderr
 
 
-def test_a_copy_is_answered_in_lock_step_and_dropped_in_real_time(
+def test_a_copy_is_answered_in_lockstep_and_dropped_in_real_time(
     built: Path, tmp_path: Path
 ) -> None:
     for lockstep in (True, False):
@@ -204,8 +202,8 @@ def test_a_copy_is_answered_in_lock_step_and_dropped_in_real_time(
             assert stopped.flags & Flag.SAFE
 
 
-def test_copies_of_a_hello_keep_nobody_waiting(built: Path, tmp_path: Path) -> None:
-    """Neither of a run that is over, nor of one that has not yet begun to move."""
+def test_copies_of_a_hello_do_not_block_the_device(built: Path, tmp_path: Path) -> None:
+    """Tested for a run that has ended, and for a run before its first set point."""
     key = KEYS[1]
 
     def hello(run: int) -> bytes:
@@ -233,20 +231,20 @@ def test_copies_of_a_hello_keep_nobody_waiting(built: Path, tmp_path: Path) -> N
 
         repeating = threading.Thread(target=repeat)
         repeating.start()
-        try:  # 40 HELLOs in 2 s, as a link does: the copies hold the device for 1 s in all
+        try:  # 40 HELLOs in 2 s, like a link: the copies block the device for at most 1 s
             with UdpLink(uri, key=key, timeout=10.0) as link:
                 link.open(handshake())
                 assert pull(link).seq == 1
         finally:
             over.set()
             repeating.join()
-        assert copied(8) == Kind.HELLO_ACK  # the first run is over by now: a copy begins it again
-        with UdpLink(uri, key=key, timeout=0.05) as link:  # and does not keep this one waiting
+        assert copied(8) == Kind.HELLO_ACK  # the first run has ended: a copy starts it again
+        with UdpLink(uri, key=key, timeout=0.05) as link:  # but does not block this run
             link.open(handshake())
             assert pull(link).seq == 1
 
 
-def test_without_a_key_it_warns_where_others_can_reach_it(built: Path) -> None:
+def test_without_a_key_it_warns_if_other_machines_can_reach_it(built: Path) -> None:
     for address, warned in (("0.0.0.0", True), ("127.0.0.1", False)):
         device = subprocess.Popen(
             [str(built), address, "0", "1"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
@@ -260,7 +258,7 @@ def test_without_a_key_it_warns_where_others_can_reach_it(built: Path) -> None:
 
 @contextmanager
 def conversation(uri: str) -> Iterator[Callable[..., Frame | None]]:
-    """Sends single frames to a device; what comes back within a time."""
+    """Yield a function that sends a frame to a device and returns the answer, if there is one."""
     host, port = uri.removeprefix("udp://").split(":")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
         line.connect((host, int(port)))
@@ -283,10 +281,10 @@ def conversation(uri: str) -> Iterator[Callable[..., Frame | None]]:
     [(None, JOINTS), (KEYS[1], JOINTS), (None, 0)],
     ids=["unsigned", "signed", "no joint encoders"],
 )
-def test_bad_frames_do_no_harm_under_the_sanitizers(
+def test_invalid_frames_have_no_effect_under_the_sanitizers(
     compiler: str, tmp_path: Path, key: bytes | None, encoders: int
 ) -> None:
-    """Tensions stay within bounds, and a good link still gets its answers in between."""
+    """Tensions stay within limits, and a valid link still receives answers."""
     program, asked = tmp_path / "sanitized", handshake(lockstep=True)
     asked = replace(asked, states=2 * encoders + 2 * MUSCLES)
     sizes = {"JOINTS": JOINTS, "MUSCLES": MUSCLES, "ENCODERS": encoders}
@@ -313,7 +311,7 @@ def test_bad_frames_do_no_harm_under_the_sanitizers(
             if k % 20 == 0:
                 came = pull(link, within=SOON if key else 0.1)
                 if came.state is None or came.device_flags & Flag.SAFE:
-                    assert key is None  # it took a frame with a right checksum for a stop
+                    assert key is None  # a random frame with a valid checksum was a STOP
                     link.open(asked)
                     line = link._socket
                     assert line is not None

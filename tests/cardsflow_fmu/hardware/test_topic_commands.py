@@ -1,4 +1,4 @@
-"""Commands by topics: what reaches a device, when they end, and what a link makes of states."""
+"""Commands by ROS topics: checks, timeouts, and links that use the states."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ MAX_WAIT = 20.0
 """Time to wait for a condition, in [s]."""
 
 
-class Followed(EmulatedRobot):
-    """The arm, and every command that it was given."""
+class RecordingRobot(EmulatedRobot):
+    """Emulated arm that records its commands."""
 
     def __init__(self) -> None:
         self.given: list[np.ndarray] = []
@@ -62,11 +62,11 @@ class Followed(EmulatedRobot):
         super().safe()
 
 
-class Served:
-    """A device whose commands come from a bus."""
+class ServedDevice:
+    """Device with commands from topics on a bus."""
 
     def __init__(self, bus: Bus, topics: DeviceTopics = TOPICS) -> None:
-        self.robot, self.lines = Followed(), list[str]()
+        self.robot, self.lines = RecordingRobot(), list[str]()
         self.device: Device = device_of(self.robot, SETTINGS)
         self.topics = topics
         self.commands = TopicCommands(
@@ -84,7 +84,7 @@ class Served:
         handshake = handshake_of(ROBOT, SETTINGS, 2e-3)
         return HardwareSession(ROBOT, SETTINGS, link, handshake)
 
-    def has_said(self, what: str) -> bool:
+    def has_reported(self, what: str) -> bool:
         return any(what in line for line in self.lines)
 
 
@@ -94,8 +94,8 @@ def bus() -> Bus:
 
 
 @contextmanager
-def serving(bus: Bus, topics: DeviceTopics = TOPICS) -> Iterator[Served]:
-    served, stop = Served(bus, topics), threading.Event()
+def serving(bus: Bus, topics: DeviceTopics = TOPICS) -> Iterator[ServedDevice]:
+    served, stop = ServedDevice(bus, topics), threading.Event()
     thread = threading.Thread(target=lambda: served.commands.run(stop.is_set))
     thread.start()
     try:
@@ -110,7 +110,7 @@ def send(node: BusNode, forces: np.ndarray = FORCES, names: tuple[str, ...] = NA
 
 
 def commanding(node: BusNode, condition: Callable[[], object]) -> None:
-    """Send good commands until a condition holds."""
+    """Send valid commands until a condition holds."""
 
     def sent() -> object:
         send(node)
@@ -120,12 +120,12 @@ def commanding(node: BusNode, condition: Callable[[], object]) -> None:
 
 
 @pytest.mark.slow
-def test_commands_are_followed_and_ramped_down_where_they_stay_away(bus: Bus) -> None:
+def test_commands_are_applied_and_ramped_down_after_the_timeout(bus: Bus) -> None:
     inbox, node = bus.node().subscribe(STATES), bus.node()
     with serving(bus) as served:
         reader = TopicReader(served.topics.needed, 10.0)
         commanding(node, lambda: served.robot.given and (served.robot.given[-1] == FORCES).all())
-        assert eventually(lambda: served.has_said(f"none came for {TIMEOUT:g} s"))
+        assert eventually(lambda: served.has_reported(f"none came for {TIMEOUT:g} s"))
         assert eventually(lambda: served.device.state == "safe" and served.commands.status == SAFE)
         falls = np.array(served.robot.given)
         given = len(falls)
@@ -135,7 +135,7 @@ def test_commands_are_followed_and_ramped_down_where_they_stay_away(bus: Bus) ->
         assert (steps <= 0.0).all()
         assert len(steps) > 10
         np.testing.assert_allclose(falls[-1], least)
-        # who was ended may command no more; another begins again
+        # the same publisher is rejected now; another one may begin
         commanding(node, lambda: served.commands.counters.get("ended", 0) > 3)
         assert len(served.robot.given) == given
         commanding(bus.node(), lambda: len(served.robot.given) > given)
@@ -148,7 +148,7 @@ def test_commands_are_followed_and_ramped_down_where_they_stay_away(bus: Bus) ->
     assert eventually(is_measured)
 
 
-def test_nothing_moves_by_what_does_not_count(bus: Bus) -> None:
+def test_invalid_messages_do_not_move_the_robot(bus: Bus) -> None:
     node = bus.node()
     with serving(bus) as served:
         for _ in range(3):
@@ -160,10 +160,10 @@ def test_nothing_moves_by_what_does_not_count(bus: Bus) -> None:
         assert served.robot.given == []
         assert served.device.state == "idle"
     for what in ("not finite", "wrong names"):
-        assert served.has_said(what)
+        assert served.has_reported(what)
 
 
-def test_while_several_nodes_command_no_message_counts(bus: Bus) -> None:
+def test_messages_of_several_publishers_are_rejected(bus: Bus) -> None:
     first, second = bus.node(), bus.node()
     first.advertise(COMMANDS)
     with serving(bus) as served:
@@ -176,12 +176,12 @@ def test_while_several_nodes_command_no_message_counts(bus: Bus) -> None:
             return served.commands.counters.get("several", 0) > 6
 
         assert eventually(both)
-        assert served.has_said("several nodes publish")
+        assert served.has_reported("several nodes publish")
         assert eventually(lambda: served.device.state == "safe")
     assert max(row[0] for row in served.robot.given) <= FORCES[0]
 
 
-def test_a_forward_command_controller_commands_by_order(bus: Bus) -> None:
+def test_commands_of_a_forward_command_controller_have_no_names(bus: Bus) -> None:
     topics = DeviceTopics(ROBOT, SETTINGS, NodeAddress(controller="tendons"))
     assert topics.commands_topic == Topic("/tendons/commands", "std_msgs/msg/Float64MultiArray")
     states, node = bus.node().subscribe(Topic("/joint_states", STATES.type)), bus.node()
@@ -193,13 +193,13 @@ def test_a_forward_command_controller_commands_by_order(bus: Bus) -> None:
             return served.robot.given and (served.robot.given[-1] == FORCES).all()
 
         assert eventually(sent)
-        assert served.has_said("do not contain numbers for all names")
+        assert served.has_reported("do not contain numbers for all names")
         message = states.receive(time.monotonic() + MAX_WAIT)
     assert message is not None
     assert message.message.name == (*(c.name for c in ROBOT.coordinates), *NAMES)
 
 
-def test_a_device_that_another_drives_refuses(bus: Bus) -> None:
+def test_a_device_in_use_rejects_commands(bus: Bus) -> None:
     node = bus.node()
     with serving(bus) as served:
         other = served.session()
@@ -207,7 +207,8 @@ def test_a_device_that_another_drives_refuses(bus: Bus) -> None:
         other.exchange(0.0, FORCES)
         given = len(served.robot.given)
         commanding(
-            node, lambda: served.has_said("are rejected: the device at loopback: rejected the run")
+            node,
+            lambda: served.has_reported("are rejected: the device at loopback: rejected the run"),
         )
         assert len(served.robot.given) == given
         other.end(ramp=False)
@@ -221,7 +222,7 @@ def make_link(bus: Bus, monkeypatch: pytest.MonkeyPatch) -> Callable[..., RosLin
     )
 
 
-def test_a_link_drives_a_device_and_is_told_of_its_end(
+def test_a_link_drives_a_device_and_reports_its_safe_state(
     bus: Bus, make_link: Callable[..., RosLink]
 ) -> None:
     link = make_link()
@@ -235,15 +236,15 @@ def test_a_link_drives_a_device_and_is_told_of_its_end(
         assert eventually(lambda: (served.robot.given[-1] == FORCES).all())
         served.device.go_safe()
 
-        def is_told() -> bool:
+        def is_reported() -> bool:
             came = link.exchange(1.0, FORCES, time.monotonic() + MAX_WAIT)
             return came.device_flags != 0
 
-        assert eventually(is_told)
+        assert eventually(is_reported)
         link.close()
 
 
-def test_a_robot_that_vanishes_ends_a_run_after_the_stated_time(
+def test_a_robot_that_stops_publishing_ends_a_run_after_the_timeout(
     bus: Bus, make_link: Callable[..., RosLink]
 ) -> None:
     link = make_link(silence=0.1)
@@ -257,7 +258,9 @@ def test_a_robot_that_vanishes_ends_a_run_after_the_stated_time(
             link.exchange(0.0, FORCES, time.monotonic() + 0.01)
 
 
-def test_what_a_link_waits_for_is_said(bus: Bus, make_link: Callable[..., RosLink]) -> None:
+def test_a_link_that_cannot_be_opened_names_the_missing_part(
+    bus: Bus, make_link: Callable[..., RosLink]
+) -> None:
     handshake = handshake_of(ROBOT, SETTINGS, 2e-3)
 
     def refused(what: str, link: RosLink) -> None:
@@ -276,7 +279,7 @@ def test_what_a_link_waits_for_is_said(bus: Bus, make_link: Callable[..., RosLin
         refused("another node publishes commands", make_link())
 
 
-def test_what_is_refused_before_anything_is_opened() -> None:
+def test_invalid_settings_are_rejected_before_a_node_is_opened() -> None:
     with pytest.raises(InputError, match="topics have no watchdog: specify the maximum time"):
         open_link("ros2://", make_topics=lambda _: TOPICS)
     with pytest.raises(InputError, match="not signed"):

@@ -14,7 +14,7 @@ from cardsflow_fmu.ros_interface.node import Received
 
 NAMES = ("biceps", "triceps", "elbow")
 OFFSET = 1.7e9
-"""By how much the publisher's clock is ahead of the reader's, in [s]."""
+"""Offset of the publisher's clock relative to the reader's clock, in [s]."""
 
 
 def message(
@@ -55,7 +55,7 @@ def test_numbers_are_found_by_their_names() -> None:
         (message(1, by=None), "several"),
     ],
 )
-def test_what_does_not_count(given: Received, reason: str) -> None:
+def test_invalid_messages_are_dropped(given: Received, reason: str) -> None:
     taken = reader()
     assert taken.read(message(0), 0.001) is not None
     assert taken.read(given, 1.001) is None
@@ -63,25 +63,25 @@ def test_what_does_not_count(given: Received, reason: str) -> None:
     assert taken.read(message(2), 2.001) is not None
 
 
-def test_age_is_counted_from_the_fastest_message_whatever_the_clocks_say() -> None:
+def test_delays_are_relative_to_the_fastest_message() -> None:
     taken = reader(0.1)
     delays = [0.05, 0.02, 0.11, 0.13, 0.02]
     counts = [taken.read(message(k, by=1), k + delay) is not None for k, delay in enumerate(delays)]
-    # 0.13 is later than 0.02 by more than 0.1 and the drift that clocks may have had meanwhile
+    # 0.13 exceeds 0.02 by more than 0.1 plus the maximum clock drift
     assert counts == [True, True, True, False, True]
 
 
-def test_clocks_may_drift_apart_for_hours() -> None:
+def test_clocks_may_drift_for_hours() -> None:
     taken = reader(0.05)
     drift = 1 + 2e-4
     assert all(taken.read(message(t * drift), float(t)) is not None for t in range(0, 7200, 10))
 
 
-def test_who_was_ended_has_to_begin_anew() -> None:
+def test_an_ended_publisher_is_rejected_until_it_restarts() -> None:
     taken = reader()
     assert taken.read(message(0), 0.0) is not None
     taken.start(ended=True)
     assert taken.read(message(1), 1.0) is None
     assert taken.counters["ended"] == 1
-    assert taken.read(message(-5, by=2), 2.0) is not None  # whose clock is another
+    assert taken.read(message(-5, by=2), 2.0) is not None  # with another clock
     assert taken.publisher == 2

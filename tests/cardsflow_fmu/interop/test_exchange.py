@@ -1,4 +1,4 @@
-"""examples/exchange: FMUs of PythonFMU as plant and as controller of our runs."""
+"""Example exchange: FMUs of PythonFMU as plant and as controller."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SECONDS = 1.0
 
 @pytest.fixture(scope="module")
 def exchange(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The example's folder with both FMUs, built as its README says."""
+    """Return the example's folder with both FMUs, built as its README specifies."""
     pytest.importorskip("pythonfmu", reason="needs the extra `interop`")
     folder = tmp_path_factory.mktemp("examples")
     for name in ("exchange", "planar_2r"):
@@ -37,7 +37,7 @@ def exchange(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def ran(exchange: Path, name: str) -> dict[str, np.ndarray]:
-    """The results of one of its experiments, run in a process of its own."""
+    """Run one of its experiments in a separate process, and return the results."""
     command = [sys.executable, "-m", "cardsflow_fmu.cli", "run", f"{name}.toml", "-o", name]
     done = subprocess.run(
         [*command, "--set", f"run.duration={SECONDS}"],
@@ -54,8 +54,8 @@ def ran(exchange: Path, name: str) -> dict[str, np.ndarray]:
     return {key: np.array([float(row[key]) for row in rows]) for key in rows[0]}
 
 
-def test_their_plant_moves_as_ours_does(exchange: Path) -> None:
-    """It is the same robot, by Lagrange's equations in other coordinates, and the same rule."""
+def test_the_plant_of_pythonfmu_has_the_same_trajectory(exchange: Path) -> None:
+    """It is the same robot in other coordinates, with the same integration method."""
     theirs = ran(exchange, "their_plant")
     ours = simulate(Experiment.load(PLANAR_2R, {"run.duration": SECONDS}))
     for name in ("q.joint_1", "q.joint_2", "qd.joint_1", "qd.joint_2"):
@@ -64,8 +64,8 @@ def test_their_plant_moves_as_ours_does(exchange: Path) -> None:
         np.testing.assert_allclose(theirs[f"f.cable_{k}"], ours[f"f.cable_{k}"], atol=1e-10)
 
 
-def test_their_controller_moves_our_plant(exchange: Path) -> None:
-    """The forces that act are those of its law at this very tick, with our moment arms."""
+def test_the_controller_of_pythonfmu_controls_the_plant(exchange: Path) -> None:
+    """The applied forces are the forces of its control law at the same tick."""
     rows, robot = ran(exchange, "their_controller"), DartDynamics(planar_2r())
     q, qd, q_d, qd_d = (
         np.column_stack([rows[f"{group}.joint_{k}"] for k in (1, 2)])

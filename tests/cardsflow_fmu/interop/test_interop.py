@@ -1,4 +1,4 @@
-"""Systems and FMUs in other tools, from an environment without this package and without DART."""
+"""Systems and FMUs in other tools, in an environment without this package and DART."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ NATIVE_BUILDS = [("roboy_left_arm", "3.0", True), *(("hill_arm", *how) for how i
 
 
 class Case(NamedTuple):
-    """An example's system, how it is stepped, and how near other tools come to our rows."""
+    """System of an example, its coupling, and tolerances for results of other tools."""
 
     example: str
     steps: int
@@ -58,7 +58,7 @@ CASES = [
 
 
 class System(NamedTuple):
-    """A system: its .ssp, the same unpacked, and the numbers that its components give."""
+    """System: its .ssp, the unpacked files, and the numeric outputs of its components."""
 
     case: Case
     path: Path
@@ -83,7 +83,7 @@ def system(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     experiment = Experiment.load(EXAMPLES / case.example, parse_settings(case.step, case.steps))
     build(experiment, folder, compute=COMPUTE[case.native])
     components = read_system(unpack_ssp(folder / "system.ssp", folder / "unpacked")).components
-    names = [  # all but times of computation
+    names = [  # all except computing times
         f"{component.name}.{connector.name}"
         for component in components
         for connector in component.connectors
@@ -95,7 +95,7 @@ def system(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
 
 
 def run(bare: BareEnvironment, importer: str, system: System) -> np.ndarray:
-    """The rows of the system's numbers in another tool."""
+    """Run the system in another tool, and return the rows of its outputs."""
     words = [str(system.path), str(system.case.step), str(system.case.steps), *system.names]
     rows = json.loads(bare.run([str(IMPORTERS / importer), *words]).splitlines()[-1])
     assert len(rows) == system.case.steps
@@ -104,10 +104,10 @@ def run(bare: BareEnvironment, importer: str, system: System) -> np.ndarray:
 
 @pytest.mark.cases(2)
 @pytest.mark.parametrize("importer", ["with_ecos.py", "with_libcosim.py"])
-def test_other_masters_give_our_trajectories(
+def test_other_masters_compute_the_same_trajectories(
     bare: BareEnvironment, importer: str, system: System
 ) -> None:
-    """Both, ecos and libcosim, couple all participants at once, as our `jacobi` does."""
+    """Ecos and libcosim use the same coupling as `jacobi`."""
     if importer == "with_ecos.py":
         try:
             ctypes.CDLL("libtbb.so.12")
@@ -122,7 +122,7 @@ def test_other_masters_give_our_trajectories(
 
 @pytest.mark.parametrize("system", CASES[:2], indirect=True, ids=lambda case: case.example)
 def test_fmpy_runs_the_system(bare: BareEnvironment, system: System, tmp_path: Path) -> None:
-    """FMPy's system simulation steps all at once too, but the first time with inputs of zero."""
+    """FMPy uses the same coupling too, but its first step has zero inputs."""
     theirs = run(bare, "with_fmpy.py", system)
     structure = read_system(system.unpacked)
     fmus = [
@@ -152,10 +152,10 @@ def test_fmpy_runs_the_system(bare: BareEnvironment, system: System, tmp_path: P
 
 @pytest.mark.cases(1)
 @pytest.mark.parametrize(("version", "arrays"), BUILDS, ids=str)
-def test_plant_and_controller_run_in_fmpy_alone(
+def test_unconnected_plant_and_controller_run_in_fmpy(
     bare: BareEnvironment, tmp_path: Path, version: FmiVersion, arrays: bool
 ) -> None:
-    """The arm falls, nothing pulling; the controller ticks with inputs of zero."""
+    """The arm falls without forces; the controller runs with zero inputs."""
     experiment = Experiment.load(EXAMPLES / "planar_2r", {"run.duration": 0.1})
     fmus = build(experiment, tmp_path, fmi=version, arrays=arrays, compute="python")
     for role, model in (("plant", PlantModel), ("controller", ControllerModel)):
@@ -174,10 +174,10 @@ def test_plant_and_controller_run_in_fmpy_alone(
 
 @pytest.mark.cases(1)
 @pytest.mark.parametrize(("example", "version", "arrays"), NATIVE_BUILDS)
-def test_native_plant_and_controller_run_in_fmpy_alone(
+def test_unconnected_native_plant_and_controller_run_in_fmpy(
     bare: BareEnvironment, example: str, version: FmiVersion, arrays: bool, tmp_path: Path
 ) -> None:
-    """It validates too; positions and forces in the end are those of FMI 2.0."""
+    """FMPy validates the FMUs; final positions and forces are the same as with FMI 2.0."""
     experiment = Experiment.load(EXAMPLES / example, parse_settings(NATIVE_STEP, NATIVE_STEPS))
     fmus = build(experiment, tmp_path / "out", fmi=version, arrays=arrays, compute="c")
     plain = build(experiment, tmp_path / "plain", compute="c")
@@ -192,7 +192,7 @@ def test_native_plant_and_controller_run_in_fmpy_alone(
 
 
 def last(bare: BareEnvironment, file: Path, names: list[str]) -> list[float]:
-    """The last values of some variables, nothing being connected."""
+    """Return the final values of some variables of an unconnected FMU."""
     arguments = [
         str(IMPORTERS / "with_fmpy_alone.py"),
         str(file),
@@ -207,7 +207,7 @@ def last(bare: BareEnvironment, file: Path, names: list[str]) -> list[float]:
 
 @pytest.mark.cases(1)
 @pytest.mark.parametrize(("example", "version", "arrays"), NATIVE_BUILDS)
-def test_checkers_find_nothing_in_native_fmus(
+def test_checkers_report_no_problems_in_native_fmus(
     example: str, version: FmiVersion, arrays: bool, tmp_path: Path
 ) -> None:
     """`fmpy validate` and, if it is installed, `fmutool -check`."""

@@ -89,10 +89,10 @@ def test_divergence_is_a_bound_on_motion_and_force(column: str, value: float, wo
     rows[:, 0] = np.arange(40) * 1e-3
     rows[:, 1] = 1e12  # a position may be anything
     rows[:20, 2] = 0.9 * (1e3 if column == "qd.elbow" else 1e9)
-    divergence.look(rows[:20])
+    divergence.check(rows[:20])
     rows[30, 2] = value
     with pytest.raises(SimulationError, match=r"at t = 0\.03 s") as caught:
-        divergence.look(rows)
+        divergence.check(rows)
     assert words in str(caught.value)
 
 

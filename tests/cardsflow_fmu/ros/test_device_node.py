@@ -1,4 +1,4 @@
-"""A device as a node, on a bus of one process; real nodes: `test_real_ros`."""
+"""ROS node of a device, with a bus in this process; `test_real_ros` uses real nodes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MAX_WAIT = 120.0
 """Time to wait for the device, in [s]."""
 
 
-def test_what_a_device_measures_is_published(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_measurements_of_a_device_are_published(monkeypatch: pytest.MonkeyPatch) -> None:
     bus, experiment = Bus(), Experiment.load(PLANAR_2R)
     monkeypatch.setattr(device_node, "open_node", bus.node)
     inbox = bus.node().subscribe(JOINT_STATES)
@@ -48,7 +48,7 @@ def test_what_a_device_measures_is_published(monkeypatch: pytest.MonkeyPatch) ->
     assert not any(topic.name == "/clock" for _, _, topic in bus.ends)
 
 
-def test_a_device_states_its_timeout(cardsflow: CommandLine) -> None:
+def test_the_description_of_a_node_contains_the_timeout(cardsflow: CommandLine) -> None:
     line = cardsflow.refused(
         "device", PLANAR_2R, "--listen", "udp://127.0.0.1:0", "--ros2", "ros2://"
     )

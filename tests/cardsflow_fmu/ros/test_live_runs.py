@@ -1,4 +1,4 @@
-"""What a run publishes, as plain data on a bus of one process; real nodes: `test_real_ros`."""
+"""Topics of a run, with a bus in this process; `test_real_ros` uses real nodes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ EXPERIMENT = Experiment.load(PLANAR_2R)
 
 
 def rows_of(run: Experiment) -> Any:
-    """A made-up motion with velocities."""
+    """Return the rows of an artificial motion with velocities."""
     plain = waving(run.robot, 1.0)
     names = coordinate_signals("qd", run.robot)
     return with_columns(plain, {name: np.cos(plain["time"]) for name in names})
@@ -58,7 +58,7 @@ def test_the_newest_row_is_published_once() -> None:
     assert all(topic.latched == (topic.name[:7] == "/robot_") for _, _, topic in bus.ends[3:])
 
 
-def test_topics_whose_messages_this_ros_lacks_are_left_out_and_named() -> None:
+def test_topics_without_installed_message_types_are_omitted_and_named() -> None:
     bus, run = Bus(unknown=("tf2_msgs/msg/TFMessage", "cardsflow_msgs/msg/Signals")), rows_of
     publisher = RunPublisher(ShownRobot.from_experiment(EXPERIMENT), bus.node())
     made = run(EXPERIMENT)
@@ -78,13 +78,13 @@ def test_parameters_are_the_settings_of_controller_and_run() -> None:
     assert "controller.motor_weights" not in found  # an empty list has no type
 
 
-def test_what_goes_wrong_in_publishing_ends_no_run() -> None:
+def test_a_failure_of_publishing_does_not_end_the_run() -> None:
     class Broken:
         def has_type(self, message_type: str) -> bool:
             return True
 
         def advertise(self, topic: Any) -> None:
-            """Take note."""
+            """Record the topic."""
 
         def publish(self, topic: Any, values: Any) -> None:
             if topic.name == "/joint_states":
@@ -98,7 +98,7 @@ def test_what_goes_wrong_in_publishing_ends_no_run() -> None:
     assert str(publisher.failure) == "gone"
 
 
-def test_without_rclpy_one_line_says_how_to_get_it(
+def test_the_error_without_rclpy_names_a_remedy(
     cardsflow: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "rclpy", None)

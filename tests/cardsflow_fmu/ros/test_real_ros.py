@@ -1,4 +1,4 @@
-"""Runs and devices as nodes of a real ROS 2 see them, which use rclpy without our code."""
+"""Runs and devices with real ROS 2 nodes that use rclpy without code of this package."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ ROBOT = Experiment.load(PLANAR_2R).robot
 JOINTS = [c.name for c in ROBOT.coordinates]
 MUSCLES = [muscle.name for muscle in ROBOT.muscles]
 SLOW_ENOUGH = 3.0
-"""Duration of a run that others look at, in [s]."""
+"""Duration of a published run, in [s]."""
 
 Environment = dict[str, str]
 
 
 @pytest.fixture
 def ros() -> Environment:
-    """The environment of a test's programs: a ROS domain of its own."""
+    """Return the environment for programs of a test, with a separate ROS domain."""
     try:
         return jazzy.ros_environment()
     except jazzy.NoRosError as error:
@@ -54,7 +54,7 @@ def run_words(out: Path, *words: object) -> list[str]:
 
 @contextmanager
 def started(command: list[str], ros: Environment) -> Iterator[subprocess.Popen[str]]:
-    """A program that continues; killed if it has not ended."""
+    """Start a program, and kill it at the end if it still runs."""
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     with subprocess.Popen(command, **pipes, text=True, env=ros) as process:  # type: ignore[call-overload]
         try:
@@ -65,7 +65,7 @@ def started(command: list[str], ros: Environment) -> Iterator[subprocess.Popen[s
 
 @contextmanager
 def listening(ros: Environment, node: str, bag: Path, *wanted: str) -> Iterator[dict[str, Any]]:
-    """What the listener saw of a node; it is complete behind the context."""
+    """Yield the data that a listener records about a node; it is complete after the context."""
     seen: dict[str, Any] = {}
     command = [sys.executable, str(PROGRAMS / "listener.py"), node, str(bag), *wanted]
     with started(command, ros) as process:
@@ -76,7 +76,7 @@ def listening(ros: Environment, node: str, bag: Path, *wanted: str) -> Iterator[
 
 
 def messages_in(bag: Path) -> dict[str, list[Any]]:
-    """The messages in a bag by their topics, as rosbags reads them."""
+    """Return the messages of a bag by topic, read by rosbags."""
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
 
@@ -92,7 +92,7 @@ def seconds(stamp: Any) -> float:
 
 
 def test_a_bag_of_a_run_has_its_results(ros: Environment, tmp_path: Path) -> None:
-    """Topics, namespace, latched ones, /clock, parameters; tendons as joints."""
+    """The bag has the topics, latched topics and /clock; the node has its parameters."""
     bag, out = tmp_path / "bag", tmp_path / "out"
     wanted = ("controller.kp", "controller.solver", "run.step")
     with listening(ros, "/arm/left/shown", bag, *wanted) as seen:
@@ -146,13 +146,13 @@ def test_a_bag_of_a_run_has_its_results(ros: Environment, tmp_path: Path) -> Non
 
 @contextmanager
 def device(ros: Environment, *words: str) -> Iterator[subprocess.Popen[str]]:
-    """An emulated device."""
+    """Start an emulated device."""
     given = ("--listen", "udp://127.0.0.1:0", "--watchdog", "5000", "--json", *words)
     with started(cardsflow("device", PLANAR_2R, *given), ros) as process:
         yield process
 
 
-def test_who_comes_late_gets_the_description(ros: Environment, tmp_path: Path) -> None:
+def test_a_late_subscriber_receives_the_description(ros: Environment, tmp_path: Path) -> None:
     with device(ros, "--publish", "ros2://right") as process:
         lines_until(process, "published as node /right/cardsflow")
         begin = time.time()
@@ -183,11 +183,11 @@ def test_a_run_drives_a_device_by_topics(ros: Environment, tmp_path: Path, contr
         assert any("ROS commands begin" in line for line in said)
     q = load_run(tmp_path / "out").columns([f"q.{name}" for name in JOINTS])
     assert np.isfinite(q).all()
-    assert (q[-1] != q[0]).all()  # it was driven
+    assert (q[-1] != q[0]).all()  # the device was driven
 
 
 def test_another_node_commands_tendons_as_joints(ros: Environment) -> None:
-    """By Float64MultiArray, and with the states of joints and tendons in one JointState."""
+    """It uses Float64MultiArray commands and one JointState with joints and tendons."""
     forces = [30.0, 15.0, 20.0, 15.0]
     with device(ros, "--ros2", "ros2://?timeout=0.5&controller=tendons") as process:
         lines_until(process, "commands from /tendons/commands")

@@ -1,4 +1,4 @@
-"""Recordings as independent readers see them: every byte, every value, every frame."""
+"""Recordings, checked with independent readers: bytes, values and frames."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ Messages = dict[str, list[tuple[int, Any]]]
 
 
 def run_of(robot: Robot, folder: Path, seconds: float = 0.5) -> ExperimentRunData:
-    """A made-up run of a robot: with rates, lengths, ticks without forces, and odd columns."""
+    """Return an artificial run with rates, lengths, ticks without forces, and other columns."""
     plain = waving(robot, seconds)
     rng = np.random.default_rng(5)
     names = coordinate_signals("qd", robot) + muscle_signals("l", robot)
@@ -52,9 +52,9 @@ def run_of(robot: Robot, folder: Path, seconds: float = 0.5) -> ExperimentRunDat
 
 
 def messages_in(file: Path) -> Messages:
-    """All messages by their topics, as rosbags reads them with the types in the file alone.
+    """Return all messages by topic, read by rosbags with the message types in the file.
 
-    What it writes of each message again are the same bytes.
+    Writing each message again must result in the same bytes.
     """
     from rosbags.rosbag2 import Reader
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -71,7 +71,7 @@ def messages_in(file: Path) -> Messages:
 
 
 def column(messages: Messages, topic: str, field: str) -> np.ndarray:
-    """A field of all messages of a topic."""
+    """Return a field of all messages of a topic."""
     return np.array([getattr(message, field) for _, message in messages[topic]])
 
 
@@ -86,7 +86,7 @@ ROBOTS = [
 @pytest.mark.cases(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
-def test_every_byte_and_every_value_comes_back(robot: Robot, tmp_path: Path) -> None:
+def test_all_bytes_and_values_round_trip(robot: Robot, tmp_path: Path) -> None:
     run = run_of(robot, tmp_path)
     recorded = write_recording(run, tmp_path / "run.mcap")
     messages = messages_in(recorded.file)
@@ -118,8 +118,8 @@ def test_every_byte_and_every_value_comes_back(robot: Robot, tmp_path: Path) -> 
 @pytest.mark.cases(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
-def test_frames_follow_from_the_description(robot: Robot, tmp_path: Path) -> None:
-    """/tf is what the URDF in the recording gives at its joint states, and where the links are."""
+def test_frames_agree_with_the_description(robot: Robot, tmp_path: Path) -> None:
+    """/tf agrees with the URDF at the recorded joint states, and with the link poses."""
     run = run_of(robot, tmp_path)
     messages = messages_in(write_recording(run, tmp_path / "run.mcap").file)
     (_, description), *more = messages["/robot_description"]
@@ -147,7 +147,7 @@ def test_frames_follow_from_the_description(robot: Robot, tmp_path: Path) -> Non
 
 
 def by_urdf(joint: ElementTree.Element, values: dict[str, float]) -> np.ndarray:
-    """The transform of a joint by URDF's definition."""
+    """Return the transform of a joint as defined by URDF."""
     origin = joint.find("origin")
     assert origin is not None
     T = np.eye(4)
@@ -168,7 +168,7 @@ def by_urdf(joint: ElementTree.Element, values: dict[str, float]) -> np.ndarray:
 
 
 def matrix(moved: Any) -> np.ndarray:
-    """A transform of a message."""
+    """Return the matrix of a transform message."""
     T, r = np.eye(4), moved.rotation
     T[:3, 3] = [moved.translation.x, moved.translation.y, moved.translation.z]
     T[:3, :3] = Rotation.from_quat([r.x, r.y, r.z, r.w]).as_matrix()
@@ -176,7 +176,7 @@ def matrix(moved: Any) -> np.ndarray:
 
 
 def chain(by_child: dict[str, Any], link: str) -> np.ndarray:
-    """T_world_link by the transforms of a message."""
+    """Return T_world_link from the transforms of a message."""
     T = np.eye(4)
     while link != WORLD:
         T = matrix(by_child[link].transform) @ T
@@ -191,8 +191,8 @@ def test_a_run_that_diverged_is_recorded_without_a_warning(tmp_path: Path) -> No
     assert write_recording(run, tmp_path / "run.mcap").topics
 
 
-def test_where_a_pose_is_no_number_its_orientation_is_none() -> None:
-    """As in rows of a run that diverged."""
+def test_orientations_that_are_not_finite_are_nan() -> None:
+    """Rows of a diverged run contain such poses."""
     R = np.stack([transform(turned_by(0.3))[:3, :3]] * 2)
     R[1, 0, 0] = np.nan
     quaternions = quaternion_values(R)
@@ -205,8 +205,8 @@ def turned_by(angle: float) -> Pose:
 
 
 @pytest.mark.slow
-def test_efforts_and_rates_are_those_of_the_muscle_jacobian(tmp_path: Path) -> None:
-    """By the principle of virtual work, with L by central differences of the lengths."""
+def test_efforts_and_rates_agree_with_the_muscle_jacobian(tmp_path: Path) -> None:
+    """The expected values use the principle of virtual work and central differences for L."""
     robot = random_robot(3)
     run = run_of(robot, tmp_path)
     messages = messages_in(write_recording(run, tmp_path / "run.mcap").file)
@@ -222,7 +222,7 @@ def test_efforts_and_rates_are_those_of_the_muscle_jacobian(tmp_path: Path) -> N
 
 
 @pytest.mark.slow
-def test_cables_are_where_their_points_are_and_coloured_by_tension(tmp_path: Path) -> None:
+def test_cables_contain_their_points_and_are_coloured_by_tension(tmp_path: Path) -> None:
     robot = planar_2r()
     run = run_of(robot, tmp_path)
     messages = messages_in(write_recording(run, tmp_path / "run.mcap").file)
@@ -248,8 +248,8 @@ def test_cables_are_where_their_points_are_and_coloured_by_tension(tmp_path: Pat
 
 
 @pytest.mark.slow
-def test_mcap_reads_what_rosbag2_keeps_beside_topics(tmp_path: Path) -> None:
-    """By the package mcap: schemas, qualities of service, hashes, meshes, checksums."""
+def test_the_file_contains_schemas_and_qualities_of_service(tmp_path: Path) -> None:
+    """Read by the package mcap: schemas, qualities of service, hashes, meshes, checksums."""
     from mcap.reader import make_reader
 
     experiment = Experiment.load(Path(__file__).parents[3] / "examples/roboy_left_arm")
@@ -277,7 +277,7 @@ def test_mcap_reads_what_rosbag2_keeps_beside_topics(tmp_path: Path) -> None:
         assert attached[name]
 
 
-def test_results_without_their_robot_and_hardware_are_recorded_too(
+def test_results_without_a_robot_and_hardware_recordings_are_converted(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     header = RecordingHeader(("f.a",), ("N",), ("q.b", "l.a"), ("rad", "m"), 1, 1e-3)
@@ -306,7 +306,7 @@ def test_results_without_their_robot_and_hardware_are_recorded_too(
 
 
 @pytest.mark.slow
-def test_a_run_leaves_a_recording_where_it_is_asked_for(tmp_path: Path) -> None:
+def test_a_run_writes_a_recording_if_requested(tmp_path: Path) -> None:
     settings = {"run.recording": "mcap", "run.duration": 0.05}
     result = run(Experiment.load(PLANAR_2R, settings), tmp_path / "out", coupling="direct")
     messages = messages_in(result.files["recording.mcap"])
@@ -321,13 +321,13 @@ def test_a_run_leaves_a_recording_where_it_is_asked_for(tmp_path: Path) -> None:
     assert not (tmp_path / "out/recording.mcap").exists()
 
 
-def test_times_are_nanoseconds_and_the_latest_where_there_are_none_so_late() -> None:
+def test_times_are_nanoseconds_and_are_clipped() -> None:
     times = nanoseconds(np.array([-1e-9, 1.5, 1e300, np.inf, -np.inf, np.nan]))
     assert times[:2].tolist() == [-1, 1_500_000_000]
     assert (np.abs(times[2:]) > 9.2e18).all()
 
 
-def test_a_run_without_rows_and_files_of_others_are_refused(tmp_path: Path) -> None:
+def test_runs_without_rows_and_files_of_other_programs_are_rejected(tmp_path: Path) -> None:
     empty = RunData(("time", "q.a"), np.zeros((0, 2)), {}, {"status": "incomplete"})
     with pytest.raises(InputError, match="no rows"):
         write_recording(empty, tmp_path / "run.mcap")
@@ -338,7 +338,7 @@ def test_a_run_without_rows_and_files_of_others_are_refused(tmp_path: Path) -> N
         convert_run(tmp_path / "a.csv", tmp_path / "theirs.mcap")
 
 
-def test_without_the_extra_one_line_names_it(
+def test_the_error_without_the_extra_names_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cardsflow: CommandLine
 ) -> None:
     import sys

@@ -1,4 +1,4 @@
-"""Addresses of nodes of ROS 2."""
+"""Addresses of ROS 2 nodes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from addin_sdfusion.robot import CardsflowError
 from cardsflow_fmu.ros_interface.address import NodeAddress, node_address
 
 
-def test_defaults_and_all_parts() -> None:
+def test_addresses_have_defaults_and_options() -> None:
     assert node_address("ros2://") == NodeAddress()
     given = node_address("ros2://Arm/left?domain=3&node=n&timeout=0.1&controller=tendons")
     assert given == NodeAddress("/Arm/left", "n", 3, 0.1, "tendons")
@@ -38,6 +38,6 @@ def test_defaults_and_all_parts() -> None:
         ("ros2://?depth=1", "remove depth"),
     ],
 )
-def test_what_is_no_address(uri: str, what: str) -> None:
+def test_invalid_addresses_are_rejected(uri: str, what: str) -> None:
     with pytest.raises(CardsflowError, match=re.escape(what)):
         node_address(uri)

@@ -1,6 +1,6 @@
-"""A device whose robot does nothing, for measuring the way to it; prints its address.
+"""Device whose robot does nothing, for measuring round trip times. It prints its address.
 
-With the word "bare" it is not a device: it answers any datagram with one as long as a state's.
+With the argument "bare" it only answers each datagram with one of the size of a state frame.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SIGNATURE = 0x0123_4567_89AB_CDEF
 
 
 class EchoRobot:
-    """Tells the commands that it was given."""
+    """Robot whose state is its last command."""
 
     commands, states = COMMANDS, STATES
 
@@ -46,7 +46,7 @@ class EchoRobot:
 
 
 def echo() -> NoReturn:
-    """What no device in Python can be quicker than."""
+    """Answer datagrams without a device: the lower limit of the time for a device in Python."""
     answer = bytes(HEADER_BYTES + 8 * STATES)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
         line.setblocking(False)

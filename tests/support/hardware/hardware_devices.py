@@ -1,4 +1,4 @@
-"""Devices for tests: a robot with a closed form, and a server of it in a thread."""
+"""Devices for tests: a robot with a closed-form solution, and its server in a thread."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ KEY = b"a key that is long enough"
 
 
 class Integrator:
-    """x' = u; its state is x, the time and the number of calls of `safe`.
+    """Robot with x' = u. Its state is x, the time and the number of calls of `safe`.
 
     Attributes:
-        given: Every command it was given.
-        failing: It fails at its next advance.
-        broken: What its first state value is instead, if it is not None.
+        given: All received commands.
+        failing: Whether the next call of `advance` fails.
+        broken: Replacement for the first state value, or None.
     """
 
     commands, states = COMMANDS, STATES
@@ -92,7 +92,7 @@ def robot_of(device: Device) -> Integrator:
 def served(
     device: Device, uri: str = "udp://127.0.0.1:0", line: Line | None = None
 ) -> Iterator[str]:
-    """The address of a device that is served meanwhile."""
+    """Serve a device in a thread; yield its address."""
     ended = threading.Event()
     with DeviceServer(device, uri, line=line) as server:
         thread = threading.Thread(target=server.run, args=(ended.is_set,))

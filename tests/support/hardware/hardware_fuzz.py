@@ -1,4 +1,4 @@
-"""Invalid frames: random ones, damaged ones, and old ones of other runs."""
+"""Invalid frames: random frames, damaged frames, and old frames of other runs."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ import zlib
 from collections.abc import Iterator, Sequence
 
 FRAMES = int(os.environ.get("CARDSFLOW_HARDWARE_FRAMES", "2000"))
-"""How many frames a test tries; 1000000 in the long run."""
+"""Number of frames per test; 1000000 in long test runs."""
 
 SPECIAL = [math.nan, math.inf, -math.inf, 1e308, -1e308, 5e-324, 0.0, -1.0, 1e9, 2.0**32, 2.0**63]
 
 
 def with_checksum(frame: bytes, *, signed: bool = False) -> bytes:
-    """A frame of 48 bytes or more, with its checksum put right, by the words of the protocol."""
+    """Return a frame of at least 48 bytes with a valid checksum, as the protocol defines it."""
     end = max(len(frame) - 32, 48) if signed else len(frame)
     head, body, tail = frame[:44], frame[48:end], frame[end:]
     return head + struct.pack("<I", zlib.crc32(head + bytes(4) + body)) + body + tail
 
 
 def bad_frames(samples: Sequence[bytes], count: int, seed: int) -> Iterator[bytes]:
-    """Random frames and damaged good ones, so many."""
+    """Yield a number of random frames and damaged valid frames."""
     chance = random.Random(seed)
     ways = [_random, _flipped, _flipped_and_summed, _cut, _stretched, _strange_values, _header]
     for _ in range(count):
@@ -67,7 +67,7 @@ def _strange_values(sample: bytes, chance: random.Random) -> bytes:
 
 
 def _header(sample: bytes, chance: random.Random) -> bytes:
-    """Fields of the header that mean something else, under a right checksum."""
+    """Return a frame with changed header fields and a valid checksum."""
     frame = bytearray(sample)
     form, at = chance.choice([("B", 4), ("B", 5), ("H", 6), ("I", 8), ("I", 12), ("H", 40)])
     most = 256 ** struct.calcsize(form) - 1

@@ -1,4 +1,4 @@
-"""Two machines on one: network namespaces with a cable between, and clocks that differ."""
+"""Two emulated machines: network namespaces with a virtual cable and different clocks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[3]
 CLOCK_AHEAD = 100_000
-"""By how much the monotonic clock of the device's machine is ahead, in [s]."""
+"""Offset of the monotonic clock of the device's machine, in [s]."""
 
 
 def _run(*words: str) -> bool:
@@ -22,12 +22,12 @@ def _run(*words: str) -> bool:
 
 @dataclass(frozen=True)
 class Machines:
-    """Two machines.
+    """Two emulated machines.
 
     Attributes:
-        controller, device: Names of their namespaces.
-        controller_address, device_address: Their addresses.
-        has_netem: Whether the kernel can shape what goes over the cable.
+        controller, device: Names of the namespaces.
+        controller_address, device_address: Network addresses.
+        has_netem: Whether the kernel can emulate faults of the cable.
     """
 
     controller: str
@@ -37,21 +37,21 @@ class Machines:
     has_netem: bool
 
     def command(self, machine: str, words: Sequence[object]) -> list[str]:
-        """A command of `cardsflow` on one of them."""
+        """Return a `cardsflow` command that runs on one of the machines."""
         clock = ["unshare", "--time", "--monotonic", str(CLOCK_AHEAD), "--fork", "--kill-child"]
         python = [sys.executable, "-m", "cardsflow_fmu.cli", *map(str, words)]
         return ["ip", "netns", "exec", machine, *(clock if machine == self.device else []), *python]
 
     def shape(self, delay: float, jitter: float, loss: float) -> list[object]:
-        """Shape both directions; what the kernel cannot do is left to the device's own line.
+        """Emulate delay and loss in both directions, by the kernel or by options of the device.
 
         Args:
-            delay: In [ms].
-            jitter: Largest change of it, in [ms].
-            loss: From 0 to 1.
+            delay: Delay, in [ms].
+            jitter: Maximum change of the delay, in [ms].
+            loss: Fraction of lost packets, from 0 to 1.
 
         Returns:
-            Options of the device.
+            Options for the device; empty if the kernel emulates the faults.
         """
         if not self.has_netem:
             return ["--delay", delay, "--jitter", jitter, "--loss", loss]
@@ -63,13 +63,13 @@ class Machines:
         return []
 
     def unplug(self) -> None:
-        """Take the cable out."""
+        """Unplug the cable."""
         assert _run("ip", "-n", self.controller, "link", "set", "cable", "down")
 
 
 @contextmanager
 def two_machines() -> Iterator[Machines | None]:
-    """Two machines; None if that is not permitted."""
+    """Yield two emulated machines, or None without the required permissions."""
     names = [f"cf{os.getpid()}{end}" for end in "ab"]
     if sys.platform != "linux" or not (shutil.which("ip") and shutil.which("unshare")):
         yield None

@@ -1,7 +1,7 @@
-"""A link to an emulated robot in virtual time: no test waits, and every run is the same.
+"""Link to an emulated robot in virtual time: tests need not wait, and runs are repeatable.
 
-Both sides are complete but for sockets: session, link and frames on one; faults, device and robot
-on the other. Time passes only while the link waits.
+Except for sockets, both sides are complete: session, link and frames on one side; faults, device
+and robot on the other. Virtual time advances only while the link waits.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from cardsflow_fmu.hardware.session import connect
 
 
 class WatchedRobot(EmulatedRobot):
-    """An emulated robot that records its commands, and requires forces within bounds."""
+    """Emulated robot that records its commands and requires forces within limits."""
 
     now: Callable[[], float] = staticmethod(lambda: 0.0)
 
@@ -48,13 +48,13 @@ class WatchedRobot(EmulatedRobot):
 
 
 class World(EmulatedWorld):
-    """An emulated world with events, other peers, and a watched robot.
+    """Emulated world with events, other peers, and a monitored robot.
 
     Args:
         experiment: The experiment.
         faults: Faults of the line.
         key: The pre-shared key of the device.
-        events: Functions by the time in [s] at which they are called, once.
+        events: Functions by the time in [s] at which each is called once.
 
     Attributes:
         intruders: Answers to other peers.
@@ -88,7 +88,7 @@ class World(EmulatedWorld):
         return min([super()._next_event(), *(t for t, _ in self._events[:1])])
 
     def _process(self) -> None:
-        """A device that follows has been commanded within its watchdog time."""
+        """Process events; require that a running device was commanded within its watchdog time."""
         while self._events and self._events[0][0] <= self.now:
             self._events.pop(0)[1](self)
         super()._process()
@@ -101,5 +101,5 @@ class World(EmulatedWorld):
 
 
 def live_in(monkeypatch: pytest.MonkeyPatch, world: World) -> None:
-    """Let all links opened from now on lead to the world's device, by the world's clock."""
+    """Connect all links opened from now on to the device of the world, with its clock."""
     monkeypatch.setattr(connect, "open_link", lambda uri, key, **_: EmulatedLink(world, key=key))

@@ -1,4 +1,4 @@
-"""Nodes of one process without a middleware: what one publishes the others have at once."""
+"""Nodes in one process without a middleware: messages are delivered immediately."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from cardsflow_fmu.ros_interface.node import End, Received, Topic, Values
 
 
 def as_message(values: object) -> object:
-    """A message with its fields as attributes, as rclpy has them."""
+    """Return a message with its fields as attributes, like in rclpy."""
     if not isinstance(values, Mapping):
         return values
     return SimpleNamespace(**{field: as_message(value) for field, value in values.items()})
 
 
 class BusInbox:
-    """The messages of a topic."""
+    """Queue of the messages of a topic."""
 
     def __init__(self) -> None:
         self.messages: deque[Received] = deque(maxlen=10)
@@ -43,7 +43,7 @@ class BusInbox:
 
 
 class Bus:
-    """What the nodes are connected by."""
+    """Connection between nodes."""
 
     def __init__(self, *, unknown: tuple[str, ...] = ()) -> None:
         self.unknown = unknown
@@ -52,12 +52,12 @@ class Bus:
         self.numbers = itertools.count(1)
 
     def node(self, address: NodeAddress | None = None) -> BusNode:
-        """Another node."""
+        """Return a new node."""
         return BusNode(self)
 
 
 class BusNode:
-    """A node; each has one identity as a publisher."""
+    """Node with one identity as a publisher."""
 
     def __init__(self, bus: Bus) -> None:
         self._bus, self.identity = bus, next(bus.numbers)

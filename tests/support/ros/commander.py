@@ -1,4 +1,4 @@
-"""A node of rclpy without our code, which holds a robot as a forward_command_controller does.
+"""Node that uses rclpy and commands constant forces like a forward_command_controller.
 
     python commander.py COMMANDS STATES SECONDS FORCE ...
 

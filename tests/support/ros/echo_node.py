@@ -1,8 +1,8 @@
-"""A node that answers every command with a state at once, for measuring the way to it.
+"""Node that answers every command with a state, for measuring round trip times.
 
     python echo_node.py ros2://...
 
-It says `up` once it has a subscription.
+It prints `up` once it has a subscription.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def echo(uri: str) -> NoReturn:
             if message is not None:
                 values = reader.read(message, time.monotonic())
                 if values is None:
-                    reader.start()  # of the next block, which is another publisher
+                    reader.start()  # belongs to the next block, which has another publisher
                 else:
                     state[:4] = values["effort"]
             values = topics.state_values(time.time_ns(), state, rates, RUNNING)

@@ -1,9 +1,9 @@
-"""A ROS 2 for tests: that of this Python if one is sourced, else wheels of Jazzy in a cache.
+"""ROS 2 for tests: the sourced distribution, or otherwise wheels of Jazzy in a cache.
 
     python jazzy.py
 
-installs the wheels. They lie next to the environment of the tests, as a distribution of ROS does:
-the paths of the environment variables lead to them.
+installs the wheels. They are not part of the test environment, like a ROS distribution:
+environment variables contain the paths.
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ _SITE = "lib/python3.11/site-packages"
 
 
 class NoRosError(Exception):
-    """There is no ROS 2 for tests here; the text says why."""
+    """ROS 2 is not available for tests; the message contains the reason."""
 
 
 @functools.cache
 def ros_paths() -> dict[str, str]:
-    """The environment variables that lead to ROS 2.
+    """Return the environment variables for ROS 2.
 
     Raises:
-        NoRosError: There is none, and the wheels cannot be installed.
+        NoRosError: ROS 2 is not installed, and the wheels cannot be installed.
     """
     if find_spec("rclpy") is not None:
         return {}
@@ -55,7 +55,7 @@ def ros_paths() -> dict[str, str]:
 
 
 def ros_environment() -> dict[str, str]:
-    """The environment of programs in a ROS domain of their own, over loopback alone."""
+    """Return the environment for programs in a separate ROS domain, over loopback only."""
     environment = dict(os.environ)
     for name, paths in ros_paths().items():
         joined = [paths, environment.get(name, "")] if name.endswith("PATH") else [paths]
@@ -67,7 +67,7 @@ def ros_environment() -> dict[str, str]:
 
 
 def _installed() -> Path:
-    """The folder of the wheels, which are installed if they are not there yet."""
+    """Return the folder of the wheels; install them if necessary."""
     here = (sys.version_info[:2], sys.platform, platform.machine())
     if here != ((3, 11), "linux", "x86_64"):
         raise NoRosError("wheels of ROS 2 Jazzy are for Python 3.11 on Linux, x86_64")
@@ -91,7 +91,7 @@ def _install(prefix: Path) -> None:
     done = subprocess.run([*command, *PACKAGES], capture_output=True, text=True, check=False)
     if done.returncode:
         raise NoRosError(f"wheels of ROS 2 Jazzy cannot be installed: {done.stderr.strip()[-200:]}")
-    for folder in (prefix / _SITE).glob("numpy*"):  # the one of the tests' environment is used
+    for folder in (prefix / _SITE).glob("numpy*"):  # the version of the test environment is used
         shutil.rmtree(folder)
 
 

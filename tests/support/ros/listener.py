@@ -1,9 +1,9 @@
-"""A node of rclpy without our code: it records every topic of a node, as `ros2 bag record -a` does.
+"""Node that uses rclpy and records all topics of another node, like `ros2 bag record -a`.
 
     python listener.py NODE BAG [PARAMETER ...]
 
-It says `up`, listens until its input ends, writes the bag by rosbags, and prints as JSON what it
-saw of the graph, and the node's parameters.
+It prints `up`, listens until its input ends, writes a bag with rosbags, and prints as JSON the
+recorded graph and the node's parameters.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ MAX_WAIT = 20.0
 
 
 class Recorder:
-    """The messages of all topics, as bytes, in the order in which they came."""
+    """Recorder of the messages of all topics, as bytes, in the order of arrival."""
 
     def __init__(self, node: Node) -> None:
         self.node = node
@@ -38,7 +38,7 @@ class Recorder:
         self.messages: list[tuple[str, int, bytes]] = []
 
     def discover(self) -> None:
-        """Subscribe to what is new in the graph."""
+        """Subscribe to new topics of the graph."""
         for name, (kind, *_) in self.node.get_topic_names_and_types():
             if name in self.topics or name in ("/rosout", "/parameter_events"):
                 continue
@@ -58,7 +58,7 @@ class Recorder:
         return lambda content: self.messages.append((name, time.time_ns(), bytes(content)))
 
     def write(self, folder: Path) -> None:
-        """Write a bag of rosbag2."""
+        """Write a rosbag2 bag."""
         store = get_typestore(Stores.ROS2_JAZZY)
         with Writer(folder, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
             connections = {
@@ -74,8 +74,8 @@ def answer(node: Node, future: Any) -> Any:
     return future.result()
 
 
-def parameters_of(node: Node, name: str, wanted: list[str]) -> dict[str, Any]:
-    """Values of parameters, and what the node says to a change of the first."""
+def read_parameters(node: Node, name: str, wanted: list[str]) -> dict[str, Any]:
+    """Return the values of parameters, and the node's answer to a change of the first one."""
     client = AsyncParameterClient(node, name)
     client.wait_for_services(MAX_WAIT)
     values = answer(node, client.get_parameters(wanted)).values
@@ -109,7 +109,7 @@ def listen(name: str, folder: Path, wanted: list[str]) -> dict[str, Any]:
             f"{space.rstrip('/')}/{own}" for own, space in node.get_node_names_and_namespaces()
         }
         if wanted and not parameters and name in nodes:
-            parameters = parameters_of(node, name, wanted)
+            parameters = read_parameters(node, name, wanted)
     recorder.write(folder)
     now = node.get_clock().now().nanoseconds * 1e-9
     node.destroy_node()

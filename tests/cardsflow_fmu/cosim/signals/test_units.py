@@ -22,20 +22,20 @@ FAHRENHEIT = Unit("degF", KNOWN_UNITS["m"].exponents, 5 / 9, 273.15 - 32 * 5 / 9
         ("N.mm", "kN.m", 1e6, 1.0),
     ],
 )
-def test_values_read_in_another_unit(
+def test_values_are_converted_to_another_unit(
     source: str, target: str, value: float, expected: float
 ) -> None:
     change = conversion(KNOWN_UNITS[source], KNOWN_UNITS[target])
     assert change.factor * value + change.offset == pytest.approx(expected, rel=1e-15)
 
 
-def test_offsets_are_minded() -> None:
+def test_offsets_of_units_are_applied() -> None:
     change = conversion(CELSIUS, FAHRENHEIT)
     assert change.factor * 100.0 + change.offset == pytest.approx(212.0)
     assert conversion(FAHRENHEIT, CELSIUS).offset == pytest.approx(-32 * 5 / 9)
 
 
-def test_the_same_unit_changes_nothing() -> None:
+def test_equal_units_need_no_conversion() -> None:
     assert conversion(KNOWN_UNITS["N"], KNOWN_UNITS["N"]) == Conversion()
     assert conversion(None, None).is_identity
     assert conversion(Unit("brightness", None), Unit("brightness", None)).is_identity
@@ -63,7 +63,7 @@ def test_the_same_unit_changes_nothing() -> None:
         (Unit("a", None), KNOWN_UNITS["N"], "an undefined unit is not kg.m.s-2"),
     ],
 )
-def test_units_that_do_not_fit_are_refused(
+def test_incompatible_units_are_rejected(
     source: Unit | None, target: Unit | None, message: str
 ) -> None:
     with pytest.raises(InputError) as caught:
@@ -72,8 +72,8 @@ def test_units_that_do_not_fit_are_refused(
 
 
 @pytest.mark.parametrize("wrong", [(0.0, 0.0), (math.nan, 0.0), (1.0, math.inf)])
-def test_units_without_a_scale_are_refused(wrong: tuple[float, float]) -> None:
+def test_units_with_an_invalid_factor_are_rejected(wrong: tuple[float, float]) -> None:
     flat = Unit("flat", KNOWN_UNITS["m"].exponents, *wrong)
     for pair in ((flat, KNOWN_UNITS["m"]), (KNOWN_UNITS["m"], flat)):
-        with pytest.raises(InputError, match="'flat' is defined by factor"):
+        with pytest.raises(InputError, match="'flat' has the invalid factor"):
             conversion(*pair)

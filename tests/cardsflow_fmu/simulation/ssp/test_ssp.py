@@ -310,7 +310,7 @@ def test_names_of_components_are_no_paths(system: Path, tmp_path: Path, name: st
         ('rad="0.5"', "exponents of units must be integers"),
         ('rad="1" factor="q"', "factor must be a finite number, not 'q'"),
         ('rad="1" offset="nan"', "offset must be a finite number, not 'nan'"),
-        ('rad="1" factor="0"', "'rad' is defined by factor 0 and offset 0"),
+        ('rad="1" factor="0"', "'rad' has the invalid factor 0 or offset 0"),
     ],
 )
 def test_invalid_units_are_rejected(system: Path, tmp_path: Path, new: str, message: str) -> None:

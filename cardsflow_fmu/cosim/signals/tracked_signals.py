@@ -1,4 +1,4 @@
-"""Signals that follow a reference: joint positions or task coordinates."""
+"""Signals that track a reference: joint positions or task coordinates."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from .ports import coordinate_signals, task_signals, task_units
 
 
 @dataclass(frozen=True, slots=True)
-class Followed:
-    """Signal that follows a desired signal.
+class TrackedSignal:
+    """Signal that tracks a desired signal.
 
     Attributes:
         actual, desired: Names of the signals.
-        unit: Unit of both; empty if unknown.
-        turns: Whether they are angles modulo a turn.
+        unit: Unit of both signals; empty if unknown.
+        turns: Whether they are angles modulo 2 pi.
     """
 
     actual: str
@@ -35,13 +35,15 @@ class Followed:
         return np.remainder(error + np.pi, 2.0 * np.pi) - np.pi if self.turns else error
 
 
-def followed_signals(robot: Robot, space: Space, passive: Sequence[bool] = ()) -> list[Followed]:
-    """Return the positions that follow a reference.
+def tracked_signals(
+    robot: Robot, space: Space, passive: Sequence[bool] = ()
+) -> list[TrackedSignal]:
+    """Return the positions that track a reference.
 
     Args:
         robot: The robot.
         space: Whether the reference is in joint or operational space.
-        passive: Whether each coordinate is passive; empty if none is.
+        passive: Whether each coordinate is passive, or empty if no coordinate is.
     """
     if space == "joint":
         names, prefixes = coordinate_signals, ("q", "q_d")
@@ -49,21 +51,23 @@ def followed_signals(robot: Robot, space: Space, passive: Sequence[bool] = ()) -
     else:
         names, prefixes, units = task_signals, ("y", "y_d"), task_units(robot)
     rows = zip(*(names(prefix, robot) for prefix in prefixes), units, strict=True)
-    follow = [Followed(a, d, unit, space != "joint" and unit == "rad") for a, d, unit in rows]
-    return [one for k, one in enumerate(follow) if not (passive and passive[k])]
+    signals = [TrackedSignal(a, d, unit, space != "joint" and unit == "rad") for a, d, unit in rows]
+    return [signal for k, signal in enumerate(signals) if not (passive and passive[k])]
 
 
-def followed_by_name(names: Sequence[str], units: Mapping[str, str]) -> list[Followed]:
-    """Return the positions with a desired position: `q.elbow` and `q_d.elbow`."""
+def tracked_signals_by_name(names: Sequence[str], units: Mapping[str, str]) -> list[TrackedSignal]:
+    """Return the positions that have a desired position, such as `q.elbow` and `q_d.elbow`."""
     known = set(names)
     return [
-        Followed(name, desired, units.get(name, ""), name[0] == "y" and units.get(name) == "rad")
+        TrackedSignal(
+            name, desired, units.get(name, ""), name[0] == "y" and units.get(name) == "rad"
+        )
         for name in names
         if name.startswith(("q.", "y.")) and (desired := f"{name[0]}_d{name[1:]}") in known
     ]
 
 
-def tracking_unit(followed: Iterable[Followed]) -> str:
-    """Return the unit of the norm of all errors; `rad and m` if they differ."""
-    units = {signal.unit for signal in followed}
+def tracking_unit(signals: Iterable[TrackedSignal]) -> str:
+    """Return the unit of the norm of all errors, or `rad and m` if the units differ."""
+    units = {signal.unit for signal in signals}
     return units.pop() if len(units) == 1 else "rad and m"
