@@ -151,7 +151,7 @@ class RowTopics:
             names: Names of all objects in the robot, or None if unknown.
 
         Returns:
-            Names by the form in which columns contain them.
+            Names of the objects by the identifiers that columns contain.
         """
         in_columns = {
             name.partition(".")[2]: name.partition(".")[2]
@@ -183,7 +183,7 @@ class _Table(NamedTuple):
 
     Attributes:
         topic: The topic.
-        names: Names of the joints, by the form in which columns contain them.
+        names: Names of the joints by the identifiers that columns contain.
         position, velocity, effort: Values, shape (K, n) each, or None to omit them.
     """
 

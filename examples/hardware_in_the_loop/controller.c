@@ -36,7 +36,7 @@ enum { COMMANDS = MUSCLES, STATES = 2 * COORDINATES + 2 * MUSCLES, ROWS = TASKS 
 enum { HELLO_VALUES = 7, ACK_VALUES = 9, MAX_VALUES = ACK_VALUES + STATES };
 #include "frame.h"
 
-static const uint64_t SECOND = 1000000000, REPEAT = 20000000;  /* fraction of a step, [s], [rad] or [m] */
+static const uint64_t SECOND = 1000000000, REPEAT = 20000000;  /* [ns] */
 static const double PATIENCE = 0.6, RAMP_DOWN = 0.5, NEAR = 0.1; /* fraction of a step, [s], [rad] or [m] */
 enum { HELLOS = 40, STOPS = 10 };
 #ifndef MAX_MISSED
@@ -171,7 +171,7 @@ static void ramp_down(long tick)
     const long steps = (long)(RAMP_DOWN / STEP + 0.5);
     double top[MUSCLES];
     memcpy(top, forces, sizeof top);
-    ended = 0; /* a second Ctrl-C ends the program at once */
+    ended = 0; /* a second Ctrl-C ends the ramp */
     for (long left = steps, missed = 0; left-- && !ended && missed <= most_missed(); tick++) {
         for (int i = 0; i < MUSCLES; i++)
             forces[i] = F_MIN[i] + (double)left / (double)steps * (top[i] - F_MIN[i]);

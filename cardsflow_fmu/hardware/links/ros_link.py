@@ -92,10 +92,10 @@ class RosLink:
         self.close()
         if handshake.lockstep:
             what = "topics do not support lockstep: set hardware.mode = 'realtime', or use udp://"
-            raise HardwareError(f"no link to {self.uri}: {what}")
+            raise HardwareError(f"cannot connect to {self.uri}: {what}")
         if self.silence < 2.0 * handshake.step:
             what = f"the timeout of {self.silence:g} s is shorter than two steps"
-            raise HardwareError(f"no link to {self.uri}: {what}")
+            raise HardwareError(f"cannot connect to {self.uri}: {what}")
         self._node = node = open_node(self._address)
         try:
             self._inbox = node.subscribe(self._topics.states_topic)
@@ -123,11 +123,13 @@ class RosLink:
             if state is not None and subscribers:
                 if node.types(commands, "publisher"):
                     what = "another node publishes commands; stop that node first"
-                    raise HardwareError(f"no link to {self.uri}: {what}")
+                    raise HardwareError(f"cannot connect to {self.uri}: {what}")
                 self.start_state = state[1]
                 return
         missing = self._missing_part(node)
-        raise HardwareError(f"no link to {self.uri} within {self._open_timeout:g} s: {missing}")
+        raise HardwareError(
+            f"cannot connect to {self.uri} within {self._open_timeout:g} s: {missing}"
+        )
 
     def _missing_part(self, node: Node) -> str:
         """Return a description of the missing or unsuitable topic."""

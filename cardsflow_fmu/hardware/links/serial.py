@@ -52,7 +52,7 @@ class SerialLink(FramedLink):
         try:
             self._line = serial.Serial(self._path, self._baud, timeout=0, exclusive=True)
         except (OSError, ValueError) as error:
-            raise HardwareError(f"no link to {self.uri}: {error}") from error
+            raise HardwareError(f"cannot connect to {self.uri}: {error}") from error
         self._line.reset_input_buffer()
         self._is_last_complete = False  # the next frame begins with a zero, which ends earlier data
         self._unstuffer = Unstuffer(MAX_BYTES)

@@ -56,10 +56,14 @@ class UdpLink(FramedLink):
                 line.bind((self._bind, 0))
             line.connect(address)
             if line.fileno() >= _MAX_DESCRIPTORS:
-                raise HardwareError(f"no link to {self.uri}: this process has too many open files")
+                raise HardwareError(
+                    f"cannot connect to {self.uri}: this process has too many open files"
+                )
         except OSError as error:
             line.close()
-            raise HardwareError(f"no link to {self.uri}: {error.strerror or error}") from error
+            raise HardwareError(
+                f"cannot connect to {self.uri}: {error.strerror or error}"
+            ) from error
         except HardwareError:
             line.close()
             raise

@@ -552,8 +552,11 @@ def test_invalid_addresses_are_rejected(uri: str, message: str) -> None:
     ("make", "message"),
     [
         (lambda: UdpLink("udp://no.such.host.invalid:5005"), "unknown host"),
-        (lambda: UdpLink("udp://127.0.0.1:5005", bind="192.0.2.1"), "no link"),
-        (lambda: open_link("serial:///dev/no-such-line"), "no link to serial:///dev/no-such-line"),
+        (lambda: UdpLink("udp://127.0.0.1:5005", bind="192.0.2.1"), "cannot connect"),
+        (
+            lambda: open_link("serial:///dev/no-such-line"),
+            "cannot connect to serial:///dev/no-such-line",
+        ),
     ],
 )
 def test_a_link_that_cannot_be_opened_is_named(

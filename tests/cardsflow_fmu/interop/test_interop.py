@@ -66,7 +66,7 @@ class System(NamedTuple):
     names: list[str]
 
 
-def parse_settings(step: float, steps: int) -> dict[str, float]:
+def run_settings(step: float, steps: int) -> dict[str, float]:
     return {"run.duration": step * steps, "run.step": step, "controller.period": step}
 
 
@@ -80,7 +80,7 @@ def bare(tmp_path_factory: pytest.TempPathFactory) -> BareEnvironment:
 def system(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> System:
     case: Case = request.param
     folder = tmp_path_factory.mktemp(case.example)
-    experiment = Experiment.load(EXAMPLES / case.example, parse_settings(case.step, case.steps))
+    experiment = Experiment.load(EXAMPLES / case.example, run_settings(case.step, case.steps))
     build(experiment, folder, compute=COMPUTE[case.native])
     components = read_system(unpack_ssp(folder / "system.ssp", folder / "unpacked")).components
     names = [  # all except computing times
@@ -178,7 +178,7 @@ def test_unconnected_native_plant_and_controller_run_in_fmpy(
     bare: BareEnvironment, example: str, version: FmiVersion, arrays: bool, tmp_path: Path
 ) -> None:
     """FMPy validates the FMUs; final positions and forces are the same as with FMI 2.0."""
-    experiment = Experiment.load(EXAMPLES / example, parse_settings(NATIVE_STEP, NATIVE_STEPS))
+    experiment = Experiment.load(EXAMPLES / example, run_settings(NATIVE_STEP, NATIVE_STEPS))
     fmus = build(experiment, tmp_path / "out", fmi=version, arrays=arrays, compute="c")
     plain = build(experiment, tmp_path / "plain", compute="c")
     signals = {
@@ -212,7 +212,7 @@ def test_checkers_report_no_problems_in_native_fmus(
 ) -> None:
     """`fmpy validate` and, if it is installed, `fmutool -check`."""
     files = build(
-        Experiment.load(EXAMPLES / example, parse_settings(NATIVE_STEP, NATIVE_STEPS)),
+        Experiment.load(EXAMPLES / example, run_settings(NATIVE_STEP, NATIVE_STEPS)),
         tmp_path,
         fmi=version,
         arrays=arrays,
