@@ -311,7 +311,7 @@ def test_a_key_signs_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_invalid_keys_are_rejected_and_readable_ones_cause_a_warning(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="holds 8 bytes; a key needs at least 16"):
+    with pytest.raises(InputError, match="contains 8 bytes; a key needs at least 16"):
         read_key(key_file(tmp_path, length=8))
     with pytest.raises(InputError):
         read_key(tmp_path)
