@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import re
 import sqlite3
 import struct
 import zlib
@@ -26,7 +27,13 @@ _QUERY = (
     "JOIN topics ON messages.topic_id = topics.id "
     "WHERE topics.type = ? AND topics.serialization_format = 'cdr' AND length(messages.data) < ?"
 )
-_COMPUTED_COLUMNS = "SELECT count(*) FROM pragma_table_xinfo(?) WHERE hidden"
+_DATABASE_SCHEMA = "SELECT type, name, sql FROM main.sqlite_master"
+_PLAIN = re.compile(r"CREATE\s+(TABLE|INDEX|UNIQUE\s+INDEX)\s", re.IGNORECASE)
+_COLUMNS = "PRAGMA main.table_xinfo({})"
+_HIDDEN = 6
+"""Column of `_COLUMNS` that is not 0 for hidden and computed columns."""
+_MAX_ROW = 2 * limits.MIB
+"""Maximum size of a text, a blob and a row in SQLite."""
 _OPERATIONS, _ROUNDS = 1_000_000, 300
 """Number of SQLite instructions per progress call, and maximum number of calls."""
 
@@ -103,11 +110,24 @@ def _database_messages(file: Path, _: Budget) -> Iterator[Message]:
     with contextlib.closing(sqlite3.connect(place, uri=True)) as database:
         rounds = count(1)
         database.set_progress_handler(lambda: next(rounds) > _ROUNDS, _OPERATIONS)
-        for table in ("topics", "messages"):
-            if database.execute(_COMPUTED_COLUMNS, (table,)).fetchone()[0]:
-                raise InputError(f"its table {table} has computed columns")
+        database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _MAX_ROW)
+        _require_plain(database)
         database.set_authorizer(_authorize)
         yield from map(Message._make, database.execute(_QUERY, (TYPE, _MAX_BYTES)))
+
+
+def _require_plain(database: sqlite3.Connection) -> None:
+    """Check that a database only has plain tables and indices, without computed columns.
+
+    Virtual tables could replace what later queries read. Each statement names the schema, since
+    tables of the file may have the names of SQLite's own tables and functions.
+    """
+    for kind, name, sql in database.execute(_DATABASE_SCHEMA):
+        if sql is not None and _PLAIN.match(sql) is None:
+            raise InputError(f"its {kind} {name!r} is not allowed: only plain tables are read")
+    for table in ("topics", "messages"):
+        if any(row[_HIDDEN] for row in database.execute(_COLUMNS.format(table))):
+            raise InputError(f"its table {table} has computed columns")
 
 
 def _authorize(

@@ -7,6 +7,7 @@ import io
 import os
 import struct
 import zipfile
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath
 from typing import BinaryIO
@@ -22,6 +23,8 @@ _UNIX = 3
 _READABLE = 0o644 << 16
 _DIRECTORY_END = struct.Struct("<4s4H2LH")
 _LARGE_DIRECTORY = b"PK\x06\x07"
+_PIECE = 1 << 16
+"""Number of bytes that are unpacked at once."""
 _MAX_COMMENT = 2**16
 _MAX_NAME = 1000
 
@@ -151,9 +154,14 @@ def _archive(stream: BinaryIO) -> zipfile.ZipFile:
             raise InputError("is an archive with too many files")
     stream.seek(0)
     archive = zipfile.ZipFile(stream)
-    if len(archive.infolist()) > limits.ARCHIVE_ENTRIES:
+    names = archive.namelist()
+    if len(names) > limits.ARCHIVE_ENTRIES:
         archive.close()
         raise InputError(f"is an archive with more than {limits.ARCHIVE_ENTRIES} files")
+    if len(set(names)) < len(names):
+        archive.close()
+        twice = max(names, key=Counter(names).__getitem__)
+        raise InputError(f"contains two files with the name {twice!r}")
     return archive
 
 
@@ -172,7 +180,12 @@ def read_entry(archive: zipfile.ZipFile, entry: str | zipfile.ZipInfo, largest: 
     info = archive.getinfo(entry) if isinstance(entry, str) else entry
     if info.file_size > largest:
         raise InputError(f"its {info.filename} {limits.too_large(largest)}")
-    return archive.read(info)
+    content = bytearray()
+    with archive.open(info) as stream:
+        # In pieces: one read would unpack a member that is larger than the archive states.
+        while piece := stream.read(_PIECE):
+            content += piece
+    return bytes(content)
 
 
 def require_inside(name: str, path: Path) -> None:

@@ -82,7 +82,10 @@ def _packed_files(fmu: bytes) -> dict[str, bytes]:
             return {}
         if sum(entry.file_size for entry in entries.values()) > limits.UNPACKED_IN_MEMORY:
             return {}
-        return {name: archive.read(entry) for name, entry in entries.items()}
+        return {
+            name: entry_bytes(archive, entry, limits.UNPACKED_IN_MEMORY)
+            for name, entry in entries.items()
+        }
 
 
 def _is_experiment_file(name: str) -> bool:

@@ -186,7 +186,20 @@ def test_sql_in_a_database_is_not_executed(messages: str, tmp_path: Path) -> Non
         database.execute(f"CREATE {messages}")
         if "TABLE" in messages:
             database.executemany("INSERT INTO messages VALUES (?, ?)", [(1, k) for k in range(9)])
-    with pytest.raises(InputError, match=r"prohibited|not authorized|computed"):
+    with pytest.raises(InputError, match=r"only plain tables are read|computed"):
+        read_joint_states(tmp_path / "a.db3")
+
+
+@pytest.mark.parametrize("computed", ["hex(zeroblob(20000000))", "instr(zeroblob(9), 'a')"])
+def test_virtual_table_does_not_hide_computed_columns(computed: str, tmp_path: Path) -> None:
+    with contextlib.closing(sqlite3.connect(tmp_path / "a.db3")) as database, database:
+        database.execute("CREATE TABLE topics(id, name, type, serialization_format)")
+        topic = (1, "/joint_states", "sensor_msgs/msg/JointState", "cdr")
+        database.execute("INSERT INTO topics VALUES (?, ?, ?, ?)", topic)
+        database.execute(f"CREATE TABLE messages(topic_id, timestamp, data AS ({computed}))")
+        database.execute("INSERT INTO messages VALUES (1, 1)")
+        database.execute("CREATE VIRTUAL TABLE pragma_table_xinfo USING fts4(arg, hidden)")
+    with pytest.raises(InputError, match="only plain tables are read"):
         read_joint_states(tmp_path / "a.db3")
 
 
