@@ -14,7 +14,7 @@ from addin_sdfusion.robot import InputError, UnknownNameError, limits
 from addin_sdfusion.robot.files import read_file, write_files
 from addin_sdfusion.robot.model.trajectory import Space, Trajectory
 from cardsflow_fmu.experiment.config.names import Names
-from cardsflow_fmu.utils.archive import entry_bytes, open_archive
+from cardsflow_fmu.utils.archive import open_archive, read_entry
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.csv_table import csv_text, read_csv, require_table
 from cardsflow_fmu.utils.opensim_table import FILE_TYPES as OPENSIM
@@ -139,7 +139,7 @@ def _numpy_columns(file: Path, spaces: Mapping[Space, Names]) -> Columns:
         if sum(entry.file_size for entry in entries) > limits.ARRAYS:
             raise InputError(f"unpacked it {limits.too_large(limits.ARRAYS)}")
         arrays = {
-            entry.filename.removesuffix(".npy"): _array(entry_bytes(archive, entry, limits.ARRAYS))
+            entry.filename.removesuffix(".npy"): _array(read_entry(archive, entry, limits.ARRAYS))
             for entry in entries
         }
     if sum(map(_count, arrays.values())) > limits.MOTION_VALUES:

@@ -83,7 +83,7 @@ def _packed_files(fmu: bytes) -> dict[str, bytes]:
         if sum(entry.file_size for entry in entries.values()) > limits.UNPACKED_IN_MEMORY:
             return {}
         return {
-            name: entry_bytes(archive, entry, limits.UNPACKED_IN_MEMORY)
+            name: read_entry(archive, entry, limits.UNPACKED_IN_MEMORY)
             for name, entry in entries.items()
         }
 

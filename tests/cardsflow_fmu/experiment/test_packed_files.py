@@ -296,7 +296,7 @@ def test_stored_warnings_do_not_contain_the_path_of_a_key(home: Path) -> None:
     }
     experiment = Experiment.load(home / "arm", settings)
     (warning,) = experiment.warnings()
-    assert "hardware.key_file: others can read this key" in warning
+    assert "hardware.key_file: other users can read this key" in warning
     assert str(home) not in warning
     for name, data in resource_bytes(experiment, with_hardware=True).items():
         assert b"device.key" not in data, name
