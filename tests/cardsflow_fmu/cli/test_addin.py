@@ -1,4 +1,4 @@
-"""The add-in from outside Fusion: exports of snapshots, installation, archive."""
+"""Tests of the add-in outside of Fusion: export of snapshots, installation, archive."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ WRONG = Finding("error", "wrong", "joint 'a' is broken", Subject("joint", "a"))
 
 @pytest.fixture
 def given(monkeypatch: pytest.MonkeyPatch) -> list[DesignSnapshot]:
-    """Whatever the design, the paper's arm is built from it; returns the designs."""
+    """Replace the builder: it returns the arm of the paper for any design; return the designs."""
     seen: list[DesignSnapshot] = []
 
     def build_robot(snapshot: DesignSnapshot) -> SimpleNamespace:
@@ -47,7 +47,7 @@ def snapshot(folder: Path, name: str = "arm") -> str:
     return str(write_snapshot(DesignSnapshot(name, settings), folder / f"{name}.json"))
 
 
-def test_a_snapshot_is_exported(tmp_path, given, capsys):
+def test_snapshot_is_exported(tmp_path, given, capsys):
     file = snapshot(tmp_path)
     assert main(["addin", "export-snapshot", file, "-o", str(tmp_path / "out")]) == 0
     printed = capsys.readouterr()
@@ -68,7 +68,7 @@ def test_settings_of_the_export_can_be_changed(tmp_path, given):
     assert list((tmp_path / "o").glob("*.osim"))
 
 
-def test_json(tmp_path, given, capsys):
+def test_export_prints_json(tmp_path, given, capsys):
     file = snapshot(tmp_path)
     assert main(["addin", "export-snapshot", file, "-o", str(tmp_path / "o"), "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
@@ -76,7 +76,7 @@ def test_json(tmp_path, given, capsys):
     assert DOUBT.as_dict() in printed["findings"]
 
 
-def test_errors_of_the_design_are_all_listed(tmp_path, given, capsys):
+def test_all_errors_of_the_design_are_listed(tmp_path, given, capsys):
     file = snapshot(tmp_path, "broken")
     assert main(["addin", "export-snapshot", file, "-o", str(tmp_path / "o")]) == 1
     printed = capsys.readouterr()
@@ -98,14 +98,14 @@ def test_errors_of_the_design_are_all_listed(tmp_path, given, capsys):
         (["--set", "visual=1"], "--set.visual: must be of type bool"),
     ],
 )
-def test_a_wrong_setting_is_one_line(tmp_path, given, capsys, words, message):
+def test_invalid_export_setting_is_reported_in_one_line(tmp_path, given, capsys, words, message):
     file = snapshot(tmp_path)
     assert main(["addin", "export-snapshot", file, "-o", str(tmp_path / "o"), *words]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith(f"cardsflow: {message}")
 
 
-def test_what_is_no_snapshot_or_no_folder_is_one_line(tmp_path, given, capsys):
+def test_invalid_snapshot_or_folder_is_reported_in_one_line(tmp_path, given, capsys):
     (tmp_path / "bad.json").write_text("{")
     for file, folder, message in (
         (str(tmp_path / "bad.json"), "o", "is not JSON"),
@@ -120,7 +120,7 @@ def test_what_is_no_snapshot_or_no_folder_is_one_line(tmp_path, given, capsys):
 
 @pytest.fixture
 def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An add-in as packaged: a manifest, a program, icons, and what Python leaves there."""
+    """Create a packaged add-in with manifest, program, icons, and caches of Python."""
     folder = tmp_path / "package/addin_sdfusion"
     for path, text in {
         "__init__.py": "",
@@ -147,7 +147,7 @@ FILES = {
 }
 
 
-def test_install_copies_the_add_in_and_replaces_its_own(tmp_path, source, capsys):
+def test_install_copies_the_add_in_and_replaces_an_earlier_copy(tmp_path, source, capsys):
     target = tmp_path / "AddIns/addin_sdfusion"
     assert main(["addin", "install", "--folder", str(tmp_path / "AddIns")]) == 0
     assert capsys.readouterr().out == f"{target}\n"
@@ -161,7 +161,7 @@ def test_install_copies_the_add_in_and_replaces_its_own(tmp_path, source, capsys
 
 
 @pytest.mark.parametrize("manifest", [None, "", "[]", '{"id": "another"}'])
-def test_a_foreign_folder_is_not_replaced(tmp_path, source, manifest):
+def test_folder_of_another_program_is_not_replaced(tmp_path, source, manifest):
     target = tmp_path / "AddIns/addin_sdfusion"
     target.mkdir(parents=True)
     (target / "mine.py").write_text("mine")
@@ -173,7 +173,7 @@ def test_a_foreign_folder_is_not_replaced(tmp_path, source, manifest):
     assert files_of(tmp_path / "AddIns") == before
 
 
-def test_a_link_to_a_checkout_is_not_replaced(tmp_path, source):
+def test_link_to_a_clone_is_not_replaced(tmp_path, source):
     (tmp_path / "AddIns").mkdir()
     (tmp_path / "AddIns/addin_sdfusion").symlink_to(source)
     with pytest.raises(InputError, match="is a link"):
@@ -181,7 +181,7 @@ def test_a_link_to_a_checkout_is_not_replaced(tmp_path, source):
     assert set(files_of(source)) >= FILES
 
 
-def test_an_installation_that_fails_leaves_the_one_before(tmp_path, source, monkeypatch):
+def test_failed_installation_keeps_the_earlier_copy(tmp_path, source, monkeypatch):
     addin.install(tmp_path / "AddIns")
     before = files_of(tmp_path / "AddIns")
     (source / "addin_sdfusion.py").write_text("new")
@@ -202,7 +202,7 @@ def test_an_installation_that_fails_leaves_the_one_before(tmp_path, source, monk
         assert files_of(tmp_path / "AddIns") == before, number
 
 
-def test_an_installation_that_was_cut_short_is_taken_up(tmp_path, source):
+def test_interrupted_installation_is_completed(tmp_path, source):
     target = addin.install(tmp_path / "AddIns")
     target.rename(target.with_name(".addin_sdfusion.old"))
     addin.install(tmp_path / "AddIns")
@@ -212,7 +212,7 @@ def test_an_installation_that_was_cut_short_is_taken_up(tmp_path, source):
 @pytest.mark.parametrize(
     ("system", "below"), [("win32", "roaming"), ("darwin", "home/Library/Application Support")]
 )
-def test_fusions_own_folder_is_found(tmp_path, source, monkeypatch, system, below):
+def test_folder_of_fusion_is_found(tmp_path, source, monkeypatch, system, below):
     monkeypatch.setattr(sys, "platform", system)
     monkeypatch.setenv("APPDATA", str(tmp_path / "roaming"))
     monkeypatch.setattr(Path, "home", lambda: tmp_path / "home")
@@ -223,7 +223,7 @@ def test_fusions_own_folder_is_found(tmp_path, source, monkeypatch, system, belo
     assert addin.install() == add_ins / "addin_sdfusion"
 
 
-def test_on_linux_a_folder_must_be_given(source, monkeypatch, capsys):
+def test_folder_is_required_on_linux(source, monkeypatch, capsys):
     monkeypatch.setattr(sys, "platform", "linux")
     assert main(["addin", "install"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
@@ -231,7 +231,7 @@ def test_on_linux_a_folder_must_be_given(source, monkeypatch, capsys):
     assert "cardsflow addin zip" in line
 
 
-def test_the_archive_is_the_same_every_time(tmp_path, source):
+def test_archive_is_reproducible(tmp_path, source):
     first = addin.zip_addin(tmp_path / "a/first.zip").read_bytes()
     for path in source.rglob("*"):
         path.touch()
@@ -243,8 +243,8 @@ def test_the_archive_is_the_same_every_time(tmp_path, source):
 
 
 @pytest.mark.slow
-def test_the_packed_add_in_works_alone(tmp_path):
-    """Unpacked anywhere, with the standard library only."""
+def test_packed_add_in_runs_without_other_packages(tmp_path):
+    """Only the standard library is required."""
     with zipfile.ZipFile(addin.zip_addin(tmp_path / "addin.zip")) as archive:
         archive.extractall(tmp_path)
     path = f"import sys; sys.path.insert(0, {str(tmp_path)!r})"
@@ -255,14 +255,14 @@ def test_the_packed_add_in_works_alone(tmp_path):
     assert Path(done.stdout.strip()).parent == tmp_path / "addin_sdfusion" / "exporting"
 
 
-def test_what_fusion_needs_is_installed_and_installed_again(tmp_path):
+def test_installed_add_in_is_complete_and_can_be_replaced(tmp_path):
     for _ in range(2):
         target = addin.install(tmp_path)
         assert (target / f"{target.name}.py").is_file()
         assert json.loads((target / f"{target.name}.manifest").read_text())["type"] == "addin"
 
 
-def test_the_stores_bundle_holds_the_add_in_and_what_the_store_asks(tmp_path, capsys):
+def test_store_bundle_contains_the_add_in_and_required_files(tmp_path, capsys):
     words = ["--company", "Us & Co", "--url", "https://example.org", "--email", "a@example.org"]
     file = tmp_path / "bundle.zip"
     assert main(["addin", "pack", "-o", str(file), *words]) == 0

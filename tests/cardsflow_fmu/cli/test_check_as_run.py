@@ -1,4 +1,4 @@
-"""What a run refuses before its first step, `cardsflow check` refuses in the same line."""
+"""`cardsflow check` reports the same errors as a run before its first step."""
 
 from __future__ import annotations
 
@@ -43,19 +43,17 @@ REFUSED = {
 }
 
 
-def written(folder: Path, text: str) -> Path:
-    """An experiment of two links, and tables more."""
+def write_experiment(folder: Path, text: str) -> Path:
+    """Write an experiment with two links and additional tables."""
     file = folder / "experiment.toml"
     file.write_text(ARM + text)
     return file
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_check_refuses_what_a_run_refuses(
-    tmp_path: Path, cardsflow: CommandLine, case: str
-) -> None:
+def test_check_rejects_the_same_as_a_run(tmp_path: Path, cardsflow: CommandLine, case: str) -> None:
     text, reason = REFUSED[case]
-    file = written(tmp_path, text)
+    file = write_experiment(tmp_path, text)
     line = cardsflow.refused("run", file, "--coupling", "direct", "-o", tmp_path / "out")
     assert reason in line
     code, out, err = cardsflow("check", file)
@@ -63,14 +61,12 @@ def test_check_refuses_what_a_run_refuses(
     assert " 0 errors" not in out
 
 
-def test_a_mass_that_is_nearly_none_is_no_reason_for_warnings(
-    tmp_path: Path, cardsflow: CommandLine
-) -> None:
-    file = written(tmp_path, POINTS + LINK + "mass = 1e-12")
+def test_tiny_mass_causes_no_warnings(tmp_path: Path, cardsflow: CommandLine) -> None:
+    file = write_experiment(tmp_path, POINTS + LINK + "mass = 1e-12")
     assert cardsflow("check", file)[::2] == (0, "")
 
 
-def test_a_least_force_beyond_numbers_is_refused(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_too_large_f_min_is_rejected(tmp_path: Path, cardsflow: CommandLine) -> None:
     text = (EXAMPLES / "hill_arm/experiment.toml").read_text()
     text = text.replace("robot/model.sdf", str(EXAMPLES / "hill_arm/robot/model.sdf"))
     file = tmp_path / "experiment.toml"
@@ -78,7 +74,7 @@ def test_a_least_force_beyond_numbers_is_refused(tmp_path: Path, cardsflow: Comm
     assert "mass or force of the robot is too large" in cardsflow("check", file)[2]
 
 
-def test_check_refuses_objects_within_the_robot(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_check_rejects_objects_inside_the_robot(tmp_path: Path, cardsflow: CommandLine) -> None:
     text = (EXAMPLES / "pick_up/experiment.toml").read_text()
     text = text.replace("robot/model.sdf", str(EXAMPLES / "pick_up/robot/model.sdf"))
     file = tmp_path / "experiment.toml"
@@ -90,7 +86,7 @@ def test_check_refuses_objects_within_the_robot(tmp_path: Path, cardsflow: Comma
     assert "world.objects[1]: position must be within 1e+06" in cardsflow.refused("check", file)
 
 
-def test_check_refuses_files_of_robots_that_may_not_travel(
+def test_check_rejects_robot_files_that_may_not_be_packed(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     folder = tmp_path / "arm/robot"
@@ -98,7 +94,9 @@ def test_check_refuses_files_of_robots_that_may_not_travel(
     text = (EXAMPLES / "models/arm.xml").read_text()
     (tmp_path / "arm.xml").write_text(text)
     (folder / "arm.xml").write_text('<mujoco><include file="../../arm.xml"/></mujoco>')
-    file = written(tmp_path / "arm", POINTS.replace("0.1", "[0.1, -0.5]").replace("0.2", "[0, 0]"))
+    file = write_experiment(
+        tmp_path / "arm", POINTS.replace("0.1", "[0.1, -0.5]").replace("0.2", "[0, 0]")
+    )
     arm = f'path = "{PLANAR_2R / "robot"}"\ncable_set = "basic"'
     file.write_text(file.read_text().replace(arm, 'path = "robot"'))
     line = cardsflow.refused("run", file, "--coupling", "direct", "-o", tmp_path / "out")
@@ -106,7 +104,7 @@ def test_check_refuses_files_of_robots_that_may_not_travel(
     assert cardsflow("check", file)[::2] == (2, line)
 
 
-def test_an_experiment_whose_path_is_no_text_is_refused(
+def test_experiment_with_an_undecodable_path_is_rejected(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     folder = tmp_path / os.fsdecode(b"caf\xe9")
@@ -114,7 +112,7 @@ def test_an_experiment_whose_path_is_no_text_is_refused(
         folder.mkdir()
     except OSError:
         pytest.skip("this system has no such names")
-    file = written(folder, POINTS)
+    file = write_experiment(folder, POINTS)
     line = cardsflow.refused("run", file, "-o", tmp_path / "out")
     assert "its path is not valid utf-8" in line
     assert cardsflow.refused("check", file) == line
@@ -123,20 +121,20 @@ def test_an_experiment_whose_path_is_no_text_is_refused(
     )
 
 
-def test_check_runs_no_code_of_others_and_connects_to_nothing(
+def test_check_executes_no_third_party_code_and_opens_no_connection(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     trace = tmp_path / "trace"
     (tmp_path / "law.py").write_text(f"open({str(trace)!r}, 'w')\nclass Law: pass\n")
     for name in ("law.py:Law", "joint_space"):
-        file = written(tmp_path, POINTS + HARDWARE + "'udp://127.0.0.1:9'")
+        file = write_experiment(tmp_path, POINTS + HARDWARE + "'udp://127.0.0.1:9'")
         text = file.read_text().replace("joint_space", name)
         file.write_text(text)
         assert cardsflow("check", file)[0] == 0
     assert not trace.exists()
 
 
-def test_check_holds_external_fmus_to_their_descriptions(
+def test_check_compares_external_fmus_with_their_descriptions(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     KINDS["fmu"].make(tmp_path)  # without code
@@ -151,7 +149,7 @@ def test_check_holds_external_fmus_to_their_descriptions(
         assert reason in cardsflow("check", file)[2]
 
 
-def test_the_address_of_hardware_in_an_external_fmu_is_an_address(
+def test_hardware_address_of_an_external_fmu_is_checked(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     KINDS["fmu"].make(tmp_path)

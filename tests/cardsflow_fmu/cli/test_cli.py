@@ -1,4 +1,4 @@
-"""The command line as a whole: help, exit codes, JSON, progress, scripts."""
+"""Tests of all commands: help, exit codes, JSON, progress, scripts, completion."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ ROBOT = str(PLANAR_2R / "robot")
 def commands(
     parser: argparse.ArgumentParser, words: tuple[str, ...] = ()
 ) -> Iterator[tuple[tuple[str, ...], argparse.ArgumentParser]]:
-    """Every command with its parser, groups of commands among them."""
+    """Yield every command with its parser, including groups of commands."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             for name, inner in action.choices.items():
@@ -58,7 +58,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
-def test_the_help_of_every_command_has_an_example_that_parses(
+def test_help_of_every_command_has_a_valid_example(
     words: tuple[str, ...], cardsflow: CommandLine
 ) -> None:
     code, out, _ = cardsflow(*words, "--help")
@@ -71,7 +71,7 @@ def test_the_help_of_every_command_has_an_example_that_parses(
     assert callable(_parser().parse_args(arguments).command)
 
 
-def test_the_help_of_all_tells_the_exit_codes(cardsflow: CommandLine) -> None:
+def test_help_lists_the_exit_codes(cardsflow: CommandLine) -> None:
     code, out, _ = cardsflow("--help")
     assert code == 0
     assert "example:\n  cardsflow run" in out
@@ -125,7 +125,7 @@ MISSING = {
 @pytest.mark.parametrize(
     "words", [words for words in COMMANDS if words not in GROUPS], ids=" ".join
 )
-def test_bad_input_is_one_line_and_exit_code_2(
+def test_invalid_input_is_one_line_and_exit_code_2(
     words: tuple[str, ...],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -143,14 +143,14 @@ def test_bad_input_is_one_line_and_exit_code_2(
 
 
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
-def test_unknown_options_are_exit_code_2(words: tuple[str, ...], cardsflow: CommandLine) -> None:
+def test_unknown_option_is_exit_code_2(words: tuple[str, ...], cardsflow: CommandLine) -> None:
     code, out, err = cardsflow(*words, "--no-such-option")
     assert (code, out) == (2, "")
     assert err.startswith("usage: ")
 
 
 @pytest.mark.slow
-def test_what_a_command_looks_for_is_exit_code_1(
+def test_negative_result_is_exit_code_1(
     results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     other = tmp_path / "other.csv"
@@ -187,13 +187,13 @@ def test_commands_that_write_files_list_them_as_json(
         assert all(Path(file).exists() for file in listed["files"])
 
 
-def test_every_command_but_those_for_people_and_shells_has_json() -> None:
+def test_every_command_with_data_has_json() -> None:
     without = {
         ("schema",),
         ("completion",),
         ("addin",),
         ("examples",),
-    }  # which print the input of other programs
+    }  # they print input for other programs
     for words, parser in COMMANDS.items():
         options = {option for action in parser._actions for option in action.option_strings}
         assert ("--json" in options) == (words not in without), words
@@ -216,13 +216,13 @@ def test_commands_print_json(what: str, tmp_path: Path, cardsflow: CommandLine) 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("words", few([["--coupling", "direct"], ["--realtime"]]))
-def test_the_script_of_a_run_gives_the_same_bits(
+def test_script_of_a_run_has_identical_results(
     words: list[str],
     tmp_path: Path,
     cardsflow: CommandLine,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Where FMPy alone cannot do it; tests/end_to_end/test_fmpy_script.py has the other scripts."""
+    """Scripts of this package; see tests/end_to_end/test_fmpy_script.py for only FMPy."""
     monkeypatch.chdir(tmp_path)
     settings = ["--set", "run.duration=0.1", "--set", 'robot.cable_set="basic_2018_07"']
     words = ["run", str(PLANAR_2R), *settings, *words]
@@ -246,7 +246,7 @@ def test_the_script_of_a_run_gives_the_same_bits(
         ([PLANAR_2R, "--set", "wiring.controller={'qd_d.joint_2'=0.0}"], "[wiring]"),
     ],
 )
-def test_a_script_that_is_not_plain_fmpy_says_why(
+def test_script_without_plain_fmpy_states_the_reason(
     words: list[str | Path], missing: str, cardsflow: CommandLine
 ) -> None:
     code, script, err = cardsflow("run", *words, "--as-script")
@@ -256,7 +256,7 @@ def test_a_script_that_is_not_plain_fmpy_says_why(
 
 
 @pytest.mark.slow
-def test_the_script_of_an_ssp_gives_the_same_bits(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_script_of_an_ssp_has_identical_results(tmp_path: Path, cardsflow: CommandLine) -> None:
     assert cardsflow("build", str(PLANAR_2R), *SHORT, "-o", str(tmp_path))[0] == 0
     words = ["run", str(tmp_path / "system.ssp"), "--set", "run.duration=0.02"]
     script = cardsflow(*words, "-o", str(tmp_path / "scripted"), "--as-script")[1]
@@ -267,7 +267,7 @@ def test_the_script_of_an_ssp_gives_the_same_bits(tmp_path: Path, cardsflow: Com
     assert scripted == ran
 
 
-def test_no_script_is_printed_of_bad_input_or_a_view(
+def test_no_script_is_printed_for_invalid_input_or_a_view(
     cardsflow: CommandLine,
 ) -> None:
     words = ["run", str(PLANAR_2R), "--as-script"]
@@ -282,10 +282,10 @@ def test_no_script_is_printed_of_bad_input_or_a_view(
 # Interruption
 
 
-def interrupted(
+def run_and_interrupt(
     words: list[str], folder: Path, pattern: str, sign: signal.Signals = signal.SIGINT
 ) -> int:
-    """Exit code of a command that is interrupted as soon as a file is there."""
+    """Return the exit code of a command that is interrupted when a file exists."""
     with subprocess.Popen(
         [*CARDSFLOW, *words],
         stdout=subprocess.PIPE,
@@ -305,7 +305,7 @@ def interrupted(
 @pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_run_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal.Signals) -> None:
+def test_interrupted_run_is_exit_code_130(tmp_path: Path, sign: signal.Signals) -> None:
     out = tmp_path / "out"
     words = [
         "run",
@@ -318,7 +318,7 @@ def test_a_run_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal
         "run.duration=600",
     ]
     words += ["--set", 'reference={spline="linear", points=[{time=0, q=0}, {time=600, q=0.5}]}']
-    assert interrupted(words, out, "results.csv", sign) == 130
+    assert run_and_interrupt(words, out, "results.csv", sign) == 130
     result = Result.load(out)
     assert result.summary["error"] == "interrupted"
     assert len(result.rows) > 0
@@ -327,17 +327,17 @@ def test_a_run_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal
 @pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_study_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal.Signals) -> None:
+def test_interrupted_study_is_exit_code_130(tmp_path: Path, sign: signal.Signals) -> None:
     many = KP.replace("count = 6 ", "count = 600 ")
     assert many != KP
     study = write_study(tmp_path, many)
     out = tmp_path / "out"
     words = ["study", str(study), "-j", "1", "-o", str(out)]
-    assert interrupted(words, out, "runs/*.json", sign) == 130
+    assert run_and_interrupt(words, out, "runs/*.json", sign) == 130
 
 
-def test_signals_that_nohup_ignores_stay_ignored() -> None:
-    """A run goes on when its terminal is closed, if that was asked for."""
+def test_signals_ignored_by_nohup_stay_ignored() -> None:
+    """A run with nohup continues when its terminal is closed."""
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
         with collect_interrupts() as interrupted, raise_on_termination():
@@ -372,12 +372,12 @@ def long_work(folder: Path) -> list[list[str]]:
 @pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("k", [0, 1], ids=["run", "study"])
-def test_progress_is_for_terminals(k: int, tmp_path: Path) -> None:
+def test_progress_bar_is_only_shown_on_terminals(k: int, tmp_path: Path) -> None:
     words = long_work(tmp_path)[k]
     done = subprocess.run([*CARDSFLOW, *words], capture_output=True, check=True, timeout=300)
     assert not any(sign in done.stdout + done.stderr for sign in CONTROL)
     (tmp_path / "again").mkdir()
-    shown = on_terminal(long_work(tmp_path / "again")[k])
+    shown = run_on_terminal(long_work(tmp_path / "again")[k])
     assert b"\r" in shown
     assert b"%|" in shown
 
@@ -390,18 +390,18 @@ from cardsflow_fmu.cli.terminal import progress
 progress._DELAY = 0.0
 sys.exit(main(sys.argv[1:]))
 """
-"""Program that shows progress bars of short work as well."""
+"""Program that also shows progress bars of short work."""
 
 
-def on_terminal(words: list[str]) -> bytes:
-    """What a command writes to stderr when that is a terminal; its output goes to a pipe."""
+def run_on_terminal(words: list[str]) -> bytes:
+    """Return the stderr of a command on a terminal; its stdout is a pipe."""
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
     program = [sys.executable, "-c", BAR_AT_ONCE, *words]
     with subprocess.Popen(program, stdout=subprocess.PIPE, stderr=theirs) as process:
         os.close(theirs)
         shown = b""
-        with contextlib.suppress(OSError):  # which is how a terminal that was left ends
+        with contextlib.suppress(OSError):  # reading a closed terminal raises an error
             while block := os.read(ours, 4096):
                 shown += block
         piped = process.stdout.read()
@@ -415,7 +415,7 @@ def on_terminal(words: list[str]) -> bytes:
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_a_completion_knows_all_commands_and_options(shell: str, cardsflow: CommandLine) -> None:
+def test_completion_contains_all_commands_and_options(shell: str, cardsflow: CommandLine) -> None:
     code, out, _ = cardsflow("completion", shell)
     assert code == 0
     for words, parser in COMMANDS.items():
@@ -457,13 +457,13 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
     assert expected <= {word.strip() for word in done.stdout.splitlines()}, done.stderr
 
 
-def test_completion_for_other_shells_is_refused(cardsflow: CommandLine) -> None:
+def test_completion_for_unknown_shell_is_rejected(cardsflow: CommandLine) -> None:
     code, _, err = cardsflow("completion", "csh")
     assert code == 2
     assert "no value 'csh'; did you mean 'zsh'?" in err
 
 
-def test_the_summary_of_json_is_that_of_the_file(results: Path, cardsflow: CommandLine) -> None:
+def test_json_summary_equals_the_file(results: Path, cardsflow: CommandLine) -> None:
     compared = cardsflow.json("compare", str(results), str(results))
     assert compared["equal"]
     assert np.all([column["largest"] == 0.0 for column in compared["columns"].values()])

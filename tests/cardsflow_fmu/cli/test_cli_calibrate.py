@@ -1,4 +1,4 @@
-"""`cardsflow calibrate`: a robot from a recording, and recordings that are refused."""
+"""`cardsflow calibrate`: calibration from recordings, and rejected recordings."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def result() -> RunData:
 
 
 def table_of(result: RunData) -> tuple[list[str], np.ndarray]:
-    """Time, positions, lengths with offsets and noise, and forces, at 200 Hz."""
+    """Return time, positions, lengths with offsets and noise, and forces, at 200 Hz."""
     names = [n for n in result.names if n == "time" or n.split(".")[0] in ("q", "l", "f")]
     rows = np.stack([result[name] for name in names], axis=1)[::5]
     rng = np.random.default_rng(1)
@@ -42,7 +42,7 @@ def table_of(result: RunData) -> tuple[list[str], np.ndarray]:
     return names, rows
 
 
-def written(file: Path, names: list[str], rows: np.ndarray) -> Path:
+def write_table(file: Path, names: list[str], rows: np.ndarray) -> Path:
     np.savetxt(file, rows, delimiter=",", header=",".join(names), comments="", fmt="%.17g")
     return file
 
@@ -52,10 +52,10 @@ def command(recording: Path, folder: Path) -> list[object]:
     return ["calibrate", recording, "--robot", ROBOT, "--parameters", free, "-o", folder]
 
 
-def test_a_robot_and_a_report_are_written(
+def test_calibrated_robot_and_report_are_written(
     cardsflow: CommandLine, tmp_path: Path, result: RunData
 ) -> None:
-    file = written(tmp_path / "run.csv", *table_of(result))
+    file = write_table(tmp_path / "run.csv", *table_of(result))
     code, out, _ = cardsflow(*command(file, tmp_path / "new"))
     assert code == 0, out
     assert "muscles.cable_1.offset" in out
@@ -71,10 +71,10 @@ def test_a_robot_and_a_report_are_written(
     assert "choose a new folder" in cardsflow.refused(*command(file, tmp_path / "new"))
 
 
-def test_what_is_no_recording_of_the_robot_is_one_line(
+def test_recording_of_another_robot_is_reported_in_one_line_by_calibrate(
     cardsflow: CommandLine, tmp_path: Path, result: RunData, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """And nothing is written."""
+    """No file is written."""
     names, rows = table_of(result)
     blind = [k for k, name in enumerate(names) if not name.startswith("q.")]
     foreign = [name.replace("cable_4", "biceps") for name in names]
@@ -93,7 +93,7 @@ def test_what_is_no_recording_of_the_robot_is_one_line(
         "f.cable_2 is 1e+300 at 0.015 s": (names, huge),
     }
     for message, table in cases.items():
-        file = written(tmp_path / "case.csv", *table)
+        file = write_table(tmp_path / "case.csv", *table)
         assert message in cardsflow.refused(*command(file, tmp_path / "new"))
         assert not (tmp_path / "new").exists()
     assert cardsflow.refused(*command(tmp_path / "none.csv", tmp_path / "new"))
@@ -106,10 +106,10 @@ def test_what_is_no_recording_of_the_robot_is_one_line(
     assert "--parameters" in cardsflow.refused(*missing)
 
 
-def test_recordings_of_hardware(cardsflow: CommandLine, tmp_path: Path) -> None:
-    """A state at the end of a step is that with the next command; cut short is refused.
+def test_hardware_recording_is_calibrated(cardsflow: CommandLine, tmp_path: Path) -> None:
+    """A state is at the end of the step of the next command; truncated recordings are rejected.
 
-    Tensions that it measured are those of the step that ends with it.
+    Measured tensions act during the step that ends with the state.
     """
     robot = read_robot(ROBOT)
     forces, lengths, measured = (
@@ -136,8 +136,8 @@ def test_recordings_of_hardware(cardsflow: CommandLine, tmp_path: Path) -> None:
     assert not (tmp_path / "new").exists()
 
 
-def captured(file: Path, result: RunData) -> Path:
-    """Markers at 100 Hz with noise, as motion capture writes them: hidden ones are empty."""
+def write_capture(file: Path, result: RunData) -> Path:
+    """Write noisy markers at 100 Hz as motion capture does; hidden markers are empty."""
     rng, q = np.random.default_rng(3), result.columns(["q.joint_1", "q.joint_2"])[::10]
     seen = places(q) + 1e-4 * rng.normal(size=(len(q), 9))
     names = [f"{marker.name}.{axis}" for marker in MARKERS for axis in "xyz"]
@@ -150,14 +150,12 @@ def captured(file: Path, result: RunData) -> Path:
 
 
 @pytest.mark.slow
-def test_markers_take_the_place_of_encoders(
-    cardsflow: CommandLine, tmp_path: Path, result: RunData
-) -> None:
+def test_markers_replace_encoders(cardsflow: CommandLine, tmp_path: Path, result: RunData) -> None:
     names, rows = table_of(result)
     kept = [k for k, name in enumerate(names) if not name.startswith("q.")]
-    file = written(tmp_path / "run.csv", [names[k] for k in kept], rows[:, kept])
+    file = write_table(tmp_path / "run.csv", [names[k] for k in kept], rows[:, kept])
     markers = write_markers(tmp_path / "markers.toml")
-    capture = captured(tmp_path / "seen.csv", result)
+    capture = write_capture(tmp_path / "seen.csv", result)
     words = [*command(file, tmp_path / "new"), "--markers", markers, "--capture", capture]
     code, out, _ = cardsflow(*words)
     assert code == 0, out
@@ -171,12 +169,12 @@ def test_markers_take_the_place_of_encoders(
     assert max(table["errors"]["kept_after"]["markers"]) < 2e-4
 
 
-def test_markers_that_do_not_fit_are_one_line(
+def test_invalid_markers_are_reported_in_one_line(
     cardsflow: CommandLine, tmp_path: Path, result: RunData
 ) -> None:
-    file = written(tmp_path / "run.csv", *table_of(result))
+    file = write_table(tmp_path / "run.csv", *table_of(result))
     markers = write_markers(tmp_path / "markers.toml")
-    capture = captured(tmp_path / "seen.csv", result)
+    capture = write_capture(tmp_path / "seen.csv", result)
     broken, far = tmp_path / "broken.toml", tmp_path / "far.csv"
     whole = markers.read_text()
     head, *rows = capture.read_text().splitlines()

@@ -1,4 +1,4 @@
-"""`cardsflow excite`: a motion as an experiment, which a calibration then identifies from."""
+"""`cardsflow excite`: an experiment with a motion for a calibration."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ FREE = "muscles.*.offset, joints.*.damping"
 
 @LONG
 @pytest.mark.slow
-def test_a_designed_motion_is_run_and_calibrated_from(
+def test_designed_motion_is_run_and_used_for_calibration(
     cardsflow: CommandLine, tmp_path: Path
 ) -> None:
-    """The commands of the report; the robot is the true one, so that nothing moves."""
+    """The commands of the report are run. The robot is exact, so that no parameter changes."""
     there = tmp_path / "exciting"
     code, out, _ = cardsflow("excite", ROBOT, "--parameters", FREE, "--duration", "6", "-o", there)
     assert code == 0
@@ -44,9 +44,7 @@ def test_a_designed_motion_is_run_and_calibrated_from(
 
 
 @pytest.mark.slow
-def test_nothing_is_written_of_what_cannot_be_designed(
-    cardsflow: CommandLine, tmp_path: Path
-) -> None:
+def test_no_file_is_written_if_the_design_fails(cardsflow: CommandLine, tmp_path: Path) -> None:
     there = tmp_path / "exciting"
     for words, message in (
         (("--duration", "1"), "--duration"),

@@ -1,4 +1,4 @@
-"""`cardsflow device` and `cardsflow replay-hardware`, as processes of their own."""
+"""`cardsflow device` and `cardsflow replay-hardware` in separate processes."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSI
 
 
 class Served:
-    """A device's process, its address, and what it has said."""
+    """Process of a device, with its address and its output."""
 
     def __init__(self, process: subprocess.Popen[str]) -> None:
         self.process = process
@@ -55,7 +55,7 @@ class Served:
         self.errors = ""
 
     def end(self, number: int = signal.SIGINT) -> int:
-        """Interrupt it; returns its exit code."""
+        """Interrupt the device and return its exit code."""
         self.process.send_signal(number)
         return self.wait()
 
@@ -69,7 +69,7 @@ class Served:
 
 
 @contextmanager
-def served(*words: str, **environment: str) -> Iterator[Served]:
+def serve_device(*words: str, **environment: str) -> Iterator[Served]:
     command = [sys.executable, "-m", "cardsflow_fmu.cli", *words, "--json"]
     command += [] if "--listen" in words else FREE
     with subprocess.Popen(
@@ -106,7 +106,7 @@ def plant_run() -> Result:
 def recorded(tmp_path_factory: pytest.TempPathFactory, plant_run: Result) -> Path:
     """Record a run in lockstep, which equals the run with the plant."""
     folder = tmp_path_factory.mktemp("recorded")
-    with served("device", ARM) as device:
+    with serve_device("device", ARM) as device:
         driven = experiment(**LOCKSTEP, **{"hardware.link": device.uri})
         result = run(driven, folder, coupling="direct")
         assert device.end() == 0
@@ -118,9 +118,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory, plant_run: Result) -> Pat
 
 
 @pytest.mark.slow
-def test_a_run_through_a_device_is_that_with_the_plant_and_is_recorded(
-    recorded: Path, plant_run: Result
-) -> None:
+def test_run_with_a_device_equals_the_run_with_the_plant(recorded: Path, plant_run: Result) -> None:
     recording = read_recording(recorded)
     names = muscle_signals("f", plant_run.experiment.robot)
     assert recording.header.command_names == tuple(names)
@@ -132,9 +130,9 @@ def test_a_run_through_a_device_is_that_with_the_plant_and_is_recorded(
 
 
 @pytest.mark.slow
-def test_a_replay_gives_the_same_run(recorded: Path, plant_run: Result) -> None:
-    """In lock step bit for bit; beyond its end there is a clear status; and in real time."""
-    with served("replay-hardware", str(recorded), "--watchdog", "10000") as device:
+def test_replay_of_a_recording_has_the_same_results(recorded: Path, plant_run: Result) -> None:
+    """Bit-identical in lockstep, with a clear error after its end; also in real time."""
+    with serve_device("replay-hardware", str(recorded), "--watchdog", "10000") as device:
         driven = experiment(**LOCKSTEP, **{"hardware.link": device.uri})
         result = simulate(driven, coupling="direct")
         np.testing.assert_array_equal(rows_of(result), rows_of(plant_run))
@@ -150,7 +148,7 @@ def test_a_replay_gives_the_same_run(recorded: Path, plant_run: Result) -> None:
 
 
 class Line:
-    """A link in real time with commands of 12 N, every 2 ms."""
+    """Link in real time that sends commands of 12 N every 2 ms."""
 
     def __init__(
         self, uri: str, recorded: Path, key: bytes | None = None, timeout: float = 2.0
@@ -169,7 +167,7 @@ class Line:
         self._link.close()
 
     def exchange(self, times: int) -> int:
-        """Say what is to be done so many times; returns flags of the last answer."""
+        """Send a number of commands; return the flags of the last answer."""
         begin, came = time.monotonic(), None
         for k in range(times):
             due = begin + k * 2e-3
@@ -182,8 +180,8 @@ class Line:
 
 
 @pytest.mark.slow
-def test_silence_makes_the_device_safe_and_it_says_so(recorded: Path) -> None:
-    with served("device", ARM, "--watchdog", "30") as device:
+def test_device_reports_its_safe_state_without_commands(recorded: Path) -> None:
+    with serve_device("device", ARM, "--watchdog", "30") as device:
         with Line(device.uri, recorded) as line:
             line.exchange(10)
             time.sleep(0.1)
@@ -195,11 +193,11 @@ def test_silence_makes_the_device_safe_and_it_says_so(recorded: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_device_with_a_key_answers_signed_frames_only(recorded: Path, tmp_path: Path) -> None:
+def test_device_with_a_key_only_answers_signed_frames(recorded: Path, tmp_path: Path) -> None:
     key = tmp_path / "key.bin"
     key.write_bytes(bytes(range(32)))
     key.chmod(0o644)
-    with served("device", ARM, CARDSFLOW_HARDWARE_KEY_FILE=str(key)) as device:
+    with serve_device("device", ARM, CARDSFLOW_HARDWARE_KEY_FILE=str(key)) as device:
         with pytest.raises(HardwareError, match="no device answers"):
             Line(device.uri, recorded, timeout=0.5).__enter__()
         with Line(device.uri, recorded, bytes(range(32))) as line:
@@ -213,7 +211,7 @@ def test_a_device_with_a_key_answers_signed_frames_only(recorded: Path, tmp_path
 @pytest.mark.slow
 @pytest.mark.parametrize("key", [None, bytes(range(32))])
 @pytest.mark.parametrize("host", ["0.0.0.0", "127.0.0.1"])
-def test_a_device_that_others_reach_without_a_key_warns(
+def test_public_device_without_a_key_prints_a_warning(
     key: bytes | None, host: str, tmp_path: Path
 ) -> None:
     words: list[str] = []
@@ -221,17 +219,17 @@ def test_a_device_that_others_reach_without_a_key_warns(
         (tmp_path / "key.bin").write_bytes(key)
         (tmp_path / "key.bin").chmod(0o600)
         words = ["--key-file", str(tmp_path / "key.bin")]
-    with served("device", ROBOT, "--listen", f"udp://{host}:0", *words) as device:
+    with serve_device("device", ROBOT, "--listen", f"udp://{host}:0", *words) as device:
         assert device.end() == 0
     warned = "anyone on the network can send commands" in device.errors
     assert warned == (host == "0.0.0.0" and key is None)
 
 
 @pytest.mark.slow
-def test_a_run_through_faults_ends_in_a_clear_status() -> None:
+def test_run_with_transmission_faults_ends_with_a_clear_status() -> None:
     words = "--loss 0.05 --jitter 0.5 --duplicate 0.1 --reorder 0.05 --corrupt 0.05 --seed 3"
     words += " --outage 1000:1"
-    with served("device", ARM, *words.split(), "--watchdog", "500") as device:
+    with serve_device("device", ARM, *words.split(), "--watchdog", "500") as device:
         changes = {"hardware.link": device.uri, "hardware.watchdog": 0.5, "hardware.use": True}
         result = simulate(experiment(**changes, **{"hardware.max_missed": 100}), coupling="direct")
         assert result.complete
@@ -242,15 +240,13 @@ def test_a_run_through_faults_ends_in_a_clear_status() -> None:
 
 
 @pytest.mark.slow
-def test_a_robot_without_an_experiment_with_motors_and_sensors_as_they_are(
-    recorded: Path, tmp_path: Path
-) -> None:
-    """And with one sender at a time: a second one is refused, and the device says so."""
+def test_device_emulates_a_robot_with_motors_and_sensors(recorded: Path, tmp_path: Path) -> None:
+    """The device rejects a second sender and reports it."""
     robot = read(PLANAR_2R / "robot").require()
     write_sdf(robot, tmp_path)
     words = "--step 0.002 --encoder-counts 1000 --noise 1e-3 --motor-time-constant 10 --seed 4"
     words += " --watchdog 10000"
-    with served("device", str(tmp_path), *words.split()) as device:
+    with serve_device("device", str(tmp_path), *words.split()) as device:
         with Line(device.uri, recorded) as line:
             line.exchange(10)
             counts = line.state[[0, 1, 4, 5, 6, 7]] * 1000
@@ -265,11 +261,11 @@ def test_a_robot_without_an_experiment_with_motors_and_sensors_as_they_are(
 
 
 @pytest.mark.slow
-def test_a_device_is_as_imperfect_as_its_experiment_says(recorded: Path) -> None:
-    """Where no option says otherwise."""
+def test_device_uses_the_imperfections_of_its_experiment(recorded: Path) -> None:
+    """Options have precedence."""
     words = ["hardware.emulator.length_offset.cable_2=0.25", "hardware.emulator.noise=0.5"]
     words = ["--set", words[0], "--set", words[1], "--noise", "0", "--watchdog", "10000"]
-    with served("device", ARM, *words) as device:
+    with serve_device("device", ARM, *words) as device:
         with Line(device.uri, recorded) as line:
             line.exchange(2)
         assert device.end() == 0
@@ -277,7 +273,7 @@ def test_a_device_is_as_imperfect_as_its_experiment_says(recorded: Path) -> None
     np.testing.assert_allclose(line.state[4:8] - lengths, [0, 0.25, 0, 0], atol=1e-12)
 
 
-def test_a_device_ends_after_its_duration(cardsflow: CommandLine) -> None:
+def test_device_ends_after_its_duration(cardsflow: CommandLine) -> None:
     code, out, _ = cardsflow("device", PLANAR_2R, *FREE, "--duration", 0.05)
     assert code == 0
     first, *_, last = out.splitlines()
@@ -320,14 +316,14 @@ def test_a_device_ends_after_its_duration(cardsflow: CommandLine) -> None:
         (["replay-hardware", __file__], 2, "is not a hardware recording"),
     ],
 )
-def test_wrong_options_are_one_line(
+def test_invalid_device_options_are_reported_in_one_line(
     words: list[str], code: int, message: str, cardsflow: CommandLine
 ) -> None:
     own = [] if "--listen" in words or words[0] == "run" else FREE
     assert message in cardsflow.refused(*words, *own, code=code)
 
 
-def test_a_port_that_is_taken_is_one_line(cardsflow: CommandLine) -> None:
+def test_used_port_is_reported_in_one_line(cardsflow: CommandLine) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("127.0.0.1", 0))
         uri = f"udp://127.0.0.1:{taken.getsockname()[1]}"
@@ -335,14 +331,16 @@ def test_a_port_that_is_taken_is_one_line(cardsflow: CommandLine) -> None:
     assert f"cannot listen on {uri}" in line
 
 
-def test_a_recording_without_states_is_no_device(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_recording_without_states_cannot_be_replayed(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
     file = tmp_path / "hardware.rec"
     Recorder(file, RecordingHeader(("f",), ("N",), ("q",), ("rad",), 1, 1e-3)).close()
     assert "contains no states to replay" in cardsflow.refused("replay-hardware", file, *FREE)
 
 
 @pytest.mark.slow
-def test_a_cut_off_recording_causes_a_warning(
+def test_truncated_recording_causes_a_warning(
     recorded: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     file = tmp_path / "hardware.rec"
@@ -353,7 +351,7 @@ def test_a_cut_off_recording_causes_a_warning(
 
 
 class StillRobot:
-    """A robot that does nothing."""
+    """Robot that does not move."""
 
     commands, states = 1, 2
 
@@ -369,7 +367,7 @@ class StillRobot:
     def reset(self) -> None: ...
 
 
-def test_a_change_is_reported_once() -> None:
+def test_state_change_is_reported_once() -> None:
     device = Device(StillRobot(), 1, 1e-3, f_min=0.0, f_max=1.0)
     events: list[Event] = []
     status = StatusReporter(device, events.append)

@@ -1,4 +1,4 @@
-"""`cardsflow check` and `convert`: what formats lose, trajectories."""
+"""`cardsflow check` and `convert`: losses of formats, trajectories."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ SAMPLES = "time_step,0.5\nt,0,p,0,0,v,0,0,a,1,1\nt,0.5,p,1,1,v,0,0,a,0,2"
 
 @pytest.fixture
 def arm(tmp_path: Path) -> Path:
-    """The folder of CASPR's planar arm with a trajectory of every kind."""
+    """Create the folder of the planar arm in CASPR format with a trajectory of every kind."""
     folder = tmp_path / "arm"
     shutil.copytree(PLANAR_2R, folder)
     (folder / "planar_2r_trajectories.xml").write_text(EVERY_KIND)
@@ -63,7 +63,7 @@ def arm(tmp_path: Path) -> Path:
     return folder
 
 
-def test_caspr_gets_all_trajectories_back(
+def test_caspr_conversion_keeps_all_trajectories(
     arm: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     made = cardsflow.json("convert", arm, "--to", "caspr", "-o", tmp_path / "made")
@@ -76,7 +76,7 @@ def test_caspr_gets_all_trajectories_back(
 
 
 @pytest.mark.parametrize("format_", sorted(set(FORMATS) - {"caspr"}))
-def test_other_formats_say_that_trajectories_are_lost(
+def test_other_formats_report_lost_trajectories(
     format_: str, arm: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     made = cardsflow.json("convert", arm, "--to", format_, "-o", tmp_path / "made")
@@ -96,7 +96,7 @@ def test_other_formats_say_that_trajectories_are_lost(
          "<q>0</q></point><point time=\"1\"><q>1</q>", "the robot has 2 coordinates; omitted"),
     ],
 )  # fmt: skip
-def test_a_trajectory_that_cannot_be_used_is_left_out_and_said(
+def test_invalid_trajectory_is_omitted_and_reported(
     old: str, new: str, what: str, arm: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     (arm / "planar_2r_trajectories.xml").write_text(EVERY_KIND.replace(old, new))
@@ -109,7 +109,7 @@ def test_a_trajectory_that_cannot_be_used_is_left_out_and_said(
     assert (len(after), unread) == (7, [])
 
 
-def test_unreadable_trajectories_do_not_keep_a_robot_from_its_conversion(
+def test_robot_with_unreadable_trajectories_is_converted(
     arm: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     (arm / "planar_2r_trajectories.xml").write_text("<trajectories>")
@@ -121,7 +121,7 @@ def test_unreadable_trajectories_do_not_keep_a_robot_from_its_conversion(
 
 
 @pytest.mark.slow
-def test_samples_beyond_16_mib_together_are_left_out(arm: Path) -> None:
+def test_trajectory_samples_above_16_mib_are_omitted(arm: Path) -> None:
     many = "".join(f'<file_trajectory id="t{k}" filename="samples.traj"/>' for k in range(9))
     text = f"<trajectories><joint_trajectories>{many}</joint_trajectories></trajectories>"
     (arm / "planar_2r_trajectories.xml").write_text(text)
@@ -135,8 +135,10 @@ def test_samples_beyond_16_mib_together_are_left_out(arm: Path) -> None:
     }
 
 
-def test_all_that_a_format_refuses_is_listed(tmp_path: Path, cardsflow: CommandLine) -> None:
-    """The hint of a refusal is true: `check --for` lists the rest, and so does `convert`."""
+def test_all_unsupported_features_of_a_format_are_listed(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    """As the hint states, `check --for` lists all of them, and so does `convert`."""
     robot = replace(planar_2r(), gravity=(0.0, 0.0, 1.0))
     q = replace(robot.joints[1].coordinates[0], name="bend")
     motions = (*robot.joints[1].motions, Motion("rotation", (1.0, 0.0, 0.0), 1))  # about y, x
@@ -157,7 +159,7 @@ def test_all_that_a_format_refuses_is_listed(tmp_path: Path, cardsflow: CommandL
     assert len(json.loads(out)["findings"]) == len(listed)
 
 
-def test_a_broken_robot_is_checked_before_what_formats_make_of_it(
+def test_errors_of_a_robot_are_reported_before_format_losses(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     for file in write_caspr(planar_2r(), tmp_path):
@@ -172,11 +174,11 @@ def test_a_broken_robot_is_checked_before_what_formats_make_of_it(
     assert "`cardsflow check` lists all" in err
 
 
-def test_an_unknown_format_is_named(cardsflow: CommandLine) -> None:
+def test_unknown_format_is_named(cardsflow: CommandLine) -> None:
     assert "no format 'xml'" in cardsflow.refused("check", PLANAR_2R, "--for", "xml")
 
 
-def test_a_set_that_is_not_active_is_lost(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_inactive_set_is_reported_as_lost(tmp_path: Path, cardsflow: CommandLine) -> None:
     robot = planar_2r()
     other = TaskSet("other", (TaskFrame("elbow", "link_1"),))
     write_caspr(replace(robot, task_sets=(*robot.task_sets, other)), tmp_path)
@@ -184,8 +186,8 @@ def test_a_set_that_is_not_active_is_lost(tmp_path: Path, cardsflow: CommandLine
     assert "task-sets-left-out" in codes
 
 
-def test_findings_that_repeat_are_one_line(tmp_path: Path, cardsflow: CommandLine) -> None:
-    """Four muscles without a limit, and one finding of another kind, which stands by itself."""
+def test_repeated_findings_are_one_line(tmp_path: Path, cardsflow: CommandLine) -> None:
+    """Four muscles have no limit; a finding of another kind has its own line."""
     robot = planar_2r()
     endless = [replace(muscle, f_max=math.inf) for muscle in robot.muscles]
     write_sdf(robot.with_muscles(endless), tmp_path / "robot")

@@ -1,4 +1,4 @@
-"""Imports of the commands: libraries that a command does not need cost seconds at its start."""
+"""Imports of the commands. Unnecessary imports would take seconds."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ ARM = EXAMPLES / "roboy_left_arm"
 SHORT = ("--set", "run.duration=0.02", "-o", "out")
 
 
-def imported(words: tuple[str, ...], folder: Path) -> set[str]:
-    """The heavy packages that a command has imported."""
+def imported_packages(words: tuple[str, ...], folder: Path) -> set[str]:
+    """Return the large packages that a command imports."""
     command = [sys.executable, "-X", "importtime", "-m", "cardsflow_fmu.cli", *words]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -50,8 +50,8 @@ def imported(words: tuple[str, ...], folder: Path) -> set[str]:
     ],
     ids=lambda value: value[0] if isinstance(value, tuple) else "",
 )
-def test_a_command_imports_what_it_needs(
+def test_command_only_imports_required_libraries(
     words: tuple[str, ...], needed: set[str], tmp_path: Path
 ) -> None:
-    """A task position at the start, of which the joints are found, needs no SciPy."""
-    assert imported(words, tmp_path) <= needed
+    """The inverse kinematics of a task position at the start requires no SciPy."""
+    assert imported_packages(words, tmp_path) <= needed

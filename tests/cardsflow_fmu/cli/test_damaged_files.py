@@ -1,7 +1,7 @@
-"""Files of every kind, damaged at random: read or refused in one line, in 1 GiB and 10 s.
+"""Randomly damaged files of every kind are read or rejected in one line, within 1 GiB and 10 s.
 
-A mutation's kind and number alone decide it. A tenth of CARDSFLOW_MUTATIONS is tried of each kind,
-20 if it is not set; a failure names its number and keeps its files.
+The kind and the number of a mutation determine it. For each kind, a tenth of CARDSFLOW_MUTATIONS
+is tested, or 20 if it is not set. A failure reports its number and keeps its files.
 """
 
 from __future__ import annotations
@@ -18,13 +18,16 @@ from support.damaged.kinds import KINDS
 
 MUTATIONS = int(os.environ.get("CARDSFLOW_MUTATIONS", "200")) // 10
 CHUNK = 500
-"""So many are tried in one process."""
+"""Number of mutations in one process."""
 
 NEEDS = {"parquet": "pyarrow", "step": "OCP", "step tables": "OCP"}
-"""The module of an extra without which a kind is not tried."""
+"""Module of the extra that a kind requires; it is skipped without the module."""
 
 TESTS = Path(__file__).parents[2]
-ALONE = {"OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(TESTS)}  # a thread takes much of a GiB
+ALONE = {
+    "OPENBLAS_NUM_THREADS": "1",
+    "PYTHONPATH": str(TESTS),
+}  # each thread requires much of the GiB
 
 pytestmark = [
     pytest.mark.slow,
@@ -33,7 +36,7 @@ pytestmark = [
 
 
 @pytest.mark.parametrize("kinds", [[*KINDS][k::8] for k in range(8)], ids=", ".join)
-def test_a_damaged_file_is_read_or_refused(tmp_path: Path, kinds: list[str]) -> None:
+def test_damaged_file_is_read_or_rejected(tmp_path: Path, kinds: list[str]) -> None:
     kinds = [kind for kind in kinds if kind not in NEEDS or find_spec(NEEDS[kind])]
     for kind in kinds:
         (tmp_path / kind).mkdir()

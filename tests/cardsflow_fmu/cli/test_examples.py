@@ -16,7 +16,7 @@ from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES
 
 MAX_WHEEL = 8 * 2**20
-"""Largest size of a wheel for one platform, in bytes."""
+"""Maximum size of a wheel for one platform, in bytes."""
 
 
 def test_list_prints_every_example_with_its_title(cardsflow: CommandLine) -> None:
@@ -56,7 +56,7 @@ def test_copy_suggests_the_nearest_example(tmp_path: Path, cardsflow: CommandLin
     assert "did you mean 'planar_2r'?" in line
 
 
-def test_copy_leaves_out_results_and_caches(
+def test_copy_omits_results_and_caches(
     tmp_path: Path, cardsflow: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     examples = tmp_path / "examples"
@@ -77,7 +77,7 @@ def test_copy_leaves_out_results_and_caches(
 
 @pytest.fixture(scope="module")
 def dist(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """A folder with the sdist and the wheel."""
+    """Build the sdist and the wheel; return their folder."""
     if shutil.which("uv") is None:
         pytest.skip("no uv")
     folder = tmp_path_factory.mktemp("dist")
@@ -95,7 +95,7 @@ def dist(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 
 @pytest.mark.slow
-def test_the_wheel_contains_libraries_and_examples_but_no_results(dist: Path) -> None:
+def test_wheel_contains_libraries_and_examples_but_no_results(dist: Path) -> None:
     (wheel,) = dist.glob("*.whl")
     assert len(list(dist.glob("*.tar.gz"))) == 1
     assert wheel.stat().st_size < MAX_WHEEL
@@ -108,8 +108,8 @@ def test_the_wheel_contains_libraries_and_examples_but_no_results(dist: Path) ->
 
 
 @pytest.mark.slow
-def test_the_wheel_runs_an_example_without_the_source_tree(dist: Path, tmp_path: Path) -> None:
-    """The dependencies come from the environment of the tests, so that no network is needed."""
+def test_wheel_runs_an_example_without_the_source_tree(dist: Path, tmp_path: Path) -> None:
+    """The dependencies come from the environment of the tests, so that no network is required."""
     (wheel,) = dist.glob("*.whl")
     venv, work = tmp_path / "venv", tmp_path / "work"
     work.mkdir()

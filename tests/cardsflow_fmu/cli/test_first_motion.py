@@ -1,4 +1,4 @@
-"""`cardsflow init`, then `run`, on robots that nobody tuned: a motion that their muscles make."""
+"""`cardsflow init` and `run` for robots without tuning: a motion that the muscles can perform."""
 
 from __future__ import annotations
 
@@ -45,19 +45,19 @@ def strands(*roots: tuple[float, float, float], f_max: float = np.inf) -> list[M
 
 
 def arm(*muscles: Muscle) -> Robot:
-    """A horizontal link of 1 kg on a hinge."""
+    """Return a horizontal link of 1 kg on a hinge."""
     return one_link(LIGHT, muscles, motions=revolute(Y), lower=-1.0, upper=1.0)
 
 
 def two_links(*muscles: Muscle) -> Robot:
-    """Another link at the end of the arm, with a hinge of its own."""
+    """Return an arm with a second link on a hinge at the end of the first."""
     robot = arm(*muscles)
     wrist = Joint("wrist", "a", "hand", revolute(Y), (Coordinate("wrist"),))
     return replace(robot, links=(*robot.links, Link("hand", LIGHT)), joints=(*robot.joints, wrist))
 
 
-def started(robot: Robot, folder: Path, cardsflow: CommandLine) -> tuple[dict, str]:
-    """The summary of a run after `init`, and what `init` has said."""
+def init_and_run(robot: Robot, folder: Path, cardsflow: CommandLine) -> tuple[dict, str]:
+    """Run `init`, then the experiment; return the summary of the run and the output of `init`."""
     write_sdf(robot, folder / "robot")
     code, out, err = cardsflow("init", folder / "robot", "-o", folder)
     assert code == 0, err
@@ -75,9 +75,7 @@ def assert_tracks(summary: dict) -> None:
 
 
 @pytest.mark.slow
-def test_a_joint_goes_less_far_where_forces_have_no_room_for_more(
-    tmp_path: Path, cardsflow: CommandLine
-) -> None:
+def test_motion_is_limited_by_the_force_limits(tmp_path: Path, cardsflow: CommandLine) -> None:
     strong = arm(*strands(ABOVE, f_max=100.0))
     dynamics = CoreDynamics(strong)
     held = [-dynamics.gravity([q])[0] / dynamics.muscle_jacobian([q])[0, 0] for q in (-0.06, 0.06)]
@@ -85,14 +83,14 @@ def test_a_joint_goes_less_far_where_forces_have_no_room_for_more(
     narrow = arm(replace(strand, f_min=float(min(held)), f_max=float(max(held))))
     motion = first_motion(narrow)
     assert 0.0 < abs(motion.end[0] - motion.start[0]) < 0.06
-    summary, err = started(narrow, tmp_path, cardsflow)
+    summary, err = init_and_run(narrow, tmp_path, cardsflow)
     assert_tracks(summary)
     assert "no room" not in err
 
 
 @pytest.mark.slow
-def test_limits_that_the_file_lacks_are_suggested(tmp_path: Path, cardsflow: CommandLine) -> None:
-    summary, err = started(arm(*strands(ABOVE)), tmp_path, cardsflow)
+def test_missing_force_limits_are_suggested(tmp_path: Path, cardsflow: CommandLine) -> None:
+    summary, err = init_and_run(arm(*strands(ABOVE)), tmp_path, cardsflow)
     assert_tracks(summary)
     data = tomllib.loads((tmp_path / "experiment.toml").read_text())
     f_max = data["muscles"]["strand 0"]["f_max"]
@@ -102,10 +100,10 @@ def test_limits_that_the_file_lacks_are_suggested(tmp_path: Path, cardsflow: Com
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("apart", "meets"), [(0.01, False), (0.002, True)])
-def test_motions_keep_muscles_apart_or_say_where_they_meet(
+def test_colliding_muscles_are_avoided_or_reported(
     apart: float, meets: bool, tmp_path: Path
 ) -> None:
-    """Cables above and below the middle of a strand, which 0.1 rad moves by 15 mm."""
+    """Cables are above and below the middle of a strand that moves by 15 mm at 0.1 rad."""
     middle = 0.5 * np.add(ABOVE, (0.3, 0.0, 0.0))
     across = [
         Muscle(name, tuple(ViaPoint(WORLD, (middle[0], y, middle[2] + z)) for y in (-1.0, 1.0)))
@@ -120,14 +118,14 @@ def test_motions_keep_muscles_apart_or_say_where_they_meet(
 
 
 @pytest.mark.slow
-def test_a_hanging_link_is_moved_where_its_one_muscle_can_hold_it(
+def test_start_pose_of_a_hanging_link_can_be_held_by_its_muscle(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
-    """Down along gravity, one strand pulls to one side: the start must be on that side."""
+    """A single strand pulls the hanging link to one side; the start must be on this side."""
     robot = arm(*strands((-0.5, 0.0, -0.1)))
     hanging = replace(robot.joints[0].coordinates[0], lower=0.0, upper=3.0, initial=1.9)
     robot = replace(robot, joints=(replace(robot.joints[0], coordinates=(hanging,)),))
-    summary, _ = started(robot, tmp_path, cardsflow)
+    summary, _ = init_and_run(robot, tmp_path, cardsflow)
     assert_tracks(summary)
     experiment = Experiment.load(tmp_path)
     dynamics = CoreDynamics(experiment.robot)
@@ -136,8 +134,10 @@ def test_a_hanging_link_is_moved_where_its_one_muscle_can_hold_it(
 
 
 @pytest.mark.slow
-def test_what_no_muscle_moves_is_locked_and_told(tmp_path: Path, cardsflow: CommandLine) -> None:
-    summary, err = started(two_links(*strands(ABOVE, BELOW)), tmp_path, cardsflow)
+def test_coordinate_without_muscle_is_locked_and_reported(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    summary, err = init_and_run(two_links(*strands(ABOVE, BELOW)), tmp_path, cardsflow)
     assert_tracks(summary)
     assert "wrist is locked at 0: no muscle drives it" in err
     text = (tmp_path / "experiment.toml").read_text()
@@ -147,10 +147,8 @@ def test_what_no_muscle_moves_is_locked_and_told(tmp_path: Path, cardsflow: Comm
 
 
 @pytest.mark.slow
-def test_what_is_locked_may_be_left_to_a_spring_as_the_comments_say(
-    tmp_path: Path, cardsflow: CommandLine
-) -> None:
-    started(two_links(*strands(ABOVE, BELOW)), tmp_path, cardsflow)
+def test_commented_spring_can_replace_a_lock(tmp_path: Path, cardsflow: CommandLine) -> None:
+    init_and_run(two_links(*strands(ABOVE, BELOW)), tmp_path, cardsflow)
     file = tmp_path / "experiment.toml"
     lines = [line for line in file.read_text().splitlines() if "wrist.locked" not in line]
     springs = ("# coordinates.wrist", "# passive.wrist")
@@ -174,11 +172,11 @@ def test_what_is_locked_may_be_left_to_a_spring_as_the_comments_say(
 
 
 @pytest.mark.slow
-def test_limits_and_forces_leave_room_all_along(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_motion_stays_within_joint_and_force_limits(tmp_path: Path, cardsflow: CommandLine) -> None:
     robot = arm(*strands(ABOVE, BELOW, f_max=60.0))
     near = replace(robot.joints[0].coordinates[0], lower=0.0, upper=0.05)
     robot = replace(robot, joints=(replace(robot.joints[0], coordinates=(near,)),))
-    summary, _ = started(robot, tmp_path, cardsflow)
+    summary, _ = init_and_run(robot, tmp_path, cardsflow)
     assert_tracks(summary)
     assert summary["forces"]["max"] < 60.0
     reference = Experiment.load(tmp_path).reference.curve
@@ -192,11 +190,15 @@ def test_limits_and_forces_leave_room_all_along(tmp_path: Path, cardsflow: Comma
 @pytest.mark.parametrize(
     ("roots", "f_max", "words"),
     [
-        ((BELOW,), np.inf, "no muscle produces negative torque at q"),  # q > 0 turns the link down
+        (
+            (BELOW,),
+            np.inf,
+            "no muscle produces negative torque at q",
+        ),  # q > 0 rotates the link downwards
         ((ABOVE,), 1.0, "too weak; `cardsflow size` computes the required forces"),
     ],
 )
-def test_a_robot_that_nothing_holds_is_refused_in_words(
+def test_robot_that_muscles_cannot_hold_is_rejected_with_a_reason(
     roots: tuple, f_max: float, words: str, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     robot = arm(*strands(*roots, f_max=f_max))
@@ -209,7 +211,7 @@ def test_a_robot_that_nothing_holds_is_refused_in_words(
     assert not (tmp_path / "experiment.toml").exists()
 
 
-def test_a_length_beyond_all_numbers_is_refused(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_too_large_length_is_rejected(tmp_path: Path, cardsflow: CommandLine) -> None:
     robot = two_links(*strands(ABOVE, BELOW))
     wrist = replace(robot.joints[-1], T_parent_joint=Pose((1e200, 0.0, 0.0)))
     write_sdf(replace(robot, joints=(*robot.joints[:-1], wrist)), tmp_path)
@@ -226,7 +228,9 @@ def test_a_length_beyond_all_numbers_is_refused(tmp_path: Path, cardsflow: Comma
 @pytest.mark.parametrize(
     ("length", "mass"), few([(10.0, 1e3), (1e-2, 1.0), (1e-3, 1e-3)]), ids=["10 m", "cm", "mm"]
 )
-def test_any_size(length: float, mass: float, tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_robots_of_any_size_have_a_first_motion(
+    length: float, mass: float, tmp_path: Path, cardsflow: CommandLine
+) -> None:
     def scaled(point: tuple[float, float, float]) -> tuple[float, float, float]:
         return tuple(length * x for x in point)  # type: ignore[return-value]
 
@@ -237,13 +241,13 @@ def test_any_size(length: float, mass: float, tmp_path: Path, cardsflow: Command
     ]
     robot = arm(*muscles)
     robot = replace(robot, links=(replace(robot.links[0], inertia=inertia),))
-    summary, _ = started(robot, tmp_path, cardsflow)
+    summary, _ = init_and_run(robot, tmp_path, cardsflow)
     assert_tracks(summary)
 
 
 @pytest.mark.slow
 def test_massless_motions_are_locked(tmp_path: Path, cardsflow: CommandLine) -> None:
-    """A ball joint in line with a rod that has no inertia about itself."""
+    """A rod on a ball joint has no inertia about its axis."""
     rod = Inertia(1.0, (0.2, 0.0, 0.0), 0.0, 0.01, 0.01)
     x, y = (1.0, 0.0, 0.0), Y
     motions = (*revolute(y), replace(revolute(x)[0], coordinate=1))
@@ -269,7 +273,7 @@ def test_massless_motions_are_locked(tmp_path: Path, cardsflow: CommandLine) -> 
 @pytest.mark.parametrize(
     "name", few(["cardsflow/shoulder_testbed", "cardsflow/theClaw", "caspr/CAREX", "caspr/BMArm"])
 )
-def test_published_robots_track(
+def test_published_robots_track_the_first_motion(
     name: str, shared: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     code, _, err = cardsflow("init", shared / "robots" / name, "-o", tmp_path)
@@ -280,12 +284,12 @@ def test_published_robots_track(
 
 
 @pytest.mark.slow
-def test_names_in_other_scripts_stay_different(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_names_in_other_scripts_remain_distinct(tmp_path: Path, cardsflow: CommandLine) -> None:
     muscles = [
         replace(muscle, name=name)
         for muscle, name in zip(strands(ABOVE, BELOW, f_max=300.0), ("肌", "腱"), strict=True)
     ]
-    summary, _ = started(arm(*muscles), tmp_path, cardsflow)
+    summary, _ = init_and_run(arm(*muscles), tmp_path, cardsflow)
     assert_tracks(summary)
     assert list(summary["forces"]["per_muscle"]) == ["f.u808c", "f.u8171"]
     same = [replace(m, name=name) for m, name in zip(muscles, ("a b", "a_b"), strict=True)]
@@ -296,11 +300,11 @@ def test_names_in_other_scripts_stay_different(tmp_path: Path, cardsflow: Comman
 
 
 @pytest.mark.slow
-def test_friction_of_joints_is_made_up_for_and_told(tmp_path: Path, cardsflow: CommandLine) -> None:
-    """As much as 2.5 rad/s² of the arm, which feedback alone follows no better than 6 mrad."""
+def test_joint_friction_is_compensated_and_reported(tmp_path: Path, cardsflow: CommandLine) -> None:
+    """The friction equals 2.5 rad/s² of the arm; feedback alone has an error of 6 mrad."""
     robot = arm(*strands(ABOVE, BELOW))
     rubbing = replace(robot.joints[0].coordinates[0], friction=0.125)
-    summary, err = started(
+    summary, err = init_and_run(
         replace(robot, joints=(replace(robot.joints[0], coordinates=(rubbing,)),)),
         tmp_path,
         cardsflow,
@@ -312,11 +316,11 @@ def test_friction_of_joints_is_made_up_for_and_told(tmp_path: Path, cardsflow: C
 
 
 @pytest.mark.slow
-def test_a_motor_drives_what_no_muscle_moves(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_motor_drives_a_coordinate_without_muscle(tmp_path: Path, cardsflow: CommandLine) -> None:
     robot = two_links(*strands(ABOVE, BELOW))
     motor = Coordinate("wrist", actuated=True, tau_min=-20.0, tau_max=20.0)
     joints = (robot.joints[0], replace(robot.joints[1], coordinates=(motor,)))
-    summary, err = started(replace(robot, joints=joints), tmp_path, cardsflow)
+    summary, err = init_and_run(replace(robot, joints=joints), tmp_path, cardsflow)
     assert_tracks(summary)
     assert "locked" not in err
     assert list(summary["tracking"]["per_signal"]) == ["q.q", "q.wrist"]

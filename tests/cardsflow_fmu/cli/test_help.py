@@ -25,7 +25,7 @@ ROBOT = PLANAR_2R / "robot"
 def parsers(
     parser: argparse.ArgumentParser, name: str = ""
 ) -> Iterator[tuple[str, argparse.Action]]:
-    """Every argument of every command, with the command."""
+    """Yield every argument of every command, with the command."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             for word, inner in action.choices.items():
@@ -51,7 +51,7 @@ def test_every_option_states_its_default() -> None:
             assert str(action.default) in stated[1] or f"{action.default:g}" in stated[1], text
 
 
-def test_help_texts_have_no_full_stop_and_no_capital_at_the_start() -> None:
+def test_help_texts_have_no_full_stop_and_no_initial_capital() -> None:
     for name, action in ARGUMENTS:
         text = action.help or ""
         assert text, (name, action)
@@ -59,18 +59,18 @@ def test_help_texts_have_no_full_stop_and_no_capital_at_the_start() -> None:
         assert text[0] == text[0].lower() or text.startswith(("JSON", "Dask", "FMI")), text
 
 
-def test_the_same_option_has_the_same_form_in_every_command() -> None:
+def test_shared_options_have_the_same_form() -> None:
     forms: dict[str, set[tuple[object, ...]]] = {}
     for _, action in OPTIONS:
         for option in action.option_strings:
             form = (type(action), action.type, action.dest)
             forms.setdefault(option, set()).add(form)
-    del forms["--motion"]  # a file; in `check` also the name of a trajectory
+    del forms["--motion"]  # in `check`, it is also the name of a trajectory
     several = {option: found for option, found in forms.items() if len(found) > 1}
     assert not several
 
 
-def test_the_help_groups_all_commands_by_task(cardsflow: CommandLine) -> None:
+def test_help_groups_all_commands_by_task(cardsflow: CommandLine) -> None:
     code, out, _ = cardsflow("--help")
     assert code == 0
     places = [out.index(f"\n{title}:\n") for title in _COMMANDS]
@@ -101,7 +101,7 @@ def test_the_help_groups_all_commands_by_task(cardsflow: CommandLine) -> None:
         (("schema", "experimnt"), "experiment"),
     ],
 )
-def test_a_mistyped_word_gets_a_suggestion_and_the_usage_of_its_command(
+def test_mistyped_word_has_a_suggestion_and_usage(
     words: tuple[object, ...], suggestion: str, cardsflow: CommandLine
 ) -> None:
     code, out, err = cardsflow(*words)
@@ -125,7 +125,7 @@ def test_a_mistyped_word_gets_a_suggestion_and_the_usage_of_its_command(
         (("convert", ROBOT, "--to", "mjfc", "-o", "there"), "mjcf"),
     ],
 )
-def test_a_mistyped_file_key_or_name_gets_a_suggestion(
+def test_mistyped_file_key_or_name_has_a_suggestion(
     words: tuple[object, ...], suggestion: str, cardsflow: CommandLine
 ) -> None:
     line = cardsflow.refused(*words)
@@ -145,7 +145,7 @@ REMOVED = [(command, old) for command, table in REMOVED_OPTIONS.items() for old 
 
 
 @pytest.mark.parametrize(("command", "old"), few(OLD))
-def test_an_old_option_gets_one_line_with_the_new_name(
+def test_renamed_option_is_reported_with_the_new_name(
     command: str, old: str, cardsflow: CommandLine
 ) -> None:
     new = RENAMED_OPTIONS[command][old]
@@ -158,7 +158,7 @@ def test_an_old_option_gets_one_line_with_the_new_name(
 
 
 @pytest.mark.parametrize(("command", "old"), few(REMOVED))
-def test_a_removed_option_gets_one_line_with_what_to_use(
+def test_removed_option_is_reported_with_its_replacement(
     command: str, old: str, cardsflow: CommandLine
 ) -> None:
     assert f"{old} is no longer an option; use --compute" in cardsflow.refused(command, old)
@@ -168,32 +168,32 @@ def test_a_removed_option_gets_one_line_with_what_to_use(
 
 
 class Terminal(io.StringIO):
-    """A terminal."""
+    """Stream that is a terminal."""
 
     def isatty(self) -> bool:
         return True
 
 
-def printed(stream: io.StringIO, monkeypatch: pytest.MonkeyPatch) -> str:
+def print_messages(stream: io.StringIO, monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.setattr(sys, "stderr", PrintableStream(stream, is_needed=False))
     print_error("a.toml: \x1b[2J wrong")
     print_note("warning: doubtful")
     return stream.getvalue()
 
 
-def test_only_terminals_get_colours(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_colours_are_only_used_on_terminals(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("NO_COLOR", raising=False)
     monkeypatch.setenv("TERM", "xterm")
     plain = "cardsflow: a.toml: \\x1b[2J wrong\ncardsflow: warning: doubtful\n"
-    assert printed(io.StringIO(), monkeypatch) == plain
-    coloured = printed(Terminal(), monkeypatch)
+    assert print_messages(io.StringIO(), monkeypatch) == plain
+    coloured = print_messages(Terminal(), monkeypatch)
     assert "\x1b[1;31mcardsflow: \x1b[0ma.toml: \\x1b[2J" in coloured
     assert "\x1b[1;33mwarning:\x1b[0m doubtful" in coloured
     monkeypatch.setenv("NO_COLOR", "1")
-    assert printed(Terminal(), monkeypatch) == plain
+    assert print_messages(Terminal(), monkeypatch) == plain
 
 
-def test_quiet_suppresses_warnings_and_no_errors(capsys: pytest.CaptureFixture[str]) -> None:
+def test_quiet_suppresses_warnings_but_not_errors(capsys: pytest.CaptureFixture[str]) -> None:
     with quiet_messages(True):
         print_note("warning: doubtful")
         print_error("wrong")

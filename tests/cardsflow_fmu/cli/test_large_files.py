@@ -1,4 +1,4 @@
-"""Files made to exhaust memory, or to be waited for, are refused within 1 GB and 10 s."""
+"""Oversized files and pipes are rejected within 1 GB of memory and 10 s."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.slow
 MIB = 2**20
 MAX_MEMORY = 1000 * MIB
 SECONDS = 10.0  # of processor time
-MAX_WAIT = 600.0  # in [s], so that a pipe that is waited for does not hold the tests up
+MAX_WAIT = 600.0  # in [s]; ends a test that waits for a pipe
 
 
 MEASURED = """
@@ -41,7 +41,7 @@ sys.exit(code)
 
 
 def peak(folder: Path, *words: object) -> tuple[int, str, int]:
-    """Exit code, messages, and the most memory in bytes of a command in a process of its own."""
+    """Run a command in a process; return exit code, messages, and maximum memory in bytes."""
     done = subprocess.run(
         [sys.executable, "-c", MEASURED, *map(str, words)],
         stdout=subprocess.DEVNULL,
@@ -89,7 +89,7 @@ def many_laughs(folder: Path) -> Path:
 
 
 def many_files(folder: Path) -> Path:
-    """A directory of two million files, of which only the directory is there."""
+    """Write an archive with a directory of two million files, but without the files."""
     entry = struct.pack("<4s6H3L5H2L", b"PK\x01\x02", *([0] * 16))
     directory = entry * 2_000_000
     end = struct.pack("<4s4H2LH", b"PK\x05\x06", 0, 0, 0xFFFF, 0xFFFF, len(directory), 0, 0)
@@ -118,7 +118,7 @@ FMUS: dict[str, Callable[[Path], Path]] = {
 }
 
 
-def refused(result: tuple[int, str, int]) -> str:
+def rejection_message(result: tuple[int, str, int]) -> str:
     code, err, memory = result
     assert memory < MAX_MEMORY, f"{memory / MIB:.0f} MiB"
     assert code == 2, err
@@ -129,8 +129,8 @@ def refused(result: tuple[int, str, int]) -> str:
 
 @pytest.mark.cases(2)
 @pytest.mark.parametrize("make", FMUS.values(), ids=FMUS)
-def test_fmus(tmp_path: Path, make: Callable[[Path], Path]) -> None:
-    refused(peak(tmp_path, "info", make(tmp_path)))
+def test_oversized_fmu_is_rejected(tmp_path: Path, make: Callable[[Path], Path]) -> None:
+    rejection_message(peak(tmp_path, "info", make(tmp_path)))
 
 
 def experiment(folder: Path, text: str = "") -> Path:
@@ -143,26 +143,28 @@ def experiment(folder: Path, text: str = "") -> Path:
 @pytest.mark.cases(2)
 @pytest.mark.parametrize("name", ["a.ssp", "experiment.toml", "model.sdf", "a_bodies.xml"])
 @pytest.mark.parametrize("make", [pipe, sparse], ids=["pipe", "sparse"])
-def test_files_that_are_none(tmp_path: Path, name: str, make: Callable[[Path, str], Path]) -> None:
+def test_pipe_or_oversized_file_is_rejected(
+    tmp_path: Path, name: str, make: Callable[[Path, str], Path]
+) -> None:
     command = "info" if name.endswith((".ssp", ".sdf", ".xml")) else "run"
-    refused(peak(tmp_path, command, make(tmp_path, name)))
+    rejection_message(peak(tmp_path, command, make(tmp_path, name)))
 
 
 @pytest.mark.cases(2)
 @pytest.mark.parametrize("name", ["results.csv", "results.parquet", "summary.json"])
 @pytest.mark.parametrize("make", [pipe, sparse], ids=["pipe", "sparse"])
-def test_results_that_are_none(
+def test_pipe_or_oversized_results_are_rejected(
     tmp_path: Path, name: str, make: Callable[[Path, str], Path]
 ) -> None:
     if name == "summary.json":
         (tmp_path / "results.csv").write_text("time,a\n0,1\n")
         (tmp_path / "results.units.json").write_text("{}")
     file = make(tmp_path, name)
-    refused(peak(tmp_path, "compare", tmp_path if name == "summary.json" else file, file))
+    rejection_message(peak(tmp_path, "compare", tmp_path if name == "summary.json" else file, file))
 
 
 def constants(folder: Path) -> Path:
-    """A column of a hundred million zeros, which is some kilobytes."""
+    """Write a column of 100 million zeros, compressed to some kilobytes."""
     pa = pytest.importorskip("pyarrow")
     from pyarrow import parquet
 
@@ -188,7 +190,7 @@ def commas(folder: Path) -> Path:
 
 
 def numbers(folder: Path) -> Path:
-    """So many that two such tables would take more than there is."""
+    """Write a table of which two would exceed the memory limit."""
     (folder / "a.csv").write_bytes(b"time,a,b,c\n" + b"0,0,0,0\n" * 9 * MIB)
     return folder / "a.csv"
 
@@ -205,13 +207,13 @@ def many_columns(folder: Path) -> Path:
 
 @pytest.mark.cases(2)
 @pytest.mark.parametrize("make", [constants, texts, commas, numbers, one_line, many_columns])
-def test_tables(tmp_path: Path, make: Callable[[Path], Path]) -> None:
+def test_oversized_table_is_rejected(tmp_path: Path, make: Callable[[Path], Path]) -> None:
     file = make(tmp_path)
-    refused(peak(tmp_path, "compare", file, file))
+    rejection_message(peak(tmp_path, "compare", file, file))
 
 
-def test_a_table_at_the_limit_of_columns_is_compared(tmp_path: Path) -> None:
-    """Time is that of the columns, not of their square."""
+def test_table_with_the_maximum_number_of_columns_is_compared(tmp_path: Path) -> None:
+    """The time is proportional to the number of columns, not to its square."""
     names = b",".join([b"time", *(b"a%d" % k for k in range(99_999))])
     row = b",".join([b"0"] * 100_000)
     (tmp_path / "a.csv").write_bytes(names + b"\n" + row + b"\n")
@@ -232,7 +234,7 @@ def zipped_mesh(folder: Path) -> Path:
 
 
 def scene_of_scenes(folder: Path) -> Path:
-    """A glTF whose nodes stand below one another, twice each."""
+    """Write a glTF with nested nodes, each included twice."""
     nodes = [{"children": [k + 1, k + 1]} for k in range(30)] + [{"mesh": 0}]
     part = {"attributes": {"POSITION": 0}}
     scene = {
@@ -267,72 +269,80 @@ MESHES: dict[str, Callable[[Path], Path]] = {
 
 @pytest.mark.cases(3)
 @pytest.mark.parametrize("make", MESHES.values(), ids=MESHES)
-def test_meshes(tmp_path: Path, make: Callable[[Path], Path]) -> None:
+def test_oversized_mesh_is_rejected(tmp_path: Path, make: Callable[[Path], Path]) -> None:
     folder = experiment(tmp_path)
     mesh = f'shape = "mesh"\nfile = "{make(folder).name}"\nmass = 1.0\n'
     with (folder / "experiment.toml").open("a") as stream:
         stream.write('\n[[world.objects]]\nname = "thing"\n' + mesh)
     words = ["--coupling", "direct", "--set", "run.duration=0.01"]
-    assert "outside" not in refused(peak(tmp_path, "run", folder, *words))
+    assert "outside" not in rejection_message(peak(tmp_path, "run", folder, *words))
 
 
 @pytest.mark.parametrize("make", [pipe, sparse], ids=["pipe", "sparse"])
-def test_code_that_is_none(tmp_path: Path, make: Callable[[Path, str], Path]) -> None:
-    """A custom controller, whose classes a check reads."""
+def test_pipe_or_oversized_custom_code_is_rejected(
+    tmp_path: Path, make: Callable[[Path, str], Path]
+) -> None:
+    """`check` reads the classes of a custom controller."""
     make(experiment(tmp_path), "own.py")
-    refused(peak(tmp_path, "run", "example", "--set", "controller.type=own.py:Own"))
+    rejection_message(peak(tmp_path, "run", "example", "--set", "controller.type=own.py:Own"))
 
 
-def test_code_of_many_bytes(tmp_path: Path) -> None:
+def test_oversized_custom_code_is_rejected(tmp_path: Path) -> None:
     (experiment(tmp_path) / "own.py").write_bytes(b"class Own: pass\na = [" + b"[]," * 340_000)
-    refused(peak(tmp_path, "run", "example", "--set", "controller.type=own.py:Own"))
+    rejection_message(peak(tmp_path, "run", "example", "--set", "controller.type=own.py:Own"))
 
 
 @pytest.mark.cases(1)
 @pytest.mark.parametrize("make", [pipe, sparse], ids=["pipe", "sparse"])
-def test_fmus_of_a_study(tmp_path: Path, make: Callable[[Path, str], Path]) -> None:
-    """All that its runs rest on is read for their hashes."""
+def test_oversized_fmu_of_a_study_is_rejected(
+    tmp_path: Path, make: Callable[[Path, str], Path]
+) -> None:
+    """A study reads all files of its runs to compute their hashes."""
     make(experiment(tmp_path, '\n[fmus.plant]\npath = "a.fmu"\n'), "a.fmu")
     vary = '[[vary]]\npath = "controller.kp"\nvalues = [1.0, 2.0]\n'
     (tmp_path / "study.toml").write_text(f'experiment = "example"\n{vary}')
-    refused(peak(tmp_path, "study", "study.toml", "--only", "0"))
+    rejection_message(peak(tmp_path, "study", "study.toml", "--only", "0"))
 
 
 @pytest.mark.parametrize("make", [pipe, sparse], ids=["pipe", "sparse"])
-def test_designs_that_are_none(tmp_path: Path, make: Callable[[Path, str], Path]) -> None:
-    refused(peak(tmp_path, "addin", "export-snapshot", make(tmp_path, "a.json"), "-o", "arm"))
+def test_pipe_or_oversized_design_is_rejected(
+    tmp_path: Path, make: Callable[[Path, str], Path]
+) -> None:
+    rejection_message(
+        peak(tmp_path, "addin", "export-snapshot", make(tmp_path, "a.json"), "-o", "arm")
+    )
 
 
 @pytest.mark.parametrize(
     ("begin", "part", "count", "end"), [(b"", b"[],", 60, b""), (b'["', b"a", 150, b'"]')]
 )
-def test_designs_of_many_bytes(
+def test_oversized_design_is_rejected(
     tmp_path: Path, begin: bytes, part: bytes, count: int, end: bytes
 ) -> None:
     (tmp_path / "a.json").write_bytes(begin + part * count * MIB + end)
-    refused(peak(tmp_path, "addin", "export-snapshot", "a.json", "-o", "arm"))
+    rejection_message(peak(tmp_path, "addin", "export-snapshot", "a.json", "-o", "arm"))
 
 
 @pytest.mark.cases(2)
 @pytest.mark.parametrize("part", [b"<!--", b"<?", b"<!D[", b"<!D[>", b"<!D>", b"<!D[]>", b"<"])
-def test_robots_that_do_not_begin(tmp_path: Path, part: bytes) -> None:
-    """Declarations and comments that do not end, or are all there is."""
+def test_robot_file_without_an_element_is_rejected(tmp_path: Path, part: bytes) -> None:
+    """The file only contains declarations or comments, or they have no end."""
     (tmp_path / "a.xml").write_bytes(part * (4 * MIB))
-    refused(peak(tmp_path, "info", "a.xml"))
+    rejection_message(peak(tmp_path, "info", "a.xml"))
 
 
-def test_a_column_of_a_long_name(tmp_path: Path) -> None:
+def test_table_with_a_long_column_name_is_rejected(tmp_path: Path) -> None:
     folder = experiment(tmp_path)
     (folder / "a.csv").write_bytes(b"time,a" + b" " * 3 * MIB + b"b\n" + b"0,0\n" * 9)
-    refused(peak(tmp_path, "run", folder, "--set", "reference.file=a.csv"))
+    rejection_message(peak(tmp_path, "run", folder, "--set", "reference.file=a.csv"))
 
 
-def test_settings_of_many_bytes(tmp_path: Path) -> None:
-    refused(peak(tmp_path, "run", experiment(tmp_path, "a = [" + "[]," * 2 * MIB + "]")))
+def test_oversized_settings_are_rejected(tmp_path: Path) -> None:
+    rejection_message(peak(tmp_path, "run", experiment(tmp_path, "a = [" + "[]," * 2 * MIB + "]")))
 
 
-def test_an_archive_that_unpacks_to_much(tmp_path: Path) -> None:
-    """Zeros of 1.1 GiB, a hundredth of which is not even written."""
+def test_archive_with_too_much_content_is_rejected(tmp_path: Path) -> None:
+    """The archive contains 1.1 GiB of zeros; less than 1 % is written to disk."""
     packer, block = zlib.compressobj(1, zlib.DEFLATED, -15), bytes(MIB)
     data = b"".join(packer.compress(block) for _ in range(1100)) + packer.flush()
     head = struct.pack("<HHHHHLLLHH", 20, 0, 8, 0, 0, 0, len(data), 1100 * MIB, 1, 0)
@@ -341,7 +351,7 @@ def test_an_archive_that_unpacks_to_much(tmp_path: Path) -> None:
     end = struct.pack("<4s4H2LH", b"PK\x05\x06", 0, 0, 1, 1, len(entry), len(local), 0)
     (tmp_path / "a.ssp").write_bytes(local + entry + end)
     assert zipfile.ZipFile(io.BytesIO(local + entry + end)).infolist()[0].file_size == 1100 * MIB
-    assert "larger" in refused(peak(tmp_path, "info", tmp_path / "a.ssp"))
+    assert "larger" in rejection_message(peak(tmp_path, "info", tmp_path / "a.ssp"))
 
 
 def numbers_of_a_byte(file: Path) -> None:
@@ -350,7 +360,7 @@ def numbers_of_a_byte(file: Path) -> None:
 
 
 def many_rows(file: Path) -> None:
-    """Of zeros, but for times."""
+    """Write increasing times and zeros."""
     time = np.arange(5_500_000) * 1e-3
     np.save(file, np.stack([time, 0.0 * time, 0.0 * time], axis=1))
 
@@ -364,7 +374,7 @@ def rows_of_opensim(file: Path) -> None:
 
 
 def messages_in_a_chunk(file: Path) -> None:
-    """Four million in some kilobytes."""
+    """Write four million messages, compressed to some kilobytes."""
     zstandard = pytest.importorskip("zstandard")
 
     def text(content: str) -> bytes:
@@ -394,7 +404,7 @@ MOTIONS: dict[str, Callable[[Path], None]] = {
 
 @pytest.mark.cases(2)
 @pytest.mark.parametrize("name", MOTIONS)
-def test_motions(tmp_path: Path, name: str) -> None:
+def test_oversized_motion_is_rejected(tmp_path: Path, name: str) -> None:
     folder = experiment(tmp_path)
     MOTIONS[name](folder / name)
-    refused(peak(tmp_path, "run", folder, "--set", f"reference={{file='{name}'}}"))
+    rejection_message(peak(tmp_path, "run", folder, "--set", f"reference={{file='{name}'}}"))

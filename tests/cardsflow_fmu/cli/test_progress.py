@@ -1,4 +1,4 @@
-"""Progress of long work: lines with the time left in a pipe, callbacks of the API."""
+"""Progress of long work: lines with the remaining time in a pipe, and callbacks of the API."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Clock:
         return self.time
 
 
-def test_a_pipe_gets_a_line_every_10_s(capsys: pytest.CaptureFixture[str]) -> None:
+def test_progress_in_a_pipe_is_one_line_per_10_s(capsys: pytest.CaptureFixture[str]) -> None:
     clock = Clock()
     lines = ProgressLines("excite", clock=clock)
     for second in range(1, 35):
@@ -53,7 +53,9 @@ def test_lines_are_printed_between_slow_updates(capsys: pytest.CaptureFixture[st
     ]
 
 
-def test_an_unknown_total_has_no_time_left(capsys: pytest.CaptureFixture[str]) -> None:
+def test_progress_with_unknown_total_has_no_remaining_time(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     clock = Clock()
     lines = ProgressLines("run", "steps", clock)
     clock.time += 3700.0
@@ -90,7 +92,7 @@ def windows(rows: int) -> list[Window]:
     return [Window(readings, 0, nothing)]
 
 
-def test_the_progress_of_a_calibration_follows_its_stages() -> None:
+def test_progress_of_a_calibration_matches_its_stages() -> None:
     calls: list[tuple[int, int]] = []
     work = FitProgress(
         lambda done, total: calls.append((done, total)), [windows(1), windows(10)], iterations=2

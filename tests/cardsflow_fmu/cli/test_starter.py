@@ -1,4 +1,4 @@
-"""`cardsflow init`: experiments that run as they are, and as their comments say."""
+"""`cardsflow init`: experiments that run unchanged, and with their commented settings."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ VALID = Draft202012Validator(schema())
 @pytest.mark.cases(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("robot", few(ROBOTS, 2), ids=lambda robot: robot.parent.name)
-def test_a_first_experiment_runs_as_it_is(robot: Path, tmp_path: Path) -> None:
+def test_first_experiment_runs_unchanged(robot: Path, tmp_path: Path) -> None:
     file = init(robot, tmp_path / "arm/experiment.toml").file
     assert list(VALID.iter_errors(tomllib.loads(file.read_text()))) == []
     experiment = Experiment.load(file)
@@ -50,8 +50,8 @@ def test_a_first_experiment_runs_as_it_is(robot: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_friction_of_cables_gets_an_observer(tmp_path: Path) -> None:
-    """As fast as what the arm needs where its coefficients are known to 30 %."""
+def test_cable_friction_adds_an_observer(tmp_path: Path) -> None:
+    """The observer is fast enough for friction coefficients with an error of 30 %."""
     robot = read_robot(EXAMPLES / "roboy_left_arm/robot/model.sdf")
     write_sdf(bent(robot, 0.2, [c.initial for c in robot.coordinates]), tmp_path)
     starter = init(tmp_path, tmp_path / "experiment.toml")
@@ -64,7 +64,7 @@ def test_friction_of_cables_gets_an_observer(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("form", ["sdf", "caspr", "file"])
-def test_whatever_a_run_takes_is_taken(form: str, tmp_path: Path) -> None:
+def test_init_accepts_all_robot_formats(form: str, tmp_path: Path) -> None:
     robot = planar_2r()
     folder = tmp_path / "robot"
     if form == "sdf":
@@ -78,14 +78,14 @@ def test_whatever_a_run_takes_is_taken(form: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_cable_set_is_kept(tmp_path: Path) -> None:
+def test_cable_set_is_written_to_the_experiment(tmp_path: Path) -> None:
     file = init(PLANAR_2R / "robot", tmp_path, "basic_2018_07").file
     assert file == tmp_path / "experiment.toml"
     assert Experiment.load(file).robot.cable_set == "basic_2018_07"
 
 
 @pytest.mark.slow
-def test_the_experiment_finds_its_robot_from_where_it_stands(
+def test_robot_path_is_relative_to_the_experiment(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     write_sdf(planar_2r(), tmp_path / "a robot")
@@ -100,8 +100,8 @@ COMMENTED = re.compile(r"^# (\[?[a-z_]+(?:\.[\w\"]+)?\]? = .*|\[muscles\..*\])$"
 
 
 @pytest.mark.slow
-def test_every_commented_setting_may_be_used(tmp_path: Path) -> None:
-    """One by one, and all at once."""
+def test_every_commented_setting_is_valid(tmp_path: Path) -> None:
+    """Each setting is tested separately, and all together."""
     file = init(PLANAR_2R / "robot", tmp_path).file
     plain, lines = experiment_data(Experiment.load(file)), file.read_text().splitlines()
     commented = [k for k, line in enumerate(lines) if COMMENTED.match(line)]
@@ -118,7 +118,7 @@ def test_every_commented_setting_may_be_used(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "name", ["ellenbogen größe", 'a "quoted" \\ name', "日本", "a.b", "x\ny", "#", "\u202e"]
 )
-def test_odd_names_are_written_so_that_they_read_back(name: str) -> None:
+def test_unusual_names_are_read_back(name: str) -> None:
     robot = planar_2r()
     muscles = [replace(m, name=f"{name}{k}") for k, m in enumerate(robot.muscles)]
     odd = replace(robot.with_muscles(muscles), name=name)
@@ -138,7 +138,9 @@ def test_odd_names_are_written_so_that_they_read_back(name: str) -> None:
     assert data["muscles"] == {m.name: {"f_max": 10.0 + k} for k, m in enumerate(odd.muscles)}
 
 
-def test_nothing_is_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_existing_file_is_not_overwritten(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     file = tmp_path / "experiment.toml"
     file.write_text("mine")
     for place in (file, tmp_path):
@@ -154,7 +156,7 @@ def test_nothing_is_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[st
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a limit on the length of files")
-def test_a_full_disk_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_full_disk_leaves_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import resource
 
     write, limits = starter_module._write_new, resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -182,7 +184,7 @@ def test_a_full_disk_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         ("a\0b.toml", "cannot be written"),
     ],
 )
-def test_places_that_cannot_be_written(output: str, message: str, tmp_path: Path) -> None:
+def test_init_rejects_invalid_output_paths(output: str, message: str, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("mine")
     with pytest.raises(InputError, match=message):
         init(PLANAR_2R / "robot", tmp_path / output)
@@ -198,7 +200,7 @@ def robots_without(what: str) -> Any:
 
 
 @pytest.mark.parametrize("what", ["muscles", "movable joints"])
-def test_a_robot_that_cannot_move_is_refused(what: str, tmp_path: Path) -> None:
+def test_init_rejects_a_robot_that_cannot_move(what: str, tmp_path: Path) -> None:
     write_sdf(robots_without(what), tmp_path / "robot")
     with pytest.raises((InputError, RobotError), match=what):
         init(tmp_path / "robot", tmp_path / "experiment.toml")
@@ -206,8 +208,8 @@ def test_a_robot_that_cannot_move_is_refused(what: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_what_is_doubtful_in_the_files_is_said(tmp_path: Path, cardsflow: CommandLine) -> None:
-    """With line and what was done about it; on the start, too, where the files' is no good one."""
+def test_findings_on_the_robot_files_are_printed(tmp_path: Path, cardsflow: CommandLine) -> None:
+    """With line and consequence; also for an initial pose that the start pose replaces."""
     shutil.copytree(PLANAR_2R / "robot", tmp_path / "robot")
     cables, bodies = (tmp_path / f"robot/planar_2r_{name}.xml" for name in ("cables", "bodies"))
     text = cables.read_text(encoding="utf-8")
@@ -224,19 +226,17 @@ def test_what_is_doubtful_in_the_files_is_said(tmp_path: Path, cardsflow: Comman
     assert set(read) >= {cables, bodies}  # and not experiment/../robot
 
 
-def test_the_tracking_error_of_the_test_run_has_a_unit(
-    tmp_path: Path, cardsflow: CommandLine
-) -> None:
+def test_tracking_error_of_the_test_run_has_a_unit(tmp_path: Path, cardsflow: CommandLine) -> None:
     write_caspr(planar_2r(), tmp_path / "robot")
     code, out, _ = cardsflow("init", tmp_path / "robot", "-o", tmp_path / "experiment.toml")
     assert code == 0
     assert re.search(r"test run passed: largest tracking error \S+ rad, muscle forces up to", out)
 
 
-def test_a_robot_with_files_elsewhere_needs_an_experiment_above_them(
+def test_experiment_must_be_above_all_robot_files(
     tmp_path: Path, cardsflow: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A run opens only files in the folder of the robot or of the experiment."""
+    """A run only opens files in the folder of the robot or of the experiment."""
     monkeypatch.chdir(tmp_path)
     for name in ("arm", "parts"):
         (tmp_path / name).mkdir()

@@ -1,4 +1,4 @@
-"""Output that is closed, full, of few letters, or not to be trusted; numbers of many digits."""
+"""Closed and full outputs, limited encodings, control characters, and numbers with many digits."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def shell(command: str, **variables: str) -> tuple[int, str, str]:
 
 
 @pytest.mark.slow
-def test_a_closed_end_of_the_output_changes_nothing(tmp_path: Path) -> None:
+def test_closed_output_does_not_change_the_results(tmp_path: Path) -> None:
     assert shell(f"{INFO} >&-") == (0, "", "")
     assert shell(f"{INFO} >&- 2>&- <&-") == (0, "", "")
     assert shell(f"{WRONG} 2>&-") == (2, "", "")
@@ -44,7 +44,7 @@ def test_a_closed_end_of_the_output_changes_nothing(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "out/summary.json").read_text())["status"] == "complete"
 
 
-def test_a_reader_that_stops_reading_changes_no_exit_code(
+def test_closed_pipe_does_not_change_the_exit_code(
     tmp_path: Path, cardsflow: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     wrong = tmp_path / "a.urdf"
@@ -60,14 +60,14 @@ def test_a_reader_that_stops_reading_changes_no_exit_code(
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
-def test_an_output_that_is_full_is_a_failure_and_not_a_wrong_input() -> None:
+def test_full_output_is_exit_code_1() -> None:
     for command in (INFO, f"{CARDSFLOW} --version"):
         code, _, err = shell(f"{command} >/dev/full", PYTHONUNBUFFERED="")
         assert (code, err) == (1, "cardsflow: the output: No space left on device\n")
 
 
 @pytest.mark.slow
-def test_an_output_of_few_letters_has_escapes(tmp_path: Path) -> None:
+def test_characters_outside_the_output_encoding_are_escaped(tmp_path: Path) -> None:
     folder = tmp_path / "r\u00e9sultats"
     words = f"{CARDSFLOW} run {PLANAR_2R} --coupling direct --set run.duration=0.02 -o {folder}"
     code, out, err = shell(words, PYTHONIOENCODING="ascii", PYTHONUTF8="0")
@@ -75,7 +75,7 @@ def test_an_output_of_few_letters_has_escapes(tmp_path: Path) -> None:
     assert "r\\xe9sultats" in out
 
 
-def test_a_full_disk_is_a_failure_of_the_machine() -> None:
+def test_full_disk_is_exit_code_1() -> None:
     full = file_error(OSError(28, "No space left on device"), "cannot be written", "here")
     assert isinstance(full, MachineError)
     assert str(full) == "here: cannot be written: No space left on device"
@@ -83,7 +83,7 @@ def test_a_full_disk_is_a_failure_of_the_machine() -> None:
     assert isinstance(denied, InputError)
 
 
-def test_a_folder_that_may_not_be_looked_into_is_wrong_input(
+def test_folder_without_permission_is_invalid_input(
     tmp_path: Path, cardsflow: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     denied = PermissionError(13, "Permission denied", "robot/experiment.toml")
@@ -92,7 +92,7 @@ def test_a_folder_that_may_not_be_looked_into_is_wrong_input(
     assert line == "cardsflow: robot/experiment.toml: Permission denied\n"
 
 
-def test_what_steers_a_terminal_is_written_as_escapes() -> None:
+def test_control_characters_are_escaped() -> None:
     text = "a\x1b[31m\x9b31m\x00\r\x7f\u202e\u200f\u2028b\n\tc \u00e4\u4e2d"
     expected = "a\\x1b[31m\\x9b31m\\x00\\x0d\\x7f\\u202e\\u200f\\u2028b\n\tc \u00e4\u4e2d"
     assert printable(text) == expected
@@ -105,7 +105,7 @@ def test_messages_have_no_control_characters(cardsflow: CommandLine) -> None:
     assert not {"\x1b", "\x9b"} & set(err)
 
 
-def test_messages_quote_no_more_than_is_read(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_messages_quote_a_limited_length(tmp_path: Path, cardsflow: CommandLine) -> None:
     word = "a" * 30_000
     joint = f'<joint name="j" type="fixed"><parent link="{word}"/><child link="b"/></joint>'
     (tmp_path / "a.urdf").write_text(f'<robot name="r"><link name="b"/>{joint}</robot>')
@@ -118,7 +118,7 @@ def test_messages_quote_no_more_than_is_read(tmp_path: Path, cardsflow: CommandL
 
 @pytest.mark.parametrize("digits", [20, 400, 5000])
 @pytest.mark.parametrize("key", ["controller.period", "run.duration", "world.ignore"])
-def test_numbers_of_many_digits(
+def test_numbers_with_many_digits_are_reported(
     tmp_path: Path, cardsflow: CommandLine, digits: int, key: str
 ) -> None:
     message = cardsflow.refused("run", PLANAR_2R, "--set", f"{key}=1{'0' * digits}")
@@ -127,7 +127,7 @@ def test_numbers_of_many_digits(
     assert "experiment.toml" in cardsflow.refused("run", tmp_path)
 
 
-def test_units_of_a_table_that_are_no_text(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_invalid_units_of_a_table_are_reported(tmp_path: Path, cardsflow: CommandLine) -> None:
     pa = pytest.importorskip("pyarrow")
     from pyarrow import parquet
 
@@ -139,7 +139,7 @@ def test_units_of_a_table_that_are_no_text(tmp_path: Path, cardsflow: CommandLin
 
 
 @pytest.mark.parametrize("summary", [3, [], {"status": 3}, {"status": "complete", "tracking": 3}])
-def test_wrong_types_in_the_metadata_of_a_table(
+def test_invalid_metadata_of_a_table_is_reported(
     tmp_path: Path, cardsflow: CommandLine, summary: object
 ) -> None:
     pa = pytest.importorskip("pyarrow")

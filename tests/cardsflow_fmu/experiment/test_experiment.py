@@ -18,7 +18,7 @@ from cardsflow_fmu.simulation.run import simulate
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A copy of the example without its results."""
+    """Return a copy of the example without its results."""
     return copied_arm(tmp_path)
 
 
@@ -47,7 +47,7 @@ def test_every_published_variant_is_a_cable_set(name: str) -> None:
     assert len(experiment.robot.muscles) == 4
 
 
-def test_experiment_in_an_fmu_reads_back_as_the_same(folder: Path, tmp_path: Path) -> None:
+def test_experiment_in_an_fmu_is_read_back_unchanged(folder: Path, tmp_path: Path) -> None:
     edit(folder, "[plant]", "[muscles.cable_2]\nf_min = 12.5\n\n[plant]")
     settings = {"start.q": {"joint_2": 0.1}, "controller.kp": {"joint_1": 1.0, "joint_2": 2.0}}
     experiment = Experiment.load(folder, settings)
@@ -77,7 +77,7 @@ def test_experiment_may_contain_the_points_of_a_reference(folder: Path) -> None:
     assert experiment.start.q == (0.1, 0.2)
 
 
-def test_a_wrong_key_of_the_file_is_one_line_with_file_and_key(folder: Path) -> None:
+def test_unknown_key_is_reported_with_file_and_key(folder: Path) -> None:
     edit(folder, "kp = 2000.0", "kpp = 2000.0")
     with pytest.raises(InputError) as caught:
         Experiment.load(folder)
@@ -87,7 +87,7 @@ def test_a_wrong_key_of_the_file_is_one_line_with_file_and_key(folder: Path) -> 
     assert text.startswith(f"{place}: no key 'kpp'; did you mean 'kp'?")
 
 
-def test_whole_numbers_are_kept_exactly(folder: Path) -> None:
+def test_large_integers_are_exact(folder: Path) -> None:
     key, large = "hardware.emulator.seed", 2**53 + 1
     assert Experiment.load(folder, {key: large}).hardware.emulator.seed == large
     assert Experiment.load(folder, {key: 3.0}).hardware.emulator.seed == 3
@@ -119,7 +119,7 @@ def test_files_that_are_not_toml_are_rejected(tmp_path: Path, content: bytes) ->
 def test_too_deeply_nested_settings_are_rejected(
     text: str, is_too_deep: bool, tmp_path: Path
 ) -> None:
-    """Tomllib takes minutes for a header of 200000 names; what it gives ended the recursion."""
+    """Tomllib would take minutes for 200000 names, and exceed the recursion limit afterwards."""
     file = tmp_path / "experiment.toml"
     file.write_text(text)
     if not is_too_deep:
@@ -129,12 +129,12 @@ def test_too_deeply_nested_settings_are_rejected(
         read_settings(file)
 
 
-def test_a_missing_experiment_is_named(tmp_path: Path) -> None:
+def test_missing_experiment_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"experiment\.toml: cannot be read: No such file"):
         Experiment.load(tmp_path)
 
 
-def test_a_setting_may_be_changed_by_its_key() -> None:
+def test_setting_is_changed_by_its_key() -> None:
     experiment = Experiment.load(
         PLANAR_2R, {"controller.period": 0.01, "muscles.cable_1.f_max": 50.0}
     )

@@ -1,4 +1,4 @@
-"""[estimator] in experiments: the same by both loops, lost estimates, what is refused."""
+"""[estimator] in experiments: equal results in C and Python, lost estimates, rejected settings."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ SENSORS = {
 PERIOD = 0.005
 
 
-def roboy(duration: float, **estimator: object) -> Experiment:
-    """Roboy's arm with an estimator in the loop."""
+def roboy_experiment(duration: float, **estimator: object) -> Experiment:
+    """Return an experiment of Roboy's arm with an estimator in the control loop."""
     return Experiment.load(
         EXAMPLES / "roboy_left_arm", {"estimator": estimator, "run.duration": duration}
     )
@@ -48,8 +48,8 @@ def roboy(duration: float, **estimator: object) -> Experiment:
 
 @pytest.mark.slow
 @pytest.mark.native
-def test_the_estimate_of_all_sensors_is_good_enough_to_be_followed() -> None:
-    experiment = roboy(0.3, imus=UNITS, sensors=SENSORS, encoder_noise={"joint_1": 1e-3})
+def test_estimate_from_all_sensors_is_accurate_enough_for_control() -> None:
+    experiment = roboy_experiment(0.3, imus=UNITS, sensors=SENSORS, encoder_noise={"joint_1": 1e-3})
     native = simulate(experiment, coupling="direct")
     assert native["valid"].all()
     for name in ("joint_1", "joint_2", "joint_3", "joint_4"):
@@ -62,7 +62,7 @@ def test_the_estimate_of_all_sensors_is_good_enough_to_be_followed() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("example", ["hill_arm", "planar_2r", "pneumatic_elbow"])
-def test_every_kind_of_muscle_and_motor_has_a_setting(example: str) -> None:
+def test_estimator_supports_all_muscles_and_motors(example: str) -> None:
     settings: dict[str, object] = {"estimator": {"exact_transition": False}, "run.duration": 0.2}
     if example == "planar_2r":
         settings |= {"robot.joints.joint_2.motor": True}
@@ -72,8 +72,8 @@ def test_every_kind_of_muscle_and_motor_has_a_setting(example: str) -> None:
     assert native.summary["status"] == "complete"
 
 
-def falling(forces: np.ndarray, valid: np.ndarray, f_min: float, down: float) -> np.ndarray:
-    """Forces at ticks without an estimate, of the last ones with it."""
+def expected_ramp(forces: np.ndarray, valid: np.ndarray, f_min: float, down: float) -> np.ndarray:
+    """Return the expected ramp of the forces at ticks without a valid estimate."""
     lost = np.flatnonzero(valid == 0)
     share = np.clip(1.0 - PERIOD / down * np.arange(1, len(lost) + 1), 0.0, 1.0)
     return f_min + share[:, None] * (forces[lost[0] - 1] - f_min)
@@ -81,9 +81,11 @@ def falling(forces: np.ndarray, valid: np.ndarray, f_min: float, down: float) ->
 
 @pytest.mark.slow
 def test_commands_ramp_down_while_the_estimate_is_invalid() -> None:
-    """A length that sticks: it is noticed, and forces fall to f_min in a straight line."""
+    """A frozen length is detected, and the forces decrease linearly to f_min."""
     stuck = {"stuck": {"motor0": 1.0, "motor1": 1.0, "motor2": 1.0}}
-    experiment = roboy(1.6, exact_transition=False, sensors=stuck, ramp_down=0.1, gate=1000.0)
+    experiment = roboy_experiment(
+        1.6, exact_transition=False, sensors=stuck, ramp_down=0.1, gate=1000.0
+    )
     result = simulate(experiment, coupling="direct")
     ticks = slice(0, len(result.rows) - 1, 5)
     valid = result["valid"][ticks]
@@ -92,7 +94,7 @@ def test_commands_ramp_down_while_the_estimate_is_invalid() -> None:
     assert valid[:first].all()
     assert 1.0 < first * PERIOD < 1.5
     assert not valid[first : first + 20].any()
-    expected = falling(forces[: first + 20], valid[: first + 20], 10.0, 0.1)
+    expected = expected_ramp(forces[: first + 20], valid[: first + 20], 10.0, 0.1)
     assert np.allclose(forces[first : first + 20], expected, atol=1e-9)
     assert np.allclose(forces[first + 19], 10.0)
     line = "the estimate was invalid"
@@ -101,9 +103,10 @@ def test_commands_ramp_down_while_the_estimate_is_invalid() -> None:
 
 @pytest.mark.slow
 def test_first_measurement_determines_the_first_pose() -> None:
-    """Without knowing where the arm starts."""
+    """The estimator does not use the start pose."""
     result = simulate(
-        roboy(0.2, exact_transition=False, find_start=True, min_tension=0.5), coupling="direct"
+        roboy_experiment(0.2, exact_transition=False, find_start=True, min_tension=0.5),
+        coupling="direct",
     )
     assert result["valid"].all()
     assert result["status"][0] == 1.0
@@ -112,8 +115,8 @@ def test_first_measurement_determines_the_first_pose() -> None:
 
 @pytest.mark.slow
 def test_estimator_without_feedback_does_not_change_the_run() -> None:
-    """The controller has the truth: the run is that without any estimator."""
-    watched = simulate(roboy(0.1, feedback=False), coupling="direct")
+    """The controller uses the ground truth, so that the run equals a run without estimator."""
+    watched = simulate(roboy_experiment(0.1, feedback=False), coupling="direct")
     alone = simulate(
         Experiment.load(EXAMPLES / "roboy_left_arm", {"run.duration": 0.1}), coupling="direct"
     )
@@ -121,8 +124,8 @@ def test_estimator_without_feedback_does_not_change_the_run() -> None:
     assert "q_hat.joint_2" in watched.names
 
 
-def test_it_reads_back_as_the_same(tmp_path: Path) -> None:
-    experiment = roboy(0.1, imus=UNITS, sensors={"length_offset": {"motor1": 1e-3}})
+def test_estimator_settings_are_read_back_unchanged(tmp_path: Path) -> None:
+    experiment = roboy_experiment(0.1, imus=UNITS, sensors={"length_offset": {"motor1": 1e-3}})
     data = json.loads(json.dumps(experiment_data(experiment)))
     data["robot"]["path"] = str(experiment.robot_path.resolve())
     file = tmp_path / "experiment.json"
@@ -134,17 +137,17 @@ def test_it_reads_back_as_the_same(tmp_path: Path) -> None:
     assert unused.estimator is None
 
 
-def test_offsets_are_those_of_the_robots_calibration(tmp_path: Path) -> None:
-    """Numbers from then on, also in the files that FMUs carry."""
+def test_calibrated_offsets_are_read_from_the_robot_folder(tmp_path: Path) -> None:
+    """The experiment and its FMUs contain numbers instead of "calibrated"."""
     shutil.copytree(EXAMPLES / "roboy_left_arm" / "robot", tmp_path / "new")
     settings = {"robot.path": str(tmp_path / "new"), "estimator": {"offset": "calibrated"}}
 
-    def refused() -> str:
+    def rejection_message() -> str:
         with pytest.raises(InputError) as error:
             Experiment.load(EXAMPLES / "roboy_left_arm", settings)
         return str(error.value)
 
-    assert "calibration.json does not exist" in refused()
+    assert "calibration.json does not exist" in rejection_message()
     file = tmp_path / "new" / "calibration.json"
     for content, message in (
         ("{", "calibration.json: "),
@@ -153,7 +156,7 @@ def test_offsets_are_those_of_the_robots_calibration(tmp_path: Path) -> None:
         ('{"offsets": {"motor1": "a"}}', "estimator.offset.motor1: must be a number"),
     ):
         file.write_text(content)
-        assert re.search(message, refused())
+        assert re.search(message, rejection_message())
     file.write_text('{"offsets": {"motor1": 1e-3}}')
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm", settings)
     assert experiment.estimator is not None
@@ -163,15 +166,15 @@ def test_offsets_are_those_of_the_robots_calibration(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_unobservable_poses_are_reported_before_a_run() -> None:
-    """No lengths of the elbow's muscles: joint_4 is open, at every pose of the reference."""
-    found = observed_poses(roboy(0.1))
+    """Without the lengths of the elbow muscles, joint_4 is unobservable at all poses."""
+    found = observed_poses(roboy_experiment(0.1))
     assert not observability_warnings(found)
     assert set(found["critical"]) == {"motor9", "motor10"}
     assert any("motor10 and motor9" in line for line in observability_notes(found))
-    blind = roboy(0.1, length_noise={"motor9": 0.0, "motor10": 0.0, "*": 1e-4})
+    blind = roboy_experiment(0.1, length_noise={"motor9": 0.0, "motor10": 0.0, "*": 1e-4})
     (line,) = observability_warnings(observed_poses(blind))
     assert "joint_4 at 33 of 33 poses" in line
-    helped = roboy(
+    helped = roboy_experiment(
         0.1,
         length_noise={"motor9": 0.0, "motor10": 0.0, "*": 1e-4},
         encoder_noise={"joint_4": 1e-3},
@@ -181,8 +184,8 @@ def test_unobservable_poses_are_reported_before_a_run() -> None:
 
 
 @pytest.mark.slow
-def test_hardware_without_joint_encoders_sends_lengths_and_tensions_alone(tmp_path: Path) -> None:
-    """The estimate stays near the pose that fits the lengths, of which no error is told."""
+def test_hardware_without_joint_encoders_only_sends_lengths_and_tensions(tmp_path: Path) -> None:
+    """The estimate stays near the pose that matches the lengths; its error is unknown."""
     settings = {"use": True, "mode": "lockstep", "link": "loopback:", "has_positions": False}
     settings["emulator"] = {"noise": 1e-4}
     own = {"estimator": {"find_start": True}, "hardware": settings, "run.duration": 0.1}

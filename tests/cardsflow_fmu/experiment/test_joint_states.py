@@ -1,4 +1,4 @@
-"""Joint states of recordings as references: those of rosbag2, of our own, and damaged ones."""
+"""Joint states of ROS 2 recordings as references: rosbag2, our recordings, and damaged files."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ JOINTS = ("joint_1", "joint_2")
 
 @pytest.mark.slow
 @pytest.mark.parametrize("mcap", [True, False], ids=["mcap", "sqlite"])
-def test_the_publisher_that_names_all_joints_is_followed(mcap: bool, tmp_path: Path) -> None:
-    """Whatever the order of its joints, from a folder or the file in it."""
+def test_publisher_with_all_joints_is_used(mcap: bool, tmp_path: Path) -> None:
+    """The order of the joints is arbitrary. The recording is a folder or a file."""
     arm = ("gripper", *reversed(JOINTS))
     folder = bag(
         tmp_path / "bag", ("/joint_states", ("gripper",)), ("/joint_states", arm), mcap=mcap
@@ -118,7 +118,7 @@ def test_damaged_recordings_are_rejected_or_read(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("compression", ["zstd", "lz4"])
 def test_chunk_that_unpacks_to_too_many_bytes_is_rejected(compression: str, tmp_path: Path) -> None:
-    """Whether it says so of itself or not."""
+    """The chunk specifies its true size, or a smaller one."""
     import lz4.frame
     import zstandard
     from mcap.data_stream import RecordBuilder
@@ -148,7 +148,7 @@ def test_chunk_that_unpacks_to_too_many_bytes_is_rejected(compression: str, tmp_
 def test_folder_with_too_much_data_is_rejected(
     name: str, most: int, what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Its files count together."""
+    """The limit applies to all files together."""
     folder = bag(tmp_path / "bag", ("/joint_states", JOINTS))
     (file,) = folder.glob("*.mcap")
     assert len(read_joint_states(folder).time) == COUNT
@@ -204,7 +204,7 @@ def test_virtual_table_does_not_hide_computed_columns(computed: str, tmp_path: P
 
 
 def test_endless_query_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Statistics that say there is one topic lead SQLite to look at all for each message."""
+    """Wrong statistics make SQLite scan all topics for each message."""
     monkeypatch.setattr(recorded_messages, "_ROUNDS", 3)
     with contextlib.closing(sqlite3.connect(tmp_path / "a.db3")) as database, database:
         database.execute("CREATE TABLE topics(id, name, type, serialization_format)")

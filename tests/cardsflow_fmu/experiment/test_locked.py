@@ -1,4 +1,4 @@
-"""`locked` in [robot.joints] and [robot.coordinates]: in every engine, in FMUs, in messages."""
+"""`locked` in [robot.joints] and [robot.coordinates]: in all engines, in FMUs, in messages."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def locked(
     ("through", "engine"),
     [("direct", "core"), ("direct", "dart"), ("fmu", "auto"), ("native", "auto")],
 )
-def test_a_locked_joint_is_held_exactly(through: str, engine: str, tmp_path: Path) -> None:
+def test_locked_joint_does_not_move(through: str, engine: str, tmp_path: Path) -> None:
     result = simulate(locked(tmp_path, **{"plant.engine": engine}), **WAYS[through])
     assert [name for name in result.names if name.startswith("q.")] == ["q.joint_1"]
     assert result.summary["infeasible_ticks"] == 0
@@ -57,7 +57,7 @@ def test_a_locked_joint_is_held_exactly(through: str, engine: str, tmp_path: Pat
 
 
 @pytest.mark.slow
-def test_it_is_locked_in_fmus_and_their_experiment(tmp_path: Path) -> None:
+def test_lock_is_included_in_fmus(tmp_path: Path) -> None:
     experiment = locked(tmp_path)
     build(experiment, tmp_path)
     with zipfile.ZipFile(tmp_path / "plant.fmu") as fmu:
@@ -77,7 +77,9 @@ def test_it_is_locked_in_fmus_and_their_experiment(tmp_path: Path) -> None:
         ("joints.joint_2", "false", 2),
     ],
 )
-def test_ways_to_say_it(table: str, value: str, kept: int, tmp_path: Path) -> None:
+def test_all_forms_of_a_lock_are_accepted(
+    table: str, value: str, kept: int, tmp_path: Path
+) -> None:
     points = [{"time": t, "q": [0.0] * kept} for t in (0.0, 0.2)]
     one = {"reference": {"spline": "quintic", "points": points}}
     experiment = locked(tmp_path, table, value, **one)
@@ -110,7 +112,7 @@ def test_completely_locked_robot_is_rejected(tmp_path: Path) -> None:
 
 
 def test_trajectories_of_the_robot_file_omit_locked_coordinates(tmp_path: Path) -> None:
-    """CASPR's trajectories move all joints; of those that are left, they are the same."""
+    """Trajectories in CASPR files contain all joints. The other joints have the same motion."""
     named = {"reference": {"trajectory": "simple_joint_motion"}}
     first = {**named, "robot.joints.joint_2.locked": False, "robot.joints.joint_1.locked": True}
     whole = locked(tmp_path, value="false", **named).reference.curve

@@ -1,4 +1,4 @@
-"""Muscles with laws in experiments, FMUs and results."""
+"""Muscles with muscle laws in experiments, FMUs and results."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def test_states_of_one_kind_are_adjacent() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["plant", "controller"])
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
-def test_the_fmus_are_valid(name: str, version: Any, tmp_path: Path) -> None:
+def test_fmus_with_muscle_laws_are_valid(name: str, version: Any, tmp_path: Path) -> None:
     file = build(arm(MIXED, {"plant.energy": True}), tmp_path, fmi=version, compute="python")[name]
     assert validate_fmu(str(file)) == []
     described = {v.name for v in read_model_description(str(file)).modelVariables}
@@ -111,18 +111,18 @@ def pneumatic() -> Result:
 
 
 @pytest.mark.slow
-def test_a_computed_torque_works_on_top_of_pneumatic_muscles(pneumatic: Result) -> None:
+def test_computed_torque_controls_pneumatic_muscles(pneumatic: Result) -> None:
     summary = pneumatic.summary
     assert summary["status"] == "complete"
     assert summary["infeasible_ticks"] == 0
     assert summary["tracking"]["max"] < 5e-3
     for k in (1, 2, 3, 4):
         f, tension = pneumatic[f"f.cable_{k}"], pneumatic[f"tension.cable_{k}"]
-        np.testing.assert_allclose(tension[1:], f[:-1], rtol=0.02)  # there at the next tick
+        np.testing.assert_allclose(tension[1:], f[:-1], rtol=0.02)  # reached at the next tick
 
 
 @pytest.mark.slow
-def test_the_summary_and_the_figure_show_tensions(pneumatic: Result) -> None:
+def test_summary_and_figure_contain_tensions(pneumatic: Result) -> None:
     forces = pneumatic.summary["forces"]
     names = [f"tension.cable_{k}" for k in (1, 2, 3, 4)]
     assert list(forces["per_muscle"]) == names
@@ -134,15 +134,15 @@ def test_the_summary_and_the_figure_show_tensions(pneumatic: Result) -> None:
 
 
 @pytest.mark.slow
-def test_motors_that_are_too_slow_are_reported_as_infeasible_ticks() -> None:
+def test_too_slow_motors_cause_infeasible_ticks() -> None:
     slow = {"muscles.cable_1.model": {**MCKIBBEN, "thread_length": 1.2, "max_pressure": 300.0}}
     result = simulate(arm(DRIVEN, slow, {"run.duration": 0.5}), coupling="direct")
     assert result.summary["infeasible_ticks"] > 100
 
 
 @pytest.mark.slow
-def test_forces_stay_within_what_can_be_reached() -> None:
-    """At every tick: between the tensions that no command at all and the largest lead to."""
+def test_forces_stay_within_reachable_limits() -> None:
+    """At each tick, forces are between the tensions at minimum and maximum command."""
     experiment = arm(MIXED, {"run.duration": 0.3})
     result, drive = simulate(experiment, coupling="direct"), MuscleDrive(experiment.robot)
     states = result.columns(["activation.cable_1", "pressure.cable_3"])
@@ -153,21 +153,21 @@ def test_forces_stay_within_what_can_be_reached() -> None:
         low, high = drive.reach(experiment.controller.period)
         assert (forces[k] >= np.maximum(low, 0.0) - 1e-9).all()
         assert (forces[k] <= high + 1e-9).all()
-        assert forces[k][1] == pytest.approx(low[1], abs=1e-9)  # a ligament is what it is
+        assert forces[k][1] == pytest.approx(low[1], abs=1e-9)  # the force of a ligament is fixed
 
 
 def result_rows(result: Result) -> range:
     return range(0, len(result.rows) - 1, 10)
 
 
-def test_the_run_begins_with_muscles_that_hold_the_robot() -> None:
+def test_run_starts_with_muscles_that_hold_the_robot() -> None:
     result = simulate(arm(DRIVEN, {"run.duration": 0.02}), coupling="direct")
     dynamics_q = result.columns(["q.joint_1", "q.joint_2"])
     np.testing.assert_allclose(dynamics_q, dynamics_q[0] * np.ones_like(dynamics_q), atol=1e-5)
     assert np.abs(result["u.cable_1"] - result["u.cable_1"][0]).max() < 50.0
 
 
-def test_experiment_with_muscle_laws_is_packed_and_reads_back_as_the_same(tmp_path: Path) -> None:
+def test_experiment_with_muscle_laws_is_packed_and_read_back_unchanged(tmp_path: Path) -> None:
     settings = {
         "plant.integrator": "rk4",
         "plant.substeps": 2,
@@ -184,7 +184,7 @@ def test_experiment_with_muscle_laws_is_packed_and_reads_back_as_the_same(tmp_pa
     }
 
 
-def test_a_model_by_name_keeps_the_robots_own_parameters() -> None:
+def test_muscle_law_by_name_keeps_the_parameters_of_the_robot() -> None:
     hill = EXAMPLES / "hill_arm"
     robot = Experiment.load(hill).robot
     changed = Experiment.load(hill, {"muscles.biceps.model": {"max_isometric_force": 100.0}}).robot
@@ -207,8 +207,8 @@ def test_published_parameters_are_selected_by_name() -> None:
     assert (given["gear_ratio"], given["rest_length"], given["stiffness"]) == (53.0, 0.7, 1e4)
 
 
-def test_a_finding_about_a_muscle_names_it() -> None:
-    """What hangs on several parameters together is the check's."""
+def test_finding_about_a_muscle_names_it() -> None:
+    """`check` validates conditions on several parameters."""
     with pytest.raises(CardsflowError, match="cable_1"):
         model = HILL | {"kind": "hill_millard2012", "active_transition": 0.1}
         arm({"muscles.cable_1.model": model})
@@ -257,8 +257,8 @@ def commands_of(controller: ControllerModel) -> np.ndarray:
     return np.array([controller.values[k] for k, n in enumerate(names) if n != "solve_time"])
 
 
-def test_the_plants_derivatives_are_those_of_its_steps() -> None:
-    """D(tension, state)/d(command, state) against steps from changed ones."""
+def test_plant_derivatives_match_finite_differences_of_steps() -> None:
+    """d(tension, state)/d(command, state), compared with steps from changed values."""
     model = PlantModel(arm(MIXED))
     model.initialize()
     names = [port.name for port in model.ports]
@@ -295,7 +295,7 @@ def test_the_plants_derivatives_are_those_of_its_steps() -> None:
 
 
 @pytest.mark.slow
-def test_energy_is_an_output_that_balances() -> None:
+def test_energy_output_is_balanced() -> None:
     settings = {"plant.energy": True, "plant.integrator": "rk4", "run.duration": 1.0}
     result = simulate(arm(DRIVEN, settings), coupling="direct")
     work = result.columns(["work.muscles", "work.outside", "work.damping"]).sum(axis=1)
@@ -305,8 +305,8 @@ def test_energy_is_an_output_that_balances() -> None:
 
 
 @pytest.mark.slow
-def test_a_passive_muscle_is_a_load_when_muscles_are_sized() -> None:
-    """Its antagonist pulls by so much more as a stiffer ligament does, by their levers."""
+def test_passive_muscle_is_a_load_in_sizing() -> None:
+    """A stiffer ligament increases the force of its antagonist by the ratio of the moment arms."""
     rows, experiments = [], []
     for stiffness in (100.0, 110.0):
         ligament = LIGAMENT | {"linear_stiffness": stiffness, "slack_length": 2.0}

@@ -1,4 +1,4 @@
-"""`controller.norm` and `controller.pretension`: which of the forces that fit are taken."""
+"""`controller.norm` and `controller.pretension`: selection among the feasible forces."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def experiment(**controller: Any) -> Experiment:
 
 
 @pytest.mark.parametrize("norm", [1, 2, 4, "infinity"])
-def test_a_run_has_the_forces_of_its_norm(norm: Any) -> None:
-    """At every state the torque that the forces make has no forces nearer to the pretension."""
+def test_forces_of_a_run_minimise_the_norm(norm: Any) -> None:
+    """At each state, no other forces with the same torque are nearer to the pretension."""
     own = experiment(norm=norm, pretension=30.0)
     result = simulate(own, coupling="direct")
     robot, p = CoreDynamics(own.robot), own.controller.norm
@@ -37,6 +37,6 @@ def test_a_run_has_the_forces_of_its_norm(norm: Any) -> None:
     )
 
 
-def test_written_norm_reads_back_as_the_same() -> None:
+def test_written_norm_is_read_back_unchanged() -> None:
     for norm in (1.0, 4.0, "infinity"):
         assert experiment_data(experiment(norm=norm))["controller"]["norm"] == norm

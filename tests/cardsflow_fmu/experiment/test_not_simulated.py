@@ -1,4 +1,4 @@
-"""Parts of a robot's files that no engine simulates are reported by init, info and run."""
+"""`init`, `info` and `run` report parts of the robot files that are not simulated."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_springs_in_cables_are_reported_with_their_stiffness(
     assert size in summary["warnings"][0]
 
 
-def test_a_robot_that_cannot_be_simulated_is_shown(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_robot_that_cannot_be_simulated_is_shown(tmp_path: Path, cardsflow: CommandLine) -> None:
     robot = planar_2r()
     egg = WrapSurface("egg", "link_1", "ellipsoid", 0.01, half_axes=(0.2, 0.01))
     muscles = [replace(muscle, wraps=(Wrap("egg", 0),)) for muscle in robot.muscles[:1]]

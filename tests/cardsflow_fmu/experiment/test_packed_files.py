@@ -1,4 +1,4 @@
-"""A stranger's robot or experiment carries no file away that is not its own."""
+"""Untrusted robots and experiments cannot pack files from outside of their folders."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ OUTER = [
 
 @pytest.fixture
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A home with a private mesh, and an experiment of a stranger in a folder of it."""
+    """Create a home folder with a private mesh, and an untrusted experiment in a subfolder."""
     (tmp_path / "secret.stl").write_bytes(SECRET)
     shutil.copytree(EXAMPLES / "pick_up", tmp_path / "arm")
     (tmp_path / "arm/robot/link.stl").symlink_to(tmp_path / "secret.stl")
@@ -155,7 +155,7 @@ INCLUDED = {
 
 @pytest.mark.parametrize("name", INCLUDED)
 def test_included_file_keeps_its_relative_path(tmp_path: Path, name: str) -> None:
-    """As MyoSuite's models and Gazebo's do; the experiment's folder has both."""
+    """As in the models of MyoSuite and Gazebo; the folder of the experiment contains both files."""
     write_sdf(one_link(), tmp_path / "robots/common")
     write_mjcf(one_link(), tmp_path / "robots/common", name="arm")
     (tmp_path / "robots/arm").mkdir()
@@ -316,7 +316,7 @@ kd = 20.0
 
 @pytest.fixture
 def mjcf(tmp_path: Path) -> Path:
-    """An arm in MJCF: a mesh has the mass of its forearm, its actuators are included."""
+    """Write an MJCF arm: a mesh defines the forearm mass, actuators are in an included file."""
     folder = tmp_path / "arm"
     (folder / "robot").mkdir(parents=True)
     text = (EXAMPLES / "models/arm.xml").read_text()
@@ -342,7 +342,7 @@ def test_mesh_that_defines_a_mass_is_packed(mjcf: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["parts.xml", "bone.stl"])
-def test_experiments_name_no_file_by_an_absolute_path(mjcf: Path, name: str) -> None:
+def test_packed_experiment_contains_no_absolute_path(mjcf: Path, name: str) -> None:
     robot = mjcf / "robot/arm.xml"
     robot.write_text(robot.read_text().replace(f'"{name}"', f'"{mjcf}/robot/{name}"'))
     (finding,) = (each for each in read(robot).findings if each.code == "absolute-path")
@@ -352,7 +352,9 @@ def test_experiments_name_no_file_by_an_absolute_path(mjcf: Path, name: str) -> 
 
 
 @pytest.mark.parametrize("name", ["parts.xml", "bone.stl"])
-def test_robots_in_archives_name_no_file_outside(mjcf: Path, tmp_path: Path, name: str) -> None:
+def test_robot_in_an_archive_must_not_refer_to_files_outside(
+    mjcf: Path, tmp_path: Path, name: str
+) -> None:
     archive = write_resources(Experiment.load(mjcf), tmp_path / "archive/fmu")
     (archive / "robot" / name).rename(tmp_path / name)
     main = archive / "robot/arm.xml"

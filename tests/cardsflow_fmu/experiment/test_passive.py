@@ -1,4 +1,4 @@
-"""`controller.passive`: joints that nothing drives but their spring and damper, in every engine."""
+"""`controller.passive`: joints that only their spring and damper move, in all engines."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ step = 0.001
 
 
 def arm() -> Robot:
-    """Two cables move a link; the wrist at its end has a spring and a damper, and no cable."""
+    """Return an arm: two cables move a link, the wrist at its end has a spring and a damper."""
     strands = [
         replace(cable(root, (0.3, 0.0, 0.0), f_max=1000.0), name=name)
         for name, root in (("up", (-0.1, 0.0, 0.5)), ("down", (-0.1, 0.0, -0.5)))
@@ -63,8 +63,8 @@ def experiment(folder: Path, **settings: Any) -> Experiment:
     return Experiment.load(written(arm(), folder, MOTION), settings)
 
 
-def test_forces_make_the_acceleration_of_what_is_driven() -> None:
-    """M qdd + C + G + D qd = -L'f, solved for qdd, has the commanded one, with any passive one."""
+def test_forces_produce_the_acceleration_of_the_driven_joint() -> None:
+    """M qdd + C + G + D qd = -L'f is solved for qdd; the passive acceleration is arbitrary."""
     dynamics = CoreDynamics(arm())
     law = JointSpaceController(dynamics, 100.0, 20.0, passive=[False, True])
     rng = np.random.default_rng(1)
@@ -86,7 +86,7 @@ def test_forces_make_the_acceleration_of_what_is_driven() -> None:
 @pytest.mark.parametrize(
     ("through", "engine"), [("direct", "dart"), ("native", "auto"), ("fmu", "auto")]
 )
-def test_the_driven_joint_follows_while_the_passive_one_swings(
+def test_driven_joint_tracks_while_the_passive_joint_swings(
     through: str, engine: str, tmp_path: Path
 ) -> None:
     found = experiment(tmp_path, **{"plant.engine": engine, "controller.engine": engine})

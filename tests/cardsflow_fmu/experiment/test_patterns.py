@@ -1,4 +1,4 @@
-"""Settings of several muscles at once, by patterns of their names."""
+"""Settings of several muscles by patterns of their names."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ def test_name_has_precedence_over_a_pattern() -> None:
 
 
 def test_pattern_of_a_setting_has_precedence_over_a_name_in_the_file() -> None:
-    """As `--set` does over what the file says."""
+    """As any setting with `--set`."""
     settings = {"muscles": {"cable_2": {"f_max": 70.0}}, "muscles.cable_*.f_max": 50.0}
     assert set(f_max(Experiment.load(PLANAR_2R, settings)).values()) == {50.0}
 
 
-def test_lengths_come_from_the_path_at_a_pose() -> None:
+def test_relative_lengths_use_the_path_length_at_a_pose() -> None:
     experiment = Experiment.load(ARM)
     pose = {c.name: 0.3 for c in experiment.robot.coordinates}
     model = {
@@ -61,8 +61,8 @@ def test_lengths_come_from_the_path_at_a_pose() -> None:
         assert values["tendon_slack_length"] == 0.02
 
 
-def test_one_table_gives_every_muscle_fibres_at_their_optimum() -> None:
-    """At the initial pose the active force-length curve is at its top: F0 at full activation."""
+def test_hill_from_path_has_optimal_fibre_length_for_all_muscles() -> None:
+    """At the initial pose, the active force is at its maximum: F0 at full activation."""
     settings = {"muscles": {"*": {"f_max": 400.0, "model": "hill_from_path"}}}
     experiment = Experiment.load(ARM, settings)
     laws = [law_parameters(muscle.model) for muscle in experiment.robot.muscles]

@@ -17,8 +17,10 @@ T = np.arange(0.0, 2.0, 0.02)
 Q = np.stack([0.3 * np.sin(2 * T) ** 2, -0.2 + 0.2 * np.cos(T)], axis=1)
 
 
-def followed(settings: dict[str, object], start: dict[str, object] | None = None) -> np.ndarray:
-    """Joint positions of the two-link arm's reference at the samples' times."""
+def reference_positions(
+    settings: dict[str, object], start: dict[str, object] | None = None
+) -> np.ndarray:
+    """Return the joint positions of the reference of the planar arm at the times of the samples."""
     experiment = Experiment.load(PLANAR_2R, {"reference": settings, **(start or {})})
     reference = SplineReference(experiment.reference.curve)  # type: ignore[arg-type]
     assert reference.duration == pytest.approx(T[-1])
@@ -45,11 +47,11 @@ def test_columns_of_a_csv_are_read_by_name(
     if len(rows) < 3:
         rows = [*rows, np.degrees(Q[:, 1])]
     file = write_csv(tmp_path / "motion.csv", header, np.stack(rows, axis=1), delimiter)
-    np.testing.assert_allclose(followed({"file": str(file)}), Q, atol=1e-7)
+    np.testing.assert_allclose(reference_positions({"file": str(file)}), Q, atol=1e-7)
 
 
 @pytest.mark.slow
-def test_a_run_can_be_repeated_from_its_results(tmp_path: Path) -> None:
+def test_results_table_is_a_reference_for_another_run(tmp_path: Path) -> None:
     settings = {"run.duration": 0.5, "run.output": str(tmp_path / "first")}
     first = simulate(Experiment.load(PLANAR_2R, settings), coupling="direct")
     file = write_csv(
@@ -64,7 +66,7 @@ def test_a_run_can_be_repeated_from_its_results(tmp_path: Path) -> None:
     np.testing.assert_allclose(again["q.joint_1"], first["q.joint_1"], atol=1e-4)
 
 
-def test_arrays_of_numpy(tmp_path: Path) -> None:
+def test_numpy_arrays_are_read(tmp_path: Path) -> None:
     rows = np.c_[T, Q]
     named = np.zeros(len(T), dtype=[("joint_2", float), ("time", float), ("joint_1", float)])
     named["time"], named["joint_1"], named["joint_2"] = rows.T
@@ -73,9 +75,11 @@ def test_arrays_of_numpy(tmp_path: Path) -> None:
     np.savez(tmp_path / "groups.npz", time=T, q=Q)
     np.savez(tmp_path / "columns.npz", **{"time": T, "joint_1": Q[:, 0], "q.joint_2": Q[:, 1]})
     for name in ("rows.npy", "named.npy", "groups.npz", "columns.npz"):
-        np.testing.assert_allclose(followed({"file": str(tmp_path / name)}), Q, atol=1e-7)
+        np.testing.assert_allclose(
+            reference_positions({"file": str(tmp_path / name)}), Q, atol=1e-7
+        )
     for samples in (rows, named, rows.tolist()):
-        np.testing.assert_allclose(followed({"samples": samples}), Q, atol=1e-7)
+        np.testing.assert_allclose(reference_positions({"samples": samples}), Q, atol=1e-7)
 
 
 def test_existing_velocities_and_accelerations_are_used() -> None:
@@ -86,7 +90,7 @@ def test_existing_velocities_and_accelerations_are_used() -> None:
     np.testing.assert_allclose(point.qdd, 3.0)
 
 
-def test_task_coordinates_are_followed_in_task_space(tmp_path: Path) -> None:
+def test_task_coordinates_are_tracked_in_operational_space(tmp_path: Path) -> None:
     rows = np.stack([T, 0.5 + 0.05 * np.sin(T), -0.4 + 0.0 * T, 0.7 + 0.05 * np.cos(T)], axis=1)
     arm = EXAMPLES / "roboy_left_arm"
     file = write_csv(tmp_path / "hand.csv", "time,y.hand.x,hand.y,hand.z", rows)
@@ -103,7 +107,7 @@ def test_setting_is_packed_in_fmus_and_runs_in_c() -> None:
     np.testing.assert_array_equal(direct["q.joint_1"], fmus["q.joint_1"])
 
 
-def test_the_run_lasts_to_the_first_step_after_the_recording() -> None:
+def test_run_lasts_until_the_first_step_after_the_recording() -> None:
     odd = np.c_[T * 0.9973, Q]
     example = EXAMPLES / "recorded_motion"
     experiment = Experiment.load(example, {"reference": {"samples": odd}})
@@ -123,8 +127,13 @@ def test_the_run_lasts_to_the_first_step_after_the_recording() -> None:
             "the first line has 4 names, but the rows have 3 numbers",
         ),
         ("time,joint_1,joint_2", (4, 1, np.nan), "row 5 of q.joint_1 is nan"),
+<<<<<<< HEAD
         ("time,joint_1,joint_2", (4, 0, T[3]), "the time of row 5 is not after"),
         ("time,joint_1,joint_2", (4, 0, 0.0), "the time decreases after row 4"),
+=======
+        ("time,joint_1,joint_2", (4, 0, T[3]), "has a time in row 5 that is not after"),
+        ("time,joint_1,joint_2", (4, 0, 0.0), "the time goes back after row 4"),
+>>>>>>> 6a306c93 (Reword names and docstrings of the tests of results, experiment and CLI)
     ],
 )
 def test_error_is_one_line_with_file_and_line(
@@ -135,7 +144,7 @@ def test_error_is_one_line_with_file_and_line(
         rows[change[0], change[1]] = change[2]
     file = write_csv(tmp_path / "motion.csv", header, rows)
     with pytest.raises(InputError) as caught:
-        followed({"file": str(file)})
+        reference_positions({"file": str(file)})
     text = str(caught.value)
     assert message in text
     assert "reference.file: motion.csv: " in text
@@ -145,7 +154,7 @@ def test_error_is_one_line_with_file_and_line(
 def test_pickle_is_never_executed(tmp_path: Path) -> None:
     np.save(tmp_path / "motion.npy", np.array([{"time": 0.0}], dtype=object), allow_pickle=True)
     with pytest.raises(InputError, match=r"motion\.npy: is not a valid NumPy file"):
-        followed({"file": str(tmp_path / "motion.npy")})
+        reference_positions({"file": str(tmp_path / "motion.npy")})
 
 
 def test_signalling_nan_is_handled_like_other_nans(tmp_path: Path) -> None:
@@ -153,11 +162,11 @@ def test_signalling_nan_is_handled_like_other_nans(tmp_path: Path) -> None:
     rows.view(np.uint64)[4, 1] = 0x7FF0000000000001
     np.save(tmp_path / "motion.npy", rows)
     with pytest.raises(InputError, match=r"row 5 of q\.joint_1 is nan"):
-        followed({"file": str(tmp_path / "motion.npy")})
+        reference_positions({"file": str(tmp_path / "motion.npy")})
 
 
 @pytest.mark.slow
-def test_the_example_follows_what_encoders_recorded(tmp_path: Path) -> None:
+def test_example_tracks_recorded_encoder_positions(tmp_path: Path) -> None:
     shutil.copytree(PLANAR_2R / "robot", tmp_path / "planar_2r/robot")
     shutil.copytree(EXAMPLES / "recorded_motion", tmp_path / "recorded_motion")
     result = simulate(Experiment.load(tmp_path / "recorded_motion"), coupling="direct")
@@ -166,7 +175,7 @@ def test_the_example_follows_what_encoders_recorded(tmp_path: Path) -> None:
 
 
 def test_points_without_a_spline_are_waypoints() -> None:
-    """Passed at speed; at rest at both ends."""
+    """The motion does not stop at inner points; it is at rest at both ends."""
     points = [
         {"time": 0.0, "q": [0.0, 0.0]},
         {"time": 1.0, "q": [0.2, 0.1]},

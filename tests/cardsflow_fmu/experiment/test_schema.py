@@ -1,4 +1,4 @@
-"""The JSON Schemas and the readers: two views of the same forms."""
+"""JSON Schemas of the settings agree with the readers."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_schema_is_a_valid_json_schema(kind: str) -> None:
 
 
 @pytest.mark.parametrize("folder", EXPERIMENTS, ids=lambda folder: folder.name)
-def test_every_examples_experiment_fits_the_schema(folder: Path) -> None:
+def test_example_experiment_matches_the_schema(folder: Path) -> None:
     assert errors("experiment", content(folder / "experiment.toml")) == []
 
 
@@ -63,12 +63,12 @@ def test_written_experiment_matches_the_schema(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("file", STUDIES, ids=lambda file: file.name)
-def test_every_examples_study_fits_the_schema(file: Path) -> None:
+def test_example_study_matches_the_schema(file: Path) -> None:
     assert errors("study", content(file)) == []
 
 
 def tables(form: Form, path: Path_ = ()) -> Iterator[Path_]:
-    """The paths of all tables that have keys of their own; `name` for any name, 0 in lists."""
+    """Yield the paths of all tables with keys; `name` stands for any name, 0 for any index."""
     for own in form.get("anyOf", (form,)):
         if own.get("type") == "array":
             yield from tables(own.get("items", {}), (*path, 0))
@@ -84,7 +84,7 @@ def tables(form: Form, path: Path_ = ()) -> Iterator[Path_]:
 
 
 def with_key(data: dict[str, Any], path: Path_, key: str, value: Any) -> dict[str, Any]:
-    """The data with a key more in the table at a path, which is made where there is none."""
+    """Return the data with an additional key in the table at a path; a missing table is created."""
     data = copy.deepcopy(data)
     place: Any = data
     for k, part in enumerate(path):
@@ -98,8 +98,8 @@ def with_key(data: dict[str, Any], path: Path_, key: str, value: Any) -> dict[st
     return data
 
 
-def written(path: Path_) -> str:
-    """A path as messages have it."""
+def path_text(path: Path_) -> str:
+    """Return a path as in messages."""
     text = ""
     for part in path:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
@@ -107,17 +107,17 @@ def written(path: Path_) -> str:
 
 
 def read_data(data: dict[str, Any], file: Path) -> None:
-    """Read an experiment as data of the planar arm's file."""
+    """Read an experiment from data, as the experiment file of the planar arm."""
     Experiment(**experiment_settings(data, file))
 
 
-@pytest.mark.parametrize("path", list(tables(EXPERIMENT)), ids=written)
+@pytest.mark.parametrize("path", list(tables(EXPERIMENT)), ids=path_text)
 def test_unknown_key_is_rejected_by_schema_and_reader(path: Path_) -> None:
     file = PLANAR_2R / "experiment.toml"
     data = with_key(content(file), path, "nonsense", 1.0)
     with pytest.raises(UnknownNameError, match="no key 'nonsense'") as caught:
         read_data(data, file)
-    assert caught.value.key == f"{written(path)}.nonsense".lstrip(".")
+    assert caught.value.key == f"{path_text(path)}.nonsense".lstrip(".")
     wrong = {
         "/".join(map(str, e.absolute_path)) for e in VALIDATORS["experiment"].iter_errors(data)
     }
@@ -132,7 +132,7 @@ def test_message_quotes_the_begin_of_a_long_key() -> None:
     assert len(str(caught.value)) < 3000
 
 
-@pytest.mark.parametrize("path", list(tables(STUDY)), ids=written)
+@pytest.mark.parametrize("path", list(tables(STUDY)), ids=path_text)
 def test_unknown_key_of_a_study_is_rejected_by_schema_and_reader(path: Path_) -> None:
     file = STUDIES[0]
     data = with_key(content(file), path, "nonsense", 1.0)
@@ -151,16 +151,14 @@ def test_unknown_key_of_a_study_is_rejected_by_schema_and_reader(path: Path_) ->
         ("[workspace]\npoint = 3\n", "workspace.point: .*did you mean 'points'"),
     ],
 )
-def test_an_unknown_key_of_a_study_names_the_nearest(
-    tmp_path: Path, text: str, message: str
-) -> None:
+def test_unknown_key_of_a_study_has_a_suggestion(tmp_path: Path, text: str, message: str) -> None:
     file = tmp_path / "study.toml"
     file.write_text(f"experiment = {str(PLANAR_2R)!r}\n{text}")
     with pytest.raises(UnknownNameError, match=message):
         read_study(file)
 
 
-# What a key needs beside it, or a table in it, so that the reader looks there.
+# Other keys or tables that are required so that the reader checks a key.
 BESIDE: dict[str, dict[str, Any]] = {
     "run.order": {"scheme": "gauss_seidel"},
     "start.seed": {"y": 1.0},
@@ -193,7 +191,7 @@ NOTHING_FITS: Any = [[{}]]
 
 
 def leaves(form: Form, path: Path_ = ()) -> Iterator[tuple[Path_, str]]:
-    """Every key of every table."""
+    """Yield every key of every table."""
     for place in tables(form, path):
         own: Form = form
         for part in place:
@@ -212,7 +210,7 @@ def inner(form: Form, part: str | int) -> Form:
 
 
 def is_free(place: Path_, key: str) -> bool:
-    """Whether the reader takes anything there, or looks at it where no table leads."""
+    """Return whether the reader accepts any value for a key, or does not read its table."""
     return (not place and key in ("robots",)) or (place[:1] == ("fmus",) and len(place) > 1)
 
 
@@ -225,7 +223,7 @@ LEAVES = [
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("place", "key"), LEAVES, ids=lambda x: written(x) or "top")
+@pytest.mark.parametrize(("place", "key"), LEAVES, ids=lambda x: path_text(x) or "top")
 def test_reader_checks_every_key_of_the_schema(place: Path_, key: str) -> None:
     operational = OPERATIONAL & {key, *map(str, place)}
     folder = EXAMPLES / ("roboy_left_arm" if operational else "planar_2r")
@@ -236,7 +234,7 @@ def test_reader_checks_every_key_of_the_schema(place: Path_, key: str) -> None:
         del data["robot"]
     if place[:1] == ("reference",) and not operational:
         data["reference"] = {}
-    around = BESIDE.get(written((*place, key))) or INSIDE.get(written(place), {})
+    around = BESIDE.get(path_text((*place, key))) or INSIDE.get(path_text(place), {})
     if place[:1] == ("world",):
         around = around | OF_SHAPES.get(key, {})
     if place == ("reference", "points", 0):
@@ -250,7 +248,7 @@ def test_reader_checks_every_key_of_the_schema(place: Path_, key: str) -> None:
     data = with_key(data, path, key, NOTHING_FITS)
     with pytest.raises(InputError) as caught:
         read_data(data, file)
-    expected = written((*path, key))
+    expected = path_text((*path, key))
     assert (caught.value.key or "").startswith(expected), str(caught.value)
     assert errors("experiment", data)
 
@@ -259,7 +257,7 @@ VALUES: tuple[Any, ...] = ("x", "", -1, 0, 0.5, 2, True, [], [1.0], {}, {"x": 1.
 
 
 def mutated(data: Any, path: Path_ = ()) -> Iterator[tuple[Path_, Any]]:
-    """Where a value stands in settings, not inside of lists of numbers."""
+    """Yield data with one changed value, except for numbers in lists."""
     for key, value in data.items():
         if isinstance(value, dict):
             yield from mutated(value, (*path, key))
@@ -269,7 +267,7 @@ def mutated(data: Any, path: Path_ = ()) -> Iterator[tuple[Path_, Any]]:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["planar_2r", "hill_arm", "pick_up"])
 def test_schema_accepts_all_that_the_reader_accepts(name: str) -> None:
-    """An editor never marks what runs: values of every kind, at every place."""
+    """An editor must not mark valid settings: values of all kinds are tested at all keys."""
     file = EXAMPLES / name / "experiment.toml"
     data = content(file)
     taken = refused = 0
@@ -284,12 +282,12 @@ def test_schema_accepts_all_that_the_reader_accepts(name: str) -> None:
             except InputError:
                 continue
             taken += 1
-            pytest.fail(f"{written(path)} = {value!r} is read, but: {wrong[0]}")
+            pytest.fail(f"{path_text(path)} = {value!r} is read, but: {wrong[0]}")
     assert refused > 100
     assert taken == 0
 
 
-def test_names_in_settings_are_those_that_are_known() -> None:
+def test_names_in_settings_match_the_known_names() -> None:
     assert list(SIZES) == list(scene._SHAPES) == list(get_args(world.ShapeName))
     assert get_args(FrictionLaw) == get_args(world.FrictionLaw)
     assert get_args(LinkGeometry) == get_args(world.LinkGeometry)
@@ -297,7 +295,7 @@ def test_names_in_settings_are_those_that_are_known() -> None:
 
 
 def test_defaults_of_the_schema_change_nothing() -> None:
-    """Written out, every default of [plant], [run] and [controller] gives the same experiment."""
+    """With all defaults of [plant], [run] and [controller] written, the experiment is the same."""
     plain = Experiment.load(PLANAR_2R, {})
     joint = {"ki", "observer", "delay", "predict", "muscle_horizon"}
     settings = {
@@ -311,7 +309,7 @@ def test_defaults_of_the_schema_change_nothing() -> None:
 
 
 def test_all_invalid_keys_and_values_of_a_file_are_reported_together() -> None:
-    """A line each with file and full key; unknown keys first, and nothing of what they lead to."""
+    """One line per error with file and key; unknown keys first, without consequential errors."""
     wrong = {
         "run.step": "x",
         "controller.kp": {"joint_1": 1.0, "joint_2": "much"},
@@ -344,9 +342,9 @@ ODD: tuple[Any, ...] = (
 
 @pytest.mark.cases(65)
 @pytest.mark.slow
-@pytest.mark.parametrize(("place", "key"), LEAVES, ids=lambda x: written(x) or "top")
+@pytest.mark.parametrize(("place", "key"), LEAVES, ids=lambda x: path_text(x) or "top")
 def test_odd_values_are_read_or_rejected_with_the_file(place: Path_, key: str) -> None:
-    """No trace, and no words of the library, whatever is given."""
+    """Messages contain no traceback and no text of pydantic."""
     file = PLANAR_2R / "experiment.toml"
     path = tuple("cable_1" if part == "name" else part for part in place)
     for value in ODD:

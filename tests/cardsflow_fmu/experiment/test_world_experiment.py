@@ -1,4 +1,4 @@
-"""Experiments in a world: read, written, run, and refused with file and key."""
+"""Experiments with a world: read, written, run, and rejected with file and key."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def load(world: dict[str, Any] | None = None, **settings: Any) -> Experiment:
 
 
 def test_experiment_without_world_has_no_world_ports() -> None:
-    """Same ports, and no word of a world in what travels."""
+    """The ports are the same, and the packed experiment has no table [world]."""
     plain = load()
     assert plain.scene is None
     assert "world" not in experiment_data(plain)
@@ -44,7 +44,7 @@ def test_experiment_without_world_has_no_world_ports() -> None:
 
 
 def test_empty_world_does_not_change_results() -> None:
-    """In the same engine, which a world chooses."""
+    """Both runs use the engine that a world requires."""
     alone = load()
     in_dart = replace(alone, plant=alone.plant.copy_with(engine="dart"))
     plain = simulate(in_dart, coupling="direct")
@@ -103,7 +103,7 @@ def test_all_colliding_links_report_contacts_by_default() -> None:
     assert scene.reported == ("link_1", "link_2")
 
 
-def test_an_experiment_in_a_world_reads_back_as_the_same(tmp_path: Path) -> None:
+def test_experiment_with_a_world_is_read_back_unchanged(tmp_path: Path) -> None:
     mesh = write_box_mesh(tmp_path)
     first = load(
         {
@@ -135,13 +135,13 @@ def test_contacts_objects_and_wrenches_are_ports_with_units() -> None:
     assert ports["contact.link_2.fz"].causality == ports["object.ball.qz"].causality == "output"
 
 
-def falling() -> dict[str, Any]:
+def falling_ball() -> dict[str, Any]:
     return {"ground": {"height": 0.5}, "objects": [BALL], "contacts": ["ball"]}
 
 
 @pytest.mark.slow
 def test_ball_comes_to_rest_next_to_the_arm() -> None:
-    experiment = load(falling(), **{"run.duration": 1.2})
+    experiment = load(falling_ball(), **{"run.duration": 1.2})
     direct = simulate(experiment, coupling="direct")
     time = direct["time"]
     in_flight = time < 0.29  # 0.45 m take 0.303 s
@@ -149,7 +149,7 @@ def test_ball_comes_to_rest_next_to_the_arm() -> None:
     np.testing.assert_allclose(
         direct["object.ball.z"][in_flight], (1 - fall)[in_flight], atol=1e-12
     )
-    # what it has gone into the ground in the step of the impact goes back by 1 mm/s
+    # the penetration of the impact step decreases by 1 mm/s
     assert direct["object.ball.z"].min() > 0.55 - 3e-3
     assert direct["object.ball.z"][-1] == pytest.approx(0.55, abs=1e-3)
     assert direct["contact.ball.fz"][-1] == pytest.approx(0.2 * 9.81, rel=1e-3)
@@ -161,7 +161,7 @@ def test_ball_comes_to_rest_next_to_the_arm() -> None:
 def test_world_and_its_meshes_are_packed_in_fmus(tmp_path: Path) -> None:
     mesh = write_box_mesh(tmp_path)
     die = DIE | {"file": str(mesh), "position": [4, 0, 0.8]}
-    world = falling() | {"objects": [BALL, die]}
+    world = falling_ball() | {"objects": [BALL, die]}
     experiment = load(world, **{"run.duration": 0.4})
     expected = simulate(experiment, coupling="direct")
     folder = tmp_path / "elsewhere"
@@ -190,8 +190,8 @@ def test_wrench_is_an_input_that_wiring_can_connect() -> None:
     assert (moved - still)[5:].max() > 1e-6
 
 
-def test_a_state_holds_the_objects() -> None:
-    model = PlantModel(load(falling()))
+def test_state_contains_the_objects() -> None:
+    model = PlantModel(load(falling_ball()))
     model.initialize()
     for k in range(320):
         model.step(1e-3 * k, 1e-3)
@@ -208,7 +208,7 @@ def test_a_state_holds_the_objects() -> None:
 
 
 @pytest.mark.slow
-def test_too_fast_a_throw_ends_the_run_with_time_and_names(tmp_path: Path) -> None:
+def test_too_fast_object_ends_the_run_with_time_and_names(tmp_path: Path) -> None:
     wall = {"name": "wall", "shape": "box", "size": [0.002, 1, 1], "position": [4, 0, 1]}
     world = {"objects": [BALL | {"velocity": [90, 0, 0]}, wall]}
     with pytest.raises(RunError, match=r"at t = 0.0\d+ s 'ball' could pass through 'wall'"):
@@ -236,14 +236,14 @@ def two_arms(**changes: Any) -> dict[str, Any]:
     } | changes
 
 
-def written(folder: Path, data: dict[str, Any]) -> Experiment:
+def write_experiment(folder: Path, data: dict[str, Any]) -> Experiment:
     (folder / "experiment.json").write_text(json.dumps(data))
     return Experiment.load(folder / "experiment.json")
 
 
 @pytest.mark.slow
-def test_two_robots_move_in_one_plant_as_each_alone(tmp_path: Path) -> None:
-    both = simulate(written(tmp_path, two_arms()))
+def test_two_robots_in_one_plant_move_as_single_robots(tmp_path: Path) -> None:
+    both = simulate(write_experiment(tmp_path, two_arms()))
     assert both.summary["infeasible_ticks"] == 0
     assert both.summary["tracking"]["max"] < 1e-4
     for side, rows in (("left", slice(0, 2)), ("right", slice(2, 4))):
@@ -254,17 +254,17 @@ def test_two_robots_move_in_one_plant_as_each_alone(tmp_path: Path) -> None:
         }
         alone["reference"] = {"spline": "quintic", "points": points}
         (tmp_path / side).mkdir()
-        single = simulate(written(tmp_path / side, alone), coupling="direct")
+        single = simulate(write_experiment(tmp_path / side, alone), coupling="direct")
         for joint in ("joint_1", "joint_2"):
             np.testing.assert_allclose(both[f"q.{side}_{joint}"], single[f"q.{joint}"], atol=1e-9)
         np.testing.assert_allclose(both[f"f.{side}_cable_1"], single["f.cable_1"], atol=1e-4)
 
 
 @pytest.mark.slow
-def test_robots_travel_in_fmus_and_read_back(tmp_path: Path) -> None:
-    first = written(tmp_path, two_arms())
+def test_robots_are_packed_in_fmus_and_read_back(tmp_path: Path) -> None:
+    first = write_experiment(tmp_path, two_arms())
     (tmp_path / "again").mkdir()
-    second = written(tmp_path / "again", experiment_data(first))
+    second = write_experiment(tmp_path / "again", experiment_data(first))
     assert second.robot == first.robot
     assert experiment_data(second) == experiment_data(first)
     direct, fmu = (simulate(first, **WAYS[way]) for way in ("direct", "python"))
@@ -274,18 +274,18 @@ def test_robots_travel_in_fmus_and_read_back(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_two_robots_collide_in_a_world(tmp_path: Path) -> None:
-    """The right arm stands where the left one is going to: they touch."""
+    """The left arm moves to the position of the right arm, so that they touch."""
     data = two_arms(world={"links": "capsules", "capsule_radius": 0.05})
     data["robots"][1]["position"] = [1.2, 0.0, 0.0]
     data["reference"]["points"][1]["q"] = [0.3, 0.8, -0.5, 0.5]
     data["run"]["duration"] = 1.0
-    result = simulate(written(tmp_path, data), coupling="direct")
+    result = simulate(write_experiment(tmp_path, data), coupling="direct")
     touched = max(np.abs(result[n]).max() for n in result.names if n.startswith("contact."))
     assert touched > 1.0
 
 
 @pytest.mark.slow
-def test_objects_of_an_sdf_world_are_in_the_world(tmp_path: Path) -> None:
+def test_objects_of_an_sdf_world_are_added(tmp_path: Path) -> None:
     (tmp_path / "scene.world").write_text(
         "<sdf version='1.6'><world name='w'><model name='table'><static>1</static>"
         "<pose>3 0 0.4 0 0 0</pose><link name='l'><collision name='c'><geometry><box>"
@@ -324,7 +324,7 @@ def test_invalid_robots_are_rejected(case: str, tmp_path: Path) -> None:
     data = two_arms()
     change(data)
     with pytest.raises(InputError, match=message):
-        written(tmp_path, data)
+        write_experiment(tmp_path, data)
 
 
 def test_invalid_mesh_is_reported_when_the_plant_is_created(tmp_path: Path) -> None:
@@ -335,8 +335,8 @@ def test_invalid_mesh_is_reported_when_the_plant_is_created(tmp_path: Path) -> N
 
 
 @pytest.mark.slow
-def test_results_have_the_columns(tmp_path: Path) -> None:
-    run(load(falling()), tmp_path)
+def test_results_have_columns_of_objects_and_contacts(tmp_path: Path) -> None:
+    run(load(falling_ball()), tmp_path)
     with (tmp_path / "results.csv").open() as file:
         names = next(csv.reader(file))
     assert {"object.ball.z", "contact.ball.fz"} <= set(names)

@@ -7,7 +7,7 @@ from cardsflow_fmu.results.report.downsample import downsample, evenly_spaced
 
 
 @pytest.mark.parametrize("count", [1, 5, 4000, 4001, 30_000, 99_999])
-def test_points_are_the_lines_own_and_reach_as_far(count: int) -> None:
+def test_downsampled_points_are_points_of_the_line_with_its_extremes(count: int) -> None:
     rng = np.random.default_rng(count)
     x, y = np.sort(rng.normal(size=count)), rng.normal(size=count)
     y[count // 3] = 50.0  # a single peak
@@ -21,14 +21,14 @@ def test_points_are_the_lines_own_and_reach_as_far(count: int) -> None:
     assert kept_y.min() == y.min()
 
 
-def test_every_group_keeps_its_lowest_and_highest() -> None:
+def test_every_group_keeps_its_minimum_and_maximum() -> None:
     y = np.random.default_rng(0).normal(size=1000)
     kept = set(downsample(np.arange(1000.0), y, bins=100)[0].astype(int))
     for group in np.arange(1000).reshape(100, 10):
         assert {group[y[group].argmin()], group[y[group].argmax()]} <= kept
 
 
-def test_gaps_stay() -> None:
+def test_gaps_are_preserved() -> None:
     y = np.zeros(50_000)
     y[20_000:30_000] = np.nan
     x, kept = downsample(np.arange(50_000.0), y)
@@ -36,7 +36,7 @@ def test_gaps_stay() -> None:
 
 
 @pytest.mark.parametrize("count", [0, 1, 7, 4000, 4001, 600_000])
-def test_every_few_keeps_the_ends(count: int) -> None:
+def test_evenly_spaced_rows_include_both_ends(count: int) -> None:
     rows = evenly_spaced(count)
     assert len(rows) <= 4001
     assert (len(rows) == 0) == (count == 0)

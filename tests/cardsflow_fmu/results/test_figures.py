@@ -1,4 +1,4 @@
-"""Figures of many signals: ten are drawn, the others counted, and the plot keeps its width."""
+"""Figures of many signals: ten curves are drawn, and the axes keep their width."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LARGE = [7 * k for k in range(10)]
 
 @pytest.fixture
 def many(tmp_path: Path) -> Path:
-    """76 forces, ten of which are large, and 61 joints that follow references."""
+    """Write results with 76 forces, ten of them large, and 61 joints with references."""
     time = np.linspace(0.0, 1.0, 21)
     columns = {"time": time}
     for k in range(MUSCLES):
@@ -47,7 +47,7 @@ def test_ten_largest_curves_are_drawn_and_the_others_are_counted(
     assert "66 smaller not shown" in texts
 
 
-def test_positions_count_by_their_change_and_keep_their_references(many: Path) -> None:
+def test_positions_are_selected_by_change_with_their_references(many: Path) -> None:
     (panel,) = panels_of(read_results(many), ["tracking"])
     drawn = select_curves(panel)
     assert [c.name for c in drawn.curves] == [f"q.joint_{k}" for k in range(51, 61)]
@@ -56,7 +56,7 @@ def test_positions_count_by_their_change_and_keep_their_references(many: Path) -
 
 
 @pytest.mark.slow
-def test_the_plot_keeps_most_of_the_width(many: Path) -> None:
+def test_plot_uses_most_of_the_figure_width(many: Path) -> None:
     figure = figure_of_panels(panels_of(read_results(many)))
     figure.draw_without_rendering()
     for axes in figure.axes:
@@ -66,8 +66,8 @@ def test_the_plot_keeps_most_of_the_width(many: Path) -> None:
         assert legend.x1 <= figure.bbox.x1 + 1.0
 
 
-def test_muscles_called_by_numbers_are_in_the_legend() -> None:
-    """CASPR's cables are, as a rule; their signals begin with an underscore."""
+def test_muscles_named_by_numbers_are_in_the_legend() -> None:
+    """Cables of CASPR usually have numbers, so that their signals begin with an underscore."""
     time = np.linspace(0.0, 1.0, 3)
     curves = tuple(Curve(name, time, time) for name in ("_1", "_2"))
     (axes,) = figure_of_panels([Panel("force [N]", curves)]).axes
@@ -76,24 +76,24 @@ def test_muscles_called_by_numbers_are_in_the_legend() -> None:
     assert [text.get_text() for text in legend.get_texts()] == ["_1", "_2"]
 
 
-def test_values_that_are_no_numbers_do_not_choose() -> None:
+def test_nan_does_not_affect_the_selection_of_curves() -> None:
     time = np.arange(3.0)
     curves = [Curve(f"f.{k}", time, np.full(3, np.nan)) for k in range(10)]
     curves.append(Curve("f.ten", time, np.array([0.0, np.inf, 5.0])))
     assert "f.ten" in [c.name for c in select_curves(Panel("N", curves)).curves]
 
 
-def test_runs_that_diverged_have_panels() -> None:
+def test_diverged_run_has_panels() -> None:
     names, far = ("time", "q.a", "q_d.a", "q_hat.a", "sd.a"), 1e308
     rows = np.array([[0.1 * k, far, -far, -far, far] for k in range(3)])
     result = RunData(names, rows, {}, {}, solve_times=np.array([[0.0, far]]))
     assert {"errors", "estimate", "solve_times"} <= all_panels(result).keys()
 
 
-def test_signs_that_the_font_lacks_are_named(
+def test_characters_missing_in_the_font_are_named(
     cardsflow: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """And control characters, which no SVG can hold, are left out."""
+    """Control characters, which SVG does not support, are replaced."""
     (file := tmp_path / "a.csv").write_text("time,q.関節\a\n0.0,1.0\n1.0,2.0\n", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     code, _, err = cardsflow("plot", file, "-o", "a.png")
@@ -105,7 +105,7 @@ def test_signs_that_the_font_lacks_are_named(
     assert any("q.関節\N{REPLACEMENT CHARACTER}" in text for text in texts)
 
 
-def test_a_group_has_a_hue_and_its_members_differ() -> None:
+def test_curves_of_a_group_have_one_hue_and_different_colours() -> None:
     names = ["f.left_motor1", "f.left_motor2", "f.right_motor1", "f.right_motor2"]
     left, light_left, right, light_right = curve_colours(names)
     assert len({left, light_left, right, light_right}) == 4

@@ -1,4 +1,4 @@
-"""One program at a time writes into a folder; what a killed one leaves is cleaned by the next."""
+"""Only one program writes into a folder; temporary files of killed programs are deleted later."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SHORT = ["--set", "run.duration=0.02"]
 
 @contextmanager
 def running(folder: Path, temporary: Path) -> Iterator[subprocess.Popen[bytes]]:
-    """A run that has begun to write rows into a folder; killed in the end."""
+    """Start a run that writes rows into a folder; kill it at the end."""
     temporary.mkdir(exist_ok=True)
     words = ["run", str(PLANAR_2R), "-o", str(folder), "--realtime", *LONG]
     environment = os.environ | {"TMPDIR": str(temporary)}
@@ -47,7 +47,7 @@ def running(folder: Path, temporary: Path) -> Iterator[subprocess.Popen[bytes]]:
 
 
 @pytest.mark.slow
-def test_a_second_run_into_a_folder_is_refused_and_says_who_is_there(
+def test_second_run_into_a_folder_is_rejected_with_the_first_process(
     tmp_path: Path, cardsflow: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out, temporary = tmp_path / "out", tmp_path / "temporary"
@@ -68,7 +68,7 @@ def test_a_second_run_into_a_folder_is_refused_and_says_who_is_there(
     assert json.loads((out / "summary.json").read_text())["status"] == "complete"
 
 
-def test_temporary_folders_in_use_and_of_others_stay(
+def test_temporary_folders_in_use_or_of_others_are_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from cardsflow_fmu.utils import temporary
@@ -92,8 +92,8 @@ def test_temporary_folders_in_use_and_of_others_stay(
 
 
 @pytest.mark.slow
-def test_many_who_lock_at_once_come_one_after_another(tmp_path: Path) -> None:
-    """A lock's file is removed by who has held it, and never under somebody who holds it."""
+def test_concurrent_locks_are_acquired_one_at_a_time(tmp_path: Path) -> None:
+    """The owner of a lock deletes its file, and never while another program uses it."""
     inside, most, done = [0], [0], [0]
 
     def work() -> None:
@@ -126,7 +126,7 @@ BUILD = pytest.param(["build", PLANAR_2R, "-o"], marks=pytest.mark.slow)
 
 
 @pytest.mark.parametrize("words", [CALIBRATE, EXCITE, CONVERT, BUILD], ids=lambda words: words[0])
-def test_all_that_write_several_files_come_one_after_another(
+def test_commands_that_write_folders_use_the_lock(
     tmp_path: Path, words: list[object], cardsflow: CommandLine
 ) -> None:
     with lock_folder(tmp_path, "test"):
@@ -144,7 +144,7 @@ def test_all_that_write_several_files_come_one_after_another(
 
 
 @pytest.mark.parametrize("kind", ["folder", "link"])
-def test_a_lock_that_is_no_file_is_refused(tmp_path: Path, kind: str) -> None:
+def test_lock_that_is_not_a_file_is_rejected(tmp_path: Path, kind: str) -> None:
     if kind == "folder":
         (tmp_path / LOCK).mkdir()
     else:
@@ -155,7 +155,7 @@ def test_a_lock_that_is_no_file_is_refused(tmp_path: Path, kind: str) -> None:
     assert kind == "folder" or (tmp_path / "mine").read_text() == "mine"
 
 
-def test_the_file_of_a_lock_that_nobody_holds_means_nothing(tmp_path: Path) -> None:
+def test_unused_lock_file_is_ignored(tmp_path: Path) -> None:
     (tmp_path / LOCK).write_text("run of process 1 on elsewhere since 2020\n")
     with ExitStack() as stack:
         stack.enter_context(OutputFolder(tmp_path))
@@ -165,7 +165,7 @@ def test_the_file_of_a_lock_that_nobody_holds_means_nothing(tmp_path: Path) -> N
 
 
 @pytest.mark.slow
-def test_a_run_that_is_interrupted_gives_the_folder_free(tmp_path: Path) -> None:
+def test_interrupted_run_releases_the_folder(tmp_path: Path) -> None:
     with running(tmp_path / "out", tmp_path / "temporary") as process:
         process.send_signal(signal.SIGINT)
         assert process.wait() == 130

@@ -1,4 +1,4 @@
-"""Results are on disk while a run goes on, and readable whenever it ends."""
+"""Results are on disk during a run, and readable at any time."""
 
 from __future__ import annotations
 
@@ -32,24 +32,24 @@ NAMES = ("time", "q.a", "q.b")
 SUMMARY = {"status": "incomplete", "error": str(STARTED), "versions": {"cardsflow": "1"}}
 
 
-def begun(folder: OutputFolder, count: int = 5000) -> Journal:
+def begin_journal(folder: OutputFolder, count: int = 5000) -> Journal:
     journal = Journal(folder, {"plant.fmu": b"new"})
     journal.begin(NAMES, dict.fromkeys(NAMES, "rad"), count, dict(SUMMARY))
     return journal
 
 
-def awkward(count: int) -> np.ndarray:
-    """Numbers of every size, and those that are none."""
+def unusual_numbers(count: int) -> np.ndarray:
+    """Return numbers of all magnitudes, and values that are not finite."""
     rng = np.random.default_rng(3)
     rows = rng.normal(size=(count, 3)) * 10.0 ** rng.integers(-300, 300, size=(count, 3))
     rows[::7, 1], rows[::11, 2], rows[::13, 1] = np.nan, np.inf, -0.0
-    rows[:, 0].sort()  # times rise
+    rows[:, 0].sort()  # increasing times
     return rows
 
 
-def test_what_streams_reads_back_exactly(tmp_path: Path) -> None:
-    rows = awkward(5000)
-    with OutputFolder(tmp_path) as folder, begun(folder) as journal:
+def test_streamed_rows_are_read_back_exactly(tmp_path: Path) -> None:
+    rows = unusual_numbers(5000)
+    with OutputFolder(tmp_path) as folder, begin_journal(folder) as journal:
         for k, row in enumerate(rows):
             journal.rows[k] = row
             journal.update(k + 1)
@@ -62,8 +62,8 @@ def test_what_streams_reads_back_exactly(tmp_path: Path) -> None:
     assert (tmp_path / "results.csv").read_text() == whole
 
 
-def test_rows_are_in_the_file_while_the_run_goes_on(tmp_path: Path) -> None:
-    with OutputFolder(tmp_path) as folder, begun(folder) as journal:
+def test_rows_are_in_the_file_during_the_run(tmp_path: Path) -> None:
+    with OutputFolder(tmp_path) as folder, begin_journal(folder) as journal:
         for k in range(3):
             journal.rows[k] = k
             time.sleep(0.06)
@@ -71,8 +71,8 @@ def test_rows_are_in_the_file_while_the_run_goes_on(tmp_path: Path) -> None:
             assert len(read_results(tmp_path).rows) == k + 1
 
 
-def test_a_line_that_was_cut_off_does_not_count(tmp_path: Path) -> None:
-    with OutputFolder(tmp_path) as folder, begun(folder) as journal:
+def test_truncated_last_line_is_ignored(tmp_path: Path) -> None:
+    with OutputFolder(tmp_path) as folder, begin_journal(folder) as journal:
         journal.rows[:2] = 0.125
         journal.update(2)
     table = tmp_path / "results.csv"
@@ -86,7 +86,7 @@ def test_a_line_that_was_cut_off_does_not_count(tmp_path: Path) -> None:
         read_results(tmp_path)
 
 
-def test_old_results_stay_until_a_run_begins(
+def test_old_results_are_kept_until_a_run_begins(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.02})
@@ -102,10 +102,10 @@ def test_old_results_stay_until_a_run_begins(
     assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before
 
 
-def test_a_full_disk_ends_the_run_with_whole_lines(
+def test_full_disk_ends_the_run_with_complete_lines(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The disk takes half of a block, then nothing, as a full one does."""
+    """The disk accepts half of a block, then no more data."""
     write, room = FileIO.write, [20_000]
 
     class Full(FileIO):
@@ -126,7 +126,7 @@ def test_a_full_disk_ends_the_run_with_whole_lines(
     np.testing.assert_array_equal(kept.rows, error.value.result.rows[: len(kept.rows)])
 
 
-def test_a_disk_without_room_is_refused_before_the_run(
+def test_insufficient_disk_space_is_rejected_before_the_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "results.csv").write_text("time\n")
@@ -135,13 +135,11 @@ def test_a_disk_without_room_is_refused_before_the_run(
         OutputFolder(tmp_path) as folder,
         pytest.raises(MachineError, match=r"not enough space for a run of \d+ rows, \d+ MiB"),
     ):
-        begun(folder, 2**52)
+        begin_journal(folder, 2**52)
     assert (tmp_path / "results.csv").read_text() == "time\n"
 
 
-def test_a_large_table_is_a_file_without_a_name(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_large_table_is_an_unnamed_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(row_store, "IN_MEMORY", 0)
     store, rows = RowStore(400_000, 3, tmp_path), np.arange(1_200_000.0).reshape(-1, 3)
     for first in range(0, len(rows), 1000):
@@ -151,8 +149,7 @@ def test_a_large_table_is_a_file_without_a_name(
     np.testing.assert_array_equal(store.rows, rows)
 
 
-# Rows of a large table leave memory as they are written: 250 MB of them, most of which would be
-# resident otherwise.
+# The memory of written rows is released. The table has 250 MB, which would otherwise be resident.
 _GROWTH = """
 import sys
 from pathlib import Path
@@ -174,7 +171,7 @@ print(most)
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs Linux")
-def test_memory_is_bounded_while_rows_come(tmp_path: Path) -> None:
+def test_memory_is_bounded_during_a_run(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-c", _GROWTH, tmp_path], capture_output=True, text=True, check=True
     )
@@ -182,8 +179,8 @@ def test_memory_is_bounded_while_rows_come(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_what_a_killed_run_could_not_say_is_reported_when_it_is_read(tmp_path: Path) -> None:
-    """The same rows under the summary of a run that has just begun, and of one that has ended."""
+def test_summary_of_a_killed_run_is_computed_when_it_is_read(tmp_path: Path) -> None:
+    """The same rows have the summary of a started run, and of a completed run."""
     settings = {"run.duration": 0.3, "plant.mass_scale": 1.2, "controller.period": 0.005}
     result = run(Experiment.load(PLANAR_2R, settings), tmp_path, coupling="direct")
     assert result.summary["tracking"]["rms"] > 1e-5
@@ -193,7 +190,9 @@ def test_what_a_killed_run_could_not_say_is_reported_when_it_is_read(tmp_path: P
     with opened_run(tmp_path) as back:
         for key in ("tracking", "forces", "slack", "infeasible_ticks", "duration"):
             assert back.summary[key] == result.summary[key]
-        assert back.summary["ticks"] == result.summary["ticks"] + 1  # at the last row, none is due
+        assert (
+            back.summary["ticks"] == result.summary["ticks"] + 1
+        )  # there is no tick at the last row
         assert not back.complete
     lines = (tmp_path / "results.csv").read_text().splitlines()
     k = lines[0].split(",").index("q_d.joint_1")
@@ -206,8 +205,8 @@ def test_what_a_killed_run_could_not_say_is_reported_when_it_is_read(tmp_path: P
 
 @pytest.mark.slow
 @pytest.mark.parametrize("rows", [0, 100, 1000])
-def test_a_run_that_is_killed_leaves_readable_results(tmp_path: Path, rows: int) -> None:
-    """Killed with so many rows on the disk, long before its end."""
+def test_killed_run_leaves_readable_results(tmp_path: Path, rows: int) -> None:
+    """The run is killed after a number of rows, long before its end."""
     out = tmp_path / "out"
     points = [{"time": 0, "q": 0}, {"time": 600, "q": 0.5}]
     settings = {"run.duration": 600.0, "reference": {"spline": "linear", "points": points}}
@@ -230,11 +229,11 @@ def test_a_run_that_is_killed_leaves_readable_results(tmp_path: Path, rows: int)
         assert describe_summary(killed.summary)[0].startswith(
             f"planar_2r: {killed['time'].max(initial=0):.6g} s"
         )
-    settings["run.duration"] = max(len(killed.rows), 1) * 1e-3  # its last row has no tick
+    settings["run.duration"] = max(len(killed.rows), 1) * 1e-3  # the last row has no tick
     again = run(Experiment.load(PLANAR_2R, settings), out, coupling="direct")
     np.testing.assert_allclose(killed.rows, again.rows[: len(killed.rows)], rtol=0, atol=1e-12)
 
 
 def whole_rows(table: Path) -> int:
-    """How many rows a file has, without its header and the last, which may be cut; -1: no file."""
+    """Return the number of complete rows of a file without its header; -1 if it does not exist."""
     return max(len(table.read_bytes().splitlines()) - 2, 0) if table.exists() else -1

@@ -11,7 +11,7 @@ from cardsflow_fmu.results import folder as results_folder
 from cardsflow_fmu.results.folder import OutputFolder
 
 
-def test_a_folder_that_was_made_goes_again_unless_results_are_written(tmp_path: Path) -> None:
+def test_created_folder_is_removed_if_no_results_are_written(tmp_path: Path) -> None:
     path = tmp_path / "a/b/c"
     with pytest.raises(RuntimeError), OutputFolder(path):
         raise RuntimeError
@@ -21,8 +21,8 @@ def test_a_folder_that_was_made_goes_again_unless_results_are_written(tmp_path: 
     assert [p.name for p in path.iterdir()] == ["results.csv"]
 
 
-def test_results_are_replaced_as_a_whole_and_other_files_left_alone(tmp_path: Path) -> None:
-    """No file of an earlier run stays beside new ones that it does not belong to."""
+def test_results_are_replaced_together_and_other_files_are_kept(tmp_path: Path) -> None:
+    """New results contain no files of an earlier run."""
     (tmp_path / "notes.txt").write_text("mine")
     summary = json.dumps({"versions": {"cardsflow": "1"}})
     with OutputFolder(tmp_path) as folder:
@@ -33,7 +33,7 @@ def test_results_are_replaced_as_a_whole_and_other_files_left_alone(tmp_path: Pa
     assert names == ["notes.txt", "results.csv", "summary.json"]
 
 
-def test_an_fmu_that_no_run_has_written_is_not_replaced(tmp_path: Path) -> None:
+def test_fmu_that_no_run_has_written_is_not_replaced(tmp_path: Path) -> None:
     (tmp_path / "plant.fmu").write_text("mine")
     with pytest.raises(InputError, match=r"has a file plant\.fmu that no run has written"):
         OutputFolder(tmp_path).__enter__()
@@ -51,9 +51,7 @@ def test_results_that_no_run_has_written_are_not_replaced(
     assert (tmp_path / "results.csv").read_text() == "mine"
 
 
-def test_a_summary_that_may_not_be_read_is_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_unreadable_summary_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("results.csv", "summary.json"):
         (tmp_path / name).write_text("{}")
     denied = InputError("cannot be read: Permission denied", file=tmp_path / "summary.json")
@@ -62,7 +60,7 @@ def test_a_summary_that_may_not_be_read_is_named(
         OutputFolder(tmp_path).__enter__()
 
 
-def test_a_folder_that_cannot_be_written_is_an_input_error(tmp_path: Path) -> None:
+def test_folder_that_cannot_be_written_is_an_input_error(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     for path in (tmp_path / "file", tmp_path / "file/below", Path("/proc/none/results")):
         with pytest.raises(InputError, match="cannot be written"):

@@ -1,4 +1,4 @@
-"""Results as tables of other tools, in notebooks, compared, drawn and reported."""
+"""Results as tables, in notebooks, comparisons, figures and reports."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_parquet_keeps_every_float(tmp_path: Path) -> None:
     np.testing.assert_array_equal(back.rows.view(np.int64), result.rows.view(np.int64))
 
 
-def test_without_pyarrow_a_run_in_parquet_is_refused_at_once(
+def test_run_with_parquet_is_rejected_without_pyarrow(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow", None)
@@ -91,7 +91,7 @@ def test_without_pyarrow_a_run_in_parquet_is_refused_at_once(
 
 @pytest.mark.extra("parquet")
 @pytest.mark.parametrize("content", [b"", b"no parquet", b"PAR1" + bytes(40) + b"PAR1"])
-def test_a_damaged_parquet_is_an_input_error(tmp_path: Path, content: bytes) -> None:
+def test_damaged_parquet_is_an_input_error(tmp_path: Path, content: bytes) -> None:
     file = tmp_path / "x.parquet"
     file.write_bytes(content)
     with pytest.raises(InputError, match=r"x\.parquet"):
@@ -101,7 +101,9 @@ def test_a_damaged_parquet_is_an_input_error(tmp_path: Path, content: bytes) -> 
 
 
 @pytest.mark.extra("pandas")
-def test_a_frame_of_pandas(finished: tuple[Path, Result], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_result_is_converted_to_a_pandas_data_frame(
+    finished: tuple[Path, Result], monkeypatch: pytest.MonkeyPatch
+) -> None:
     result = finished[1]
     frame = result.to_pandas()
     assert frame.index.name == "time"
@@ -114,7 +116,7 @@ def test_a_frame_of_pandas(finished: tuple[Path, Result], monkeypatch: pytest.Mo
 
 
 @pytest.mark.slow
-def test_a_notebook_shows_summary_and_figure(finished: tuple[Path, Result]) -> None:
+def test_notebook_shows_summary_and_figure(finished: tuple[Path, Result]) -> None:
     html = finished[1]._repr_html_()
     assert html.count("<svg") == 1
     for words in ("planar_2r", "q.joint_1", "f.cable_4", "301 rows"):
@@ -122,7 +124,7 @@ def test_a_notebook_shows_summary_and_figure(finished: tuple[Path, Result]) -> N
     assert "<p>" in table(np.empty((0, 2)), "x")._repr_html_()
 
 
-def test_loaded_files_of_a_robot_last_as_long_as_the_result(finished: tuple[Path, Result]) -> None:
+def test_unpacked_robot_files_are_deleted_with_the_result(finished: tuple[Path, Result]) -> None:
     loaded = Result.load(finished[0])
     path = loaded.experiment.robot_path
     assert path.is_file()
@@ -152,7 +154,9 @@ def test_equal_results_are_equal(finished: tuple[Path, Result]) -> None:
         (0.1, 0.01, False),
     ],
 )
-def test_bounds(tol: float, rtol: float, equal: bool) -> None:
+def test_comparison_uses_absolute_and_relative_tolerances(
+    tol: float, rtol: float, equal: bool
+) -> None:
     a, b = table([[0, 10.0], [1, 10.25]], "x"), table([[0, 10.0], [1, 10.0]], "x")
     comparison = compare_results(a, b, tol, rtol)
     assert comparison["equal"] is equal
@@ -164,7 +168,7 @@ def test_bounds(tol: float, rtol: float, equal: bool) -> None:
     }
 
 
-def test_what_is_no_number_equals_itself_only() -> None:
+def test_nan_and_infinity_only_equal_themselves() -> None:
     a = table([[0, np.nan, np.inf, np.inf, 1], [1, 0, 0, 0, 1]], "p", "q", "r", "s")
     b = table([[0, np.nan, np.inf, -np.inf, np.nan], [1, 0, 0, 0, 1]], "p", "q", "r", "s")
     comparison = compare_results(a, b, 1e300)
@@ -199,7 +203,7 @@ def test_missing_columns_and_rows_are_reported(tmp_path: Path, cardsflow: Comman
 
 
 ABSENT = {"torques", "estimate", "loads", "innovation"}
-"""Figures of motors at joints and of an estimator, which these runs are without."""
+"""Panels of joint motors and of an estimator; these runs have neither."""
 
 
 def test_every_kind_of_figure_shows_its_signals(finished: tuple[Path, Result]) -> None:
@@ -212,8 +216,8 @@ def test_every_kind_of_figure_shows_its_signals(finished: tuple[Path, Result]) -
     np.testing.assert_array_equal(errors.curves[1].values, expected)
 
 
-def test_moment_arms_are_the_slopes_of_the_lengths(finished: tuple[Path, Result]) -> None:
-    """Along the motion, l changes by sum_j dl/dq_j times the change of q_j, to the third order."""
+def test_moment_arms_are_derivatives_of_the_lengths(finished: tuple[Path, Result]) -> None:
+    """Along the motion, dl = sum_j dl/dq_j dq_j, with an error of third order."""
     result = finished[1]
     arms = {p.label.split(",")[1].split()[0]: p for p in KINDS["moment_arms"](result)}
     expected = np.zeros((len(result.rows) - 2, 4))
@@ -250,13 +254,13 @@ def test_figures_are_written(
         (["--columns", "q.joint_9"], "no column 'q.joint_9'; did you mean 'q.joint_"),
     ],
 )
-def test_what_cannot_be_drawn_is_reported(
+def test_invalid_plot_options_are_reported(
     finished: tuple[Path, Result], cardsflow: CommandLine, words: list[str], says: str
 ) -> None:
     assert says in cardsflow.refused("plot", finished[0], *words)
 
 
-def test_columns_stand_by_unit(finished: tuple[Path, Result]) -> None:
+def test_columns_are_grouped_by_unit(finished: tuple[Path, Result]) -> None:
     panels = panels_of(finished[1], columns=["q.*", "f.cable_1"])
     assert [(p.label, len(p.curves)) for p in panels] == [("[rad]", 2), ("[N]", 1)]
     assert len(figure_of(finished[1], ["forces"], ["q.*"]).axes) == 2
@@ -267,7 +271,7 @@ def test_columns_stand_by_unit(finished: tuple[Path, Result]) -> None:
 
 
 @pytest.mark.slow
-def test_a_table_alone_is_drawn(tmp_path: Path) -> None:
+def test_table_without_a_results_folder_is_drawn(tmp_path: Path) -> None:
     (tmp_path / "x.csv").write_text("time,a.b,c\n0.0,1.0,2.0\n0.1,1.0,2.0\n")
     assert plot(read_results(tmp_path / "x.csv"), tmp_path / "x.png").stat().st_size > 1000
 
@@ -277,7 +281,7 @@ def test_a_table_alone_is_drawn(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def reported(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The report of half a minute with eleven muscles."""
+    """Return the report of a run of 30 s with eleven muscles."""
     folder = tmp_path_factory.mktemp("flower")
     settings = {"run.duration": 30.0, "run.step": 0.005, "controller.period": 0.005}
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm", settings)
@@ -286,7 +290,7 @@ def reported(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-def test_a_report_says_everything(reported: Path) -> None:
+def test_report_contains_all_sections(reported: Path) -> None:
     page = reported.read_text()
     assert len(page) < 3_000_000
     for words in ("Summary", "Replay", "Figures", "Robot", "Experiment", "Versions"):
@@ -294,7 +298,7 @@ def test_a_report_says_everything(reported: Path) -> None:
     assert page.count("<svg") == len(set(KINDS) - ABSENT)
     for words in ("&quot;flower&quot;", "upper_arm_left", "dartpy", "moment arms"):
         assert words in page
-    # names of vocabularies, which nobody opens
+    # names of XML vocabularies, which are not addresses to open
     assert set(re.findall(r"(?:https?|wss?|ftp)://[^\s\"'&<>]+", page)) <= {
         "http://www.w3.org/2000/svg",
         "http://www.w3.org/1999/xlink",
@@ -302,7 +306,7 @@ def test_a_report_says_everything(reported: Path) -> None:
 
 
 @pytest.mark.browser
-def test_a_report_opens_from_disk_without_a_network(reported: Path, tmp_path: Path) -> None:
+def test_report_opens_from_disk_without_a_network(reported: Path, tmp_path: Path) -> None:
     with opened_browser(tmp_path) as page:
         begin = time.perf_counter()
         page.open(reported.as_uri(), offline=True)
@@ -328,7 +332,7 @@ def test_a_report_opens_from_disk_without_a_network(reported: Path, tmp_path: Pa
 
 
 @pytest.mark.slow
-def test_an_incomplete_run_is_reported_as_such(finished: tuple[Path, Result]) -> None:
+def test_report_states_that_a_run_is_incomplete(finished: tuple[Path, Result]) -> None:
     result = Result.load(finished[0])
     result.summary |= {"status": "incomplete", "error": "<b>gone</b>"}
     page = report_page(result)
@@ -337,7 +341,7 @@ def test_an_incomplete_run_is_reported_as_such(finished: tuple[Path, Result]) ->
 
 
 @pytest.mark.slow
-def test_a_report_begins_with_the_verdict_and_the_replay(finished: tuple[Path, Result]) -> None:
+def test_report_begins_with_the_verdict_and_the_replay(finished: tuple[Path, Result]) -> None:
     result = Result.load(finished[0])
     tracking = result.summary["tracking"]
     page = report_page(result)

@@ -29,7 +29,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
     return folder, run(experiment, folder, coupling="direct")
 
 
-def test_a_folder_gives_back_what_was_run(finished: tuple[Path, Result]) -> None:
+def test_results_folder_is_read_back_as_the_result(finished: tuple[Path, Result]) -> None:
     folder, result = finished
     assert is_run(folder)
     for path in (folder, folder / "results.csv"):
@@ -78,13 +78,13 @@ def test_archive_does_not_write_outside_of_its_folder(
         pass
 
 
-def test_a_table_without_rows_is_read(finished: tuple[Path, Result], tmp_path: Path) -> None:
+def test_table_without_rows_is_read(finished: tuple[Path, Result], tmp_path: Path) -> None:
     shutil.copytree(finished[0], tmp_path, dirs_exist_ok=True)
     (tmp_path / "results.csv").write_text("time,q.joint_1\n")
     assert read_results(tmp_path).rows.shape == (0, 2)
 
 
-def test_meshes_travel_with_the_results(tmp_path: Path) -> None:
+def test_meshes_are_packed_with_the_results(tmp_path: Path) -> None:
     robot = tmp_path / "arm/robot"
     shutil.copytree(EXAMPLES / "roboy_left_arm", tmp_path / "arm")
     (robot / "meshes").mkdir()
@@ -112,7 +112,7 @@ def test_meshes_travel_with_the_results(tmp_path: Path) -> None:
         ("C:\\a.stl", "C__a.stl"),
     ],
 )
-def test_a_mesh_travels_below_its_robots_folder(uri: str, name: str) -> None:
+def test_packed_mesh_is_below_the_robot_folder(uri: str, name: str) -> None:
     assert packed_name(uri) == name
 
 
@@ -122,7 +122,7 @@ def test_the_summary_lists_the_archive(finished: tuple[Path, Result]) -> None:
 
 
 @pytest.mark.slow
-def test_meshes_of_several_robots_travel_each_with_its_own(tmp_path: Path) -> None:
+def test_meshes_of_several_robots_are_packed_separately(tmp_path: Path) -> None:
     names = ("left", "right")
     for name in names:
         shutil.copytree(EXAMPLES / "planar_2r/robot", tmp_path / name)

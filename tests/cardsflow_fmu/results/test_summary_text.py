@@ -1,4 +1,4 @@
-"""The summary of a run, printed for people."""
+"""Summary of a run as text."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from cardsflow_fmu.simulation.run import simulate
 NUMBER = r"[-+0-9.e]+"
 
 
-def test_rms_is_at_most_the_largest_error() -> None:
-    """Each line is about one signal; that of all together says which norm it is."""
+def test_rms_is_at_most_the_maximum_error() -> None:
+    """Each line is for one signal; the line of all signals states the norm."""
     settings = {"run.duration": 0.5}
     text = simulate(Experiment.load(EXAMPLES / "roboy_left_arm", settings)).describe(every=True)
     rows = re.findall(rf"RMS ({NUMBER}), max ({NUMBER})", text)

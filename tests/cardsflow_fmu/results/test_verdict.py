@@ -1,4 +1,4 @@
-"""Warnings of a run come first: on the screen, in summary, report, replay; exit codes."""
+"""Warnings of a run are printed first: in output, summary, report, replay; exit codes."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_strict_runs_with_warnings_exit_with_3(cardsflow: CommandLine, tmp_path:
 
 
 @pytest.mark.slow
-def test_report_and_replay_lead_with_it(tmp_path: Path) -> None:
+def test_report_and_replay_begin_with_warnings(tmp_path: Path) -> None:
     result = run(Experiment.load(PLANAR_2R, WEAK), tmp_path, coupling="direct")
     line = result.summary["warnings"][0]
     page = report_page(result)
@@ -62,7 +62,7 @@ def test_report_and_replay_lead_with_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("through", ["direct", "native"])
-def test_a_run_that_diverges_ends_with_an_error(through: str, tmp_path: Path) -> None:
+def test_diverging_run_ends_with_an_error(through: str, tmp_path: Path) -> None:
     settings = {"controller.kp": 1e9, "controller.kd": 1e9} | {
         f"muscles.cable_{k}.f_max": 1e15 for k in range(1, 5)
     }
@@ -83,7 +83,9 @@ def test_a_run_that_diverges_ends_with_an_error(through: str, tmp_path: Path) ->
         ("tension.biceps", 1.1e9, "muscle biceps is 1.1e"),
     ],
 )
-def test_divergence_is_a_bound_on_motion_and_force(column: str, value: float, words: str) -> None:
+def test_motion_or_force_above_the_limit_is_divergence(
+    column: str, value: float, words: str
+) -> None:
     divergence = Divergence(("time", "q.elbow", column))
     rows = np.zeros((40, 3))
     rows[:, 0] = np.arange(40) * 1e-3

@@ -26,8 +26,8 @@ from sim_dart import CoreDynamics
 ARM = EXAMPLES / "hill_arm/robot"
 
 
-def waving(robot: Robot, points: int = 21, size: float = 0.2) -> Motion:
-    """All coordinates go slowly from their initial values by sines."""
+def waving_motion(robot: Robot, points: int = 21, size: float = 0.2) -> Motion:
+    """Return a slow sinusoidal motion of all coordinates about their initial positions."""
     t = np.linspace(0.0, 2.0, points)[:, None]
     start = np.array([c.initial for c in robot.coordinates])
     q, qd, qdd = (size * f for f in (np.sin(t) ** 2, np.sin(2 * t), 2 * np.cos(2 * t)))
@@ -43,10 +43,10 @@ def with_bounds(robot: Robot, f_max: float) -> Robot:
     return replace(robot, cable_sets=sets)
 
 
-def test_the_torques_are_made_with_the_least_sum_of_squares() -> None:
-    """Those that are free are A y, as Lagrange has it."""
+def test_activations_have_the_minimum_sum_of_squares() -> None:
+    """Activations between their bounds are A y, from the Lagrange multipliers y."""
     robot = read_robot(ARM)
-    motion = waving(robot)
+    motion = waving_motion(robot)
     terms = motion_terms(CoreDynamics(robot), motion)
     for passive in (True, False):
         found = static_optimisation(robot, motion, passive=passive)
@@ -60,29 +60,29 @@ def test_the_torques_are_made_with_the_least_sum_of_squares() -> None:
         np.testing.assert_allclose(A @ y, a[free], atol=1e-8)
 
 
-def test_ideal_cables_share_as_their_strengths_say() -> None:
-    """In closed form: one cable each way a joint, the one that pulls carries its torque."""
+def test_ideal_cables_share_the_torque_by_their_f_max() -> None:
+    """In closed form, with one cable per direction: the pulling cable carries the torque."""
     robot = with_bounds(planar_2r(), 200.0)
-    motion = waving(robot)
+    motion = waving_motion(robot)
     found = static_optimisation(robot, motion)
     np.testing.assert_allclose(found.forces, 200.0 * found.activations)
     terms = motion_terms(CoreDynamics(robot), motion).with_bounds(0.0, 200.0)
     np.testing.assert_allclose(found.forces, terms.distribute().forces, atol=1e-6)
 
 
-def test_weak_muscles_leave_reserves_and_exit_code_1(cardsflow: CommandLine) -> None:
+def test_weak_muscles_require_reserves_and_exit_with_1(cardsflow: CommandLine) -> None:
     robot = with_bounds(planar_2r(), 0.01)
-    found = static_optimisation(robot, waving(robot))
+    found = static_optimisation(robot, waving_motion(robot))
     assert found.infeasible.any()
     first = describe_activations(activation_summary(found)).splitlines()[0]
     assert first.startswith(f"WARNING: the muscles are too weak at {found.infeasible.sum()} of 21")
-    terms = motion_terms(CoreDynamics(robot), waving(robot))
+    terms = motion_terms(CoreDynamics(robot), waving_motion(robot))
     made = -np.einsum("tmn,tm->tn", terms.L, found.forces) + found.reserves
     np.testing.assert_allclose(made, terms.tau, atol=1e-6)
 
 
-def written(robot: Robot, folder: Path, *, degrees: bool, name: str = "m.mot") -> Path:
-    motion = waving(robot)
+def write_motion(robot: Robot, folder: Path, *, degrees: bool, name: str = "m.mot") -> Path:
+    motion = waving_motion(robot)
     q = np.rad2deg(motion.q) if degrees else motion.q
     rows = np.column_stack([motion.times + 0.5, q])
     text = opensim_text("m", ["time", *(c.name for c in robot.coordinates)], rows)
@@ -90,9 +90,9 @@ def written(robot: Robot, folder: Path, *, degrees: bool, name: str = "m.mot") -
     return folder / name
 
 
-def test_the_command_writes_tables_of_opensim(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_command_writes_opensim_tables(tmp_path: Path, cardsflow: CommandLine) -> None:
     robot = read_robot(ARM)
-    file = written(robot, tmp_path, degrees=True)
+    file = write_motion(robot, tmp_path, degrees=True)
     words = ("activations", ARM, "--motion", file, "--noise", 0, "-o", tmp_path / "out")
     code, out, err = cardsflow(*words)
     assert (code, err) == (0, "")
@@ -106,15 +106,17 @@ def test_the_command_writes_tables_of_opensim(tmp_path: Path, cardsflow: Command
     assert "already exists" in cardsflow.refused(*words)
 
 
-def test_degrees_and_states_are_read_as_radians(tmp_path: Path) -> None:
+def test_degrees_and_states_are_converted_to_radians(tmp_path: Path) -> None:
     robot = planar_2r()
-    plain = read_recorded_motion(robot, written(robot, tmp_path, degrees=False), 0.0)
-    turned = read_recorded_motion(robot, written(robot, tmp_path, degrees=True, name="d.sto"), 0.0)
+    plain = read_recorded_motion(robot, write_motion(robot, tmp_path, degrees=False), 0.0)
+    turned = read_recorded_motion(
+        robot, write_motion(robot, tmp_path, degrees=True, name="d.sto"), 0.0
+    )
     np.testing.assert_allclose(turned.q, plain.q, atol=1e-12)
     names = [
         f"/jointset/j/{c.name}/{kind}" for kind in ("value", "speed") for c in robot.coordinates
     ]
-    motion = waving(robot)
+    motion = waving_motion(robot)
     rows = np.column_stack([motion.times, motion.q, motion.qd])
     (tmp_path / "s.sto").write_text(opensim_text("states", ["time", *names], rows))
     states = read_recorded_motion(robot, tmp_path / "s.sto", 0.0)
@@ -122,11 +124,11 @@ def test_degrees_and_states_are_read_as_radians(tmp_path: Path) -> None:
     np.testing.assert_allclose(states.qdd[2:-2], motion.qdd[2:-2], atol=2e-3)
 
 
-def test_experiments_follow_tables_of_opensim(tmp_path: Path) -> None:
-    file = written(planar_2r(), tmp_path, degrees=True)
+def test_experiment_tracks_an_opensim_table(tmp_path: Path) -> None:
+    file = write_motion(planar_2r(), tmp_path, degrees=True)
     settings = {"reference": {"file": str(file)}, "run.duration": 0.1}
     made = Experiment.load(EXAMPLES / "planar_2r", settings)
-    assert made.start.q == pytest.approx(waving(planar_2r()).q[0], abs=1e-3)
+    assert made.start.q == pytest.approx(waving_motion(planar_2r()).q[0], abs=1e-3)
 
 
 WRONG = {
@@ -139,7 +141,9 @@ WRONG = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_what_is_no_motion_is_one_line(case: str, tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_invalid_motion_is_reported_in_one_line(
+    case: str, tmp_path: Path, cardsflow: CommandLine
+) -> None:
     text, message = WRONG[case]
     (tmp_path / "m.mot").write_text(text)
     robot = EXAMPLES / "planar_2r/robot"
@@ -148,12 +152,12 @@ def test_what_is_no_motion_is_one_line(case: str, tmp_path: Path, cardsflow: Com
     assert not (tmp_path / "activations").exists()
 
 
-def test_muscles_without_activations_are_named() -> None:
+def test_muscle_without_activation_is_named() -> None:
     robot = read_robot(EXAMPLES / "pneumatic_elbow/robot")
     with pytest.raises(InputError, match="'mckibben' has no activation"):
-        static_optimisation(robot, waving(robot))
+        static_optimisation(robot, waving_motion(robot))
     with pytest.raises(InputError, match="has no f_max; set it"):
-        static_optimisation(with_bounds(planar_2r(), math.inf), waving(planar_2r()))
+        static_optimisation(with_bounds(planar_2r(), math.inf), waving_motion(planar_2r()))
 
 
 OPENSIM = {
@@ -167,13 +171,11 @@ OPENSIM = {
     "soleus_r": (0.01, 0.01),
     "tib_ant_r": (0.0527692, 0.05187973),
 }
-"""Of OpenSim 4.6's StaticOptimization, at 0.3 and 0.5 s."""
+"""Results of StaticOptimization of OpenSim 4.6 at 0.3 and 0.5 s."""
 
 
-def test_opensims_static_optimisation_has_the_same_activations(
-    shared: Path, tmp_path: Path
-) -> None:
-    """Thelen's muscles; its optimiser ends within some 1e-5."""
+def test_activations_match_opensim_static_optimization(shared: Path, tmp_path: Path) -> None:
+    """With Thelen muscles; the tolerance of the optimiser of OpenSim is about 1e-5."""
     robot = read_robot(shared / "models/opensim/leg6dof9musc.osim")
     t = np.linspace(0.0, 1.0, 51)
     s = t**3 * (10 - 15 * t + 6 * t * t)

@@ -1,4 +1,4 @@
-"""`cardsflow check` of what muscles cannot do: in robots, and in experiments."""
+"""Findings of `cardsflow check` on drives, for robots and experiments."""
 
 from __future__ import annotations
 
@@ -39,16 +39,16 @@ def arm(height: float, **coordinate: float) -> Robot:
     return one_link(LIGHT, [strand], motions=revolute(Y), **coordinate)
 
 
-def found(cardsflow: CommandLine, *words: object) -> dict[str, str]:
-    """The messages of findings of `CODES`, by code."""
+def find_messages(cardsflow: CommandLine, *words: object) -> dict[str, str]:
+    """Return the messages of findings of `CODES`, by code."""
     _, out, _ = cardsflow("check", *words)
     lines = [line for line in out.splitlines() if line.endswith(tuple(f"[{c}]" for c in CODES))]
     return {line.rpartition("[")[2][:-1]: line for line in lines}
 
 
-def test_a_pose_that_muscles_hold_is_no_finding(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_pose_that_muscles_can_hold_has_no_finding(tmp_path: Path, cardsflow: CommandLine) -> None:
     write_sdf(arm(0.5), tmp_path)
-    assert found(cardsflow, tmp_path) == {}
+    assert find_messages(cardsflow, tmp_path) == {}
 
 
 @pytest.mark.parametrize("muscles", [True, False])
@@ -58,15 +58,15 @@ def test_a_pose_that_muscles_hold_is_no_finding(tmp_path: Path, cardsflow: Comma
         ({"T_child_joint": Pose((5.0, 0.0, 0.0))}, "3.8 m"),  # 5 m less coupler, crank and ground
         (
             {"type": "fixed", "axes": (), "T_child_joint": Pose((0.4, 0.0, 0.0), (0.5, 0.0, 0.0))},
-            "0.5 rad",  # about an axis that nothing turns about
+            "0.5 rad",  # about an axis without a joint
         ),
     ],
     ids=["too far", "over-constrained"],
 )
-def test_loops_that_cannot_be_closed(
+def test_loop_that_cannot_be_closed_is_reported(
     changes: dict[str, object], gap: str, muscles: bool, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
-    """A robot of Python and one of a file are refused in the same words, which a plant has, too."""
+    """A robot in Python, a robot file and a plant have the same message."""
     whole = with_loop(four_bar(), **changes)
     robot = whole if muscles else replace(whole, cable_sets=(), cable_set="")
     write_sdf(robot, tmp_path / "robot")
@@ -78,30 +78,31 @@ def test_loops_that_cannot_be_closed(
     assert f"joint 'closing': its loop cannot be closed; the remaining gap is {gap}" in said
 
 
-def test_a_loop_of_no_length_is_an_error_before_anything_is_closed() -> None:
+def test_loop_of_zero_length_is_an_error() -> None:
     found = check(with_loop(four_bar(), parent="rocker_bar"))
     assert [finding.code for finding in found if finding.is_error] == ["loop-of-no-length"]
 
 
-def test_a_pose_that_is_not_held(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_pose_that_muscles_cannot_hold_is_a_warning(tmp_path: Path, cardsflow: CommandLine) -> None:
     write_sdf(arm(-0.5), tmp_path)
     assert (
-        "no muscle produces negative torque at q" in found(cardsflow, tmp_path)["pose-not-held"]
-    )  # -q is up
+        "no muscle produces negative torque at q"
+        in find_messages(cardsflow, tmp_path)["pose-not-held"]
+    )  # negative q is upwards
 
 
-def test_a_coordinate_without_muscle(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_coordinate_without_muscle_is_a_warning(tmp_path: Path, cardsflow: CommandLine) -> None:
     wrist = Joint("wrist", "a", "hand", revolute(Y), (Coordinate("wrist"),))
     robot = arm(0.5)
     robot = replace(robot, links=(*robot.links, Link("hand", LIGHT)), joints=(*robot.joints, wrist))
     write_sdf(robot, tmp_path)
-    messages = found(cardsflow, tmp_path)
+    messages = find_messages(cardsflow, tmp_path)
     assert list(messages) == ["coordinate-without-muscle"]
     assert "coordinate 'wrist'" in messages["coordinate-without-muscle"]
 
 
 def massless() -> Robot:
-    """A mass on the axis of the joint before it, that turns out of it with another joint."""
+    """Return a robot with a mass on the axis of a joint; a second joint moves it off this axis."""
     rod = Inertia(1.0, (0.0, 0.0, 0.2), 0.0, 0.0, 0.0)
     twist = Joint("twist", "world", "shaft", revolute((0.0, 0.0, 1.0)), (Coordinate("twist"),))
     swing = Joint("swing", "shaft", "rod", revolute(Y), (Coordinate("swing"),), Pose())
@@ -116,13 +117,13 @@ def massless() -> Robot:
 
 
 @pytest.mark.parametrize("engine", ["core", "dart"])
-def test_a_motion_that_moves_no_mass_is_one_rule_for_both_engines(
+def test_massless_motion_is_rejected_by_both_engines(
     engine: str, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     write_sdf(massless(), tmp_path / "robot")
     code, _, _ = cardsflow("check", tmp_path / "robot")
     assert code == 1
-    assert "coordinate 'twist'" in found(cardsflow, tmp_path / "robot")["massless-motion"]
+    assert "coordinate 'twist'" in find_messages(cardsflow, tmp_path / "robot")["massless-motion"]
     (tmp_path / "experiment.toml").write_text(
         '[robot]\npath = "robot"\n[reference]\nspline = "quintic"\n'
         "points = [{ time = 0.0, q = [0.0, 0.0] }, { time = 0.1, q = [0.0, 0.0] }]\n"
@@ -133,23 +134,25 @@ def test_a_motion_that_moves_no_mass_is_one_rule_for_both_engines(
     assert "moves no mass: twist" in message
 
 
-def test_published_carex(shared: Path, cardsflow: CommandLine) -> None:
-    messages = found(cardsflow, shared / "robots/caspr/CAREX")
+def test_published_carex_robot_has_the_expected_findings(
+    shared: Path, cardsflow: CommandLine
+) -> None:
+    messages = find_messages(cardsflow, shared / "robots/caspr/CAREX")
     assert "joint_1_gamma" in messages["massless-motion"]
 
 
 @pytest.mark.slow
-def test_experiments_are_checked_with_what_they_change(
+def test_check_of_an_experiment_includes_its_settings(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     text = (PLANAR_2R / "experiment.toml").read_text()
     text = text.replace('"robot/', f'"{PLANAR_2R}/robot/')
     (tmp_path / "experiment.toml").write_text(text)
     for place in (tmp_path, tmp_path / "experiment.toml", PLANAR_2R / "experiment.toml"):
-        assert found(cardsflow, place) == {}
+        assert find_messages(cardsflow, place) == {}
     weak = "".join(f"[muscles.cable_{k}]\nf_max = 15.0\n" for k in range(1, 5))
     (tmp_path / "experiment.toml").write_text(f"{text}\n{weak}")
-    message = found(cardsflow, tmp_path)["motion-not-held"]
+    message = find_messages(cardsflow, tmp_path)["motion-not-held"]
     assert "points of the reference are infeasible within the force limits, from t = " in message
     assert "cardsflow size" in message
     assert "[zero-inertia-about-axis]" in cardsflow("check", tmp_path)[1]  # of the robot's files
@@ -157,19 +160,17 @@ def test_experiments_are_checked_with_what_they_change(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["roboy_left_arm", "hill_arm", "pick_up", "pneumatic_elbow"])
-def test_examples_are_sound(name: str, cardsflow: CommandLine) -> None:
-    assert found(cardsflow, EXAMPLES / name / "experiment.toml") == {}
-    assert found(cardsflow, EXAMPLES / name / "robot") == {}
+def test_examples_have_no_findings(name: str, cardsflow: CommandLine) -> None:
+    assert find_messages(cardsflow, EXAMPLES / name / "experiment.toml") == {}
+    assert find_messages(cardsflow, EXAMPLES / name / "robot") == {}
 
 
-def test_an_experiment_that_cannot_be_read_is_refused(
-    tmp_path: Path, cardsflow: CommandLine
-) -> None:
+def test_check_rejects_an_invalid_experiment(tmp_path: Path, cardsflow: CommandLine) -> None:
     (tmp_path / "experiment.toml").write_text("[robot]\npath = 3\n")
     assert "robot.path" in cardsflow("check", tmp_path)[2]
 
 
-def test_caspr_folders_with_an_experiment_beside_are_robots(
+def test_caspr_folder_with_an_experiment_is_checked_as_robot(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     write_caspr(arm(0.5, lower=-1.0, upper=1.0, initial=0.0), tmp_path)
@@ -178,10 +179,10 @@ def test_caspr_folders_with_an_experiment_beside_are_robots(
 
 
 @pytest.mark.parametrize(("joints", "muscles"), [(301, 1), (1, 2001)])
-def test_of_very_large_robots_it_is_said_that_nothing_was_looked_at(
+def test_drives_of_very_large_robots_are_not_checked(
     joints: int, muscles: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A URDF of 1 MB has 3000 joints, for which it had not ended after 100 s."""
+    """For a URDF of 1 MB with 3000 joints, the check would take more than 100 s."""
     robot = arm(1.0)
     more = range(1, joints)
     links = [Link(f"l{k}", LIGHT) for k in more]

@@ -1,4 +1,4 @@
-"""Motions that identify: splines, bounds, and more information than sines give."""
+"""Excitation motions: splines, limits, and more information than sines."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ DURATION, SPEED = 8.0, 1.5
 START = np.array([-0.5, 0.5])
 
 
-def test_splines_reproduce_polynomials_and_are_their_own_derivatives() -> None:
-    """Control points k D are a straight line, a little later; derivatives are differences."""
+def test_splines_reproduce_polynomials_with_correct_derivatives() -> None:
+    """Control points k D give a straight line with a delay; derivatives match differences."""
     rng = np.random.default_rng(0)
     B, dB, ddB = (basis(order) for order in range(3))
     assert B.shape == (PER_SPAN + 1, ORDER + 1)
@@ -34,15 +34,15 @@ def test_splines_reproduce_polynomials_and_are_their_own_derivatives() -> None:
     for f, df in ((B, dB), (dB, ddB)):
         slope = ((f @ c)[2:] - (f @ c)[:-2]) / (2 * GRID)
         np.testing.assert_allclose(slope, (df @ c)[1:-1], atol=0.02 * np.abs(df @ c).max())
-    after = basis(1)  # spans meet without a jump
+    after = basis(1)  # the spans are continuous
     d = rng.normal(size=ORDER + 2)
     np.testing.assert_allclose(after[-1] @ d[:-1], after[0] @ d[1:], atol=1e-12)
 
 
 @LONG
 @pytest.mark.slow
-def test_a_designed_motion_tells_more_than_sines() -> None:
-    """By log det of the information with the prior, within the same limits, speeds and forces."""
+def test_designed_motion_has_more_information_than_sines() -> None:
+    """Compared by log det of information and prior, with equal limits of motion and force."""
     robot = planar_2r()
     designed = next(islice(excitations(robot, START, FREE, DURATION, SPEED), 1))
     m = designed.motion
@@ -61,20 +61,20 @@ def test_a_designed_motion_tells_more_than_sines() -> None:
     def log_det(information: np.ndarray) -> float:
         return float(np.linalg.slogdet(information + design.prior)[1])
 
-    told = []
-    for size in 0.8 ** np.arange(12):  # the largest of them that muscles can make
+    information = []
+    for size in 0.8 ** np.arange(12):  # the largest feasible sines
         w = 2 * np.pi * np.array([0.4, 0.6])
         t, s = m.times[:, None], np.sin(w * m.times[:, None])
         A = size * SPEED / w
         sine = Motion(m.times, START + A * s, A * w * np.cos(w * t), -A * w**2 * s)
         forces = motions.forces(motion_terms(motions.dynamics, sine))
         if np.isfinite(forces).all():
-            told.append(log_det(design.measured_information(sine, forces)))
-    assert told
-    assert log_det(designed.information) > max(told) + 2.0
+            information.append(log_det(design.measured_information(sine, forces)))
+    assert information
+    assert log_det(designed.information) > max(information) + 2.0
 
 
-def test_what_cannot_be_designed_is_refused() -> None:
+def test_invalid_design_options_are_rejected() -> None:
     robot = planar_2r()
     for duration, speed in ((1.0, SPEED), (1e4, SPEED), (DURATION, 0.0), (DURATION, np.nan)):
         with pytest.raises(InputError, match=r"must be .* not"):

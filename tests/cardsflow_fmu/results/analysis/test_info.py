@@ -11,7 +11,7 @@ from cardsflow_fmu import Experiment, build
 from cardsflow_fmu.results.analysis.info import fmu_info, robot_info
 
 
-def test_the_planar_arm_is_what_its_files_say() -> None:
+def test_info_of_the_planar_arm_matches_its_files() -> None:
     info = robot_info(PLANAR_2R / "robot")
     assert info["mass"] == pytest.approx(0.2)
     assert info["reach"] == pytest.approx(2.0)  # two links of 1 m
@@ -22,7 +22,7 @@ def test_the_planar_arm_is_what_its_files_say() -> None:
 
 
 @pytest.mark.slow
-def test_an_fmu_lists_its_variables(tmp_path: Path) -> None:
+def test_info_of_an_fmu_lists_its_variables(tmp_path: Path) -> None:
     file = build(Experiment.load(PLANAR_2R), tmp_path)["plant"]
     info = fmu_info(file)
     units = {v["name"]: v["unit"] for v in info["variables"]}
@@ -35,9 +35,7 @@ def test_an_fmu_lists_its_variables(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("thing", ["robot", "fmu"])
-def test_the_command_prints_tables_or_json(
-    thing: str, tmp_path: Path, cardsflow: CommandLine
-) -> None:
+def test_info_prints_tables_or_json(thing: str, tmp_path: Path, cardsflow: CommandLine) -> None:
     path = PLANAR_2R / "robot"
     if thing == "fmu":
         path = build(Experiment.load(PLANAR_2R), tmp_path)["controller"]

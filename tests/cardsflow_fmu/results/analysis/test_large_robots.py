@@ -1,4 +1,4 @@
-"""Work on large robots: it grows as they do, or is refused."""
+"""The work on large robots grows linearly, or they are rejected."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def _written(file: Path, n: int, extra: str) -> Path:
 
 
 def _calls(act: Callable[[], object]) -> int:
-    """How many functions of Python run in it."""
+    """Return the number of Python functions that are called."""
     count = 0
 
     def note(frame: FrameType, event: str, argument: Any) -> None:
@@ -78,7 +78,7 @@ def _calls(act: Callable[[], object]) -> int:
 
 
 @pytest.mark.parametrize("kind", EXTRAS)
-def test_the_work_on_a_robot_grows_as_it_does(tmp_path: Path, kind: str) -> None:
+def test_work_on_a_robot_grows_linearly_with_its_size(tmp_path: Path, kind: str) -> None:
     small = _written(tmp_path / "small.xml", 20, EXTRAS[kind](20))
     large = _written(tmp_path / "large.xml", 80, EXTRAS[kind](80))
     robot_info(small)
@@ -98,7 +98,7 @@ def test_a_robot_is_checked_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 
 class _Name(str):
-    """A name that counts how often it is compared."""
+    """Name that counts its comparisons."""
 
     compared = 0
     __hash__ = str.__hash__
@@ -117,12 +117,12 @@ def test_links_are_found_without_a_search() -> None:
     assert _Name.compared < 10 * len(names)
 
 
-def test_of_links_with_one_name_the_first_is_found() -> None:
+def test_first_of_two_links_with_the_same_name_is_found() -> None:
     links = Link("arm", Inertia(1.0)), Link("arm", Inertia(2.0))
     assert Robot("two", links, ()).link("arm") is links[0]
 
 
-def test_names_of_many_alike_stay_short() -> None:
+def test_names_of_many_similar_parts_stay_short() -> None:
     names = Names(["arm"])
     given = [names.unique("arm") for _ in range(1000)]
     assert len(set(given)) == 1000
@@ -130,7 +130,7 @@ def test_names_of_many_alike_stay_short() -> None:
     assert max(map(len, given)) < 20
 
 
-def test_files_of_a_robot_are_counted_together(
+def test_limits_apply_to_all_files_of_a_robot_together(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     parts = "".join(f'<include file="part{k}.xml"/>' for k in range(3))
@@ -142,11 +142,11 @@ def test_files_of_a_robot_are_counted_together(
     (tmp_path / "main.xml").write_text(text, encoding="utf-8")
     assert len(read_robot(tmp_path / "main.xml").links) == 3
     monkeypatch.setattr("addin_sdfusion.robot.formats.reading.xml.XML_ELEMENTS", 12)
-    with pytest.raises(InputError, match="more than 12 elements with the other files"):
+    with pytest.raises(InputError, match="more than 12 elements in total, with the other files"):
         read_robot(tmp_path / "main.xml")
 
 
-def test_matrices_beyond_memory_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_large_matrices_are_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(limits, "MATRIX", 7)
     with pytest.raises(InputError, match="2 coordinates and 4 muscles are too many"):
         compile_blob(planar_2r())

@@ -15,7 +15,7 @@ from addin_sdfusion.robot import WORLD, CableSet, Muscle, ViaPoint, write_sdf
 
 @pytest.fixture
 def robot(tmp_path: Path) -> Path:
-    """A hanging arm whose muscle swings into a cable across its way."""
+    """Create a hanging arm with a muscle that swings into a cable."""
     arm = two_link_arm()
     swinging = Muscle("swinging", (ViaPoint("link_1", (0, 0, 0)), ViaPoint("link_2", (0, 0, -0.3))))
     standing = Muscle("standing", (ViaPoint(WORLD, (0.4, -1, 0.3)), ViaPoint(WORLD, (0.4, 1, 0.3))))
@@ -33,7 +33,7 @@ def table(folder: Path, text: str) -> Path:
     return folder / "motion.csv"
 
 
-def test_a_meeting_names_both_the_distance_and_the_time(
+def test_collision_is_reported_with_bodies_distance_and_time(
     robot: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     motion = table(
@@ -48,18 +48,22 @@ def test_a_meeting_names_both_the_distance_and_the_time(
     assert "at t = 0.5 s" in meeting["message"]
 
 
-def test_without_a_motion_nothing_is_looked_for(robot: Path, cardsflow: CommandLine) -> None:
+def test_check_without_a_motion_finds_no_collisions(robot: Path, cardsflow: CommandLine) -> None:
     assert findings(cardsflow, robot) == []
 
 
-def test_far_away_is_no_finding(robot: Path, tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_distant_bodies_have_no_finding(
+    robot: Path, tmp_path: Path, cardsflow: CommandLine
+) -> None:
     motion = table(tmp_path, "joint_1,joint_2\n0,0\n")
     assert findings(cardsflow, robot, "--motion", motion) == []
     near = findings(cardsflow, robot, "--motion", motion, "--clearance", "0.5")
     assert "at joint_1 = 0 rad, joint_2 = 0 rad" in near[0]["message"]
 
 
-def test_links_as_capsules(robot: Path, tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_capsules_replace_links_on_request(
+    robot: Path, tmp_path: Path, cardsflow: CommandLine
+) -> None:
     motion = table(tmp_path, "joint_1,joint_2\n-0.7853981633974483,0\n")
     found = findings(cardsflow, robot, "--motion", motion, "--capsules", "0.05")
     messages = [f["message"] for f in found if f["code"] == "muscle-meets-link"]
@@ -67,15 +71,15 @@ def test_links_as_capsules(robot: Path, tmp_path: Path, cardsflow: CommandLine) 
 
 
 @pytest.mark.slow
-def test_random_postures_are_the_same_every_time(robot: Path, cardsflow: CommandLine) -> None:
+def test_random_postures_are_reproducible(robot: Path, cardsflow: CommandLine) -> None:
     first = findings(cardsflow, robot, "--motion", "random", "--clearance", "0.05")
     assert first
     assert findings(cardsflow, robot, "--motion", "random", "--clearance", "0.05") == first
 
 
 @pytest.mark.slow
-def test_a_trajectory_beside_the_robot(cardsflow: CommandLine) -> None:
-    """The planar arm's cables lie in one plane: 1 and 2 pull from both sides of it."""
+def test_trajectory_in_the_robot_folder_is_checked(cardsflow: CommandLine) -> None:
+    """The cables of the planar arm are in one plane, so that cables 1 and 2 cross."""
     found = findings(
         cardsflow, PLANAR_2R / "robot", "--motion", "simple_joint_motion", "--clearance", "1"
     )
@@ -90,7 +94,9 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_a_motion_that_is_none_is_one_line(case: str, robot: Path, cardsflow: CommandLine) -> None:
+def test_invalid_motion_of_a_check_is_reported_in_one_line(
+    case: str, robot: Path, cardsflow: CommandLine
+) -> None:
     motion, message = BAD[case]
     assert message in cardsflow.refused("check", robot, "--motion", motion)
 
@@ -105,14 +111,14 @@ BAD_TABLES = {
 
 
 @pytest.mark.parametrize("case", BAD_TABLES)
-def test_a_bad_table_is_one_line(
+def test_invalid_motion_table_is_reported_in_one_line(
     case: str, robot: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     text, message = BAD_TABLES[case]
     assert message in cardsflow.refused("check", robot, "--motion", table(tmp_path, text))
 
 
-def test_other_bad_input(robot: Path, cardsflow: CommandLine) -> None:
+def test_invalid_collision_options_are_rejected(robot: Path, cardsflow: CommandLine) -> None:
     random = ("check", robot, "--motion", "random")
     assert "--clearance: must be finite and not negative" in cardsflow.refused(
         *random, "--clearance", "-1"

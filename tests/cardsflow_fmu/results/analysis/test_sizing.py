@@ -1,4 +1,4 @@
-"""Sizing of muscles: the command and what it rests on."""
+"""Sizing of muscles: command and functions."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def experiment() -> Experiment:
     return Experiment.load(PLANAR_2R, SLOW)
 
 
-def test_the_motion_is_the_reference(experiment: Experiment) -> None:
+def test_sized_motion_is_the_reference(experiment: Experiment) -> None:
     motion = reference_motion(experiment)
     assert len(motion.times) == 161
     np.testing.assert_allclose(motion.q[[0, 80, 160]], [[-0.5, 0.5], [0.5, -0.5], [-0.5, 0.5]])
@@ -38,8 +38,8 @@ def test_the_motion_is_the_reference(experiment: Experiment) -> None:
 
 
 @pytest.mark.slow
-def test_the_planar_arm_needs_what_its_simulation_shows(experiment: Experiment) -> None:
-    """41.3 N, as the forces of the closed loop."""
+def test_required_forces_of_the_planar_arm_match_its_simulation(experiment: Experiment) -> None:
+    """41.3 N, as in the closed control loop."""
     sizes = size(experiment, margin=0.5)
     peaks = [row["peak"] for row in sizes["muscles"]]
     assert max(peaks) == pytest.approx(41.3, abs=0.1)
@@ -61,7 +61,7 @@ def test_weak_muscles_are_reported(experiment: Experiment) -> None:
 
 
 @pytest.mark.slow
-def test_the_bottleneck_is_relieved_by_moving_it(experiment: Experiment) -> None:
+def test_moving_the_bottleneck_attachment_reduces_the_peak_force(experiment: Experiment) -> None:
     robot, motion = experiment.robot, reference_motion(experiment)
     terms = motion_terms(DartDynamics(robot), motion)
     point = size_muscles(terms).critical
@@ -89,7 +89,7 @@ def test_the_bottleneck_is_relieved_by_moving_it(experiment: Experiment) -> None
 
 
 def test_impossible_points_are_reported(experiment: Experiment) -> None:
-    """With two cables less, no cable pulls the arm back."""
+    """Without two of the cables, no cable pulls the arm back."""
     robot = planar_2r()
     weaker = robot.with_muscles(robot.muscles[:2])
     sizes = size_robot(weaker, reference_motion(experiment, 9))
@@ -100,7 +100,7 @@ def test_impossible_points_are_reported(experiment: Experiment) -> None:
 
 
 @pytest.mark.slow
-def test_the_command_prints_a_table_or_json(cardsflow: CommandLine) -> None:
+def test_size_prints_a_table_or_json(cardsflow: CommandLine) -> None:
     command = ["size", PLANAR_2R, "--set", "controller.period=0.2", "--margin", "0.5"]
     code, text, _ = cardsflow(*command)
     assert code == 0
@@ -112,7 +112,7 @@ def test_the_command_prints_a_table_or_json(cardsflow: CommandLine) -> None:
     assert sizes["units"]["power"] == "W"
 
 
-def test_a_wrong_margin_is_bad_input(cardsflow: CommandLine) -> None:
+def test_invalid_margin_is_rejected(cardsflow: CommandLine) -> None:
     command = ["size", PLANAR_2R, "--set", "controller.period=0.5"]
     for margin in ("-1", "nan", "1e308"):
         line = cardsflow.refused(*command, "--margin", margin)
@@ -120,8 +120,8 @@ def test_a_wrong_margin_is_bad_input(cardsflow: CommandLine) -> None:
 
 
 @pytest.mark.slow
-def test_a_motion_in_operational_space_is_followed() -> None:
-    """The left arm's flower: the joints lead the hand along it, and 0.5 kN are enough."""
+def test_reference_in_operational_space_is_sized() -> None:
+    """The joints move the hand of the left arm along the flower; 0.5 kN are sufficient."""
     experiment = Experiment.load(LEFT_ARM)
     motion = reference_motion(experiment, 100)
     dynamics, reference = DartDynamics(experiment.robot), make_reference(experiment)
@@ -133,7 +133,7 @@ def test_a_motion_in_operational_space_is_followed() -> None:
 
 
 @pytest.mark.slow
-def test_a_reference_out_of_reach_is_reported_with_its_time() -> None:
+def test_unreachable_reference_is_reported_with_its_time() -> None:
     experiment = Experiment.load(LEFT_ARM)
     assert isinstance(experiment.reference.curve, FlowerSettings)
     far = experiment.reference.curve.copy_with(radius=3.0)
@@ -147,8 +147,8 @@ def test_a_reference_out_of_reach_is_reported_with_its_time() -> None:
 
 
 @pytest.mark.slow
-def test_the_simulated_robot_and_its_loads_are_sized() -> None:
-    """50 N at the hand, a while, and a heavier arm: the torques are those of inverse dynamics."""
+def test_sizing_uses_the_simulated_robot_and_external_forces() -> None:
+    """With 50 N at the hand for some time and a heavier arm, the torques match inverse dynamics."""
     slow = {"controller.period": 1.0}
     settings = {
         "disturbance": {"force": {"hand": [0, 0, -50]}, "begin": 10.0, "end": 20.0},
@@ -167,14 +167,14 @@ def test_the_simulated_robot_and_its_loads_are_sized() -> None:
     )
 
 
-def test_long_periods_leave_points_enough() -> None:
+def test_long_controller_period_has_the_minimum_number_of_points() -> None:
     experiment = Experiment.load(PLANAR_2R, {"controller.period": 4.0})
     assert len(reference_motion(experiment).times) == 5
 
 
 @pytest.mark.slow
-def test_a_muscle_that_only_brakes_drives_with_no_power() -> None:
-    """On a way in one direction the cables that lengthen never pull with power."""
+def test_muscle_that_only_brakes_has_zero_peak_power() -> None:
+    """During a motion in one direction, lengthening cables have no positive power."""
     points = [{"time": t, "q": [0.3 * t, 0.0], "qd": [0.3, 0.0]} for t in (0.0, 1.0)]
     settings = SLOW | {"reference": {"spline": "cubic", "points": points}}
     rows = size(Experiment.load(PLANAR_2R, settings))["muscles"]
@@ -183,8 +183,8 @@ def test_a_muscle_that_only_brakes_drives_with_no_power() -> None:
 
 
 @pytest.mark.parametrize(("joints", "muscles"), [(3, 1), (5, 1), (4, 2), (6, 3), (2, 1), (1, 1)])
-def test_a_robot_with_few_muscles_is_sized(joints: int, muscles: int) -> None:
-    """Torques that they cannot make are said to be impossible; there are no margins to tell."""
+def test_robot_with_too_few_muscles_is_sized(joints: int, muscles: int) -> None:
+    """Torques that the muscles cannot produce are impossible points without margins."""
     robot = random_robot(joints, joints=joints, muscles=muscles, sliding=False)
     nothing = np.zeros((3, joints))
     sizes = size_robot(robot, Motion(np.array([0.0, 1.0, 2.0]), nothing, nothing, nothing))

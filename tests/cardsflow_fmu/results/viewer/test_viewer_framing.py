@@ -1,4 +1,4 @@
-"""First view: the robot with its meshes and hulls, and labels on request."""
+"""Initial view: the robot with its meshes and hulls, and labels on request."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ HALF_FIELD = 0.36
 
 
 def with_attachments(points: np.ndarray) -> Robot:
-    """An arm with muscles from the world to points of its last link."""
+    """Return an arm with muscles from the world to points on its last link."""
     robot = planar_2r()
     link = robot.links[-1].name
     muscles = tuple(
@@ -34,7 +34,7 @@ def with_attachments(points: np.ndarray) -> Robot:
 
 
 def volume(hull: Triangles) -> float:
-    """By the theorem of Gauss; positive where the faces look outwards."""
+    """Return the volume by the divergence theorem; positive for outward faces."""
     a, b, c = (hull.vertices[hull.faces[:, i]] for i in range(3))
     return float(np.einsum("fi,fi->", a, np.cross(b, c))) / 6.0
 
@@ -42,7 +42,7 @@ def volume(hull: Triangles) -> float:
 BOX = np.array([[x, y, z] for x in (-0.3, 0.3) for y in (-0.2, 0.2) for z in (0.0, 0.1)])
 
 
-def test_a_platform_is_the_hull_of_its_attachment_points() -> None:
+def test_platform_is_drawn_as_hull_of_its_attachments() -> None:
     inside = np.array([[0.01, 0.02, 0.05]])
     robot = with_attachments(np.concatenate([BOX, inside]))
     hull = platform_hull(robot, robot.links[-1], 0.01)
@@ -52,7 +52,7 @@ def test_a_platform_is_the_hull_of_its_attachment_points() -> None:
     assert platform_hull(robot, robot.links[0], 0.01) is None
 
 
-def test_points_in_a_plane_give_a_plate_and_those_along_a_bone_nothing() -> None:
+def test_hull_of_coplanar_points_is_a_plate_and_of_collinear_points_none() -> None:
     flat = with_attachments(BOX[::2])
     hull = platform_hull(flat, flat.links[-1], 0.01)
     assert hull is not None
@@ -62,7 +62,7 @@ def test_points_in_a_plane_give_a_plate_and_those_along_a_bone_nothing() -> None
         assert platform_hull(robot, robot.links[-1], 0.01) is None
 
 
-def test_hulls_are_drawn_where_there_is_no_mesh() -> None:
+def test_hull_is_drawn_for_links_without_a_mesh() -> None:
     robot = with_attachments(BOX)
     link = robot.links[-1].name
     motion = motion_of(robot, waving(robot, 0.2))
@@ -75,8 +75,8 @@ def test_hulls_are_drawn_where_there_is_no_mesh() -> None:
     assert meshes(Stage(robot, motion, own)) == [f"links/{link}/0"]
 
 
-def tall() -> tuple[Stage, np.ndarray]:
-    """An arm whose first link has a mast as its mesh; all corners of the mast in all frames."""
+def arm_with_mast() -> tuple[Stage, np.ndarray]:
+    """Return an arm with a mast as link mesh, and the corners of the mast in all frames."""
     robot = planar_2r()
     mast = np.array([[-0.02, -0.02, -9.0], [0.02, 0.02, -9.0], [0.0, 0.0, 4.0]])
     link = robot.links[0].name
@@ -89,16 +89,16 @@ def tall() -> tuple[Stage, np.ndarray]:
     return stage, np.concatenate(placed)
 
 
-def test_the_box_holds_meshes_in_all_frames() -> None:
-    stage, points = tall()
+def test_box_contains_meshes_in_all_frames() -> None:
+    stage, points = arm_with_mast()
     low, high = stage.box
     assert (points >= low - 1e-12).all()
     assert (points <= high + 1e-12).all()
     assert stage.reach > 13.0
 
 
-def test_the_live_camera_sees_meshes_in_all_frames() -> None:
-    stage, points = tall()
+def test_live_camera_shows_meshes_in_all_frames() -> None:
+    stage, points = arm_with_mast()
     view = view_of(stage)
     ahead = view.centre - view.eye
     ahead = ahead / np.linalg.norm(ahead)
@@ -108,7 +108,7 @@ def test_the_live_camera_sees_meshes_in_all_frames() -> None:
 
 
 @pytest.mark.browser
-def test_labels_are_shown_near_the_pointer_or_on_request(tmp_path: Path) -> None:
+def test_label_is_shown_near_the_pointer_or_on_request(tmp_path: Path) -> None:
     robot = planar_2r()
     act = Act(Stage(robot, motion_of(robot, waving(robot, 1.0))), "waving")
     file = write_page([act], tmp_path / "page.html")
@@ -136,8 +136,8 @@ def test_labels_are_shown_near_the_pointer_or_on_request(tmp_path: Path) -> None
 
 @pytest.mark.browser
 @pytest.mark.parametrize("size", [(1000, 700), (420, 700)])
-def test_the_page_shows_meshes_in_all_frames(tmp_path: Path, size: tuple[int, int]) -> None:
-    stage, points = tall()
+def test_page_shows_meshes_in_all_frames(tmp_path: Path, size: tuple[int, int]) -> None:
+    stage, points = arm_with_mast()
     file = write_page([Act(stage, "mast")], tmp_path / "page.html")
     with opened_browser(tmp_path, size) as page:
         page.open(file.as_uri(), offline=True)
@@ -152,4 +152,4 @@ def test_the_page_shows_meshes_in_all_frames(tmp_path: Path, size: tuple[int, in
         )
     assert places.min() > 0.0
     assert places.max() < 1.0
-    assert np.ptp(places, axis=0).max() > 0.5  # and fills the picture
+    assert np.ptp(places, axis=0).max() > 0.5  # and fills the view

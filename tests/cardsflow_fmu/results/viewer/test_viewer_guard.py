@@ -1,4 +1,4 @@
-"""Nothing of a file, and no other page, does anything in the browser of whoever views it."""
+"""Files and other web sites cannot execute code in the browser of the user."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ EVIL = (
 
 
 def evil_robot() -> Robot:
-    """A robot whose every name is a program."""
+    """Return a robot with scripts in all names."""
     robot = planar_2r()
     cables = robot.cable_sets[0]
 
@@ -57,7 +57,7 @@ def opened() -> Iterator[Any]:
 
 
 def is_plain(text: str) -> bool:
-    """Whether a piece of HTML has no tags but those of tables and lines."""
+    """Return whether HTML only contains tags of tables and lines."""
     return set(re.findall(r"<\s*/?\s*([a-zA-Z!]+)", text)) <= {
         "div",
         "b",
@@ -76,8 +76,8 @@ def test_titles_notes_and_tables_are_escaped() -> None:
     assert "&lt;iframe" in table
 
 
-def test_no_name_reaches_markdown(opened: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Viser's Markdown runs scripts in it and opens local images."""
+def test_names_are_not_passed_to_markdown(opened: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Markdown of viser would execute scripts and open local images."""
     texts: list[str] = []
     made = opened.gui.add_html
     monkeypatch.setattr(opened.gui, "add_html", lambda text: texts.append(text) or made(text))
@@ -142,7 +142,7 @@ SOCKET = {
         (None, None, False),
     ],
 )
-def test_other_sites_and_names_are_refused(
+def test_requests_of_other_sites_and_host_names_are_rejected(
     opened: Any, kind: dict[str, str], host: str | None, origin: str | None, admitted: bool
 ) -> None:
     port = opened.get_port()
@@ -152,7 +152,7 @@ def test_other_sites_and_names_are_refused(
     assert status == ((101 if kind else 200) if admitted else 403)
 
 
-def test_the_page_may_ask_its_own_server_alone(opened: Any) -> None:
+def test_page_may_only_connect_to_its_server(opened: Any) -> None:
     port = opened.get_port()
     policy = answer(port, {"Host": f"127.0.0.1:{port}"}).getheader("Content-Security-Policy")
     assert policy is not None
@@ -161,12 +161,12 @@ def test_the_page_may_ask_its_own_server_alone(opened: Any) -> None:
     assert "frame-src 'none'" in policy
 
 
-def test_no_client_makes_the_server_reach_the_internet(opened: Any) -> None:
+def test_client_cannot_make_the_server_open_a_tunnel(opened: Any) -> None:
     assert opened.request_share_url() is None
     assert opened._share_tunnel is None
 
 
-def test_a_replay_page_of_evil_names_has_no_markup_of_them() -> None:
+def test_markup_in_names_is_escaped_in_a_replay_page() -> None:
     robot = evil_robot()
     act = Act(Stage(robot, motion_of(robot, waving(robot, 1.0))), EVIL, (EVIL,))
     page = replay_page([act])
@@ -176,7 +176,9 @@ def test_a_replay_page_of_evil_names_has_no_markup_of_them() -> None:
 
 @pytest.mark.browser
 @pytest.mark.parametrize("kind", ["live", "page"])
-def test_evil_names_do_nothing_in_a_browser(opened: Any, tmp_path: Path, kind: str) -> None:
+def test_scripts_in_names_are_not_executed_in_a_browser(
+    opened: Any, tmp_path: Path, kind: str
+) -> None:
     robot = evil_robot()
     act = Act(Stage(robot, motion_of(robot, waving(robot, 1.0))), EVIL, (EVIL,))
     with opened_browser(tmp_path, size=(480, 320)) as page:

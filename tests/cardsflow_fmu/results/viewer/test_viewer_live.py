@@ -42,24 +42,24 @@ def opened() -> Iterator[Any]:
         yield server
 
 
-def started(*words: object) -> subprocess.Popen[str]:
+def start_command(*words: object) -> subprocess.Popen[str]:
     command = [sys.executable, "-m", "cardsflow_fmu.cli", *map(str, words)]
     pipe = subprocess.PIPE
     return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True)
 
 
 def address_of(process: subprocess.Popen[str]) -> str:
-    """The address that the command prints."""
+    """Return the address that a command prints."""
     line = process.stderr.readline()
     found = re.match(r"(http://127\.0\.0\.1:\d+)  \(press Ctrl-C to stop\)$", line)
     if not found:
-        process.kill()  # it serves until it is stopped, so that its output has no end
+        process.kill()  # it runs until it is stopped
         pytest.fail(line + process.stderr.read())
     return found[1]
 
 
-def test_moment_arms_of_the_table_are_those_of_the_closed_form() -> None:
-    """A straight cable from p to a point u of a link that turns about y: r = -dl/dq."""
+def test_moment_arms_in_the_table_match_the_closed_form() -> None:
+    """A straight cable from p to a point u on a link that rotates about y: r = -dl/dq."""
     robot = planar_2r()
     q = [0.3, -0.2]
     table = live.muscle_table(robot, MusclePaths(robot), q)
@@ -88,12 +88,12 @@ def test_moment_arms_of_the_table_are_those_of_the_closed_form() -> None:
         np.testing.assert_allclose([float(cell) for cell in row[1:]], expected, atol=6e-5)
 
 
-def test_frames_change_when_their_time_has_come() -> None:
+def test_frame_changes_at_its_time() -> None:
     motion = Motion(np.array([0.0, 0.04, 0.08]), np.zeros((3, 1)))
     assert [live.frame_at(motion, t) for t in (-1.0, 0.0, 0.039, 0.04, 9.0)] == [0, 0, 0, 1, 2]
 
 
-def test_only_this_machine_reaches_the_server(opened: Any) -> None:
+def test_server_only_listens_on_loopback(opened: Any) -> None:
     port = opened.get_port()
     assert live.address(opened) == f"http://127.0.0.1:{port}"
     with socket.create_connection(("127.0.0.1", port), 60) as connection:
@@ -108,7 +108,7 @@ def test_only_this_machine_reaches_the_server(opened: Any) -> None:
     assert listening == [f"0100007F:{port:04X}"]
 
 
-def test_a_port_that_is_taken_is_an_input_error(opened: Any) -> None:
+def test_used_port_is_an_input_error(opened: Any) -> None:
     with (
         pytest.raises(InputError, match=r"port \d+ is already used; choose another with --port"),
         live.server(opened.get_port()),
@@ -116,14 +116,14 @@ def test_a_port_that_is_taken_is_an_input_error(opened: Any) -> None:
         pass
 
 
-def test_without_viser_the_message_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_viser_is_named_in_the_message(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "viser", None)
     with pytest.raises(InputError, match=r"requires viser.*--html"), live.server():
         pass
 
 
 @pytest.mark.slow
-def test_a_run_is_followed_and_comes_out_the_same(opened: Any) -> None:
+def test_live_drawing_does_not_change_a_run(opened: Any) -> None:
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 1.0})
     seen: list[int] = []
     draw = live.live_drawing(opened, experiment.robot, {})
@@ -140,7 +140,7 @@ def test_a_run_is_followed_and_comes_out_the_same(opened: Any) -> None:
     assert opened.scene.get_handle_by_name("/0/trail/ball_100") is not None
 
 
-def test_two_runs_play_side_by_side(opened: Any) -> None:
+def test_two_runs_are_replayed_side_by_side(opened: Any) -> None:
     robot = planar_2r()
     acts = [Act(Stage(robot, motion_of(robot, waving(robot, t))), f"{t} s") for t in (1.0, 2.0)]
     pictures = iter(range(30))
@@ -152,7 +152,9 @@ def test_two_runs_play_side_by_side(opened: Any) -> None:
     assert np.linalg.norm(roots[1] - roots[0]) > acts[0].stage.reach
 
 
-def test_sliders_move_the_robot_and_its_table(opened: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sliders_change_the_robot_and_the_table(
+    opened: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     sliders: list[Any] = []
     tables: list[Any] = []
     for name, kept in (("add_slider", sliders), ("add_html", tables)):
@@ -179,7 +181,7 @@ def test_sliders_move_the_robot_and_its_table(opened: Any, monkeypatch: pytest.M
 
 @pytest.mark.slow
 def test_ctrl_c_ends_a_view_without_an_error(results: Path) -> None:
-    process = started("view", results, "--no-browser")
+    process = start_command("view", results, "--no-browser")
     address_of(process)
     time.sleep(0.5)
     process.send_signal(signal.SIGINT)
@@ -188,9 +190,9 @@ def test_ctrl_c_ends_a_view_without_an_error(results: Path) -> None:
 
 
 @pytest.mark.slow
-def test_run_view_shows_the_run_and_then_its_replay(tmp_path: Path) -> None:
+def test_run_with_view_shows_the_run_and_then_its_replay(tmp_path: Path) -> None:
     settings = ("--set", "run.duration=0.5", "-o", tmp_path)
-    process = started("run", PLANAR_2R, *settings, "--view", "--no-browser")
+    process = start_command("run", PLANAR_2R, *settings, "--view", "--no-browser")
     address_of(process)
     assert "complete" in process.stdout.readline()
     time.sleep(0.5)
@@ -202,7 +204,7 @@ def test_run_view_shows_the_run_and_then_its_replay(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_command_writes_pages_of_runs_and_robots(
+def test_command_writes_pages_of_runs_and_robots(
     results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     for words in ([results], [results, results], [PLANAR_2R / "robot"]):
@@ -211,7 +213,7 @@ def test_the_command_writes_pages_of_runs_and_robots(
         assert file.read_text().startswith("<!DOCTYPE html>")
 
 
-def test_meshes_that_are_missing_are_said_first(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_missing_meshes_are_reported_first(tmp_path: Path, cardsflow: CommandLine) -> None:
     shutil.copytree(EXAMPLES / "pick_up/robot", tmp_path / "robot")
     shutil.rmtree(tmp_path / "robot/meshes")
     code, _, err = cardsflow("view", tmp_path / "robot", "--html", tmp_path / "arm.html")
@@ -227,7 +229,7 @@ def test_meshes_that_are_missing_are_said_first(tmp_path: Path, cardsflow: Comma
         ([PLANAR_2R / "robot", "--cable-set", "basik"], "did you mean 'basic"),
     ],
 )
-def test_wrong_options_are_bad_input(
+def test_invalid_view_options_are_rejected(
     words: list[Any], message: str, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     assert message in cardsflow.refused("view", *words, "--html", tmp_path / "page.html")
@@ -235,7 +237,7 @@ def test_wrong_options_are_bad_input(
 
 
 def picture(page: Page) -> np.ndarray:
-    """What is seen left of the controls, once the coloured muscles are drawn."""
+    """Return the image left of the controls, after the coloured muscles are drawn."""
     begin = time.perf_counter()
     while time.perf_counter() - begin < 300.0:
         image = page.screenshot()[:, :250]
@@ -249,14 +251,14 @@ TIME = "[...document.querySelectorAll('input[type=text]')].find(i => i.inputMode
 
 
 @pytest.mark.browser
-def test_the_live_view_draws_plays_and_asks_nobody_else(results: Path, tmp_path: Path) -> None:
-    process = started("view", results, "--no-browser")
+def test_live_view_draws_and_plays_without_other_connections(results: Path, tmp_path: Path) -> None:
+    process = start_command("view", results, "--no-browser")
     try:
         url = address_of(process)
         with opened_browser(tmp_path, size=(480, 320)) as page:
             page.open(url)
             page.wait_for(f"document.querySelector('canvas') && {BUTTON} && {TIME}")
-            first = picture(page)  # software WebGL takes its time for the first one
+            first = picture(page)  # the first image of software WebGL is slow
             page.evaluate(f"{BUTTON}.click()")
             page.wait_for(f"{BUTTON}?.textContent === 'Play' && Number({TIME}.value) === 2")
             second = picture(page)
@@ -271,6 +273,6 @@ def test_the_live_view_draws_plays_and_asks_nobody_else(results: Path, tmp_path:
 
 
 @pytest.mark.slow
-def test_the_cable_set_of_a_run_is_not_to_be_chosen(results: Path, cardsflow: CommandLine) -> None:
+def test_cable_set_option_is_rejected_for_a_run(results: Path, cardsflow: CommandLine) -> None:
     words = "view", results, "--cable-set", "basic", "--html", "page.html"
     assert "--cable-set: is only for a robot" in cardsflow.refused(*words)

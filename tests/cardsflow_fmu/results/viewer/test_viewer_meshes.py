@@ -28,7 +28,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_a_mesh_is_placed_and_scaled_in_its_link(folder: Path) -> None:
+def test_mesh_is_placed_and_scaled_in_its_link(folder: Path) -> None:
     mesh = Mesh(
         "visual", "box.stl", Pose((0.0, 0.0, 0.5), (0.0, 0.0, math.pi / 2)), (0.5, 0.5, 1.0)
     )
@@ -60,8 +60,8 @@ COLLADA = """<?xml version="1.0"?>
 <scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
 
 
-def test_collada_meshes_are_where_their_nodes_put_them(tmp_path: Path) -> None:
-    """As the published robots have them: a quarter turn about z, and then 5, 6, 7 along."""
+def test_collada_mesh_has_the_pose_of_its_node(tmp_path: Path) -> None:
+    """As in published robots: rotation by 90 degrees about z, then translation by 5, 6, 7."""
     (tmp_path / "triangle.dae").write_text(COLLADA)
     meshes = link_meshes(arm_with(Mesh("visual", "triangle.dae", scale=(0.1, 0.1, 0.1))), tmp_path)
     (triangles,) = meshes["link_2"]
@@ -72,7 +72,7 @@ def test_collada_meshes_are_where_their_nodes_put_them(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "uri", ["missing.stl", "broken.stl", "empty.obj", "", "a\0b", "model://x/y"]
 )
-def test_links_without_a_readable_mesh_stay_capsules(folder: Path, uri: str) -> None:
+def test_link_without_a_readable_mesh_is_drawn_as_capsule(folder: Path, uri: str) -> None:
     robot = arm_with(Mesh("visual", uri), Mesh("visual", "box.stl"))
     assert link_meshes(robot, folder) == {}
 
@@ -82,7 +82,7 @@ def test_collision_meshes_are_not_drawn(folder: Path) -> None:
 
 
 @pytest.mark.slow
-def test_large_meshes_become_small_and_keep_their_shape() -> None:
+def test_large_mesh_is_simplified_and_keeps_its_shape() -> None:
     sphere = trimesh.creation.icosphere(subdivisions=6, radius=2.0)
     assert len(sphere.faces) > 10 * MAX_FACES
     small = simplify(s.Triangles(np.array(sphere.vertices), np.array(sphere.faces)))
@@ -93,7 +93,7 @@ def test_large_meshes_become_small_and_keep_their_shape() -> None:
     assert volume == pytest.approx(4 / 3 * math.pi * 8.0, rel=0.03)
 
 
-def test_mirrored_meshes_keep_their_outside(folder: Path) -> None:
+def test_mirrored_mesh_keeps_outward_faces(folder: Path) -> None:
     meshes = link_meshes(arm_with(Mesh("visual", "box.stl", scale=(-1.0, 1.0, 1.0))), folder)
     (triangles,) = meshes["link_2"]
     a, b, c = (triangles.vertices[triangles.faces[:, k]] for k in range(3))

@@ -39,8 +39,8 @@ def half_a_minute() -> Act:
     return act(roboy(), 30.0)
 
 
-def decoded(page: str) -> tuple[dict[str, Any], Any]:
-    """The header, and a reader of tables, as the page's script has them."""
+def decode_page(page: str) -> tuple[dict[str, Any], Any]:
+    """Return the header, and a function that decodes tables as the script of the page."""
     text = re.search(r'id="motion">([^<]*)<', page)
     data = zlib.decompress(base64.b64decode(text[1]))
     (length,) = struct.unpack_from("<I", data)
@@ -56,9 +56,9 @@ def decoded(page: str) -> tuple[dict[str, Any], Any]:
 
 
 @pytest.mark.slow
-def test_a_page_contains_the_scene_of_every_frame(half_a_minute: Act) -> None:
+def test_page_contains_the_scene_of_every_frame(half_a_minute: Act) -> None:
     stage = half_a_minute.stage
-    header, table = decoded(replay_page([half_a_minute]))
+    header, table = decode_page(replay_page([half_a_minute]))
     (shown,) = header["acts"]
     np.testing.assert_allclose(shown["time"], stage.motion.time, atol=1e-6)
     for k in (0, 333, len(stage) - 1):
@@ -76,11 +76,11 @@ def test_a_page_contains_the_scene_of_every_frame(half_a_minute: Act) -> None:
 
 
 @pytest.mark.slow
-def test_half_a_minute_of_eleven_muscles_is_far_below_three_megabytes(half_a_minute: Act) -> None:
+def test_page_of_30_s_with_11_muscles_is_below_3_megabytes(half_a_minute: Act) -> None:
     assert len(replay_page([half_a_minute])) < 1_000_000
 
 
-def test_a_page_names_no_address_and_escapes_names() -> None:
+def test_page_has_no_external_address_and_escapes_names() -> None:
     hostile = "</script><img src=http://example.org onerror=alert(1)>"
     page = replay_page([act(planar_2r(), 0.1, hostile)])
     assert re.findall(r"(?:https?|wss?|ftp):", page) == ["http:"]  # the title's, escaped
@@ -88,11 +88,11 @@ def test_a_page_names_no_address_and_escapes_names() -> None:
     assert "default-src 'none'" in page
 
 
-def test_equal_runs_give_equal_pages() -> None:
+def test_equal_runs_have_equal_pages() -> None:
     assert replay_page([act(planar_2r(), 1.0)]) == replay_page([act(planar_2r(), 1.0)])
 
 
-def test_a_page_that_cannot_be_written_is_an_input_error(tmp_path: Path) -> None:
+def test_page_that_cannot_be_written_is_an_input_error(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot be written"):
         write_page([act(planar_2r(), 0.1)], tmp_path / "file/page.html")
@@ -105,18 +105,18 @@ def page(tmp_path: Path) -> Any:
 
 
 def picture(page: Page) -> np.ndarray:
-    """The part of the window where nothing but the robot is."""
+    """Return the part of the window that only shows the robot."""
     page.wait_for("document.body?.dataset.drawn !== undefined")
     return page.screenshot()[120:620, 60:820]
 
 
 def colourful(image: np.ndarray) -> int:
-    """How many pixels are no shade of grey, as the background, the floor and the links are."""
+    """Return the number of pixels that are not grey; background, floor and links are grey."""
     return int(np.count_nonzero(np.ptp(image, axis=2) > 60))
 
 
 @pytest.mark.browser
-def test_a_page_opens_from_disk_without_a_network_and_plays(
+def test_page_opens_from_disk_without_a_network_and_plays(
     half_a_minute: Act, page: Page, tmp_path: Path
 ) -> None:
     file = write_page([half_a_minute], tmp_path / "half a minute.html")
@@ -153,7 +153,9 @@ def test_a_page_opens_from_disk_without_a_network_and_plays(
 
 
 @pytest.mark.browser
-def test_two_runs_are_side_by_side_and_a_still_robot_has_no_bar(page: Page, tmp_path: Path) -> None:
+def test_page_shows_two_runs_side_by_side_and_no_control_bar_for_a_robot(
+    page: Page, tmp_path: Path
+) -> None:
     robot = planar_2r()
     file = write_page([act(robot, 2.0), act(robot, 3.0, "longer")], tmp_path / "two.html")
     page.open(f"{file.as_uri()}#t=2.5", offline=True)

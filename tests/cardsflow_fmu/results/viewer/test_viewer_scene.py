@@ -32,7 +32,7 @@ def by_name(shapes: list[s.Shape]) -> dict[str, s.Shape]:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_poses_of_any_tree_are_those_of_the_dynamics(seed: int) -> None:
+def test_link_poses_match_the_dynamics(seed: int) -> None:
     robot = random_robot(seed)
     dynamics = DartDynamics(robot)
     q = np.random.default_rng(seed).uniform(-2.0, 2.0, (7, dynamics.n))
@@ -43,7 +43,7 @@ def test_poses_of_any_tree_are_those_of_the_dynamics(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_drawn_muscles_are_as_long_as_the_simulated_ones(seed: int) -> None:
+def test_drawn_muscles_have_the_simulated_lengths(seed: int) -> None:
     robot = random_robot(seed)
     dynamics = DartDynamics(robot)
     q = np.random.default_rng(seed).uniform(-2.0, 2.0, (7, dynamics.n))
@@ -52,8 +52,8 @@ def test_drawn_muscles_are_as_long_as_the_simulated_ones(seed: int) -> None:
     np.testing.assert_allclose(drawn, [dynamics.muscle_lengths(row) for row in q], atol=1e-12)
 
 
-def test_muscles_are_drawn_over_their_surfaces() -> None:
-    """As long as simulated but for the arcs' chords, through every via point, and never inside."""
+def test_muscles_are_drawn_over_their_wrap_surfaces() -> None:
+    """With the simulated length, except for chords of arcs; through all via points and outside."""
     robot = read_robot(EXAMPLES / "hill_arm/robot")
     dynamics = DartDynamics(robot)
     lower, upper = dynamics.q_min, dynamics.q_max
@@ -71,8 +71,8 @@ def test_muscles_are_drawn_over_their_surfaces() -> None:
     assert longer
 
 
-def test_force_arrows_do_the_work_that_the_muscle_does() -> None:
-    """Virtual work: the forces at the via points, moved with q, give -dl/dq."""
+def test_force_arrows_satisfy_virtual_work() -> None:
+    """The virtual work of the forces at the via points equals -dl/dq."""
     robot = random_robot(3)
     dynamics = DartDynamics(robot)
     q, h = np.random.default_rng(3).uniform(-1.0, 1.0, dynamics.n), 1e-6
@@ -84,7 +84,7 @@ def test_force_arrows_do_the_work_that_the_muscle_does() -> None:
             assert np.sum(unit_forces(path)[1] * speed) == pytest.approx(-L[i, k], abs=1e-7)
 
 
-def test_the_two_link_arm_is_drawn_at_its_closed_form() -> None:
+def test_planar_arm_is_drawn_at_the_closed_form_position() -> None:
     a, b = 0.4, -0.9
     stage = Stage(planar_2r(), Motion.still([a, b]))
     shapes = by_name(stage.scene(0))
@@ -103,7 +103,7 @@ def test_the_two_link_arm_is_drawn_at_its_closed_form() -> None:
     assert (label.position - elbow) @ [0.0, 0.0, 1.0] > 0.0
 
 
-def test_a_scene_has_all_groups_of_shapes() -> None:
+def test_scene_has_all_groups_of_shapes() -> None:
     robot = read_robot(EXAMPLES / "roboy_left_arm/robot")
     result = waving(robot)
     hand = {f"y_d.hand.{axis}": np.full(len(result.rows), 0.1) for axis in "xyz"}
@@ -125,13 +125,13 @@ def test_all_frames_have_the_same_shapes_and_trails_grow() -> None:
     assert len(trails[-1]) > len(trails[0]) == 1
     tip = frames[-1]["links/link_2/0"].points[1]
     apart = np.linalg.norm(np.diff(trails[-1], axis=0), axis=1)
-    step = 3.0 * 0.0045 * stage.reach  # along the way, of which a chord is shorter
+    step = 3.0 * 0.0045 * stage.reach  # along the path; a chord is shorter
     assert apart.max() <= step * (1.0 + 1e-9)
     assert np.median(apart) == pytest.approx(step, rel=0.01)
     assert np.linalg.norm(trails[-1][-1] - tip) < step
 
 
-def test_a_scene_at_a_row_is_that_of_the_row() -> None:
+def test_scene_of_a_row_shows_the_state_of_the_row() -> None:
     robot = planar_2r()
     result = waving(robot)
     for k in (0, 17, -1):
@@ -142,7 +142,7 @@ def test_a_scene_at_a_row_is_that_of_the_row() -> None:
         scene(robot, result, len(result.rows))
 
 
-def test_joint_references_are_drawn_as_the_path_of_the_hand() -> None:
+def test_joint_reference_is_drawn_as_path_of_the_hand() -> None:
     robot = planar_2r()
     result = waving(robot)
     followed = {f"q_d.joint_{k}": result[f"q.joint_{k}"] + 0.1 for k in (1, 2)}
@@ -153,8 +153,8 @@ def test_joint_references_are_drawn_as_the_path_of_the_hand() -> None:
     np.testing.assert_allclose(way, expected, atol=1e-12)
 
 
-def test_axes_without_reference_are_taken_from_the_actual_path() -> None:
-    robot = planar_2r()  # its task counts x and z
+def test_axes_without_reference_use_the_actual_path() -> None:
+    robot = planar_2r()  # its task coordinates are x and z
     result = waving(robot)
     followed = {"y_d.tip.x": np.ones(len(result.rows)), "y_d.tip.z": np.zeros(len(result.rows))}
     stage = Stage(robot, motion_of(robot, with_columns(result, followed)))
@@ -162,7 +162,7 @@ def test_axes_without_reference_are_taken_from_the_actual_path() -> None:
     np.testing.assert_allclose(stage.reference["tip"], expected, atol=1e-12)
 
 
-def test_colours_go_from_f_min_to_f_max_or_to_the_largest_tension() -> None:
+def test_colours_range_from_f_min_to_f_max_or_the_maximum_tension() -> None:
     robot = planar_2r()  # 10 to 100 N
     tensions = np.array([[10.0, 100.0, 55.0, 10.0]])
     motion = replace(Motion.still([0.1, 0.2]), tensions=tensions)
@@ -176,7 +176,7 @@ def test_colours_go_from_f_min_to_f_max_or_to_the_largest_tension() -> None:
     assert tension_colour(math.nan, 0.0, 1.0) == SLACK
 
 
-def test_the_length_of_a_force_arrow_is_in_proportion_to_the_tension() -> None:
+def test_length_of_a_force_arrow_is_proportional_to_the_tension() -> None:
     robot = planar_2r()
     tensions = np.array([[10.0, 40.0, 20.0, 0.0]])
     shapes = by_name(Stage(robot, replace(Motion.still([0.1, 0.2]), tensions=tensions)).scene(0))
@@ -188,7 +188,7 @@ def test_the_length_of_a_force_arrow_is_in_proportion_to_the_tension() -> None:
     np.testing.assert_allclose(arrows[1][1] - arrows[1][0], lengths[1] * toward, atol=1e-12)
 
 
-def test_contact_forces_are_drawn_where_the_results_have_them() -> None:
+def test_recorded_contact_forces_are_drawn() -> None:
     robot = planar_2r()
     result = waving(robot)
     forces = {
@@ -218,7 +218,7 @@ def test_wrap_surfaces_move_with_their_link() -> None:
     assert shapes["wrap surfaces/ball"].opacity < 1.0
 
 
-def test_frames_have_an_even_rate_and_end_with_the_run() -> None:
+def test_frames_have_a_constant_rate_and_end_with_the_run() -> None:
     time = np.arange(1001) * 1e-3
     rows = frame_rows(time, 25.0)
     assert rows[0] == 0
@@ -229,7 +229,7 @@ def test_frames_have_an_even_rate_and_end_with_the_run() -> None:
     np.testing.assert_array_equal(frame_rows(np.array([0.0])), [0])
 
 
-def test_results_that_cannot_be_drawn_are_refused() -> None:
+def test_results_that_cannot_be_drawn_are_rejected() -> None:
     robot = planar_2r()
     result = waving(robot)
     nothing = SystemResult(result.names, result.rows[:0], {}, {})
@@ -240,7 +240,7 @@ def test_results_that_cannot_be_drawn_are_refused() -> None:
         motion_of(robot, lacking)
 
 
-def test_a_state_that_diverged_is_still_drawn() -> None:
+def test_diverged_state_is_drawn() -> None:
     robot = planar_2r()
     result = waving(robot)
     result.rows[-1, 1:] = np.nan
@@ -250,8 +250,8 @@ def test_a_state_that_diverged_is_still_drawn() -> None:
 
 
 @pytest.mark.parametrize("kind", ["ball", "rod", "cone"])
-def test_unit_bodies_are_closed_and_their_faces_look_outwards(kind: str) -> None:
-    """The volume inside, by the divergence theorem; a flat facet loses a few percent."""
+def test_unit_bodies_are_closed_with_outward_faces(kind: str) -> None:
+    """The volume by the divergence theorem; flat facets reduce it by some percent."""
     body = unit_body(kind)  # type: ignore[arg-type]
     a, b, c = (body.vertices[body.faces[:, k]] for k in range(3))
     volume = np.sum(a * np.cross(b, c)) / 6.0
@@ -260,7 +260,7 @@ def test_unit_bodies_are_closed_and_their_faces_look_outwards(kind: str) -> None
     assert volume < exact
 
 
-def test_rotations_from_z_turn_the_z_axis() -> None:
+def test_rotations_from_z_map_the_z_axis_to_the_vectors() -> None:
     from scipy.spatial.transform import Rotation
 
     vectors = np.random.default_rng(0).normal(size=(50, 3))
@@ -271,7 +271,7 @@ def test_rotations_from_z_turn_the_z_axis() -> None:
     np.testing.assert_array_equal(rotations_from_z(np.zeros((1, 3))), [[1.0, 0.0, 0.0, 0.0]])
 
 
-def test_an_arrow_ends_at_its_end_and_vanishes_without_length() -> None:
+def test_arrow_has_its_tip_at_its_end_and_no_body_without_length() -> None:
     arrow = s.Arrow(s.FORCES, "a", (1, 2, 3), np.zeros(3), np.ones(3), 0.01)
     rod, cone = bodies([arrow])
     assert isinstance(rod, Body)
@@ -280,7 +280,7 @@ def test_an_arrow_ends_at_its_end_and_vanishes_without_length() -> None:
     assert list(bodies([replace(arrow, end=np.zeros(3))])) == []
 
 
-def test_links_reach_to_the_joints_that_close_their_loops() -> None:
+def test_link_capsules_reach_the_joints_that_close_loops() -> None:
     robot = four_bar()
     rocker = next(link for link in robot.links if link.name == "rocker_bar")
     ((begin, end),) = link_capsules(robot, rocker)

@@ -1,4 +1,4 @@
-"""Worlds in the view: ground, objects at rest and in motion, contacts; recordings for Rerun."""
+"""Worlds in views: ground, fixed and moving objects, contacts; recordings for Rerun."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ G = 9.81
 
 @pytest.fixture(scope="module")
 def falling(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
-    """Things that fall, spin, lie and stand around the two-link arm."""
+    """Run the planar arm with falling, spinning and resting objects."""
     folder = tmp_path_factory.mktemp("world")
     mesh = write_box_mesh(folder, (0.1, 0.2, 0.3))
     near = {"position": [1.5, 0.0, 1.0], "mass": 0.2}
@@ -72,8 +72,8 @@ def at(act: Act, k: int) -> dict[str, Any]:
 
 
 @pytest.mark.slow
-def test_objects_are_drawn_where_they_fall(act: Act) -> None:
-    """By Galilei: z = 1 - g t² / 2."""
+def test_falling_objects_are_drawn_at_their_positions(act: Act) -> None:
+    """Free fall: z = 1 - g t² / 2."""
     times = act.stage.motion.time
     heights = [at(act, k)["objects/ball"].centre[2] for k in range(len(times))]
     np.testing.assert_allclose(heights, 1.0 - 0.5 * G * times**2, atol=0.5 * G * 1e-3 * 0.4 + 1e-9)
@@ -81,7 +81,7 @@ def test_objects_are_drawn_where_they_fall(act: Act) -> None:
     assert at(act, 0)["objects/ball"].radius == 0.05
 
 
-def test_a_box_that_spins_is_drawn_turned(act: Act) -> None:
+def test_spinning_box_is_drawn_rotated(act: Act) -> None:
     for k in (0, 5, 10):
         box = at(act, k)["objects/top"]
         angle = 2.0 * act.stage.motion.time[k]
@@ -104,7 +104,7 @@ def test_objects_at_rest_are_drawn_at_their_poses(act: Act) -> None:
         assert all(shape.group == s.OBJECTS for shape in (rod, tin, die))
 
 
-def test_the_ground_is_drawn_below_objects(act: Act) -> None:
+def test_ground_is_drawn_below_objects(act: Act) -> None:
     ground = at(act, 3)["ground"]
     corners = ground.triangles.vertices @ ground.T[:3, :3].T + ground.T[:3, 3]
     np.testing.assert_allclose(corners[:, 2], -0.4, atol=1e-12)
@@ -114,7 +114,7 @@ def test_the_ground_is_drawn_below_objects(act: Act) -> None:
     assert view_of(act.stage).floor[2] == -0.4
 
 
-def test_contact_forces_on_objects_carry_their_weight(act: Act) -> None:
+def test_contact_forces_on_objects_equal_their_weight(act: Act) -> None:
     last = len(act.stage) - 1
     arrow = at(act, last)["contacts/lying"]
     pull = arrow.end - arrow.start
@@ -128,14 +128,14 @@ def test_all_frames_have_the_same_shapes(act: Act) -> None:
     assert all(each == names[0] for each in names)
 
 
-def test_a_box_is_closed_and_its_faces_look_outwards() -> None:
+def test_box_is_closed_with_outward_faces() -> None:
     box = box_triangles(np.array([0.1, 0.2, 0.3]))
     mesh = trimesh.Trimesh(box.vertices, box.faces, process=False)
     assert mesh.is_watertight
     assert mesh.volume == pytest.approx(0.2 * 0.4 * 0.6)
 
 
-def test_a_missing_mesh_is_drawn_as_a_small_sphere(tmp_path: Path) -> None:
+def test_missing_mesh_is_drawn_as_small_sphere(tmp_path: Path) -> None:
     mesh = write_box_mesh(tmp_path)
     world = {"objects": [{"name": "die", "shape": "mesh", "file": str(mesh)}], "links": "none"}
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.01, "world": world})
@@ -144,11 +144,11 @@ def test_a_missing_mesh_is_drawn_as_a_small_sphere(tmp_path: Path) -> None:
     drawn = {shape.name: shape for shape in act_of(result).stage.scene(0)}["objects/die"]
     assert isinstance(drawn, s.Sphere)
     shown = {shape.name: shape for shape in acts_of([tmp_path / "out"])[0].stage.scene(0)}
-    assert isinstance(shown["objects/die"], s.MeshShape)  # of the results, it has travelled
+    assert isinstance(shown["objects/die"], s.MeshShape)  # the results contain the mesh
 
 
 @pytest.mark.browser
-def test_a_page_shows_a_world_and_hides_it(act: Act, tmp_path: Path) -> None:
+def test_page_shows_and_hides_a_world(act: Act, tmp_path: Path) -> None:
     file = write_page([act], tmp_path / "world.html")
     with opened_browser(tmp_path) as page:
         page.open(file.as_uri(), offline=True)
@@ -164,7 +164,7 @@ def test_a_page_shows_a_world_and_hides_it(act: Act, tmp_path: Path) -> None:
         assert page.requests == [file.as_uri()]
 
 
-def test_two_robots_of_one_plant_are_both_drawn(tmp_path: Path) -> None:
+def test_all_robots_of_a_plant_are_drawn(tmp_path: Path) -> None:
     result = run(twin_arms(tmp_path, 5.0), tmp_path / "out", coupling="direct")
     shapes = {shape.name: shape for shape in act_of(result).stage.scene(0)}
     for part in ("links/{}_link_1/0", "muscles/{}_cable_1"):
@@ -176,7 +176,7 @@ def test_two_robots_of_one_plant_are_both_drawn(tmp_path: Path) -> None:
 
 
 @pytest.mark.extra("rerun")
-def test_a_recording_holds_all_frames(act: Act, tmp_path: Path) -> None:
+def test_recording_contains_all_frames(act: Act, tmp_path: Path) -> None:
     import rerun as rr
 
     file = write_recording([act, act], tmp_path / "run.rrd")
@@ -191,13 +191,15 @@ def test_a_recording_holds_all_frames(act: Act, tmp_path: Path) -> None:
         rows = [count for path, count in paths.items() if path.endswith(part)]
         assert rows == [frames, frames], (part, sorted(paths))
     box = [count for path, count in paths.items() if path.endswith("objects\\/top")]
-    assert box == [frames + 1, frames + 1]  # its surface once, its pose in every frame
+    assert box == [frames + 1, frames + 1]  # one surface, and one pose per frame
     assert len([path for path in paths if "/tensions/" in path]) == 8
 
 
 @pytest.mark.extra("rerun")
 @pytest.mark.skipif(shutil.which("strace") is None, reason="needs strace")
-def test_a_recording_opens_no_connection(falling: tuple[Path, Result], tmp_path: Path) -> None:
+def test_writing_a_recording_opens_no_connection(
+    falling: tuple[Path, Result], tmp_path: Path
+) -> None:
     calls = tmp_path / "calls"
     trace = ["strace", "-f", "-e", "trace=socket,connect,sendto", "-o", str(calls)]
     words = ["view", str(falling[0]), "--rrd", str(tmp_path / "run.rrd")]
@@ -217,7 +219,7 @@ def test_a_recording_opens_no_connection(falling: tuple[Path, Result], tmp_path:
     assert not (tmp_path / "home").exists()
 
 
-def test_without_rerun_the_message_names_the_extra(
+def test_missing_rerun_is_reported_with_the_extra(
     act: Act, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "rerun", None)
@@ -226,7 +228,7 @@ def test_without_rerun_the_message_names_the_extra(
     assert not any(tmp_path.iterdir())
 
 
-def test_wrong_options_for_a_recording(
+def test_invalid_options_for_a_recording_are_rejected(
     falling: tuple[Path, Result], tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     line = cardsflow.refused("view", falling[0], "--rrd", tmp_path / "run.txt")

@@ -1,4 +1,4 @@
-"""Systems of FMUs in .ssp files: written, read back, run, and refused."""
+"""Systems of FMUs in .ssp files: written, read back, run, and rejected."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ Change = Callable[[dict[str, bytes]], None]
 
 @pytest.fixture(scope="module")
 def system(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return built(Experiment.load(PLANAR_2R, SETTINGS), tmp_path_factory.mktemp("ssp"))
+    return build_ssp(Experiment.load(PLANAR_2R, SETTINGS), tmp_path_factory.mktemp("ssp"))
 
 
-def built(experiment: Experiment, folder: Path) -> Path:
-    """The system that is built beside the FMUs."""
+def build_ssp(experiment: Experiment, folder: Path) -> Path:
+    """Build the FMUs of an experiment; return their .ssp."""
     build(experiment, folder, compute="python")
     return folder / "system.ssp"
 
@@ -46,7 +46,7 @@ def contents(path: Path) -> dict[str, bytes]:
         return {name: archive.read(name) for name in archive.namelist()}
 
 
-def changed(path: Path, copy: Path, change: Change) -> Path:
+def change_archive(path: Path, copy: Path, change: Change) -> Path:
     files = contents(path)
     change(files)
     with zipfile.ZipFile(copy, "w") as archive:
@@ -55,7 +55,7 @@ def changed(path: Path, copy: Path, change: Change) -> Path:
     return copy
 
 
-def replaced(name: str, old: str, new: str) -> Change:
+def replace_text(name: str, old: str, new: str) -> Change:
     def change(files: dict[str, bytes]) -> None:
         assert old.encode() in files[name]
         files[name] = files[name].replace(old.encode(), new.encode(), 1)
@@ -82,12 +82,12 @@ def test_written_ssp_matches_the_ssp_schemas(system: Path) -> None:
     assert checked == 5
 
 
-def test_the_same_experiment_gives_the_same_bytes(system: Path, tmp_path: Path) -> None:
-    again = built(Experiment.load(PLANAR_2R, SETTINGS), tmp_path)
+def test_ssp_of_an_experiment_is_reproducible(system: Path, tmp_path: Path) -> None:
+    again = build_ssp(Experiment.load(PLANAR_2R, SETTINGS), tmp_path)
     assert again.read_bytes() == system.read_bytes()
 
 
-def test_written_experiment_reads_back_as_the_same(system: Path, tmp_path: Path) -> None:
+def test_written_system_is_read_back_unchanged(system: Path, tmp_path: Path) -> None:
     structure = read_system(unpack_ssp(system, tmp_path / "x"))
     assert [c.name for c in structure.components] == ["reference", "controller", "plant"]
     assert (structure.name, structure.step, structure.stop_time) == ("planar_2r", 1e-3, 0.05)
@@ -98,7 +98,7 @@ def test_written_experiment_reads_back_as_the_same(system: Path, tmp_path: Path)
 
 
 @pytest.mark.parametrize("scheme", ["sampled", "jacobi", "gauss_seidel"])
-def test_a_system_runs_as_its_experiment(system: Path, scheme: str) -> None:
+def test_system_has_the_results_of_its_experiment(system: Path, scheme: str) -> None:
     order = {"run.order": ["reference", "controller", "plant"]} if scheme[0] == "g" else {}
     settings = {"run.scheme": scheme, **order}
     ours = simulate(
@@ -116,7 +116,7 @@ def test_a_system_runs_as_its_experiment(system: Path, scheme: str) -> None:
 @pytest.mark.slow
 def test_system_step_is_the_controller_period(tmp_path: Path) -> None:
     settings = SETTINGS | {"controller.period": 0.005, "plant.step": 0.001, "run.step": 0.001}
-    path = built(Experiment.load(PLANAR_2R, settings), tmp_path)
+    path = build_ssp(Experiment.load(PLANAR_2R, settings), tmp_path)
     result = simulate_system(path)
     ours = simulate(Experiment.load(PLANAR_2R, settings), compute="python", coupling="direct")
     assert result.summary["step"] == 0.005
@@ -127,12 +127,14 @@ def test_system_step_is_the_controller_period(tmp_path: Path) -> None:
 def test_parameter_sets_and_settings_change_start_values(system: Path, tmp_path: Path) -> None:
     value = '<ssv:Real value="-0.5" unit="rad" />'
     degrees = f'<ssv:Real value="{math.degrees(-0.4)!r}" unit="deg" />'
-    file = changed(system, tmp_path / "a.ssp", replaced("resources/plant.ssv", value, degrees))
+    file = change_archive(
+        system, tmp_path / "a.ssp", replace_text("resources/plant.ssv", value, degrees)
+    )
     assert simulate_system(file)["q.joint_1"][0] == pytest.approx(-0.4, rel=1e-15)
     assert simulate_system(system, {"plant.q_start.joint_1": -0.3})["q.joint_1"][0] == -0.3
 
 
-def test_the_command_runs_a_system(
+def test_command_runs_a_system(
     system: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
@@ -150,12 +152,12 @@ def test_the_command_runs_a_system(
 
 
 @pytest.mark.slow
-def test_a_second_variant_with_the_hardware(tmp_path: Path) -> None:
-    """Any FMU with the plant's ports may be the hardware: here, another plant."""
+def test_variant_with_hardware_replaces_the_plant(tmp_path: Path) -> None:
+    """Any FMU with the ports of the plant can be the hardware, here another plant."""
     folder = tmp_path / "other"
     other = build(Experiment.load(PLANAR_2R, SETTINGS | {"start.q": [0.1, 0.2]}), folder)["plant"]
     with_hardware = SETTINGS | {"fmus.hardware": str(other)}
-    path = built(Experiment.load(PLANAR_2R, with_hardware), tmp_path / "built")
+    path = build_ssp(Experiment.load(PLANAR_2R, with_hardware), tmp_path / "built")
     assert {"hardware.ssd", "resources/hardware.fmu"} < set(contents(path))
     assert simulate_system(path)["q.joint_1"][0] == -0.5
     assert simulate_system(path, {"variant": "hardware"})["q.joint_1"][0] == 0.1
@@ -164,7 +166,7 @@ def test_a_second_variant_with_the_hardware(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_external_fmu_travels_with_its_units(tmp_path: Path, compiler: str) -> None:
+def test_external_fmu_is_packed_with_its_units(tmp_path: Path, compiler: str) -> None:
     file = external_fmu(tmp_path / "body.fmu", compiler, "2.0")
     plant = {
         "path": str(file),
@@ -179,13 +181,13 @@ def test_a_external_fmu_travels_with_its_units(tmp_path: Path, compiler: str) ->
     settings = SETTINGS | {"fmus.plant": plant, "wiring.plant.brake": 0.0}
     experiment = Experiment.load(PLANAR_2R, settings)
     ours = simulate(experiment, compute="python", coupling="direct")
-    result = simulate_system(built(experiment, tmp_path / "built"))
+    result = simulate_system(build_ssp(experiment, tmp_path / "built"))
     np.testing.assert_allclose(np.radians(result["angle_1"]), ours["q.joint_1"], rtol=1e-13)
     assert result.units["angle_1"] == "deg"
 
 
 @pytest.mark.slow
-def test_arrays_cannot_be_connectors(tmp_path: Path, compiler: str) -> None:
+def test_arrays_are_rejected_as_connectors(tmp_path: Path, compiler: str) -> None:
     file = external_fmu(tmp_path / "body.fmu", compiler, "3.0")
     plant = {"path": str(file), "inputs": {"f": "pulls"}, "outputs": {"q": "angles"}}
     experiment = Experiment.load(PLANAR_2R, SETTINGS | {"fmus.plant": plant})
@@ -203,11 +205,13 @@ def test_units_of_connectors_and_transformations_are_converted(
     system: Path, tmp_path: Path
 ) -> None:
     def change(files: dict[str, bytes]) -> None:
-        replaced(SSD, Q_CONNECTION, f"{Q_CONNECTION[:-2]}>{linear}</ssd:Connection>")(files)
-        replaced(SSD, '<ssc:Real unit="rad" />', '<ssc:Real unit="deg" />')(files)
+        replace_text(SSD, Q_CONNECTION, f"{Q_CONNECTION[:-2]}>{linear}</ssd:Connection>")(files)
+        replace_text(SSD, '<ssc:Real unit="rad" />', '<ssc:Real unit="deg" />')(files)
 
     linear = '<ssc:LinearTransformation factor="2.0" offset="0.5"/>'
-    structure = read_system(unpack_ssp(changed(system, tmp_path / "a.ssp", change), tmp_path / "x"))
+    structure = read_system(
+        unpack_ssp(change_archive(system, tmp_path / "a.ssp", change), tmp_path / "x")
+    )
     changes = {".".join(c.target): c.change for c in structure.connections}
     assert (changes["controller.q.joint_1"].factor, changes["controller.q.joint_1"].offset) == (
         2.0,
@@ -220,33 +224,43 @@ def test_units_of_connectors_and_transformations_are_converted(
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (replaced(SSD, 'startElement="plant"', 'startElement="plan"'), "no connector 'plan.q"),
+        (replace_text(SSD, 'startElement="plant"', 'startElement="plan"'), "no connector 'plan.q"),
         (
-            replaced(SSD, 'endConnector="q.joint_1"', 'endConnector="q.joint_2"'),
+            replace_text(SSD, 'endConnector="q.joint_1"', 'endConnector="q.joint_2"'),
             "cannot be connected to",
         ),
-        (replaced(SSD, 'name="reference"', 'name="plant"'), "the same name"),
+        (replace_text(SSD, 'name="reference"', 'name="plant"'), "the same name"),
         (
-            replaced(SSD, "resources/plant.fmu", "resources/plan.fmu"),
+            replace_text(SSD, "resources/plant.fmu", "resources/plan.fmu"),
             "resources/plan.fmu' does not exist",
         ),
+<<<<<<< HEAD
         (replaced(SSD, "resources/plant.fmu", "../plant.fmu"), "a path outside"),
         (replaced(SSD, '"resources/plant.ssv"', '"../plant.ssv"'), "is outside of the archive"),
         (replaced(SSD, "<ssd:Elements>", '<ssd:Elements><ssd:System name="s"/>'), "only flat"),
         (replaced(SSD, "x-fmu-sharedlibrary", "x-ssp-package"), "is not an FMU"),
+=======
+        (replace_text(SSD, "resources/plant.fmu", "../plant.fmu"), "leads out"),
+        (replace_text(SSD, '"resources/plant.ssv"', '"../plant.ssv"'), "is outside of the archive"),
+        (replace_text(SSD, "<ssd:Elements>", '<ssd:Elements><ssd:System name="s"/>'), "only flat"),
+        (replace_text(SSD, "x-fmu-sharedlibrary", "x-ssp-package"), "is not an FMU"),
+>>>>>>> 6a306c93 (Reword names and docstrings of the tests of results, experiment and CLI)
         (
-            replaced(SSD, '<ssc:Real unit="rad" />', '<ssc:Real unit="N" />'),
+            replace_text(SSD, '<ssc:Real unit="rad" />', '<ssc:Real unit="N" />'),
             "is not compatible with",
         ),
-        (replaced(SSD, '<ssc:Real unit="rad" />', '<ssc:Real unit="ell" />'), "no unit 'ell'"),
-        (replaced(SSD, 'startTime="0.0"', 'startTime="1.0"'), "start time"),
-        (replaced(SSD, 'baseStepSize="0.001"', 'baseStepSize="x"'), "must be a finite number"),
-        (replaced(SSD, 'baseStepSize="0.001"', 'baseStepSize="-1"'), "must be above 0"),
-        (replaced(SSD, 'stopTime="0.05"', ""), "does not specify its duration"),
-        (replaced(SSD, "<ssd:System ", "<ssd:System <"), "is not valid XML"),
-        (replaced(SSD, 'name="q_d.joint_1"', 'name="q_d.joint_9"'), "no connector"),
-        (replaced("resources/plant.ssv", 'name="step"', 'name="steps"'), "no variable 'steps'"),
-        (replaced("resources/plant.ssv", "ssv:Real", "ssv:String"), "q_start.joint_1 is String"),
+        (replace_text(SSD, '<ssc:Real unit="rad" />', '<ssc:Real unit="ell" />'), "no unit 'ell'"),
+        (replace_text(SSD, 'startTime="0.0"', 'startTime="1.0"'), "start time"),
+        (replace_text(SSD, 'baseStepSize="0.001"', 'baseStepSize="x"'), "must be a finite number"),
+        (replace_text(SSD, 'baseStepSize="0.001"', 'baseStepSize="-1"'), "must be above 0"),
+        (replace_text(SSD, 'stopTime="0.05"', ""), "does not specify its duration"),
+        (replace_text(SSD, "<ssd:System ", "<ssd:System <"), "is not valid XML"),
+        (replace_text(SSD, 'name="q_d.joint_1"', 'name="q_d.joint_9"'), "no connector"),
+        (replace_text("resources/plant.ssv", 'name="step"', 'name="steps"'), "no variable 'steps'"),
+        (
+            replace_text("resources/plant.ssv", "ssv:Real", "ssv:String"),
+            "q_start.joint_1 is String",
+        ),
         (lambda files: files.pop(SSD), "no system structure 'SystemStructure'"),
         (lambda files: files.update({"../evil": b""}), "a path outside of the archive"),
         (lambda files: files.update({"a/" * 3000 + "b": b""}), "a file name with 6001 characters"),
@@ -256,7 +270,7 @@ def test_units_of_connectors_and_transformations_are_converted(
 def test_invalid_ssp_is_rejected_in_one_line(
     system: Path, tmp_path: Path, change: Change, message: str
 ) -> None:
-    file = changed(system, tmp_path / "bad.ssp", change)
+    file = change_archive(system, tmp_path / "bad.ssp", change)
     with pytest.raises(InputError) as caught:
         simulate_system(file)
     assert message in str(caught.value)
@@ -292,13 +306,13 @@ def test_invalid_archive_is_rejected(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["{folder}/outside", "system", "a" * 400])
-def test_names_of_components_are_no_paths(system: Path, tmp_path: Path, name: str) -> None:
+def test_component_names_with_paths_are_rejected(system: Path, tmp_path: Path, name: str) -> None:
     name = name.format(folder=tmp_path)
 
     def rename(files: dict[str, bytes]) -> None:
         files[SSD] = files[SSD].replace(b'"plant"', f'"{name}"'.encode())
 
-    file = changed(system, tmp_path / "a.ssp", rename)
+    file = change_archive(system, tmp_path / "a.ssp", rename)
     assert simulate_system(file).complete
     assert [one.name for one in tmp_path.iterdir()] == ["a.ssp"]
 
@@ -314,7 +328,7 @@ def test_names_of_components_are_no_paths(system: Path, tmp_path: Path, name: st
     ],
 )
 def test_invalid_units_are_rejected(system: Path, tmp_path: Path, new: str, message: str) -> None:
-    file = changed(system, tmp_path / "a.ssp", replaced(SSD, 'rad="1"', new))
+    file = change_archive(system, tmp_path / "a.ssp", replace_text(SSD, 'rad="1"', new))
     with pytest.raises(InputError, match=message):
         simulate_system(file)
 
@@ -327,7 +341,7 @@ def test_entities_are_not_expanded(system: Path, tmp_path: Path) -> None:
         rest = rest.replace(b"<ssv:Real", b"&e;<ssv:Real", 1)
         files[name] = begin + b"?>" + declared + rest
 
-    file = changed(system, tmp_path / "a.ssp", declare)
+    file = change_archive(system, tmp_path / "a.ssp", declare)
     assert simulate_system(file, {"run.duration": 0.01})["q.joint_1"][0] == -0.5
 
 

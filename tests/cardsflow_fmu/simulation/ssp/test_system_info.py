@@ -1,4 +1,4 @@
-"""Information on systems of FMUs: their make-up, and what computes in them."""
+"""Information about systems of FMUs: components, connections, engines."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def system(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-def test_a_system_lists_its_participants(system: Path) -> None:
+def test_info_of_a_system_lists_its_participants(system: Path) -> None:
     info = system_info(system)
     assert info["name"] == "planar_2r"
     assert (info["step"], info["stop_time"]) == (0.001, 0.01)
@@ -42,7 +42,7 @@ def test_a_system_lists_its_participants(system: Path) -> None:
     assert "variants: hardware" in text
 
 
-def test_the_info_command_describes_systems(
+def test_info_command_describes_systems(
     system: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     assert "resources/controller.fmu" in cardsflow("info", system)[1]
@@ -53,7 +53,7 @@ def test_the_info_command_describes_systems(
     assert "none.ssp: cannot be read" in cardsflow.refused("info", tmp_path / "none.ssp")
 
 
-def test_a_broken_structure_is_named_in_its_archive(tmp_path: Path) -> None:
+def test_invalid_system_structure_is_reported_with_its_archive(tmp_path: Path) -> None:
     path = tmp_path / "empty.ssp"
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("SystemStructure.ssd", "<nothing")
@@ -71,7 +71,7 @@ def test_a_broken_structure_is_named_in_its_archive(tmp_path: Path) -> None:
         ({}, True, ("native", "native")),
     ],
 )
-def test_the_summary_of_a_system_has_its_engines(
+def test_summary_of_a_system_contains_its_engines(
     settings: dict[str, Any], native: bool, engines: tuple[str, str], tmp_path: Path
 ) -> None:
     build(Experiment.load(PLANAR_2R, SHORT | settings), tmp_path, compute=COMPUTE[native])

@@ -98,7 +98,7 @@ def test_custom_law_is_packed_in_fmus_and_results(folder: Path, tmp_path: Path) 
 
 
 def test_no_file_outside_the_allowed_folders_is_packed(folder: Path, tmp_path: Path) -> None:
-    """As no mesh does, unless whoever runs it has named it."""
+    """As for meshes, files that the user names explicitly are packed."""
     (tmp_path / "secret.py").write_text(CODE)
     text = (folder / "experiment.toml").read_text()
     text = text.replace('type = "joint_space"', 'type = "../secret.py:Stiff"')
@@ -107,7 +107,7 @@ def test_no_file_outside_the_allowed_folders_is_packed(folder: Path, tmp_path: P
         experiment_resources(Experiment.load(folder))
 
 
-def test_loading_runs_nothing(folder: Path) -> None:
+def test_loading_does_not_execute_custom_code(folder: Path) -> None:
     (folder / "mine.py").write_text(f"open({str(folder / 'ran')!r}, 'w')\nclass A:\n    pass\n")
     with_law(folder, "A")
     assert not (folder / "ran").exists()
@@ -156,14 +156,14 @@ def test_error_during_a_run_is_one_line_with_file_and_line(
         ("\0", "mine.py: is not valid Python: "),
     ],
 )
-def test_a_file_that_cannot_be_run(folder: Path, code: str, message: str) -> None:
+def test_invalid_custom_controller_is_rejected(folder: Path, code: str, message: str) -> None:
     (folder / "mine.py").write_text(code)
     with pytest.raises(InputError) as caught:
         simulate(with_law(folder, "Mine"), coupling="direct")
     assert message in str(caught.value)
 
 
-def test_gains_may_be_left_out_and_are_given_where_they_are_there(folder: Path) -> None:
+def test_gains_of_a_custom_controller_are_optional(folder: Path) -> None:
     text = (folder / "experiment.toml").read_text()
     lines = [line for line in text.splitlines() if not line.startswith(("kp", "kd"))]
     (folder / "experiment.toml").write_text("\n".join(lines))
@@ -173,8 +173,8 @@ def test_gains_may_be_left_out_and_are_given_where_they_are_there(folder: Path) 
         Experiment.load(folder)
 
 
-def test_an_external_controller_needs_no_gains(folder: Path) -> None:
-    """Nor a table [controller]."""
+def test_external_controller_requires_no_gains(folder: Path) -> None:
+    """It does not require a table [controller] either."""
     text = (folder / "experiment.toml").read_text()
     begin, end = text.index("[controller]"), text.index("[plant]")
     (folder / "experiment.toml").write_text(text[:begin] + text[end:])

@@ -1,4 +1,4 @@
-"""Links in a folder by someone else do not lead what is written to other files."""
+"""Links in an untrusted folder do not redirect output to other files."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def precious(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("name", ["results.csv", "hardware.rec", "experiment.zip"])
 @pytest.mark.parametrize("target", ["precious.txt", "nothing.txt"])
-def test_a_run_refuses_a_folder_with_links_in_the_place_of_its_files(
+def test_run_rejects_a_folder_with_links_instead_of_files(
     tmp_path: Path, precious: Path, name: str, target: str
 ) -> None:
     folder = tmp_path / "out"
@@ -46,7 +46,7 @@ def test_a_run_refuses_a_folder_with_links_in_the_place_of_its_files(
     assert not (tmp_path / "nothing.txt").exists()
 
 
-def test_files_aside_are_written_anew(tmp_path: Path, precious: Path) -> None:
+def test_temporary_files_are_created_again(tmp_path: Path, precious: Path) -> None:
     folder = tmp_path / "out"
     folder.mkdir()
     for name in ("a.txt", "b.zip"):
@@ -58,7 +58,7 @@ def test_files_aside_are_written_anew(tmp_path: Path, precious: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_table_of_a_study_is_written_anew(tmp_path: Path, precious: Path) -> None:
+def test_table_of_a_study_is_created_again(tmp_path: Path, precious: Path) -> None:
     folder = tmp_path / "out"
     folder.mkdir()
     (folder / ".table.csv.tmp").symlink_to(precious)

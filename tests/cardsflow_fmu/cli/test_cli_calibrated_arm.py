@@ -1,4 +1,4 @@
-"""The whole way: an arm unlike its CAD is recorded, calibrated, and then needs no encoders."""
+"""An arm that differs from its CAD is recorded and calibrated, and then runs without encoders."""
 
 from __future__ import annotations
 
@@ -31,10 +31,8 @@ LOCKSTEP = {"hardware.use": True, "hardware.mode": "lockstep"}
 
 @LONG
 @pytest.mark.slow
-def test_an_arm_of_unknown_truth_is_calibrated_and_then_needs_no_encoders(
-    cardsflow: CommandLine, tmp_path: Path
-) -> None:
-    """Before, no pose fits its lengths; with the calibrated robot they tell it to 1 mrad."""
+def test_calibrated_arm_runs_without_joint_encoders(cardsflow: CommandLine, tmp_path: Path) -> None:
+    """Before the calibration, the lengths match no pose. Afterwards they determine it to 1 mrad."""
     rng, cad = np.random.default_rng(1), damped_arm()
     convert(cad, "sdf", tmp_path / "cad")
     convert(true_arm.true_robot(cad, rng), "sdf", tmp_path / "truth")
@@ -48,22 +46,22 @@ def test_an_arm_of_unknown_truth_is_calibrated_and_then_needs_no_encoders(
         exciting, {"robot.path": str(tmp_path / "truth"), "hardware.emulator": emulator, **LOCKSTEP}
     )
 
-    def recorded(robot: Path, out: str, **estimator: object) -> dict[str, Any]:
+    def run_and_record(robot: Path, out: str, **estimator: object) -> dict[str, Any]:
         settings = {"robot.path": str(robot), **LOCKSTEP}
         settings |= {"estimator": estimator} if estimator else {}
         with served(emulated_device(there, there.hardware)) as uri:
             driven = Experiment.load(exciting, settings | {"hardware.link": uri})
             return run(driven, tmp_path / out, coupling="direct").summary
 
-    recorded(tmp_path / "cad", "recorded")
+    run_and_record(tmp_path / "cad", "recorded")
     words = [tmp_path / "recorded", "--robot", tmp_path / "cad", "--parameters", FREE, "-o", new]
     code, out, _ = cardsflow("calibrate", *words)
     assert code == 0, out
     found = json.loads((new / "calibration.json").read_text())["offsets"]
     assert max(abs(found[k] - b) for k, b in offsets.items()) < 5e-3
 
-    before = recorded(tmp_path / "cad", "before", find_start=True)["estimation"]
-    after = recorded(new, "after", find_start=True, offset="calibrated")["estimation"]
+    before = run_and_record(tmp_path / "cad", "before", find_start=True)["estimation"]
+    after = run_and_record(new, "after", find_start=True, offset="calibrated")["estimation"]
     assert before["valid_share"] < 0.1
     assert after["valid_share"] == 1.0
     for error in after["per_signal"].values():

@@ -1,4 +1,4 @@
-"""Results that are empty, cut, changed or damaged, and external files, which nothing replaces."""
+"""Empty, truncated, changed or damaged results; and files of other programs, which are kept."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def table(change: Callable[[list[bytes]], list[bytes]]) -> Change:
     return edit
 
 
-def filled(value: bytes) -> Change:
+def fill_column(value: bytes) -> Change:
     def row(line: bytes) -> bytes:
         time, *rest = line.split(b",")
         return b",".join([time, *[value] * len(rest)])
@@ -57,7 +57,7 @@ def note(name: str, text: str) -> Change:
     return lambda folder: (folder / name).write_text(text)
 
 
-def noted(**changes: Any) -> Change:
+def change_summary(**changes: Any) -> Change:
     def edit(folder: Path) -> None:
         file = folder / "summary.json"
         file.write_text(json.dumps(json.loads(file.read_text()) | changes))
@@ -76,9 +76,9 @@ def as_folder(name: str) -> Change:
 DRAWN: dict[str, Change] = {
     "one row": table(lambda lines: [*lines[:2], b""]),
     "two rows": table(lambda lines: [*lines[:3], b""]),
-    "nan": filled(b"nan"),
-    "inf": filled(b"inf"),
-    "huge": filled(b"1e308"),
+    "nan": fill_column(b"nan"),
+    "inf": fill_column(b"inf"),
+    "huge": fill_column(b"1e308"),
     "bom": head(b"time", b"\xef\xbb\xbftime"),
     "crlf": table(lambda lines: [line + b"\r" for line in lines[:-1]] + [b""]),
     "one time": table(lambda lines: [lines[0], *[lines[1]] * 20, b""]),
@@ -86,7 +86,7 @@ DRAWN: dict[str, Change] = {
     "late tick": note("solve_times.csv", "time,solve_time\n1e308,7e-6\n"),
     "long name": head(b"slack", b"x" * 100_000),
 }
-"""What is odd, and can be drawn all the same."""
+"""Unusual results that can be drawn."""
 
 
 def commands(folder: Path, aside: Path) -> dict[str, list[str]]:
@@ -100,13 +100,13 @@ def commands(folder: Path, aside: Path) -> dict[str, list[str]]:
 @pytest.mark.cases(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("case", DRAWN)
-def test_odd_numbers_are_drawn(
+def test_unusual_results_are_drawn(
     case: str, results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     folder = tmp_path / "größe 日本"
     shutil.copytree(results, folder)
     DRAWN[case](folder)
-    for name in ("plot", "report"):  # which holds a view
+    for name in ("plot", "report"):  # the report contains a view
         code, out, err = cardsflow(*commands(folder, tmp_path)[name])
         assert (code, err) == (0, "")
         assert Path(out.strip()).stat().st_size > 1000
@@ -140,16 +140,24 @@ REFUSED: dict[str, tuple[Change, str, tuple[str, ...]]] = {
     "list": (note("summary.json", "[]"), "summary.json: is invalid", ANY),
     "nothing": (note("summary.json", "{}"), "summary.json: status: is invalid", ANY),
     "deep": (note("summary.json", '{"a":' * 50_000), "nested too deeply", ANY),
-    "status": (noted(status=5), "status: is invalid", ANY),
-    "tracking": (noted(tracking=7), "tracking: is invalid", ANY),
-    "rms": (noted(tracking={"rms": "x"}), "tracking.rms: is invalid", ANY),
-    "signal": (noted(tracking={"per_signal": {"q": 5}}), "per_signal: is invalid", ANY),
-    "muscle": (noted(forces={"per_muscle": {"m": {}}}), "per_muscle: is invalid", ANY),
-    "engine": (noted(engine=["core"]), "engine: is invalid", ANY),
-    "hardware": (noted(hardware=[1]), "hardware: is invalid", ANY),
-    "round trip": (noted(hardware={"round_trip": 3}), "hardware.round_trip: is invalid", ANY),
-    "lateness": (noted(real_time={"lateness": [1]}), "real_time.lateness: is invalid", ANY),
-    "versions": (noted(versions=[]), "versions: is invalid", ANY),
+    "status": (change_summary(status=5), "status: is invalid", ANY),
+    "tracking": (change_summary(tracking=7), "tracking: is invalid", ANY),
+    "rms": (change_summary(tracking={"rms": "x"}), "tracking.rms: is invalid", ANY),
+    "signal": (change_summary(tracking={"per_signal": {"q": 5}}), "per_signal: is invalid", ANY),
+    "muscle": (change_summary(forces={"per_muscle": {"m": {}}}), "per_muscle: is invalid", ANY),
+    "engine": (change_summary(engine=["core"]), "engine: is invalid", ANY),
+    "hardware": (change_summary(hardware=[1]), "hardware: is invalid", ANY),
+    "round trip": (
+        change_summary(hardware={"round_trip": 3}),
+        "hardware.round_trip: is invalid",
+        ANY,
+    ),
+    "lateness": (
+        change_summary(real_time={"lateness": [1]}),
+        "real_time.lateness: is invalid",
+        ANY,
+    ),
+    "versions": (change_summary(versions=[]), "versions: is invalid", ANY),
     "units": (note("results.units.json", '{"time": 5}'), "time: is invalid", ANY),
     "no units": (lambda f: (f / "results.units.json").unlink(), "results.units.json", ANY),
     "times": (note("solve_times.csv", "time,solve_time\nx,y\n"), "solve_times.csv", ANY),
@@ -178,7 +186,7 @@ def test_invalid_results_are_reported_in_one_line(
 
 
 @pytest.mark.slow
-def test_another_robots_results_are_reported(
+def test_results_of_another_robot_are_reported(
     results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     other = tmp_path / "other"
@@ -205,7 +213,7 @@ PARQUET: dict[str, dict[str, Any]] = {
 
 @pytest.mark.extra("parquet")
 @pytest.mark.parametrize("case", PARQUET)
-def test_parquet_of_other_programs_that_is_no_table_of_numbers(
+def test_parquet_without_a_table_of_numbers_is_rejected(
     case: str, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     import pyarrow as pa
@@ -238,7 +246,7 @@ def outputs(results: Path, place: Path) -> list[list[str]]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("k", few(range(5), 2))
-def test_external_files_stay_and_our_own_are_replaced(
+def test_files_of_other_programs_are_kept_and_our_files_are_replaced(
     k: int, results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     words = outputs(results, tmp_path / "größe")[k]
@@ -259,7 +267,7 @@ def test_external_files_stay_and_our_own_are_replaced(
 @pytest.mark.slow
 @pytest.mark.parametrize("k", few(range(5), 2))
 @pytest.mark.parametrize("place", ["file/x", "x" * 300, "a\0b", "/proc/x"])
-def test_places_that_cannot_be_written_are_reported(
+def test_output_that_cannot_be_written_is_reported(
     k: int, place: str, results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     (tmp_path / "file").write_text("mine")
@@ -268,7 +276,7 @@ def test_places_that_cannot_be_written_are_reported(
 
 
 @pytest.mark.slow
-def test_a_results_file_is_never_written_over(results: Path, cardsflow: CommandLine) -> None:
+def test_results_file_is_never_overwritten(results: Path, cardsflow: CommandLine) -> None:
     before = files_of(results)
     for name in ("results.csv", "summary.json", "experiment.zip"):
         for words in (["report", results, "-o"], ["view", results, "--html"]):
@@ -279,7 +287,7 @@ def test_a_results_file_is_never_written_over(results: Path, cardsflow: CommandL
 
 
 @pytest.mark.slow
-def test_a_report_of_several_robots_shows_each(tmp_path: Path) -> None:
+def test_report_of_several_robots_contains_each_robot(tmp_path: Path) -> None:
     twins = twin_arms(tmp_path, 0.0, "[muscles.b_cable_1]\nf_max = 77.25\n")
     run(twins, tmp_path / "out", coupling="direct")
     page = tmp_path / "report.html"

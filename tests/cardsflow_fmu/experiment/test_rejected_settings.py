@@ -1,4 +1,4 @@
-"""Settings that are refused: a row each of what is changed, and of what the one line says."""
+"""Rejected settings: each row contains changed settings and the expected message."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ def model(**changes: Any) -> dict[str, Any]:
     return {"muscles": {"biceps": changes}}
 
 
-def blend(**last: float) -> dict[str, Any]:
-    """A way of two points, with what is said of the last one."""
+def blend_reference(**last: float) -> dict[str, Any]:
+    """Return a reference of two points with changes of the last point."""
     points = [{"time": 0, "y": [0.5, -0.45, 0.4]}, {"time": 1, "y": [0.5, -0.45, 0.5]} | last]
     return {"reference": {"spline": "parabolic_blend", "points": points}}
 
 
-def worlds(**refused: Any) -> dict[str, Any]:
+def world_settings(**refused: Any) -> dict[str, Any]:
     return {"world": refused}
 
 
 def waypoints(**second: Any) -> dict[str, Any]:
-    """Points without a spline."""
+    """Return a reference of points without a spline."""
     first = {"time": 0.0, "q": [0.0, 0.0]}
     return {"reference": {"points": [first, {"time": 1.0} | second]}}
 
@@ -181,7 +181,7 @@ PLANAR_2R: list[Row] = [
     ({"plant.wrenches": ["lnk_2"]}, "plant.wrenches: no link 'lnk_2'"),
     ({"plant.integrator": "rk4", "plant.engine": "dart"}, "plant.integrator: rk4 does not support"),
     (
-        worlds(friction=1.0) | {"plant.integrator": "rk4"},
+        world_settings(friction=1.0) | {"plant.integrator": "rk4"},
         "rk4 does not support worlds with contacts",
     ),
     (
@@ -233,23 +233,26 @@ PLANAR_2R: list[Row] = [
         "wiring.controler: no key 'controler'; did you mean 'controller'",
     ),
     ({"world": 3}, "world: must be a table"),
-    (worlds(contacts=["link_1"]), "no link or object that collides 'link_1'"),
-    (worlds(friction=-1.0), "world.friction: must not be negative: -1.0"),
-    (worlds(friction_law="prism"), "no friction law 'prism'"),
-    (worlds(groud=True), "world.groud: no key 'groud'; did you mean 'ground'"),
-    (worlds(ground={"hight": 0.1}), "did you mean 'height'"),
-    (worlds(ignore=[["a"]]), "world.ignore[0]: must be a list of 2 names"),
-    (worlds(links="mesh"), "did you mean 'meshes'"),
-    (worlds(objects=3), "world.objects: must be a list of tables"),
-    (worlds(objects=[BALL, BALL]), "the name 'ball' is already used"),
-    (worlds(objects=[BALL | {"colour": 1}]), "no key 'colour'"),
-    (worlds(objects=[BALL | {"mass": -1}]), "objects[0].mass: must not be negative: -1"),
-    (worlds(objects=[BALL | {"name": "link_1"}]), "'link_1' is already used"),
-    (worlds(objects=[BALL | {"radius": 0}]), "objects[0].radius: must be above"),
-    (worlds(objects=[BALL | {"shape": "bal"}]), "objects[0].shape: no shape"),
-    (worlds(objects=[MESH]), "no.stl does not exist"),
-    (worlds(sdf="none.world"), "none.world: cannot be read"),
-    (worlds(shapes=[{"link": "lnk_1", "shape": "sphere", "radius": 1}]), "did you mean 'link_1'"),
+    (world_settings(contacts=["link_1"]), "no link or object that collides 'link_1'"),
+    (world_settings(friction=-1.0), "world.friction: must not be negative: -1.0"),
+    (world_settings(friction_law="prism"), "no friction law 'prism'"),
+    (world_settings(groud=True), "world.groud: no key 'groud'; did you mean 'ground'"),
+    (world_settings(ground={"hight": 0.1}), "did you mean 'height'"),
+    (world_settings(ignore=[["a"]]), "world.ignore[0]: must be a list of 2 names"),
+    (world_settings(links="mesh"), "did you mean 'meshes'"),
+    (world_settings(objects=3), "world.objects: must be a list of tables"),
+    (world_settings(objects=[BALL, BALL]), "the name 'ball' is already used"),
+    (world_settings(objects=[BALL | {"colour": 1}]), "no key 'colour'"),
+    (world_settings(objects=[BALL | {"mass": -1}]), "objects[0].mass: must not be negative: -1"),
+    (world_settings(objects=[BALL | {"name": "link_1"}]), "'link_1' is already used"),
+    (world_settings(objects=[BALL | {"radius": 0}]), "objects[0].radius: must be above"),
+    (world_settings(objects=[BALL | {"shape": "bal"}]), "objects[0].shape: no shape"),
+    (world_settings(objects=[MESH]), "no.stl does not exist"),
+    (world_settings(sdf="none.world"), "none.world: cannot be read"),
+    (
+        world_settings(shapes=[{"link": "lnk_1", "shape": "sphere", "radius": 1}]),
+        "did you mean 'link_1'",
+    ),
 ]
 HILL_ARM: list[Row] = [
     (model(model=THELEN | {"max_isometric_force": "F0"}), '"f_max"'),
@@ -278,9 +281,12 @@ ROBOY_LEFT_ARM: list[Row] = [
     ({"estimator.imus": [UNIT, UNIT]}, "rename one"),
     ({"estimator.imus": [{"link": "hand"}]}, "estimator.imus[0].link: no link 'hand'"),
     ({"plant.mass_scale": 0.0}, "plant.mass_scale: must be above 0"),
-    (blend(), "reference.points[1].blend_time: missing"),
-    (blend(blend_time=0.0), "reference.points[1].blend_time: must be above 0"),
-    (blend(blend_time=0.5), "reference.points[1].blend_time: must be less than half the time"),
+    (blend_reference(), "reference.points[1].blend_time: missing"),
+    (blend_reference(blend_time=0.0), "reference.points[1].blend_time: must be above 0"),
+    (
+        blend_reference(blend_time=0.5),
+        "reference.points[1].blend_time: must be less than half the time",
+    ),
     ({"reference.approach.duration": 0.0}, "reference.approach.duration: must be above 0"),
     ({"reference.flower.axes": [[1, 0, 0], [1, 0, 0]]}, "reference.flower.axes: must be two"),
     ({"reference.flower.petals": 0}, "reference.flower.petals: must be at least 1"),

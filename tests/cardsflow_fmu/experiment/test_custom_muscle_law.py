@@ -93,10 +93,10 @@ def with_law(folder: Path, model: Any, pattern: str = "*", **settings: Any) -> E
 @pytest.mark.parametrize(
     "settings", [{}, pytest.param({"plant.substeps": 2}, marks=pytest.mark.slow)]
 )
-def test_a_shipped_law_written_in_python_gives_its_results(
+def test_built_in_law_in_python_has_the_same_results(
     folder: Path, settings: dict[str, Any]
 ) -> None:
-    """Of motion, tensions and the controller's commands; on all muscles, and beside the shipped."""
+    """Motion, tensions and commands are compared, with the law on all muscles or on some."""
     dart = {"plant.engine": "dart", **settings}
     shipped = simulate(with_law(folder, SHIPPED, **dart), coupling="direct")
     assert shipped.summary["tracking"]["max"] < 0.1
@@ -130,7 +130,7 @@ def test_custom_law_is_packed_in_fmus_and_results(folder: Path, tmp_path: Path) 
 
 
 def test_no_file_outside_the_allowed_folders_is_packed(folder: Path, tmp_path: Path) -> None:
-    """As no mesh does, unless whoever runs it has named it."""
+    """As for meshes, files that the user names explicitly are packed."""
     (tmp_path / "secret.py").write_text(CODE)
     with (folder / "experiment.toml").open("a") as file:
         file.write('\n[muscles.cable_1]\nmodel = "../secret.py:Spring"\n')
@@ -139,7 +139,7 @@ def test_no_file_outside_the_allowed_folders_is_packed(folder: Path, tmp_path: P
     assert not (tmp_path / "out").exists()
 
 
-def test_loading_runs_nothing(folder: Path) -> None:
+def test_loading_does_not_execute_custom_code(folder: Path) -> None:
     (folder / "mine.py").write_text(f"open({str(folder / 'ran')!r}, 'w')\nclass A:\n    pass\n")
     with_law(folder, "mine.py:A")
     assert not (folder / "ran").exists()
