@@ -127,13 +127,8 @@ def test_run_lasts_until_the_first_step_after_the_recording() -> None:
             "the first line has 4 names, but the rows have 3 numbers",
         ),
         ("time,joint_1,joint_2", (4, 1, np.nan), "row 5 of q.joint_1 is nan"),
-<<<<<<< HEAD
-        ("time,joint_1,joint_2", (4, 0, T[3]), "the time of row 5 is not after"),
-        ("time,joint_1,joint_2", (4, 0, 0.0), "the time decreases after row 4"),
-=======
         ("time,joint_1,joint_2", (4, 0, T[3]), "has a time in row 5 that is not after"),
-        ("time,joint_1,joint_2", (4, 0, 0.0), "the time goes back after row 4"),
->>>>>>> 6a306c93 (Reword names and docstrings of the tests of results, experiment and CLI)
+        ("time,joint_1,joint_2", (4, 0, 0.0), "the time decreases after row 4"),
     ],
 )
 def test_error_is_one_line_with_file_and_line(
