@@ -115,6 +115,12 @@ def test_no_folder_is_too_full() -> None:
     assert len(list((ROOT / "cardsflow_fmu").glob("*.py"))) <= 3
 
 
+def test_names_of_test_files_are_unique() -> None:
+    """Tests are modules of the top level: pytest collects nothing if two share a name."""
+    names = Counter(file.name for file in (ROOT / "tests").rglob("test_*.py"))
+    assert [name for name, count in names.items() if count > 1] == []
+
+
 def test_c_files_call_and_include_without_circles() -> None:
     """A source and its header count as one; import-linter holds the same for Python."""
     graph = _c_graph()
