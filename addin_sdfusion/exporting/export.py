@@ -2,7 +2,8 @@
 
     model.sdf, model.config, cardsflow.xml   the robot with its muscles
     meshes/visual, meshes/collision          STL, in metres, in the frames of the links
-    experiment.toml                          experiment for `cardsflow run`
+    experiment.toml                          experiment for `cardsflow run`; only `cardsflow
+                                             import-cad` writes it, after a test run
     caspr/, <name>.osim                      for CASPR and OpenSim
     urdf/, mjcf/                             the same robot with its meshes for ROS and MuJoCo
     findings.txt, findings.json              warnings, and data that a format does not support
@@ -12,6 +13,7 @@ The files do not depend on the date or the machine: the same design results in i
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -38,14 +40,23 @@ from ..robot.model.rotations import inverse
 from ..settings import ExportSettings
 from ..snapshot import DesignSnapshot
 from .changes import changes, contents
-from .experiment_text import can_run, experiment_findings, experiment_text, gentle_motion
+from .gentle_motion import gentle_motion
 from .link_meshes import link_meshes
 from .manifest import read_contents
 from .robot_folder import EXPERIMENT, Replacement, folder_replacement
 from .safe_names import safe_name, safe_names
+from .simulation_checks import can_simulate, simulation_findings
 
 CASPR = "caspr"
 """Name of the folder of CASPR's files."""
+
+PROGRAMS = {"caspr": "CASPR", "osim": "OpenSim", "urdf": "URDF", "mjcf": "MuJoCo"}
+"""Name of the program or format, by the setting of the format."""
+
+Experiment = Callable[[Path], tuple[str, Iterable[Finding]]]
+"""Function that returns the text of experiment.toml for the robot files in a folder, and findings.
+
+The text is empty if there is no experiment."""
 
 
 class Exported(NamedTuple):
@@ -56,15 +67,22 @@ class Exported(NamedTuple):
         findings: Warnings, data that a format does not support, and files of the user that were
             kept.
         changed: Differences from the previous export; None for the first export.
+        losses: The findings on data that a format does not support, by the setting of the format,
+            such as `caspr`. A format without losses is not included.
     """
 
     files: tuple[Path, ...]
     findings: tuple[Finding, ...]
     changed: tuple[str, ...] | None = None
+    losses: Mapping[str, tuple[Finding, ...]] = {}
 
 
 def export_robot(
-    snapshot: DesignSnapshot, folder: str | Path, *, progress: Progress | None = None
+    snapshot: DesignSnapshot,
+    folder: str | Path,
+    *,
+    progress: Progress | None = None,
+    experiment: Experiment | None = None,
 ) -> Exported:
     """Write the robot folder of a design and replace the files of an earlier export.
 
@@ -74,13 +92,15 @@ def export_robot(
         snapshot: The design, with the settings of the export.
         folder: Target folder; created if it does not exist. Gazebo uses its name as model name.
         progress: Called with the progress; may raise `Cancelled`.
+        experiment: Provides experiment.toml; None to write no experiment.
 
     Raises:
         RobotError: The design has errors; the exception contains all findings.
         InputError: The folder cannot be written.
         Cancelled: The user cancelled the export.
     """
-    return export_built(build_robot(snapshot), snapshot.settings, folder, progress=progress)
+    built = build_robot(snapshot)
+    return export_built(built, snapshot.settings, folder, progress=progress, experiment=experiment)
 
 
 def export_built(
@@ -89,19 +109,25 @@ def export_built(
     folder: str | Path,
     *,
     progress: Progress | None = None,
+    experiment: Experiment | None = None,
 ) -> Exported:
     """Write the robot folder like `export_robot`, for a robot that is already built."""
     after = contents(built.robot) if built.robot is not None else {}
     with folder_replacement(folder) as replacement:
-        findings = _Export(built, settings, replacement, progress or no_progress).write()
+        export = _Export(built, settings, replacement, progress or no_progress, experiment)
+        findings = export.write()
         before = read_contents(replacement.folder)
         files, kept = replacement.commit(after)
     changed = None if before is None else tuple(changes(before, after))
-    return Exported(files, sort_findings([*findings, *kept]), changed)
+    return Exported(files, sort_findings([*findings, *kept]), changed, export.losses)
 
 
 class _Export:
-    """Writer for one export."""
+    """Writer for one export.
+
+    Attributes:
+        losses: Data that a format does not support, by the setting of the format.
+    """
 
     def __init__(
         self,
@@ -109,12 +135,15 @@ class _Export:
         settings: ExportSettings,
         replacement: Replacement,
         progress: Progress,
+        experiment: Experiment | None,
     ) -> None:
         self._built = built
         self._settings = settings
         self._folder = replacement.new
         self._model = replacement.folder.name
         self._progress = progress
+        self._experiment = experiment
+        self.losses: dict[str, tuple[Finding, ...]] = {}
         self._findings: list[Finding] = list(built.findings)
 
     def write(self) -> tuple[Finding, ...]:
@@ -126,17 +155,14 @@ class _Export:
         write_sdf(robot, self._folder)
         self._write_experiment(robot)
         self._progress(links + 1, links + 3, "files of other programs")
-        name = safe_name(robot.name)
+        stem = safe_name(robot.name)
         if self._settings.caspr:
-            self._write_caspr(robot, name)
+            self._write_caspr(robot, stem)
         if self._settings.osim:
-            self._write_osim(robot, name)
-        for program, format_, is_chosen in (
-            ("URDF", "urdf", self._settings.urdf),
-            ("MuJoCo", "mjcf", self._settings.mjcf),
-        ):
+            self._write_osim(robot, stem)
+        for name, is_chosen in (("urdf", self._settings.urdf), ("mjcf", self._settings.mjcf)):
             if is_chosen:
-                self._write_with_meshes(program, format_, robot)
+                self._write_with_meshes(name, robot)
         findings = sort_findings(self._findings)
         reports = {"findings.txt": report_text(findings), "findings.json": report_json(findings)}
         write_files(self._folder, reports)
@@ -177,10 +203,12 @@ class _Export:
         return replace(link, meshes=tuple(meshes), shapes=made.shapes)
 
     def _write_experiment(self, robot: Robot) -> None:
-        self._findings += experiment_findings(robot)
-        if can_run(robot):
-            text = experiment_text(robot, gentle_motion(robot))
-            write_files(self._folder, {EXPERIMENT: text})
+        self._findings += simulation_findings(robot)
+        if self._experiment is not None and can_simulate(robot):
+            text, findings = self._experiment(self._folder)
+            self._findings += findings
+            if text:
+                write_files(self._folder, {EXPERIMENT: text})
 
     def _write_caspr(self, robot: Robot, name: str) -> None:
         if not robot.coordinates:
@@ -191,15 +219,15 @@ class _Export:
         losses = partial(caspr_losses, trajectories=trajectories)
         write = partial(write_caspr, name=name, trajectories=trajectories)
         caspr = FORMATS["caspr"]._replace(losses=losses, write=write, is_named=False)
-        self._write_as("CASPR", caspr, robot, CASPR)
+        self._write_as("caspr", caspr, robot, CASPR)
 
     def _write_osim(self, robot: Robot, name: str) -> None:
         meshes = {mesh.uri: self._below(mesh.uri) for link in robot.links for mesh in link.meshes}
         write = partial(write_osim, name=name, meshes=meshes)
         osim = FORMATS["osim"]._replace(write=write, is_named=False)
-        self._write_as("OpenSim", osim, robot, "")
+        self._write_as("osim", osim, robot, "")
 
-    def _write_with_meshes(self, program: str, format_: str, robot: Robot) -> None:
+    def _write_with_meshes(self, name: str, robot: Robot) -> None:
         """Write a robot with its meshes into a separate, self-contained folder."""
         links = []
         for link in robot.links:
@@ -207,20 +235,23 @@ class _Export:
             links.append(replace(link, meshes=tuple(meshes)))
         robot = replace(robot, links=tuple(links))
         carried = CarriedMeshes.of(robot, self._folder)
-        self._write_as(program, format_of(format_, meshes=carried), robot, format_)
+        self._write_as(name, format_of(name, meshes=carried), robot, name)
 
     def _below(self, uri: str) -> str:
         """Return the path of a mesh relative to the robot folder."""
         return uri.removeprefix(f"model://{self._model}/")
 
-    def _write_as(self, program: str, format_: Format, robot: Robot, folder: str) -> None:
+    def _write_as(self, name: str, format_: Format, robot: Robot, folder: str) -> None:
         """Write the files for another program, or report why they cannot be written."""
         try:
             written = convert_to(format_, robot, self._folder / folder)
         except RobotError as error:
-            self._findings += _as_warnings(program, error)
+            self._findings += _as_warnings(PROGRAMS[name], error)
         else:
-            self._findings += merge_similar(written.findings)
+            losses = merge_similar(written.findings)
+            self._findings += losses
+            if losses:
+                self.losses[name] = tuple(losses)
 
 
 def _as_warnings(program: str, error: RobotError) -> list[Finding]:

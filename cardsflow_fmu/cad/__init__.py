@@ -4,7 +4,7 @@ Each design is converted to a `DesignSnapshot`, which the exporter of the Fusion
 """
 
 from .design import Design
-from .import_cad import import_cad, read_design
+from .import_cad import Imported, import_cad, read_design
 from .step_design import Tables
 
-__all__ = ["Design", "Tables", "import_cad", "read_design"]
+__all__ = ["Design", "Imported", "Tables", "import_cad", "read_design"]

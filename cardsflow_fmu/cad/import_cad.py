@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from addin_sdfusion.exporting.export import Exported, export_robot
+from addin_sdfusion.exporting.export import export_robot
 from addin_sdfusion.records import from_plain, to_plain
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import CardsflowError, Finding, InputError, Subject
+from addin_sdfusion.robot.finding_builders import warning
 from addin_sdfusion.settings import ExportSettings
 from addin_sdfusion.snapshot import DesignSnapshot
 from addin_sdfusion.snapshot_file import read_snapshot
+from cardsflow_fmu.simulation.draft_search import TestRun
+from cardsflow_fmu.simulation.starter import FirstExperiment, find_experiment, read_movable
 
 from .script import script_design
 from .step_design import Tables
@@ -21,6 +25,27 @@ from .step_process import TIME_LIMIT, design_of_step
 STEP = (".step", ".stp")
 """Suffixes of STEP files."""
 
+_MODEL = "model.sdf"
+
+
+@dataclass(frozen=True)
+class Imported:
+    """Robot folder of a design.
+
+    Attributes:
+        files: The written files, in order.
+        findings: Warnings, data that a format does not support, and files that were kept.
+        losses: The findings on data that a format does not support, by the setting of the format.
+        notes: Notes of the experiment on the robot, one line each; see `cardsflow init`.
+        test_run: Test run of the experiment; None if there is no experiment or no test run.
+    """
+
+    files: tuple[Path, ...]
+    findings: tuple[Finding, ...]
+    losses: Mapping[str, tuple[Finding, ...]]
+    notes: tuple[str, ...] = ()
+    test_run: TestRun | None = None
+
 
 def import_cad(
     file: str | Path,
@@ -28,8 +53,8 @@ def import_cad(
     settings: Mapping[str, Any] | None = None,
     tables: Tables | None = None,
     time_limit: float = TIME_LIMIT,
-) -> Exported:
-    """Write the robot folder of a design, like the add-in in Fusion.
+) -> Imported:
+    """Write the robot folder of a design, with an experiment that a test run has checked.
 
     Args:
         file: A snapshot (.json), a build123d program (.py), which is executed, or a STEP file
@@ -44,7 +69,31 @@ def import_cad(
         InputError: The design cannot be read, a setting is invalid, or the folder cannot be
             written.
     """
-    return export_robot(read_design(file, settings, tables, time_limit), folder)
+    found: list[FirstExperiment] = []
+
+    def experiment(robot: Path) -> tuple[str, list[Finding]]:
+        try:
+            found.append(_first_experiment(robot))
+        except CardsflowError as error:
+            return "", [_no_experiment(robot, error)]
+        return found[0].text, []
+
+    snapshot = read_design(file, settings, tables, time_limit)
+    done = export_robot(snapshot, folder, experiment=experiment)
+    notes, test_run = (found[0].notes, found[0].test_run) if found else ((), None)
+    return Imported(done.files, done.findings, done.losses, notes, test_run)
+
+
+def _first_experiment(folder: Path) -> FirstExperiment:
+    robot, _ = read_movable(folder / _MODEL, None, folder)
+    return find_experiment(robot, folder / _MODEL, _MODEL)
+
+
+def _no_experiment(folder: Path, error: CardsflowError) -> Finding:
+    """Return the warning that a robot has no experiment; the folder will be renamed."""
+    what = error.what if isinstance(error, InputError) else str(error)
+    problem = f"it is not written: {what}".replace(f"{folder}{os.sep}", "")
+    return warning(Subject("file", "experiment.toml"), "no-experiment", problem)
 
 
 def read_design(

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from addin_sdfusion.robot import InputError, RobotError
+from addin_sdfusion.exporting.export import PROGRAMS
+from addin_sdfusion.robot import Finding, InputError, RobotError
+from addin_sdfusion.settings import ExportSettings
 
 from .common import (
     FAILED,
@@ -18,8 +22,13 @@ from .common import (
     print_files,
     print_findings,
 )
+from .init import print_test_run
 from .parser import Commands
+from .terminal.messages import print_warning
 from .terminal.progress import show_progress
+
+if TYPE_CHECKING:
+    from cardsflow_fmu.cad import Imported
 
 
 def add_import_cad(commands: Commands) -> None:
@@ -64,7 +73,7 @@ def add_addin(commands: Commands) -> None:
     parser = actions.add(
         "export-snapshot",
         _import_cad,
-        "Export a robot from a snapshot, as the add-in does inside Fusion.",
+        "Export a robot from a snapshot, like the add-in, with an experiment.",
         "cardsflow addin export-snapshot arm.json -o arm --set collision=none",
         "It does the same as `cardsflow import-cad`.",
     )
@@ -138,7 +147,7 @@ def _add_export(parser: argparse.ArgumentParser) -> None:
 
 
 def _import_cad(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.cad import Tables, import_cad
+    from cardsflow_fmu.cad import Imported, Tables, import_cad
 
     given = {
         name: value
@@ -154,15 +163,45 @@ def _import_cad(options: argparse.Namespace) -> int:
     time = {} if limit is None else {"time_limit": limit}
     folder = options.output or Path(options.design.stem)
     tables = Tables(**given) if given else None
+    settings = parse_settings(options.set)
     try:
         with show_progress("import-cad"):
-            exported = import_cad(
-                options.design, folder, parse_settings(options.set), tables, **time
-            )
-        findings, files = exported.findings, exported.files
+            imported = import_cad(options.design, folder, settings, tables, **time)
     except RobotError as error:
-        findings, files = error.findings, ()
+        imported = Imported((), error.findings, {})
+    findings, notes = _requested_findings(imported, settings, folder)
     if not options.json:
         print_findings(findings, verbose=True)
-    print_files(files, options.json, findings=[finding.as_dict() for finding in findings])
+        for note in notes:
+            print_warning(note)
+    listed = [finding.as_dict() for finding in findings]
+    print_files(imported.files, options.json, notes=notes, findings=listed)
+    if not options.json:
+        print_test_run(imported.test_run)
     return FAILED if any(finding.is_error for finding in findings) else GOOD
+
+
+def _requested_findings(
+    imported: Imported, settings: Mapping[str, Any], folder: Path
+) -> tuple[list[Finding], list[str]]:
+    """Return the findings to print, and the notes.
+
+    Losses of a format that is written by default are counted in a note, unless `--set` requests
+    the format.
+    """
+    defaults = ExportSettings()
+    other = {
+        name: losses
+        for name, losses in imported.losses.items()
+        if getattr(defaults, name) and name not in settings
+    }
+    hidden = {finding for losses in other.values() for finding in losses}
+    notes = list(imported.notes)
+    if other:
+        names = " and ".join(PROGRAMS[name] for name in other)
+        count = sum(map(len, other.values()))
+        notes.append(
+            f"the files for {names} do not contain everything: see the {count} warnings in "
+            f"{folder / 'findings.txt'}"
+        )
+    return [finding for finding in imported.findings if finding not in hidden], notes

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from addin_sdfusion.robot.json_text import json_text
 
@@ -21,6 +21,9 @@ from .common import (
 from .parser import Commands
 from .terminal.messages import print_warning
 from .terminal.progress import show_progress
+
+if TYPE_CHECKING:
+    from cardsflow_fmu.simulation.draft_search import TestRun
 
 KINDS = ("experiment", "study", "snapshot")
 SHELLS = ("bash", "zsh", "fish")
@@ -79,11 +82,16 @@ def _init(options: argparse.Namespace) -> int:
             print_warning(note)
     findings = [finding.as_dict() for finding in starter.findings]
     print_files([starter.file], options.json, notes=starter.notes, findings=findings)
-    if not options.json and starter.test_run is not None and starter.test_run.is_good:
-        run, peak = starter.test_run, starter.test_run.peak
-        forces = f", muscle forces up to {peak:.4g} N" if math.isfinite(peak) else ""
-        print(f"test run passed: largest tracking error {run.error:.2g} {run.unit}{forces}")
+    if not options.json:
+        print_test_run(starter.test_run)
     return GOOD
+
+
+def print_test_run(run: TestRun | None) -> None:
+    """Print the result of a test run that passed; the notes describe all others."""
+    if run is not None and run.is_good:
+        forces = f", muscle forces up to {run.peak:.4g} N" if math.isfinite(run.peak) else ""
+        print(f"test run passed: largest tracking error {run.error:.2g} {run.unit}{forces}")
 
 
 def _schema(options: argparse.Namespace) -> int:

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+import math
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from textwrap import wrap
 from typing import Any
 
-from addin_sdfusion.exporting.experiment_text import point_lines, toml_key
 from addin_sdfusion.robot import Coordinate, Robot
 from addin_sdfusion.robot.json_text import json_text
-from addin_sdfusion.robot.model.trajectory import Trajectory
+from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
 from cardsflow_fmu.experiment.config.key_path import EVERY_OTHER
 from cardsflow_fmu.experiment.config.schema import json_schema
 
 from .settings.file import ExperimentTables
 
 Form = Mapping[str, Any]
+
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 _OTHER_TABLES = ("start", "disturbance", "world", "robots", "wiring", "fmus", "hardware")
 """Tables that a first experiment does not contain."""
@@ -102,7 +105,7 @@ def experiment_text(
         *_line("kd", draft.kd, controller),
         *_line("period", draft.period, controller),
         *_dependent(draft),
-        *(f"# passive.{toml_key(name)} = true" for name in draft.springs),
+        *(f"# passive.{_toml_key(name)} = true" for name in draft.springs),
         *_default_lines(controller, {"ki"}),
         *_line("observer", draft.observer, controller, used=draft.observer > 0.0),
         *_default_lines(controller, {"delay", "predict", "muscle_horizon", "engine"}),
@@ -132,7 +135,37 @@ def _motion(draft: ExperimentDraft, moving: Sequence[Coordinate], form: Form) ->
         yield from _line("noise", 0.0, form)
         return
     yield from _line("spline", draft.motion.spline, form)
-    yield from point_lines(moving, draft.motion.points, draft.dependent)
+    yield from _point_lines(moving, draft.motion.points, draft.dependent)
+
+
+def _point_lines(
+    coordinates: Sequence[Coordinate],
+    points: Iterable[TrajectoryPoint],
+    without: Collection[str],
+) -> Iterator[str]:
+    """Yield the lines of one TOML table per point, with units, and with limits at the first one.
+
+    Args:
+        coordinates: Coordinates of the points, in order.
+        points: Points of the reference.
+        without: Names of coordinates that are not written.
+    """
+    keys = [_toml_key(c.name) for c in coordinates]
+    for i, point in enumerate(points):
+        yield ""
+        yield "[[reference.points]]"
+        yield f"time = {point.time!r}  # [s]"
+        yield "[reference.points.q]"
+        for c, key, q in zip(coordinates, keys, point.q, strict=True):
+            if c.name in without:
+                continue
+            yield f"{key} = {q!r}  # [{c.unit}]" + ("" if i else _limits(c))
+
+
+def _limits(c: Coordinate) -> str:
+    if not (math.isfinite(c.lower) or math.isfinite(c.upper)):
+        return ""
+    return f", limits {c.lower!r} to {c.upper!r}"
 
 
 def _locked(robot: Robot, draft: ExperimentDraft) -> Iterator[str]:
@@ -143,13 +176,13 @@ def _locked(robot: Robot, draft: ExperimentDraft) -> Iterator[str]:
     yield "# Locked coordinates. Remove a line if muscles or a motor drive the coordinate:"
     units = {c.name: c.unit for c in robot.coordinates}
     for name, (value, why) in draft.locked.items():
-        yield f"coordinates.{toml_key(name)}.locked = {value!r}  # [{units[name]}]; {why}"
+        yield f"coordinates.{_toml_key(name)}.locked = {value!r}  # [{units[name]}]; {why}"
     if draft.springs:
         yield "# Alternative: springs and dampers, with controller.passive for these coordinates:"
     for name, (stiffness, rest, damping) in draft.springs.items():
         own = f"initial = {draft.locked[name][0]!r}, rest = {rest!r}"
         spring = f"{own}, stiffness = {stiffness!r}, damping = {damping!r}"
-        yield f"# coordinates.{toml_key(name)} = {{ {spring} }}"
+        yield f"# coordinates.{_toml_key(name)} = {{ {spring} }}"
 
 
 def _dependent(draft: ExperimentDraft) -> Iterator[str]:
@@ -158,7 +191,7 @@ def _dependent(draft: ExperimentDraft) -> Iterator[str]:
         return
     yield "# Closed loops determine these coordinates; only the others have reference and gains:"
     for name in draft.dependent:
-        yield f"dependent.{toml_key(name)} = true"
+        yield f"dependent.{_toml_key(name)} = true"
 
 
 def _muscles(robot: Robot, draft: ExperimentDraft, form: Form) -> Iterator[str]:
@@ -171,9 +204,9 @@ def _muscles(robot: Robot, draft: ExperimentDraft, form: Form) -> Iterator[str]:
         yield "[muscles]"
         yield from (f"# {line}" for line in wrap(draft.f_max_reason, 96))
         for name, value in _merge_equal_values(robot, draft.f_max).items():
-            yield f"{toml_key(name)}.f_max = {value!r}  # [N]"
+            yield f"{_toml_key(name)}.f_max = {value!r}  # [N]"
         return
-    yield f"# [muscles.{toml_key(muscle.name)}]"
+    yield f"# [muscles.{_toml_key(muscle.name)}]"
     f_max = muscle.f_max if muscle.f_max < float("inf") else max(100.0, muscle.f_min)
     yield from _line("f_min", muscle.f_min, keys, used=False)
     yield from _line("f_max", f_max, keys, used=False)
@@ -214,3 +247,8 @@ def _description(form: Form) -> str:
 def _to_toml(value: Any) -> str:
     """Return a value as TOML; strings, numbers and lists have the same form as in JSON."""
     return json_text(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _toml_key(name: str) -> str:
+    """Return a name as a TOML key."""
+    return name if _BARE.fullmatch(name) else json_text(name, ensure_ascii=False)

@@ -23,6 +23,21 @@ _NOTED = ("no-force-limit", "initial-outside-limits", *NOT_SIMULATED)
 
 
 @dataclass(frozen=True)
+class FirstExperiment:
+    """Text of an experiment, with the test run that checked it.
+
+    Attributes:
+        text: Text of the experiment.toml.
+        notes: Changes that make the robot movable, one line each.
+        test_run: Result of the test run; None if the native models do not support the robot.
+    """
+
+    text: str
+    notes: tuple[str, ...]
+    test_run: TestRun | None
+
+
+@dataclass(frozen=True)
 class Starter:
     """First experiment of a robot.
 
@@ -70,17 +85,34 @@ def init(
         _require_new(file)
     found, findings = read_movable(robot, cable_set, file.parent)
     path = path_from(file.parent, Path(robot))
-    try:
-        draft, test_run = DraftSearch(found, Path(robot), cable_set).find_best()
-    except InputError as error:
-        error.file = error.file or Path(robot)
-        raise
-    text = experiment_text(found, path, draft, cable_set)
+    first = find_experiment(found, Path(robot), path, cable_set)
     if overwrite:
-        write_files(file.parent, {file.name: text})
+        write_files(file.parent, {file.name: first.text})
     else:
-        _write_new(file, text)
-    return Starter(file, draft.notes, findings, test_run)
+        _write_new(file, first.text)
+    return Starter(file, first.notes, findings, first.test_run)
+
+
+def find_experiment(
+    robot: Robot, files: Path, path: str, cable_set: str | None = None
+) -> FirstExperiment:
+    """Return an experiment for a robot whose test run tracks the reference, or the best one.
+
+    Args:
+        robot: The robot.
+        files: Robot file or its folder.
+        path: Path of the robot in the text, relative to the folder of the experiment.
+        cable_set: Name of the cable set; None for the default of the robot file.
+
+    Raises:
+        InputError: The muscles cannot move the robot.
+    """
+    try:
+        draft, test_run = DraftSearch(robot, files, cable_set).find_best()
+    except InputError as error:
+        error.file = error.file or files
+        raise
+    return FirstExperiment(experiment_text(robot, path, draft, cable_set), draft.notes, test_run)
 
 
 def read_movable(

@@ -56,6 +56,7 @@ def test_exported_arm_tracks_like_the_example(tmp_path: Path) -> None:
     """Run the exported folder with the trajectory, gains and force limits of the example."""
     export_robot(drawn(), tmp_path / "arm")
     require_same_dynamics(read_robot(tmp_path / "arm"))
+    assert main(["init", str(tmp_path / "arm"), "-o", str(tmp_path / "arm")]) == 0
     trajectories = PLANAR_2R / "robot/planar_2r_trajectories.xml"
     reference = f'reference={{trajectory="simple_joint_motion", file="{trajectories}"}}'
     controller = "controller={kp=2000.0, kd=90.0, period=0.001}"
@@ -69,7 +70,7 @@ def test_exported_arm_tracks_like_the_example(tmp_path: Path) -> None:
                     "trajectory": "simple_joint_motion",
                     "file": str(trajectories),
                 },
-                "controller": {"kp": 2000.0, "kd": 90.0},
+                "controller": {"kp": 2000.0, "kd": 90.0, "period": 0.001},
                 "run.duration": 8.0,
             },
         ),
@@ -83,9 +84,10 @@ def test_exported_arm_tracks_like_the_example(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_exported_folder_runs_without_changes(tmp_path: Path) -> None:
+def test_exported_folder_runs_after_init(tmp_path: Path) -> None:
     export_robot(drawn(q=(0.3, -0.2)), tmp_path / "arm")
     assert main(["check", str(tmp_path / "arm")]) == 0
+    assert main(["init", str(tmp_path / "arm"), "-o", str(tmp_path / "arm")]) == 0
     assert main(["run", str(tmp_path / "arm"), "-o", str(tmp_path / "out")]) == 0
     assert (tmp_path / "out/tracking.png").is_file()
 
@@ -146,5 +148,5 @@ def test_saved_snapshot_exports_the_same_folder(tmp_path: Path) -> None:
     file = write_snapshot(snapshot, tmp_path / "arm.json")
     assert read_snapshot(file) == snapshot
     export_robot(snapshot, tmp_path / "a/arm")
-    assert main(["addin", "export-snapshot", str(file), "-o", str(tmp_path / "b/arm")]) == 0
+    export_robot(read_snapshot(file), tmp_path / "b/arm")
     assert files_of(tmp_path / "a") == files_of(tmp_path / "b")

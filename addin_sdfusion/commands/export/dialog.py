@@ -33,8 +33,8 @@ DIALOG = Dialog(
     folder="export",
     name="Export",
     tooltip="Exports the design to a robot folder that can be simulated.",
-    description="Writes SDF, meshes, CARDSflow, CASPR and OpenSim files and an experiment for "
-    "'cardsflow run'. The settings are stored in the design.",
+    description="Writes SDF, meshes, CARDSflow, CASPR and OpenSim files. 'cardsflow init' then "
+    "adds an experiment. The settings are stored in the design.",
     inputs=(
         Input("name", "string", "Robot name", "Name of the robot (default: name of the design)."),
         Input(

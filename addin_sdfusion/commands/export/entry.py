@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -12,8 +12,9 @@ import adsk.core
 
 from ...building.build_robot import BuiltRobot, build_robot
 from ...exporting.changes import Contents, changes, contents
-from ...exporting.export import export_robot
+from ...exporting.export import Exported, export_robot
 from ...exporting.manifest import read_contents
+from ...exporting.robot_folder import EXPERIMENT
 from ...muscles.attributes import GROUP, SETTINGS, settings_text
 from ...muscles.point_names import natural_key
 from ...progress import Cancelled
@@ -116,7 +117,7 @@ class Export(Window):
         folder = self.settings.folder
         lines = [
             f"{len(done.files)} files were written to {folder}.",
-            f"To simulate the robot:\n\n    cardsflow run {_quoted(folder)}",
+            *_next_commands(folder, done),
         ]
         if done.findings:
             lines.append(f"{summary(list(done.findings))} They are in findings.txt in this folder.")
@@ -224,6 +225,21 @@ def _listed(texts: list[str]) -> str:
     if len(texts) > _SHOWN:
         lines.append(f"and {len(texts) - _SHOWN} more")
     return "\n".join(lines)
+
+
+def _next_commands(folder: str, done: Exported) -> Iterator[str]:
+    """Yield a paragraph with the commands that simulate the robot.
+
+    `cardsflow init` writes an experiment after a test run, which needs libraries that Fusion does
+    not provide.
+    """
+    if any(finding.code == "no-experiment" for finding in done.findings):
+        return
+    quoted = _quoted(folder)
+    commands = [f"cardsflow run {quoted}"]
+    if not (Path(folder) / EXPERIMENT).exists():
+        commands.insert(0, f"cardsflow init {quoted} -o {quoted}")
+    yield "\n    ".join(["To simulate the robot:\n", *commands])
 
 
 def _quoted(folder: str) -> str:

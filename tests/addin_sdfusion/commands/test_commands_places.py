@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +13,10 @@ from fake_fusion.base import CLASSES
 from fake_fusion.maths import translation
 from support.designs.exported import Export, export, failing, press_export
 
+from addin_sdfusion.exporting.export import export_robot
 from addin_sdfusion.robot import Finding, Subject
-from cardsflow_fmu.cad import import_cad
+from cardsflow_fmu.cad import read_design
+from cardsflow_fmu.cli.main import main
 
 DEFINE, CHECK, EXPORT = "cardsflowDefineMuscles", "cardsflowCheck", "cardsflowExport"
 
@@ -136,7 +139,19 @@ def test_the_shown_command_line_is_valid_in_the_shell(fusion: Any, tmp_path: Pat
     designs.two_link_arm()
     folder = tmp_path / "Bob's(new)"
     press_export(fusion, folder)
-    assert f'cardsflow run "{folder}"' in fusion.messages[-1]
+    commands = shown_commands(fusion)
+    assert commands == [["init", str(folder), "-o", str(folder)], ["run", str(folder)]]
+    options = ["-o", str(tmp_path / "results"), "--set", "run.duration=0.1"]
+    for words in (commands[0], [*commands[1], *options]):
+        assert main(words) == 0
+    press_export(fusion, folder)
+    assert shown_commands(fusion) == [["run", str(folder)]]
+
+
+def shown_commands(fusion: Any) -> list[list[str]]:
+    """Return the words of the commands in the last message."""
+    lines = fusion.messages[-1].splitlines()
+    return [shlex.split(line)[1:] for line in lines if line.startswith("    cardsflow ")]
 
 
 @pytest.mark.slow
@@ -175,7 +190,7 @@ def test_a_saved_snapshot_results_in_the_same_export(fusion: Any, tmp_path: Path
     command.cancel()
     assert fusion.full_fingerprint() == before
     assert fusion.messages == []
-    import_cad(file, tmp_path / "a/arm")
+    export_robot(read_design(file), tmp_path / "a/arm")
     made = export(design, tmp_path / "b/arm")
     assert Export(tmp_path / "a/arm", made.robot, ()).contents() == made.contents()
 

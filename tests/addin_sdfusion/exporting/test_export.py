@@ -58,7 +58,6 @@ def test_export_lists_every_file_it_writes(tmp_path):
         "caspr/planar_2r_cables.xml",
         "caspr/planar_2r_operational_spaces.xml",
         "caspr/planar_2r_trajectories.xml",
-        "experiment.toml",
         "findings.json",
         "findings.txt",
         "meshes/collision/link_1.1.stl",
@@ -197,7 +196,7 @@ def test_formats_are_options(tmp_path):
     assert not list((tmp_path / "arm").glob("*.osim"))
 
 
-def test_caspr_files_contain_the_motion_of_the_experiment(tmp_path):
+def test_caspr_files_contain_a_gentle_motion(tmp_path):
     export_built(built(), ALL, tmp_path / "arm")
     file = tmp_path / "arm/caspr/planar_2r_trajectories.xml"
     assert list(trajectory_names(file)) == ["reference"]

@@ -17,7 +17,7 @@ from support.robots.robots import planar_2r
 from addin_sdfusion.exporting.export import export_built
 from addin_sdfusion.exporting.manifest import MANIFEST
 from addin_sdfusion.exporting.robot_folder import PART, folder_replacement
-from addin_sdfusion.robot import InputError, Robot, read_robot
+from addin_sdfusion.robot import Finding, InputError, Robot, read_robot
 from addin_sdfusion.robot.errors import MachineError
 from addin_sdfusion.settings import ExportSettings
 
@@ -58,9 +58,15 @@ def other_arm() -> Robot:
     )
 
 
+def experiment(folder: Path) -> tuple[str, list[Finding]]:
+    """Return an experiment that depends on the initial pose of the exported robot."""
+    lines = [f"{c.name} = {c.initial!r}\n" for c in read_robot(folder).coordinates]
+    return "kp = 2000.0\n" + "".join(lines), []
+
+
 @pytest.fixture
 def arm(tmp_path: Path) -> Path:
-    export_built(built(bodies=2), ALL, tmp_path / "arm")
+    export_built(built(bodies=2), ALL, tmp_path / "arm", experiment=experiment)
     return tmp_path / "arm"
 
 
@@ -109,7 +115,7 @@ def test_unknown_files_are_not_overwritten(tmp_path):
 def test_equal_files_are_accepted_without_a_manifest(arm):
     before = files_of(arm)
     (arm / MANIFEST).unlink()
-    export_built(built(bodies=2), ALL, arm)
+    export_built(built(bodies=2), ALL, arm, experiment=experiment)
     assert files_of(arm) == before
 
 
@@ -129,19 +135,18 @@ def test_converted_line_endings_are_not_a_change(arm):
     for name in ("model.sdf", "experiment.toml"):
         content = (arm / name).read_bytes()
         (arm / name).write_bytes(content.replace(b"\n", b"\r\n"))
-    export_built(built(other_arm()), ALL, arm)
+    export_built(built(other_arm()), ALL, arm, experiment=experiment)
     assert not list(arm.rglob("*.bak"))
     assert not (arm / "experiment.new.toml").exists()
     assert b"\r\n" not in (arm / "experiment.toml").read_bytes()
 
 
-@pytest.mark.slow
 def test_a_changed_experiment_is_kept(arm):
     original = (arm / "experiment.toml").read_text()
     mine = original.replace("kp = 2000.0", "kp = 900.0")
     (arm / "experiment.toml").write_text(mine)
     for _ in range(2):  # no finding if the new experiment is unchanged
-        exported = export_built(built(bodies=2), ALL, arm)
+        exported = export_built(built(bodies=2), ALL, arm, experiment=experiment)
         assert (arm / "experiment.toml").read_text() == mine
         assert not (arm / "experiment.new.toml").exists()
         assert "experiment-kept" not in [f.code for f in exported.findings]
@@ -151,23 +156,34 @@ def test_a_changed_experiment_is_kept(arm):
         for joint in moved.joints
     )
     for _ in range(2):
-        exported = export_built(built(replace(moved, joints=joints)), ALL, arm)
+        exported = export_built(
+            built(replace(moved, joints=joints)), ALL, arm, experiment=experiment
+        )
         assert (arm / "experiment.toml").read_text() == mine
-        assert "joint_1 = 0.5 " in (arm / "experiment.new.toml").read_text()
+        assert "joint_1 = 0.5\n" in (arm / "experiment.new.toml").read_text()
         assert "experiment-kept" in [f.code for f in exported.findings]
     (arm / "experiment.toml").unlink()
-    export_built(built(replace(moved, joints=joints)), ALL, arm)
-    assert "joint_1 = 0.5 " in (arm / "experiment.toml").read_text()
+    export_built(built(replace(moved, joints=joints)), ALL, arm, experiment=experiment)
+    assert "joint_1 = 0.5\n" in (arm / "experiment.toml").read_text()
     assert not (arm / "experiment.new.toml").exists()
+
+
+def test_an_export_without_experiments_keeps_those_of_the_user(tmp_path):
+    arm = tmp_path / "arm"
+    export_built(built(), ALL, arm)
+    assert not (arm / "experiment.toml").exists()
+    (arm / "experiment.toml").write_text("mine")
+    export_built(built(), ALL, arm)
+    assert (arm / "experiment.toml").read_text() == "mine"
 
 
 def test_an_obsolete_experiment_is_removed_unless_changed(arm):
     bare = replace(planar_2r(), cable_sets=(), cable_set="")
-    export_built(built(bare), ALL, arm)
+    export_built(built(bare), ALL, arm, experiment=experiment)
     assert not (arm / "experiment.toml").exists()
-    export_built(built(), ALL, arm)
+    export_built(built(), ALL, arm, experiment=experiment)
     (arm / "experiment.toml").write_text("mine")
-    export_built(built(bare), ALL, arm)
+    export_built(built(bare), ALL, arm, experiment=experiment)
     assert (arm / "experiment.toml").read_text() == "mine"
 
 

@@ -23,10 +23,12 @@ from support.observed import files_of
 
 from addin_sdfusion.robot import InputError, RobotError, read_robot
 from addin_sdfusion.snapshot_file import snapshot_text
+from cardsflow_fmu import Experiment
 from cardsflow_fmu.cad import import_cad
 from cardsflow_fmu.cad.tables import read_joints, read_materials
 from cardsflow_fmu.cli.init import schema
 from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.simulation.run import simulate
 from sim_dart import DartDynamics
 
 EXAMPLE = ROOT / "examples/from_cad/two_link_arm.json"
@@ -45,6 +47,68 @@ def test_both_commands_write_the_same_folder(
     assert not any(path.startswith("meshes/collision") for path in ours)
     assert main(["import-cad", str(EXAMPLE)]) == 0
     assert (tmp_path / "two_link_arm/model.sdf").is_file()
+
+
+def changed_example(folder: Path, f_max: float = 100.0, muscles: int = 4) -> Path:
+    """Write the example with other force limits, in [N], and with its first muscles only."""
+    content = json.loads(EXAMPLE.read_text())
+    design = content["design"]
+    design["muscles"] = [{**m, "f_max": f_max} for m in design["muscles"][:muscles]]
+    kept = {None, *(m["name"] for m in design["muscles"])}
+    design["points"] = [p for p in design["points"] if p["use"].get("muscle") in kept]
+    (folder / "arm.json").write_text(json.dumps(content))
+    return folder / "arm.json"
+
+
+@pytest.mark.parametrize("changes", [{}, {"f_max": 11.0}, {"muscles": 3}], ids=str)
+def test_the_experiment_of_an_imported_design_tracks(
+    tmp_path: Path, changes: dict[str, Any]
+) -> None:
+    """A motion of 0.1 rad is too large for weak muscles; a joint without muscles is locked."""
+    made = import_cad(changed_example(tmp_path, **changes), tmp_path / "robot")
+    assert made.test_run is not None
+    assert made.test_run.is_good
+    result = simulate(Experiment.load(tmp_path / "robot"), coupling="direct")
+    assert result.summary["infeasible_ticks"] == 0
+    errors = result.summary["tracking"]["per_signal"].values()
+    assert max(row["max"] for row in errors) == pytest.approx(made.test_run.error)
+    assert ("joint_2 is locked" in " ".join(made.notes)) == ("muscles" in changes)
+
+
+def test_a_design_that_cannot_move_is_imported_without_an_experiment(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One muscle cannot hold the arm."""
+    file = changed_example(tmp_path, muscles=1)
+    assert main(["import-cad", str(file), "-o", str(tmp_path / "robot")]) == 0
+    line = next(x for x in capsys.readouterr().err.splitlines() if "[no-experiment]" in x)
+    assert line.startswith(
+        "warning: file 'experiment.toml': it is not written: robot 'planar_2r': "
+    )
+    assert read_robot(tmp_path / "robot").muscles
+    assert not (tmp_path / "robot/experiment.toml").exists()
+
+
+def test_only_losses_of_requested_formats_are_printed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "robot"
+    in_osim, in_caspr = "[limits-are-ranges]", "[caspr-meshes]"
+    assert main(["import-cad", str(EXAMPLE), "-o", str(folder)]) == 0
+    printed = capsys.readouterr()
+    assert "[zero-inertia-about-axis]" in printed.err
+    assert in_osim not in printed.err
+    assert in_caspr not in printed.err
+    assert "the files for CASPR and OpenSim do not contain everything: see the" in printed.err
+    assert "test run passed" in printed.out
+    report = (folder / "findings.txt").read_text()
+    assert in_osim in report
+    assert in_caspr in report
+    assert main(["import-cad", str(EXAMPLE), "-o", str(folder), "--set", "osim=true"]) == 0
+    printed = capsys.readouterr()
+    assert in_osim in printed.err
+    assert in_caspr not in printed.err
+    assert "the files for CASPR do not contain everything" in printed.err
 
 
 def one_line(capsys: pytest.CaptureFixture[str], *words: Any) -> str:
