@@ -15,14 +15,13 @@
  *     gcc -DCARDSFLOW_FLOAT -fsingle-precision-constant ...
  *
  * If the experiment has an [estimator], q and qd are estimated from lengths and tensions:
- * robot_estimator.h. The program does not allocate memory. On a microcontroller, replace the clock, the
- * socket and the source of random numbers. */
+ * robot_estimator.h. The program does not allocate memory. On a microcontroller, replace
+ * platform.h, the socket and the source of random numbers. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "robot_estimator.h"
 
 #include <arpa/inet.h>
-#include <fcntl.h>
 #include <netinet/in.h>
 #include <signal.h>
 #include <stdio.h>
@@ -35,8 +34,9 @@
 enum { COMMANDS = MUSCLES, STATES = 2 * COORDINATES + 2 * MUSCLES, ROWS = TASKS ? TASKS : COORDINATES };
 enum { HELLO_VALUES = 7, ACK_VALUES = 9, MAX_VALUES = ACK_VALUES + STATES };
 #include "frame.h"
+#include "platform.h"
 
-static const uint64_t SECOND = 1000000000, REPEAT = 20000000;  /* [ns] */
+static const uint64_t REPEAT = 20000000;  /* [ns] */
 static const double PATIENCE = 0.6, RAMP_DOWN = 0.5, NEAR = 0.1; /* fraction of a step, [s], [rad] or [m] */
 enum { HELLOS = 40, STOPS = 10 };
 #ifndef MAX_MISSED
@@ -56,13 +56,6 @@ static volatile sig_atomic_t ended;
 static int most_missed(void) { return lockstep ? 0 : MAX_MISSED; }
 
 static void end(int number) { ended = number; }
-
-static uint64_t clock_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * SECOND + (uint64_t)t.tv_nsec;
-}
 
 static void send_frame(unsigned kind, double t, const double *values, unsigned count)
 {
@@ -93,25 +86,14 @@ static int receive_frame(unsigned kind, unsigned other, uint64_t until)
     }
 }
 
-static size_t read_file(const char *name, void *to, size_t size)
-{
-    const int file = open(name, O_RDONLY);
-    const ssize_t got = read(file, to, size);
-    close(file);
-    return got < 0 ? 0 : (size_t)got;
-}
-
 static int is_half(double half) { return half >= 0 && half < 4294967296.0 && half == floor(half); }
 
 /* Start the run that the device has accepted, in a HELLO_ACK. Return whether the frame is valid. */
 static int begin(void)
 {
-    uint8_t both[12]; /* numbers of the run and of the device, from which the key of the run is derived */
     if (f.count != ACK_VALUES + STATES || !is_half(f.values[7]) || !is_half(f.values[8]))
         return 0;
-    put(both, 4, run);
-    put(both + 4, 8, (uint64_t)f.values[7] << 32 | (uint64_t)f.values[8]);
-    hmac_sha256(pre_shared, key_size, both, sizeof both, run_key);
+    set_run_key(run, (uint64_t)f.values[7] << 32 | (uint64_t)f.values[8]);
     memcpy(state, f.values + ACK_VALUES, sizeof state);
     origin = clock_ns();
     return 1;
@@ -127,8 +109,13 @@ static int connect_device(void)
         send_frame(HELLO, 0, request, HELLO_VALUES);
         if (!receive_frame(HELLO_ACK, ERROR, clock_ns() + SECOND / 20))
             continue;
-        if (f.kind == HELLO_ACK && begin())
-            return 1;
+        if (f.kind == HELLO_ACK && begin()) {
+            if (key_size) /* confirms the run: a hello may be a copy */
+                send_frame(PING, 0, request, HELLO_VALUES);
+            if (!key_size || receive_frame(PONG, PONG, clock_ns() + SECOND / 20))
+                return 1;
+            continue;
+        }
         if (f.kind != ERROR || f.count != 1 || f.values[0] != BUSY)
             return fprintf(stderr, "controller: the device rejects the run; see the codes of the protocol\n"), 0;
     }

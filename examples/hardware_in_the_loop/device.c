@@ -4,7 +4,7 @@
  *     ./device 127.0.0.1 5005 SIGNATURE [KEY_FILE]
  *
  * The signature is computed from names and units of the signals: see the protocol. Memory is not allocated.
- * On a microcontroller, replace the robot, the clock, the socket and the source of random numbers. */
+ * On a microcontroller, replace the robot, platform.h, the socket and the source of random numbers. */
 #define _POSIX_C_SOURCE 200809L
 
 #include <arpa/inet.h>
@@ -29,6 +29,7 @@
 enum { COMMANDS = MUSCLES, STATES = 2 * ENCODERS + 2 * MUSCLES };
 enum { HELLO_VALUES = 7, ACK_VALUES = 9, MAX_VALUES = ACK_VALUES + STATES };
 #include "frame.h"
+#include "platform.h"
 
 static const double STEP = 1e-3, WATCHDOG = 0.02;                /* [s] */
 static const double F_MIN = 10.0, F_MAX = 500.0;                 /* [N] */
@@ -79,27 +80,12 @@ static enum { IDLE, READY, RUNNING, IN_SAFE_STATE } state;
 static struct sockaddr_in peer;
 static uint32_t run, last_seq;
 static uint64_t signature, nonce, last_heard;
-static uint32_t begun[64], runs; /* numbers of the last runs, and their count */
+static uint8_t secret[SHA256_BYTES]; /* of the nonces; new for each confirmed run */
 static double agreed_step, agreed_watchdog, device_time;
-static int lockstep;
+static int lockstep, confirmed;
 static struct packed answer, other; /* latest STATE; other answers */
 static volatile sig_atomic_t ended;
-static const uint64_t SECOND = 1000000000, AWAKE = 50000; /* in [ns] */
-
-static uint64_t clock_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * SECOND + (uint64_t)t.tv_nsec;
-}
-
-static int read_file(const char *name, uint8_t *to, size_t size)
-{
-    const int file = open(name, O_RDONLY);
-    const ssize_t got = read(file, to, size);
-    close(file);
-    return (int)got;
-}
+static const uint64_t AWAKE = 50000; /* in [ns] */
 
 static void go_safe(void)
 {
@@ -127,12 +113,22 @@ static int is_peer(const struct sockaddr_in *from)
     return from->sin_addr.s_addr == peer.sin_addr.s_addr && from->sin_port == peer.sin_port;
 }
 
-/* Return whether a hello belongs to an earlier run: a copy, possibly from someone without a key. */
-static int is_copy(const struct frame *hello)
+/* Set nonce and key of a run: always the same until a run is confirmed. */
+static void derive_key(uint32_t number, const struct sockaddr_in *from)
 {
-    int k = 64;
-    while (k-- && begun[k] != hello->run) {}
-    return k >= 0;
+    uint8_t parts[12], mac[SHA256_BYTES];
+    put(parts, 4, number), put(parts + 4, 4, from->sin_addr.s_addr), put(parts + 8, 4, from->sin_port);
+    hmac_sha256(secret, sizeof secret, parts, sizeof parts, mac);
+    nonce = get(mac, 8);
+    set_run_key(number, nonce);
+}
+
+/* Reserve the device for the current run, and let the nonces of other runs expire. */
+static void confirm(uint64_t now)
+{
+    confirmed = 1, last_heard = now;
+    if (read_file("/dev/urandom", secret, sizeof secret) != sizeof secret) /* from your hardware */
+        put(secret, 8, get(secret, 8) + clock_ns());
 }
 
 static double shorter(double requested) { return requested > 0 && requested < WATCHDOG ? requested : WATCHDOG; }
@@ -154,26 +150,21 @@ static unsigned hello_error(const struct frame *hello)
 
 static void begin(const struct frame *hello, const struct sockaddr_in *from, uint64_t now)
 {
-    last_heard = is_copy(hello) ? now - SECOND - 1 : now; /* others need not wait for the run of a copy */
-    begun[runs++ % 64] = hello->run;
-    uint8_t both[12]; /* number of the run and a random number: from your hardware */
-    if (read_file("/dev/urandom", both + 4, 8) != 8)
-        put(both + 4, 8, clock_ns());
-    nonce = get(both + 4, 8);
-    run = hello->run, peer = *from, last_seq = 0, device_time = 0, answer.size = 0;
+    derive_key(hello->run, from);
+    confirmed = 0, run = hello->run, peer = *from, last_seq = 0, device_time = 0, answer.size = 0;
     lockstep = (hello->flags & LOCKSTEP) != 0;
     agreed_step = hello->values[2], agreed_watchdog = shorter(hello->values[4]);
-    put(both, 4, run);
-    hmac_sha256(pre_shared, key_size, both, sizeof both, run_key);
     state = READY, robot_reset();
+    if (!key_size)
+        confirm(now); /* with a key, the hello may be a copy, and the next frame confirms the run */
 }
 
 static const struct packed *handle_hello(struct frame *f, const struct sockaddr_in *from, uint64_t now)
 {
     const int known = state != IDLE && f->run == run && is_peer(from);
-    const int at_rest = (state == READY || (state == RUNNING && lockstep)) && !is_copy(f);
-    const int is_free = state == IDLE || state == IN_SAFE_STATE ||
-                        (state == READY && is_peer(from)) || (at_rest && now > last_heard + SECOND);
+    const int at_rest = state == READY || (state == RUNNING && lockstep);
+    const int is_free = state == IDLE || state == IN_SAFE_STATE || (state == READY && is_peer(from) && !key_size) ||
+                        (at_rest && (!confirmed || now > last_heard + SECOND));
     if (f->run == 0 || f->count != HELLO_VALUES || (known && state != READY))
         return NULL; /* invalid, or a late copy of an earlier run */
     const unsigned reason = known ? 0 : is_free ? hello_error(f) : BUSY;
@@ -222,12 +213,19 @@ static const struct packed *receive(const uint8_t *data, size_t size,
 {
     static struct frame f;
     watch(now);
+    const int offers = state == READY && !confirmed;
+    if (offers && size >= HEADER)
+        derive_key((uint32_t)get(data + 8, 4), from);
     if (!unpack(data, size, &f))
         return NULL;
     if (f.kind == HELLO)
         return handle_hello(&f, from, now);
+    if (offers && f.kind == PING && f.count == HELLO_VALUES && (f.run != run || !is_peer(from)) && !hello_error(&f))
+        begin(&f, from, now); /* another hello, possibly a copy, has replaced this run */
     if (state == IDLE || f.run != run || !is_peer(from))
         return NULL;
+    if (!confirmed)
+        confirm(now);
     if (f.kind == SETPOINT)
         return handle_setpoint(&f, now);
     f.flags = 0;
@@ -281,10 +279,9 @@ int main(int count, char **arguments)
     here.sin_port = htons((uint16_t)strtoul(arguments[2], NULL, 10));
     signature = strtoull(arguments[3], NULL, 16);
     if (count > 4) {
-        const int got = read_file(arguments[4], pre_shared, sizeof pre_shared);
-        if (got < 16 || got > MAX_KEY)
+        key_size = read_file(arguments[4], pre_shared, sizeof pre_shared);
+        if (key_size < 16 || key_size > MAX_KEY)
             return fprintf(stderr, "device: no key of 16 to 256 bytes in %s\n", arguments[4]), 2;
-        key_size = (size_t)got;
     }
     if (fcntl(line, F_SETFL, O_NONBLOCK) < 0 ||
         bind(line, (struct sockaddr *)&here, sizeof here) < 0 ||
@@ -292,7 +289,7 @@ int main(int count, char **arguments)
         return perror("device: cannot listen on this address"), 2;
     if (!key_size && ntohl(here.sin_addr.s_addr) >> 24 != 127)
         fprintf(stderr, "device: without a key, anyone on the network can command the robot\n");
-    signal(SIGINT, end), signal(SIGTERM, end), robot_reset();
+    signal(SIGINT, end), signal(SIGTERM, end), robot_reset(), confirm(0);
     printf("udp://%s:%u\n", arguments[1], (unsigned)ntohs(here.sin_port)), fflush(stdout);
     serve(line);
     return 0;

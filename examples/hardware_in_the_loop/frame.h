@@ -73,6 +73,13 @@ static uint32_t checksum(const uint8_t *data, size_t size) /* CRC-32 as in Ether
     return ~crc;
 }
 
+static void set_run_key(uint32_t run, uint64_t nonce)
+{
+    uint8_t both[12];
+    put(both, 4, run), put(both + 4, 8, nonce);
+    hmac_sha256(pre_shared, key_size, both, sizeof both, run_key);
+}
+
 static void sign(const uint8_t *data, size_t size, unsigned kind, uint8_t *mac)
 {
     if (kind == HELLO || kind == HELLO_ACK || kind == ERROR)

@@ -6,8 +6,7 @@ A device uses neither sockets nor clocks: frames, peers and times are arguments.
 from __future__ import annotations
 
 import math
-import secrets
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Hashable, Sequence
 from typing import Literal, Protocol
 
@@ -25,6 +24,7 @@ from cardsflow_fmu.hardware.protocol.frame import (
     all_finite,
     is_newer,
     pack,
+    run_id_of,
 )
 from cardsflow_fmu.hardware.protocol.handshake import (
     HELLO_VALUES,
@@ -35,14 +35,13 @@ from cardsflow_fmu.hardware.protocol.handshake import (
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .capabilities import Capabilities, bounds
+from .nonces import Nonces
 
 State = Literal["idle", "ready", "running", "safe"]
 
 PEER_TIMEOUT = 1.0
-"""Idle time after which another peer may replace a run in which the robot does not move, in [s]."""
-
-_MAX_REMEMBERED_RUNS = 256
-"""Number of stored run ids. A HELLO with a stored run id is a copy of an earlier frame."""
+"""Idle time after which another peer may replace a confirmed run in which the robot does not move,
+in [s]."""
 
 _LOCKSTEP, _SAFE, _FAULT, _CLAMPED = map(int, (Flag.LOCKSTEP, Flag.SAFE, Flag.FAULT, Flag.CLAMPED))
 _HELLO, _SETPOINT, _STATE = (
@@ -89,6 +88,10 @@ class Device:
     The states are "idle" before the first run, "ready" after the handshake (the robot does not
     move yet), "running" from the first set point, and "safe" after a stop, a watchdog timeout or a
     fault. Only a new run leaves "safe".
+
+    With a key, a HELLO may be a copy of a recorded frame. Therefore it does not block other HELLOs.
+    The next valid frame of its run confirms the run, since it is signed with the key of the run. If
+    another HELLO has replaced the run, a PING with the values of the HELLO takes the run back.
 
     Args:
         robot: The robot.
@@ -139,8 +142,8 @@ class Device:
         self._keys = Keys(key)
         self._peer: Hashable = None
         self._run_id = self._nonce = self._seq = 0
-        self._recent_runs: deque[int] = deque(maxlen=_MAX_REMEMBERED_RUNS)
-        self._has_failed = False
+        self._nonces = Nonces()
+        self._has_failed = self._is_confirmed = False
         self._time = 0.0
         self._last_heard = -math.inf
         self._answer = b""
@@ -184,18 +187,24 @@ class Device:
         """
         self.tick(now)
         self.counters["received"] += 1
+        is_offered = self.state == "ready" and not self._is_confirmed
+        keys = self._offered_keys(run_id_of(data), peer) if is_offered else self._keys
         try:
-            frame = self._keys.unpack(data)
+            frame = keys.unpack(data)
         except FrameError as error:
             return self._drop(error.reason)
         if frame.kind not in _DEVICE_KINDS:
             return self._drop("type")
         if frame.kind is _HELLO:
             return self._answer_hello(frame, peer, now)
+        if is_offered and frame.kind is Kind.PING:
+            self._take_back(frame, peer)
         if frame.run_id != self._run_id or self.state == "idle":
             return self._drop("run")
         if peer != self._peer:
             return self._drop("peer")
+        if not self._is_confirmed:
+            self._confirm(now)
         if frame.kind is _SETPOINT:
             return self._answer_setpoint(frame, now)
         if frame.kind is Kind.STOP:
@@ -236,41 +245,57 @@ class Device:
         if is_current_run and self.state != "ready" and not self._has_failed:
             return self._drop("stale")  # a late frame or a copy: the run has already begun
         if not is_current_run:
-            is_copy = frame.run_id in self._recent_runs
             rejection: ErrorCode | None = ErrorCode.BUSY
-            if self._is_free(peer, now, is_copy=is_copy):
+            if self._is_free(peer, now):
                 rejection = self._capabilities.rejection(request)
             if rejection is not None:
                 return self._reject(rejection, frame, now)
             self._begin(request, frame.run_id, peer)
-            # A copied HELLO may come from an attacker without the key, so it must not block others.
-            self._last_heard = -math.inf if is_copy else now
+            if not self.is_signed:
+                self._confirm(now)
         state = self._read_state()
         if self.agreed is None or state is None or self._has_failed:
             return self._reject(ErrorCode.FAULT, frame, now)
         values = [*self.agreed.values(), *split_uint64(self._nonce), *state]
         return [self._reply(Kind.HELLO_ACK, frame, now, values)]
 
-    def _is_free(self, peer: Hashable, now: float, *, is_copy: bool) -> bool:
+    def _is_free(self, peer: Hashable, now: float) -> bool:
         """Return whether a new run may begin.
 
         A new run never replaces a run in which the robot moves in real time.
         """
         if self.state == "idle" or self.state == "safe" or self.agreed is None:
             return True
-        if self.state == "ready" and peer == self._peer:
+        if self.state == "ready" and peer == self._peer and not self.is_signed:
             return True
         at_rest = self.state == "ready" or self.agreed.lockstep
-        return at_rest and not is_copy and now > self._last_heard + PEER_TIMEOUT
+        is_silent = not self._is_confirmed or now > self._last_heard + PEER_TIMEOUT
+        return at_rest and is_silent
+
+    def _confirm(self, now: float) -> None:
+        """Reserve the device for the current run. The nonces of all offered runs expire."""
+        self._is_confirmed, self._last_heard = True, now
+        self._nonces.renew()
+
+    def _offered_keys(self, run_id: int, peer: Hashable) -> Keys:
+        """Return the keys of a run that the device has offered and may have replaced."""
+        return self._keys.for_run(run_id, self._nonces.nonce(run_id, peer))
+
+    def _take_back(self, ping: Frame, peer: Hashable) -> None:
+        """Begin the run of a PING again if another HELLO has replaced it."""
+        if ping.run_id == self._run_id and peer == self._peer:
+            return
+        request = Handshake.from_values(ping.values, bool(ping.flags & _LOCKSTEP))
+        if request is not None and self._capabilities.rejection(request) is None:
+            self._begin(request, ping.run_id, peer)
 
     def _begin(self, request: Handshake, run_id: int, peer: Hashable) -> None:
         self.agreed = self._capabilities.run_parameters(request)
         self._run_id, self._peer = run_id, peer
-        self._nonce = secrets.randbits(64)
+        self._nonce = self._nonces.nonce(run_id, peer)
         self._keys = self._keys.for_run(run_id, self._nonce)
-        self._recent_runs.append(run_id)
         self._seq, self._time, self._answer = 0, 0.0, b""
-        self._has_failed = False
+        self._has_failed = self._is_confirmed = False
         self.state = "ready"
         self.counters["runs"] += 1
         try:

@@ -35,6 +35,8 @@ from cardsflow_fmu.hardware.protocol.handshake import (
 from cardsflow_fmu.utils.arrays import FloatArray
 
 _HELLO_PERIOD = 0.05
+_CONFIRMED_TIME = 0.9
+"""Time for which no other HELLO replaces a confirmed run, with a margin, in [s]."""
 _STOP_PERIOD = 0.02
 _MAX_STOPS = 10
 _REPEAT_PERIOD = 0.02
@@ -75,7 +77,7 @@ class FramedLink(ABC):
         self._key: bytes | None = None
         self._writer = FrameWriter(0)
         self._seq = self._newest_seq = 0
-        self._newest_at = -math.inf
+        self._newest_at = self._confirmed_at = -math.inf
         self._moving = False
 
     @abstractmethod
@@ -111,7 +113,7 @@ class FramedLink(ABC):
         try:
             self._agree(handshake)
         except BaseException:
-            self._disconnect()
+            self.close()
             raise
 
     def _agree(self, handshake: Handshake) -> None:
@@ -128,10 +130,33 @@ class FramedLink(ABC):
             while (answer := self._next_frame(self._pre_shared, run_id, until)) is not None:
                 if answer.kind is Kind.HELLO_ACK:
                     self._begin(handshake, answer)
-                    return
-                if answer.kind is Kind.ERROR:
+                    if self._confirm(handshake):
+                        return
+                elif answer.kind is Kind.ERROR:
                     is_busy = self._is_busy(answer) or is_busy
         self._raise_not_accepted(is_busy)
+
+    def _confirm(self, handshake: Handshake) -> bool:
+        """Confirm the run to a device with a key. Return whether the device answers in time.
+
+        Without a confirmation, the HELLO of anyone, even a recorded one, would replace the run.
+        """
+        if self._key is None:
+            return True
+        flags, sent = _LOCKSTEP if handshake.lockstep else 0, self.clock.monotonic_ns()
+        ping = Frame(Kind.PING, flags, self.run_id, 0, 0.0, sent, 0, handshake.values())
+        self._send(pack(ping, self._key))
+        until = self.clock.monotonic() + _HELLO_PERIOD
+        while (answer := self._next_frame(self._keys, self.run_id, until)) is not None:
+            if answer.kind is Kind.PONG:
+                self._confirmed_at = self.clock.monotonic()
+                return True
+        return False
+
+    def _is_late(self) -> bool:
+        """Return whether a HELLO may have replaced the run before its first set point."""
+        is_over = self.clock.monotonic() > self._confirmed_at + _CONFIRMED_TIME
+        return self._key is not None and is_over
 
     def _raise_not_accepted(self, is_busy: bool) -> None:
         """Raise the error for a run that the device has not accepted in time."""
@@ -187,6 +212,8 @@ class FramedLink(ABC):
         agreed = self.agreed
         if agreed is None:
             raise HardwareError(f"the link to {self.uri} is not open")
+        if not self._seq and self._is_late() and not self._confirm(agreed):
+            self._agree(agreed)
         self._seq = seq = (self._seq + 1) & 0xFFFFFFFF
         sent = self._set_point(t, command, agreed)
         self._send(sent)

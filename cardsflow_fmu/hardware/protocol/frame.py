@@ -41,6 +41,7 @@ MAX_BYTES = HEADER_BYTES + 8 * MAX_VALUES + MAC_BYTES
 _CHECKSUM = struct.Struct("<I")
 _CHECKSUM_AT = 44
 _KIND_AT = 5
+_RUN_ID = slice(8, 12)
 _NO_CHECKSUM = bytes(4)
 _FLOAT64 = np.dtype("<f8")
 _RUN_ID_AND_NONCE = struct.Struct("<IQ")
@@ -290,6 +291,11 @@ class Keys:
             return unpack(data)
         has_kind = len(data) > _KIND_AT
         return unpack(data, self.key_for(data[_KIND_AT]) if has_kind else self.pre_shared)
+
+
+def run_id_of(data: bytes) -> int:
+    """Return the run id in bytes that may be a frame, without checks."""
+    return int.from_bytes(data[_RUN_ID], "little")
 
 
 def all_finite(values: FloatArray) -> bool:

@@ -67,6 +67,12 @@ class Talk:
             self.keys = self.keys.for_run(self.run, nonce)
         return answer
 
+    def ping(self, request: Handshake | None = None) -> list[Frame]:
+        """Confirm the run, like a link with a key."""
+        request = request or handshake()
+        flags = int(Flag.LOCKSTEP) if request.lockstep else 0
+        return self.send(self.frame(Kind.PING, request.values(), flags=flags))
+
     def pull(self, command=PULL, *, seq: int | None = None) -> list[Frame]:
         self.seq = self.seq + 1 if seq is None else seq
         return self.send(self.frame(Kind.SETPOINT, command, seq=self.seq))
@@ -469,21 +475,71 @@ def test_hellos_of_earlier_runs_do_not_block_the_device() -> None:
 
 
 def test_copies_of_a_hello_do_not_keep_a_device_ready() -> None:
-    """Also not a copy of a new HELLO that arrives before the original from another address."""
+    """Also not a HELLO that the device has never received before."""
     device = make_device(KEY)
     thief, talk = Talk(device, key=KEY, run=90, peer=OTHER), Talk(device, key=KEY, run=78)
     hello = thief.frame(Kind.HELLO, handshake().values())
     for now in (10.0, 10.4, 10.8, 10.0 + PEER_TIMEOUT):
         assert kinds(device.receive(hello, OTHER, now)) == [Kind.HELLO_ACK]
         talk.now = now
-        assert talk.handshake().kind is Kind.ERROR
-    talk.now += 0.01
-    assert talk.handshake().kind is Kind.HELLO_ACK
-    for now in (20.0, 21.0):  # nor does it replace a run that waits for its first set point
-        assert kinds(device.receive(hello, OTHER, now)) == [Kind.ERROR]
-    talk.now = 21.0
+        assert talk.handshake().kind is Kind.HELLO_ACK
+    assert [answer.kind for answer in talk.ping()] == [Kind.PONG]
+    for k in range(10):  # nor does it replace a confirmed run
+        assert kinds(device.receive(hello, OTHER, talk.now + 0.1 * k)) == [Kind.ERROR]
+    talk.now += 0.99 * PEER_TIMEOUT
     assert len(talk.pull()) == 1
     assert device.state == "running"
+
+
+@pytest.mark.parametrize("source", [PEER, OTHER], ids=["forged address", "other address"])
+@pytest.mark.parametrize("lockstep", [False, True])
+def test_recorded_hellos_do_not_delay_a_run(source: Hashable, lockstep: bool) -> None:
+    """An attacker has more recorded HELLOs than any device remembers, and sends them always."""
+    device, request = make_device(KEY), handshake(lockstep=lockstep)
+    thieves = (Talk(device, key=KEY, run=1000 + k) for k in range(2000))
+    hellos = [thief.frame(Kind.HELLO, handshake().values()) for thief in thieves]
+
+    def replay(count: int) -> None:
+        for _ in range(count):
+            device.receive(hellos.pop(), source, talk.now)
+
+    for run in (78, 79):
+        talk = Talk(device, key=KEY, run=run, now=float(run))
+        replay(300)
+        assert talk.handshake(request).kind is Kind.HELLO_ACK
+        replay(300)
+        assert [answer.kind for answer in talk.ping(request)] == [Kind.PONG]
+        replay(300)
+        (state,) = talk.pull()
+        assert bool(state.flags & Flag.LOCKSTEP) == lockstep
+        talk.send(talk.frame(Kind.STOP))
+
+
+def test_recorded_pings_confirm_no_run() -> None:
+    device = make_device(KEY)
+    old = Talk(device, key=KEY)
+    hello = old.frame(Kind.HELLO, handshake().values())
+    old.handshake()
+    pings = [old.frame(Kind.PING, handshake().values()) for _ in range(2)]
+    assert kinds(device.receive(pings[0], PEER, 10.0)) == [Kind.PONG]
+    old.send(old.frame(Kind.STOP))
+    recorded_run(device, 80)
+    for now in (10.1, 10.2):
+        assert kinds(device.receive(hello, PEER, now)) == [Kind.HELLO_ACK]
+        assert [device.receive(ping, PEER, now) for ping in pings] == [[], []]
+    assert device.counters["signature"] == 4
+    assert Talk(device, key=KEY, run=78, now=10.2).handshake().kind is Kind.HELLO_ACK
+
+
+def test_the_first_of_two_peers_to_confirm_its_run_gets_the_device() -> None:
+    device = make_device(KEY)
+    slow, fast = Talk(device, key=KEY, run=78), Talk(device, key=KEY, run=79, peer=OTHER)
+    for talk in (fast, slow):
+        assert talk.handshake().kind is Kind.HELLO_ACK
+    assert [answer.kind for answer in fast.ping()] == [Kind.PONG]
+    assert slow.ping() == []
+    assert slow.handshake().kind is Kind.ERROR
+    assert len(fast.pull()) == 1
 
 
 def test_copies_of_set_points_do_not_prolong_a_run_in_lockstep() -> None:

@@ -347,6 +347,54 @@ def open_line(key: bytes | None = None, *, lockstep: bool = False) -> Line:
     return line
 
 
+def recorded_hello(k: int) -> bytes:
+    """Return the HELLO of an earlier run, which an attacker has recorded."""
+    return pack(Frame(Kind.HELLO, 0, 1000 + k, 0, 0.0, 1, 0, handshake().values()), KEY)
+
+
+def test_a_link_with_a_key_gets_the_device_although_hellos_are_replayed() -> None:
+    """A HELLO of an attacker arrives before every frame of the handshake, and after it."""
+    line, sent = Line(make_device(KEY), KEY), list[int]()
+
+    def attacked(data: bytes) -> list[bytes]:
+        for _ in range(100):
+            line.device.receive(recorded_hello(len(sent)), "attacker", 0.0)
+            sent.append(data[5])
+        return [data]
+
+    line.outward = attacked
+    line.open(handshake())
+    assert set(sent) == {Kind.HELLO, Kind.PING}
+    assert len(sent) == 200
+    assert pull(line).seq == 1
+    assert line.device.run_id == line.run_id
+
+
+@pytest.mark.parametrize("lost", [Kind.PING, Kind.PONG])
+def test_a_lost_confirmation_is_repeated(lost: Kind) -> None:
+    line = Line(make_device(KEY), KEY)
+    left = [lost]
+
+    def lossy(data: bytes) -> list[bytes]:
+        return [] if left and data[5] == left[0] and left.pop() else [data]
+
+    line.outward = line.inward = lossy
+    line.open(handshake())
+    assert pull(line).seq == 1
+    assert left == []
+
+
+def test_a_run_that_is_replaced_before_its_first_set_point_begins_again() -> None:
+    """A confirmed run is reserved for 1 s only, since its controller may have crashed."""
+    line = open_line(KEY)
+    line.now += 1.1
+    line._confirmed_at -= 1.1
+    line.device.receive(recorded_hello(0), "attacker", line.now)
+    assert line.device.run_id != line.run_id
+    assert pull(line).seq == 1
+    assert line.device.run_id == line.run_id
+
+
 def test_the_newest_state_is_used_and_copies_are_dropped() -> None:
     line = open_line()
     held: list[bytes] = []
