@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 
 
 class ExperimentModel(FmuModel):
-    """Model of an experiment.
+    """Model of an experiment. Models can be copied and pickled with their state, except hardware.
 
     Args:
         experiment: The experiment.
@@ -29,10 +29,16 @@ class ExperimentModel(FmuModel):
     """
 
     def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
+        self._experiment = experiment
         groups = self.groups(experiment)
         super().__init__(all_ports(groups), values)
         self._places = group_slices(groups)
         self.views = group_views(groups, self.values)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Describe a copy by experiment, values and state, since pointers to C cannot be copied."""
+        state = self.values.copy(), self.get_state()
+        return _restored_model, (type(self), self._experiment, *state)
 
     def indices(self, *names: str) -> Indices:
         """Return the indices of the variables of some groups in `values`."""
@@ -58,3 +64,14 @@ class ExperimentModel(FmuModel):
     def from_resources(cls, folder: Path, values: FloatArray | None = None) -> Self:
         """Create the model from the resources of an FMU."""
         return cls(Experiment.from_resources(folder), values)
+
+
+def _restored_model(
+    cls: type[ExperimentModel], experiment: Experiment, values: FloatArray, state: bytes
+) -> ExperimentModel:
+    model = cls(experiment)
+    model.values[:] = values
+    model.initialize()
+    model.set_state(state)
+    model.values[:] = values
+    return model

@@ -49,7 +49,6 @@ class HardwareModel(ExperimentModel):
         self._connection = connection
         robot = experiment.robot
         views = self.views
-        self._experiment = experiment
         self._paths = MusclePaths(robot)
         self._forces, self._torques = views["commands"], views["torques"]
         self._q_start = views["q_start"]

@@ -61,9 +61,16 @@ class RunData:
         return bool(self.summary["status"] == "complete")
 
 
+def _keep_files() -> None:
+    """Do nothing; a function with a name, so that results can be pickled."""
+
+
 @dataclass
 class ExperimentRunData(RunData):
     """Data of a run of an experiment.
+
+    Copies and pickled data do not include the unpacked robot files, which are deleted with the
+    original.
 
     Attributes:
         experiment: The experiment.
@@ -72,4 +79,4 @@ class ExperimentRunData(RunData):
     """
 
     experiment: Experiment = field(kw_only=True)
-    release: Callable[[], object] = field(kw_only=True, default=lambda: None, repr=False)
+    release: Callable[[], object] = field(kw_only=True, default=_keep_files, repr=False)

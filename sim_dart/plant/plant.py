@@ -9,7 +9,8 @@ loop joints exactly.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,7 +39,7 @@ from .settings import (
 
 
 class Plant:
-    """Simulated robot.
+    """Simulated robot. Plants can be copied and pickled with their state.
 
     Args:
         robot: The robot. Its active cable set is used.
@@ -85,6 +86,14 @@ class Plant:
         require_valid(robot)
         check_step(step, integrator, substeps)
         substeps = int(substeps)
+        self._options = {
+            "integrator": integrator,
+            "substeps": substeps,
+            "energy": energy,
+            "scene": scene,
+            "wrenched": tuple(wrenched),
+            "engine": engine,
+        }
         self.robot = robot
         self._step = float(step)
         self._n, self._m = len(robot.coordinates), len(robot.muscles)
@@ -321,6 +330,11 @@ class Plant:
         if self._balance is not None:
             self._balance.work[:] = work
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Describe a copy by arguments and state, since pointers to C cannot be copied."""
+        state = self.get_state(), self._commands
+        return _restored_plant, (type(self), self.robot, self._step, self._options, *state)
+
     def hold(self, commands: ArrayLike) -> None:
         """Set the commands without a step, which updates `tensions` and `commands`.
 
@@ -341,3 +355,17 @@ class Plant:
         self._ticks = ticks
         self.world.time = self.time
         self.q, self.qd = q, qd
+
+
+def _restored_plant(
+    cls: type[Plant],
+    robot: Robot,
+    step: float,
+    options: Mapping[str, Any],
+    state: FloatArray,
+    commands: FloatArray,
+) -> Plant:
+    plant = cls(robot, step, **options)
+    plant.set_state(state)
+    plant.hold(commands)
+    return plant

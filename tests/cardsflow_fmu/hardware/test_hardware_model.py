@@ -13,6 +13,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi2 import FMU2Slave
+from support.robots.plants import copies
 from support.robots.robots import EXAMPLES, PLANAR_2R
 from support.ways import WAYS
 
@@ -299,8 +300,9 @@ def test_an_exceeded_limit_ends_the_run(devices: list[Device]) -> None:
 
 def test_the_state_of_hardware_cannot_be_saved() -> None:
     model = HardwareModel(experiment())
-    with pytest.raises(InputError, match="cannot be saved"):
-        model.get_state()
+    for save in (model.get_state, lambda: copies(model)):
+        with pytest.raises(InputError, match="cannot be saved"):
+            save()
     with pytest.raises(InputError, match="cannot be restored"):
         model.set_state(b"")
     with pytest.raises(InputError, match="call initialize first"):

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.robots.plants import copies
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
@@ -66,6 +67,16 @@ def test_damaged_results_folders_are_reported(
         (tmp_path / name).write_bytes(content)
     with pytest.raises(InputError, match=words), opened_run(tmp_path):
         pass
+
+
+def test_results_can_be_copied_and_pickled(finished: tuple[Path, Result]) -> None:
+    folder, result = finished
+    for original in (result, Result.load(folder)):
+        for copy in copies(original):
+            np.testing.assert_array_equal(copy.rows, result.rows)
+            assert copy.summary == result.summary
+            assert copy.experiment.robot == original.experiment.robot
+            copy.release()
 
 
 def test_archive_does_not_write_outside_of_its_folder(
