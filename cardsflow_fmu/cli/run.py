@@ -19,6 +19,7 @@ from .common import (
     load_experiment,
     parse_settings,
     print_files,
+    print_findings,
     print_result,
 )
 from .parser import Commands
@@ -92,6 +93,7 @@ def add_run(commands: Commands) -> None:
 def _run(options: argparse.Namespace) -> int:
     if options.experiment.suffix == ".ssp":
         return _run_system(options)
+    from cardsflow_fmu.results.analysis.plausibility import plausibility_findings
     from cardsflow_fmu.simulation.run import RunError, run
 
     if options.hardware is not None:
@@ -104,6 +106,7 @@ def _run(options: argparse.Namespace) -> int:
         require_connectable(experiment)  # fails before the FMUs are built
     for warning in experiment.warnings():
         print_warning(warning)
+    print_findings(plausibility_findings(experiment), rest="cardsflow check")
     _print_observability(experiment)
     if options.as_script:
         return _print_script(options, experiment)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import Robot, UnknownNameError
+from addin_sdfusion.robot.checks.plausible import is_in_degrees
 from addin_sdfusion.robot.formats.read import read_trajectory, trajectories_file
 from addin_sdfusion.robot.model.trajectory import Space, Trajectory
 from cardsflow_fmu.experiment.config.names import Names
@@ -189,6 +190,7 @@ def _read_start(
         if not coordinate.lower <= value <= coordinate.upper:
             limits = f"{coordinate.lower!r} to {coordinate.upper!r}"
             what = f"must be within the joint limits {limits}, not {value!r}"
+            what += "; is it in degrees?" if is_in_degrees(coordinate, value) else ""
             raise context.error(f"start.q.{coordinate.name}", what)
     return StartSettings(q=q, qd=start.qd)
 

@@ -9,12 +9,16 @@ from pathlib import Path
 
 from addin_sdfusion.robot import Finding, InputError, Robot
 from addin_sdfusion.robot.checks.not_simulated import NOT_SIMULATED
+from addin_sdfusion.robot.checks.plausible import plausible
 from addin_sdfusion.robot.files import file_error, is_folder, write_files
 from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.mesh_files import lies_in
 from cardsflow_fmu.experiment.packed_files import mesh_roots
 from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML
 from cardsflow_fmu.experiment.template import experiment_text
+from cardsflow_fmu.results.analysis.first_motion import initial_pose
+from cardsflow_fmu.results.analysis.moment_arms import sign_changes
+from sim_dart import control_dynamics
 
 from .draft_search import DraftSearch, TestRun
 
@@ -86,6 +90,8 @@ def init(
     found, findings = read_movable(robot, cable_set, file.parent)
     path = path_from(file.parent, Path(robot))
     first = find_experiment(found, Path(robot), path, cable_set)
+    dynamics = control_dynamics(found, may_be_singular=True)
+    findings += tuple(sign_changes(found, dynamics, initial_pose(found)))
     if overwrite:
         write_files(file.parent, {file.name: first.text})
     else:
@@ -111,6 +117,8 @@ def find_experiment(
         draft, test_run = DraftSearch(robot, files, cable_set).find_best()
     except InputError as error:
         error.file = error.file or files
+        if (cause := next(plausible(robot), None)) is not None:
+            error.what += f"; possible cause: {cause.message}"
         raise
     return FirstExperiment(experiment_text(robot, path, draft, cable_set), draft.notes, test_run)
 

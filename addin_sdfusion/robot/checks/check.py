@@ -16,6 +16,7 @@ from . import (
     muscles,
     names,
     numbers,
+    plausible,
     pulleys,
     tasks,
     tree,
@@ -45,7 +46,6 @@ CHECKS: tuple[Check, ...] = (
     masses.inertias,
     masses.moving_bodies,
     masses.inertia_about_axis,
-    masses.lengths,
     muscles.has_muscles,
     muscles.via_points,
     muscle_paths.conditions,
@@ -77,7 +77,7 @@ def check(robot: Robot) -> list[Finding]:
 def _cached_findings(robot: Robot) -> tuple[Finding, ...]:
     found = [finding for run_check in CHECKS for finding in run_check(robot)]
     if not any(finding.is_error for finding in found):
-        found += pulleys.reached_points(robot)
+        found += [*pulleys.reached_points(robot), *plausible.plausible(robot)]
     return tuple(errors_first(found))
 
 

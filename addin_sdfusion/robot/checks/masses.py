@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 from ..finding import Finding, Subject
-from ..finding_builders import all_muscles, error, finite, warning
+from ..finding_builders import error, finite, warning
 from ..model.joint import Joint
 from ..model.pose import IDENTITY, Pose, Vector3
 from ..model.robot import Link, Robot
@@ -28,9 +27,6 @@ MINOR_TOLERANCE = 1e-9
 """Tolerance for negative minors, relative to the largest entry of the matrix."""
 ZERO_INERTIA = 1e-15
 """Inertia that is considered zero, in [kg·m²]: below any machine part, above rounding errors."""
-
-LONG, THIN = 10.0, 1.0
-"""Reach in [m], mass per length in [kg/m]: a link that is longer and lighter causes a warning."""
 
 
 def inertias(robot: Robot) -> Iterator[Finding]:
@@ -107,25 +103,6 @@ def inertia_about_axis(robot: Robot) -> Iterator[Finding]:
                 "zero; only the mass away from the axis contributes"
             )
             yield warning(Subject("link", link.name), "zero-inertia-about-axis", problem)
-
-
-def lengths(robot: Robot) -> Iterator[Finding]:
-    """Check for links that are very long and light: the lengths are probably in mm."""
-    points: dict[str, list[Vector3]] = {}
-    for _, muscle in all_muscles(robot):
-        for point in muscle.via_points:
-            points.setdefault(point.link, []).append(point.position)
-    for link in robot.links:
-        mass, com = link.inertia.mass, link.inertia.com
-        places = points.get(link.name, [])
-        if not mass > 0.0 or not finite((*link_numbers(link), *(x for p in places for x in p))):
-            continue
-        trace = link.inertia.ixx + link.inertia.iyy + link.inertia.izz
-        gyration = math.sqrt(max(0.5 * trace / mass, 0.0))
-        reach = max([gyration, *(math.dist(place, com) for place in places)])
-        if reach > LONG and mass < THIN * reach:
-            problem = f"it reaches {reach:.3g} m with {mass:.3g} kg; are the lengths in mm?"
-            yield warning(Subject("link", link.name), "lengths-in-millimetres", problem)
 
 
 def positive_semidefinite(A: Matrix3) -> bool:

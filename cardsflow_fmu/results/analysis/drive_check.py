@@ -19,6 +19,8 @@ from sim_dart import CoreDynamics, control_dynamics
 from sim_dart.core.mass_check import massless_coordinates
 
 from .first_motion import initial_pose, missing_drives, pose_terms, size_problem, try_close_loops
+from .moment_arms import sign_changes
+from .plausibility import reference_findings
 from .sizing import lock_passive_coordinates, reference_motion
 
 _CLOSED = 1e-9
@@ -60,6 +62,7 @@ def drive_findings(robot: Robot) -> list[Finding]:
         if robot.muscles or robot.motors:
             found += _massless_findings(robot, dynamics)
             found += _drive_warnings(robot, dynamics, None)
+            found += sign_changes(robot, dynamics, initial_pose(robot))
         return found
     except CardsflowError as failure:
         problem = f"{failure}; the robot can be converted and displayed, but not simulated"
@@ -73,7 +76,9 @@ def experiment_findings(experiment: Experiment) -> list[Finding]:
     subject = Subject("experiment", experiment.name)
     found = [warning(subject, "experiment", line) for line in experiment.warnings()]
     passive = experiment.controller.uncontrolled
-    found += _drive_warnings(robot, dynamics, np.array(experiment.start.q), passive)
+    start = np.array(experiment.start.q)
+    found += _drive_warnings(robot, dynamics, start, passive)
+    found += [*sign_changes(robot, dynamics, start), *reference_findings(experiment)]
     return found + list(_motion_findings(experiment, subject))
 
 
