@@ -83,13 +83,15 @@ def excite(
         cable_set: Name of the cable set (default: as in the robot file).
         duration: Duration of the motion, in [s].
         speed: Maximum joint speed, in [rad/s].
-        progress: Called during the design with the number of completed steps and their total.
+        progress: Called with the completed work and its total, first with 0, and with the total
+            after the test runs.
 
     Raises:
         InputError: The robot cannot be read or moved, or has none of the parameters.
         RobotError: The robot is invalid.
         CardsflowError: Every test run failed. No file is written.
     """
+    work = _Work(progress)
     with create_new_folder(folder, "excitation"):
         found, findings = read_movable(robot, cable_set, folder)
         search = DraftSearch(found, Path(robot), cable_set)
@@ -108,11 +110,12 @@ def excite(
             free or DEFAULT_PARAMETERS,
             duration,
             speed,
-            progress=None if progress is None else _design_progress(progress),
+            progress=work.report_design,
         )
         design, draft, test_run = _largest_trackable_motion(
             search, first, islice(designed, _MAX_MOTIONS)
         )
+        work.report_end()
         text = describe_excitation(
             design, test_run, _next_commands(folder, robot, free or DEFAULT_PARAMETERS)
         )
@@ -126,9 +129,25 @@ def excite(
         return ExcitationFiles(write_files(folder, contents), text, findings)
 
 
-def _design_progress(progress: Callable[[int, int], None]) -> Callable[[int, int], None]:
-    """Return a function that reports the progress of the design as a fraction of the total work."""
-    return lambda done, total: progress(done, round(total / _DESIGN_SHARE))
+class _Work:
+    """Progress of the design, which is a share of the total work, and of the test runs."""
+
+    def __init__(self, progress: Callable[[int, int], None] | None) -> None:
+        self._progress = progress
+        self._total = 1
+
+    def report_design(self, done: int, total: int) -> None:
+        """Report completed steps of the design."""
+        self._total = round(total / _DESIGN_SHARE)
+        self._report(done)
+
+    def report_end(self) -> None:
+        """Report that all work is completed."""
+        self._report(self._total)
+
+    def _report(self, done: int) -> None:
+        if self._progress is not None:
+            self._progress(done, self._total)
 
 
 def _with_force_limits(robot: Robot, draft: ExperimentDraft) -> Robot:

@@ -167,7 +167,7 @@ def calibrate(
         for fraction, every in _STAGES
     ]
     some = _subsample(windows, len(parameters))
-    work = FitProgress(progress, [*stages, some], _STAGE_ITERATIONS)
+    work = FitProgress(progress, [*stages, some, some], _STAGE_ITERATIONS)  # last: evaluation
     for stage in stages:
         found = fit(problem, stage, z, _STAGE_ITERATIONS, _STAGE_GAIN, work.add_iteration)
         work.end_stage()
@@ -178,6 +178,7 @@ def calibrate(
     found = replace(found, z=problem.with_zero_friction(found.z))
     require_valid(problem.robot_at(found.z))
     result = _build_result(robot, problem, found, some, held_out, spread, notes)
+    work.end_stage()
     _require_better(result)
     return result
 

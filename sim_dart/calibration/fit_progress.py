@@ -11,7 +11,8 @@ class FitProgress:
     """Counter for the work of a calibration: iterations times rows of windows.
 
     The total is an estimate, because the number of iterations is not known in advance. It shrinks
-    when a stage ends early, and grows when a stage needs more iterations than expected.
+    when a stage ends early, and grows when a stage needs more iterations than expected. At the end
+    of the last stage the completed work equals the total.
 
     Args:
         progress: Called with the completed work and its expected total, or None.
@@ -38,7 +39,9 @@ class FitProgress:
         self._report()
 
     def end_stage(self) -> None:
-        """Start the next stage."""
+        """Start the next stage. A stage counts as one iteration at least."""
+        if not self._iterations:
+            self._done += self._rows[self._stage]
         self._stage += 1
         self._iterations = 0
         self._report()

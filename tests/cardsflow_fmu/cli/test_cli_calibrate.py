@@ -15,6 +15,7 @@ from addin_sdfusion.robot import read_robot
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.hardware.protocol.exchange import Exchange
 from cardsflow_fmu.hardware.protocol.recording import Recorder, RecordingHeader
+from cardsflow_fmu.results.report.calibration import calibrate_files
 from cardsflow_fmu.results.report.readings import read_readings
 from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.simulation.run import simulate
@@ -69,6 +70,24 @@ def test_calibrated_robot_and_report_are_written(
         m.name for m in read_robot(ROBOT).muscles
     ]
     assert "choose a new folder" in cardsflow.refused(*command(file, tmp_path / "new"))
+
+
+def test_calibration_reports_its_progress_to_python(tmp_path: Path, result: RunData) -> None:
+    """The first call is without completed work; the last one is after all work."""
+    file = write_table(tmp_path / "run.csv", *table_of(result))
+    calls: list[tuple[int, int]] = []
+    calibrate_files(
+        [file],
+        ROBOT,
+        ["joints.*.damping"],
+        tmp_path / "new",
+        progress=lambda done, total: calls.append((done, total)),
+    )
+    done = [call[0] for call in calls]
+    assert done[0] == 0
+    assert done == sorted(done)
+    assert all(work < total for work, total in calls[:-1])
+    assert calls[-1][0] == calls[-1][1]
 
 
 def test_recording_of_another_robot_is_reported_in_one_line_by_calibrate(

@@ -83,7 +83,7 @@ def test_excite_reports_its_progress(tmp_path: Path) -> None:
     )
     done, totals = zip(*calls, strict=True)
     assert len(set(totals)) == 1
-    assert list(done) == list(range(round(0.6 * totals[0]) + 1))
+    assert list(done) == [*range(round(0.6 * totals[0]) + 1), totals[0]]
 
 
 def windows(rows: int) -> list[Window]:
@@ -103,3 +103,13 @@ def test_progress_of_a_calibration_matches_its_stages() -> None:
         work.add_iteration()
     work.end_stage()
     assert calls == [(0, 22), (1, 22), (1, 21), (11, 21), (21, 31), (31, 41), (31, 31)]
+
+
+def test_stages_without_iterations_count_as_work() -> None:
+    calls: list[tuple[int, int]] = []
+    work = FitProgress(
+        lambda done, total: calls.append((done, total)), [windows(1), windows(10)], iterations=2
+    )
+    work.end_stage()
+    work.end_stage()
+    assert calls == [(0, 22), (1, 21), (11, 11)]
