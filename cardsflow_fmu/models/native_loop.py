@@ -29,7 +29,7 @@ from .by_role import C_MODELS, missing_in_c, require_in_c
 from .native.binding import native_library
 from .native.opened_model import OpenedModel
 
-_CHUNK = 1024  # steps per call, about 10 ms, so that Ctrl-C takes effect
+_CHUNK = 256  # steps per call, about 3 ms, so that Ctrl-C and `watch` take effect
 _ADVICE = "run it with `compute = 'python'`, or as FMUs"
 
 

@@ -15,7 +15,9 @@ from addin_sdfusion.robot import CardsflowError, InputError, Robot, SimulationEr
 from addin_sdfusion.robot.checks.not_simulated import not_simulated
 from addin_sdfusion.robot.files import is_folder
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
+from cardsflow_fmu.cosim.recording import Watch
 from cardsflow_fmu.cosim.signals.muscles import modelled_muscles
+from cardsflow_fmu.cosim.signals.tracked_signals import tracked_signals
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML, experiment_settings
 from cardsflow_fmu.experiment.template import ExperimentDraft, experiment_text
@@ -28,6 +30,7 @@ from cardsflow_fmu.results.analysis.first_motion import (
 )
 from cardsflow_fmu.results.analysis.motion_check import new_collisions
 from cardsflow_fmu.results.summary import Speed, summarize
+from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.analysis.stiffness import stiffness
 from controllers.force_distribution.motor_columns import split_motors
 from controllers.force_distribution.quadratic import least_squares
@@ -66,6 +69,7 @@ class TestRun:
         worst: The coordinate with the largest torque shortfall or tracking error.
         unit: Unit of the tracking error; `rad and m` if coordinates differ.
         good_error: Maximum tracking error of a good test run, in [rad] or [m].
+        is_stopped: Whether it was stopped because the error was larger.
     """
 
     error: float
@@ -75,6 +79,7 @@ class TestRun:
     worst: str
     unit: str
     good_error: float = _GOOD_ERROR
+    is_stopped: bool = False
 
     @property
     def is_good(self) -> bool:
@@ -107,11 +112,14 @@ class DraftSearch:
         test_runs: list[tuple[ExperimentDraft, TestRun, FirstMotion]] = []
         work = 0.0
         for _ in range(_MAX_LOCKED + 1):
-            first, colliding = len(test_runs), []
+            first = len(test_runs)
+            colliding: list[tuple[ExperimentDraft, TestRun, FirstMotion]] = []
             for scale in _SCALES:
                 motion = first_motion(self.robot, scale, undriven)
                 if not motion.start:
                     break
+                if colliding and self._collisions(motion):
+                    continue  # no better than the first
                 for draft in self._drafts(motion):
                     work_of_draft = self._work(draft)
                     if (
@@ -123,7 +131,7 @@ class DraftSearch:
                     if work_of_draft and any(draft.period > run[0].period for run in test_runs):
                         continue  # drafts with many muscles and a shorter period failed before
                     work += work_of_draft
-                    test_run = self.run_test(draft)
+                    test_run = self.run_test(draft, may_stop=not work_of_draft)
                     if test_run is None:
                         return self._with_notes(draft, motion, None), None
                     test_runs.append((draft, test_run, motion))
@@ -138,12 +146,20 @@ class DraftSearch:
                 return self._with_force_limits(*colliding[0])
             if len(test_runs) == first:
                 break
+            test_runs[first:] = [self._complete(*run) for run in test_runs[first:]]
             worst = min(test_runs[first:], key=lambda run: run[1].rank)[1].worst
             undriven[worst] = "it did not track the reference in a test run"
         if not test_runs:
             raise self._no_pose_error(motion)
         draft, test_run, motion = min(test_runs, key=lambda run: run[1].rank)
         return self._with_notes(draft, motion, test_run), test_run
+
+    def _complete(
+        self, draft: ExperimentDraft, test_run: TestRun, motion: FirstMotion
+    ) -> tuple[ExperimentDraft, TestRun, FirstMotion]:
+        """Repeat a test run that was stopped, to compare it with others."""
+        again = self.run_test(draft) if test_run.is_stopped else None
+        return draft, again or test_run, motion
 
     def _work(self, draft: ExperimentDraft) -> float:
         """Return the number of steps and ticks times the number of muscles with a muscle law."""
@@ -258,8 +274,13 @@ class DraftSearch:
             )
         return replace(draft, notes=tuple(notes))
 
-    def run_test(self, draft: ExperimentDraft) -> TestRun | None:
-        """Run a draft in C; None if the native models do not support it."""
+    def run_test(self, draft: ExperimentDraft, *, may_stop: bool = False) -> TestRun | None:
+        """Run a draft in C; None if the native models do not support it.
+
+        Args:
+            draft: The draft.
+            may_stop: Whether the run ends as soon as its tracking error is too large.
+        """
         path = self.robot_path.resolve()
         text = experiment_text(self.robot, str(path), draft, self.cable_set)
         file = path.parent / EXPERIMENT_TOML  # for messages; the file does not exist
@@ -276,11 +297,12 @@ class DraftSearch:
         except (InputError, SimulationError):
             last = experiment.robot.coordinates[-1]
             return TestRun(math.inf, math.inf, 0, False, last.name, last.unit)
-        with loop:
-            recording = loop.run()
-        summary = summarize(experiment, recording, Speed(0.0, 0.0))
         good = _SLOW_ERROR if modelled_muscles(self.robot) else _GOOD_ERROR
-        return _test_run(experiment.robot, summary, good)
+        with loop:
+            recording = loop.run(watch=_stop_above(good, experiment) if may_stop else None)
+        summary = summarize(experiment, recording, Speed(0.0, 0.0))
+        test_run = _test_run(experiment.robot, summary, good)
+        return replace(test_run, is_stopped=isinstance(recording.failure, _PoorTrackingError))
 
     def _springs(self, motion: FirstMotion) -> dict[str, tuple[float, float, float]]:
         """Return stiffness, rest position and damping of springs for coordinates without drive."""
@@ -310,6 +332,25 @@ class DraftSearch:
             f"robot {self.robot.name!r}: the muscles cannot hold the robot in any pose: {problems}",
             file=self.robot_path,
         )
+
+
+class _PoorTrackingError(SimulationError):
+    """The tracking error of a test run is too large."""
+
+
+def _stop_above(good_error: float, experiment: Experiment) -> Watch:
+    """Return a callback that stops a run whose tracking error exceeds a limit."""
+    signals = tracked_signals(
+        experiment.robot, experiment.reference.space, experiment.controller.uncontrolled
+    )
+
+    def watch(names: tuple[str, ...], rows: FloatArray) -> None:
+        for signal in signals:
+            actual, desired = (rows[:, names.index(n)] for n in (signal.actual, signal.desired))
+            if np.abs(signal.error(actual, desired)).max(initial=0.0) > good_error:
+                raise _PoorTrackingError("the tracking error is too large")
+
+    return watch
 
 
 def _locked(motion: FirstMotion) -> list[str]:

@@ -71,26 +71,27 @@ class Interference:
         self._skeleton = build_skeleton(robot) if self._solids else None
         self._own = [{point.link for point in muscle.via_points} for muscle in robot.muscles]
 
-    def nearest(self, postures: Iterable[FloatArray]) -> list[Nearest]:
+    def nearest(self, postures: Iterable[FloatArray], within: float = np.inf) -> list[Nearest]:
         """Return the smallest distance of every pair over all postures.
 
         Args:
             postures: Joint positions, each of shape (n,), in [rad] or [m].
+            within: Distance in [m] above which pairs of muscles may be omitted, which is faster.
         """
         found: dict[tuple[str, str], Nearest] = {}
         for sample, q in enumerate(postures):
             lines = self._paths.path_points(q)
-            for near in (*self._muscles(lines, sample), *self._links(q, lines, sample)):
+            for near in (*self._muscles(lines, sample, within), *self._links(q, lines, sample)):
                 known = found.get((near.muscle, near.other))
                 if known is None or near.distance < known.distance:
                     found[near.muscle, near.other] = near
         return sorted(found.values(), key=lambda near: near.distance)
 
-    def _muscles(self, lines: list[FloatArray], sample: int) -> Iterator[Nearest]:
+    def _muscles(self, lines: list[FloatArray], sample: int, within: float) -> Iterator[Nearest]:
         owners = np.repeat(np.arange(len(lines)), [max(len(line) - 1, 0) for line in lines])
         starts = np.concatenate([line[:-1] for line in lines] or [np.empty((0, 3))])
         ends = np.concatenate([line[1:] for line in lines] or [np.empty((0, 3))])
-        i, j = np.triu_indices(len(owners), 1)
+        i, j = _pairs_within(starts, ends, within)
         other = owners[i] != owners[j]
         i, j = i[other], j[other]
         apart = segment_distances(starts[i], ends[i], starts[j], ends[j])
@@ -166,6 +167,25 @@ def _lowest_maximum(a: FloatArray, b: FloatArray) -> float:
         else:
             low = left
     return float(np.max(a + 0.5 * (low + high) * (b - a)))
+
+
+def _pairs_within(
+    starts: FloatArray, ends: FloatArray, within: float
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the indices i < j of all segments at most `within` apart, and of some others.
+
+    Boxes around the segments are compared, in the order of their positions along one axis.
+    """
+    low = np.minimum(starts, ends) - 0.5 * within
+    high = np.maximum(starts, ends) + 0.5 * within
+    order = np.argsort(low[:, 0])
+    following = np.searchsorted(low[order, 0], high[order, 0], "right")
+    counts = following - np.arange(1, len(low) + 1)
+    first = np.repeat(np.arange(len(low)), counts)
+    second = first + 1 + np.arange(len(first)) - np.repeat(np.cumsum(counts) - counts, counts)
+    i, j = order[first], order[second]
+    meet = ((low[i] <= high[j]) & (low[j] <= high[i])).all(axis=1)
+    return np.minimum(i, j)[meet], np.maximum(i, j)[meet]
 
 
 def segment_distances(

@@ -182,7 +182,7 @@ def motion_findings(
         scene = Scene(links="capsules", capsule_radius=capsule_radius)
     postures = read_motion(motion, reading, robot)
     findings = []
-    for near in Interference(robot, scene).nearest(postures.postures):
+    for near in Interference(robot, scene).nearest(postures.postures, clearance):
         if near.distance > clearance:
             break
         message = f"{_description(near)} {postures.describe(robot, near.sample)}"
@@ -212,7 +212,7 @@ def new_collisions(robot: Robot, mesh_folder: Path, postures: FloatArray) -> lis
     initial = {(n.muscle, n.other): n.distance for n in pairs.nearest(postures[:1])}
     return [
         _description(near)
-        for near in pairs.nearest(postures)
+        for near in pairs.nearest(postures, _NEAR)
         if near.distance <= _NEAR < initial.get((near.muscle, near.other), 0.0)
     ]
 

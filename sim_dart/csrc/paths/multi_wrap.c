@@ -75,7 +75,8 @@ static void evaluate_cable(cable *c)
 {
     c->length = c->disagreement = 0;
     for (int i = 0; i < c->count; i++) {
-        evaluate_part(c, i, c->points[i], c->points[i + 1], NULL, c->contacts + i);
+        const contact before = c->contacts[i]; /* its angle is 0 in the first evaluation */
+        evaluate_part(c, i, c->points[i], c->points[i + 1], &before, c->contacts + i);
         c->length += c->contacts[i].pull.length;
         if (is_followed(c->parts + i)) c->followed[i] = c->contacts[i].pull.turning;
         for (int k = 0; i && k < 3; k++) {

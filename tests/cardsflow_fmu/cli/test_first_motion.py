@@ -28,7 +28,10 @@ from addin_sdfusion.robot import (
     write_sdf,
 )
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.experiment.template import ExperimentDraft
 from cardsflow_fmu.results.analysis.first_motion import first_motion
+from cardsflow_fmu.simulation import draft_search
+from cardsflow_fmu.simulation.draft_search import DraftSearch
 from cardsflow_fmu.simulation.starter import init
 from sim_dart import CoreDynamics
 
@@ -324,3 +327,44 @@ def test_motor_drives_a_coordinate_without_muscle(tmp_path: Path, cardsflow: Com
     assert_tracks(summary)
     assert "locked" not in err
     assert list(summary["tracking"]["per_signal"]) == ["q.q", "q.wrist"]
+
+
+def test_hopeless_test_runs_are_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    robot = arm(*strands(ABOVE, BELOW))
+    monkeypatch.setattr(draft_search, "_GOOD_ERROR", 1e-9)
+    search = DraftSearch(robot, write_sdf(robot, tmp_path)[0], None)
+    draft = next(search._drafts(first_motion(robot)))
+    stopped, whole = search.run_test(draft, may_stop=True), search.run_test(draft)
+    assert stopped is not None
+    assert whole is not None
+    assert stopped.is_stopped
+    assert not stopped.complete
+    assert whole.complete
+    assert 1e-9 < stopped.error < whole.error
+    best = search.find_best()[1]  # comparing failed test runs requires their end
+    assert best is not None
+    assert best.complete
+    assert best.error <= whole.error
+
+
+def test_colliding_motions_are_not_simulated_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot = arm(*strands(ABOVE, BELOW))
+    search = DraftSearch(robot, write_sdf(robot, tmp_path)[0], None)
+    simulated = []
+    run_test = DraftSearch.run_test
+
+    def count(
+        self: DraftSearch, draft: ExperimentDraft, **options: bool
+    ) -> draft_search.TestRun | None:
+        simulated.append(draft)
+        return run_test(self, draft, **options)
+
+    monkeypatch.setattr(DraftSearch, "run_test", count)
+    monkeypatch.setattr(DraftSearch, "_collisions", lambda *_: ["a muscle meets another"])
+    monkeypatch.setattr(DraftSearch, "_with_force_limits", lambda _, *run: run[:2])
+    draft, test_run = search.find_best()
+    assert simulated == [draft]
+    assert test_run is not None
+    assert test_run.is_good

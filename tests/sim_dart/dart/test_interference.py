@@ -25,7 +25,7 @@ from addin_sdfusion.robot import (
     Shape,
     ViaPoint,
 )
-from sim_dart.dart.interference import Interference, segment_distances
+from sim_dart.dart.interference import Interference, _pairs_within, segment_distances
 from sim_dart.scene import Scene
 
 
@@ -192,3 +192,24 @@ def test_every_pair_of_a_random_robot_is_reported_once() -> None:
     assert len(found) == len(pairs) == m * (m - 1) // 2
     distances = [n.distance for n in found]
     assert distances == sorted(distances)
+
+
+@pytest.mark.parametrize("within", [0.0, 0.05, 0.3])
+def test_search_within_a_distance_finds_the_same_pairs(within: float) -> None:
+    robot = random_robot(3)
+    postures = np.random.default_rng(0).uniform(-1, 1, (5, len(robot.coordinates)))
+    check = Interference(robot, Scene(links="none"))
+    every, near = check.nearest(postures), check.nearest(postures, within)
+    assert [n for n in every if n.distance <= within] == [n for n in near if n.distance <= within]
+
+
+@pytest.mark.parametrize("within", [0.0, 0.05, 0.3])
+def test_near_pairs_of_segments_are_not_omitted(within: float) -> None:
+    rng = np.random.default_rng(1)
+    starts = rng.uniform(-1, 1, (80, 3))
+    ends = starts + rng.uniform(-0.3, 0.3, starts.shape)
+    i, j = np.triu_indices(len(starts), 1)
+    near = segment_distances(starts[i], ends[i], starts[j], ends[j]) <= within
+    found = set(zip(*_pairs_within(starts, ends, within), strict=True))
+    assert set(zip(i[near], j[near], strict=True)) <= found
+    assert len(found) < len(i) / 2

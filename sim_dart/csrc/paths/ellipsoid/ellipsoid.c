@@ -27,6 +27,7 @@
 #include <string.h>
 
 #define MAX_SHOTS 40
+#define CONTINUED_SHOTS 8 /* the same from a contact with other ends; if these fail, the search starts again */
 #define HALVINGS 6
 #define LAST_SHOT_STEP PRECISE(1e-8, 2e-4) /* last step: the remaining error is about its square */
 #define ROUNDING_SQUARE PRECISE(1e-24, 1e-10)      /* square of the residual that only rounding errors cause */
@@ -161,13 +162,13 @@ static real newton_step(const shot *s, real step[3])
     return value_of(fabs(step[0])) + value_of(fabs(step[1])) + value_of(fabs(step[2]));
 }
 
-/* Iterate. Each step is shortened until the residual decreases. Return whether it converges. */
-static int solve_geodesic(const ellipsoid_view *v, const tangent_cone cones[2], shot *s)
+/* Iterate, at most that many shots. Each step is shortened until the residual decreases. Return whether it converges. */
+static int solve_geodesic(const ellipsoid_view *v, const tangent_cone cones[2], int most, shot *s)
 {
     int is_found = 0;
     real last_term = ROUGH_TERM;
     shoot(v, cones, last_term, s);
-    for (int shots = 1; shots < MAX_SHOTS;) {
+    for (int shots = 1; shots < most;) {
         real step[3] = {0, 0, 0};
         const real size = newton_step(s, step);
         if (!isfinite(size)) return 0;
@@ -214,7 +215,7 @@ static int search_geodesics(const ellipsoid_view *v, const tangent_cone cones[2]
     for (int k = 0; k < count; k++) {
         shot s;
         s.way = starts[k];
-        if (!solve_geodesic(v, cones, &s) || !(value_of(s.way.contact) > 0)) {
+        if (!solve_geodesic(v, cones, MAX_SHOTS, &s) || !(value_of(s.way.contact) > 0)) {
             is_complete = 0;
             continue;
         }
@@ -253,7 +254,7 @@ static int continue_from(const wrap_surface *s, const ellipsoid_view *v, const t
         angle[0] = c / size, angle[1] = sine_ / size;
     }
     best->way.contact = from->pull.angle / v->unit;
-    return solve_geodesic(v, cones, best) && value_of(best->way.contact) > 0;
+    return solve_geodesic(v, cones, CONTINUED_SHOTS, best) && value_of(best->way.contact) > 0;
 }
 
 static int find_geodesic(const wrap_surface *s, const ellipsoid_view *v, const wrap_way *way, shot *best)
