@@ -17,7 +17,7 @@ static uint64_t clock_ns(void)
     return (uint64_t)t.tv_sec * SECOND + (uint64_t)t.tv_nsec;
 }
 
-/* Return the number of bytes that were read; 0 if there is no such file. */
+/* Return the number of bytes that were read; 0 if the file cannot be read. */
 static size_t read_file(const char *name, void *to, size_t size)
 {
     const int file = open(name, O_RDONLY);

@@ -11,6 +11,7 @@ from addin_sdfusion.robot import Robot, SimulationError
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.hardware import MotorSettings, SensorSettings
 from cardsflow_fmu.experiment.settings.loads import DisturbanceSettings
+from cardsflow_fmu.hardware.protocol.signals import require_forces
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.validation import named_vector, smallest_forces
 from sim_dart import Plant
@@ -109,7 +110,12 @@ class EmulatedRobot:
             experiment: The experiment, which specifies plant, start state, disturbance and motors.
             motor_lag: Time constant of the motors, in [s].
             sensors: Errors of the sensors, or None for ideal sensors.
+
+        Raises:
+            InputError: A muscle has a muscle law, or a value is out of range. A custom law is not
+                executed.
         """
+        require_forces(experiment.plant_robot, experiment.file)
         return cls(
             experiment.plant_robot,
             experiment.plant.step,

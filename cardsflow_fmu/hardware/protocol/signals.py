@@ -71,9 +71,11 @@ def require_forces(robot: Robot, file: Path | None = None) -> None:
     """
     for k in modelled_muscles(robot):
         muscle = robot.muscles[k]
+        custom = muscle.model.custom
+        law = muscle.model.kind if custom is None else custom.name
         raise InputError(
             f"hardware requires force commands, but muscle {muscle.name!r} has the muscle law "
-            f"{muscle.model.kind!r}; remove the law and configure [hardware.motors]",
+            f"{law!r}; remove the law and configure [hardware.motors]",
             file=file,
             key=f"muscles.{muscle.name}.model",
         )

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.command_line import CommandLine
+from support.experiments import copied_arm
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import write_sdf
@@ -321,6 +322,21 @@ def test_invalid_device_options_are_reported_in_one_line(
 ) -> None:
     own = [] if "--listen" in words or words[0] == "run" else FREE
     assert message in cardsflow.refused(*words, *own, code=code)
+
+
+def test_device_does_not_execute_a_muscle_law(tmp_path: Path, cardsflow: CommandLine) -> None:
+    """Only commands that simulate execute the Python file of a law, and a device rejects it."""
+    executed = tmp_path / "executed"
+    code = f"""open({str(executed)!r}, "w").close()
+class Elastic:
+    command = ("rest_length", "m", 0.0, 4.0)
+"""
+    arm = copied_arm(tmp_path, law=code)
+    law = "muscles.cable_1.model.kind='law.py:Elastic'"
+    line = cardsflow.refused("device", arm, *FREE, "--set", law)
+    assert "experiment.toml: muscles.cable_1.model: hardware requires force commands" in line
+    assert "the muscle law 'Elastic'; remove" in line
+    assert not executed.exists()
 
 
 def test_used_port_is_reported_in_one_line(cardsflow: CommandLine) -> None:
