@@ -11,6 +11,7 @@ from addin_sdfusion.robot.json_text import json_text
 
 from .common import (
     DOUBTFUL,
+    FAILED,
     GOOD,
     add_experiment,
     add_json,
@@ -23,7 +24,7 @@ from .common import (
     print_result,
 )
 from .parser import Commands
-from .terminal.messages import print_note, print_warning
+from .terminal.messages import print_error, print_note, print_warning
 from .terminal.progress import show_progress
 from .view import add_live_options, live_watch, reject_view
 
@@ -69,6 +70,11 @@ def add_run(commands: Commands) -> None:
     parser.add_argument(
         "--strict", action="store_true", help="exit with 3 if the run has warnings (default: off)"
     )
+    parser.add_argument(
+        "--allow-poor-tracking",
+        action="store_true",
+        help='do not fail if the reference is not tracked: run.accept = "any" (default: off)',
+    )
     add_json(parser, "the summary")
     parser.add_argument(
         "--as-script",
@@ -99,6 +105,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.hardware is not None:
         options.set += [f"hardware.link={json_text(options.hardware)}", "hardware.use=true"]
     options.set += [f"run.{key}={value}" for key, value in _engine(options).items()]
+    options.set += _accept(options)
     experiment = load_experiment(options)
     if experiment.hardware.use:
         from cardsflow_fmu.hardware.session.connect import require_connectable
@@ -150,7 +157,7 @@ def _run_system(options: argparse.Namespace) -> int:
     if engine := _engine(options):
         what = f"contains built FMUs; --{next(iter(engine))} is only for experiments"
         raise InputError(what, file=options.experiment)
-    settings = parse_settings(options.set)
+    settings = parse_settings([*options.set, *_accept(options)])
     if options.hardware is not None:
         # hardware.fmu creates the device of a loopback or an emulator itself
         if not options.hardware.startswith(("loopback:", "emulated:")):
@@ -183,6 +190,10 @@ def _run_system(options: argparse.Namespace) -> int:
     return _code(result, options)
 
 
+def _accept(options: argparse.Namespace) -> list[str]:
+    return ["run.accept=any"] if options.allow_poor_tracking else []
+
+
 def _engine(options: argparse.Namespace) -> dict[str, str]:
     """Return the settings of `run` that --compute and --coupling specify."""
     given = {"compute": options.compute, "coupling": options.coupling}
@@ -210,7 +221,11 @@ def _print_script(options: argparse.Namespace, experiment: Experiment | None = N
 
 def _print_result(result: SystemResult, options: argparse.Namespace) -> None:
     if options.json:
+        from cardsflow_fmu.results.verdict import failure_text
+
         print(json_text(result.summary, indent=1))
+        if (failed := failure_text(result.summary)) is not None:
+            print_error(failed)
         return
     from cardsflow_fmu.results.files import EXPERIMENT
 
@@ -221,6 +236,8 @@ def _print_result(result: SystemResult, options: argparse.Namespace) -> None:
 
 
 def _code(result: SystemResult, options: argparse.Namespace) -> int:
+    if result.summary["status"] == "failed":
+        return FAILED
     return DOUBTFUL if options.strict and result.summary["warnings"] else GOOD
 
 

@@ -68,7 +68,7 @@ def require_summary(summary: Mapping[str, Any], file: Path) -> None:
     Raises:
         InputError: The data is invalid.
     """
-    if summary.get("status") not in ("complete", "incomplete"):
+    if summary.get("status") not in ("complete", "failed", "incomplete"):
         raise _invalid(file, "status")
     for key, types in _TYPES.items():
         if key in summary and not isinstance(summary[key], types):

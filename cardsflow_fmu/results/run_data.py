@@ -58,7 +58,7 @@ class RunData:
     @property
     def complete(self) -> bool:
         """Whether the run reached its end."""
-        return bool(self.summary["status"] == "complete")
+        return bool(self.summary["status"] != "incomplete")
 
 
 def _keep_files() -> None:

@@ -145,7 +145,7 @@ def read_results(path: Path) -> RunData:
         raise InputError("has no results of a run", file=path)
     folder = _folder(path)
     units, summary = read_units(folder / UNITS), read_summary(folder / SUMMARY)
-    complete = summary.get("status") == "complete"
+    complete = summary.get("status") != "incomplete"
     if (folder / PARQUET).is_file() and not (folder / TABLE).is_file():
         table = folder / PARQUET
         names, rows = (stored := read_parquet(table)).names, stored.rows

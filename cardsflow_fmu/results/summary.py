@@ -25,12 +25,13 @@ from cardsflow_fmu.cosim.signals.tracked_signals import (
 )
 from cardsflow_fmu.cosim.signals.world import FRICTION_ERROR, FRICTION_NOT_CONVERGED
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.settings.run import Accept
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.version import __version__
 
 from .engines import OVER_FMUS, engine_summary
 from .estimation import estimation_summary
-from .verdict import problems
+from .verdict import failure, problems
 
 Columns = Mapping[str, FloatArray]
 
@@ -73,20 +74,19 @@ def summarize(
         name: (_finite(motor.tau_min), _finite(motor.tau_max), force_unit(motor))
         for name, motor in zip(motor_signals(TORQUE, robot), robot.motors, strict=True)
     }
+    signals = _contacts(experiment, columns) | estimation_summary(experiment, columns, observed)
+    signals |= _signals(recording, columns, followed, bounds, slack)
+    failed = failure(signals) if experiment.run.accept == "tracked" else None
     return {
         "experiment": experiment.name,
         "robot": robot.name,
         "cable_set": robot.cable_set,
-        **_outcome(recording, columns),
+        **_outcome(recording, columns, failed),
         "scheme": experiment.stepping.scheme,
         "step": experiment.run.step,
         "control_period": experiment.controller.period,
         **engine_summary(experiment),
-        **(
-            signals := _contacts(experiment, columns)
-            | estimation_summary(experiment, columns, observed)
-            | _signals(recording, columns, followed, bounds, slack)
-        ),
+        **signals,
         **_torques(motors, columns),
         **_speed(recording, speed),
         "warnings": [*problems(signals), *experiment.warnings(), *recording.warnings],
@@ -102,6 +102,7 @@ def summarize_system(
     scheme: str,
     step: float,
     engine: Mapping[str, str],
+    accept: Accept = "tracked",
 ) -> dict[str, Any]:
     """Return the summary of a run of a system, based on signal names.
 
@@ -112,6 +113,7 @@ def summarize_system(
         scheme: Name of the coupling scheme.
         step: Communication step, in [s].
         engine: Engines of plant and controller.
+        accept: Runs that succeed; see `run.accept`.
     """
     columns, followed = recording.columns, tracked_signals_by_name(recording.names, recording.units)
     if len({signal.actual[0] for signal in followed}) > 1:
@@ -123,14 +125,16 @@ def summarize_system(
         if name.startswith("tension.")
         or (name.startswith("f.") and name[2:] not in muscles_with_tension)
     }
+    signals = _signals(recording, columns, followed, forces, {})
+    failed = failure(signals) if accept == "tracked" else None
     return {
         "experiment": name,
-        **_outcome(recording, columns),
+        **_outcome(recording, columns, failed),
         "scheme": scheme,
         "step": step,
         "engine": dict(engine),
         "master": OVER_FMUS,
-        **(signals := _signals(recording, columns, followed, forces, {})),
+        **signals,
         **_torques(
             {n: (None, None, recording.units.get(n, "")) for n in columns if n.startswith("tau.")},
             columns,
@@ -157,11 +161,20 @@ def _contacts(experiment: Experiment, columns: Columns) -> dict[str, Any]:
     return {"contact_friction": friction}
 
 
-def _outcome(recording: Recording, columns: Columns) -> dict[str, Any]:
-    failure = recording.failure
+def _outcome(recording: Recording, columns: Columns, failed: str | None) -> dict[str, Any]:
+    """Return status, failure and error of a run.
+
+    Args:
+        recording: Recording of the run.
+        columns: Its columns.
+        failed: Why a run that reached its end failed, or None.
+    """
+    error = recording.failure
+    status = "complete" if failed is None else "failed"
     return {
-        "status": "complete" if failure is None else "incomplete",
-        "error": None if failure is None else str(failure),
+        "status": status if error is None else "incomplete",
+        "failure": failed,
+        "error": None if error is None else str(error),
         "duration": float(columns["time"][-1]) if len(recording.rows) else 0.0,
     }
 

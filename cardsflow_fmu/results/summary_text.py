@@ -8,6 +8,8 @@ from typing import Any
 
 from cardsflow_fmu.cosim.pacing import describe_timeliness
 
+from .verdict import failure_text
+
 WORST = 5
 """Number of signals of each kind in a short text."""
 
@@ -20,7 +22,9 @@ def describe_summary(summary: Mapping[str, Any], *, every: bool = False) -> list
         every: Whether to include all signals instead of the worst of each kind.
     """
     limit = None if every else WORST
-    lines = [f"WARNING: {warning}" for warning in summary.get("warnings") or ()]
+    failed = failure_text(summary)
+    lines = [] if failed is None else [failed]
+    lines += [f"WARNING: {warning}" for warning in summary.get("warnings") or ()]
     lines += [_title(summary), *_tracking_lines(summary, limit), *_force_lines(summary, limit)]
     lines += _estimation_lines(summary, limit)
     lines += _torque_lines(summary, limit)

@@ -1,4 +1,4 @@
-"""Warnings of a run: infeasible ticks, large tracking errors, lost estimates."""
+"""Warnings and failure of a run: infeasible ticks, large tracking errors, lost estimates."""
 
 from __future__ import annotations
 
@@ -9,6 +9,10 @@ _MAX_RATIO = 0.5
 """Maximum ratio of the tracking error to the range of the reference."""
 _SMALL_ERROR = 0.01
 """Minimum tracking error for a warning, in [rad] or [m]."""
+_MAX_SHARE = 0.01
+"""Maximum share of infeasible or not converged ticks of a run that succeeds."""
+NOT_FOLLOWED = "reference not followed"
+"""Failure of a run with large tracking errors."""
 _MAX_NAMES = 3
 """Maximum number of joints in a line."""
 
@@ -21,6 +25,27 @@ def problems(summary: Mapping[str, Any]) -> list[str]:
     """
     checks = (_lost_estimate, _infeasible, _not_converged, _contact_errors, _tracking_errors)
     return [line for problem in checks for line in problem(summary)]
+
+
+def failure(summary: Mapping[str, Any]) -> str | None:
+    """Return why a run that reached its end failed; None if it succeeded.
+
+    Args:
+        summary: As for `problems`.
+    """
+    if _tracking_errors(summary):
+        return NOT_FOLLOWED
+    ticks = summary.get("ticks") or 0
+    for key, name in (("infeasible_ticks", "infeasible"), ("not_converged_ticks", "not converged")):
+        count = summary.get(key) or 0
+        if count > _MAX_SHARE * ticks:
+            return f"{count} of {ticks} ticks {name}"
+    return None
+
+
+def failure_text(summary: Mapping[str, Any]) -> str | None:
+    """Return the line about a failed run, such as `FAILED: reference not followed`, or None."""
+    return f"FAILED: {summary['failure']}" if summary.get("status") == "failed" else None
 
 
 def _lost_estimate(summary: Mapping[str, Any]) -> list[str]:

@@ -379,7 +379,7 @@ def _test_run(robot: Robot, summary: Mapping[str, Any], good_error: float) -> Te
         math.inf if error is None else error,
         math.inf if peak is None else peak,
         infeasible,
-        summary["status"] == "complete",
+        summary["status"] != "incomplete",
         robot.coordinates[int(np.argmax(sizes)) if sizes else -1].name,
         summary["tracking"]["unit"],
         good_error,

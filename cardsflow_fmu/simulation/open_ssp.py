@@ -20,6 +20,7 @@ from cardsflow_fmu.cosim.signals.units import conversion, variable_units
 from cardsflow_fmu.experiment.config.multiples import require_multiple
 from cardsflow_fmu.experiment.config.table import Context, validated
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
+from cardsflow_fmu.experiment.settings.run import Accept
 from cardsflow_fmu.results.engines import system_engines
 from cardsflow_fmu.results.files import EXPERIMENT, RECORDING_FILE, Contents
 from cardsflow_fmu.results.summary import Speed, summarize_system
@@ -40,6 +41,7 @@ class OpenSsp:
         loop: Loop that steps the FMUs.
         step: Communication step, in [s].
         scheme: Name of the coupling scheme.
+        accept: Runs that succeed, see `run.accept`.
         engine: Engines of plant and controller.
         hardware: Hardware of the run; None without hardware, or if unknown.
         contents: Other files of the results folder, by name; empty without a folder.
@@ -50,6 +52,7 @@ class OpenSsp:
     loop: Master
     step: float
     scheme: str
+    accept: Accept
     engine: Mapping[str, str]
     hardware: HardwareSettings | None
     contents: Contents
@@ -58,7 +61,13 @@ class OpenSsp:
     def summary(self, recording: Recording, speed: Speed) -> dict[str, Any]:
         """Return the summary of a recording."""
         return summarize_system(
-            self.name, recording, speed, scheme=self.scheme, step=self.step, engine=self.engine
+            self.name,
+            recording,
+            speed,
+            scheme=self.scheme,
+            step=self.step,
+            engine=self.engine,
+            accept=self.accept,
         )
 
     def result(self, recording: Recording, summary: dict[str, Any]) -> SystemResult:
@@ -102,15 +111,15 @@ def open_ssp(
         unpack_ssp(path, unpacked)
         system = read_system(unpacked, variant)
         driven = _hardware(path) if variant == HARDWARE else None
-        step, steps, coupling = _run_settings(runs, system, path)
+        run, coupling = _run_settings(runs, system, path)
         parameters = _start_value_settings(values, system, path)
         files = {c.name: unpacked / c.source for c in system.components}
         with _participants(system, files, scratch, parameters) as participants:
             loop = Master(
                 participants,
                 {".".join(c.target): ".".join(c.source) for c in system.connections},
-                step=step,
-                steps=steps,
+                step=run.step,
+                steps=round(run.duration / run.step),
                 coupling=coupling,
                 by_name=False,
                 changes={".".join(c.target): c.change for c in system.connections},
@@ -118,8 +127,9 @@ def open_ssp(
             yield OpenSsp(
                 system.name,
                 loop,
-                step,
+                run.step,
                 coupling.scheme,
+                run.accept,
                 system_engines(files),
                 driven,
                 {} if carried is None else {EXPERIMENT: carried},
@@ -149,8 +159,8 @@ def _hardware(path: Path) -> HardwareSettings | None:
 
 def _run_settings(
     given: Mapping[str, Any], system: System, path: Path
-) -> tuple[float, int, Coupling]:
-    """Return step, number of steps and coupling."""
+) -> tuple[SystemRunSettings, Coupling]:
+    """Return the settings of the run, and the coupling."""
     for key, known in (("step", system.step), ("duration", system.stop_time)):
         if key not in given and known is None:
             raise InputError(f"does not specify its {key}; set run.{key}", file=path)
@@ -164,7 +174,7 @@ def _run_settings(
     require_multiple(run.duration, run.step, "run.step", file=path, key="run.duration")
     order = ("controller",) if run.scheme == "sampled" else names
     coupling = Coupling(run.scheme, order if run.order is None else run.order)
-    return run.step, round(run.duration / run.step), coupling
+    return run, coupling
 
 
 def _start_value_settings(

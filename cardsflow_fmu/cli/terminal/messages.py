@@ -11,8 +11,8 @@ from contextvars import ContextVar
 from typing import Any
 
 _RESET, _RED, _YELLOW, _CYAN = "\033[0m", "\033[1;31m", "\033[1;33m", "\033[1;36m"
-_COLOURS = {"error": _RED, "warning": _YELLOW, "WARNING": _YELLOW, "note": _CYAN}
-_SEVERITY = re.compile(r"(?<![^\s])(error:|warning:|note:|WARNING)")
+_COLOURS = {"error": _RED, "FAILED": _RED, "warning": _YELLOW, "WARNING": _YELLOW, "note": _CYAN}
+_SEVERITY = re.compile(r"(?<![^\s])(error:|FAILED:|warning:|note:|WARNING)")
 _QUIET: ContextVar[bool] = ContextVar("quiet", default=False)
 
 

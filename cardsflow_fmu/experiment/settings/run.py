@@ -16,6 +16,7 @@ Compute = Literal["c", "python"]
 ModelCoupling = Literal["fmu", "direct"]
 TableFormat = Literal["csv", "parquet"]
 RecordingFormat = Literal["none", "mcap"]
+Accept = Literal["tracked", "any"]
 
 
 class RunSettings(Table):
@@ -32,6 +33,11 @@ class RunSettings(Table):
     )
     scheme: Scheme = setting(
         "coupling scheme: order in which participants compute a step", "sampled"
+    )
+    accept: Accept = setting(
+        "runs that succeed: only if the reference is tracked and at most 1 % of the ticks are "
+        "infeasible, or any run that reaches its end",
+        "tracked",
     )
     order: Annotated[tuple[str, ...], Listed] = setting(
         "order of the participants for gauss_seidel", ()
@@ -64,6 +70,6 @@ class RunSettings(Table):
         return round(self.duration / self.step)
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
-        """Return the settings that FMUs contain: not output, formats, compute and coupling."""
-        omitted = ("output", "format", "recording", "compute", "coupling")
+        """Return the settings that FMUs contain: not output, formats, compute, coupling, accept."""
+        omitted = ("output", "format", "recording", "compute", "coupling", "accept")
         return super().data([*omitted, *([] if self.order else ["order"]), *leave_out])

@@ -17,6 +17,7 @@ from matplotlib.font_manager import findfont, get_font
 
 from addin_sdfusion.robot import UnknownNameError
 from cardsflow_fmu.results.run_data import RunData
+from cardsflow_fmu.results.verdict import failure_text
 from cardsflow_fmu.utils.overwrite import MARK, output_file, write_output
 
 from .curve_selection import curve_colours, select_curves, shorten
@@ -72,8 +73,10 @@ def figure_of(result: RunData, what: Sequence[str] = (), columns: Sequence[str] 
 
 
 def figure_title(result: RunData) -> str:
-    """Return the title of a figure: a note on an incomplete run, otherwise empty."""
-    return "" if result.summary.get("status", "complete") == "complete" else "incomplete run"
+    """Return the title of a figure: why a run failed or ended early, otherwise empty."""
+    if result.summary.get("status") == "incomplete":
+        return "incomplete run"
+    return failure_text(result.summary) or ""
 
 
 def figure_of_panels(panels: Sequence[Panel], *, title: str = "", bins: int = BINS) -> Figure:

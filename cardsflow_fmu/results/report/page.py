@@ -15,6 +15,7 @@ from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.results.analysis.info import robot_info
 from cardsflow_fmu.results.run_data import ExperimentRunData
 from cardsflow_fmu.results.saved_run import opened_run
+from cardsflow_fmu.results.verdict import failure_text
 from cardsflow_fmu.results.viewer.html.page import replay_page
 from cardsflow_fmu.results.viewer.scene.act import Act
 from cardsflow_fmu.results.viewer.view import PAGES, act_of
@@ -67,6 +68,8 @@ def _verdict(result: ExperimentRunData) -> list[str]:
     if not result.complete:
         error = result.summary.get("error") or "the run ended early"
         lines.append(f"Incomplete run: {error}")
+    if (failed := failure_text(result.summary)) is not None:
+        lines.append(failed)
     lines += [f"Warning: {warning}" for warning in result.summary.get("warnings") or ()]
     notices = [f'<p class="notice">{escape(line)}</p>' for line in lines]
     kind = "verdict" if lines else "verdict good"

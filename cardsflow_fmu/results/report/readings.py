@@ -169,7 +169,7 @@ def _hardware_columns(path: Path) -> dict[str, FloatArray]:
 
 def _table_columns(path: Path) -> dict[str, FloatArray]:
     result = read_results(path)
-    if result.summary.get("status", "complete") != "complete":
+    if result.summary.get("status") == "incomplete":
         raise InputError("is an incomplete run; record it again", file=path)
     return dict(zip(result.names, result.rows.T, strict=True))
 

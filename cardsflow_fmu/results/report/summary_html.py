@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from cardsflow_fmu.results.verdict import failure_text
+
 from .html import table
 
 
@@ -49,7 +51,7 @@ def summary_tables(summary: Mapping[str, Any]) -> list[str]:
 
 def short_outcome(summary: Mapping[str, Any]) -> list[str]:
     """Return status, tracking errors and infeasible ticks of a run as plain text."""
-    parts = [str(summary.get("status", "complete"))]
+    parts = [failure_text(summary) or str(summary.get("status", "complete"))]
     tracking = summary.get("tracking") or {}
     if tracking.get("rms") is not None:
         unit = tracking.get("unit", "")
@@ -87,6 +89,7 @@ _ROWS = (
     ("robot", "robot"),
     ("cable set", "cable_set"),
     ("status", "status"),
+    ("failure", "failure"),
     ("error", "error"),
     ("duration [s]", "duration"),
     ("step [s]", "step"),

@@ -13,6 +13,7 @@ from addin_sdfusion.robot.formats.read import read
 from cardsflow_fmu.experiment.packed_files import omitted_meshes
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
 from cardsflow_fmu.results.saved_run import is_run, opened_run
+from cardsflow_fmu.results.verdict import failure_text
 from cardsflow_fmu.utils.overwrite import output_file, write_output
 
 from .html.page import replay_page
@@ -87,7 +88,9 @@ def robot_act(
 
 def notes(result: RunData) -> tuple[str, ...]:
     """Return notes on a run: warnings, tracking error, completeness."""
-    lines = [f"warning: {warning}" for warning in result.summary.get("warnings") or ()]
+    failed = failure_text(result.summary)
+    lines = [] if failed is None else [failed]
+    lines += [f"warning: {warning}" for warning in result.summary.get("warnings") or ()]
     tracking = result.summary.get("tracking") or {}
     if tracking.get("rms") is not None:
         lines.append(f"RMS tracking error {tracking['rms']:.3g} {tracking.get('unit', '')}")

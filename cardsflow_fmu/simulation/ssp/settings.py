@@ -6,6 +6,7 @@ from typing import Annotated
 
 from cardsflow_fmu.cosim.coupling import Scheme
 from cardsflow_fmu.experiment.config.table import Listed, Positive, Table, setting
+from cardsflow_fmu.experiment.settings.run import Accept
 
 
 class SystemRunSettings(Table):
@@ -14,4 +15,5 @@ class SystemRunSettings(Table):
     step: Positive = setting("communication step, in s")
     duration: Positive = setting("duration, in s")
     scheme: Scheme = setting("coupling scheme: order in which components compute a step")
+    accept: Accept = setting("runs that succeed, see run.accept of an experiment", "tracked")
     order: Annotated[tuple[str, ...], Listed] = setting("order of the components", None)

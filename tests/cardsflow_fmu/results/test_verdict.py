@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,15 +15,18 @@ from support.ways import WAYS
 from addin_sdfusion.robot import InputError, SimulationError
 from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.cosim.divergence import Divergence
+from cardsflow_fmu.results.report.figures import figure_title
 from cardsflow_fmu.results.report.page import report_page
-from cardsflow_fmu.results.verdict import problems
+from cardsflow_fmu.results.saved_run import open_results
+from cardsflow_fmu.results.verdict import NOT_FOLLOWED, failure, problems
 from cardsflow_fmu.results.viewer.view import notes
 from cardsflow_fmu.simulation.run import RunError
 
-WEAK = {f"muscles.cable_{k}.f_max": 15.0 for k in range(1, 5)} | {"run.duration": 0.2}
+FAILING = {f"muscles.cable_{k}.f_max": 15.0 for k in range(1, 5)} | {"run.duration": 0.2}
+WEAK: dict[str, Any] = FAILING | {"run.accept": "any"}
 
 
-def words(settings: dict[str, float]) -> list[str]:
+def words(settings: dict[str, Any]) -> list[str]:
     return [word for key, value in settings.items() for word in ("--set", f"{key}={value}")]
 
 
@@ -42,6 +46,44 @@ def test_output_of_a_run_begins_with_warnings(
     assert first in out.splitlines()[0]
     assert summary["warnings"][0].startswith(begin)
     assert "\033" not in out  # no terminal
+
+
+def test_failed_run_exits_with_1_unless_poor_tracking_is_allowed(cardsflow: CommandLine, tmp_path: Path) -> None:
+    command = ("run", PLANAR_2R, "--coupling", "direct", "-o", tmp_path)
+    code, out, _ = cardsflow(*command, *words(FAILING))
+    assert code == 1
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert (summary["status"], summary["failure"]) == ("failed", NOT_FOLLOWED)
+    assert out.startswith(f"FAILED: {NOT_FOLLOWED}\nWARNING: {summary['warnings'][0]}")
+    code, out, err = cardsflow(*command, *words(FAILING), "--json")
+    assert (code, json.loads(out)["failure"]) == (1, summary["failure"])
+    assert f"FAILED: {summary['failure']}" in err
+    code, out, _ = cardsflow(*command, *words(FAILING), "--allow-poor-tracking")
+    assert (code, "FAILED" in out) == (0, False)
+
+
+@pytest.mark.parametrize(
+    "settings", [{"controller.kp": 1e12}, {"plant.mass_scale": 1e9}], ids=["gain", "mass"]
+)
+def test_run_that_does_not_follow_its_reference_fails(
+    settings: dict[str, float], tmp_path: Path
+) -> None:
+    experiment = Experiment.load(PLANAR_2R, settings | {"run.duration": 2.0})
+    result = run(experiment, tmp_path, coupling="direct")
+    assert (result.summary["status"], result.summary["failure"]) == ("failed", NOT_FOLLOWED)
+    assert result.complete
+    line = f"FAILED: {NOT_FOLLOWED}"
+    assert notes(result)[0] == line
+    assert report_page(result).index(line) < report_page(result).index("Summary")
+    assert figure_title(result) == line
+    with open_results(tmp_path) as opened:
+        assert opened.summary["status"] == "failed"
+
+
+def test_only_shares_above_the_threshold_fail() -> None:
+    assert failure({"ticks": 100, "infeasible_ticks": 1}) is None
+    assert failure({"ticks": 100, "infeasible_ticks": 2}) == "2 of 100 ticks infeasible"
+    assert failure({"ticks": 100, "not_converged_ticks": 2}) == "2 of 100 ticks not converged"
 
 
 @pytest.mark.slow
