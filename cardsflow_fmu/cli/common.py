@@ -26,7 +26,8 @@ _MAX_REPEATED = 3  # findings of one kind that are printed one by one
 
 EXIT_CODES = """exit codes:
   0    success
-  1    failure, or a negative result: errors found, results differ, muscles too weak
+  1    failure, or a negative result: reference not followed, errors found, results differ,
+       muscles too weak
   2    invalid input or options; nothing was done
   3    success with warnings, if `--strict` was given
   130  interrupted (Ctrl-C, SIGTERM, SIGHUP); a run keeps its results so far"""
