@@ -16,7 +16,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from .coupling import Coupling
 from .pacing import Pacer
 from .participant import Participant, Wired
-from .recording import Recording
+from .recording import NumberLog, Recording
 from .step_loop import StepLoop
 from .wiring import Copy, Wiring, connect, consecutive_slices
 
@@ -93,16 +93,14 @@ class Master(StepLoop):
         self.names, self.units, self._columns = columns_of(participants)
         # Only participants with mapped names and units have warnings.
         self._warnings = [line for p in participants for line in getattr(p, "warnings", ())]
-        self._ticks: list[int] = []
-        self._solve_times: list[float] = []
-        self._lateness: list[float] = []
+        self._ticks, self._solve_times, self._lateness = NumberLog(), NumberLog(), NumberLog()
         outputs = () if ticking is None else ticking.output_names
         self._controller_outputs = np.empty(0) if ticking is None else ticking.outputs
         self._timer = outputs.index(SOLVE_TIME) if SOLVE_TIME in outputs else None
 
     def _steps(self, rows: FloatArray, pacer: Pacer | None) -> Iterator[int]:
         """Take one communication step per iteration."""
-        self._ticks, self._solve_times, self._lateness = [], [], []
+        self._ticks, self._solve_times, self._lateness = NumberLog(), NumberLog(), NumberLog()
         steps = self.count - 1
         for k in range(steps):
             if pacer is not None:
@@ -122,10 +120,10 @@ class Master(StepLoop):
             self.names,
             rows,
             self.units,
-            self._ticks,
-            self._solve_times,
+            self._ticks.numbers().astype(np.intp),
+            self._solve_times.numbers(),
             failure,
-            self._lateness,
+            self._lateness.numbers(),
             self._warnings,
         )
 

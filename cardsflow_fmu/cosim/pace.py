@@ -5,8 +5,6 @@ from __future__ import annotations
 from contextlib import ExitStack
 from typing import Any, Self
 
-import numpy as np
-
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .pacing import Pacer, real_time_priority, timeliness, without_collections
@@ -45,7 +43,7 @@ class Pace:
 
     def report(self, recording: Recording) -> dict[str, Any]:
         """Return the entries for the summary of the run; empty if it is not in real time."""
-        return self._timeliness(np.array(recording.lateness))
+        return self._timeliness(recording.lateness)
 
     def _timeliness(self, lateness: FloatArray) -> dict[str, Any]:
         if self._scheduling is None:

@@ -1,15 +1,17 @@
-"""Recordings of runs: columns, ticks, failures; sinks and callbacks during a run."""
+"""Recordings of runs: columns, ticks, failures; logs, sinks and callbacks during a run."""
 
 from __future__ import annotations
 
+import tempfile
+from array import array
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import BinaryIO, Protocol
 
 import numpy as np
 
 from addin_sdfusion.robot import CardsflowError
-from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.utils.arrays import FloatArray, IntArray
 
 Progress = Callable[[int], None]
 """Callback with the number of completed steps."""
@@ -31,6 +33,35 @@ class RowSink(Protocol):
         """Write all buffered rows; raise SimulationError on failure."""
 
 
+_BLOCK = 2**16
+
+
+class NumberLog:
+    """Numbers that are appended one by one; full blocks are stored in a temporary file."""
+
+    def __init__(self) -> None:
+        self._block = array("d")
+        self._file: BinaryIO | None = None
+
+    def append(self, number: float) -> None:
+        """Append a number."""
+        self._block.append(number)
+        if len(self._block) == _BLOCK:
+            if self._file is None:
+                self._file = tempfile.TemporaryFile()  # noqa: SIM115 - open for the run
+            self._block.tofile(self._file)
+            self._block = array("d")
+
+    def numbers(self) -> FloatArray:
+        """Return all numbers, shape (count,)."""
+        parts = [np.frombuffer(self._block)] if self._block else []
+        if self._file is not None:
+            self._file.seek(0)
+            parts.insert(0, np.fromfile(self._file))
+            self._file.seek(0, 2)
+        return np.concatenate(parts) if parts else np.empty(0)
+
+
 @dataclass(frozen=True)
 class Recording:
     """Columns of a run, one row per communication point.
@@ -39,9 +70,10 @@ class Recording:
         names: Names of the columns; the first is `time`.
         rows: Values, shape (rows, len(names)).
         units: Units of the columns, by name; empty for a number without a unit.
-        ticks: For each controller tick, the first row with its outputs.
-        solve_times: Computation time of each tick, in [s]; empty if the controller has no such
-            output. They are not columns, so that equal experiments have equal rows.
+        ticks: For each controller tick, the first row with its outputs, shape (ticks,).
+        solve_times: Computation time of each tick, shape (ticks,), in [s]; empty if the
+            controller has no such output. They are not columns, so that equal experiments have
+            equal rows.
         failure: Error that ended the run early, or None if the run is complete.
         lateness: Lateness of the start of each step and of the end of the last step, in [s], of
             real-time runs.
@@ -51,10 +83,10 @@ class Recording:
     names: tuple[str, ...]
     rows: FloatArray
     units: Mapping[str, str]
-    ticks: list[int]
-    solve_times: list[float]
+    ticks: IntArray
+    solve_times: FloatArray
     failure: CardsflowError | None
-    lateness: list[float] = field(default_factory=list)
+    lateness: FloatArray = field(default_factory=lambda: np.empty(0))
     warnings: Sequence[str] = ()
 
     @property
@@ -67,5 +99,5 @@ class Recording:
 
         The array is empty if computation times are unknown.
         """
-        known = [k for k in self.ticks if k < len(self.rows)][: len(self.solve_times)]
+        known = self.ticks[self.ticks < len(self.rows)][: len(self.solve_times)]
         return np.column_stack([self.rows[known, 0], self.solve_times[: len(known)]])

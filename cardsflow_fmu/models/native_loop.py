@@ -129,8 +129,8 @@ class NativeLoop(StepLoop):
 
     def _recording(self, rows: FloatArray, failure: CardsflowError | None) -> Recording:
         every, first = self._every["controller"], self._tick_shows
-        shown = list(range(first, first + self._done, every))
-        times = self._times[: self._done : every].tolist()
+        shown = np.arange(first, first + self._done, every)
+        times = self._times[: self._done : every]
         return Recording(self.names, rows, self.units, shown, times, failure)
 
     def close(self) -> None:

@@ -60,7 +60,8 @@ class RowStore:
         end = filled * self._width // _RELEASE_SIZE * _RELEASE_SIZE
         if self._memory is None or end <= self._released or not hasattr(mmap, "MADV_DONTNEED"):
             return
-        self._memory.madvise(mmap.MADV_DONTNEED, self._released, end - self._released)
+        # from the start: later reads may have mapped released pages again
+        self._memory.madvise(mmap.MADV_DONTNEED, 0, end)
         self._released = end
 
 

@@ -122,8 +122,8 @@ def _recomputed_summary(result: ExperimentRunData) -> dict[str, Any]:
     """Compute tracking errors, forces and infeasible ticks for the summary of a killed run."""
     experiment, rows = result.experiment, len(result.rows)
     period = round(experiment.controller.period / experiment.run.step)
-    ticks = list(range(0, rows, period))
-    recording = Recording(result.names, result.rows, result.units, ticks, [], STARTED)
+    ticks = np.arange(0, rows, period)
+    recording = Recording(result.names, result.rows, result.units, ticks, np.empty(0), STARTED)
     summary = summarize(experiment, recording, Speed(0.0, 0.0))
     counts = ("infeasible_ticks", "not_converged_ticks", "ticks")
     found = ("tracking", "forces", *counts, "slack", "contact_friction", "warnings")

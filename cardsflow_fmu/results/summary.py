@@ -26,7 +26,7 @@ from cardsflow_fmu.cosim.signals.tracked_signals import (
 from cardsflow_fmu.cosim.signals.world import FRICTION_ERROR, FRICTION_NOT_CONVERGED
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.run import Accept
-from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.utils.arrays import FloatArray, IntArray
 from cardsflow_fmu.version import __version__
 
 from .engines import OVER_FMUS, engine_summary
@@ -186,7 +186,7 @@ def _signals(
     bounds: Mapping[str, tuple[float | None, float | None]],
     slack: Mapping[str, str],
 ) -> dict[str, Any]:
-    ticks = [k for k in recording.ticks if k < len(recording.rows)]
+    ticks = recording.ticks[recording.ticks < len(recording.rows)]
     recorded = [signal for signal in followed if {signal.actual, signal.desired} <= set(columns)]
     counts, has_failed = {}, np.zeros(len(ticks), bool)
     for name in ("infeasible", "not_converged"):
@@ -225,7 +225,7 @@ def _tracking(followed: Sequence[TrackedSignal], columns: Columns) -> dict[str, 
 
 
 def _slack(
-    signals: Mapping[str, str], columns: Columns, ticks: list[int], has_failed: NDArray[np.bool_]
+    signals: Mapping[str, str], columns: Columns, ticks: IntArray, has_failed: NDArray[np.bool_]
 ) -> dict[str, Any]:
     """Return the maximum slack by signal, and first and last time of infeasible ticks."""
     missing = {n: np.abs(columns[n][ticks][has_failed]) for n in signals if n in columns}
@@ -242,11 +242,11 @@ def _slack(
     }
 
 
-def _solve_time(seconds: list[float]) -> dict[str, Any]:
+def _solve_time(seconds: FloatArray) -> dict[str, Any]:
     """Return the computation times of the controller ticks."""
-    if not seconds:
+    if not len(seconds):
         return {"median": None, "max": None, "unit": "s"}
-    return {"median": float(np.median(seconds)), "max": max(seconds), "unit": "s"}
+    return {"median": float(np.median(seconds)), "max": float(seconds.max()), "unit": "s"}
 
 
 def _rms(values: FloatArray) -> float:

@@ -255,7 +255,9 @@ def _run(
         journal = None if folder is None else Journal(folder, system.contents, system.streamed)
         with contextlib.nullcontext() if journal is None else journal:
             if journal is not None:
-                empty = Recording(loop.names, no_rows(loop.names), loop.units, [], [], STARTED)
+                empty = Recording(
+                    loop.names, no_rows(loop.names), loop.units, np.arange(0), np.empty(0), STARTED
+                )
                 summary = system.summary(empty, Speed(0.0, time.perf_counter() - started))
                 journal.begin(loop.names, loop.units, loop.count, summary)
             with pace:

@@ -44,7 +44,7 @@ class HardwarePace(Pace):
 
     def report(self, recording: Recording) -> dict[str, Any]:
         """Return the entries for the summary of the run."""
-        columns, lateness = recording.columns, np.array(recording.lateness)
+        columns, lateness = recording.columns, recording.lateness
         if self._hardware.moves_in_real_time:
             lateness = columns.get("lateness", np.empty(0))[1:]
         return {

@@ -48,7 +48,9 @@ def test_output_of_a_run_begins_with_warnings(
     assert "\033" not in out  # no terminal
 
 
-def test_failed_run_exits_with_1_unless_poor_tracking_is_allowed(cardsflow: CommandLine, tmp_path: Path) -> None:
+def test_failed_run_exits_with_1_unless_poor_tracking_is_allowed(
+    cardsflow: CommandLine, tmp_path: Path
+) -> None:
     command = ("run", PLANAR_2R, "--coupling", "direct", "-o", tmp_path)
     code, out, _ = cardsflow(*command, *words(FAILING))
     assert code == 1
