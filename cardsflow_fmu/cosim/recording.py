@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+import weakref
 from array import array
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -48,7 +49,8 @@ class NumberLog:
         self._block.append(number)
         if len(self._block) == _BLOCK:
             if self._file is None:
-                self._file = tempfile.TemporaryFile()  # noqa: SIM115 - open for the run
+                self._file = tempfile.TemporaryFile()  # noqa: SIM115 - open as long as the log
+                weakref.finalize(self, self._file.close)
             self._block.tofile(self._file)
             self._block = array("d")
 
