@@ -1,4 +1,4 @@
-"""Fixtures of several packages' tests."""
+"""Configuration and fixtures that the tests of several packages share."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from sim_dart.plant.settings import select_engine
 settings.register_profile(
     "default",
     max_examples=20,
-    deadline=None,  # a busy machine is no error
+    deadline=None,  # a busy machine must not fail a test
     derandomize=True,
     suppress_health_check=list(HealthCheck),
 )
@@ -27,10 +27,10 @@ settings.register_profile("random", settings.get_profile("thorough"), derandomiz
 settings.load_profile(os.environ.get("CARDSFLOW_EXAMPLES", "default"))
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-    # A shell makes what it runs behind `&` deaf to Ctrl-C, and so all processes of the tests.
+    # A shell ignores Ctrl-C in background processes (`&`); the tests need the default handler.
     signal.signal(signal.SIGINT, signal.default_int_handler)
 if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
-    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # the same of what runs behind `nohup`
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # `nohup` ignores SIGHUP
 
 
 EXTRAS = {
@@ -44,22 +44,22 @@ EXTRAS = {
     "ros2": "rosbags",
     "sweep": "distributed",
 }
-"""The module that tells whether an extra is installed."""
+"""Module whose presence shows that an extra is installed."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Where Python may leave no bytecode next to its files, that of the tests goes to their cache.
+    """Keep bytecode in the cache of pytest if Python must not write it next to its files.
 
-    They start some hundred Pythons, and compiling takes each longer than what it is started for.
+    The tests start hundreds of Python processes, and most would compile longer than they run.
     """
     if os.environ.pop("PYTHONDONTWRITEBYTECODE", "") and hasattr(config, "cache"):
         os.environ["PYTHONPYCACHEPREFIX"] = str(config.cache.mkdir("bytecode"))
     if config.args == config.getini("testpaths"):
-        _begin_elsewhere(config)
+        _rotate_test_paths(config)
 
 
-def _begin_elsewhere(config: pytest.Config) -> None:
-    """Each worker collects in an order of its own: what one has compiled, the others find."""
+def _rotate_test_paths(config: pytest.Config) -> None:
+    """Collect files in a different order in each worker, so that workers share bytecode."""
     count = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
     number = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
     tests = Path(__file__).parent
@@ -71,13 +71,13 @@ def _begin_elsewhere(config: pytest.Config) -> None:
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """One more than cores: many tests wait, and a busy machine shares itself by processes."""
+    """Return the number of workers: one more than cores, since many tests wait."""
     return (os.cpu_count() or 1) + 1
 
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """In one order; of tests with many cases that are alike, as many as their mark `cases` says."""
+    """Sort the tests; of a test with the mark `cases(n)`, select n cases."""
     items.sort(key=lambda item: item.location[0])
     if "CARDSFLOW_LONG_TESTS" in os.environ:
         return
@@ -94,7 +94,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Tests that need an extra skip without it."""
+    """Skip tests that require an extra that is not installed."""
     for mark in item.iter_markers("extra"):
         if find_spec(EXTRAS[mark.args[0]]) is None:
             pytest.skip(f"needs the extra `{mark.args[0]}`")
@@ -102,7 +102,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 @pytest.fixture(autouse=True, scope="session")
 def undrawn_figures() -> Iterator[None]:
-    """Figures of runs in the tests' process are empty files: drawing takes longer than many."""
+    """Replace the figures of runs by empty files, since drawing takes longer than most tests."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(run_figures, "image", lambda figure, form, mark: b"")
         yield
@@ -110,7 +110,7 @@ def undrawn_figures() -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def drawn_figures() -> Iterator[None]:
-    """Figures of runs are drawn, until the module's last test."""
+    """Draw the figures of runs in the tests of a module."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(run_figures, "image", figures.image)
         yield
@@ -118,7 +118,7 @@ def drawn_figures() -> Iterator[None]:
 
 @pytest.fixture
 def shared() -> Path:
-    """Published robots, next to the repository; without them, tests that need them skip."""
+    """Return the folder of published robots next to the repository, or skip the test."""
     folder = Path(__file__).parents[1] / "../shared"
     if not folder.is_dir():
         pytest.skip("the published robots are not in a folder beside this repository")
@@ -127,7 +127,7 @@ def shared() -> Path:
 
 @pytest.fixture(params=["core", "dart"])
 def every_engine(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    """The engine of plants that are made without one: a test that uses it holds for each."""
+    """Run a test with each engine as the default engine of plants."""
     engine = str(request.param)
     monkeypatch.setattr(
         plant,

@@ -1,4 +1,4 @@
-"""A headless Chromium for tests, steered over its DevTools protocol in real time."""
+"""Headless Chromium for tests, controlled over its DevTools protocol."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ _FLAGS = (
 
 
 class Page:
-    """One tab.
+    """A browser tab.
 
     Attributes:
-        requests: URLs of everything that the page has asked for.
-        errors: Exceptions, console errors and failed requests, as texts.
+        requests: URLs of all requests of the page.
+        errors: Exceptions, console errors and failed requests, as text.
     """
 
     def __init__(self, socket: Any) -> None:
@@ -52,7 +52,7 @@ class Page:
             self.send(f"{domain}.enable")
 
     def send(self, method: str, **parameters: Any) -> dict[str, Any]:
-        """Call a method of the protocol; events that arrive before its answer are noted."""
+        """Call a method of the protocol; events that arrive before its answer are stored."""
         self._number += 1
         call = {"id": self._number, "method": method, "params": parameters}
         self._socket.send(json.dumps(call))
@@ -64,7 +64,7 @@ class Page:
             self._note(message)
 
     def open(self, url: str, *, offline: bool = False) -> None:
-        """Open a page; `offline` takes its network away first."""
+        """Open a page; `offline` first disconnects the tab from the network."""
         if offline:
             self.send(
                 "Network.emulateNetworkConditions",
@@ -76,7 +76,7 @@ class Page:
         self.send("Page.navigate", url=url)
 
     def evaluate(self, expression: str) -> Any:
-        """The value of a JavaScript expression."""
+        """Return the value of a JavaScript expression."""
         result = self.send(
             "Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True
         )
@@ -84,7 +84,7 @@ class Page:
         return result["result"].get("value")
 
     def wait_for(self, expression: str, seconds: float = 300.0) -> float:
-        """Wait until an expression is true; returns how long it took, in [s]."""
+        """Wait until an expression is true; return the elapsed time, in [s]."""
         begin = time.perf_counter()
         while not self.evaluate(f"!!({expression})"):
             assert time.perf_counter() - begin < seconds, (expression, self.errors)
@@ -92,7 +92,7 @@ class Page:
         return time.perf_counter() - begin
 
     def click(self, selector: str) -> None:
-        """Click in the middle of an element, as a mouse does."""
+        """Click the centre of an element with the mouse."""
         x, y = self.evaluate(
             f"(r => [r.x + r.width / 2, r.y + r.height / 2])"
             f"(document.querySelector({selector!r}).getBoundingClientRect())"
@@ -101,7 +101,7 @@ class Page:
             self.send("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
 
     def screenshot(self, file: Path | None = None) -> np.ndarray:
-        """What is to be seen, shape (height, width, 3), 0 to 255."""
+        """Return a screenshot, shape (height, width, 3), 0 to 255."""
         from PIL import Image
 
         data = base64.b64decode(self.send("Page.captureScreenshot", format="png")["data"])
@@ -124,7 +124,7 @@ class Page:
 
 @contextlib.contextmanager
 def opened_browser(folder: Path, size: tuple[int, int] = (1000, 700)) -> Iterator[Page]:
-    """A tab of a browser of its own, with its profile in a folder; skips without Chromium."""
+    """Start a browser with its profile in a folder; yield its tab. Skip without Chromium."""
     client = pytest.importorskip("websockets.sync.client", reason="needs websockets")
     if CHROMIUM is None:
         pytest.skip("chromium is not installed")
@@ -152,7 +152,7 @@ def opened_browser(folder: Path, size: tuple[int, int] = (1000, 700)) -> Iterato
 
 
 def _debugger(port_file: Path, process: subprocess.Popen) -> str:
-    """The address of the first tab, once the browser is up."""
+    """Wait for the browser; return the address of its first tab."""
     begin = time.perf_counter()
     while True:
         assert process.poll() is None, "chromium has ended"

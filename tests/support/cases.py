@@ -1,4 +1,4 @@
-"""A choice among the cases of a test."""
+"""Selection of the cases of a test that run by default."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ import pytest
 LONG = pytest.mark.skipif(
     "CARDSFLOW_LONG_TESTS" not in os.environ, reason="takes long: set CARDSFLOW_LONG_TESTS"
 )
-"""Tests that run only where the environment asks for them."""
+"""Mark of tests that run only if CARDSFLOW_LONG_TESTS is set."""
 
 
 def few(cases: Iterable[Any], count: int = 1) -> list[Any]:
-    """Some of the cases, evenly spread and the first among them; the others are marked as slow.
+    """Return the cases; mark all except a few evenly spaced ones as slow.
 
     Args:
-        cases: The parameters of each.
-        count: How many of them are not slow.
+        cases: Parameters of each case.
+        count: Number of cases that are not slow. The first case is one of them.
     """
     every = list(cases)
     chosen = {k * len(every) // count for k in range(count)}
@@ -27,6 +27,6 @@ def few(cases: Iterable[Any], count: int = 1) -> list[Any]:
 
 
 def marked(case: Any, *marks: pytest.MarkDecorator) -> Any:
-    """A case with marks, of one value or of a tuple of them."""
+    """Return a case, which is a value or a tuple of values, with marks."""
     values = case if isinstance(case, tuple) and not hasattr(case, "_fields") else (case,)
     return pytest.param(*values, marks=marks)

@@ -1,4 +1,4 @@
-"""The command line `cardsflow` in the tests' process."""
+"""Calls of the command line `cardsflow` in the process of the tests."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from cardsflow_fmu.cli.main import main
 
 
 class CommandLine:
-    """Runs commands, and captures what they print."""
+    """Command line that captures the output of its commands."""
 
     def __init__(self, capsys: pytest.CaptureFixture[str]) -> None:
         self._capsys = capsys
 
     def __call__(self, *words: object) -> tuple[int, str, str]:
-        """Exit code, output and messages of a command."""
+        """Run a command; return its exit code, output and messages."""
         self._capsys.readouterr()
         try:
             code = main(list(map(str, words)))
@@ -26,7 +26,7 @@ class CommandLine:
         return code, *self._capsys.readouterr()
 
     def refused(self, *words: object, code: int = 2) -> str:
-        """The one line of a command that fails with an exit code and no output."""
+        """Run a command that must fail without output; return its message of one line."""
         found, out, err = self(*words)
         assert (found, out) == (code, ""), err
         assert err.startswith("cardsflow: ")
@@ -34,7 +34,7 @@ class CommandLine:
         return err
 
     def json(self, *words: object) -> Any:
-        """The output of a command with `--json`."""
+        """Run a command with `--json`; return its output."""
         code, out, err = self(*words, "--json")
         assert code == 0, err
         return json.loads(out)

@@ -1,4 +1,4 @@
-"""Commands in forks of one process that has imported what they need: no start for each.
+"""Server that runs commands in forks of a process with all imports, to save start time.
 
     python -m support.command_server SOCKET
 
@@ -37,7 +37,7 @@ MAX_MESSAGE = 100_000
 
 @contextmanager
 def command_server(folder: Path, environment: Mapping[str, str]) -> Iterator[list[str]]:
-    """A server as long as the block lasts; the command of its clients, without what they run."""
+    """Run a server inside the context; yield the command of a client, without its arguments."""
     path = folder / "commands"
     tests = str(Path(__file__).parents[1])
     process = subprocess.Popen(
@@ -56,13 +56,13 @@ def command_server(folder: Path, environment: Mapping[str, str]) -> Iterator[lis
 
 
 def serve(path: str) -> None:
-    """Fork for every client."""
+    """Serve each client in a fork."""
     import importlib
     import signal
 
     for name in PRELOADED:
         importlib.import_module(name)
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for them
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # exit statuses are not collected
     with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as server:
         server.bind(path)
         server.listen()
@@ -77,7 +77,7 @@ def serve(path: str) -> None:
 
 
 def _answer(connection: socket.socket) -> None:
-    """Do what the client asks for in its place, and end this process."""
+    """Run the command of a client, and end this process."""
     import atexit
     import traceback
 
@@ -117,7 +117,7 @@ def _run(words: list[str]) -> int:
 
 
 def ask(path: str, words: list[str]) -> int:
-    """A client's exit code."""
+    """Send a command to the server; return its exit code."""
     asked = {"folder": str(Path.cwd()), "environment": dict(os.environ), "words": words}
     with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as connection:
         connection.connect(path)

@@ -1,4 +1,4 @@
-"""Runs that kill the process they are done in."""
+"""Runs that kill their process."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ DEADLY = "controller.kp"
 
 
 def deadly_run(job: Job, settings: Mapping[str, Any]) -> Outcome:
-    """Dies of gains below 0, and otherwise gives them back."""
+    """Kill the process for negative gains, otherwise return the gain."""
     if settings[DEADLY] < 0:
         os.kill(os.getpid(), signal.SIGKILL)
     return Outcome({"force.peak": settings[DEADLY]})
 
 
 class DeadlyExecutor(ProcessExecutor):
-    """Processes that do deadly runs."""
+    """Executor whose runs can kill their processes."""
 
     def submit(self, job: Job, settings: Mapping[str, Any]) -> Future[Outcome]:
-        """Hand out a deadly run."""
+        """Submit a run that can kill its process."""
         return self._pool.submit(deadly_run, job, settings)

@@ -1,4 +1,4 @@
-"""README.md and docs/ taken apart: blocks of code, links, anchors."""
+"""Blocks of code, links and anchors of README.md and docs/."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 
 NOT_RUN = "not run: "
-"""Why a block cannot run in a test; in a comment before it, as the others."""
+"""Reason why a block cannot run in a test. All these words are in a comment before a block."""
 RUN_WITH = "run with: "
-"""What is added to every `cardsflow run`, such as a shorter duration."""
+"""Options that are added to every `cardsflow run`, such as a shorter duration."""
 CONTINUES = "continues"
-"""The Python block continues where the one before it ended."""
+"""The Python block continues the previous one."""
 UNTIL_INTERRUPTED = "run until Ctrl-C"
-"""The command continues until it is interrupted, once it has printed its address."""
+"""The command prints its address and continues until it is interrupted."""
 SIDE_BY_SIDE = "run side by side"
-"""Every line has a terminal of its own; the last one ends by itself."""
+"""Each line runs in a separate terminal; only the last command ends by itself."""
 PART_OF = "part of: "
-"""The tables stand in the place of those of that example's experiment."""
+"""The tables replace tables of the experiment of that example."""
 PATCH = "patch"
-"""The change applies to this source tree."""
+"""The block is a patch of this source tree."""
 
 
 @dataclass(frozen=True)
@@ -30,10 +30,10 @@ class Block:
     """A block of code.
 
     Attributes:
-        file, line: Where it begins.
-        language: As written behind the fence; empty for none.
-        text: What it holds.
-        note: What the comment right before it says to tests; empty without one.
+        file, line: Its beginning.
+        language: Word after the fence; empty if missing.
+        text: Its content.
+        note: Comment for tests directly before it; empty if missing.
     """
 
     file: Path
@@ -46,7 +46,7 @@ class Block:
         return f"{self.file.relative_to(ROOT)}:{self.line}"
 
     def argument(self, what: str) -> str | None:
-        """What the note says behind one of the words above; None if it does not."""
+        """Return the text of the note after one of the words above, or None."""
         return self.note.removeprefix(what).strip() if self.note.startswith(what) else None
 
 
@@ -62,13 +62,13 @@ def documents() -> list[Path]:
 
 
 def all_words() -> list[Path]:
-    """And those that stand elsewhere."""
+    """Return all documents, including those in other folders."""
     others = [ROOT / name for name in ("CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")]
     return [*documents(), *others, *of_examples()]
 
 
 def of_examples() -> list[Path]:
-    """Those of the examples."""
+    """Return the documents of the examples."""
     return sorted((ROOT / "examples").glob("*/README.md"))
 
 
@@ -80,7 +80,7 @@ _FENCED = re.compile(
 
 
 def blocks(file: Path) -> Iterator[Block]:
-    """All blocks of code of a document, in order."""
+    """Return all blocks of code of a document, in order."""
     text = file.read_text(encoding="utf-8")
     for match in _FENCED.finditer(text):
         line = text.count("\n", 0, match.start("text")) + 1
@@ -88,27 +88,27 @@ def blocks(file: Path) -> Iterator[Block]:
 
 
 def prose(file: Path) -> str:
-    """A document without its blocks of code; lines stay where they are."""
+    """Return a document without its blocks of code; line numbers do not change."""
     text = file.read_text(encoding="utf-8")
     return _FENCED.sub(lambda match: "\n" * match[0].count("\n"), text)
 
 
 def links(file: Path) -> Iterator[tuple[int, str]]:
-    """Line and target of every link and picture."""
+    """Yield line and target of every link and picture."""
     text = prose(file)
     for match in re.finditer(r"\]\(([^()\s]+(?:\([^()\s]*\))?)\)|<img[^>]*src=\"([^\"]+)\"", text):
         yield text.count("\n", 0, match.start()) + 1, match[1] or match[2]
 
 
 def inline_code(file: Path) -> Iterator[tuple[int, str]]:
-    """Line and content of every piece of code within a line."""
+    """Yield line and content of all inline code."""
     text = prose(file)
     for match in re.finditer(r"(?<!`)`([^`\n]+)`", text):
         yield text.count("\n", 0, match.start()) + 1, match[1]
 
 
 def anchors(file: Path) -> set[str]:
-    """What may stand behind a `#` in a link to a document: its headings, as GitHub names them."""
+    """Return the anchors of a document: its headings in the form of GitHub."""
     if file.suffix != ".md":
         return set(re.findall(r'id="([^"]+)"', file.read_text(encoding="utf-8")))
     found: dict[str, int] = {}

@@ -1,4 +1,4 @@
-"""Experiments in folders: of robots that are written there, and the files that FMUs carry."""
+"""Experiments and robots in folders, and the files that FMUs contain."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cardsflow_fmu.experiment.writer import experiment_resources
 
 
 def copied_arm(folder: Path, **files: str) -> Path:
-    """The two-link arm's experiment and robot in `folder`/arm, and further files, `name` as .py."""
+    """Copy the two-link arm to `folder`/arm, with its experiment and further .py files."""
     shutil.copytree(PLANAR_2R / "robot", folder / "arm/robot")
     shutil.copy(PLANAR_2R / "experiment.toml", folder / "arm")
     for name, text in files.items():
@@ -23,21 +23,21 @@ def copied_arm(folder: Path, **files: str) -> Path:
 
 
 def written(robot: Robot, folder: Path, text: str = "") -> Path:
-    """A robot and an experiment of it, which the text in TOML says all else of, in a folder."""
+    """Write a robot and its experiment, with further settings as TOML, to a folder."""
     write_sdf(robot, folder / "robot")
     (folder / "experiment.toml").write_text(f'robot.path = "robot"\n{text}')
     return folder
 
 
 def with_robot(example: str, robot: Robot, folder: Path, **changes: Any) -> Experiment:
-    """An example's experiment with another robot, which is written into a folder."""
+    """Return the experiment of an example with another robot, which is written to a folder."""
     write_sdf(robot, folder)
     own = {"robot.path": str(folder / "model.sdf")}
     return Experiment.load(EXAMPLES / example, own | changes)
 
 
 def twin_arms(folder: Path, apart: float, text: str = "") -> Experiment:
-    """Two of the two-link arm, a and b, for 10 ms, as a file in a folder."""
+    """Write an experiment of 10 ms with two two-link arms, a and b."""
     arms = [("a", 0.0), ("b", apart)]
     robots = "".join(
         f"[[robots]]\nname = '{name}'\npath = '{PLANAR_2R / 'robot'}'\nposition = [{x}, 0, 0]\n"
@@ -50,7 +50,7 @@ def twin_arms(folder: Path, apart: float, text: str = "") -> Experiment:
 
 
 def resource_bytes(experiment: Experiment, **options: Any) -> dict[str, bytes]:
-    """The content of the files that travel with an experiment, by their places."""
+    """Return the content of the files of an experiment, by path."""
     return {
         place: content if isinstance(content, bytes) else content.read_bytes()
         for place, content in experiment_resources(experiment, **options).items()
@@ -58,7 +58,7 @@ def resource_bytes(experiment: Experiment, **options: Any) -> dict[str, bytes]:
 
 
 def write_resources(experiment: Experiment, folder: Path, **options: Any) -> Path:
-    """Write the files that travel with an experiment into a folder, which is returned."""
+    """Write the files of an experiment to a folder; return the folder."""
     for place, content in resource_bytes(experiment, **options).items():
         (folder / place).parent.mkdir(parents=True, exist_ok=True)
         (folder / place).write_bytes(content)

@@ -1,4 +1,4 @@
-"""Timing of alternatives in turn: a drift of the machine's speed cancels in their ratios."""
+"""Interleaved timing of alternatives, so that changes of the machine's speed cancel."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ RESULTS = Path(__file__).parents[2] / "benchmarks.json"
 def interleaved(
     alternatives: Mapping[str, Callable[[], object]], *, calls: int, rounds: int = 30
 ) -> dict[str, float]:
-    """Time of one call of each alternative, in [s]: the best of many blocks of calls, in turn."""
+    """Return the time of a call of each alternative, in [s]: the best of many blocks of calls."""
     best = dict.fromkeys(alternatives, float("inf"))
     for _ in range(rounds):
         for name, call in alternatives.items():
@@ -25,7 +25,7 @@ def interleaved(
 
 
 def record(name: str, **figures: float | str) -> None:
-    """Print figures and keep them in benchmarks.json."""
+    """Print results and store them in benchmarks.json."""
     known = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
     known[name] = figures
     RESULTS.write_text(json.dumps(known, indent=1, sort_keys=True) + "\n")

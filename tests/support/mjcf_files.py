@@ -1,4 +1,4 @@
-"""Small MJCF files, each with something that MuJoCo's compiler has to work out."""
+"""Small MJCF files, each with a feature that MuJoCo's compiler resolves."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ BALL = '<geom size=".1" pos=".1 .02 .03"/>'
 
 
 def model(world: str, more: str = "") -> str:
-    """A file with these bodies."""
+    """Return a file with these bodies."""
     return f'<mujoco model="m">{more}<worldbody>{world}</worldbody></mujoco>'
 
 
 def body(name: str, inner: str, place: str = 'pos="0 .1 .3"') -> str:
-    """A body with a hinge of its name, in degrees, and more on it."""
+    """Return a body with further elements and a hinge of the same name, in degrees."""
     return f'<body name="{name}" {place}>{HINGE.format("q" + name, "1 2 3")}{inner}</body>'
 
 
@@ -22,7 +22,7 @@ GROUND = '<site name="s0" pos=".2 .3 .1"/>'
 
 
 def tendon(path: str, more: str = "", actuator: str = "") -> str:
-    """The arm with a tendon."""
+    """Return the arm with a tendon."""
     made = f'<tendon><spatial name="t" {more}>{path}</spatial></tendon>'
     actuator = actuator or '<muscle tendon="t" lengthrange=".1 .9" force="50"/>'
     return model(GROUND + ARM + WRAPS, f"{made}<actuator>{actuator}</actuator>")
@@ -38,13 +38,13 @@ OBJ = """v 0 0 0\nv .2 0 0\nv 0 .3 0\nv .05 .02 .2\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf
 
 
 def mesh(asset: str, geom: str) -> str:
-    """A body with the mass of a mesh."""
+    """Return a body with the mass of a mesh."""
     moving = body("a", f'<geom type="mesh" mesh="m" {geom}/>' + body("b", BALL))
     return model(moving, f'<asset><mesh name="m" {asset}/></asset>')
 
 
 def equal(equalities: str) -> str:
-    """A chain of four hinges and slides with equalities."""
+    """Return a chain of four hinges and slides with equalities."""
     inner = BALL
     for name in "dcb":
         inner = BALL + body(name, inner)
@@ -185,4 +185,4 @@ BESIDE = {
     "</mujocoinclude>",
     "parts/tetra.obj": OBJ,
 }
-"""What the files name, by its path."""
+"""Content of the files to which the models refer, by path."""

@@ -1,4 +1,4 @@
-"""Small models in the files of other programs, with much of what these know."""
+"""Small models in the formats of other programs, with many of their features."""
 
 from __future__ import annotations
 
@@ -177,4 +177,4 @@ OPTIONS = """<mujocoinclude><option gravity="0 1 -9"/></mujocoinclude>
 BODY = INCLUDED.partition("-->")[2].rpartition("<")[0].replace('0"a', '0" a')
 WHOLE_MJCF = MJCF.replace('<include file="arm.xml"/>', BODY)
 WHOLE_MJCF = WHOLE_MJCF.replace('<include file="options.xml"/>', '<option gravity="0 1 -9"/>')
-"""Without an include, and as XML."""
+"""Model without includes, as well-formed XML."""

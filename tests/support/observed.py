@@ -1,4 +1,4 @@
-"""What a test sees of others' work: the files of a folder, what a program says."""
+"""Files of a folder, and output of programs."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 MAX_WAIT = 120.0
-"""Time to wait for a program, in [s]."""
+"""Maximum waiting time for a program, in [s]."""
 
 
 def files_of(folder: Path) -> dict[str, bytes]:
-    """The content of every file below a folder, by its path."""
+    """Return the content of every file below a folder, by its path."""
     return {
         path.relative_to(folder).as_posix(): path.read_bytes()
         for path in sorted(folder.rglob("*"))
@@ -21,7 +21,7 @@ def files_of(folder: Path) -> dict[str, bytes]:
 
 
 def eventually(holds: Callable[[], object], seconds: float = 300.0) -> bool:
-    """Whether something comes true within some seconds."""
+    """Wait until a condition holds; return whether it does within the given time."""
     end = time.monotonic() + seconds
     while not holds():
         if time.monotonic() > end:
@@ -31,7 +31,7 @@ def eventually(holds: Callable[[], object], seconds: float = 300.0) -> bool:
 
 
 def lines_until(process: subprocess.Popen[str], what: str) -> list[str]:
-    """What a program says, as far as a line with a text."""
+    """Return the output lines of a program up to the first line that contains a text."""
     assert process.stdout is not None
     lines: list[str] = []
     end = time.monotonic() + MAX_WAIT

@@ -13,7 +13,7 @@ from cardsflow_fmu.simulation.result import SystemResult
 
 
 def waving(robot: Robot, seconds: float = 2.0, step: float = 0.01) -> SystemResult:
-    """Joints that wave about their middles, and tensions that rise and fall within their bounds."""
+    """Return a result with sinusoidal joint positions, and tensions within their limits."""
     time = np.arange(round(seconds / step) + 1) * step
     columns = {"time": time}
     for k, (name, c) in enumerate(
@@ -29,17 +29,17 @@ def waving(robot: Robot, seconds: float = 2.0, step: float = 0.01) -> SystemResu
 
 
 def with_columns(result: SystemResult, more: dict[str, np.ndarray]) -> SystemResult:
-    """The same result with more columns."""
+    """Return a result with additional columns."""
     rows = np.column_stack([result.rows, *more.values()])
     return SystemResult((*result.names, *more), rows, result.units, result.summary)
 
 
 COUNT = 60
-"""Messages of each publisher in `bag`."""
+"""Number of messages of each publisher in `bag`."""
 
 
 def state(k: int, names: tuple[str, ...], begin: int = 1_700_000_000) -> Any:
-    """A message at 1 kHz."""
+    """Return message k of joint states at 1 kHz."""
     from rosbags.typesys import Stores, get_typestore
 
     types = get_typestore(Stores.ROS2_JAZZY).types
@@ -54,7 +54,7 @@ def state(k: int, names: tuple[str, ...], begin: int = 1_700_000_000) -> Any:
 
 
 def bag(folder: Path, *publishers: tuple[str, tuple[str, ...]], mcap: bool = True) -> Path:
-    """A folder of rosbag2, written by rosbags: topics and the joints that they name."""
+    """Write a rosbag2 folder with rosbags, from topics and the names of their joints."""
     from rosbags.rosbag2 import StoragePlugin, Writer
     from rosbags.typesys import Stores, get_typestore
 

@@ -26,14 +26,14 @@ grid = { from = 1000.0, to = 2000.0, count = 6 }
 
 
 def write_study(folder: Path, text: str = KP, top: str = "", short: str = SHORT) -> Path:
-    """A study.toml: keys above all tables, settings that make it short, and its other tables."""
+    """Write a study.toml from top-level keys, settings of short runs, and further tables."""
     file = folder / "study.toml"
     file.write_text(f'experiment = "{PLANAR}"\n{top}\n{short}\n{text}')
     return file
 
 
 def small_study(folder: Path, text: str = KP, top: str = "", short: str = SHORT) -> Study:
-    """The same, read."""
+    """Write a study like `write_study`, and read it."""
     return Study.load(write_study(folder, text, top, short))
 
 

@@ -1,4 +1,4 @@
-"""The four ways of a run: who computes, and how the models are coupled."""
+"""The four modes of a run: `run.compute` and `run.coupling`."""
 
 from __future__ import annotations
 
@@ -11,4 +11,4 @@ WAYS: dict[str, dict[str, Any]] = {
     "direct": {"compute": "python", "coupling": "direct"},
 }
 COMPUTE: dict[bool, Any] = {True: "c", False: "python"}
-"""Who computes, by whether FMUs are native."""
+"""Value of `run.compute`, by whether FMUs are native."""

@@ -1,4 +1,4 @@
-"""Random force distributions, and brute force for their optima."""
+"""Random force distribution problems, and their optima by enumeration."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LOW, HIGH = 10.0, 100.0
 
 
 def stacked(seed: int, poses: int, n: int, m: int, size: float = 1.0) -> tuple[Array, Array]:
-    """L and tau of a stack of poses, some of them infeasible where `size` is large."""
+    """Return L and tau of several poses; some are infeasible if `size` is large."""
     rng = np.random.default_rng(seed)
     L = rng.normal(size=(poses, m, n)) * 0.1
     centre = -np.einsum("pmn,m->pn", L, np.full(m, 0.5 * (LOW + HIGH)))
@@ -21,13 +21,13 @@ def stacked(seed: int, poses: int, n: int, m: int, size: float = 1.0) -> tuple[A
 
 
 def feasible(L: Array, tau: Array, low: float = LOW, high: float = HIGH) -> bool:
-    """What scipy's linear programme says."""
+    """Return whether forces exist, by a linear programme of SciPy."""
     status = linprog(np.zeros(len(L)), A_eq=-L.T, b_eq=tau, bounds=(low, high)).status
     return bool(status == 0)
 
 
 def vertices(L: Array, tau: Array, low: float = LOW, high: float = HIGH) -> Array:
-    """All corners of the feasible set: every choice of m - n forces at their bounds."""
+    """Return all vertices of the feasible set: all choices of m - n forces at their bounds."""
     m, n = L.shape
     found = []
     for at_bound in combinations(range(m), m - n):
@@ -42,7 +42,7 @@ def vertices(L: Array, tau: Array, low: float = LOW, high: float = HIGH) -> Arra
 
 
 def least_norm(L: Array, tau: Array, target: Array, low: float = LOW, high: float = HIGH) -> Array:
-    """The f of least |f - target|, by every choice of forces at their bounds."""
+    """Return f that minimises |f - target|, by all choices of forces at their bounds."""
     m, n = L.shape
     best, forces = np.inf, np.full(m, np.nan)
     for at in product((None, low, high), repeat=m):

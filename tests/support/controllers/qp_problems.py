@@ -1,4 +1,4 @@
-"""Random QPs of every kind that a controller may meet, and what is known of their solutions."""
+"""Random QPs of all kinds that occur in controllers, and references for their solutions."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from controllers.arrays import FloatArray
 from controllers.qp.problem import BoxProblem, BoxSolution
 
-# As many problems of each kind as the suite has time for; set the variable for a thorough run.
+# Number of problems of each kind; set the variable for a thorough run.
 COUNT = int(os.environ.get("CARDSFLOW_QP_PROBLEMS", "200"))
 
 
 def _size(rng: np.random.Generator) -> tuple[int, int]:
-    """Variables and rows; one in fifty has the size of a large robot in operational space."""
+    """Return numbers of variables and rows; 1 of 50 problems is as large as for a large robot."""
     if rng.random() < 0.02:
         return 80, 23
     return int(rng.integers(3, 31)), int(rng.integers(1, 11))
@@ -29,7 +29,7 @@ def _cost(rng: np.random.Generator, n: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _bounds(rng: np.random.Generator, n: int) -> tuple[FloatArray, FloatArray]:
-    """Forces between a pretension and a limit; some variables fixed, half-bounded or unbounded."""
+    """Return bounds of forces; some variables are fixed, bounded on one side, or unbounded."""
     lb = rng.uniform(-1.0, 1.0, n) * rng.choice([0.0, 1.0, 10.0])
     ub = lb + rng.uniform(0.1, 10.0, n)
     if rng.random() < 0.5:
@@ -41,7 +41,7 @@ def _bounds(rng: np.random.Generator, n: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _rows(rng: np.random.Generator, m_eq: int, n: int) -> FloatArray:
-    """Rows of any scale, as of coordinates in rad and in m; now and then with columns of zeros."""
+    """Return rows of different scales, as for rad and m, sometimes with columns of zeros."""
     A = rng.normal(size=(m_eq, n)) * 10.0 ** rng.uniform(-2, 2, (m_eq, 1))
     if rng.random() < 0.2:
         A[rng.random((m_eq, n)) < 0.5] = 0.0
@@ -51,7 +51,7 @@ def _rows(rng: np.random.Generator, m_eq: int, n: int) -> FloatArray:
 def _inside(
     rng: np.random.Generator, lb: FloatArray, ub: FloatArray, at_bounds: float
 ) -> FloatArray:
-    """A point within the bounds, with a share of its variables at them."""
+    """Return a point within the bounds; a share of its variables is at a bound."""
     low = np.where(np.isfinite(lb), lb, -10.0)
     high = np.where(np.isfinite(ub), ub, np.maximum(low, 0.0) + 10.0)
     x = rng.uniform(low, high)
@@ -62,7 +62,7 @@ def _inside(
 
 
 def feasible(seed: int) -> BoxProblem:
-    """A problem with a solution."""
+    """Return a problem with a solution."""
     rng = np.random.default_rng([1, seed])
     n, m_eq = _size(rng)
     (H, g), (lb, ub), A = _cost(rng, n), _bounds(rng, n), _rows(rng, m_eq, n)
@@ -70,9 +70,9 @@ def feasible(seed: int) -> BoxProblem:
 
 
 def at_bounds(seed: int) -> BoxProblem:
-    """A solution with many variables at their bounds: 70 %, or for some problems all of them.
+    """Return a problem whose solution has 70 % or all of its variables at their bounds.
 
-    Built from its own optimality conditions, so that the bounds do bind.
+    It is built from its optimality conditions, so that the bounds are active.
     """
     rng = np.random.default_rng([2, seed])
     n, m_eq = _size(rng)
@@ -85,7 +85,7 @@ def at_bounds(seed: int) -> BoxProblem:
 
 
 def rank_deficient(seed: int) -> BoxProblem:
-    """Rows that depend on each other, repeat, or are zero; with a solution."""
+    """Return a problem with a solution and dependent, repeated or zero rows."""
     rng = np.random.default_rng([3, seed])
     n, m_eq = _size(rng)
     (H, g), (lb, ub) = _cost(rng, n), _bounds(rng, n)
@@ -98,14 +98,14 @@ def rank_deficient(seed: int) -> BoxProblem:
 
 
 def infeasible(seed: int) -> BoxProblem:
-    """No solution: beyond the farthest point of the bounds in a direction, by much or by little."""
+    """Return an infeasible problem: it exceeds the bounds in a direction, by much or by little."""
     rng = np.random.default_rng([4, seed])
     n, m_eq = _size(rng)
     (H, g), (lb, ub), A = _cost(rng, n), _bounds(rng, n), _rows(rng, m_eq, n)
     norms = np.linalg.norm(A, axis=1)
     unit = A / np.where(norms > 0, norms, 1.0)[:, None]
     direction = rng.normal(size=m_eq)
-    # An unbounded variable could always give way, so it must not act in this direction.
+    # An unbounded variable could reach any value, so it must not act in this direction.
     for i in np.flatnonzero(np.isinf(lb) | np.isinf(ub)):
         if np.isinf(lb[i]) or direction @ unit[:, i] > 0:
             lb[i], ub[i] = -1.0, 1.0
@@ -127,16 +127,17 @@ KINDS: dict[str, Kind] = {
 
 
 def problems(kind: str, count: int = COUNT) -> Iterator[BoxProblem]:
-    """The first `count` problems of a kind."""
+    """Yield the first `count` problems of a kind."""
     return (KINDS[kind](seed) for seed in range(count))
 
 
 def reference(problem: BoxProblem, guess: BoxSolution | None = None) -> FloatArray | None:
-    """The solution to 1e-12, or None if this cannot be shown.
+    """Return the solution with an error below 1e-12, or None if the error is unknown.
 
-    The bounds that bind are DAQP's; with them the solution is that of linear equations, solved with
-    residuals in long arithmetic. It is returned only if it fulfils the optimality conditions, which
-    for a convex problem suffice, whoever found the bounds: so those of a guess may be tried too.
+    DAQP finds the active bounds. With these, linear equations determine the solution; they are
+    refined with residuals in extended precision. The solution is returned only if it fulfils the
+    optimality conditions, which are sufficient for a convex problem with any active bounds, so a
+    guess of the active bounds is also tried.
     """
     P = np.diag(problem.H_diagonal)
     q = qpsolvers.Problem(P, problem.g, A=problem.A, b=problem.b, lb=problem.lb, ub=problem.ub)
@@ -160,7 +161,7 @@ def reference(problem: BoxProblem, guess: BoxSolution | None = None) -> FloatArr
 def _refined(
     problem: BoxProblem, low: NDArray[np.bool_], high: NDArray[np.bool_], y: FloatArray
 ) -> FloatArray | None:
-    """The solution with these bounds binding, checked."""
+    """Return the checked solution for given active bounds, or None."""
     long = np.longdouble
     root = np.sqrt(problem.H_diagonal)
     A = problem.A / root
@@ -193,10 +194,10 @@ def _refined(
 
 
 def is_proof_of_infeasibility(problem: BoxProblem, y: FloatArray) -> bool:
-    """Whether y'b > y'Ax for every x within the bounds, by far more than rounding errors.
+    """Return whether y'b > y'Ax for all x within the bounds, far beyond rounding errors.
 
-    Where a bound is infinite and y'A not quite zero, x is taken to stay below 100 times the size of
-    the other bounds: the generated problems' solutions do.
+    If a bound is infinite and y'A is not exactly zero, x is assumed to be less than 100 times the
+    other bounds, as in the solutions of the generated problems.
     """
     long = np.longdouble
     pull = problem.A.T.astype(long) @ y.astype(long)

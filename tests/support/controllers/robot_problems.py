@@ -1,8 +1,8 @@
-"""Force QPs of random robots of 6 to 20 coordinates, on both sides of where forces end to fit.
+"""Force QPs of random robots with 6 to 20 coordinates, close to the limit of feasibility.
 
-Robots are put into random states. At each, some forces within their bounds make an acceleration;
-from there on, tasks or torque go off in a random direction, and the distance to if none fit is
-halved by the verdicts themselves: problems come ever nearer to the edge.
+The robots are in random states. Forces within their bounds determine a feasible acceleration. From
+there, tasks or torques change in a random direction. Bisection by the solver's results finds the
+distance at which the problem becomes infeasible, so problems approach this limit.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from sim_dart import CoreDynamics
 from ..robots.random_robots import random_robot
 
 COUNT = int(os.environ.get("CARDSFLOW_QP_PROBLEMS", "2000"))
-"""As many problems as a test has time for."""
+"""Number of problems per test."""
 
 EXACT = 1e-13
-"""Most rows of solved problems are off by less, relative to their terms."""
+"""Maximum error of most rows of solved problems, relative to their terms."""
 
 AT_THE_EDGE = 1e-7
-"""How far a row may be off where forces hardly fit."""
+"""Maximum error of a row close to the limit of feasibility."""
 
 FAR = 1e7
-"""A certificate holds but for unbounded variables beyond this: accelerations, in [rad/s²]."""
+"""Bound of unbounded variables (accelerations) for certificates, in [rad/s²]."""
 
 INSIDE = 1e-3
-"""How far inside of its bounds a point is to be, relative to what is between them."""
+"""Minimum distance of a point from its bounds, relative to their difference."""
 
 STATES = 4
 KINDS = ("tasks", "limited", "torque")
@@ -53,7 +53,7 @@ class _State(NamedTuple):
 
 
 class _Robot:
-    """A random robot with one to three times as many muscles as coordinates, and random tasks."""
+    """Random robot with one to three muscles per coordinate, and random tasks."""
 
     def __init__(self, seed: int) -> None:
         self.rng = rng = np.random.default_rng([19, seed])
@@ -82,7 +82,7 @@ class _Robot:
 
 
 def _problem(kind: str, now: _State, b: FloatArray) -> BoxProblem:
-    """Eq. (3) for a torque, or eq. (4) for task accelerations, with joint limits or without."""
+    """Return eq. (3) for a torque or eq. (4) for task accelerations, with or without limits."""
     n, m = len(now.h), len(now.f_min)
     if kind == "torque":
         return BoxProblem(np.ones(m), np.zeros(m), -now.L.T, b, now.f_min, now.f_max)
@@ -119,11 +119,11 @@ def _of_robot(seed: int, judge: Callable[[BoxProblem], bool]) -> Iterator[BoxPro
 
 
 def robot_problems(judge: Callable[[BoxProblem], bool], count: int = COUNT) -> Iterator[BoxProblem]:
-    """Problems of one robot after another.
+    """Yield problems of several robots.
 
     Args:
-        judge: Whether it was said to be feasible, of the problem that came last.
-        count: How many.
+        judge: Returns whether the solver found the last problem feasible.
+        count: Number of problems.
     """
     found, seed = 0, 0
     while found < count:
@@ -134,7 +134,7 @@ def robot_problems(judge: Callable[[BoxProblem], bool], count: int = COUNT) -> I
 
 
 def row_error(problem: BoxProblem, x: FloatArray) -> float:
-    """The worst row's error, relative to its terms; infinite if x is outside of its bounds."""
+    """Return the largest row error relative to its terms; infinite if x is out of bounds."""
     if not ((x >= problem.lb) & (x <= problem.ub)).all():
         return np.inf
     long = np.longdouble
@@ -144,7 +144,7 @@ def row_error(problem: BoxProblem, x: FloatArray) -> float:
 
 
 def is_certificate(problem: BoxProblem, y: FloatArray) -> bool:
-    """Whether y'b > y'Ax for every x within the bounds, beyond rounding errors: Farkas' lemma."""
+    """Return whether y'b > y'Ax for all x within the bounds, beyond rounding (Farkas' lemma)."""
     long = np.longdouble
     pull = problem.A.T.astype(long) @ y.astype(long)
     bound = np.where(pull > 0, problem.ub, problem.lb)
@@ -156,22 +156,22 @@ def is_certificate(problem: BoxProblem, y: FloatArray) -> bool:
 
 
 def is_feasible(problem: BoxProblem) -> bool:
-    """Whether HiGHS finds a point that is inside of all bounds, whose rows hold.
+    """Return whether HiGHS finds a point inside all bounds that fulfils the rows.
 
-    A least error above zero is one, however small: of feasible problems it is zero exactly.
+    For feasible problems the minimum error is exactly zero.
     """
     return _least_error(problem, INSIDE) < 1e-12
 
 
 def is_infeasible(problem: BoxProblem) -> bool:
-    """Whether HiGHS finds none, beyond its tolerance."""
+    """Return whether HiGHS finds no solution within its tolerance."""
     return _least_error(problem, 0.0) > 1e-6
 
 
 def _least_error(problem: BoxProblem, inside: float) -> float:
-    """The least sum of row errors, relative to the largest row."""
+    """Return the minimum sum of row errors, relative to the largest row."""
     m_eq, n = problem.A.shape
-    unit = np.where(np.isinf(problem.lb), 1.0, 1e-2)  # accelerations beside forces
+    unit = np.where(np.isinf(problem.lb), 1.0, 1e-2)  # accelerations in addition to forces
     A = problem.A / unit
     size = np.where(A.any(axis=1), np.abs(A).max(axis=1), 1.0)
     A, b = A / size[:, None], problem.b / size

@@ -1,1 +1,1 @@
-"""Files with defects made at random, of every kind that a user can name."""
+"""Files of all kinds that users specify, with random defects."""

@@ -1,4 +1,4 @@
-"""Kinds of files that users name: a good one of each, and the commands that read it."""
+"""Kinds of files that users specify: a valid file of each, and the commands that read it."""
 
 from __future__ import annotations
 
@@ -38,18 +38,19 @@ from .run_files import (
 )
 
 SECONDS = 10.0
-"""Processor time that a file may take."""
+"""Maximum processor time for a file, in [s]."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of files.
+    """Kind of files.
 
     Attributes:
-        make: Writes a folder of them.
-        files: Which of them are damaged, as a pattern.
-        commands: What reads them: words after `cardsflow`, in that folder; one of them a mutation.
-        damage: Gives a file its defects.
+        make: Function that writes valid files to a folder.
+        files: Pattern of the files that are damaged.
+        commands: Commands that read them in that folder, as words after `cardsflow`. A mutation
+            runs one of them.
+        damage: Function that damages a file.
     """
 
     make: Callable[[Path], None]
@@ -139,7 +140,7 @@ KINDS: dict[str, Kind] = {
 
 
 def command(folder: Path, words: Sequence[str]) -> tuple[int, str]:
-    """Exit code and messages of a command; the folder is the current one."""
+    """Run a command in the current folder; return its exit code and messages."""
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         try:

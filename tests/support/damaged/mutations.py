@@ -1,4 +1,4 @@
-"""Defects of files: in their bytes, words, elements and members, as the file's type has them."""
+"""Random defects of files: in bytes, words, XML elements or archive members."""
 
 from __future__ import annotations
 
@@ -63,12 +63,12 @@ TEXT = (
 )
 ARCHIVES = (".fmu", ".ssp", ".npz", ".zip")
 UNREADABLE = (zipfile.BadZipFile, zlib.error, ValueError, RuntimeError, OSError, EOFError)
-"""What zipfile raises of archives that are damaged already."""
+"""Exceptions of zipfile for damaged archives."""
 _WORD = re.compile(rb'"[^"\n]*"|[-+]?\d[\d.eE+-]*|[A-Za-z_][\w.]*|[^\s\w]')
 
 
 def damage(rng: random.Random, root: ElementTree.Element) -> None:
-    """One defect: an element removed, doubled, moved or renamed, or a value replaced."""
+    """Remove, duplicate, move or rename an element, or replace a value."""
     nodes = list(root.iter())
     parents = [node for node in nodes if len(node)]
     if not parents:
@@ -96,7 +96,7 @@ def damage(rng: random.Random, root: ElementTree.Element) -> None:
 
 
 def damaged_xml(rng: random.Random, data: bytes) -> bytes:
-    """XML with one to four defects."""
+    """Return XML with one to four defects."""
     root = ElementTree.fromstring(data)
     for _ in range(rng.randint(1, 4)):
         damage(rng, root)
@@ -104,7 +104,7 @@ def damaged_xml(rng: random.Random, data: bytes) -> bytes:
 
 
 def damaged_words(rng: random.Random, data: bytes) -> bytes:
-    """Text with one to three words or lines replaced, doubled, exchanged or left out."""
+    """Return text with one to three words or lines replaced, duplicated, swapped or removed."""
     for _ in range(rng.randint(1, 3)):
         words = list(_WORD.finditer(data))
         lines = data.splitlines(keepends=True)
@@ -126,7 +126,7 @@ def damaged_words(rng: random.Random, data: bytes) -> bytes:
 
 
 def damaged_bytes(rng: random.Random, data: bytes) -> bytes:
-    """Bytes with one to four places overwritten, left out or inserted, or cut off."""
+    """Return bytes with one to four changes: overwritten, removed, inserted or truncated."""
     for _ in range(rng.randint(1, 4)):
         at = rng.randint(0, len(data))
         piece = rng.choice([rng.choice(INTEGERS), rng.randbytes(rng.randint(1, 4))])
@@ -143,7 +143,7 @@ def damaged_bytes(rng: random.Random, data: bytes) -> bytes:
 
 
 def damaged_archive(rng: random.Random, data: bytes) -> bytes:
-    """An archive with one or two of its members damaged, renamed, left out or doubled."""
+    """Return an archive with one or two members damaged, renamed, removed or duplicated."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         members = [(entry.filename, archive.read(entry)) for entry in archive.infolist()]
     for _ in range(rng.randint(1, 2)):
@@ -160,20 +160,22 @@ def damaged_archive(rng: random.Random, data: bytes) -> bytes:
             members.pop(k)
     memory = io.BytesIO()
     with zipfile.ZipFile(memory, "w") as archive, warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # about two members of one name
+        warnings.simplefilter("ignore", UserWarning)  # warns of two members with the same name
         for name, content in members:
             archive.writestr(zipfile.ZipInfo(name), content)
     return memory.getvalue()
 
 
 def damaged(rng: random.Random, name: str, data: bytes) -> bytes:
-    """The content of a file with defects of its type, or of any."""
+    """Return the content of a file with defects of its type, or with changed bytes."""
     suffix, chance = PurePath(name).suffix.lower(), rng.random()
     if suffix in ARCHIVES and chance < 0.8:
         with contextlib.suppress(*UNREADABLE):
             return damaged_archive(rng, data)
     if suffix in XML and chance < 0.5:
-        with contextlib.suppress(ElementTree.ParseError, LookupError):  # of what is damaged already
+        with contextlib.suppress(
+            ElementTree.ParseError, LookupError
+        ):  # by files that are already damaged
             return damaged_xml(rng, data)
     if suffix in (*XML, *TEXT) and chance < 0.85:
         return damaged_words(rng, data)
@@ -181,5 +183,5 @@ def damaged(rng: random.Random, name: str, data: bytes) -> bytes:
 
 
 def damage_file(rng: random.Random, file: Path) -> None:
-    """Damage a file in its place."""
+    """Damage a file in place."""
     file.write_bytes(damaged(rng, file.name, file.read_bytes()))

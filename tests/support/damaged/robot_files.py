@@ -1,4 +1,4 @@
-"""Good files of robots and meshes, in a folder."""
+"""Valid files of robots and meshes in a folder."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ _COLLADA = """<?xml version="1.0"?>
 
 
 def read_hull(folder: Path) -> None:
-    """The meshes of a world, as the engine reads them."""
+    """Read the meshes of a world like the engine."""
     from sim_dart.dart.meshes import convex_hull
 
     for file in sorted((folder / "meshes").iterdir()):
@@ -65,7 +65,7 @@ def read_hull(folder: Path) -> None:
 
 
 def gltf(folder: Path) -> None:
-    """Two files: positions and indices are next to the scene."""
+    """Write a glTF scene with positions and indices in a second file."""
     import trimesh
 
     mesh(".glb")(folder)
@@ -98,7 +98,7 @@ def osim(folder: Path) -> None:
 
 
 def mjcf(folder: Path) -> None:
-    """A model of three files."""
+    """Write a model of three files."""
     for name, text in (("model", MJCF), ("arm", INCLUDED), ("options", OPTIONS)):
         (folder / f"{name}.xml").write_text(text)
 

@@ -1,4 +1,4 @@
-"""Good files of experiments, runs and studies, in a folder; and their own kinds of damage."""
+"""Valid files of experiments, runs and studies in a folder, and their specific defects."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ SHORT = {"run.duration": 0.03, "run.step": 0.01, "controller.period": 0.01}
 
 
 def experiment(folder: Path, more: str = "", name: str = "planar_2r") -> None:
-    """An example in a folder, with tables more."""
+    """Copy an example to a folder, with additional tables."""
     shutil.copytree(EXAMPLES / name, folder, dirs_exist_ok=True)
     for page in (*folder.glob("*.png"), *folder.glob("*.md")):
         page.unlink()
@@ -60,7 +60,7 @@ def fmu(folder: Path) -> None:
 
 
 def _without_code(source: Path, target: Path) -> None:
-    """An archive without libraries and their sources, in small FMUs within it too."""
+    """Remove libraries and sources from an archive and from small FMUs in it."""
     with zipfile.ZipFile(source) as old, zipfile.ZipFile(target, "w") as new:
         for entry in old.infolist():
             content = old.read(entry)
@@ -115,7 +115,7 @@ def parquet(folder: Path) -> None:
 
 
 def experiments(folder: Path) -> None:
-    """The experiment whose tables are most, beside others' robots."""
+    """Write the experiment with the most tables, and robots in other formats."""
     experiment(folder)
     extra = "\n[[world.objects]]\nname = 'box'\nshape = 'box'\nsize = [0.1, 0.1, 0.1]\nmass = 0.2\n"
     with (folder / "experiment.toml").open("a") as stream:
@@ -149,7 +149,7 @@ def recording(folder: Path) -> None:
 
 
 def damage_recording(rng: random.Random, file: Path) -> None:
-    """Damage, of a header whose sum is right in half of the cases."""
+    """Damage a recording; in half of the cases, correct the checksum of the header."""
     if rng.random() < 0.5:
         damage_file(rng, file)
         return
@@ -174,7 +174,7 @@ def read_search(folder: Path) -> None:
 
 
 def killed_run(folder: Path) -> None:
-    """What a run leaves that was killed."""
+    """Write the files of a run that was killed."""
     from cardsflow_fmu.results.journal import STARTED
 
     results(folder)
@@ -197,7 +197,7 @@ def study_folder(folder: Path) -> None:
 
 
 def damage_run(rng: random.Random, file: Path) -> None:
-    """Damage, of contents whose sum is right in half of the cases."""
+    """Damage a file; in half of the cases, correct its checksum."""
     if file.parent.name != "runs" or rng.random() < 0.5:
         damage_file(rng, file)
         return
@@ -211,7 +211,7 @@ def damage_run(rng: random.Random, file: Path) -> None:
 
 
 def read_runs(folder: Path) -> None:
-    """The files of the runs, without doing those again that are damaged."""
+    """Read the files of the runs; do not repeat damaged runs."""
     store = RunStore(folder / "out")
     for settings in store.settings(""):
         assert isinstance(settings, dict)
@@ -225,7 +225,7 @@ def read_runs(folder: Path) -> None:
 
 
 def _motion_of_joints(folder: Path, name: str) -> None:
-    """An experiment that follows joint states recorded, of the names' order."""
+    """Write an experiment whose reference is a recording of joint states."""
     experiment(folder)
     text = (EXAMPLES / "recorded_motion/experiment.toml").read_text()
     text = text.replace("../planar_2r/", "").replace("motion.csv", name)
@@ -240,7 +240,7 @@ def mcap(folder: Path) -> None:
 
 
 def bag_folder(folder: Path) -> None:
-    """SQLite's and its metadata."""
+    """Write an SQLite bag with its metadata."""
     from ..recorded import bag
 
     _motion_of_joints(folder, "bag")
@@ -248,7 +248,7 @@ def bag_folder(folder: Path) -> None:
 
 
 def trajectories(folder: Path) -> None:
-    """CASPR's of all kinds, and one of them followed."""
+    """Write all kinds of CASPR trajectories; the experiment follows one of them."""
     experiment(folder)
     rest = (0.0, 0.0)
     samples = tuple(TrajectoryPoint(0.1 * k, (0.1, 0.02 * k), rest, rest) for k in range(9))
@@ -282,7 +282,7 @@ _SDF_WORLD = """<sdf version="1.9"><world name="w"><gravity>0 0 -9.8</gravity>
 
 
 def captured(folder: Path) -> None:
-    """A run without encoders, and markers as motion capture saw them."""
+    """Write a run without encoders, and recorded positions of motion-capture markers."""
     result = simulate(Experiment.load(PLANAR_2R, {"run.duration": 1.0}), coupling="direct")
     q = result.columns(["q.joint_1", "q.joint_2"])[::10]
     tables = {

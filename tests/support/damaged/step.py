@@ -1,4 +1,4 @@
-"""Damaged STEP files without a new process for each: children of one that has the kernel loaded."""
+"""Damaged STEP files, which are read in forks of a process with the geometry kernel."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .kinds import SECONDS
 
 
 def load_once() -> None:
-    """Load the kernel here, and let `import-cad` read files in children of this process."""
+    """Load the kernel in this process, and let `import-cad` read files in forks of it."""
     for module in ("STEPCAFControl", "XCAFDoc", "BRepMesh", "BRepGProp"):
         kernel(module)
     step_process.subprocess = SimpleNamespace(  # type: ignore[assignment]
@@ -28,10 +28,10 @@ def load_once() -> None:
 
 
 def _run(words: Sequence[str], **_: Any) -> subprocess.CompletedProcess[str]:
-    """As `subprocess.run` of `step_process`; the time limit is that of a damaged file.
+    """Replace `subprocess.run` of `step_process`, with the time limit of a damaged file.
 
     Raises:
-        AssertionError: The file takes too long, or the child has a fault of its own.
+        AssertionError: The file takes too long, or the child process fails.
     """
     asked, answer = map(Path, words[-2:])
     with tempfile.TemporaryFile() as messages:

@@ -1,7 +1,7 @@
-"""Damaged files given to commands: `python -m support.damaged.trial`, in little memory.
+"""Commands that read damaged files, with little memory: `python -m support.damaged.trial`.
 
-A mutation's kind and number alone decide it. Each may take ten seconds of processor time: the
-process ends with SIGPROF where one takes more, and its last lines name it.
+The kind and the number of a mutation determine its defects. If a mutation takes more than ten
+seconds of processor time, SIGPROF ends the process; its last lines contain the number.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ NEVER = ("internal error", "Traceback", "Warning:")
 
 
 def mutated(kind: Kind, rng: random.Random, folder: Path) -> None:
-    """Damage one file of a folder, or two."""
+    """Damage one or two files of a folder."""
     files = sorted(file for file in folder.glob(kind.files) if file.is_file())
     for file in rng.sample(files, min(len(files), rng.choice([1, 1, 2]))):
         kind.damage(rng, file)
 
 
 def fault(kind: Kind, number: int, folder: Path) -> str | None:
-    """What a command does with the files in a folder that it must not; None if nothing is."""
+    """Run a command on the files in a folder; return its fault, or None."""
     reader = kind.commands[number % len(kind.commands)]
     if callable(reader):
         try:
@@ -56,16 +56,16 @@ def fault(kind: Kind, number: int, folder: Path) -> str | None:
 
 
 def tried(name: str, numbers: range, source: Path, work: Path) -> dict[int, str]:
-    """Try mutations of a kind of files.
+    """Run mutations of a kind of files.
 
     Args:
         name: The kind.
-        numbers: Which.
-        source: Good files of the kind.
-        work: A folder, which is not there.
+        numbers: Numbers of the mutations.
+        source: Folder with valid files of the kind.
+        work: Folder that does not exist yet.
 
     Returns:
-        The faults found, by the mutations' numbers.
+        The faults, by the numbers of the mutations.
     """
     kind, faults, here = KINDS[name], {}, Path.cwd()
     for number in numbers:
@@ -87,15 +87,15 @@ def tried(name: str, numbers: range, source: Path, work: Path) -> dict[int, str]
 
 
 def trial() -> None:
-    """First number, end, a folder, and kinds that have good files in it: prints the faults."""
+    """Print the faults; arguments: first number, end, folder of valid files, kinds."""
     first, end, folder = int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3])
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
-    main._parser = cache(main._parser)  # half of the time of most
+    main._parser = cache(main._parser)  # takes half of the time of most kinds
     failed = 0
     for name in sys.argv[4:]:
         if name.startswith("step"):
-            load_once()  # a second a file
+            load_once()  # takes one second per file
         print(name, flush=True)
         faults = tried(name, range(first, end), folder / name, folder / "work")
         for number, text in faults.items():
