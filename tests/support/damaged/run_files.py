@@ -115,7 +115,7 @@ def parquet(folder: Path) -> None:
 
 
 def experiments(folder: Path) -> None:
-    """Write the experiment with the most tables, and robots in other formats."""
+    """Write an experiment with an object and a hardware link."""
     experiment(folder)
     extra = "\n[[world.objects]]\nname = 'box'\nshape = 'box'\nsize = [0.1, 0.1, 0.1]\nmass = 0.2\n"
     with (folder / "experiment.toml").open("a") as stream:

@@ -1,4 +1,4 @@
-"""A virtual environment that has an importer and what that needs, and nothing of this package."""
+"""Virtual environment with an FMU importer and its dependencies, without this package."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ print([name for name in ("cardsflow_fmu", "dartpy", "qpsolvers") if u.find_spec(
 
 
 class BareEnvironment:
-    """A Python with nothing but some distributions and their dependencies, linked from this one."""
+    """Python with only some distributions and their dependencies, linked from this Python."""
 
     def __init__(self, folder: Path, *distributions: str) -> None:
         venv.create(folder, with_pip=False, symlinks=True)
         self.python = folder / "bin/python"
-        self._aside = folder / "aside"  # importers leave what they unpack behind
+        self._aside = folder / "aside"  # importers do not remove unpacked files
         self._aside.mkdir()
         (packages,) = folder.glob("lib/python*/site-packages")
         for name in _needed(distributions):
@@ -30,7 +30,7 @@ class BareEnvironment:
         assert self.run(["-c", _CHECK]).strip() == "[]"
 
     def run(self, arguments: list[str], **variables: str) -> str:
-        """Run Python with a bare environment too; what it prints."""
+        """Run Python with a minimal environment and further variables; return its output."""
         done = subprocess.run(
             [self.python, "-I", *arguments],
             capture_output=True,
@@ -44,7 +44,7 @@ class BareEnvironment:
 
 
 def _needed(distributions: tuple[str, ...]) -> set[str]:
-    """The distributions and all that they require here, without extras."""
+    """Return the distributions and their dependencies on this platform, without extras."""
     found: set[str] = set()
     waiting = list(distributions)
     while waiting:
@@ -56,7 +56,7 @@ def _needed(distributions: tuple[str, ...]) -> set[str]:
         except importlib.metadata.PackageNotFoundError:
             if name in distributions:
                 pytest.skip(f"{name} is not installed: it is in the extra 'interop'")
-            continue  # for another platform
+            continue  # required on another platform only
         found.add(name)
         waiting += [
             re.match(r"[\w.-]+", requirement)[0]  # type: ignore[index]

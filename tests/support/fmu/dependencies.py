@@ -1,4 +1,4 @@
-"""Dependencies of FMUs' outputs: as declared, and as seen when each variable is changed."""
+"""Dependencies of the outputs of FMUs: declared, and observed by changes of each variable."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ FloatArray = NDArray[np.float64]
 Table = dict[str, frozenset[str]]
 
 SHORT = 1e-5
-"""A step that a tenth of is to move what needs time a tenth as far."""
+"""Step for the test whether a tenth of the step causes a tenth of the change, in [s]."""
 SIZES = {"": 0.2, "N": 5.0, "N.m": 0.5, "Pa": 2e4, "V": 2.0, "m": 0.02, "rad": 0.05, "s": 1e-6}
 SEEN = 1e-7
-"""Changes of outputs that count, relative to 1 + |value|."""
+"""Minimum observed change of an output, relative to 1 + |value|."""
 
 
 def declared(file: Path, *, at_start: bool) -> Table:
-    """By output, what the model description says."""
+    """Return the declared dependencies of a model description, by output."""
     description = fmpy.read_model_description(str(file))
     unknowns = description.initialUnknowns if at_start else description.outputs
     found = {}
@@ -35,11 +35,11 @@ def declared(file: Path, *, at_start: bool) -> Table:
 
 
 class RefusedError(Exception):
-    """A call was answered by an error."""
+    """A call returned an error."""
 
 
 class Probe:
-    """An instance that is begun again for every question."""
+    """Instance that is restarted for every experiment."""
 
     def __init__(self, file: Path, folder: Path, base: Mapping[str, float]) -> None:
         fmpy.extract(str(file), str(folder))
@@ -55,7 +55,7 @@ class Probe:
         return [name for name, v in self._variables.items() if v.causality in causalities]
 
     def size(self, name: str) -> float:
-        """A change of a variable that matters and does no harm."""
+        """Return a change of a variable that has an effect and is valid."""
         variable = self._variables[name]
         return SIZES.get(variable.unit or "", 0.1) + 0.1 * abs(self.start(name))
 
@@ -63,7 +63,7 @@ class Probe:
         return self.base.get(name, float(self._variables[name].start or 0.0))
 
     def answered(self, call: Callable[[], object]) -> None:
-        """Fail with the reason of the FMU."""
+        """Raise an error with the message of the FMU if a call failed."""
         try:
             call()
         except FMICallException:
@@ -84,7 +84,7 @@ class Probe:
         return self.outputs()
 
     def behind(self, step: float, **changed: float) -> FloatArray:
-        """The outputs behind a second step, for which some variables have changed."""
+        """Return the outputs after a second step with changed variables."""
         self._begin({"step": step} if "step" in self._variables else {})
         self.answered(self.host.slave.exitInitializationMode)
         self.answered(lambda: self.host.slave.doStep(0.0, step))
@@ -100,9 +100,9 @@ class Probe:
 
 
 def _moved(probe: Probe, of: Callable[..., FloatArray], name: str, scale: float) -> FloatArray:
-    """How far a change of a variable moves each output, relative to 1 + |value at the start|.
+    """Return the change of each output by a variable, relative to 1 + |value at the start|.
 
-    One of two ways may lead to a value that the model does not take.
+    One of the two signs may result in a value that the model rejects.
     """
     at, size = of(), 1.0 + np.abs(probe.at_start())
     moved = []
@@ -128,7 +128,10 @@ def seen_at_start(probe: Probe, knowns: Iterable[str]) -> Table:
 
 
 def seen_at_once(probe: Probe) -> Table:
-    """Of a model that takes steps of any length: what a step ten times shorter moves as far."""
+    """Return the observed direct dependencies of a model with variable steps.
+
+    A direct dependency causes the same change in a step of a tenth of the length.
+    """
     columns = {}
     for name in probe.names("input"):
         far, near = (
@@ -142,7 +145,7 @@ def seen_at_once(probe: Probe) -> Table:
 def seen_at_a_tick(
     probe: Probe, period: float, knowns: Iterable[str], scales: Iterable[float]
 ) -> Table:
-    """Of a sampled model: what moves at the tick that reads it, by small changes or large ones."""
+    """Return the observed dependencies of a sampled model at a tick, for several changes."""
     columns = {}
     for name in knowns:
         moved = [
@@ -154,10 +157,10 @@ def seen_at_a_tick(
 
 
 def unexplained(declared: Table, seen: Table) -> dict[str, frozenset[str]]:
-    """What is declared and not seen, but for directions in which nothing moves at all.
+    """Return declared dependencies that are not observed, except for directions without motion.
 
-    A planar robot does not move along its axes: a load there moves nothing, and no coordinate
-    moves its momentum there.
+    A planar robot does not move along the axes of its joints: a load along them has no effect, and
+    no coordinate changes the momentum along them.
     """
     acting = frozenset().union(*seen.values())
     found = {
@@ -167,6 +170,6 @@ def unexplained(declared: Table, seen: Table) -> dict[str, frozenset[str]]:
 
 
 def undeclared(declared: Table, seen: Table) -> dict[str, frozenset[str]]:
-    """What is seen and not declared."""
+    """Return observed dependencies that are not declared."""
     found = {name: seen[name] - knowns for name, knowns in declared.items()}
     return {name: knowns for name, knowns in found.items() if knowns}

@@ -1,4 +1,4 @@
-"""External FMUs for tests: built from C by another hand, in degrees and kilonewtons."""
+"""External FMUs for tests, written in C independently of this package, in degrees and kN."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cardsflow_fmu.runtime.library import this_platform
 _SOURCES = Path(__file__).parent / "external"
 _HEADERS = Path(fmpy.__file__).parent / "c-code"
 IDLE = ("SetupExperiment", "EnterInitializationMode", "Terminate")
-"""Functions that have nothing to do in these FMUs."""
+"""Functions that only return success in these FMUs."""
 
 UNITS = """<UnitDefinitions>
 <Unit name="kN"><BaseUnit kg="1" m="1" s="-2" factor="1000"/></Unit>
@@ -24,7 +24,7 @@ UNITS = """<UnitDefinitions>
 
 
 def scalar(name: str, reference: int, causality: str, unit: str = "", start: str = "") -> str:
-    """A Real variable of an FMI 2.0 model description."""
+    """Return a Real variable of an FMI 2.0 model description."""
     variability = "fixed" if causality == "parameter" else "continuous"
     attributes = (f' unit="{unit}"' if unit else "") + (f' start="{start}"' if start else "")
     return (
@@ -34,7 +34,7 @@ def scalar(name: str, reference: int, causality: str, unit: str = "", start: str
 
 
 def array(name: str, reference: int, causality: str, unit: str, size: int) -> str:
-    """A Float64 array of an FMI 3.0 model description."""
+    """Return a Float64 array of an FMI 3.0 model description."""
     start = f' start="{" ".join(["0"] * size)}"' if causality == "input" else ""
     return (
         f'<Float64 name="{name}" valueReference="{reference}" causality="{causality}" '
@@ -78,7 +78,7 @@ FMI3 = f"""<?xml version="1.0" encoding="UTF-8"?>
 
 
 def external_fmu(path: Path, compiler: str, fmi: str, description: str | None = None) -> Path:
-    """Compile and pack the external plant for FMI `2.0` or `3.0`; returns the .fmu."""
+    """Compile and pack the external plant for FMI `2.0` or `3.0`; return the .fmu file."""
     name = f"body_fmi{fmi[0]}"
     platform = this_platform()
     library = path.with_suffix(".so")
@@ -97,7 +97,7 @@ def external_fmu(path: Path, compiler: str, fmi: str, description: str | None = 
 
 
 def _absent(source: str, fmi: str) -> str:
-    """C code of the functions that an FMU must have: those of `IDLE` succeed, others fail."""
+    """Return C code of the missing functions of an FMU: those of `IDLE` succeed, others fail."""
     header = (_HEADERS / f"fmi{fmi[0]}Functions.h").read_text()
     names = set(re.findall(r"TYPE\s+(fmi[23]\w+);", header))
     missing = [name for name in sorted(names) if not re.search(rf"\b{name}\(", source)]
@@ -105,7 +105,7 @@ def _absent(source: str, fmi: str) -> str:
 
 
 def exchange_only(path: Path) -> Path:
-    """An FMU that is for model exchange only."""
+    """Return an FMU that supports model exchange only."""
     text = FMI2.replace("<CoSimulation", "<ModelExchange")
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("modelDescription.xml", text)

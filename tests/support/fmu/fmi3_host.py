@@ -1,4 +1,4 @@
-"""FMPy's FMI 3.0 slave under the names of its FMI 2.0 slave, so that tests are of both."""
+"""Adapter of FMPy's FMI 3.0 slave to the interface of its FMI 2.0 slave, for common tests."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from fmpy import fmi3
 
 
 class FMU3SlaveAs2(fmi3.FMU3Slave):
-    """An FMI 3.0 instance with the methods of an FMI 2.0 one."""
+    """FMI 3.0 instance with the methods of an FMI 2.0 instance."""
 
     def setupExperiment(self, startTime: float = 0.0, stopTime: float | None = None) -> None:
         self.times = startTime, stopTime
@@ -26,7 +26,7 @@ class FMU3SlaveAs2(fmi3.FMU3Slave):
         self.setFloat64(references, values)
 
     def getRealStatus(self, kind: int) -> float:
-        """The time: its reference is the first behind those of the toy's ports."""
+        """Return the time; its reference follows those of the ports of the toy model."""
         (time,) = self.getFloat64([10])
         return float(time)
 

@@ -1,4 +1,4 @@
-"""A host of FMUs: FMPy with a logger that remembers; and the plain loop to compare with."""
+"""FMU host: FMPy with a logger that stores messages, and a plain loop as reference."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from cardsflow_fmu.runtime.model import FloatArray, FmuModel
 from .fmi3_host import FMU3SlaveAs2
 
 SUPPORT = Path(__file__).parent
-"""The folder of the models and hosts of the tests."""
+"""Folder of the models and hosts of the tests."""
 STEP = 1e-3
 OUTPUTS = [REFERENCES[name] for name in ("x", "v", "work")]
 
 
 def environment() -> dict[str, str]:
-    """Variables with which other Python processes find what this one finds."""
+    """Return environment variables with which other processes import the same modules."""
     return {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
 
 
@@ -46,7 +46,7 @@ class Message(NamedTuple):
 
 @dataclass
 class Host:
-    """An instance, and what it has logged."""
+    """FMU instance with its log messages."""
 
     slave: fmi2.FMU2Slave
     variables: list[fmpy.model_description.ScalarVariable] = field(default_factory=list)
@@ -62,20 +62,20 @@ class Host:
 
     @cached_property
     def references(self) -> dict[str, int]:
-        """Value references by name."""
+        """Return value references by name."""
         return {variable.name: variable.valueReference for variable in self.variables}
 
     def of(self, causality: str) -> list[int]:
-        """Value references of one causality."""
+        """Return the value references of one causality."""
         return [v.valueReference for v in self.variables if v.causality == causality]
 
     @property
     def last(self) -> str:
-        """The last message, as a host that formats it would show it."""
+        """Return the last message, formatted like in a host."""
         return self.messages[-1].text.replace("%%", "%").replace("##", "#")
 
     def open(self, events: bool = False) -> None:
-        """Instantiate."""
+        """Create the instance."""
         self.slave.instantiate(callbacks=self.callbacks, loggingOn=events)
 
     def instantiate(
@@ -95,7 +95,7 @@ class Host:
         return component
 
     def start(self, **parameters: float) -> None:
-        """Everything up to step mode."""
+        """Enter step mode."""
         self.slave.setupExperiment(startTime=0.0)
         self.slave.enterInitializationMode()
         self.set(**parameters)
@@ -111,24 +111,24 @@ class Host:
         return values
 
     def value(self, name: str) -> float:
-        """A real variable."""
+        """Return the value of a real variable."""
         return self.get(name)[0]
 
     def save(self) -> bytes:
-        """The state, serialised."""
+        """Return the serialised state."""
         state = self.slave.getFMUstate()
         data: bytes = self.slave.serializeFMUstate(state)
         self.slave.freeFMUstate(state)
         return data
 
     def restore(self, data: bytes) -> None:
-        """Go to a serialised state."""
+        """Restore a serialised state."""
         state = self.slave.deSerializeFMUstate(data)
         self.slave.setFMUstate(state)
         self.slave.freeFMUstate(state)
 
     def drive(self, first: int, last: int) -> FloatArray:
-        """Step from `first` to `last` with a varying force; the outputs behind every step."""
+        """Step from `first` to `last` with a varying force; return the outputs after each step."""
         rows = []
         for k in range(first, last):
             self.set(u=force(k))
@@ -139,7 +139,7 @@ class Host:
 
 @dataclass
 class Host3(Host):
-    """An instance of an FMI 3.0 FMU, used as if it were one of FMI 2.0."""
+    """Instance of an FMI 3.0 FMU with the methods of `Host`."""
 
     def __post_init__(self) -> None:
         def log(_: object, status: int, category: bytes, text: bytes) -> None:
@@ -156,7 +156,7 @@ class Host3(Host):
 
 
 def force(k: int) -> float:
-    """The force in step k, in [N]."""
+    """Return the force in step k, in [N]."""
     return float(np.sin(0.1 * k))
 
 
@@ -166,7 +166,7 @@ def plain_run(
     u: Callable[[int], float] = force,
     **parameters: float,
 ) -> FloatArray:
-    """The same as `Host.start` and `Host.drive`, or with another force, without any FMI."""
+    """Compute the outputs of `Host.start` and `Host.drive` without FMI, for any force."""
     model = model or ToyModel(0.25)
     for name, value in parameters.items():
         model.values[REFERENCES[name]] = value
@@ -186,13 +186,13 @@ def unpack(
     x_start: float = 0.25,
     fmi: FmiVersion = "2.0",
 ) -> Path:
-    """Build an FMU and unpack it into `folder`; returns that."""
+    """Build an FMU and unpack it into `folder`; return the folder."""
     resources = {"x_start.txt": repr(x_start).encode()}
     return unpacked(folder, model_class, PORTS, model_name=name, resources=resources, fmi=fmi)
 
 
 def pack(file: Path, model_class: type[FmuModel], ports: Sequence[Port], **options: Any) -> Path:
-    """Build an FMU; without resources, and with a step of 1 ms, unless options say otherwise."""
+    """Build an FMU (default: without resources, with a step of 1 ms)."""
     given = {"model_name": file.stem, "resources": {}, "step": STEP, **options}
     return write_fmu(file, model_class=model_class, ports=ports, **given)
 
@@ -200,7 +200,7 @@ def pack(file: Path, model_class: type[FmuModel], ports: Sequence[Port], **optio
 def unpacked(
     folder: Path, model_class: type[FmuModel], ports: Sequence[Port], **options: Any
 ) -> Path:
-    """Build an FMU and unpack it into `folder`; returns that."""
+    """Build an FMU and unpack it into `folder`; return the folder."""
     file = pack(folder.with_suffix(".fmu"), model_class, ports, **options)
     fmpy.extract(str(file), str(folder))
     return folder
@@ -221,7 +221,7 @@ def load(folder: Path, instance_name: str = "größe 1") -> Host:
 
 @contextmanager
 def running(file: Path, folder: Path) -> Iterator[Host]:
-    """An instance of an FMU, unpacked into a folder, in step mode; freed at the end."""
+    """Yield an instance of an FMU in step mode; the FMU is unpacked into a folder."""
     fmpy.extract(str(file), str(folder))
     with opened(folder) as (host,):
         host.start()
@@ -230,7 +230,7 @@ def running(file: Path, folder: Path) -> Iterator[Host]:
 
 @contextmanager
 def opened(*folders: Path, events: bool = False) -> Iterator[Sequence[Host]]:
-    """Instances of unpacked FMUs, freed at the end."""
+    """Yield instances of unpacked FMUs; free them at the end."""
     hosts = [load(folder, f"toy {i}") for i, folder in enumerate(folders)]
     for host in hosts:
         host.open(events)
@@ -240,14 +240,14 @@ def opened(*folders: Path, events: bool = False) -> Iterator[Sequence[Host]]:
 
 
 def refused(call: Callable[[], object]) -> None:
-    """The call answers fmi2Error."""
+    """Require that a call returns fmi2Error."""
     with pytest.raises(FMICallException) as caught:
         call()
     assert caught.value.status == fmi2.fmi2Error
 
 
 def cannot_open(folder: Path) -> str:
-    """The only message of an instantiation that fails."""
+    """Return the only message of an instantiation that must fail."""
     host = load(folder)
     resources = (folder / "resources").as_uri()
     assert host.instantiate(host.slave.guid, resources) is None
@@ -259,7 +259,7 @@ def cannot_open(folder: Path) -> str:
 
 
 def run(command: list[str]) -> str:
-    """The output of a command that has to succeed."""
+    """Run a command that must succeed; return its output."""
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout

@@ -1,4 +1,4 @@
-"""Slopes of native plants: asked for through FMI 2.0, and by differences of high order."""
+"""Derivatives of native plants: through FMI 2.0, and by differences of high order."""
 
 from __future__ import annotations
 
@@ -25,13 +25,16 @@ from .fmu_host import load, pack
 FloatArray = NDArray[np.float64]
 STEP = 1e-3
 EIGHTH = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
-"""Weights of the central difference of eighth order."""
+"""Weights of the central difference of order eight."""
 
 Gamma = Callable[[FloatArray], FloatArray]
 
 
 def stretched(gamma: Gamma, at: FloatArray, direction: FloatArray, size: float) -> FloatArray:
-    """Slope of gamma along a direction, with an error of order size**8; angles may come round."""
+    """Return the derivative of gamma along a direction; the error has order size**8.
+
+    Angles may wrap around.
+    """
     slope = np.zeros_like(gamma(at))
     for k, weight in EIGHTH.items():
         change = gamma(at + k * size * direction) - gamma(at - k * size * direction)
@@ -40,7 +43,7 @@ def stretched(gamma: Gamma, at: FloatArray, direction: FloatArray, size: float) 
 
 
 class Slave:
-    """A native plant through FMI 2.0, as functions of arrays."""
+    """Native plant through FMI 2.0, with arrays as arguments and results."""
 
     def __init__(self, file: Path, folder: Path) -> None:
         fmpy.extract(str(file), str(folder))
@@ -54,7 +57,7 @@ class Slave:
         self.settle()
 
     def settle(self, references: Sequence[int] = (), values: Sequence[float] = ()) -> None:
-        """Into initialization mode with these inputs and start values."""
+        """Enter initialization mode with inputs and start values."""
         self.slave.reset()
         self.slave.setupExperiment(startTime=0.0)
         self.slave.setReal(list(references), list(values))
@@ -62,12 +65,12 @@ class Slave:
         self.time = 0.0
 
     def restart(self, references: Sequence[int] = (), values: Sequence[float] = ()) -> None:
-        """Into step mode, from these inputs and start values."""
+        """Restart, and enter step mode with inputs and start values."""
         self.settle(references, values)
         self.slave.exitInitializationMode()
 
     def references(self, *prefixes: str) -> list[int]:
-        """Of the variables whose names begin so, a dot behind; they stand in that order."""
+        """Return the references of the variables with a prefix before the dot, in their order."""
         return [k for k, name in enumerate(self.names) if name.split(".")[0] in prefixes]
 
     def step(self, steps: int = 1) -> FloatArray:
@@ -81,7 +84,7 @@ class Slave:
 
 
 class Options(NamedTuple):
-    """How a plant steps, and what more it has."""
+    """Options of a plant: its step and additional features."""
 
     substeps: int = 1
     integrator: str = "euler"
@@ -95,7 +98,7 @@ PLAIN = Options()
 def plant_file(
     robot: Robot, folder: Path, q: FloatArray, qd: FloatArray, options: Options = PLAIN
 ) -> Path:
-    """A native plant of any robot that starts anywhere."""
+    """Write a native plant of a robot with a given start state."""
     substeps, integrator, energy, wrenches = options
     groups = plant_groups(robot, q.tolist(), qd.tolist(), STEP, energy=energy, wrenches=wrenches)
     fields = plant_fields(robot, substeps, integrator, wrenches)
@@ -116,7 +119,7 @@ def started(
 
 
 def gamma_of(slave: Slave, knowns: list[int]) -> Gamma:
-    """Outputs behind a step from the start as a function of inputs and start state."""
+    """Return the outputs after a step as a function of inputs and start state."""
     start = [slave.names.index(_start_of(slave.names[k])) for k in knowns]
 
     def gamma(values: FloatArray) -> FloatArray:
@@ -149,11 +152,12 @@ def check(
     size: float = 2e-4,
     tolerance: float = 1e-8,
 ) -> None:
-    """Derivatives at the start, and behind a step from there, along random directions.
+    """Check derivatives at the start and after a step, along random directions.
 
-    States of muscles begin where inputs and start values put them: so a step's derivatives are
-    those by all that it begins with, along what the start's say. Judged where differences of two
-    sizes agree, by the largest change of its kind; that is nearly everywhere.
+    Inputs and start values determine the initial states of muscles. Therefore the derivatives of
+    a step are with respect to all of its initial values, along the derivatives at the start. They
+    are compared if differences of two sizes agree, which is nearly always the case. Errors are
+    relative to the largest change of a kind of outputs.
     """
     rng = np.random.default_rng(seed)
     n, states = len(robot.coordinates), len(state_order(robot))
@@ -188,7 +192,7 @@ def check(
 
 
 def scales(robot: Robot, changes: FloatArray) -> FloatArray:
-    """The largest change of each kind of output, at its place; twice."""
+    """Return the largest change of the kind of each output, twice."""
     n, m, states = len(robot.coordinates), len(robot.muscles), len(state_order(robot))
     half = changes.size // 2
     kinds = [n, 2 * n, 2 * n + m]
@@ -202,5 +206,5 @@ def scales(robot: Robot, changes: FloatArray) -> FloatArray:
 
 
 def commanded(robot: Robot) -> int:
-    """How many muscles take commands."""
+    """Return the number of muscles with commands."""
     return len(ideal_muscles(robot)) + len(driven_muscles(robot))

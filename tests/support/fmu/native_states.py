@@ -1,4 +1,4 @@
-"""Native FMUs bit for bit: states that are gone back to."""
+"""Bitwise checks of restored states of native FMUs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .fmu_host import load
 
 
 def check_states_repeat(file: Path, folder: Path, step: float) -> None:
-    """Go on, go back, continue; and in another instance from serialised bytes; for FMI 2.0."""
+    """Check that steps from a restored state repeat, also in another instance, with FMI 2.0."""
     fmpy.extract(str(file), str(folder))
     host = load(folder)
     slave = host.slave

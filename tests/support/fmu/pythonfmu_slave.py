@@ -1,4 +1,4 @@
-"""A model of this package as an FMU of pythonfmu: the script that pythonfmu packs."""
+"""Script from which pythonfmu packs a model of this package as an FMU."""
 
 SCRIPT = """
 from functools import partial

@@ -1,4 +1,4 @@
-"""FMUs of the stubborn model, and a host of them in a process of its own."""
+"""FMUs of the stubborn model, and a host in a separate process."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from .fmu_host import STEP, Host, opened, unpacked
 
 
 def unpack_stubborn(folder: Path) -> Path:
-    """Build an FMU of the stubborn model and unpack it into `folder`; returns that."""
+    """Build an FMU of the stubborn model and unpack it into `folder`; return the folder."""
     return unpacked(folder, StubbornModel, PORTS, resources={"factor.txt": b"1.0"})
 
 
 @contextmanager
 def opened_stubborn(folder: Path) -> Iterator[Host]:
-    """An instance in step mode, freed at the end."""
+    """Yield an instance in step mode; free it at the end."""
     with opened(folder) as (host,):
         host.start()
         yield host
 
 
 def sums(host: Host, first: int, last: int) -> list[float]:
-    """Step from `first` to `last` with u = k; the sums behind every step."""
+    """Step from `first` to `last` with u = k; return the sum after each step."""
     found = []
     for k in range(first, last):
         host.set(u=float(k))
@@ -35,7 +35,7 @@ def sums(host: Host, first: int, last: int) -> list[float]:
 
 
 def is_running(process: float) -> bool:
-    """Whether a process is there that has not ended; Linux only."""
+    """Return whether a process is running; Linux only."""
     try:
         text = Path(f"/proc/{int(process)}/stat").read_text("utf-8")
     except OSError:
@@ -44,7 +44,7 @@ def is_running(process: float) -> bool:
 
 
 def children(process: int | str = "self") -> list[int]:
-    """Numbers of the processes that a process has started, ended or not; Linux only."""
+    """Return the numbers of the child processes of a process, running or not; Linux only."""
     found: list[int] = []
     for task in Path(f"/proc/{process}/task").iterdir():
         found += map(int, (task / "children").read_text("utf-8").split())

@@ -1,4 +1,4 @@
-"""A small model with arrays, states and derivatives in closed form for the tests of the runtime."""
+"""Small model with arrays, states and closed-form derivatives, for tests of the runtime."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ ARRAYS = {"u": 0, "on": 2, "x": 4, "moving": 6, "calls": 8, "gain": 9, "x_start"
 
 
 class ArrayModel(FmuModel):
-    """x' = gain u^3 - sin x, by Euler's rule, where `on`."""
+    """Model of x' = gain u^3 - sin x, integrated by Euler's method if `on` is set."""
 
     description = "Two of a kind"
     has_derivatives = True

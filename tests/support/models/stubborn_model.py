@@ -1,4 +1,4 @@
-"""A model for the tests of worker processes: on request it does what models should not do."""
+"""Model for tests of worker processes that misbehaves on request."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ REFERENCES = {port.name: reference for reference, port in enumerate(PORTS)}
 
 
 class StubbornModel(FmuModel):
-    """Sums its input up."""
+    """Model that sums its input."""
 
     def __init__(self, factor: float, values: FloatArray | None = None) -> None:
         super().__init__(PORTS, values)
@@ -50,7 +50,7 @@ class StubbornModel(FmuModel):
         elif action == RAISE:
             raise RuntimeError("as asked")
         elif action == HOLD:
-            ctypes.PyDLL(None).pause()  # with Python's lock
+            ctypes.PyDLL(None).pause()  # while it holds Python's lock
         self.outputs[0] += self._factor * self.inputs[0]
 
     def get_state(self) -> bytes:

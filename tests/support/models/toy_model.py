@@ -1,4 +1,4 @@
-"""A small model for the tests of the FMU runtime: a driven oscillator that can fail on demand."""
+"""Small model for tests of the FMU runtime: a driven oscillator that fails on request."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ REFERENCES = {port.name: reference for reference, port in enumerate(PORTS)}
 
 
 class ToyModel(FmuModel):
-    """Position and velocity are outputs; the work is remembered apart, as is the stiffness."""
+    """Oscillator with the outputs position and velocity; work and stiffness are internal."""
 
     description = "Driven oscillator"
     alive: ClassVar[weakref.WeakSet[ToyModel]] = weakref.WeakSet()
@@ -90,7 +90,7 @@ class ToyModel(FmuModel):
 
 
 class OtherToyModel(ToyModel):
-    """Starts on the other side."""
+    """Oscillator with the opposite start position."""
 
     def initialize(self, t: float = 0.0) -> None:
         super().initialize()

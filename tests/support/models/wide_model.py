@@ -1,4 +1,4 @@
-"""A model with four and with sixty inputs and outputs, which it copies."""
+"""Model that copies four or sixty inputs to outputs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ PORTS = (*_ports("input", "few", "many"), *_ports("output", "few_out", "many_out
 
 
 class WideModel(FmuModel):
-    """Copies inputs to outputs."""
+    """Model that copies inputs to outputs."""
 
     def __init__(self, values: FloatArray | None = None) -> None:
         super().__init__(PORTS, values)

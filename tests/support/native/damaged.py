@@ -1,4 +1,4 @@
-"""Programs that open damaged files under sanitizers, and how many files they reject."""
+"""Programs that open damaged files under sanitizers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SANITIZED = Target(["gcc", "-O1", "-g", "-fsanitize=address,undefined"])
 
 
 def count_rejected(program: list[str], *arguments: Path) -> int:
-    """How many of all are rejected, some thousands a run of the program."""
+    """Return the number of rejected files; a run of the program opens thousands of files."""
     refused = 0
     for first in range(0, MUTATIONS, BATCH):
         count = min(BATCH, MUTATIONS - first)

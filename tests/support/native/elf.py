@@ -1,4 +1,4 @@
-"""Sizes of programs for a microcontroller, and the names in them."""
+"""Sizes and symbol names of programs for a microcontroller."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 
 class Sizes(NamedTuple):
-    """Bytes of a program, by where they go."""
+    """Sizes of a program by memory region, in bytes."""
 
     code: int
     constants: int
@@ -17,10 +17,10 @@ class Sizes(NamedTuple):
 
 
 def program_sizes(program: Path) -> Sizes:
-    """Sizes of a 32-bit ELF program, from its section headers."""
+    """Return the sizes of a 32-bit ELF program, from its section headers."""
     sums = {"code": 0, "constants": 0, "memory": 0}
     for _, kind, flags, _, _, length, *_ in _sections(program.read_bytes()):
-        if not flags & 2:  # takes no memory on the machine
+        if not flags & 2:  # not loaded into memory
             continue
         where = "code" if flags & 4 else "memory" if flags & 1 or kind == 8 else "constants"
         sums[where] += length
@@ -28,7 +28,7 @@ def program_sizes(program: Path) -> Sizes:
 
 
 def program_names(program: Path) -> set[str]:
-    """Names of the functions and data in a 32-bit ELF program, from its symbol table."""
+    """Return the names of functions and data in a 32-bit ELF program, from its symbol table."""
     image = program.read_bytes()
     sections = list(_sections(image))
     names = set()
@@ -42,7 +42,7 @@ def program_names(program: Path) -> set[str]:
 
 
 def _sections(image: bytes) -> Iterator[tuple[int, ...]]:
-    """Section headers."""
+    """Yield the section headers."""
     assert image[:5] == b"\x7fELF\x01"
     table = struct.unpack_from("<I", image, 32)[0]
     size, count = struct.unpack_from("<2H", image, 46)

@@ -1,4 +1,4 @@
-"""example.h: the robot and the settings of an example as constant data in C."""
+"""Writer for example.h: robot and settings of an example as constant data in C."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from .vector_file import law_arrays
 
 
 def write_example(path: Path, experiment: Experiment, *, single: bool = False) -> int:
-    """Write example.h, for a precision; returns the bytes of the robot's blob.
+    """Write example.h for a precision; return the size of the robot's blob, in bytes.
 
-    The memory is that of doubles, on a machine whose pointers are not smaller: enough in any case.
+    The memory is sized for doubles and for the pointers of this machine, so it is sufficient.
     """
     robot, settings = experiment.robot, experiment.controller
     blob = compile_blob(robot, single=single)
@@ -54,7 +54,7 @@ def write_example(path: Path, experiment: Experiment, *, single: bool = False) -
 
 
 def _core_size(blob: bytes) -> int:
-    """Bytes on this machine, whose pointers are not smaller."""
+    """Return the size on this machine, whose pointers are at least as large, in bytes."""
     words = np.frombuffer(blob, np.float64)
     return -(-int(core_library().core_size(words.ctypes.data, len(blob), None, 0)) // 8) * 8
 
@@ -69,7 +69,7 @@ def _identifier(name: str) -> str:
 
 
 def _array(name: str, values: ArrayLike) -> str:
-    """A constant array; written as hexadecimal floats, so that no digit is lost."""
+    """Return a constant array in C, as hexadecimal floats, which are exact."""
     numbers = [_number(float(value)) for value in np.ravel(np.asarray(values, float))]
     return f"static const real {name}[] = {{{', '.join(numbers)}}};"
 

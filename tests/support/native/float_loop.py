@@ -1,4 +1,4 @@
-"""An example's controller as firmware has it, in single or double precision, and the plant."""
+"""Closed loop of an example: the controller of the firmware in either precision, and the plant."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ SOLVED, SOFT = 0, 1
 
 
 class Run(NamedTuple):
-    """A closed loop, tick after tick.
+    """Recording of a closed loop.
 
     Attributes:
         q: Coordinates, shape (ticks, n).
-        forces: Of the muscles, shape (ticks, m), in [N].
-        errors: From the reference, in [rad] or [m], shape (ticks, r).
-        statuses: Of the law.
+        forces: Muscle forces, shape (ticks, m), in [N].
+        errors: Tracking errors, in [rad] or [m], shape (ticks, r).
+        statuses: Statuses of the control law.
     """
 
     q: FloatArray
@@ -37,16 +37,17 @@ class Run(NamedTuple):
 
     @property
     def rms(self) -> float:
-        """Root mean square over time of the error's norm."""
+        """RMS of the norm of the tracking error over time."""
         return float(np.sqrt((self.errors**2).sum(axis=1).mean()))
 
 
 def run_loop(
     folder: Path, experiment: Experiment, duration: float, *, single: bool, begin: float = 0.0
 ) -> Run:
-    """Have the firmware's controller tick, and the plant of double precision move.
+    """Run the controller of the firmware with the plant in double precision.
 
-    For a duration from a time in the reference on, both in [s]; compiled in a folder.
+    The run has a duration and starts at a time of the reference, both in [s]. The controller is
+    compiled in a folder.
     """
     folder.mkdir(exist_ok=True)
     write_example(folder / "example.h", experiment, single=single)

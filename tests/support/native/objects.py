@@ -1,4 +1,4 @@
-"""Compiled C files, kept in pytest's cache: each is compiled once, whatever programs it is in."""
+"""Compiled C files in pytest's cache, so that programs share them."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from cardsflow_fmu.runtime.sources import CONTROL, CORE, FMI
 ROOT = Path(__file__).parents[3]
 CACHE = ROOT / ".pytest_cache/d/objects"
 KEPT = 14 * 86400.0
-"""How long what no program took is kept, in [s]."""
+"""Time after which unused files are removed, in [s]."""
 
 
 def compile_objects(
     command: Sequence[str], sources: Sequence[str], run: Callable[[list[Any]], str]
 ) -> list[str]:
-    """The object files that a compiler's command makes of sources, compiled where not at hand.
+    """Return the object files of sources; compile those that are not in the cache.
 
     Args:
         command: Compiler and flags, without sources and output.
         sources: Paths of C files.
-        run: Runs a command; fails if it does.
+        run: Function that runs a command and raises an error if it fails.
     """
     version = run([command[0], "--version"])
     folder = CACHE / hashlib.sha256(repr((command, version)).encode()).hexdigest()[:16]
@@ -48,7 +48,7 @@ def compile_objects(
 
 
 def _fingerprint(source: str) -> str:
-    """Of a source with all headers, and with all other sources where it includes some."""
+    """Return the hash of a source, all headers, and all sources if it includes some of them."""
     text = Path(source).read_bytes()
     of_others = _contents("*.h") + (_contents("*.c") if b'.c"' in text else b"")
     return hashlib.sha256(source.encode() + text + of_others).hexdigest()[:16]
@@ -56,7 +56,7 @@ def _fingerprint(source: str) -> str:
 
 @cache
 def _contents(pattern: str) -> bytes:
-    """Hash of all files of core, laws and runtime."""
+    """Return the hash of all files of core, laws and runtime."""
     digest = hashlib.sha256()
     for folder in sorted({name for one in (CORE, CONTROL, FMI) for name in one.folders}):
         for path in sorted((ROOT / folder).rglob(pattern)):
@@ -76,7 +76,7 @@ def _remove_old(folder: Path) -> None:
 
 @contextmanager
 def _locked(folder: Path) -> Iterator[None]:
-    """No other process compiles the same meanwhile."""
+    """Lock a file, so that only one process compiles it."""
     with (folder / "lock").open("w") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         yield

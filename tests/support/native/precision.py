@@ -1,7 +1,6 @@
-"""Core and laws compiled for this machine, in single or double precision, as one library.
+"""Core and laws as a library for this machine, in single or double precision.
 
-The package's own libraries compute with doubles. These are compiled by a test, for either kind of
-number, with the very sources.
+The libraries of the package use doubles. Tests compile the same sources for both precisions.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ Array = NDArray[Any]
 GCC = Target(["gcc", "-O2"])
 
 STRICT = ("-Wdouble-promotion", "-Wfloat-conversion")
-"""No double slips in, and none is cut."""
+"""Compiler flags that reject implicit doubles and narrowing conversions."""
 
 _ANSWERS_SIZE = ("core_size", "dual_newton_size", "computed_torque_size", "control_loop_size")
 _ANSWERS_POINTER = [
@@ -34,7 +33,7 @@ _ANSWERS_POINTER = [
 
 
 class Precision:
-    """The library, compiled in a folder with further sources and flags, and its kind of number."""
+    """Library that is compiled in a folder with further sources and flags, and its number type."""
 
     def __init__(
         self, folder: Path, single: bool, sources: Sequence[str] = (), flags: Sequence[str] = ()
@@ -56,17 +55,17 @@ class Precision:
             getattr(self.library, name).restype = ctypes.c_void_p
 
     def numbers(self, values: ArrayLike) -> Array:
-        """Values as the library takes them."""
+        """Return values as an array of the number type of the library."""
         return np.ascontiguousarray(values, dtype=self.dtype)
 
     def view(self, address: int | None, length: int) -> Array:
-        """The library's own memory."""
+        """Return a view of memory of the library."""
         assert address
         kind = self.number * length
         return np.frombuffer(kind.from_address(address), self.dtype)
 
     def call(self, name: str, *arguments: Any) -> int:
-        """Call a function; arrays go as addresses, floats as the library's numbers."""
+        """Call a function with arrays as addresses, and floats as numbers of the library."""
         function: Any = getattr(self.library, name)
         return int(function(*map(self._argument, arguments)) or 0)
 
@@ -81,7 +80,7 @@ class Precision:
 
 
 class Handle:
-    """An opened handle of the library, by the prefix of its functions."""
+    """Handle of the library, with the prefix of its functions."""
 
     def __init__(self, precision: Precision, prefix: str, pointer: int) -> None:
         assert pointer, prefix
@@ -89,24 +88,24 @@ class Handle:
         self.pointer = ctypes.c_void_p(pointer)
 
     def array(self, name: str) -> Array:
-        """A view."""
+        """Return a view of an array of the handle."""
         length = ctypes.c_size_t()
         find: Any = getattr(self.precision.library, f"{self.prefix}_array")
         address = find(self.pointer, name.encode(), ctypes.byref(length))
         return self.precision.view(address, length.value)
 
     def call(self, name: str, *arguments: Any) -> int:
-        """A function of the handle."""
+        """Call a function of the handle."""
         return self.precision.call(f"{self.prefix}_{name}", self.pointer, *arguments)
 
 
 def room(size: int) -> Array:
-    """Memory, as the handles want it aligned."""
+    """Return memory with the alignment of the handles."""
     return np.zeros(-(-size // 8), dtype=np.uint64)
 
 
 def open_robot(precision: Precision, robot: Robot) -> Handle:
-    """A robot opened in a core of that precision."""
+    """Open a robot in a core of that precision."""
     blob = np.frombuffer(compile_blob(robot, single=precision.single), np.uint64).copy()
     message = ctypes.create_string_buffer(256)
     size = precision.call("core_size", blob, blob.nbytes, message, len(message))
@@ -119,7 +118,7 @@ def open_robot(precision: Precision, robot: Robot) -> Handle:
 
 
 def open_program(precision: Precision, n: int, rows: int) -> Handle:
-    """A QP solver for problems of a size."""
+    """Open a QP solver for problems of a given size."""
     memory = room(precision.call("dual_newton_size", n, rows))
     pointer = precision.call("dual_newton_open", n, rows, memory)
     handle = Handle(precision, "dual_newton", pointer)

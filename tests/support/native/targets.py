@@ -23,25 +23,25 @@ from .objects import compile_objects
 
 ROOT = Path(__file__).parents[3]
 PROGRAMS = ROOT / "tests/native/csrc"
-"""Programs of the tests in C."""
+"""Folder of the C programs of the tests."""
 SOURCES = sorted(
     str(ROOT / name)
     for name in {*CORE.sources(), *CONTROL.sources()}
     if not name.startswith(TANGENT)
 )
-"""The C files of the core and of the control laws, without derivatives."""
+"""C files of the core and the control laws, without derivatives."""
 DERIVATIVES = str(ROOT / TANGENT / "tangent.c")
-"""The core for derivatives, which only FMUs have."""
+"""C files of the core for derivatives, which only FMUs contain."""
 TRANSITION = str(ROOT / TANGENT / "transition.c")
-"""The transition matrix by it, for estimators."""
+"""C files of the transition matrix of estimators, which uses derivatives."""
 FLAGS = ["-std=c99", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-DCARDSFLOW_INSIDE"]
 ZIG = [sys.executable, "-m", "ziglang", "cc", "-target"]
 _OF_PROGRAMS = ("-I", "-l", "-D_GNU_SOURCE", "-DFUZZ", "-DCARDSFLOW_LIBFUZZER", "-DVECTORS")
-TIMEOUT = 900  # in [s]: ziglang makes a platform's C library first
+TIMEOUT = 900  # in [s]: ziglang first builds the C library of a platform
 
 
 class Target(NamedTuple):
-    """A compiler's command, and what runs its programs here; nothing for this machine's own."""
+    """Command of a compiler, and command that runs its programs; empty for this machine."""
 
     compiler: list[str]
     runner: tuple[str, ...] = ()
@@ -63,7 +63,7 @@ TARGETS = {
 
 
 def on_targets(names: Iterable[str], long: Iterable[str] = ()) -> pytest.MarkDecorator:
-    """A test for each target by its name: slow, or in need of other machines, or long as well."""
+    """Parametrize a test by the name of the target, with marks for slow and emulated targets."""
     cases = [_case(name) for name in names]
     cases += [_case(name, LONG) for name in long]
     return pytest.mark.parametrize("target", cases)
@@ -75,7 +75,7 @@ def _case(name: str, *marks: pytest.MarkDecorator) -> Any:
 
 
 def single_flags(target: Target) -> tuple[str, ...]:
-    """What its compiler needs for single precision: literals are to be single too."""
+    """Return the compiler flags of a target for single precision, including literals."""
     literals = ("-fsingle-precision-constant",)
     if target.compiler[0] != "gcc":
         literals = ("-Xclang", "-cl-single-precision-constant")
@@ -84,7 +84,7 @@ def single_flags(target: Target) -> tuple[str, ...]:
 
 @cache
 def environment() -> dict[str, str]:
-    """Without what a sanitized run preloads; wine keeps quiet, and its files out of the home."""
+    """Return the environment without preloaded sanitizers, and with settings of wine."""
     files = tempfile.mkdtemp(prefix="wine")
     atexit.register(shutil.rmtree, files, ignore_errors=True)
     kept = {name: value for name, value in os.environ.items() if name != "LD_PRELOAD"}
@@ -92,12 +92,12 @@ def environment() -> dict[str, str]:
 
 
 def find_runner(name: str) -> str | None:
-    """The path of an emulator; Debian has wine's next to its libraries."""
+    """Return the path of an emulator; on Debian, wine is next to its libraries."""
     return shutil.which(name) or shutil.which(name, path="/usr/lib/wine")
 
 
 def require(target: Target) -> list[str]:
-    """The runner's command, if compiler and runner are here; else the test skips."""
+    """Return the command of the emulator; skip the test if it or the compiler is missing."""
     if target.compiler[0] == sys.executable:
         if importlib.util.find_spec("ziglang") is None:
             pytest.skip("no ziglang: the extra `cross`")
@@ -108,7 +108,7 @@ def require(target: Target) -> list[str]:
     found = find_runner(target.runner[0])
     libraries = [Path(word) for word in target.runner if word.startswith("/")]
     if found is None or not all(folder.is_dir() for folder in libraries):
-        pytest.skip(f"no {target.runner[0]}, or no libraries of the machine that it is for")
+        pytest.skip(f"no {target.runner[0]}, or no libraries for its platform")
     return [found, *target.runner[1:]]
 
 
@@ -117,7 +117,10 @@ def run(
     folder: Path | None = None,
     variables: Mapping[str, str] | None = None,
 ) -> str:
-    """What a command prints, in a folder and with more variables; its complaint fails the test."""
+    """Run a command in a folder with further variables; return its output.
+
+    Messages on stderr fail the test.
+    """
     done = subprocess.run(
         list(map(str, command)),
         capture_output=True,
@@ -138,23 +141,23 @@ def build_program(
     *more: str,
     libraries: Sequence[str] = SOURCES,
 ) -> list[str]:
-    """Compile a program of this folder, named after its first source; the command that runs it.
+    """Compile a program that is named after its first source; return the command that runs it.
 
-    `libraries` are core and control laws, as sources or compiled.
+    `libraries` are the files of core and control laws, as sources or object files.
     """
     runner = require(target)
     program = folder / f"{Path(sources[0]).stem}{target.suffix}"
     own = [PROGRAMS / name for name in sources]
     others = [*libraries, *(word for word in more if word.endswith(".c"))]
     flags = [*FLAGS, *(word for word in more if not word.endswith(".c")), f"-I{ROOT}"]
-    if target.compiler[0] != sys.executable:  # ziglang keeps compiled files itself
+    if target.compiler[0] != sys.executable:  # ziglang has its own cache
         others = compiled(target, flags, others)
     run([*target.compiler, *flags, *own, *others, "-o", program, "-lm"])
     return [*runner, str(program)]
 
 
 def compiled(target: Target, flags: Sequence[str], files: Sequence[str]) -> list[str]:
-    """Object files in the place of the package's C files; a program's own flags are not theirs."""
+    """Return object files of the C files of the package, without the flags of a program."""
     shared = [word for word in flags if not word.startswith(_OF_PROGRAMS)]
     command = [*target.compiler, *shared, "-D_GNU_SOURCE", f"-I{ROOT}"]
     made = compile_objects(command, [name for name in files if name.endswith(".c")], run)

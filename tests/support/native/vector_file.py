@@ -1,17 +1,17 @@
-"""A file of vectors: robots, states, QPs and closed loops, with what DART and others make of them.
+"""Writer for test vectors: robots, states, QPs and closed loops, with results of DART and others.
 
 A record is a name of 48 bytes, an allowed deviation (relative to the largest number), the number of
-doubles that follow, and these, all little-endian; or in a file of single precision, floats in the
-place of doubles, each record padded to 8 bytes:
+doubles, and the doubles, all little-endian. A file of single precision contains floats instead,
+and each record is padded to 8 bytes:
 
     robot               a blob
     state               q, qd, f
     program             variables, rows
     solve               nothing
-    loop                rows of the task coordinates that are followed; none in joint space
-    run                 period, plant's step, its steps a period, q, qd, reference of every tick
+    loop                rows of the tracked task coordinates; empty in joint space
+    run                 period, step of the plant, steps per period, q, qd, reference of each tick
     set <array>         numbers for an array of `program`, `loop` or `law`
-    expect <array>      what is to be in an array of `core`, `program` or `run`
+    expect <array>      expected values of an array of `core`, `program` or `run`
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from sim_dart.core.tasks import task_rows
 from sim_dart.dart.skeleton import build_skeleton
 
 REPLAY = ("replay_hosted.c", "replay_vectors.c")
-"""The program that replays a file; it fails where anything deviates by more than is allowed."""
+"""Program that replays a file; it fails if a value deviates by more than allowed."""
 TICKS = 50
 AROUND = {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1}
 HEAD = struct.Struct("<48sdQ")
@@ -55,11 +55,11 @@ SINGLE_TOLERANCES = {
     "run.q": 1e-4,
     "run.forces": 1e-2,
 }
-"""Relative to the largest number; angles near their singular attitude lose most digits."""
+"""Tolerances relative to the largest number; angles near a singularity are the least exact."""
 
 
 class VectorFile:
-    """Records, one after the other."""
+    """Sequence of records."""
 
     def __init__(self, *, single: bool = False) -> None:
         self.contents = b""
@@ -77,7 +77,7 @@ class VectorFile:
 
 
 def write_vectors(path: Path, *, single: bool = False) -> Path:
-    """Write the file, of doubles or of numbers of single precision; returns its path."""
+    """Write the file in double or single precision; return its path."""
     file = VectorFile(single=single)
     for seed in range(3):
         _add_robot(file, random_robot(seed), np.random.default_rng(seed))
@@ -91,7 +91,7 @@ def write_vectors(path: Path, *, single: bool = False) -> Path:
 
 
 def _add_robot(file: VectorFile, robot: Robot, rng: np.random.Generator) -> None:
-    """A robot, and its terms at some states: dynamics by DART, paths by MuJoCo."""
+    """Add a robot and its terms at some states: dynamics by DART, muscle paths by MuJoCo."""
     points = TaskFrame("hand", robot.links[5].name, (0.1, -0.2, 0.3))
     turned = TaskFrame("palm", robot.links[4].name, axes=("alpha", "beta", "gamma"))
     robot = replace(robot, task_sets=(TaskSet("whole", (points, turned)),), task_set="whole")
@@ -119,7 +119,7 @@ def _add_robot(file: VectorFile, robot: Robot, rng: np.random.Generator) -> None
 
 
 def _add_program(file: VectorFile, rng: np.random.Generator) -> None:
-    """A QP as a controller has them, with some forces at their bounds, and quadprog's answer."""
+    """Add a QP of a controller with some forces at their bounds, and the solution of quadprog."""
     n, rows = int(rng.integers(6, 20)), int(rng.integers(2, 5))
     H, g, A = rng.uniform(0.5, 2.0, n), rng.normal(size=n), rng.normal(size=(rows, n))
     lb = rng.uniform(-1.0, 0.0, n)
@@ -135,7 +135,7 @@ def _add_program(file: VectorFile, rng: np.random.Generator) -> None:
 
 
 def law_arrays(experiment: Experiment) -> dict[str, ArrayLike]:
-    """Arrays of the law and the loop in C, by name."""
+    """Return the arrays of the control law and the loop in C, by name."""
     robot, settings = experiment.robot, experiment.controller
     return settings.law_arrays() | {
         "f_min": [muscle.f_min for muscle in robot.muscles],
@@ -147,7 +147,7 @@ def law_arrays(experiment: Experiment) -> dict[str, ArrayLike]:
 
 
 def _add_loop(file: VectorFile, experiment: Experiment) -> None:
-    """A closed loop over some ticks, and what Python's law and DART's plant make of it."""
+    """Add a closed loop over some ticks, with results of the Python law and the DART plant."""
     robot, settings = experiment.robot, experiment.controller
     dynamics, reference = DartDynamics(robot), make_reference(experiment)
     names = dynamics.coordinate_names if settings.space == "joint" else dynamics.task_names
@@ -160,7 +160,7 @@ def _add_loop(file: VectorFile, experiment: Experiment) -> None:
         delay=settings.delay,
         predict=settings.predict,
     )
-    plant = Plant(robot, experiment.plant.step, engine="dart")  # another than what replays
+    plant = Plant(robot, experiment.plant.step, engine="dart")  # differs from the replaying program
     plant.reset(experiment.start.q, experiment.start.qd)
     steps = round(settings.period / experiment.plant.step)
     rows = [np.array(reference.evaluate(0.5 + settings.period * t)[:3]) for t in range(TICKS)]

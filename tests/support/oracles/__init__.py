@@ -1,1 +1,1 @@
-"""Independent implementations that tests compare with."""
+"""Independent implementations as references for tests."""

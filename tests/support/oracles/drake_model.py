@@ -1,4 +1,4 @@
-"""A robot's SDF in Drake."""
+"""SDF of a robot in Drake."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from sim_dart.core.arrays import FloatArray
 
 
 class DrakeRobot:
-    """Dynamics of a written robot by Drake, which rejects what libsdformat only warns of."""
+    """Dynamics of an SDF robot by Drake, which rejects files of which libsdformat only warns."""
 
     def __init__(self, robot: Robot, file: Path) -> None:
         self.plant: Any = MultibodyPlant(0.0)
@@ -27,7 +27,7 @@ class DrakeRobot:
         self._order = [self._dof(*mover) for mover in _movers(robot)]
 
     def move(self, q: FloatArray, qd: FloatArray) -> None:
-        """Go to a state."""
+        """Set the state."""
         positions, velocities = np.zeros((2, self.plant.num_velocities()))
         positions[self._order], velocities[self._order] = q, qd
         self.plant.SetPositions(self._context, positions)
@@ -35,13 +35,13 @@ class DrakeRobot:
 
     @property
     def mass_matrix(self) -> FloatArray:
-        """M, shape (n, n)."""
+        """Return M, shape (n, n)."""
         M = self.plant.CalcMassMatrix(self._context)
         return np.array(M[np.ix_(self._order, self._order)])
 
     @property
     def resistance(self) -> FloatArray:
-        """C + G + D qd + K (q - rest), shape (n,)."""
+        """Return C + G + D qd + K (q - rest), shape (n,)."""
         forces = MultibodyForces(self.plant)
         self.plant.CalcForceElementsContribution(self._context, forces)
         rest = np.zeros(self.plant.num_velocities())
@@ -52,7 +52,7 @@ class DrakeRobot:
 
 
 def _movers(robot: Robot) -> list[tuple[str, int]]:
-    """The SDF joint of each coordinate, and its place among the motions of that."""
+    """Return the SDF joint of each coordinate, and its index in this joint."""
     written, movers = sdf_joints(robot), []
     for joint in robot.joints:
         places = [(part.name, k) for part in written[joint.name] for k in range(len(part.motions))]

@@ -1,4 +1,4 @@
-"""Loop joints by the poses of links alone; accelerations by the null space of what they hold."""
+"""Loop joints by link poses only; accelerations by the null space of the constraints."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ STEP = 1e-30
 
 
 def pose_matrix(pose: Pose) -> Array:
-    """Shape (4, 4)."""
+    """Return the homogeneous matrix of a pose, shape (4, 4)."""
     T = np.eye(4)
     (cr, cp, cy), (sr, sp, sy) = np.cos(pose.rpy), np.sin(pose.rpy)
     Rz, Ry = (
@@ -27,19 +27,19 @@ def pose_matrix(pose: Pose) -> Array:
 
 
 def skew(a: Array) -> Array:
-    """The matrix of a x."""
+    """Return the cross product matrix of a vector."""
     return np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
 
 
 def turned(axis: Array, angle: complex) -> Array:
-    """Rodrigues' formula, for complex angles too."""
+    """Return a rotation matrix by Rodrigues' formula, also for complex angles."""
     K = skew(axis)
     R: Array = np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
     return R
 
 
 def link_poses(robot: Robot, q: NDArray[np.complex128]) -> dict[str, NDArray[np.complex128]]:
-    """T_world_link at complex coordinates."""
+    """Return T_world_link at complex coordinates."""
     values = dict(zip((c.name for c in robot.coordinates), q, strict=True))
     poses = {WORLD: np.eye(4, dtype=complex)}
     for joint in robot.joints:
@@ -56,11 +56,11 @@ def link_poses(robot: Robot, q: NDArray[np.complex128]) -> dict[str, NDArray[np.
 
 
 def residual(loop: LoopJoint, T: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """What is zero if it is closed, with many rows more than there need be.
+    """Return the constraint residual, with redundant rows; it is zero if the loop is closed.
 
     Args:
         loop: The joint.
-        T: Pose of its frame on the child in that on the parent.
+        T: Pose of the joint frame on the child in the joint frame on the parent.
     """
     R, p = T[:3, :3], T[:3, 3]
     whole = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
@@ -79,7 +79,7 @@ def residual(loop: LoopJoint, T: NDArray[np.complex128]) -> NDArray[np.complex12
 
 
 def residuals(robot: Robot, q: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Of all loop joints."""
+    """Return the residuals of all loop joints."""
     poses = link_poses(robot, q)
     found = []
     for loop in robot.loops:
@@ -90,13 +90,13 @@ def residuals(robot: Robot, q: NDArray[np.complex128]) -> NDArray[np.complex128]
 
 
 def loop_jacobian(robot: Robot, q: Array) -> Array:
-    """By complex steps, shape (rows, n)."""
+    """Return the Jacobian of the residuals by complex steps, shape (rows, n)."""
     columns = [residuals(robot, q + 1j * STEP * e).imag / STEP for e in np.eye(len(q))]
     return np.array(columns).T
 
 
 def loop_acceleration(robot: Robot, q: Array, qd: Array, tau: Array) -> Array:
-    """Qdd of the loops' robot: x = N z + what keeps them closed, with N the null space of J."""
+    """Return qdd = N z + qdd_0, where N is the null space of J and qdd_0 keeps the loops closed."""
     dynamics, J = DartDynamics(robot), loop_jacobian(robot, q)
     e = 1e-5
 

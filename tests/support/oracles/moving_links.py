@@ -1,6 +1,6 @@
-"""Mass matrix, gravity and straight paths of a robot in numpy, from its description alone.
+"""Mass matrix, gravity and straight paths of a robot in NumPy, from its description.
 
-Full coordinates: couplings and locks do not count, each coordinate is one of q.
+Couplings and locks are ignored: q contains every coordinate.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ Matrix = NDArray[np.float64]
 
 
 class MovingLinks:
-    """A robot at values of all its coordinates.
+    """Robot at given values of all coordinates.
 
     Attributes:
-        names: Of the coordinates, in the order of rows and columns.
-        poses: Of each link in the world, 4 x 4.
-        jacobians: Of each link: angular velocity, and velocity of what is at the world's origin.
+        names: Names of the coordinates, in the order of rows and columns.
+        poses: Pose of each link in the world, shape (4, 4).
+        jacobians: Jacobian of each link: angular velocity, and velocity at the origin of the world.
     """
 
     def __init__(self, robot: Robot, q: Mapping[str, float]) -> None:
@@ -54,7 +54,7 @@ class MovingLinks:
             self.jacobians[joint.child] = J
 
     def mass_and_gravity(self) -> tuple[Matrix, Matrix]:
-        """M(q) with armature, and the torques of gravity g(q): M q'' + g = tau at rest."""
+        """Return M(q) with armature, and gravity g(q), where M q'' + g = tau at rest."""
         n = len(self.names)
         M, g = np.zeros((n, n)), np.zeros(n)
         for link in self.robot.links:
@@ -68,7 +68,7 @@ class MovingLinks:
         return M + np.diag(armature), g
 
     def straight_length(self, muscle: Muscle) -> float:
-        """The length through the points in use, wraps passed over, branches divided."""
+        """Return the length through the active points, without wraps; branches are divided."""
         length = 0.0
         divisors = {branch.point: branch.divisor for branch in muscle.branches}
         divisor, last = 1.0, None

@@ -1,8 +1,8 @@
-"""A robot's MJCF in MuJoCo itself, in the robot's own coordinates.
+"""MJCF of a robot in MuJoCo, in the coordinates of the robot.
 
-MuJoCo's velocities are v = V(q) u, with the speeds u of the coordinates that are free here: balls
-and free joints turn by angles here and by quaternions there, equalities of joints hold exactly. So
-M = V' M_mj V, bias = V' (bias_mj + M_mj V' u) and L = L_mj V.
+MuJoCo's velocities are v = V(q) u, where u are the speeds of the robot's free coordinates. For ball
+and free joints, the robot uses angles and MuJoCo quaternions; equalities of joints hold exactly.
+Therefore M = V' M_mj V, bias = V' (bias_mj + M_mj V' u) and L = L_mj V.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from sim_dart.core.arrays import FloatArray
 from .mujoco_model import dense_tendon_jacobian
 
 STEP = 1e-30
-"""Of derivatives along the imaginary axis, which round nothing."""
+"""Step of complex-step derivatives, which have no rounding error."""
 ANGLES = ("alpha", "beta", "gamma")
 
 
@@ -33,11 +33,11 @@ class Terms(NamedTuple):
 
 
 class MujocoFile:
-    """A file opened by MuJoCo, and what it is at states of a robot's free coordinates."""
+    """File in MuJoCo, evaluated at states of a robot's free coordinates."""
 
     def __init__(self, file: Path, robot: Robot) -> None:
         self.model: Any = mujoco.MjModel.from_xml_path(str(file))
-        self.model.tendon_stiffness[:] = 0.0  # muscles here
+        self.model.tendon_stiffness[:] = 0.0  # these are muscles of the robot
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
         self.data: Any = mujoco.MjData(self.model)
         self._names = [c.name for c in robot.coordinates]
@@ -49,7 +49,7 @@ class MujocoFile:
         return str(self.model.joint(joint).name)
 
     def tendon_of(self, muscle: str) -> int | None:
-        """The number of the tendon of a muscle; None of one on a joint."""
+        """Return the index of the tendon of a muscle; None for a muscle at a joint."""
         model, on_tendons = self.model, mujoco.mjtTrn.mjTRN_TENDON
         for k in range(len(model.actuator_trntype)):
             if model.actuator(k).name == muscle and model.actuator_trntype[k] == on_tendons:
@@ -58,7 +58,7 @@ class MujocoFile:
         return names.index(muscle) if muscle in names else None
 
     def terms(self, q: FloatArray, u: FloatArray) -> Terms:
-        """Everything at positions and speeds of the free coordinates, in the robot's order."""
+        """Return the terms at positions and speeds of the free coordinates, in their order."""
         V, rate = self._rates(q, u)
         self.data.qpos[:] = self._positions(q)
         self.data.qvel[:] = V @ u
@@ -70,7 +70,7 @@ class MujocoFile:
         return Terms(V.T @ M @ V, V.T @ (bias + M @ rate), np.array(self.data.ten_length), L @ V)
 
     def _all(self, q: Any, u: FloatArray) -> dict[str, tuple[Any, Any]]:
-        """Value and speed of all hinges and slides, and of the angles of other joints, by name."""
+        """Return value and speed of hinges, slides and angles of other joints, by name."""
         model = self.model
         found = dict(zip(self._names, zip(q, u, strict=True), strict=True))
         start = {name: model.qpos0[model.jnt_qposadr[j]] for j, name in enumerate(self._joints)}
@@ -93,7 +93,7 @@ class MujocoFile:
         return found
 
     def _positions(self, q: FloatArray) -> FloatArray:
-        """MuJoCo's qpos."""
+        """Return MuJoCo's qpos."""
         known, found = self._all(q, q), self.model.qpos0.copy()
         values = {name: value for name, (value, _) in known.items()}
         for j, name in enumerate(self._joints):
@@ -122,7 +122,7 @@ class MujocoFile:
         return R.reshape(3, 3)
 
     def _rates(self, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """V (nv, n), and its rate times u."""
+        """Return V, shape (nv, n), and its time derivative times u."""
         columns = [self._velocity(q, e) for e in np.eye(len(q))]
         V = np.array(columns).reshape(len(q), self.model.nv).T
         moved = q + 1j * STEP * u
@@ -133,7 +133,7 @@ class MujocoFile:
         return V.real, rate
 
     def _velocity(self, q: Any, u: FloatArray) -> Any:
-        """MuJoCo's qvel at speeds of the free coordinates; q may be complex."""
+        """Return MuJoCo's qvel at speeds of the free coordinates; q may be complex."""
         known = self._all(q, u)
         values = {name: value for name, (value, _) in known.items()}
         speeds = {name: speed for name, (_, speed) in known.items()}

@@ -15,7 +15,7 @@ from sim_dart.core.arrays import FloatArray
 
 
 def dense_tendon_jacobian(model: Any, data: Any) -> FloatArray:
-    """The tendons' Jacobian, shape (tendons, nv), of a model that stores it sparsely."""
+    """Return the dense Jacobian of the tendons, shape (tendons, nv), of a sparse model."""
     J = np.zeros((model.ntendon, model.nv))
     for k in range(model.ntendon):
         row = slice(model.ten_J_rowadr[k], model.ten_J_rowadr[k] + model.ten_J_rownnz[k])
@@ -26,7 +26,7 @@ def dense_tendon_jacobian(model: Any, data: Any) -> FloatArray:
 class MujocoRobot:
     """Muscle paths and dynamics of a robot by MuJoCo, with steps in [s] for `run`.
 
-    Without `inertias` the links have others: MuJoCo rejects zero moments.
+    Without `inertias` the links have other inertias, since MuJoCo rejects zero moments.
     """
 
     def __init__(self, robot: Robot, *, inertias: bool = True, step: float = 1e-3) -> None:
@@ -36,13 +36,13 @@ class MujocoRobot:
         self._order = [self.model.joint(c.name).dofadr[0] for c in robot.coordinates]
 
     def move(self, q: Sequence[float], qd: Sequence[float] | None = None) -> None:
-        """Go to a state and evaluate everything that depends on it."""
+        """Set the state and evaluate all terms."""
         self.data.qpos[self._order] = q
         self.data.qvel[self._order] = 0.0 if qd is None else qd
         mujoco.mj_forward(self.model, self.data)
 
     def acceleration(self, tau: FloatArray) -> FloatArray:
-        """Qdd of M qdd + C + G + D qd = tau at the last state, shape (n,)."""
+        """Return qdd of M qdd + C + G + D qd = tau at the last state, shape (n,)."""
         self.data.qfrc_applied[self._order] = tau
         mujoco.mj_forward(self.model, self.data)
         return np.array(self.data.qacc)[self._order]
@@ -54,17 +54,17 @@ class MujocoRobot:
 
     @property
     def q(self) -> FloatArray:
-        """Positions, shape (n,)."""
+        """Return the positions, shape (n,)."""
         return np.array(self.data.qpos)[self._order]
 
     @property
     def lengths(self) -> FloatArray:
-        """l, shape (m,)."""
+        """Return l, shape (m,)."""
         return np.array(self.data.ten_length)
 
     @property
     def jacobian(self) -> FloatArray:
-        """L, shape (m, n)."""
+        """Return L, shape (m, n)."""
         model = self.model
         dense = np.zeros((model.ntendon, model.nv))
         for k in range(model.ntendon):
@@ -74,14 +74,14 @@ class MujocoRobot:
 
     @property
     def mass_matrix(self) -> FloatArray:
-        """M, shape (n, n)."""
+        """Return M, shape (n, n)."""
         M = np.zeros((self.model.nv, self.model.nv))
         mujoco.mj_fullM(self.model, self.data, M)
         return M[np.ix_(self._order, self._order)]
 
     @property
     def bias(self) -> FloatArray:
-        """C + G, shape (n,)."""
+        """Return C + G, shape (n,)."""
         return np.array(self.data.qfrc_bias)[self._order]
 
 
@@ -94,7 +94,7 @@ def _model(robot: Robot, inertias: bool, step: float) -> Any:
         bodies[joint.child] = _body(robot, joint, bodies[joint.parent], inertias)
     _tendons(robot, root, bodies)
     actuators = etree.SubElement(root, "actuator")
-    for muscle in robot.muscles:  # which pulls where a motor pushes
+    for muscle in robot.muscles:  # a muscle pulls where a motor pushes
         etree.SubElement(actuators, "motor", tendon=muscle.name, gear="-1")
     _loops(robot, root, bodies, step)
     return root
@@ -106,7 +106,7 @@ def _body(robot: Robot, joint: Any, parent: Any, inertias: bool) -> Any:
         parent, "body", name=joint.child, pos=text(T[:3, 3]), quat=_quaternion(T)
     )
     R_child_joint = _matrix(joint.T_child_joint)[:3, :3]
-    for motion in joint.motions:  # MuJoCo, too, applies those of one body in turn
+    for motion in joint.motions:  # MuJoCo also applies the joints of a body in turn
         coordinate = joint.coordinates[motion.coordinate]
         etree.SubElement(
             body,
@@ -130,7 +130,7 @@ def _body(robot: Robot, joint: Any, parent: Any, inertias: bool) -> Any:
 
 
 def _loops(robot: Robot, root: Any, bodies: dict[str, Any], step: float) -> None:
-    """Points that meet, as hard as MuJoCo has them: all that hinges of planar loops need."""
+    """Add stiff point constraints, which are sufficient for hinges of planar loops."""
     if not robot.loops:
         return
     equality = etree.SubElement(root, "equality")
@@ -169,5 +169,5 @@ def _quaternion(T: FloatArray) -> str:
 
 
 def text(values: Vector3 | Sequence[float] | FloatArray) -> str:
-    """Numbers as attributes have them, exactly."""
+    """Return numbers as the exact text of an attribute."""
     return " ".join(repr(float(value)) for value in values)

@@ -1,4 +1,4 @@
-"""Our robot of a compiled MuJoCo model: its tree, whose masses do not matter, and tendons."""
+"""Conversion of a compiled MuJoCo model to a robot: its tree without masses, and its tendons."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SOLID = Inertia(1.0, (0.0, 0.0, 0.0), 1.0, 1.0, 1.0)
 
 
 def robot_of_tendons(model: mujoco.MjModel) -> Robot:
-    """A muscle for every tendon, by MuJoCo's rules; coordinates in the order of qpos."""
+    """Return a robot with a muscle for every tendon; its coordinates have the order of qpos."""
     surfaces: dict[str, WrapSurface] = {}
     links, joints = _tree(model)
     muscles = tuple(_tendon(model, t, surfaces) for t in range(model.ntendon))
@@ -41,7 +41,7 @@ def robot_of_tendons(model: mujoco.MjModel) -> Robot:
 
 
 def _tree(model: mujoco.MjModel) -> tuple[list[Link], list[Joint]]:
-    """Joints of a body turn about a point of it: base, Trans(p) R(axis, q - qpos0) Trans(-p)."""
+    """Return the tree; a joint turns about a point: Trans(p) R(axis, q - qpos0) Trans(-p)."""
     links, joints = [], []
     for b in range(1, model.nbody):
         parent, T = _body(model.body_parentid[b]), _pose(model.body_pos[b], model.body_quat[b])

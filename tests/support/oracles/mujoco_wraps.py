@@ -1,4 +1,4 @@
-"""MuJoCo's wrapping for muscles of a `carriage` over one surface each, a side site included."""
+"""MuJoCo's wrapping of muscles of a `carriage` over one surface each, with side sites."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from .mujoco_model import text
 
 
 class MujocoWraps:
-    """Path lengths by MuJoCo of a carriage whose muscle k wraps over surface k.
+    """Path lengths by MuJoCo for a carriage whose muscle k wraps over surface k.
 
-    `sides` are points in the surfaces' frames on the sides of which the muscles pass, or None for
-    the shorter way.
+    `sides` are points in the frames of the surfaces that select the sides of the muscles; None
+    selects the shorter path.
     """
 
     def __init__(self, robot: Robot, sides: Sequence[FloatArray | None] | None = None) -> None:
@@ -59,7 +59,7 @@ class MujocoWraps:
         self.data: Any = mujoco.MjData(self.model)
 
     def lengths(self, q: FloatArray) -> FloatArray:
-        """l, shape (m,), in [m]."""
+        """Return l, shape (m,), in [m]."""
         self.data.qpos[:] = q
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_comPos(self.model, self.data)

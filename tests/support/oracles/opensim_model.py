@@ -1,4 +1,4 @@
-"""A robot in OpenSim, from the .osim file that is written of it."""
+"""Robot in OpenSim, from its .osim file."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ opensim.Logger.setLevelString("Off")
 
 
 def load(robot: Robot, folder: Path, **options: Any) -> tuple[Any, Any]:
-    """The model and its initial state."""
+    """Return the model and its initial state."""
     (file,) = write_osim(robot, folder, "robot", **options)
     model = opensim.Model(str(file))
     return model, model.initSystem()
 
 
 class OpenSimRobot:
-    """Terms of a model, coordinates and muscles in the order of the robot; no force acts."""
+    """Terms of a model without forces; coordinates and muscles have the order of the robot."""
 
     def __init__(self, robot: Robot, folder: Path) -> None:
         legal = with_legal_names(robot)
@@ -52,13 +52,13 @@ class OpenSimRobot:
         ]
 
     def without_forces(self) -> None:
-        """No muscle, motor, damper or spring acts from here on."""
+        """Disable muscles, motors, dampers and springs."""
         forces = self.model.getForceSet()
         for k in range(forces.getSize()):
             forces.get(k).setAppliesForce(self.state, False)
 
     def move(self, q: FloatArray, qd: FloatArray) -> None:
-        """Go to a state."""
+        """Set the state."""
         for coordinate, value, speed in zip(self.coordinates, q, qd, strict=True):
             coordinate.setValue(self.state, float(value), False)
             coordinate.setSpeedValue(self.state, float(speed))
@@ -66,7 +66,7 @@ class OpenSimRobot:
 
     @property
     def mass_matrix(self) -> FloatArray:
-        """M, shape (n, n)."""
+        """Return M, shape (n, n)."""
         M = opensim.Matrix()
         self.model.getMatterSubsystem().calcM(self.state, M)
         n = len(self._order)
@@ -75,19 +75,19 @@ class OpenSimRobot:
 
     @property
     def bias(self) -> FloatArray:
-        """C + G and what the forces add, shape (n,)."""
+        """Return C + G plus the generalized forces of active elements, shape (n,)."""
         zero = opensim.Vector(len(self._order), 0.0)
         forces = opensim.InverseDynamicsSolver(self.model).solve(self.state, zero)
         return np.array(_numbers(forces))[self._order]
 
     @property
     def lengths(self) -> FloatArray:
-        """Of the muscles, shape (m,)."""
+        """Return the muscle lengths, shape (m,)."""
         return np.array([path.getLength(self.state) for path in self.paths])
 
     @property
     def moment_arms(self) -> FloatArray:
-        """-L, shape (m, n)."""
+        """Return -L, shape (m, n)."""
         arms = [
             [path.computeMomentArm(self.state, c) for c in self.coordinates] for path in self.paths
         ]

@@ -1,4 +1,4 @@
-"""A robot in Pinocchio: every motion a joint of its own."""
+"""Robot in Pinocchio, with one joint per coordinate."""
 
 from __future__ import annotations
 
@@ -30,25 +30,25 @@ class PinocchioRobot:
         self.data: Any = self.model.createData()
 
     def mass_matrix(self, q: FloatArray) -> FloatArray:
-        """M, shape (n, n)."""
+        """Return M, shape (n, n)."""
         M = pinocchio.crba(self.model, self.data, self._sorted(q))
         full = np.triu(M) + np.triu(M, 1).T
         return full[np.ix_(self._order, self._order)]
 
     def bias(self, q: FloatArray, qd: FloatArray) -> FloatArray:
-        """C + G, shape (n,)."""
+        """Return C + G, shape (n,)."""
         found = pinocchio.nle(self.model, self.data, self._sorted(q), self._sorted(qd))
         return np.array(found)[self._order]
 
     def acceleration(self, q: FloatArray, qd: FloatArray, tau: FloatArray) -> FloatArray:
-        """Qdd, shape (n,)."""
+        """Return qdd, shape (n,)."""
         state = self._sorted(q), self._sorted(qd), self._sorted(tau)
         return np.array(pinocchio.aba(self.model, self.data, *state))[self._order]
 
     def loop_acceleration(
         self, robot: Robot, q: FloatArray, qd: FloatArray, tau: FloatArray
     ) -> FloatArray:
-        """Qdd with loop joints that hold a point (ball) or all (fixed), shape (n,)."""
+        """Return qdd with loop joints that fix a point (ball) or a pose (fixed), shape (n,)."""
         kind = {"ball": "CONTACT_3D", "fixed": "CONTACT_6D"}
         models = pinocchio.StdVec_RigidConstraintModel()
         datas = pinocchio.StdVec_RigidConstraintData()
@@ -65,7 +65,7 @@ class PinocchioRobot:
         return np.array(found)[self._order]
 
     def point_bias(self, q: FloatArray, qd: FloatArray, link: str, point: Any) -> FloatArray:
-        """J' qd of a point of a link, in world axes, shape (3,)."""
+        """Return J' qd of a point of a link, in world axes, shape (3,)."""
         joint, T = self._places[link]
         frame = pinocchio.Frame("", joint, 0, T * _translation(point), pinocchio.OP_FRAME)
         self._forward(q, qd)
@@ -87,7 +87,7 @@ class PinocchioRobot:
         return out
 
     def _add_children(self, robot: Robot, parent: str) -> None:
-        """Depth first, as Pinocchio wants joints."""
+        """Add joints depth first, as Pinocchio requires."""
         for joint in robot.joints:
             if joint.parent == parent:
                 self._add(robot, joint)

@@ -1,4 +1,4 @@
-"""Dynamics in closed form, for tests of controllers without a simulator."""
+"""Closed-form dynamics for tests of controllers without a simulator."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 class TwoLinkArm:
-    """Point masses of 1 kg at the ends of two links of 1 m, straight antagonists; tasks x, z."""
+    """Two links of 1 m with point masses of 1 kg and straight antagonists; tasks x, z."""
 
     coordinate_names = ("shoulder", "elbow")
     muscle_names = ("a", "b", "c", "d")
@@ -54,7 +54,7 @@ class TwoLinkArm:
 
 
 class PointMass:
-    """A mass of 2 kg that six cables pull along three axes; tasks: its x and y, not its z."""
+    """Mass of 2 kg with six cables along three axes; tasks x and y, without z."""
 
     coordinate_names = ("x", "y", "z")
     muscle_names = ("-x", "+x", "-y", "+y", "-z", "+z")

@@ -1,4 +1,4 @@
-"""Robots whose cables come round a corner."""
+"""Robots whose cables bend at via points."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from sim_dart.muscles.paths import MusclePaths
 
 
 def bent(robot: Robot, friction: float, q: ArrayLike) -> Robot:
-    """Every cable begins in the world 0.1 m aside, and turns by 90 degrees at its first point.
+    """Return a robot whose cables start 0.1 m aside and bend by 90 degrees at the first point.
 
     Args:
-        robot: Whose muscles begin in the world.
-        friction: Of all of them.
-        q: The pose in which the angle is that; it changes with the next point.
+        robot: Robot whose muscles begin in the world.
+        friction: Friction coefficient of all bends.
+        q: Pose with this angle; the angle changes with the position of the next point.
     """
     muscles = []
     for muscle, line in zip(robot.muscles, MusclePaths(robot).path_points(q), strict=True):
@@ -29,7 +29,7 @@ def bent(robot: Robot, friction: float, q: ArrayLike) -> Robot:
 
 
 def elastic_over_bends(robot: Robot) -> Robot:
-    """Every cable stretches all along, and has friction in its bends."""
+    """Return a robot with elastic cables and friction in the bends."""
     values = (("stiffness", 2e3), ("damping", 1.0), ("longest_rest_length", 5.0))
     model = CableModel("elastic_cable", values)
     return robot.with_muscles([replace(m, friction=0.3, model=model) for m in robot.muscles])

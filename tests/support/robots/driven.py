@@ -1,4 +1,4 @@
-"""Robots whose joints are driven by functions of coordinates, coupled ones and locked ones."""
+"""Robots with joints by functions of coordinates, and coupled and locked coordinates."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ ROLL = SimmSpline((-2.0, -0.9, 0.0, 0.4, 2.2), (0.1, -0.06, 0.0, 0.03, -0.1))
 
 
 def leg() -> Robot:
-    """A knee that rolls and slides along splines, a patella that follows it, a hip, a held toe."""
+    """Return a leg with a rolling and sliding knee, a coupled patella, a hip and a locked toe."""
     body = Inertia(1.3, (0.02, 0.01, -0.18), 0.03, 0.029, 0.004, 1e-3, -2e-3, 1e-3)
     small = Inertia(0.1, (0.01, 0.0, -0.02), 2e-4, 2.5e-4, 1e-4)
     knee = Joint(

@@ -1,4 +1,4 @@
-"""A robot that moves as an estimator believes, with its sensors."""
+"""Robot and sensors that fulfil the model of an estimator."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from .inertial import UnitReadings
 from .robots import EXAMPLES
 
 STEP = 1e-3  # in [s]
-_DRAWN = 6000  # steps of the flower that are drawn
-_SETTLED = 0.2  # in [s]: until then an estimate may be not valid
+_DRAWN = 6000  # number of simulated steps of the flower
+_SETTLED = 0.2  # in [s]: the estimate may be invalid before
 
 
 class Truth:
-    """The true state, drawn and moved by the very noises of an estimator's settings."""
+    """Ground truth, with the process and sensor noise of the settings of an estimator."""
 
     def __init__(
         self,
@@ -52,7 +52,7 @@ class Truth:
         self._readings = UnitReadings(robot, units or [])
 
     def step(self, f: FloatArray) -> None:
-        """Move, with noise on the acceleration and on the load's rate."""
+        """Advance with noise on the acceleration and on the rate of the load."""
         settings, n, core = self._settings, len(self.q), self._core
         core.move(core.handle, self.q.tobytes())
         self._q[:], self._qd[:] = self.q, self.qd
@@ -64,7 +64,7 @@ class Truth:
         core.move(core.handle, self.q.tobytes())
 
     def measure(self, estimator: PoseEstimator, f: FloatArray) -> None:
-        """Write what sensors read into an estimator."""
+        """Write sensor readings to an estimator."""
         settings = self._settings
         noise = self.random.normal(0.0, 1.0, len(self.lengths)) * settings.length_noise
         estimator.lengths[:], estimator.tensions[:] = self.lengths + noise, f
@@ -75,18 +75,18 @@ class Truth:
             estimator.accelerometer[:] = readings[:, 1] + settings.accelerometer_noise * noise[:, 1]
 
     def error(self, estimator: PoseEstimator) -> FloatArray:
-        """Of all that is estimated, in the order of the covariance."""
+        """Return the estimation error, in the order of the covariance."""
         state = np.concatenate([self.q, self.qd, self.w, self.biases.ravel()])
         estimates = [estimator.q, estimator.qd, estimator.w, estimator.biases.ravel()]
         return state - np.concatenate(estimates)
 
 
 class Drawn(NamedTuple):
-    """How the arm drew the flower.
+    """Result of drawing the flower.
 
     Attributes:
-        rms: Error of the hand, in [m].
-        was_valid: Whether the estimate was, all along.
+        rms: RMS error of the hand, in [m].
+        was_valid: Whether the estimate was always valid.
     """
 
     rms: float
@@ -96,13 +96,13 @@ class Drawn(NamedTuple):
 def draw_flower(
     settings: EstimatorSettings, units: list[Imu], mass_scale: float, seed: int = 0
 ) -> Drawn:
-    """The example of Roboy's arm with an estimator in the loop; unbiased sensors.
+    """Run the example of Roboy's arm with an estimator in the loop, and unbiased sensors.
 
     Args:
-        settings: Noises, of the sensors as well.
-        units: Inertial units.
-        mass_scale: Of the true links.
-        seed: Of the noise.
+        settings: Noise of the estimator and the sensors.
+        units: IMUs.
+        mass_scale: Scale of the true masses.
+        seed: Seed of the noise.
     """
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm", {"plant.mass_scale": mass_scale})
     robot, start, random = experiment.robot, experiment.start.q, np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""Random robots that use every field of the description, and the same with one field changed."""
+"""Random robots that use every field of the description, and variants with one changed field."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ HALF = Polynomial((0.1, 0.5))
 
 
 def robot_of_every_field(seed: int) -> Robot:
-    """A random tree with meshes, limits, springs, motors, all laws, pulleys, wraps, several sets.
+    """Return a random tree with meshes, limits, springs, motors, all muscle laws and wraps.
 
-    With an odd seed no joint turns a frame at q = 0, as CASPR has it.
+    With an odd seed, joint frames are not rotated at q = 0, as in CASPR.
     """
     rng = np.random.default_rng(seed)
     tree = random_tree(seed)
@@ -107,7 +107,7 @@ def robot_of_every_field(seed: int) -> Robot:
 def _of_other_programs(
     rng: np.random.Generator, tree: Robot, names: list[str]
 ) -> tuple[Muscle, ...]:
-    """Muscles with what the models of OpenSim and MuJoCo have."""
+    """Return muscles with features of OpenSim and MuJoCo models."""
     first, *others = _way(rng, names)
     coordinates = [c.name for c in tree.coordinates]
     spline = SimmSpline((-1.0, 0.0, 0.5, 1.0), (0.0, 0.25, 0.125, 0.5))
@@ -123,7 +123,7 @@ def _of_other_programs(
     site = ViaPoint(names[-1], vector(rng))
     at_side = Wrap("ball", 0, rule="mujoco", side_point=site)
     in_half = Wrap("drum", 0, rule="opensim", quadrant="-y", last_segment=2)
-    moving = _way(rng, names, names[0], WORLD, names[-1])  # so that its rule makes a difference
+    moving = _way(rng, names, names[0], WORLD, names[-1])  # so that its rule has an effect
     return (
         Muscle("at times", points, 0.0, 9.0, branches=branches, terms=terms),
         Muscle("at side", _way(rng, names), 0.0, 9.0, wraps=(at_side,)),
@@ -134,7 +134,7 @@ def _of_other_programs(
 
 
 def _seen(rng: np.random.Generator, link: Link) -> Link:
-    """With meshes and an end."""
+    """Return a link with meshes and an end."""
     color = (0.25, 0.5, 1.0, 0.75)
     visual = Mesh("visual", "a.stl", _pose(rng), (0.001, 0.002, 0.003), "shell", color)
     collision = Mesh("collision", "b.stl", _pose(rng))
@@ -197,11 +197,11 @@ def _winch() -> BasePulley:
 
 
 class Variant(NamedTuple):
-    """A robot with one field changed.
+    """Robot with one changed field.
 
     Attributes:
-        field: What is changed, such as `Coordinate.damping`.
-        within: What holds it, from the robot to the object whose field it is, as they were.
+        field: The changed field, such as `Coordinate.damping`.
+        within: The original objects that contain it, from the robot to the object with this field.
         robot: The changed robot.
     """
 
@@ -211,7 +211,7 @@ class Variant(NamedTuple):
 
 
 def variants(robot: Robot) -> Iterator[Variant]:
-    """Every field of every part changed in some ways; the result may be no sound robot."""
+    """Yield robots with one changed field; they may be invalid."""
     for field, within, changed in _changes(robot, (robot,)):
         if changed != robot:
             yield Variant(field, within, changed)
@@ -242,7 +242,7 @@ def _changes(part: Any, within: tuple[Any, ...]) -> Iterator[tuple[str, tuple[An
 def _other_motions(
     joint: Joint, within: tuple[Any, ...]
 ) -> Iterator[tuple[str, tuple[Any, ...], Joint]]:
-    """The last motion of the other kind; the coordinates of the first and the last one changed."""
+    """Yield joints with the last motion of the other kind, or with changed coordinates."""
     *others, last = joint.motions
     moved, unit = ("translation", "m") if last.kind == "rotation" else ("rotation", "rad")
     k, c = last.coordinate, joint.coordinates
@@ -256,7 +256,7 @@ def _other_motions(
 
 
 def _others(robot: Robot, part: Any, name: str, value: Any) -> Iterator[Any]:
-    """Other values of a field."""
+    """Yield other values of a field."""
     links = [WORLD, *(link.name for link in robot.links)]
     choices: dict[str, list[Any]] = {
         "link": links,
@@ -351,7 +351,7 @@ _REFERENCES = {
 
 
 def _renamed(part: Any, field: str, old: str, new: str) -> Any:
-    """The part with all objects of a type and a name renamed, and what refers to them."""
+    """Return a part in which objects of a type and name, and references to them, are renamed."""
     changes: dict[str, Any] = {}
     for item in fields(part):
         value = getattr(part, item.name)

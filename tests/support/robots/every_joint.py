@@ -1,4 +1,4 @@
-"""A robot with every kind of joint, for tests of what writes joints."""
+"""Robot with every kind of joint, for tests of writers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .wrapped import vector
 
 
 def every_joint(muscles: int = 4) -> Robot:
-    """A chain with every joint of CASPR, in turned frames, and muscles all along it."""
+    """Return a chain with every CASPR joint in rotated frames, and muscles along it."""
     rng = np.random.default_rng(3)
     links, joints = [], []
     for k, (word, joint) in enumerate(CASPR_JOINTS.items()):

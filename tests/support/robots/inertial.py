@@ -1,4 +1,4 @@
-"""Readings of inertial units by differences of where links are: an oracle."""
+"""IMU measurements by differences of link poses, as a reference."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _D = 1e-4  # in [s]
 
 
 class UnitReadings:
-    """Angular velocity and specific force of units on links, in their own axes."""
+    """Angular velocity and specific force of IMUs on links, in the axes of the IMUs."""
 
     def __init__(self, robot: Robot, units: list[Imu]) -> None:
         self._core, self._units = Core(compile_blob(robot)), units
@@ -25,7 +25,7 @@ class UnitReadings:
         self._gravity = np.array(robot.gravity)
 
     def read(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
-        """Shape (units, 2, 3), in [rad/s] and [m/s²]."""
+        """Return the measurements, shape (units, 2, 3), in [rad/s] and [m/s²]."""
         return np.array([self._of(unit, q, qd, qdd) for unit in self._units])
 
     def _of(

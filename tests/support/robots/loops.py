@@ -39,14 +39,14 @@ Y = (0.0, 1.0, 0.0)
 
 
 def bar(name: str, length: float) -> Link:
-    """A rod along x from its frame's origin, with 1 kg a metre."""
+    """Return a rod along x from the origin of its frame, with 1 kg/m."""
     mass = length
     across = mass * length**2 / 12.0
     return Link(name, Inertia(mass, (0.5 * length, 0.0, 0.0), 1e-6, across, across))
 
 
 def hinge(name: str, parent: str, child: str, x: float, initial: float = 0.0) -> Joint:
-    """A hinge about y at a place along the parent's x axis."""
+    """Return a hinge about y at a position on the x axis of the parent."""
     coordinate = Coordinate(name, initial=initial)
     return Joint(name, parent, child, revolute(Y), (coordinate,), Pose((x, 0.0, 0.0)))
 
@@ -54,13 +54,13 @@ def hinge(name: str, parent: str, child: str, x: float, initial: float = 0.0) ->
 def four_bar(
     lengths: tuple[float, float, float, float] = (0.2, 0.5, 0.4, 0.5), crank: float = 1.0
 ) -> Robot:
-    """A planar four-bar linkage of crank, coupler, rocker and ground, closed at the start.
+    """Return a planar four-bar linkage of crank, coupler, rocker and ground, initially closed.
 
-    Angles are negative turns about y, so that positive ones lift the bars against gravity.
+    Angles are negative rotations about y, so that positive angles lift the bars.
 
     Args:
-        lengths: Of crank, coupler, rocker and ground, in [m].
-        crank: Its angle at the start above the ground, in [rad].
+        lengths: Lengths of crank, coupler, rocker and ground, in [m].
+        crank: Initial angle of the crank above the ground, in [rad].
     """
     a, b, c, d = lengths
     coupler, rocker = four_bar_angles(lengths, crank)
@@ -83,7 +83,7 @@ def four_bar(
 def four_bar_angles(
     lengths: tuple[float, float, float, float], crank: float
 ) -> tuple[float, float]:
-    """Angles of coupler and rocker above the ground, in [rad]: the open branch."""
+    """Return the angles of coupler and rocker above the ground on the open branch, in [rad]."""
     a, b, c, d = lengths
     x, z = d - a * math.cos(crank), -a * math.sin(crank)
     r, towards = math.hypot(x, z), math.atan2(z, x)
@@ -95,7 +95,7 @@ def four_bar_angles(
 
 
 def slider_crank(crank: float = 0.2, rod: float = 0.5, angle: float = 1.0) -> Robot:
-    """A crank, a rod and a slider along x: the rod's end is pinned to the slider."""
+    """Return a crank, a rod and a slider along x; a hinge connects rod and slider."""
     swing = math.asin(crank * math.sin(angle) / rod)
     place = crank * math.cos(angle) + rod * math.cos(swing)
     slide = Coordinate("slide", initial=place, unit="m")
@@ -111,12 +111,12 @@ def slider_crank(crank: float = 0.2, rod: float = 0.5, angle: float = 1.0) -> Ro
 
 
 def five_bar() -> Robot:
-    """Two cranks on the ground and two bars that meet above them, pulled by four cables at a tip.
+    """Return two cranks and two connected bars, with four cables at the tip.
 
-    Two of its four coordinates follow from the others.
+    Two of its four coordinates depend on the others.
     """
     apart, crank, rod = 0.3, 0.25, 0.3
-    lean = 2.0  # of the left crank, turned from x upwards; the right one mirrors it
+    lean = 2.0  # angle of the left crank above x; the right crank is its mirror image
     tip_x = 0.5 * apart
     end = crank * np.array([math.cos(lean), math.sin(lean)])
     up = math.sqrt(rod**2 - (tip_x - end[0]) ** 2)
@@ -156,14 +156,14 @@ def five_bar() -> Robot:
 
 
 def with_loop(robot: Robot, **changes: object) -> Robot:
-    """The robot with fields of its only loop joint changed."""
+    """Return the robot with changed fields of its only loop joint."""
     return replace(robot, loops=(replace(robot.loops[0], **changes),))  # type: ignore[arg-type]
 
 
 def random_loops(
     seed: int, kinds: Sequence[LoopType] = LOOP_TYPES
 ) -> tuple[Robot, NDArray[np.float64]]:
-    """A random tree with up to three loops of some types, and a pose in which they are closed."""
+    """Return a random tree with up to three loops of given types, and a pose that closes them."""
     rng = np.random.default_rng(seed)
     while True:
         tree = random_tree(int(rng.integers(1_000_000)))
@@ -189,7 +189,7 @@ def _closed_loop(
     child: str,
     poses: dict[str, NDArray[np.float64]],
 ) -> LoopJoint:
-    """A loop joint somewhere in its free motions."""
+    """Return a loop joint at random values of its free motions."""
     a, b, c = np.linalg.qr(rng.normal(size=(3, 3)))[0].T
     way, turn = rng.normal(size=3), rng.uniform(-1.5, 1.5, 3)
     free = np.eye(4)

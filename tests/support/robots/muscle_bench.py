@@ -1,4 +1,4 @@
-"""One muscle on a sliding link, so that a test sets its length and speed."""
+"""Test bench with muscles at a sliding link, whose length and speed a test sets."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ WINCH = {
     "max_torque": 2.0,
 }
 HILL = {"max_isometric_force": 1000.0, "optimal_fibre_length": 0.1, "tendon_slack_length": 0.2}
-"""What has no default; OpenSim's own defaults."""
+"""Parameters without defaults, with the default values of OpenSim."""
 
 SOUND: dict[str, dict[str, float]] = {
     "ideal": {},
@@ -58,7 +58,7 @@ SOUND: dict[str, dict[str, float]] = {
     "winch_position": WINCH | {"position_gain": 100.0, "velocity_gain": 5.0},
     "heavy_cable": {"axial_stiffness": 1e4, "mass_per_length": 0.5, "damping": 30.0},
 }
-"""A sound set of parameters for every law."""
+"""Valid parameters for every muscle law."""
 
 
 BROKEN_RULES: list[tuple[str, dict[str, float], str]] = [
@@ -134,18 +134,18 @@ BROKEN_RULES: list[tuple[str, dict[str, float], str]] = [
     ("mujoco_muscle", {"control_low": 0.8, "control_high": 0.5}, "control_low <= control_high"),
     ("tendon_spring", {"rest_low": 0.3}, "rest_low <= rest_high"),
 ]
-"""Sound but for these parameters, and the rule of the table that they break."""
+"""Invalid parameters of a law, and the rule of the table that they violate."""
 
 
 def beside(parameter: Parameter) -> list[float]:
-    """Finite values out of a parameter's bounds, on each side that it has."""
+    """Return finite values outside the bounds of a parameter, one for each bound."""
     low, high = parameter.low, parameter.high
     below = [low - 1.0, *([low] if parameter.open_low else [])]
     return [*(below if low > -math.inf else []), *([high + 1.0] if high < math.inf else [])]
 
 
 def slider(*models: tuple[str, Mapping[str, float]]) -> Robot:
-    """A link that slides along x; muscles `m0`, `m1`, ... from the world to it, of length |x|."""
+    """Return a link that slides along x, with muscles `m0`, `m1`, ... of length |x|."""
     muscles = tuple(
         Muscle(
             f"m{i}",
@@ -171,8 +171,8 @@ class Bench:
 
     Attributes:
         robot: The robot.
-        kinds: Their kinds.
-        laws: Their laws.
+        kinds: Names of the muscle laws.
+        laws: The muscle laws.
     """
 
     def __init__(self, *models: tuple[str, Mapping[str, float]]) -> None:
@@ -183,12 +183,12 @@ class Bench:
         self._size = len(models)
 
     def move(self, length: float, speed: float = 0.0) -> None:
-        """Go to a length and a speed."""
+        """Set length and speed."""
         self._core.move(self._core.handle, np.array([float(length)]).tobytes())
         self.laws.update_rates([speed])
 
     def start(self, length: float, command: float) -> float:
-        """The first muscle's tension after a long rest."""
+        """Return the initial tension of the first muscle after a long rest."""
         self.move(length)
         self.laws.start(self._all(command))
         return self.tension(length, 0.0, command)
@@ -196,7 +196,7 @@ class Bench:
     def tension(
         self, length: float, speed: float, command: float, states: ArrayLike | None = None
     ) -> float:
-        """The first muscle's tension."""
+        """Return the tension of the first muscle."""
         self.move(length, speed)
         if states is not None:
             self.laws.set_states(states)
@@ -205,13 +205,13 @@ class Bench:
     def state_rates(
         self, length: float, speed: float, command: float, states: ArrayLike
     ) -> FloatArray:
-        """Derivatives of the states."""
+        """Return the derivatives of the states."""
         self.move(length, speed)
         self.laws.set_states(states)
         return self.laws.update_state_rates(self._all(command)).copy()
 
     def advance(self, length: float, speed: float, command: float, h: float) -> None:
-        """Go on by a time from a length with a speed."""
+        """Advance by a time from a length with a speed."""
         self.move(length, speed)
         self.laws.advance(self._all(command), h)
 

@@ -28,7 +28,7 @@ CASPR_ROBOTS = (
     *("BMArm", "Example_planar_XY", "Example_spatial", "Example_spherical"),
     *("Example_2R_planar_XZ", "RoboyLeftArm"),
 )
-"""Published robots that every writer takes."""
+"""Published robots that every writer supports."""
 
 
 def one_link(
@@ -38,7 +38,7 @@ def one_link(
     motions: tuple[Motion, ...] = revolute((0.0, 0.0, 1.0)),
     **coordinate: Any,
 ) -> Robot:
-    """Link `a` on joint `j` with coordinate `q`, whose limits and the like are given."""
+    """Return link `a` on joint `j` with coordinate `q` and given properties of `q`."""
     unit = motions[0].unit if motions else "rad"
     joint = Joint("j", WORLD, "a", motions, (Coordinate("q", unit=unit, **coordinate),))
     sets = (CableSet("all", tuple(muscles)),)
@@ -46,14 +46,14 @@ def one_link(
 
 
 def cable(start: Any, end: Any, **more: Any) -> Muscle:
-    """A muscle `m` from the world to link `a`."""
+    """Return a muscle `m` from the world to link `a`."""
     return Muscle("m", (ViaPoint(WORLD, start), ViaPoint("a", end)), **more)
 
 
 def round_a_circle(
     shape: Literal["sphere", "cylinder"], side: Literal[-1, 0, 1]
 ) -> tuple[Robot, float]:
-    """A muscle round a circle of radius 0.5, from (-1, 0.1) to (1, 0.1), and its length."""
+    """Return a muscle around a circle of radius 0.5, from (-1, 0.1) to (1, 0.1), and its length."""
     pose = Pose((0.0, 0.0, 0.2), (0.0, 0.0, 1.0))
     surface = WrapSurface("round", WORLD, shape, 0.5, pose)
     muscle = cable((-1.0, 0.1, 0.2), (1.0, 0.1, 0.2), wraps=(Wrap("round", 0, side),))

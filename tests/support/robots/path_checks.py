@@ -12,10 +12,10 @@ from sim_dart.muscles.path_shapes import PointForces
 def check_jacobian(paths: MusclePaths, q: FloatArray, step: float, kink: float = 1e-4) -> int:
     """Assert that L is the derivative of l by central differences, to 1e-7.
 
-    Muscles with a kink between the two lengths, where L changes by more than `kink`, are left out.
+    Muscles whose L changes by more than `kink` between the two poses are skipped.
 
     Returns:
-        How many derivatives were compared.
+        Number of compared derivatives.
     """
     compared, L = 0, paths.evaluate(q).jacobian.copy()
     for j, e in enumerate(np.eye(len(q)) * step):
@@ -29,7 +29,7 @@ def check_jacobian(paths: MusclePaths, q: FloatArray, step: float, kink: float =
 
 
 def total_pulls(pulls: PointForces, m: int) -> tuple[FloatArray, FloatArray]:
-    """Sum of the forces and of the torques about the origin of each of m muscles, shape (m, 3)."""
+    """Return sums of forces, and of torques about the origin, of each muscle, shape (m, 3)."""
     force, torque = np.zeros((m, 3)), np.zeros((m, 3))
     np.add.at(force, pulls.muscles, pulls.forces)
     np.add.at(torque, pulls.muscles, np.cross(pulls.points, pulls.forces))

@@ -1,4 +1,4 @@
-"""Steps of plants, and their repetition from a saved state."""
+"""Steps of plants, and checks of restored states."""
 
 from __future__ import annotations
 

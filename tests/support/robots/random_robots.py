@@ -1,4 +1,4 @@
-"""Random robots: strategies of hypothesis, and robots and states by a seed."""
+"""Random robots: strategies of Hypothesis, and robots and states from a seed."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ axes = st.one_of(
 
 @st.composite
 def inertias(draw: st.DrawFn) -> Inertia:
-    """Mass properties that a body can have: from a positive definite ∫ r rᵀ dm."""
+    """Draw physically possible mass properties, from a positive definite ∫ r rᵀ dm."""
     a, b, c = (draw(st.floats(0.1, 1.0)) for _ in range(3))
     ab, ac, bc = (round(draw(st.floats(-0.04, 0.04)), 12) for _ in range(3))
     mass = draw(st.floats(0.01, 10.0))
@@ -70,7 +70,7 @@ springs = st.tuples(st.floats(0.0, 5.0), numbers, st.floats(0.0, 5.0))
 def coordinates(
     draw: st.DrawFn, joint: str, motions: tuple[Motion, ...], caspr: bool
 ) -> tuple[Coordinate, ...]:
-    """The coordinates of a joint with these motions."""
+    """Draw the coordinates of a joint with given motions."""
     suffixes = next((j.suffixes for j in CASPR_JOINTS.values() if j.motions == motions), None)
     suffixes = suffixes or ("",) * len(motions)
     actuated = caspr and draw(st.booleans())
@@ -94,7 +94,7 @@ def coordinates(
 
 @st.composite
 def motions(draw: st.DrawFn, caspr: bool) -> tuple[Motion, ...]:
-    """Any joint that CASPR has; else a revolute, prismatic or fixed one."""
+    """Draw any joint of CASPR, or a revolute, prismatic or fixed joint."""
     single = st.one_of(axes.map(revolute), axes.map(prismatic))
     if caspr:
         return draw(st.one_of(single, st.sampled_from([j.motions for j in CASPR_JOINTS.values()])))
@@ -103,21 +103,21 @@ def motions(draw: st.DrawFn, caspr: bool) -> tuple[Motion, ...]:
 
 @st.composite
 def cable_models(draw: st.DrawFn) -> CableModel:
-    """Any kind of cable that CASPR has, with all its properties or without the optional ones."""
+    """Draw any CASPR cable, with or without its optional properties."""
     cable = draw(st.sampled_from(list(CASPR_CABLES.values())))
     parameters = []
     for item in cable.properties:
         if item.required or draw(st.booleans()):
             count = item.size or draw(st.integers(1, 4))
             parameters += [(item.name(k), draw(numbers)) for k in range(1, count + 1)]
-    if cable.kind == "passive_spring":  # the only one that is simulated, so it must make sense
+    if cable.kind == "passive_spring":  # must be valid, because it is simulated
         parameters = [(name, abs(value) if name == "K" else value) for name, value in parameters]
     return CableModel(cable.kind, tuple(parameters))
 
 
 @st.composite
 def base_pulleys(draw: st.DrawFn) -> BasePulley:
-    """Either of the pulleys that CASPR has at the base."""
+    """Draw one of the base pulleys of CASPR."""
     words = draw(st.sampled_from(list(CASPR_PULLEYS.values())))
     rows = [
         draw(st.tuples(*[numbers] * 3).filter(any))
@@ -131,7 +131,7 @@ def base_pulleys(draw: st.DrawFn) -> BasePulley:
 
 @st.composite
 def caspr_muscles(draw: st.DrawFn, name: str, links: list[str]) -> Muscle:
-    """A muscle of any kind that CASPR has."""
+    """Draw a muscle of any kind in CASPR."""
     muscle = replace(draw(muscles(name, links)), model=draw(cable_models()))
     if muscle.model.kind == "passive_spring":
         muscle = replace(muscle, f_min=0.0, f_max=0.0)
@@ -144,7 +144,7 @@ def caspr_muscles(draw: st.DrawFn, name: str, links: list[str]) -> Muscle:
 
 @st.composite
 def muscles(draw: st.DrawFn, name: str, links: list[str]) -> Muscle:
-    """An ideal muscle through points on any links and the world."""
+    """Draw an ideal muscle with via points on any links and the world."""
     point = st.builds(ViaPoint, st.sampled_from([WORLD, *links]), vectors)
     points = draw(
         st.lists(point, min_size=2, max_size=4).filter(
@@ -157,20 +157,20 @@ def muscles(draw: st.DrawFn, name: str, links: list[str]) -> Muscle:
 
 @st.composite
 def cable_sets(draw: st.DrawFn, name: str, links: list[str], caspr: bool) -> CableSet:
-    """A cable set with up to three muscles."""
+    """Draw a cable set with up to three muscles."""
     members = draw(st.lists(names, max_size=3, unique=True))
     kinds = caspr_muscles if caspr else muscles
     return CableSet(name, tuple(draw(kinds(member, links)) for member in members))
 
 
 def some_of(*axes: str) -> st.SearchStrategy[tuple[str, ...]]:
-    """Some of the axes, in any order."""
+    """Draw some axes, in any order."""
     return st.lists(st.sampled_from(axes), min_size=1, max_size=3, unique=True).map(tuple)
 
 
 @st.composite
 def task_sets(draw: st.DrawFn, name: str, links: list[str], caspr: bool) -> TaskSet:
-    """A task set with one or two frames; for CASPR also with orientations and poses."""
+    """Draw a task set with one or two frames; for CASPR also with orientations and poses."""
     frames = []
     for member in draw(st.lists(names, min_size=1, max_size=2, unique=True)):
         link = draw(st.sampled_from(links))
@@ -186,9 +186,9 @@ def task_sets(draw: st.DrawFn, name: str, links: list[str], caspr: bool) -> Task
 
 @st.composite
 def robots(draw: st.DrawFn, caspr: bool = False) -> Robot:
-    """A sound robot: a tree of up to five links, with cable sets and task sets.
+    """Draw a valid robot: a tree of up to five links with cable sets and task sets.
 
-    With `caspr` it is one that CASPR's files can hold completely.
+    With `caspr`, files of CASPR can represent it completely.
     """
     count = draw(st.integers(1, 5))
     drawn = draw(st.lists(names, min_size=2 * count, max_size=2 * count, unique=True))
@@ -230,10 +230,10 @@ FREE = CASPR_JOINTS["SPATIAL_EULER_XYZ"].motions
 
 
 def random_tree(seed: int, damping: float = 0.0) -> Robot:
-    """A tree of up to seven links: branches, fixed joints, and in a third of all a free base.
+    """Return a tree of up to seven links with branches, fixed joints, and sometimes a free base.
 
-    Its task frames are a point, `hand`, and the angles of the link before it, `palm`. The damping
-    is that of every coordinate, in [N·m·s/rad] or [N·s/m].
+    Its task frames are a point, `hand`, and the angles of its parent link, `palm`. Every coordinate
+    has the given damping, in [N·m·s/rad] or [N·s/m].
     """
     rng = np.random.default_rng(seed)
     count = int(rng.integers(2, 8))
@@ -279,13 +279,13 @@ def random_tree(seed: int, damping: float = 0.0) -> Robot:
 
 
 def random_state(robot: Robot, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
-    """Some q, qd and muscle forces."""
+    """Return random q, qd and muscle forces."""
     n, m = len(robot.coordinates), len(robot.muscles)
     return rng.uniform(-1.2, 1.2, n), rng.uniform(-1.0, 1.0, n), rng.uniform(0.0, 100.0, m)
 
 
 def _motions(rng: np.random.Generator, k: int) -> tuple[Motion, ...]:
-    """A joint about an axis of its own, one of CASPR's kinds, or, but for the first, none."""
+    """Return motions about a random axis, of a CASPR joint, or (not for the first joint) none."""
     kind = rng.random()
     if kind < 0.3:
         return revolute(_unit(rng))
@@ -316,7 +316,7 @@ def _pose(rng: np.random.Generator) -> Pose:
 
 
 def _inertia(rng: np.random.Generator) -> Inertia:
-    """Mass properties that a body can have."""
+    """Return physically possible mass properties."""
     a, b, c = (float(x) for x in rng.uniform(0.02, 0.2, 3))
     mass, ab = float(rng.uniform(0.5, 2.0)), float(rng.uniform(-0.01, 0.01))
     return Inertia(mass, vector(rng, 0.2), b + c, a + c, a + b, ab)
@@ -325,7 +325,7 @@ def _inertia(rng: np.random.Generator) -> Inertia:
 def random_robot(
     seed: int, joints: int = 6, muscles: int = 8, points: int = 4, *, sliding: bool = True
 ) -> Robot:
-    """A random tree with branches, rotated frames, fixed joints and muscles all over it."""
+    """Return a random tree with branches, rotated frames, fixed joints and muscles."""
     rng = np.random.default_rng(seed)
     links, chain, movable = [], [], [WORLD]
     for k in range(joints + joints // 3):

@@ -1,4 +1,4 @@
-"""Recordings of the two-link arm, made by roll-outs, and markers on it, for calibrations."""
+"""Recordings of the two-link arm from roll-outs, and markers, for tests of calibrations."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ WORN = np.array([marker.position for marker in MARKERS])
 
 
 def write_markers(file: Path) -> Path:
-    """The table of markers that `calibrate` reads."""
+    """Write the table of markers for `calibrate`."""
     tables = (f'[{m.name}]\nlink = "{m.link}"\nposition = {list(m.position)}\n' for m in MARKERS)
     file.write_text("\n".join(tables))
     return file
 
 
 def damped_arm() -> Robot:
-    """The two-link arm with four cables and damping."""
+    """Return the two-link arm with four cables and damping."""
     robot = read_robot(PLANAR_2R / "robot", "basic")
     joints = tuple(
         replace(j, coordinates=tuple(replace(c, damping=1.0) for c in j.coordinates))
@@ -43,7 +43,7 @@ def damped_arm() -> Robot:
 
 
 def rolled(robot: Robot, start: FloatArray, tensions: FloatArray) -> FloatArray:
-    """Positions and lengths at readings of a roll-out, shape (rows, n + m)."""
+    """Return positions and lengths of a roll-out, shape (rows, n + m)."""
     torques = np.zeros((len(tensions), len(robot.coordinates)))
     found = Sensitivity(robot).roll(start, tensions, torques, 1e-3, 5)
     assert found is not None
@@ -58,7 +58,7 @@ def recording(
     noise: float = NOISE,
     rows: int = ROWS,
 ) -> Recording:
-    """Short motions from random states, gaps between them, with noise."""
+    """Return a recording of short motions from random states, with gaps and noise."""
     rng = np.random.default_rng(seed)
     n, m = len(robot.coordinates), len(robot.muscles)
     q, lengths, tensions = [], [], []
@@ -78,13 +78,13 @@ def recording(
 
 
 def _turned(angle: FloatArray, u: FloatArray) -> FloatArray:
-    """Points turned about y, shape (rows, 3)."""
+    """Return points rotated about y, shape (rows, 3)."""
     c, s = np.cos(angle), np.sin(angle)
     return np.stack([c * u[0] + s * u[2], u[1] + 0 * angle, c * u[2] - s * u[0]], axis=1)
 
 
 def places(q: FloatArray, worn: FloatArray = WORN) -> FloatArray:
-    """Of the two-link arm, in closed form, shape (rows, 3 M)."""
+    """Return the closed-form marker positions on the two-link arm, shape (rows, 3 M)."""
     first, second = q[:, 0], q[:, 0] + q[:, 1]
     elbow = _turned(first, np.array([0.0, 0.0, 1.0]))
     return np.hstack([_turned(first, worn[0]), *(elbow + _turned(second, u) for u in worn[1:])])

@@ -1,4 +1,4 @@
-"""Robots for tests, of known shape."""
+"""Robots of known shape for tests."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ PLANAR_2R = EXAMPLES / "planar_2r"
 
 
 def planar_2r(cable_set: str | None = None) -> Robot:
-    """The paper's two-link arm, from the example's files."""
+    """Return the two-link arm of the paper, from the files of the example."""
     return read_robot(PLANAR_2R / "robot", cable_set)
 
 
 def with_coordinates(robot: Robot, **changes: Any) -> Robot:
-    """The robot with changes to all of its coordinates."""
+    """Return the robot with changes to all of its coordinates."""
     joints = tuple(
         replace(joint, coordinates=tuple(replace(c, **changes) for c in joint.coordinates))
         for joint in robot.joints
@@ -51,13 +51,13 @@ def one_joint(
     pose: Pose = IDENTITY,
     **coordinate: Any,
 ) -> Robot:
-    """A link on one joint, all of one name."""
+    """Return a robot with one link on one joint, all with the same name."""
     joint = Joint(name, WORLD, name, motions, (Coordinate(name, **coordinate),), pose)
     return Robot(name, (Link(name, inertia),), (joint,))
 
 
 def stopped(robot: Robot, upper: float) -> Robot:
-    """A robot with an upper limit to its first coordinate."""
+    """Return a robot with an upper limit of its first coordinate."""
     first, *others = robot.joints
     (stop,) = first.coordinates
     return replace(
@@ -66,7 +66,7 @@ def stopped(robot: Robot, upper: float) -> Robot:
 
 
 def chain(joints: int = 20, muscles: int = 60, points: int = 4) -> Robot:
-    """A hanging chain of revolute joints about alternating axes, muscles over four links each."""
+    """Return a hanging chain of revolute joints about alternating axes; muscles span four links."""
     rng = np.random.default_rng(7)
     links = tuple(
         Link(f"link_{k}", Inertia(0.5, (0.0, 0.0, -0.05), 1e-3, 1e-3, 5e-4)) for k in range(joints)

@@ -1,4 +1,4 @@
-"""Differences between two robots, but for the last digits of their numbers."""
+"""Differences between two robots, except for rounding."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ ROUNDING = 4e-15
 
 
 def differences(a: Any, b: Any, where: str = "robot") -> Iterator[str]:
-    """Every field that differs, with both values."""
+    """Yield every field that differs, with both values."""
     if is_dataclass(a) and type(a) is type(b):
         for field in fields(a):
             name = field.name

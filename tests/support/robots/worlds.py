@@ -32,7 +32,7 @@ SHAPES = ("sphere", "box", "capsule", "cylinder", "mesh", "fine mesh")
 
 
 def write_box_mesh(folder: Path, size: Vector3 = (0.1, 0.1, 0.1)) -> Path:
-    """A box as a mesh."""
+    """Write a box as a mesh."""
     name = "_".join(map(str, size))
     return _written(folder / f"box_{name}.stl", trimesh.creation.box(size))
 
@@ -43,7 +43,7 @@ def _written(file: Path, mesh: trimesh.Trimesh) -> Path:
 
 
 def shape(kind: str, folder: Path) -> tuple[Shape, float]:
-    """A shape 0.1 m wide, and half its height."""
+    """Return a shape with a width of 0.1 m, and half of its height."""
     ball = trimesh.creation.icosphere(subdivisions=2, radius=0.05)
     shapes: dict[str, tuple[Shape, float]] = {
         "sphere": (Sphere(0.05), 0.05),
@@ -57,18 +57,18 @@ def shape(kind: str, folder: Path) -> tuple[Shape, float]:
 
 
 def block() -> Robot:
-    """A robot far away, where only the objects of a scene matter."""
+    """Return a robot that is far away from the objects of a scene."""
     far, solid = Pose((50.0, 0.0, 50.0)), Inertia(1.0, ixx=0.1, iyy=0.1, izz=0.1)
     return one_joint("block", prismatic((1.0, 0.0, 0.0)), solid, far, unit="m")
 
 
 def world_of(scene: Scene, step: float = 1e-3) -> Plant:
-    """A plant whose scene is all that matters."""
+    """Return a plant of a robot that is far away from the objects of its scene."""
     return Plant(block(), step, scene=scene)
 
 
 def let_run(plant: Plant, duration: float, forces: object = None) -> np.ndarray:
-    """Run a plant; the poses of the moving objects after every step, shape (steps, k, 7)."""
+    """Run a plant; return the poses of moving objects after each step, shape (steps, k, 7)."""
     f = np.zeros(len(plant.robot.muscles)) if forces is None else forces
     poses = []
     for _ in range(round(duration / plant.step_size)):
@@ -78,7 +78,7 @@ def let_run(plant: Plant, duration: float, forces: object = None) -> np.ndarray:
 
 
 def pincers() -> tuple[Robot, tuple[LinkShape, ...]]:
-    """A lift with two fingers that muscles close along y: coordinates lift, left, right."""
+    """Return a lift with two fingers that muscles close along y; coordinates lift, left, right."""
     links = (
         Link("carriage", Inertia(1.0, ixx=0.01, iyy=0.01, izz=0.01)),
         Link("left", Inertia(0.2, ixx=1e-3, iyy=1e-3, izz=1e-3)),
@@ -108,7 +108,7 @@ def pincers() -> tuple[Robot, tuple[LinkShape, ...]]:
 
 
 def two_link_arm(name: str = "arm") -> Robot:
-    """A hanging two-link arm about y with one muscle; its links are 0.3 m long."""
+    """Return a hanging two-link arm about y with one muscle and links of 0.3 m."""
     links = tuple(
         Link(f"link_{k}", Inertia(1.0, (0.0, 0.0, -0.15), 8e-3, 8e-3, 1e-3), (0.0, 0.0, -0.3))
         for k in (1, 2)

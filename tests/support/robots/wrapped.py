@@ -1,4 +1,4 @@
-"""Robots whose muscles wrap, of known or random shape."""
+"""Robots of known or random shape with wrapped muscles."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ from addin_sdfusion.robot import (
 SOLID = Inertia(1.0, (0.0, 0.0, 0.0), 0.1, 0.1, 0.1)
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 FAR = "link_2"
-"""The link that three coordinates move along x, y and z."""
+"""Link with three coordinates along x, y and z."""
 
 
 def carriage(muscles: list[Muscle], surfaces: list[WrapSurface], *, turning: bool = False) -> Robot:
-    """A link that three coordinates move along the world's axes, or turn about them."""
+    """Return a link that translates along, or rotates about, the three axes of the world."""
     motion = revolute if turning else prismatic
     unit = "rad" if turning else "m"
     links = tuple(Link(f"link_{k}", SOLID) for k in range(3))
@@ -60,7 +60,7 @@ def single_wraps(
     turns: tuple[int, ...] = (0,),
     lengths: tuple[float, ...] = (math.inf,),
 ) -> Robot:
-    """Muscles from the world to the carriage, over a sphere or cylinder in the world each."""
+    """Return a carriage with muscles that each wrap a sphere or cylinder in the world."""
     muscles, surfaces = [], []
     for k in range(count):
         shape = "sphere" if rng.random() < 0.5 else "cylinder"
@@ -84,7 +84,7 @@ def sequences(
     sides: tuple[int, ...] = (0,),
     pulley: bool = False,
 ) -> Robot:
-    """Muscles along x over several surfaces in one segment, which do not overlap."""
+    """Return muscles along x over several disjoint surfaces in one segment."""
     muscles, placed = [], []
     gap = 1.0 / (surfaces + 1)
     for m in range(count):
@@ -108,7 +108,7 @@ def sequences(
 
 
 def over_ellipsoids() -> Robot:
-    """A link that turns about three axes, with muscles over one ellipsoid and over two surfaces."""
+    """Return a link with three rotations, and muscles over an ellipsoid and over two surfaces."""
     surfaces = [
         WrapSurface(
             "egg", WORLD, "ellipsoid", 0.12, Pose(rpy=(0.3, 0.2, -0.4)), half_axes=(0.1, 0.06)
@@ -133,7 +133,7 @@ def over_ellipsoids() -> Robot:
 
 
 def wrapped_tree(robot: Robot, seed: int) -> Robot:
-    """A robot with a surface or two in every second segment of its muscles, on any of its links."""
+    """Return a robot with one or two wrap surfaces in every second segment of its muscles."""
     rng = np.random.default_rng(seed)
     names = [WORLD, *(link.name for link in robot.links)]
     muscles, surfaces = [], []
@@ -160,7 +160,7 @@ def base_pulley(
     entry: tuple[float, float, float],
     kind: Literal["rotating", "screw"] = "rotating",
 ) -> BasePulley:
-    """A swivelling pulley."""
+    """Return a swivelling pulley."""
     if kind == "rotating":
         return BasePulley(kind, (("pulley_radius", (radius,)), ("cable_entry_vector", entry)))
     numbers = (
@@ -174,6 +174,6 @@ def base_pulley(
 
 
 def vector(rng: np.random.Generator, size: float = 0.5) -> tuple[float, float, float]:
-    """A random vector in a cube."""
+    """Return a random vector in a cube."""
     x, y, z = rng.uniform(-size, size, 3)
     return float(x), float(y), float(z)

@@ -1,4 +1,4 @@
-"""Descriptions without the numbers that files do not hold."""
+"""Descriptions without numbers that files cannot represent."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from addin_sdfusion.robot.formats.writing.xml_text import written
 
 
 def writable(value: Any) -> Any:
-    """The same with zeros if numbers are so small that files have zeros for them."""
+    """Return the object with zeros for numbers that are too small for files."""
     if isinstance(value, float):
         return written(value)
     if isinstance(value, tuple):

@@ -1,4 +1,4 @@
-"""An .ssp run in FMPy: argv = file, step, steps, variables as component.variable."""
+"""Run an .ssp in FMPy: argv = file, step, steps, variables as component.variable."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""Runs one FMU in FMPy: argv = file, step, end, variables; prints their last values."""
+"""Run one FMU in FMPy and print final values: argv = file, step, end, variables."""
 
 import json
 import sys
