@@ -288,7 +288,8 @@ class DraftSearch:
             experiment = Experiment(**experiment_settings(tomllib.loads(text), file))
         except InputError as error:
             if error.file == file:
-                error.file, error.key = self.robot_path, None
+                error.file = self.robot_path
+                error.key = error.key and f"first experiment: {error.key}"
             raise
         if missing_in_loop(experiment) is not None:
             return None

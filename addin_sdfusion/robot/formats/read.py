@@ -24,6 +24,7 @@ from .caspr.read_trajectories import (
 from .kinds import ROBOT_PATHS, Kind, holds_robot, kind_of, robot_file
 from .mjcf.read import read_mjcf
 from .opensim.read import read_osim
+from .reading.equal_limits import lock_equal_limits
 from .reading.unread import note_unread
 from .reading.xml import ABSOLUTE, Notes, short_repr
 from .sdf.read import read_sdf
@@ -104,7 +105,8 @@ def read(path: str | Path, cable_set: str | None = None, *, repair: bool = False
         *_files_outside(file, notes.files, file.stem if robot is None else robot.name),
     ]
     if robot is not None:
-        findings += _with_locations(check(robot), notes, file)
+        robot, locked = lock_equal_limits(robot)
+        findings += _with_locations([*locked, *check(robot)], notes, file)
     if any(finding.is_error for finding in notes.findings):
         robot = None
     return Reading(robot, tuple(errors_first(findings)), tuple(dict.fromkeys(notes.files)))

@@ -24,7 +24,7 @@ from controllers.analysis.drivable import (
     find_drivable,
     force_margin,
 )
-from sim_dart import CoreDynamics, control_dynamics
+from sim_dart import CoreDynamics, close_loops, control_dynamics
 from sim_dart.core.mass_check import massless_coordinates
 
 DURATION = 4.0
@@ -95,7 +95,7 @@ def first_motion(robot: Robot, scale: float = 1.0, undriven: Mapping[str, str] =
     reasons = {c.name: NO_RANGE for c in robot.coordinates if not c.lower < c.upper}
     reasons |= dict.fromkeys(massless_coordinates(robot, _initial_mass(robot, dynamics)), NO_MASS)
     reasons |= undriven
-    pose = try_close_loops(dynamics, pose)
+    pose = _closed_start(robot, dynamics, pose)
     for c, is_dependent in zip(robot.coordinates, dynamics.dependent, strict=True):
         if is_dependent:  # the closed loops determine them
             reasons.pop(c.name, None)
@@ -212,6 +212,19 @@ def try_close_loops(
         return dynamics.closed(q)
     except InputError:
         return q if fallback is None else fallback
+
+
+def _closed_start(robot: Robot, dynamics: CoreDynamics, pose: FloatArray) -> FloatArray:
+    """Close the loops of a pose within the joint limits; move independent coordinates if needed."""
+    q = try_close_loops(dynamics, pose)
+    lower = np.array([c.lower for c in robot.coordinates])
+    upper = np.array([c.upper for c in robot.coordinates])
+    if (q >= lower).all() and (q <= upper).all() and (q is not pose or not robot.loops):
+        return q
+    try:
+        return close_loops(robot, pose)
+    except InputError:
+        return q
 
 
 def _drivable_at(

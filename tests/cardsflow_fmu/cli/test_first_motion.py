@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from support.cases import few
 from support.command_line import CommandLine
+from support.robots.loops import four_bar
 from support.robots.one_link import cable, one_link
 
 from addin_sdfusion.robot import (
@@ -18,6 +19,7 @@ from addin_sdfusion.robot import (
     CableSet,
     Coordinate,
     Inertia,
+    InputError,
     Joint,
     Link,
     Muscle,
@@ -33,7 +35,7 @@ from cardsflow_fmu.results.analysis.first_motion import first_motion
 from cardsflow_fmu.simulation import draft_search
 from cardsflow_fmu.simulation.draft_search import DraftSearch
 from cardsflow_fmu.simulation.starter import init
-from sim_dart import CoreDynamics
+from sim_dart import CoreDynamics, close_loops
 
 Y = (0.0, 1.0, 0.0)
 ABOVE, BELOW = (-0.1, 0.0, 0.5), (-0.1, 0.0, -0.5)
@@ -368,3 +370,37 @@ def test_colliding_motions_are_not_simulated_again(
     assert simulated == [draft]
     assert test_run is not None
     assert test_run.is_good
+
+
+def test_error_of_a_first_experiment_names_the_coordinate(tmp_path: Path) -> None:
+    robot = arm(*strands(ABOVE, BELOW))
+    search = DraftSearch(robot, write_sdf(robot, tmp_path)[0], None)
+    draft = next(search._drafts(first_motion(robot)))
+    points = tuple(replace(point, q=(4.0,)) for point in draft.motion.points)
+    with pytest.raises(InputError, match=r"model\.sdf: first experiment: start\.q\.\w+: must be"):
+        search.run_test(replace(draft, motion=replace(draft.motion, points=points)))
+
+
+@pytest.mark.parametrize("narrow", ["crank", "coupler", "rocker"])
+def test_start_pose_closes_loops_within_the_joint_limits(narrow: str) -> None:
+    robot = four_bar(crank=1.0)
+    pose = [c.initial for c in four_bar(crank=1.3).coordinates]
+    limits = {
+        c.name: (q - width, q + width)
+        for c, q in zip(robot.coordinates, pose, strict=True)
+        for width in [0.02 if c.name == narrow else 0.5]
+    }
+    joints = tuple(
+        replace(j, coordinates=tuple(with_limits(c, *limits[c.name]) for c in j.coordinates))
+        for j in robot.joints
+    )
+    robot = replace(robot, joints=joints)
+    motion = first_motion(robot)
+    starts = iter(motion.start)
+    q = [motion.locked[n] if n in motion.locked else next(starts) for n in limits]
+    assert all(low <= x <= high for x, (low, high) in zip(q, limits.values(), strict=True))
+    assert close_loops(robot, q) == pytest.approx(q, abs=1e-9)
+
+
+def with_limits(coordinate: Coordinate, lower: float, upper: float) -> Coordinate:
+    return replace(coordinate, lower=lower, upper=upper)

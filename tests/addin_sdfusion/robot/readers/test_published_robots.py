@@ -26,11 +26,12 @@ def test_published_robot_is_read_or_its_defects_are_reported(shared, name):
 GEN_A = {"inertia-about-origin", "inertia-xz-yz-swapped"}
 GEN_B = {"inertia-about-origin"}
 DEFECTS = {
-    "VRpuppet": GEN_B | {"zero-limits", "shared-name"},
+    "VRpuppet": GEN_B | {"locked-by-limits", "shared-name"},
     "exosuit": GEN_B | {"link-name-case"},
     "msj_platform": GEN_A | {"inertia-triangle"},
     "musc-le": {"kinematic-link"},
-    "roboy_icecream": GEN_B | {"duplicate-link", "several-roots", "no-moment-arm", "zero-limits"},
+    "roboy_icecream": GEN_B
+    | {"duplicate-link", "several-roots", "no-moment-arm", "locked-by-limits"},
     "roboy_upper_body": GEN_A | {"inertia-triangle"},
     "test_robot": GEN_A,
 }
@@ -57,11 +58,11 @@ def test_findings_name_the_affected_object(shared):
     cardsflow = shared / "robots/cardsflow"
     icecream = read(cardsflow / "roboy_icecream").findings
     assert named(icecream, "duplicate-link") == ["scooper_2"]
-    assert named(icecream, "no-moment-arm") == ["motor25", "motor27"]
-    assert named(icecream, "zero-limits") == ["elbow_left", "spine"]
+    assert named(icecream, "no-moment-arm") == ["motor25", "motor26", "motor27"]
+    assert named(icecream, "locked-by-limits") == ["elbow_left", "spine"]
     roots = ["scooper_2", "scooper_link0", "scooper_link1", "torso"]
     assert named(icecream, "welded-root") == roots
-    sliders = named(read(cardsflow / "VRpuppet").findings, "zero-limits")
+    sliders = named(read(cardsflow / "VRpuppet").findings, "locked-by-limits")
     assert sliders == [f"motor{k}" for k in range(6)]
     exosuit = [f for f in read(cardsflow / "exosuit").findings if f.code == "link-name-case"]
     assert {(f.file.name, f.line) for f in exosuit} >= {("cardsflow.xml", 7)}

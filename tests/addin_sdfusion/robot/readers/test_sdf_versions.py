@@ -184,8 +184,8 @@ def test_ball_joint_has_three_angles_and_continuous_joint_no_limits(tmp_path):
 
 def test_limits_of_zero_are_kept(tmp_path):
     zero = AXIS.format(more="<limit><lower>0</lower><upper>0</upper></limit>")
-    assert "zero-limits" in found(tmp_path, link("base"), link("arm"), hinge(zero))
-    assert "zero-limits" not in found(tmp_path, link("base"), link("arm"), hinge())
+    assert "locked-by-limits" in found(tmp_path, link("base"), link("arm"), hinge(zero))
+    assert "locked-by-limits" not in found(tmp_path, link("base"), link("arm"), hinge())
 
 
 MESH = "<geometry><mesh><uri>{}</uri><scale>1e-3 1e-3 1e-3</scale></mesh></geometry>"
