@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import shlex
 import weakref
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,9 +12,11 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.files import is_folder
 from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.packed_files import robot_folder, visual_meshes
+from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.utils.archive import archive_bytes, read_contents, unpack_archive
 from cardsflow_fmu.utils.csv_table import read_csv
@@ -49,6 +52,22 @@ def experiment_archive(experiment: Experiment) -> bytes:
 def is_run(path: Path) -> bool:
     """Return whether a path is a results folder or the table in it."""
     return any((_folder(path) / name).is_file() for name in _TABLES)
+
+
+def require_not_experiment(path: Path) -> None:
+    """Check that a path without results is not an experiment, or its missing results folder.
+
+    Raises:
+        InputError: It is. The message names the results of the experiment, or the command to run.
+    """
+    folder = path if is_folder(path) else path.parent
+    file = path if path.suffix == ".toml" else folder / EXPERIMENT_TOML
+    if not file.is_file() or (path.is_file() and path != file):
+        return
+    if is_run(folder / "results"):
+        raise InputError(f"has no results of a run; specify {folder / 'results'}", file=path)
+    command = f"cardsflow run {shlex.quote(str(file))}"
+    raise InputError(f"has no results of a run; run the experiment first: {command}", file=path)
 
 
 @contextlib.contextmanager
@@ -139,9 +158,12 @@ def read_results(path: Path) -> RunData:
     Raises:
         InputError: A file is missing or damaged.
     """
+    if path.suffix == ".toml":
+        require_not_experiment(path)
     if path.name not in _TABLES and (path.suffix in (".csv", ".parquet") or path.is_file()):
         return _read_table(path)
     if not is_run(path):
+        require_not_experiment(path)
         raise InputError("has no results of a run", file=path)
     folder = _folder(path)
     units, summary = read_units(folder / UNITS), read_summary(folder / SUMMARY)

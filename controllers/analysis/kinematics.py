@@ -142,7 +142,8 @@ def inverse_kinematics(
 
     Raises:
         InputError: A size is wrong, a number is not finite, or the position is out of reach. The
-            message then states the remaining error and the active joint limits.
+            message then states the nearest position in reach, the remaining error and the active
+            joint limits.
     """
     n = len(robot.coordinate_names)
     desired, first = (
@@ -253,7 +254,10 @@ def _task_error(robot: TaskDynamics, y: FloatArray, q: FloatArray) -> FloatArray
 
 def _out_of_reach(robot: TaskDynamics, y: FloatArray, best: InverseKinematics) -> str:
     """Return the error message for a position that no configuration reaches."""
-    goal = ", ".join(f"{n} {v:.6g}" for n, v in zip(robot.task_names, y, strict=True))
+    goal, nearest = (
+        ", ".join(f"{n} {v:.6g}" for n, v in zip(robot.task_names, values, strict=True))
+        for values in (y, robot.task_position(best.q))
+    )
     parts = []
     for angles, quantity, unit in ((False, "distance", "m"), (True, "angle", "rad")):
         error = best.error[robot.task_angles == angles]
@@ -261,7 +265,7 @@ def _out_of_reach(robot: TaskDynamics, y: FloatArray, best: InverseKinematics) -
             parts.append(f"{quantity} {np.linalg.norm(error):.4g} {unit}")
     limits = f"at the limits of {', '.join(best.at_limits)}" if best.at_limits else "at no limit"
     remaining = f"the remaining error is {', '.join(parts)}, {limits}"
-    return f"no configuration reaches {goal}: {remaining}"
+    return f"no configuration reaches {goal}: the nearest in reach is {nearest}; {remaining}"
 
 
 def _starts(

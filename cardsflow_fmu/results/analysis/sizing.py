@@ -39,7 +39,7 @@ MARGIN = 0.2
 """Default force margin, as fraction of the peak force."""
 
 _SHIFT = 1e-3  # finite-difference step of a via point, in [m]
-_SMALL = 1e-6  # bottlenecks below this, in [N/mm], are ignored
+_SMALL = 1e-6  # ignored: bottlenecks below this, in [N/mm], and forces, as fraction of the peak
 
 
 def reference_motion(experiment: Experiment, points: int | None = None) -> Motion:
@@ -221,9 +221,9 @@ def _passive_muscles_as_load(robot: Robot, motion: Motion) -> tuple[Robot, Motio
 def bottlenecks(robot: Robot, terms: MotionTerms, point: int) -> list[dict[str, Any]]:
     """Return the effect of moving each attachment on the peak muscle force, largest effect first.
 
-    The peak force is the minimum infinity norm of the muscle forces without upper limits. It does
-    not depend on the force distribution. Its gradient is computed by central differences of
-    robots with one moved via point.
+    Muscles that only carry their minimum force are omitted. The peak force is the minimum infinity
+    norm of the muscle forces without upper limits. It does not depend on the force distribution.
+    Its gradient is computed by central differences of robots with one moved via point.
 
     Args:
         robot: The robot.
@@ -236,15 +236,21 @@ def bottlenecks(robot: Robot, terms: MotionTerms, point: int) -> list[dict[str, 
     low = np.concatenate([terms.f_min[:muscles], unlimited])
     is_counted = (np.arange(len(low) + terms.motors) < muscles).astype(float)
 
-    def min_peak(moved: Robot) -> float:
+    def least_forces(moved: Robot) -> FloatArray:
         paths = MusclePaths(moved)  # keeps the memory of the evaluated paths alive
         rows = np.concatenate([paths.evaluate(q).jacobian, motor_rows])
         L, f_min, f_max = split_motors(rows, low, np.full(len(low), np.inf), terms.motors)
         least = minimum_infinity_norm(L, tau, f_min, f_max, counts=is_counted)
-        return float(least.forces[:muscles].max(initial=0.0))
+        return np.asarray(least.forces[:muscles])
 
-    found = []
+    def min_peak(moved: Robot) -> float:
+        return float(least_forces(moved).max(initial=0.0))
+
+    found, forces = [], least_forces(robot)
+    pulls = forces > terms.f_min[:muscles] + _SMALL * forces.max(initial=0.0)
     for k, muscle in enumerate(robot.muscles):
+        if not pulls[k]:
+            continue
         for i, via in enumerate(muscle.via_points):
             gradient = np.zeros(3)
             for axis in range(3):

@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from addin_sdfusion.robot import Finding, InputError
-from addin_sdfusion.robot.formats.read import read
+from addin_sdfusion.robot.formats.read import holds_robot, read
 from cardsflow_fmu.experiment.packed_files import omitted_meshes
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
-from cardsflow_fmu.results.saved_run import is_run, opened_run
+from cardsflow_fmu.results.saved_run import is_run, opened_run, require_not_experiment
 from cardsflow_fmu.results.verdict import failure_text
 from cardsflow_fmu.utils.overwrite import output_file, write_output
 
@@ -164,6 +164,8 @@ def acts_of(
     for path in paths:
         if Path(path).suffix == ".ssp":
             raise InputError("is a system of FMUs; run it, and view its results", file=path)
+        if not is_run(Path(path)) and not holds_robot(Path(path)):
+            require_not_experiment(Path(path))
     runs = [is_run(Path(path)) for path in paths]
     if len(paths) > 1 and not all(runs):
         odd = paths[runs.index(False)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 import sys
 import time
 from pathlib import Path
@@ -197,6 +198,23 @@ def test_missing_columns_and_rows_are_reported(tmp_path: Path, cardsflow: Comman
     assert cardsflow("compare", words[1], words[1])[0] == 0
     refused = cardsflow.refused("plot", tmp_path / "nowhere")
     assert "nowhere: has no results of a run" in refused
+
+
+@pytest.mark.parametrize("command", ["view", "plot", "report"])
+def test_results_before_a_run_are_rejected_with_the_command_to_run(
+    command: str, tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    """The experiment, its folder, and its future results folder."""
+    file = tmp_path / "experiment.toml"
+    shutil.copy(EXAMPLES / "planar_2r/experiment.toml", file)
+    for path in (file, tmp_path, tmp_path / "results"):
+        said = cardsflow.refused(command, path)
+        assert f"{path}: has no results of a run; run the experiment first" in said
+        assert said.endswith(f": cardsflow run {file}\n")
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results" / "results.csv").write_text("time\n0.0\n")
+    said = cardsflow.refused(command, tmp_path)
+    assert said.endswith(f"has no results of a run; specify {tmp_path / 'results'}\n")
 
 
 # plot

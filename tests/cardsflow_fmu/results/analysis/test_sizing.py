@@ -88,6 +88,23 @@ def test_moving_the_bottleneck_attachment_reduces_the_peak_force(experiment: Exp
     assert gain == pytest.approx(2.0 * worst["gain"], rel=0.02)
 
 
+@pytest.mark.slow
+def test_attachments_of_muscles_at_their_minimum_force_are_not_suggested(
+    experiment: Experiment,
+) -> None:
+    """Cables 1 and 4 only carry their pretension at the critical point."""
+    robot, terms = (
+        experiment.robot,
+        motion_terms(DartDynamics(experiment.robot), reference_motion(experiment)),
+    )
+    point = size_muscles(terms).critical
+    assert point is not None
+    forces = minimum_infinity_norm(terms.L[point], terms.tau[point], terms.f_min, np.inf).forces
+    loaded = {m.name for m, f in zip(robot.muscles, forces, strict=True) if f > m.f_min + 1.0}
+    assert {entry["muscle"] for entry in bottlenecks(robot, terms, point)} == loaded
+    assert loaded == {"cable_2", "cable_3"}
+
+
 def test_impossible_points_are_reported(experiment: Experiment) -> None:
     """Without two of the cables, no cable pulls the arm back."""
     robot = planar_2r()
