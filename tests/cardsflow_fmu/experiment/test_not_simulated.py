@@ -23,7 +23,7 @@ def test_springs_in_cables_are_reported_with_their_stiffness(
     muscles = [replace(m, model=SPRING) for m in robot.muscles]
     write_caspr(robot.with_muscles(muscles), tmp_path / "robot")
     line = "not simulated: muscle 'cable_1' and 3 more: a linear_spring cable"
-    size = "its 100 N would stretch it by 5 %"  # 100 N over 2000 N
+    size = "f_max 100 N would stretch it by 5 %"  # 100 N over 2000 N
     code, out, _ = cardsflow("info", tmp_path / "robot")
     assert code == 0
     assert out.startswith(f"WARNING: {line}")

@@ -308,7 +308,9 @@ def test_a_run_whose_hardware_does_not_respond_at_the_end_fails(
     """The run has all rows, but the device may not have received the last commands."""
     experiment = load(max_missed=1000)
     world_of(monkeypatch, experiment, Faults(outages=((0.3, 10.0),)))
-    with pytest.raises(RunError, match=r"lost at the end: the newest state is 0\.0[45]") as error:
+    with pytest.raises(
+        RunError, match=r"did not respond at the end: the newest state is 0\.0[45]"
+    ) as error:
         simulate(experiment, coupling="direct")
     assert error.value.result.summary["status"] == "incomplete"
     world_of(monkeypatch, experiment, Faults(outages=((0.34, 10.0),)))

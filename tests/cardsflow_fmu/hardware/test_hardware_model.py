@@ -246,7 +246,7 @@ def test_only_a_reset_is_allowed_after_an_error(devices: list[Device]) -> None:
     with pytest.raises(TripError):
         stepped(model, 1, math.nan)
     assert output(model, "mode") == STOPPED
-    with pytest.raises(HardwareError, match="a reset connects to it again"):
+    with pytest.raises(HardwareError, match="has been stopped; reset to connect again"):
         stepped(model, 1)
     model.reset()
     model.initialize()
@@ -283,7 +283,9 @@ def test_freeing_the_fmu_ends_in_the_safe_state(devices: list[Device], tmp_path:
 def test_a_robot_far_from_its_start_pose_is_rejected(devices: list[Device]) -> None:
     model = HardwareModel(experiment())
     model.values[[port.name for port in model.ports].index("q_start.joint_2")] = 0.7
-    with pytest.raises(HardwareError, match=r"'joint_2' is at 0\.5 rad, and is to start at 0\.7"):
+    with pytest.raises(
+        HardwareError, match=r"'joint_2' is at 0\.5 rad, but the start position is 0\.7"
+    ):
         model.initialize()
     assert devices[0].state == "safe"
 
@@ -291,7 +293,9 @@ def test_a_robot_far_from_its_start_pose_is_rejected(devices: list[Device]) -> N
 @pytest.mark.slow
 def test_an_exceeded_limit_ends_the_run(devices: list[Device]) -> None:
     model = started({"hardware.max_tension": {"cable_1": 40.0}})
-    with pytest.raises(TripError, match="'cable_1' pulls with 41 N, above its limit of 40 N"):
+    with pytest.raises(
+        TripError, match="the tension of muscle 'cable_1' is 41 N, above its limit of 40 N"
+    ):
         stepped(model, 1)
     assert devices[0].state == "safe"
     assert output(model, "mode") == STOPPED

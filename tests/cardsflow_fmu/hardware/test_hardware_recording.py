@@ -289,7 +289,7 @@ def test_a_replay_in_lockstep_has_the_states_in_order(tmp_path: Path) -> None:
             expected = expected if came.state is None else came.state
             np.testing.assert_array_equal(robot.state(), expected)
         assert robot.deviation == 0.0
-        with pytest.raises(HardwareError, match="the recording is over after 5 s"):
+        with pytest.raises(HardwareError, match="the recording ends after 5 s"):
             robot.advance(STEP)
 
 

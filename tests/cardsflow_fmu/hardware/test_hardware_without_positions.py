@@ -207,7 +207,9 @@ def test_lengths_that_are_swapped_from_the_start_prevent_a_run(
 ) -> None:
     """The fitted pose differs from the start pose of the run."""
     world = world_of(monkeypatch, swapped(0, 1), begin=0.0)
-    with pytest.raises(HardwareError, match=r"is to start at .* hardware\.start_tolerance"):
+    with pytest.raises(
+        HardwareError, match=r"but the start position is .* hardware\.start_tolerance"
+    ):
         simulate(world.experiment, coupling="direct")
     assert world.robot.applied == []
 

@@ -125,7 +125,7 @@ def test_commands_are_applied_and_ramped_down_after_the_timeout(bus: Bus) -> Non
     with serving(bus) as served:
         reader = TopicReader(served.topics.needed, 10.0)
         commanding(node, lambda: served.robot.given and (served.robot.given[-1] == FORCES).all())
-        assert eventually(lambda: served.has_reported(f"none came for {TIMEOUT:g} s"))
+        assert eventually(lambda: served.has_reported(f"none arrived for {TIMEOUT:g} s"))
         assert eventually(lambda: served.device.state == "safe" and served.commands.status == SAFE)
         falls = np.array(served.robot.given)
         given = len(falls)

@@ -172,14 +172,14 @@ def test_a_late_subscriber_receives_the_description(ros: Environment, tmp_path: 
 def test_a_run_drives_a_device_by_topics(ros: Environment, tmp_path: Path, controller: str) -> None:
     with device(ros, "--ros2", f"ros2://left?timeout=4&node=arm{controller}") as process:
         topic = "/left/tendons/commands" if controller else "/left/device_commands"
-        said = lines_until(process, f"commands from {topic}, ramped down after 4 s")
+        said = lines_until(process, f"commands from {topic} with a timeout of 4 s")
         assert any("warning: ros2://" in line and "topics are not signed" in line for line in said)
         link = f"ros2://left?timeout=4&node=controller{controller}"
         words = run_words(tmp_path / "out", "--hardware", link, "--set", "run.duration=0.3")
         done = subprocess.run(words, capture_output=True, text=True, env=ros, check=False)
         assert done.returncode == 0, done.stderr
         assert json.loads(done.stdout)["status"] == "complete"
-        said = lines_until(process, "none came for 4 s: forces are ramped down")
+        said = lines_until(process, "none arrived for 4 s; forces are ramped down")
         assert any("ROS commands begin" in line for line in said)
     q = load_run(tmp_path / "out").columns([f"q.{name}" for name in JOINTS])
     assert np.isfinite(q).all()
@@ -195,7 +195,7 @@ def test_another_node_commands_tendons_as_joints(ros: Environment) -> None:
         command = [sys.executable, str(PROGRAMS / "commander.py"), *words]
         done = subprocess.run(command, capture_output=True, text=True, env=ros, check=False)
         assert done.returncode == 0, done.stderr
-        lines_until(process, "none came for 0.5 s: forces are ramped down")
+        lines_until(process, "none arrived for 0.5 s; forces are ramped down")
     state = json.loads(done.stdout)
     assert state["status"] == "running"
     assert state["name"] == [*JOINTS, *MUSCLES]
