@@ -8,12 +8,14 @@ OpenSim are reported as findings.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
 from ...errors import UnknownNameError
 from ...finding import Subject
+from ...finding_builders import listed
 from ...model.joint import Joint
 from ...model.muscle import CableSet, Muscle
 from ...model.robot import MARKERS, WORLD, Robot, TaskFrame, TaskSet
@@ -34,6 +36,7 @@ from .reading.muscles import is_muscle, read_muscle
 from .reading.paths import PathContext
 from .reading.tori import Torus, with_cylinders
 from .reading.wraps import read_wrap_objects
+from .writing.joints import has_three_rotations
 
 GRAVITY = (0.0, -9.80665, 0.0)
 """Default gravity of files without gravity."""
@@ -95,6 +98,7 @@ def read_osim(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     )
     robot = with_cylinders(robot, {n: s for n, s in surfaces.items() if isinstance(s, Torus)})
     _note_approximations(model, robot.muscles)
+    _note_defects(model, robot)
     return robot
 
 
@@ -142,3 +146,28 @@ def _note_approximations(model: Node, muscles: Sequence[Muscle]) -> None:
     if any(muscle.model.kind.startswith("hill") for muscle in muscles):
         problem = "default activations and fibre lengths are omitted; an experiment sets the start"
         model.warning("start-left-out", problem)
+
+
+def _note_defects(model: Node, robot: Robot) -> None:
+    """Report results of OpenSim that contradict its other results, and that differ here."""
+    moved = {
+        muscle.name: move.coordinate
+        for muscle in robot.muscles
+        for point in muscle.via_points
+        for move in point.moves
+        if math.isfinite(move.low) or math.isfinite(move.high)
+    }
+    if moved:
+        problem = (
+            f"beyond the ranges of {listed(sorted(set(moved.values())))} moving via points are "
+            "fixed; OpenSim's lengths agree, but its moment arms are computed as if the points "
+            f"still moved: {listed(list(moved))}"
+        )
+        model.warning("points-beyond-their-range", problem)
+    turning = [joint.name for joint in robot.joints if has_three_rotations(joint)]
+    if turning:
+        problem = (
+            "three rotations follow one coordinate: OpenSim 4.6 omits a term of their "
+            f"acceleration, and so of the Coriolis forces, at the joints {listed(turning)}"
+        )
+        model.warning("coriolis-in-opensim", problem)
