@@ -53,9 +53,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     with printable_streams():
         try:
-            with interrupts.raise_on_termination():
+            with interrupts.raise_on_termination() as received:
                 given = argparse.Namespace(started=_STARTED)
-                return _run(_parse(arguments, given))
+                return _run(_parse(arguments, given), received)
         except KeyboardInterrupt:
             print_error(interrupts.INTERRUPTED)
             return INTERRUPTED
@@ -71,7 +71,7 @@ def _parse(arguments: Sequence[str] | None, given: argparse.Namespace) -> argpar
         raise
 
 
-def _run(options: argparse.Namespace) -> int:
+def _run(options: argparse.Namespace, received: Sequence[int]) -> int:
     try:
         with quiet_messages(options.quiet):
             code = int(options.command(options))
@@ -79,6 +79,8 @@ def _run(options: argparse.Namespace) -> int:
     except Exception as error:
         if options.debug:
             traceback.print_exc()
+        if received and not _is_interruption(error):
+            raise KeyboardInterrupt from None
         if isinstance(error, OSError):
             place = "" if error.filename is None else f"{error.filename}: "
             print_error(f"{place}{error.strerror or error}")
@@ -106,8 +108,11 @@ def _flush_output() -> bool:
 def _code_of(error: CardsflowError) -> int:
     if isinstance(error, InputError):
         return BAD_INPUT
-    reason = str(error).partition(";")[0]
-    return INTERRUPTED if reason == interrupts.INTERRUPTED else FAILED
+    return INTERRUPTED if _is_interruption(error) else FAILED
+
+
+def _is_interruption(error: Exception) -> bool:
+    return str(error).partition(";")[0] == interrupts.INTERRUPTED
 
 
 def _parser() -> Parser:

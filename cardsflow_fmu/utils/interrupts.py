@@ -33,10 +33,20 @@ def collect_interrupts() -> Iterator[list[int]]:
 
 
 @contextmanager
-def raise_on_termination() -> Iterator[None]:
-    """Raise KeyboardInterrupt on SIGTERM, as on Ctrl-C."""
-    with _signal_handler(signal.default_int_handler, _SIGNALS[1:]):
-        yield
+def raise_on_termination() -> Iterator[list[int]]:
+    """Raise KeyboardInterrupt on Ctrl-C and SIGTERM; yield the list of received signals.
+
+    Libraries can replace the exception by another one, for example if they import a module.
+    """
+    received: list[int] = []
+
+    def interrupt(number: int, frame: object) -> None:
+        received.append(number)
+        raise KeyboardInterrupt
+
+    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # a job in the background
+    with _signal_handler(interrupt, _SIGNALS[1:] if ignored else _SIGNALS):
+        yield received
 
 
 @contextmanager

@@ -28,7 +28,7 @@ from support.small_studies import KP, write_study
 
 from cardsflow_fmu import Experiment, Result, run
 from cardsflow_fmu.cli.common import EXIT_CODES
-from cardsflow_fmu.cli.main import _parser
+from cardsflow_fmu.cli.main import _parser, main
 from cardsflow_fmu.utils.interrupts import collect_interrupts, raise_on_termination
 
 SHORT = ["--set", "run.duration=0.05"]
@@ -334,6 +334,37 @@ def test_interrupted_study_is_exit_code_130(tmp_path: Path, sign: signal.Signals
     out = tmp_path / "out"
     words = ["study", str(study), "-j", "1", "-o", str(out)]
     assert run_and_interrupt(words, out, "runs/*.json", sign) == 130
+
+
+def test_interruption_that_a_library_replaces_is_exit_code_130(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """C extensions raise ImportError if they are interrupted while they are imported."""
+
+    def replace_interruption(options: argparse.Namespace) -> int:
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except BaseException:
+            raise ImportError("initialization failed") from None
+        return 0
+
+    monkeypatch.setattr("cardsflow_fmu.cli.robot._check", replace_interruption)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        assert main(["check", ROBOT]) == 130
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert capsys.readouterr().err == "cardsflow: interrupted\n"
+
+
+def test_interruption_ignored_in_the_background_stays_ignored() -> None:
+    """A shell starts jobs of a script in the background with SIGINT ignored."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with raise_on_termination():
+            signal.raise_signal(signal.SIGINT)
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_signals_ignored_by_nohup_stay_ignored() -> None:
