@@ -426,7 +426,11 @@ LIMITS: tuple[tuple[str, int, Mapping[str, int]], ...] = (
         {"files": limits.ARCHIVE_ENTRIES, "MiB unpacked": limits.UNPACKED // limits.MIB},
     ),
     ("an FMU's description", limits.DESCRIPTION, {"variables": limits.COLUMNS}),
-    ("a table", limits.TABLE, {"columns": limits.COLUMNS, "numbers": limits.VALUES}),
+    (
+        "a table",
+        limits.TABLE,
+        {"columns": limits.COLUMNS, "rows": limits.ROWS, "numbers": limits.VALUES},
+    ),
     ("a motion", limits.MOTION, {"rows": limits.MOTION_ROWS, "numbers": limits.MOTION_VALUES}),
     ("a recording", limits.RECORDING, {"messages": limits.RECORDS}),
     ("other JSON", limits.JSON, {}),

@@ -53,6 +53,8 @@ COLUMNS = 100_000
 """Columns of a table, and variables of an FMU including array elements."""
 VALUES = 2**25
 """Numbers in a table of results: 256 MiB, or twice that for a comparison of two tables."""
+ROWS = 12_000_000
+"""Rows of a table of results; a run has at most 10 million steps."""
 TABLE = 512 * MIB
 """Bytes of a table as text."""
 LINE = 4 * MIB
@@ -62,13 +64,13 @@ ARRAYS = 128 * MIB
 MOTION = 16 * MIB
 MOTION_VALUES = 2**24
 """Numbers in a file with a recorded motion: 128 MiB."""
-MOTION_ROWS = 1_000_000
+MOTION_ROWS = 300_000
 MOTION_POSITIONS = 4_000_000
 """Number of rows of a recorded motion times the number of coordinates."""
 RECORDING = 256 * MIB
 RECORDS = 2_000_000
 """Messages in a recording."""
-JOINT_STATES = 500_000
+JOINT_STATES = 300_000
 """Messages with joint states in a recording; reading one requires 10 us."""
 
 MESH = 32 * MIB

@@ -1,6 +1,6 @@
 """Reader for STEP files in a separate process, since the kernel can crash on damaged files.
 
-python -m cardsflow_fmu.cad.step_process REQUEST ANSWER
+python -P -m cardsflow_fmu.cad.step_process REQUEST ANSWER
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def design_of_step(
     with temporary_folder() as folder:
         request_file, answer = folder / "request.json", folder / "answer.json"
         request_file.write_text(json_text(request), encoding="utf-8")
-        command = [sys.executable, "-m", __name__, str(request_file), str(answer)]
+        command = [sys.executable, "-P", "-m", __name__, str(request_file), str(answer)]
         try:
             done = subprocess.run(
                 command, capture_output=True, text=True, errors="replace", timeout=time_limit

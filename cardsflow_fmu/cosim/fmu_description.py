@@ -61,11 +61,13 @@ def _description(data: bytes, file: Path) -> Any:
         raise InputError(f"cannot be used as an FMU: its {DESCRIPTION} {fault}", file=file)
     try:
         description = fmpy.read_model_description(_as_archive(data), validate=False)
-        sizes = [math.prod(variable.shape or ()) for variable in description.modelVariables]
+        shapes = [variable.shape or () for variable in description.modelVariables]
+        if any(length < 0 for shape in shapes for length in shape):
+            raise ValueError("the length of an array must not be negative")
     except Exception as error:
         reason = re.sub(r"\s+", " ", str(error))
         raise InputError(f"is not an FMU: {reason}", file=file) from None
-    if sum(sizes) > limits.COLUMNS or min(sizes, default=0) < 0:
+    if sum(map(math.prod, shapes)) > limits.COLUMNS:
         what = f"cannot be used as an FMU: it has more than {limits.COLUMNS} variables"
         raise InputError(what, file=file)
     return description

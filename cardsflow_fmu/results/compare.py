@@ -19,6 +19,8 @@ from .run_data import RunData
 from .saved_run import read_results
 
 Rows = NDArray[np.int64]
+Part = tuple[RunData, Rows, list[int]]
+"""A result, and the rows and columns of it to compare."""
 
 _TIME_TOLERANCE = 1e-9
 _BLOCK_SIZE = 2**20
@@ -73,17 +75,14 @@ def compare_results(
     missing = [[n for n in names if n not in own] for own in indices]
     rows_a, rows_b = _common_rows(a["time"], b["time"])
     common = [n for n in names if all(n in own for own in indices)]
-    time, compared = a["time"][rows_a], {}
-    block = max(1, _BLOCK_SIZE // max(1, len(time)))
+    compared: dict[str, dict[str, Any]] = {}
+    block = max(1, _BLOCK_SIZE // max(1, len(rows_a)))
     for begin in range(0, len(common), block):
         part = common[begin : begin + block]
-        values_a, values_b = (
-            np.take(result.rows, [index_of[n] for n in part], axis=1)[rows]
-            for result, rows, index_of in zip((a, b), (rows_a, rows_b), indices, strict=True)
-        )
-        for name, column in zip(
-            part, _compare_columns(values_a, values_b, time, tol, rtol), strict=True
-        ):
+        columns_a, columns_b = ([own[n] for n in part] for own in indices)
+        pairs = ((a, rows_a, columns_a), (b, rows_b, columns_b))
+        found = _compare_rows(*pairs, tol, rtol)
+        for name, column in zip(part, found, strict=True):
             compared[name] = column | {"unit": a.units.get(name) or b.units.get(name) or ""}
     counts = [len(a.rows), len(b.rows)]
     same_rows = counts == [len(rows_a), len(rows_a)]
@@ -133,22 +132,46 @@ def _common_rows(a: FloatArray, b: FloatArray) -> tuple[Rows, Rows]:
     """Return the rows of two results at equal times."""
     if not len(a) or not len(b):
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
-    after = np.searchsorted(b, a).clip(0, len(b) - 1)
-    before = (after - 1).clip(0)
-    nearest = np.where(np.abs(b[before] - a) < np.abs(b[after] - a), before, after)
-    rows = np.flatnonzero(np.abs(b[nearest] - a) <= _TIME_TOLERANCE * np.maximum(1.0, np.abs(a)))
-    return rows, nearest[rows]
+    rows, partners = [], []
+    for begin in range(0, len(a), _BLOCK_SIZE):
+        part = a[begin : begin + _BLOCK_SIZE]
+        after = np.searchsorted(b, part).clip(0, len(b) - 1)
+        before = (after - 1).clip(0)
+        nearest = np.where(np.abs(b[before] - part) < np.abs(b[after] - part), before, after)
+        tolerance = _TIME_TOLERANCE * np.maximum(1.0, np.abs(part))
+        found = np.flatnonzero(np.abs(b[nearest] - part) <= tolerance)
+        rows.append(found + begin)
+        partners.append(nearest[found])
+    return np.concatenate(rows), np.concatenate(partners)
+
+
+def _compare_rows(a: Part, b: Part, tol: float, rtol: float) -> list[dict[str, Any]]:
+    """Return the comparison of each column, computed in blocks of rows to limit the memory."""
+    rows = len(a[1])
+    if not rows:
+        return [{"largest": None, "at": None, "beyond": True}] * len(a[2])
+    blocks = []
+    for begin in range(0, rows, _BLOCK_SIZE):
+        block = slice(begin, begin + _BLOCK_SIZE)
+        part_a, part_b = (run.rows[own[block, np.newaxis], columns] for run, own, columns in (a, b))
+        blocks.append(_compare_columns(part_a, part_b, a[0]["time"][a[1][block]], tol, rtol))
+    return [_merge(parts) for parts in zip(*blocks, strict=True)]
+
+
+def _merge(parts: Sequence[tuple[float, float, bool]]) -> dict[str, Any]:
+    """Return the comparison of a column from those of its blocks.
+
+    The largest difference is None if it is not finite.
+    """
+    largest, at, _ = max(parts, key=lambda part: part[0])
+    beyond = any(part[2] for part in parts)
+    return {"largest": largest if math.isfinite(largest) else None, "at": at, "beyond": beyond}
 
 
 def _compare_columns(
     a: FloatArray, b: FloatArray, time: FloatArray, tol: float, rtol: float
-) -> list[dict[str, Any]]:
-    """Return the largest difference of each column, its time, and whether it exceeds the tolerance.
-
-    The largest difference is None if it is not finite.
-    """
-    if not len(time):
-        return [{"largest": None, "at": None, "beyond": True}] * a.shape[1]
+) -> list[tuple[float, float, bool]]:
+    """Return the largest difference of each column, its time, and whether it is too large."""
     same = (a == b) | (np.isnan(a) & np.isnan(b))
     with np.errstate(invalid="ignore", over="ignore"):
         difference = np.where(same, 0.0, np.abs(a - b))
@@ -157,11 +180,8 @@ def _compare_columns(
     excess[np.isnan(excess)] = np.inf
     k = difference.argmax(axis=0)
     largest = difference[k, np.arange(a.shape[1])].tolist()
-    beyond_any: list[bool] = np.any(excess > 0, axis=0).tolist()
-    return [
-        {"largest": value if math.isfinite(value) else None, "at": at, "beyond": beyond}
-        for value, at, beyond in zip(largest, time[k].tolist(), beyond_any, strict=True)
-    ]
+    beyond: list[bool] = np.any(excess > 0, axis=0).tolist()
+    return list(zip(largest, time[k].tolist(), beyond, strict=True))
 
 
 def _sort_key(column: dict[str, Any]) -> float:

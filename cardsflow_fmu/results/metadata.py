@@ -9,6 +9,7 @@ from typing import Any
 
 from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.files import read_file
+from cardsflow_fmu.experiment.config.file import require_sizes
 
 _NUMBER = (int, float, type(None))
 _TABLE = (dict, type(None))
@@ -119,6 +120,7 @@ def _read(file: Path) -> dict[str, Any]:
         raise InputError(f"is not valid JSON: {error}", file=file) from None
     if not isinstance(data, dict):
         raise InputError("is invalid", file=file)
+    require_sizes(data, file)
     return data
 
 

@@ -16,6 +16,7 @@ from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.utils.csv_table import require_table
 from cardsflow_fmu.utils.extras import install
+from cardsflow_fmu.utils.interrupts import collect_interrupts
 
 from .metadata import require_summary
 from .run_data import ExperimentRunData, RunData
@@ -82,12 +83,15 @@ def read_parquet(file: Path) -> RunData:
     import pyarrow.parquet as pq
 
     try:
-        with open_file(file, limits.TABLE) as stream:
+        # pyarrow can lose a KeyboardInterrupt that is raised within its code
+        with open_file(file, limits.TABLE) as stream, collect_interrupts() as interrupted:
             parquet = pq.ParquetFile(stream, **_FOOTER_LIMITS)
             _check_columns_and_size(parquet, pa, file)
             schema, names = parquet.schema_arrow, parquet.schema_arrow.names
             rows = np.empty((parquet.metadata.num_rows, len(names)))
             for k, begin in _row_groups(parquet, len(names)):
+                if interrupted:
+                    raise KeyboardInterrupt
                 columns = parquet.read_row_group(k)
                 for j, column in enumerate(columns.columns):
                     rows[begin : begin + columns.num_rows, j] = column.to_numpy()
@@ -120,6 +124,8 @@ def _check_columns_and_size(parquet: Any, pa: Any, file: Path) -> None:
     metadata, schema = parquet.metadata, parquet.schema_arrow
     if len(schema) > limits.COLUMNS:
         raise InputError(f"has more than {limits.COLUMNS} columns", file=file)
+    if metadata.num_rows > limits.ROWS:
+        raise InputError(f"has more than {limits.ROWS} rows", file=file)
     if metadata.num_rows * len(schema) > limits.VALUES:
         raise InputError(f"has more than {limits.VALUES} numbers", file=file)
     for field in schema:

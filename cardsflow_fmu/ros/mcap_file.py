@@ -93,7 +93,8 @@ class McapWriter:
         contents = [_contents(message_rows(self._store, batch)) for batch in found]
         add = self._writer.add_message
         for k, time_ns in zip(owners[order].tolist(), times[order].tolist(), strict=True):
-            add(channels[k], time_ns, next(contents[k]), time_ns, next(numbers[k]))
+            at = max(0, time_ns)  # times in an MCAP file are unsigned
+            add(channels[k], at, next(contents[k]), at, next(numbers[k]))
 
     def __enter__(self) -> Self:
         return self

@@ -149,6 +149,8 @@ def _fault(names: Sequence[str], rows: FloatArray) -> str | None:
     """Return the error in a table, or None."""
     if len(names) > limits.COLUMNS:
         return f"it has more than {limits.COLUMNS} columns"
+    if len(rows) > limits.ROWS:
+        return f"it has more than {limits.ROWS} rows"
     if not any(names):
         return "is empty: a line with the names of the columns is required"
     if not all(names):

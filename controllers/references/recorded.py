@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +11,7 @@ import numpy as np
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.model.trajectory import Space, Spline, Trajectory, TrajectoryPoint
 from controllers.arrays import FloatArray
+from controllers.references.smoothing import smoothing_spline
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
@@ -104,14 +104,13 @@ def recorded_trajectory(
 
 def _smoothing_spline(times: FloatArray, q: FloatArray, noise: float | None) -> BSpline:
     """Return the smoothest spline of fifth order whose residual is consistent with the noise."""
-    from scipy.interpolate import BSpline, splrep
+    from scipy.interpolate import BSpline
 
     m = len(times)
     sigma = _noise(q) if noise is None else noise
     if sigma > 0.0:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)  # the last iterate suffices
-            knots, c, k = splrep(times, q, k=5, s=(m + math.sqrt(2.0 * m)) * sigma**2)
+        residual = (m + math.sqrt(2.0 * m)) * sigma**2
+        knots, c, k = smoothing_spline(times, q, residual)
         if len(knots) - 2 * (k + 1) < _MAX_KNOTS * m:
             return BSpline(knots, c, k)
     return _spline_through(times, q, [(3, 0.0), (4, 0.0)])

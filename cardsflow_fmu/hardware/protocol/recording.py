@@ -41,6 +41,7 @@ from addin_sdfusion.robot.errors import MachineError
 from addin_sdfusion.robot.files import file_error, open_file, read_file
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.utils.csv_table import require_table
 
 from .exchange import Exchange
 from .recording_header import RecordingHeader as RecordingHeader
@@ -192,6 +193,7 @@ def read_recording(file: str | Path) -> HardwareRecording:
     )
     count = _count_valid_records(data, begin, rows.itemsize)
     table = np.frombuffer(data, rows, count, begin)
+    require_table(["time"], table["t"][:, np.newaxis], file, what="hardware recording")
     return HardwareRecording(
         header=header,
         **{

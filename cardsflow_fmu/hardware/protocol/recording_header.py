@@ -14,6 +14,8 @@ import numpy as np
 from cardsflow_fmu.version import __version__
 
 _MAX_SIGNALS = 65535
+_MIN_STEP = 1e-6
+"""Minimum time step, in [s]; a replay computes every step."""
 
 
 def _versions() -> dict[str, str]:
@@ -96,8 +98,8 @@ def header_of(data: dict[str, Any]) -> RecordingHeader:
     values["signature"] = int(values["signature"], 16)
     values["start_state"] = tuple(map(float, values["start_state"]))
     header = RecordingHeader(**values)
-    if not 0 < header.step < math.inf or not 0 < header.scale < math.inf:
-        raise ValueError("step and scale must be positive")
+    if not _MIN_STEP <= header.step < math.inf or not 0 < header.scale < math.inf:
+        raise ValueError(f"step must be at least {_MIN_STEP:g} s, and scale must be positive")
     names = (header.command_names, header.state_names)
     units = (header.command_units, header.state_units)
     if [len(row) for row in names] != [len(row) for row in units]:

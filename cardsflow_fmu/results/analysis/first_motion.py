@@ -138,10 +138,10 @@ def pose_terms(robot: Robot, dynamics: CoreDynamics, q: FloatArray, qdd: FloatAr
     M, force = dynamics.mass_matrix(q), assumed_force(robot)
     arms = [robot_size(robot) if motor.unit == "rad" else 1.0 for motor in robot.motors]
     limit = force * np.append(np.ones(dynamics.m), arms)
-    A, torque = -dynamics.actuator_jacobian(q).T, M @ qdd + dynamics.gravity(q)
+    A = -dynamics.actuator_jacobian(q).T
     low, high = np.maximum(dynamics.f_min, -limit), np.minimum(dynamics.f_max, limit)
     with np.errstate(over="ignore", invalid="ignore"):
-        torques = A * (high - low)
+        torques, torque = A * (high - low), M @ qdd + dynamics.gravity(q)
     if not all(np.isfinite(part).all() for part in (M, torques, torque)):
         raise InputError(
             "inertias, moment arms, weights or forces are not finite; a length, mass or force of "

@@ -313,6 +313,16 @@ def test_a_file_that_crashes_the_kernel_is_rejected_in_one_line(step: Path, tmp_
     assert said[True], said
 
 
+def test_python_files_beside_a_design_are_not_executed(
+    step: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "json.py").write_text("raise SystemExit('executed')")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError) as refused:  # the table of joints is missing
+        design_of_step(step, Tables(), ExportSettings())
+    assert "executed" not in refused.value.what
+
+
 def test_errors_of_the_kernel_are_reported_in_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -145,6 +145,23 @@ def test_equal_results_are_equal(finished: tuple[Path, Result]) -> None:
     assert all(c["largest"] == 0.0 for c in comparison["columns"].values())
 
 
+def test_comparison_in_blocks_of_rows_matches_comparison_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    time, rng = np.arange(100) * 0.1, np.random.default_rng(3)
+    a, b = (table(np.column_stack([time[k:], rng.random((100 - k, 2))]), "x", "y") for k in (0, 7))
+    a.rows[50, 1] = np.nan
+    at_once = compare_results(a, b, 0.5)
+    monkeypatch.setattr("cardsflow_fmu.results.compare._BLOCK_SIZE", 9)
+    assert compare_results(a, b, 0.5) == at_once
+    assert at_once["columns"]["x"] | {"unit": ""} == {
+        "largest": None,
+        "at": time[50],
+        "beyond": True,
+        "unit": "",
+    }
+
+
 @pytest.mark.parametrize(
     ("tol", "rtol", "equal"),
     [

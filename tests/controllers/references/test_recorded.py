@@ -1,7 +1,9 @@
 from __future__ import annotations
 
 import math
+import subprocess
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from hypothesis import strategies as st
 
 from addin_sdfusion.robot import InputError
 from controllers import SplineReference, recorded_trajectory, waypoint_trajectory
+from controllers.references import smoothing
 
 
 def motion(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -156,3 +159,33 @@ def test_invalid_noise_raises_an_error(noise: float) -> None:
     times = np.linspace(0.0, 1.0, 11)
     with pytest.raises(InputError, match="noise must be between 0 and"):
         recorded_trajectory(times, np.sin(times)[:, None], noise=noise)
+
+
+def noisy(count: int) -> tuple[np.ndarray, np.ndarray]:
+    times = np.arange(count) * 1e-3
+    return times, np.sin(times) + 1e-3 * np.random.default_rng(1).standard_normal(count)
+
+
+def test_long_recording_is_smoothed_as_a_short_one_in_a_separate_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The process executes no Python files of the current folder."""
+    (tmp_path / "numpy.py").write_text("raise SystemExit(7)")
+    monkeypatch.chdir(tmp_path)
+    times, q = noisy(smoothing._MAX_DIRECT + 1)
+    residual = 1e-6 * len(times)
+    separate = smoothing.smoothing_spline(times, q, residual)
+    monkeypatch.setattr(smoothing, "_MAX_DIRECT", len(times))
+    for found, expected in zip(
+        separate, smoothing.smoothing_spline(times, q, residual), strict=True
+    ):
+        np.testing.assert_array_equal(found, expected)
+
+
+def test_recording_that_takes_too_long_to_smooth_is_rejected(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    ended = subprocess.CompletedProcess([], smoothing._OUT_OF_TIME)
+    monkeypatch.setattr(subprocess, "run", lambda *_, **__: ended)
+    with pytest.raises(InputError, match="requires more than 20 s to smooth 5001 rows; use fewer"):
+        smoothing.smoothing_spline(*noisy(5001), 1.0)

@@ -86,7 +86,9 @@ class _Track:
         if isinstance(shape, shapes.Trail):  # the path of the last frame contains all earlier paths
             self.values.append(len(shape.path))
         else:
-            self.points.append(shape.points.reshape(-1))
+            points = shape.points.reshape(-1)
+            is_still = bool(self.points) and np.array_equal(points, self.points[0], equal_nan=True)
+            self.points.append(self.points[0] if is_still else points)
         self.colours.append(shape.colour)
         if isinstance(shape, shapes.Label):
             self.values.append(shape.value)
@@ -134,7 +136,12 @@ def _legend(stage: Stage) -> list[list[float]]:
 
 def _shape(track: _Track, tables: _TableSequence) -> dict[str, Any]:
     shape = track.last
-    points = shape.points if isinstance(shape, shapes.Trail) else np.stack(track.points)
+    if isinstance(shape, shapes.Trail):
+        points = shape.points
+    elif all(row is track.points[0] for row in track.points):
+        points = track.points[0][np.newaxis]
+    else:
+        points = np.stack(track.points)
     data: dict[str, Any] = {
         "name": shape.name,
         "kind": type(shape).__name__,

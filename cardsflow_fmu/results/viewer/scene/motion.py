@@ -25,6 +25,8 @@ _MAX_DISTANCE = 1e9
 
 RATE = 25.0
 """Frame rate of a replay, in [1/s]."""
+MAX_FRAMES = 25_000
+"""Maximum number of frames; longer runs have a lower frame rate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +70,9 @@ def frame_rows(time: FloatArray, rate: float = RATE) -> NDArray[np.int64]:
     """
     if not len(time):
         return np.zeros(0, dtype=np.int64)
-    due = np.arange(time[0], time[-1], 1.0 / rate)
-    rows = np.searchsorted(time, due - 0.5 * np.min(np.diff(time), initial=1.0 / rate))
+    interval = max(1.0 / rate, (time[-1] - time[0]) / MAX_FRAMES)
+    due = np.arange(time[0], time[-1], interval)
+    rows = np.searchsorted(time, due - 0.5 * np.min(np.diff(time), initial=interval))
     return np.unique(np.append(rows, len(time) - 1))
 
 

@@ -17,7 +17,7 @@ from cardsflow_fmu.results.viewer.scene import shapes as s
 from cardsflow_fmu.results.viewer.scene.colours import RAMP, SLACK, tension_colour
 from cardsflow_fmu.results.viewer.scene.link_bodies import link_capsules
 from cardsflow_fmu.results.viewer.scene.link_poses import link_poses, moved_point
-from cardsflow_fmu.results.viewer.scene.motion import frame_rows
+from cardsflow_fmu.results.viewer.scene.motion import MAX_FRAMES, frame_rows
 from cardsflow_fmu.results.viewer.scene.muscle_paths import muscle_paths, unit_forces
 from cardsflow_fmu.results.viewer.scene.primitives import Body, bodies, rotations_from_z, unit_body
 from cardsflow_fmu.results.viewer.scene.stage import scene
@@ -227,6 +227,13 @@ def test_frames_have_a_constant_rate_and_end_with_the_run() -> None:
     slow = frame_rows(np.arange(11) * 0.1, 25.0)
     np.testing.assert_array_equal(slow, np.arange(11))
     np.testing.assert_array_equal(frame_rows(np.array([0.0])), [0])
+
+
+@pytest.mark.parametrize("duration", [3600.0, 1e300])
+def test_long_run_has_a_lower_frame_rate(duration: float) -> None:
+    rows = frame_rows(np.linspace(0.0, duration, 100_001))
+    assert len(rows) == MAX_FRAMES + 1
+    assert set(np.diff(rows)) == {4}
 
 
 def test_results_that_cannot_be_drawn_are_rejected() -> None:
