@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 
 from ..finding import Finding, Subject
 from ..finding_builders import warning
 from ..model.joint import Coordinate
 from ..model.link_poses import initial_poses
+from ..model.muscle import Muscle
 from ..model.pose import Vector3
 from ..model.robot import WORLD, Link, Robot
 from ..model.rotations import apply
@@ -35,6 +37,7 @@ def plausible(robot: Robot) -> Iterator[Finding]:
     elif 0.0 < size < TINY:
         problem = f"its moving links extend over only {size:.3g} m; lengths must be in m"
         yield warning(subject, "tiny-robot", problem)
+    yield from _bladders(robot)
 
 
 def _inertia(link: Link) -> Iterator[Finding]:
@@ -49,6 +52,32 @@ def _inertia(link: Link) -> Iterator[Finding]:
             "is the mass missing, or are the lengths in mm?"
         )
         yield warning(subject, "lengths-in-millimetres", problem)
+
+
+def _bladders(robot: Robot) -> Iterator[Finding]:
+    """Check that the bladders of McKibben muscles have possible lengths at the initial pose.
+
+    If the path is shorter than the cord, the muscle law uses the length 0.
+    """
+    plain = [m for m in robot.muscles if m.model.kind == "mckibben" and _is_polyline(m)]
+    poses = initial_poses(robot) if plain else {}
+    for muscle in plain:
+        points = [apply(poses[point.link], point.position) for point in muscle.via_points]
+        path = sum(math.dist(a, b) for a, b in pairwise(points))
+        values = dict(muscle.model.parameters)
+        cord, thread = values.get("cord_length", 0.0), values["thread_length"]
+        if not 0.0 < path - cord <= thread:
+            problem = (
+                f"its path of {path:.3g} m minus its cord_length of {cord:.3g} m is the length of "
+                f"the bladder, which must be above 0 and at most its thread_length of "
+                f"{thread:.3g} m; its force is wrong at the initial pose"
+            )
+            yield warning(Subject("muscle", muscle.name), "bladder-length", problem)
+
+
+def _is_polyline(muscle: Muscle) -> bool:
+    is_plain = all(p.when is None and not p.moves for p in muscle.via_points)
+    return is_plain and not (muscle.wraps or muscle.branches or muscle.terms or muscle.pulley)
 
 
 def is_in_degrees(coordinate: Coordinate, value: float) -> bool:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.robots.muscle_bench import BROKEN_RULES, HILL, SOUND, beside, slider
+from support.robots.one_link import cable, one_link
 
 from addin_sdfusion.muscles.attributes import muscles_text, read_muscles
 from addin_sdfusion.muscles.csv_reader import read_csv
@@ -49,7 +50,11 @@ def _errors(kind, parameters):
 
 @pytest.mark.parametrize("kind", SOUND)
 def test_valid_laws_have_no_findings(kind):
-    assert not [f for f in check(_passive(slider((kind, SOUND[kind])))) if f.subject[1] == "m0"]
+    robot = _passive(slider((kind, SOUND[kind])))
+    (joint,) = robot.joints
+    coordinate = replace(joint.coordinates[0], initial=0.3)  # muscles have a length
+    robot = replace(robot, joints=(replace(joint, coordinates=(coordinate,)),))
+    assert not [f for f in check(robot) if f.subject[1] == "m0"]
 
 
 @pytest.mark.parametrize(("kind", "parameter"), NAMED)
@@ -160,3 +165,17 @@ def test_caspr_writes_ideal_cables_with_a_finding(tmp_path):
     write_caspr(robot, tmp_path)
     back = read_robot(tmp_path / "slider_bodies.xml")
     assert [muscle.model.kind for muscle in back.muscles] == ["ideal", "ideal"]
+
+
+@pytest.mark.parametrize(
+    ("cord", "thread", "is_reported"),
+    [(0.3, 0.8, False), (1.1, 0.8, True), (0.3, 0.6, True), (0.0, 1.01, False)],
+)
+def test_impossible_bladder_lengths_are_reported(
+    cord: float, thread: float, is_reported: bool
+) -> None:
+    values = (("thread_length", thread), ("turns", 2.0), ("cord_length", cord))
+    model = CableModel("mckibben", values)
+    muscle = cable((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), model=model)  # 1 m
+    codes = {finding.code for finding in check(one_link(muscles=[muscle]))}
+    assert ("bladder-length" in codes) == is_reported
