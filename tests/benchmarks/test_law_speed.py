@@ -81,6 +81,6 @@ def test_cost_of_hill_type_muscles(name: str, robot: Robot) -> None:
     }
     times = interleaved(alternatives, calls=20, rounds=400)
     ratios = {key: seconds / times["ideal"] for key, seconds in times.items() if key != "ideal"}
-    record(f"muscle kernel with tension laws, {name}", us_ideal=times["ideal"] * 1e6, **ratios)
+    record(f"muscle kernel with muscle laws, {name}", us_ideal=times["ideal"] * 1e6, **ratios)
     assert max(ratios[key] for key in ("degroote", "thelen", "millard")) <= RIGID
     assert max(ratios.values()) <= ELASTIC
