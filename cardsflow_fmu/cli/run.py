@@ -100,6 +100,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.experiment.suffix == ".ssp":
         return _run_system(options)
     from cardsflow_fmu.results.analysis.plausibility import plausibility_findings
+    from cardsflow_fmu.simulation.open import require_openable
     from cardsflow_fmu.simulation.run import RunError, run
 
     if options.hardware is not None:
@@ -113,7 +114,9 @@ def _run(options: argparse.Namespace) -> int:
         require_connectable(experiment)  # fails before the FMUs are built
     for warning in experiment.warnings():
         print_warning(warning)
-    print_findings(plausibility_findings(experiment), rest="cardsflow check")
+    if found := plausibility_findings(experiment):
+        require_openable(experiment)  # an error is reported without warnings before it
+        print_findings(found, rest="cardsflow check")
     _print_observability(experiment)
     if options.as_script:
         return _print_script(options, experiment)
