@@ -83,7 +83,7 @@ MESH_REACH = 1e9
 MESH_NUMBERS = 6_000_000
 """Vertices and indices of all mesh instances in a glTF scene, or numbers in a COLLADA scene."""
 MESH_NODES = 5000
-"""Nodes and part instances in a glTF or COLLADA scene."""
+"""Nodes and part instances in a glTF or COLLADA scene, and parts of an STL or OBJ file."""
 MESH_DEPTH = 50
 """Nesting depth of nodes in a glTF or COLLADA scene."""
 

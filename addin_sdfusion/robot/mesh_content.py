@@ -75,7 +75,7 @@ def _stl(data: bytes) -> str | None:
         actual = (len(data) - _BINARY_HEAD) / _BINARY_FACET
         numbers = f"its header specifies {facets} facets, but it contains {actual:g}"
         return f"it is not a .stl mesh: {numbers}"
-    return _lines(data, ".stl", _STL_WORDS, b"solid", b"vertex")
+    return _parts_problem(data, b"solid") or _lines(data, ".stl", _STL_WORDS, b"solid", b"vertex")
 
 
 def _binary_corners(data: bytes) -> str | None:
@@ -91,7 +91,14 @@ def _binary_corners(data: bytes) -> str | None:
 
 
 def _obj(data: bytes) -> str | None:
-    return _lines(data, ".obj", _OBJ_WORDS, b"v", b"f")
+    return _parts_problem(data, b"o|g|usemtl") or _lines(data, ".obj", _OBJ_WORDS, b"v", b"f")
+
+
+def _parts_problem(data: bytes, words: bytes) -> str | None:
+    """Return the reason why text has too many lines that begin a part with one of `words`."""
+    if sum(1 for _ in re.finditer(rb"(?im)^[ \t]*(?:" + words + rb")\s", data)) > limits.MESH_NODES:
+        return f"it has more than {limits.MESH_NODES} parts"
+    return None
 
 
 def _lines(data: bytes, kind: str, words: bytes, *needed: bytes) -> str | None:

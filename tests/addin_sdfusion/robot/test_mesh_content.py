@@ -182,3 +182,17 @@ def test_small_collada_scene_does_not_expand(data: bytes, reason: str | None) ->
     """Nested references multiply: 30 layers of 30 nodes would not end."""
     problem = mesh_problem(".dae", data)
     assert problem is None if reason is None else reason in str(problem)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "part", "end"),
+    [
+        (".stl", b"solid a\nvertex 0 0 0\nendsolid a\n", b""),
+        (".obj", b"o a\n", b"v 0 0 0\nf 1 1 1\n"),
+        (".obj", b"usemtl a\n", b"v 0 0 0\nf 1 1 1\n"),
+    ],
+)
+def test_text_with_too_many_parts_is_rejected(suffix: str, part: bytes, end: bytes) -> None:
+    assert mesh_problem(suffix, limits.MESH_NODES * part + end) is None
+    problem = mesh_problem(suffix, (limits.MESH_NODES + 1) * part + end)
+    assert problem == f"it has more than {limits.MESH_NODES} parts"
