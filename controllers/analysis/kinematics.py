@@ -233,7 +233,7 @@ def _step(
         return dq
     rows = np.vstack([J, mu * np.eye(len(q))])[:, ~locked]
     goal = np.concatenate([error, mu * to_posture])
-    free = np.linalg.lstsq(rows, goal)[0]
+    free = np.linalg.lstsq(rows, goal, rcond=None)[0]
     if (free < low[~locked]).any() or (free > high[~locked]).any():
         from scipy.optimize import (
             lsq_linear,

@@ -193,7 +193,7 @@ def _fit_pose(seen: MarkerKinematics, pose: FloatArray, blind: IntArray, y: Floa
     for _ in range(_ITERATIONS):
         damped = np.sqrt(damping * (1.0 + (J**2).sum(axis=0)))
         rows = np.vstack([J, np.diag(damped)])
-        step = np.linalg.lstsq(rows, np.concatenate([r, np.zeros(len(blind))]))[0]
+        step = np.linalg.lstsq(rows, np.concatenate([r, np.zeros(len(blind))]), rcond=None)[0]
         new = pose.copy()
         new[blind] += step
         new_r, new_J = residual(new)

@@ -49,5 +49,5 @@ class FMU3SlaveAs2(fmi3.FMU3Slave):
         return int(self.fmi3GetFMUState(component, state))
 
     def fmi2SerializeFMUstate(self, component: Any, state: Any, room: Any, size: int) -> int:
-        room = ctypes.cast(room, ctypes.POINTER(ctypes.c_uint8))
+        room = ctypes.cast(room, ctypes.POINTER(fmi3.fmi3Byte))
         return int(self.fmi3SerializeFMUState(component, state, room, size))
