@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 from lxml import etree
 from support import documents
-from support.documents import ROOT, Block, all_words, anchors, blocks, inline_code, links
+from support.documents import ROOT, Block, all_documents, anchors, blocks, inline_code, links
 
 from addin_sdfusion.robot import check, read_robot
 from cardsflow_fmu import Experiment
@@ -37,7 +37,7 @@ MAX_NOT_RUN = 13
 """Blocks that no test runs; fewer are better."""
 
 every_document = pytest.mark.parametrize(
-    "file", all_words(), ids=lambda file: file.relative_to(ROOT).as_posix()
+    "file", all_documents(), ids=lambda file: file.relative_to(ROOT).as_posix()
 )
 
 
@@ -99,7 +99,7 @@ def test_commands_are_understood(file: Path) -> None:
 def test_commands_in_blocks_parse() -> None:
     """Every `cardsflow` line that a reader may copy, and the experiments that they name exist."""
     lines = []
-    for file in all_words():
+    for file in all_documents():
         for block in blocks(file):
             if block.language in ("sh", "bash"):
                 whole = re.sub(r"\\\n\s*", " ", block.text)
@@ -133,7 +133,7 @@ def test_every_command_has_an_example_that_parses() -> None:
         assert _parser().parse_args(words[1:]), example
 
 
-TOML = [block for file in all_words() for block in blocks(file) if block.language == "toml"]
+TOML = [block for file in all_documents() for block in blocks(file) if block.language == "toml"]
 
 
 @pytest.fixture(scope="module")
@@ -166,7 +166,7 @@ def test_settings_are_read(block: Block, experiments: Path) -> None:
 
 @pytest.mark.parametrize("language", ["xml", "json"])
 def test_other_code_is_well_formed(language: str) -> None:
-    for file in all_words():
+    for file in all_documents():
         for block in blocks(file):
             if block.language == language:
                 read = json.loads if language == "json" else etree.fromstring

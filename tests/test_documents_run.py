@@ -48,7 +48,7 @@ cardsflow() {
 
 def runnable() -> list[Path]:
     """The documents with blocks that run."""
-    every = [*documents.documents(), *documents.of_examples()]
+    every = [*documents.documents(), *documents.example_documents()]
     return [file for file in every if any(_runs(block) for block in blocks(file))]
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.interleaved import interleaved, record
-from support.recorded import waving, with_columns
+from support.recorded import sinusoidal_result, with_columns
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu import Experiment
@@ -128,7 +128,7 @@ def test_large_table_is_filled_quickly(tmp_path: Path, monkeypatch: pytest.Monke
 def test_eight_seconds_at_1_khz_are_recorded_in_two_seconds(tmp_path: Path) -> None:
     """Record all topics of the left arm of Roboy, with 11 muscles, as MCAP."""
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm")
-    run = waving(experiment.robot, 8.0, 1e-3)
+    run = sinusoidal_result(experiment.robot, 8.0, 1e-3)
     robot = experiment.robot
     rates = coordinate_signals("qd", robot) + muscle_signals("l", robot)
     run = with_columns(run, {name: np.cos(run["time"]) for name in rates})

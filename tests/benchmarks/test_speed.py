@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from support.interleaved import interleaved, record
 from support.robots.robots import PLANAR_2R, chain, planar_2r
-from support.ways import WAYS
+from support.run_modes import RUN_MODES
 
 from addin_sdfusion.robot import Robot
 from cardsflow_fmu import Experiment
@@ -86,7 +86,7 @@ def test_cosimulation(benchmark: Any) -> None:
     loops: dict[str, list[float]] = {"python": [], "direct": []}
     for _ in range(5):
         for through in ("python", "direct"):
-            result = simulate(experiment, **WAYS[through])  # type: ignore[arg-type]
+            result = simulate(experiment, **RUN_MODES[through])  # type: ignore[arg-type]
             loops[through].append(result.summary["real_time_factor"])
     ratio = float(np.median(loops["direct"]) / np.median(loops["python"]))
     record(

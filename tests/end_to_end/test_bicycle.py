@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.command_line import CommandLine
-from support.experiments import written
+from support.experiments import write_experiment
 from support.robots.loops import five_bar, four_bar
 from support.robots.robots import EXAMPLES
 
@@ -63,7 +63,7 @@ def tip_experiment(folder: Path, **more: Any) -> Experiment:
         "plant.step = 0.001\nrun = { step = 0.001, duration = 1.0 }\n"
         'controller = { type = "operational_space", kp = 900.0, kd = 60.0, period = 0.002 }\n'
     )
-    return Experiment.load(written(robot, folder, text + points), more)
+    return Experiment.load(write_experiment(robot, folder, text + points), more)
 
 
 @pytest.mark.slow
@@ -122,7 +122,7 @@ def test_wrong_settings_for_loops_are_one_line_errors(case: str, tmp_path: Path)
         "[[reference.points]]\ntime = 1.0\nq = { crank = -1.2 }\n"
         "[controller]\ntype = 'joint_space'\nkp = 100.0\nkd = 20.0\ndependent.crank = false\n"
     )
-    folder = written(four_bar(), tmp_path, text)
+    folder = write_experiment(four_bar(), tmp_path, text)
     Experiment.load(folder)
     with pytest.raises(InputError, match=message) as raised:
         Experiment.load(folder, settings)

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.cases import few
+from support.cases import sample_cases
 from support.robots.robots import EXAMPLES, PLANAR_2R
-from support.ways import WAYS
+from support.run_modes import RUN_MODES
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.run import simulate
@@ -40,12 +40,12 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
 }
 
 
-@pytest.mark.parametrize("case", few(CASES, 5))
+@pytest.mark.parametrize("case", sample_cases(CASES, 5))
 def test_results_do_not_depend_on_compute_and_coupling(case: str) -> None:
     """Compare the masters in C and Python, and FMUs in C and with a Python process."""
     example, settings = CASES[case]
     experiment = Experiment.load(EXAMPLES / example, {"run.duration": 0.05} | settings)
-    first, *others = (simulate(experiment, **way) for way in WAYS.values())
+    first, *others = (simulate(experiment, **way) for way in RUN_MODES.values())
     for other in others:
         assert (other.names, other.units) == (first.names, first.units)
         np.testing.assert_array_equal(other.rows, first.rows)

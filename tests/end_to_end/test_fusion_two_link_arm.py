@@ -12,7 +12,7 @@ from fake_fusion import designs
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from support.observed import files_of
+from support.process_output import files_of
 from support.robots.robots import PLANAR_2R, planar_2r
 
 from addin_sdfusion.building.build_robot import build_robot

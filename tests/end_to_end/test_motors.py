@@ -10,11 +10,11 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from support.cases import few
+from support.cases import sample_cases
 from support.robots.one_link import one_link
 from support.robots.random_robots import random_tree
 from support.robots.robots import EXAMPLES, PLANAR_2R, planar_2r, with_coordinates
-from support.ways import WAYS
+from support.run_modes import RUN_MODES
 
 from addin_sdfusion.robot import Inertia, InputError, read_robot, revolute, write_sdf
 from addin_sdfusion.robot.formats.mjcf.write import write_mjcf
@@ -63,10 +63,10 @@ def load(folder: Path, effort: object, **settings: Any) -> Experiment:
     return Experiment.load(folder, settings)
 
 
-@pytest.mark.parametrize("through", few(["native", "fmu", "direct"]))
+@pytest.mark.parametrize("through", sample_cases(["native", "fmu", "direct"]))
 def test_pendulum_with_a_motor_tracks(pendulum: Path, through: Any) -> None:
     """The torque matches J qdd + m g c cos(q), and the motion matches semi-implicit Euler."""
-    result = simulate(load(pendulum, 50.0), **WAYS[through])
+    result = simulate(load(pendulum, 50.0), **RUN_MODES[through])
     column = dict(zip(result.names, result.rows.T, strict=True))
     q, qd, tau = column["q.q"], column["qd.q"], column["tau.q"]
     desired = column["qdd_d.q"] + 40.0 * (column["qd_d.q"] - qd) + 400.0 * (column["q_d.q"] - q)
@@ -446,7 +446,7 @@ def test_custom_law_commands_motors(tmp_path: Path) -> None:
         """
 import numpy as np
 from controllers import JointSpaceController
-from support.ways import WAYS
+from support.run_modes import WAYS
 
 class CustomLaw(JointSpaceController):
     def solve(self, q, qd, q_d, qd_d, qdd_d, **loads):

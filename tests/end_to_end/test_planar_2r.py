@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from fmpy import read_model_description, simulate_fmu
 from fmpy.validation import validate_fmu
-from support.cases import few
+from support.cases import sample_cases
 from support.robots.robots import PLANAR_2R
 
 from cardsflow_fmu import Experiment, Result, build, run
@@ -49,7 +49,9 @@ def test_summary_matches_the_columns(at_1_khz: Result) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("file", "cable_set"),
-    few([("r2head", "basic"), ("r2oct", "basic_4_cables_2018_10"), ("r2jul", "basic_2018_07")]),
+    sample_cases(
+        [("r2head", "basic"), ("r2oct", "basic_4_cables_2018_10"), ("r2jul", "basic_2018_07")]
+    ),
 )
 def test_control_at_100_hz_matches_the_closed_loop_of_caspr(
     shared: Path, file: str, cable_set: str
@@ -235,7 +237,9 @@ def test_check_warns_about_zero_inertia(tmp_path: Path) -> None:
 
 @pytest.mark.cases(2)
 @pytest.mark.slow
-@pytest.mark.parametrize("start", few([[0.0, 0.5], [-1.0, 0.5], [-0.5, 1.0], [-0.5, 0.0]], 2))
+@pytest.mark.parametrize(
+    "start", sample_cases([[0.0, 0.5], [-1.0, 0.5], [-0.5, 1.0], [-0.5, 0.0]], 2)
+)
 @pytest.mark.parametrize("period", [0.005, 0.01])
 def test_loop_recovers_from_a_start_error_of_half_a_radian(
     start: list[float], period: float

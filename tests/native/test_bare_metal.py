@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from support.cases import LONG, marked
+from support.cases import LONG, with_marks
 from support.native.elf import program_names, program_sizes
 from support.native.example import write_example
 from support.native.targets import (
@@ -85,7 +85,9 @@ def emulate(program: Path) -> list[str]:
 
 
 @pytest.mark.cases(1)
-@pytest.mark.parametrize("processor", [*(marked(one, LONG) for one in ("none", "double")), "M4F"])
+@pytest.mark.parametrize(
+    "processor", [*(with_marks(one, LONG) for one in ("none", "double")), "M4F"]
+)
 def test_vectors_are_bit_identical(processor: str, tmp_path: Path) -> None:
     """The results equal those of this machine; test_float.py compares both precisions."""
     cpu, single = PROCESSORS[processor]
@@ -103,8 +105,8 @@ def test_vectors_are_bit_identical(processor: str, tmp_path: Path) -> None:
     ("example", "processor"),
     [
         ("planar_2r", "double"),
-        marked(("roboy_left_arm", "double"), LONG),
-        marked(("planar_2r", "M7"), LONG),
+        with_marks(("roboy_left_arm", "double"), LONG),
+        with_marks(("planar_2r", "M7"), LONG),
         ("roboy_left_arm", "M4F"),
     ],
 )

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 import pytest
-from support.cases import LONG, marked
+from support.cases import LONG, with_marks
 from support.native.example import write_example
 from support.native.targets import TARGETS, build_program, run
 from support.robots.robots import EXAMPLES
@@ -19,7 +19,7 @@ STEPS = int(os.environ.get("CARDSFLOW_STEPS", "100000"))
 TICKS = int(os.environ.get("CARDSFLOW_TICKS", "10000"))
 
 
-@pytest.mark.parametrize("example", ["planar_2r", marked("roboy_left_arm", LONG)])
+@pytest.mark.parametrize("example", ["planar_2r", with_marks("roboy_left_arm", LONG)])
 def test_heap_does_not_grow(example: str, tmp_path: Path) -> None:
     """For longer runs set CARDSFLOW_STEPS and CARDSFLOW_TICKS: 10 million and 300,000."""
     write_example(tmp_path / "example.h", Experiment.load(EXAMPLES / example))

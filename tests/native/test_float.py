@@ -21,12 +21,12 @@ from support.native.targets import (
     TARGETS,
     Target,
     build_program,
-    on_targets,
+    parametrize_targets,
     run,
     single_flags,
 )
 from support.native.vector_file import REPLAY, write_vectors
-from support.robots.bent import bent
+from support.robots.bent_cables import with_bent_cables
 from support.robots.driven import leg
 from support.robots.every_joint import every_joint
 from support.robots.random_robots import random_robot
@@ -86,7 +86,7 @@ def test_vectors_agree_within_single_precision(replayed: list[str]) -> None:
     assert len(replayed) > 100
 
 
-@on_targets(["zig linux-aarch64, qemu"], long=["gcc -O3 -march=native", "zig win64, wine"])
+@parametrize_targets(["zig linux-aarch64, qemu"], long=["gcc -O3 -march=native", "zig win64, wine"])
 def test_results_are_bit_identical_on_every_platform(
     target: str, vectors: Path, replayed: list[str], tmp_path: Path
 ) -> None:
@@ -152,7 +152,7 @@ def test_steps_agree_with_double_precision(
     experiment = Experiment.load(EXAMPLES / name)
     robot = experiment.robot
     if friction:
-        robot = bent(robot, friction, experiment.start.q)
+        robot = with_bent_cables(robot, friction, experiment.start.q)
     found = []
     for precision in (single, double):
         handle = open_robot(precision, robot)

@@ -15,7 +15,7 @@ import pytest
 from support.cases import LONG
 from support.native.damaged import MUTATIONS, SANITIZED, count_rejected
 from support.native.targets import DERIVATIVES, ROOT, TRANSITION, build_program
-from support.robots.bent import elastic_over_bends
+from support.robots.bent_cables import elastic_bent_cables
 from support.robots.every_joint import every_joint
 from support.robots.random_robots import random_robot
 from support.robots.robots import EXAMPLES, planar_2r, with_coordinates
@@ -44,7 +44,7 @@ def test_damaged_blobs(tmp_path: Path) -> None:
         planar_2r(),
         every_joint(),
         over_ellipsoids(),
-        elastic_over_bends(random_robot(4)),
+        elastic_bent_cables(random_robot(4)),
         *(random_robot(seed) for seed in range(3)),
     ]
     robots += [read_robot(EXAMPLES / name / "robot") for name in MUSCULAR]

@@ -20,7 +20,7 @@ from pathlib import Path
 import fmpy
 import pytest
 from support.native.targets import DERIVATIVES, ROOT, TRANSITION, Target, build_program, environment
-from support.robots.bent import elastic_over_bends
+from support.robots.bent_cables import elastic_bent_cables
 from support.robots.every_joint import every_joint
 from support.robots.random_robots import random_robot
 from support.robots.robots import EXAMPLES, planar_2r
@@ -107,7 +107,7 @@ def test_robot_blobs(folder: Path) -> None:
         planar_2r(),
         every_joint(),
         over_ellipsoids(),
-        elastic_over_bends(random_robot(4)),
+        elastic_bent_cables(random_robot(4)),
         *(random_robot(seed) for seed in range(3)),
     ]
     robots += [read_robot(EXAMPLES / name / "robot") for name in ("pneumatic_elbow", "hill_arm")]

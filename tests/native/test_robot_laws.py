@@ -25,7 +25,7 @@ from support.controllers.robot_problems import (
     is_infeasible,
     robot_problems,
 )
-from support.experiments import written
+from support.experiments import write_experiment
 from support.fmu.fmu_host import Host, running
 from support.native.precision import Handle, Precision, room
 from support.robots.random_robots import random_robot
@@ -238,7 +238,7 @@ def native_law(seed: int, folder: Path) -> Iterator[NativeLaw]:
     robot = replace(robot, task_sets=(replace(tasks, frames=frames),))
     y = CoreDynamics(robot).task_position(np.zeros(n)).tolist()
     text = EXPERIMENT.format(y=y, period=PERIOD, **GAINS)
-    experiment = Experiment.load(written(robot, folder, text))
+    experiment = Experiment.load(write_experiment(robot, folder, text))
     file = build(experiment, folder / "fmus", compute="c")["controller"]
     with running(file, folder / "unpacked") as host:
         yield NativeLaw(host, robot)

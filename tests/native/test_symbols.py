@@ -17,7 +17,7 @@ from support.native.targets import (
     FLAGS,
     ROOT,
     TARGETS,
-    on_targets,
+    parametrize_targets,
     require,
     run,
     single_flags,
@@ -76,7 +76,7 @@ def test_no_platform_function_is_called(library: Library, single: bool, tmp_path
     assert called - defined <= {f"{name}f" if single else name for name in EXACT} | OTHERS
 
 
-@on_targets(["gcc -O2"], long=["zig linux64"])
+@parametrize_targets(["gcc -O2"], long=["zig linux64"])
 def test_symbols_of_the_core_with_tangents(target: str, tmp_path: Path) -> None:
     """All are prefixed; products and quotients of complex numbers call no function."""
     require(TARGETS[target])

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 import pytest
-from support.native.targets import TARGETS, build_program, on_targets, run
+from support.native.targets import TARGETS, build_program, parametrize_targets, run
 from support.native.vector_file import REPLAY, write_vectors
 
 from controllers.qp import dual_newton
@@ -38,7 +38,7 @@ def test_package_agrees_with_other_software(replayed: list[str]) -> None:
     assert len(replayed) > 100
 
 
-@on_targets(OTHERS, long=LONGER)
+@parametrize_targets(OTHERS, long=LONGER)
 def test_results_are_bit_identical_on_every_platform(
     target: str, vectors: Path, replayed: list[str], tmp_path: Path
 ) -> None:

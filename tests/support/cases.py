@@ -14,7 +14,7 @@ LONG = pytest.mark.skipif(
 """Mark of tests that run only if CARDSFLOW_LONG_TESTS is set."""
 
 
-def few(cases: Iterable[Any], count: int = 1) -> list[Any]:
+def sample_cases(cases: Iterable[Any], count: int = 1) -> list[Any]:
     """Return the cases; mark all except a few evenly spaced ones as slow.
 
     Args:
@@ -23,10 +23,12 @@ def few(cases: Iterable[Any], count: int = 1) -> list[Any]:
     """
     every = list(cases)
     chosen = {k * len(every) // count for k in range(count)}
-    return [case if k in chosen else marked(case, pytest.mark.slow) for k, case in enumerate(every)]
+    return [
+        case if k in chosen else with_marks(case, pytest.mark.slow) for k, case in enumerate(every)
+    ]
 
 
-def marked(case: Any, *marks: pytest.MarkDecorator) -> Any:
+def with_marks(case: Any, *marks: pytest.MarkDecorator) -> Any:
     """Return a case, which is a value or a tuple of values, with marks."""
     values = case if isinstance(case, tuple) and not hasattr(case, "_fields") else (case,)
     return pytest.param(*values, marks=marks)

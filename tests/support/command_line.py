@@ -25,7 +25,7 @@ class CommandLine:
             code = int(end.code or 0)
         return code, *self._capsys.readouterr()
 
-    def refused(self, *words: object, code: int = 2) -> str:
+    def error_line(self, *words: object, code: int = 2) -> str:
         """Run a command that must fail without output; return its message of one line."""
         found, out, err = self(*words)
         assert (found, out) == (code, ""), err

@@ -61,13 +61,13 @@ def documents() -> list[Path]:
     return [ROOT / "README.md", *pages()]
 
 
-def all_words() -> list[Path]:
+def all_documents() -> list[Path]:
     """Return all documents, including those in other folders."""
     others = [ROOT / name for name in ("CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")]
-    return [*documents(), *others, *of_examples()]
+    return [*documents(), *others, *example_documents()]
 
 
-def of_examples() -> list[Path]:
+def example_documents() -> list[Path]:
     """Return the documents of the examples."""
     return sorted((ROOT / "examples").glob("*/README.md"))
 

@@ -13,7 +13,7 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.writer import experiment_resources
 
 
-def copied_arm(folder: Path, **files: str) -> Path:
+def copy_arm(folder: Path, **files: str) -> Path:
     """Copy the two-link arm to `folder`/arm, with its experiment and further .py files."""
     shutil.copytree(PLANAR_2R / "robot", folder / "arm/robot")
     shutil.copy(PLANAR_2R / "experiment.toml", folder / "arm")
@@ -22,7 +22,7 @@ def copied_arm(folder: Path, **files: str) -> Path:
     return folder / "arm"
 
 
-def written(robot: Robot, folder: Path, text: str = "") -> Path:
+def write_experiment(robot: Robot, folder: Path, text: str = "") -> Path:
     """Write a robot and its experiment, with further settings as TOML, to a folder."""
     write_sdf(robot, folder / "robot")
     (folder / "experiment.toml").write_text(f'robot.path = "robot"\n{text}')

@@ -12,7 +12,7 @@ from cardsflow_fmu.cosim.signals.ports import coordinate_signals, muscle_signals
 from cardsflow_fmu.simulation.result import SystemResult
 
 
-def waving(robot: Robot, seconds: float = 2.0, step: float = 0.01) -> SystemResult:
+def sinusoidal_result(robot: Robot, seconds: float = 2.0, step: float = 0.01) -> SystemResult:
     """Return a result with sinusoidal joint positions, and tensions within their limits."""
     time = np.arange(round(seconds / step) + 1) * step
     columns = {"time": time}
@@ -38,7 +38,7 @@ COUNT = 60
 """Number of messages of each publisher in `bag`."""
 
 
-def state(k: int, names: tuple[str, ...], begin: int = 1_700_000_000) -> Any:
+def joint_state(k: int, names: tuple[str, ...], begin: int = 1_700_000_000) -> Any:
     """Return message k of joint states at 1 kHz."""
     from rosbags.typesys import Stores, get_typestore
 
@@ -53,7 +53,7 @@ def state(k: int, names: tuple[str, ...], begin: int = 1_700_000_000) -> Any:
     )
 
 
-def bag(folder: Path, *publishers: tuple[str, tuple[str, ...]], mcap: bool = True) -> Path:
+def write_bag(folder: Path, *publishers: tuple[str, tuple[str, ...]], mcap: bool = True) -> Path:
     """Write a rosbag2 folder with rosbags, from topics and the names of their joints."""
     from rosbags.rosbag2 import StoragePlugin, Writer
     from rosbags.typesys import Stores, get_typestore
@@ -66,6 +66,6 @@ def bag(folder: Path, *publishers: tuple[str, tuple[str, ...]], mcap: bool = Tru
         }
         for k in range(COUNT):
             for topic, names in publishers:
-                content = store.serialize_cdr(state(k, names), kind)
+                content = store.serialize_cdr(joint_state(k, names), kind)
                 writer.write(topics[topic], 1_700_000_000_000_000_000 + k, content)
     return folder

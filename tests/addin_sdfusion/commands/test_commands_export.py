@@ -11,7 +11,7 @@ import pytest
 from fake_fusion import Builder, designs
 from fake_fusion.driver import Rejected
 from support.designs.exported import failing
-from support.observed import files_of
+from support.process_output import files_of
 
 from addin_sdfusion.robot.formats.read import read_robot
 

@@ -14,7 +14,7 @@ import pytest
 import trimesh
 from hypothesis import given
 from support.designs.built_stubs import Built, body, box, built, zero_poses
-from support.observed import files_of
+from support.process_output import files_of
 from support.robots.random_robots import random_robot, robots
 from support.robots.robots import chain, planar_2r
 

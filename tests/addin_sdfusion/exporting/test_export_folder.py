@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from support.designs.built_stubs import built
-from support.observed import files_of
+from support.process_output import files_of
 from support.robots.robots import planar_2r
 
 from addin_sdfusion.exporting.export import export_built

@@ -19,7 +19,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.designs.design_strategies import Draughtsman
 from support.documents import ROOT, blocks
-from support.observed import files_of
+from support.process_output import files_of
 
 from addin_sdfusion.robot import InputError, RobotError, read_robot
 from addin_sdfusion.snapshot_file import snapshot_text

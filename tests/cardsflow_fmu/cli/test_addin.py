@@ -11,7 +11,7 @@ from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import pytest
-from support.observed import files_of
+from support.process_output import files_of
 from support.robots.robots import planar_2r
 
 import addin_sdfusion

@@ -20,9 +20,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.cases import few
+from support.cases import sample_cases
 from support.command_line import CommandLine
-from support.observed import eventually
+from support.process_output import wait_until
 from support.robots.robots import EXAMPLES, PLANAR_2R
 from support.small_studies import KP, write_study
 
@@ -215,7 +215,7 @@ def test_commands_print_json(what: str, tmp_path: Path, cardsflow: CommandLine) 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("words", few([["--coupling", "direct"], ["--realtime"]]))
+@pytest.mark.parametrize("words", sample_cases([["--coupling", "direct"], ["--realtime"]]))
 def test_script_of_a_run_has_identical_results(
     words: list[str],
     tmp_path: Path,
@@ -292,7 +292,7 @@ def run_and_interrupt(
         stderr=subprocess.PIPE,
         start_new_session=True,
     ) as process:
-        assert eventually(lambda: any(folder.glob(pattern)) or process.poll() is not None)
+        assert wait_until(lambda: any(folder.glob(pattern)) or process.poll() is not None)
         assert process.poll() is None, process.stderr and process.stderr.read()
         time.sleep(0.1)
         process.send_signal(sign)

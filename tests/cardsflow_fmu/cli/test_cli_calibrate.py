@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.command_line import CommandLine
-from support.robots.recorded_arm import MARKERS, places, write_markers
+from support.robots.recorded_arm import MARKERS, marker_positions, write_markers
 from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import read_robot
@@ -69,7 +69,7 @@ def test_calibrated_robot_and_report_are_written(
     assert [m.name for m in read_robot(tmp_path / "new").muscles] == [
         m.name for m in read_robot(ROBOT).muscles
     ]
-    assert "choose a new folder" in cardsflow.refused(*command(file, tmp_path / "new"))
+    assert "choose a new folder" in cardsflow.error_line(*command(file, tmp_path / "new"))
 
 
 def test_calibration_reports_its_progress_to_python(tmp_path: Path, result: RunData) -> None:
@@ -113,16 +113,16 @@ def test_recording_of_another_robot_is_reported_in_one_line_by_calibrate(
     }
     for message, table in cases.items():
         file = write_table(tmp_path / "case.csv", *table)
-        assert message in cardsflow.refused(*command(file, tmp_path / "new"))
+        assert message in cardsflow.error_line(*command(file, tmp_path / "new"))
         assert not (tmp_path / "new").exists()
-    assert cardsflow.refused(*command(tmp_path / "none.csv", tmp_path / "new"))
+    assert cardsflow.error_line(*command(tmp_path / "none.csv", tmp_path / "new"))
     folder = tmp_path / "recorded"
     short = ["run", PLANAR_2R, "--coupling", "direct", "--set", "run.duration=0.3", "-o", folder]
     assert cardsflow(*short)[0] == 0
     monkeypatch.chdir(folder)
-    assert "recorded: only " in cardsflow.refused(*command(Path(), tmp_path / "new"))
+    assert "recorded: only " in cardsflow.error_line(*command(Path(), tmp_path / "new"))
     missing = ["calibrate", file, "--robot", ROBOT, "-o", tmp_path / "new"]
-    assert "--parameters" in cardsflow.refused(*missing)
+    assert "--parameters" in cardsflow.error_line(*missing)
 
 
 def test_hardware_recording_is_calibrated(cardsflow: CommandLine, tmp_path: Path) -> None:
@@ -151,14 +151,14 @@ def test_hardware_recording_is_calibrated(cardsflow: CommandLine, tmp_path: Path
         acting = [7.0, np.nan, 9.0, 10.0, 11.0] if more else [11.0, 12.0, 13.0, 14.0, 15.0]
         np.testing.assert_array_equal(readings.tensions[:, 0], acting)
     file.write_bytes(file.read_bytes()[:-7])
-    assert "cut short" in cardsflow.refused(*command(file, tmp_path / "new"))
+    assert "cut short" in cardsflow.error_line(*command(file, tmp_path / "new"))
     assert not (tmp_path / "new").exists()
 
 
 def write_capture(file: Path, result: RunData) -> Path:
     """Write noisy markers at 100 Hz as motion capture does; hidden markers are empty."""
     rng, q = np.random.default_rng(3), result.columns(["q.joint_1", "q.joint_2"])[::10]
-    seen = places(q) + 1e-4 * rng.normal(size=(len(q), 9))
+    seen = marker_positions(q) + 1e-4 * rng.normal(size=(len(q), 9))
     names = [f"{marker.name}.{axis}" for marker in MARKERS for axis in "xyz"]
     rows = [",".join(["time", *names])]
     for k, (time, row) in enumerate(zip(result["time"][::10], seen, strict=True)):
@@ -218,6 +218,8 @@ def test_invalid_markers_are_reported_in_one_line(
     ):
         broken.write_text(content)
         words = [*command(file, tmp_path / "new"), "--markers", broken, *more]
-        assert message in cardsflow.refused(*words)
+        assert message in cardsflow.error_line(*words)
         assert not (tmp_path / "new").exists()
-    assert "--markers" in cardsflow.refused(*command(file, tmp_path / "new"), "--capture", capture)
+    assert "--markers" in cardsflow.error_line(
+        *command(file, tmp_path / "new"), "--capture", capture
+    )

@@ -32,7 +32,7 @@ def test_designed_motion_is_run_and_used_for_calibration(
     assert names == ("time", "q.joint_1", "q.joint_2")
     assert rows[-1, 0] == pytest.approx(6.0)
     np.testing.assert_allclose(rows[0, 1:], rows[-1, 1:], atol=1e-12)
-    assert "choose a new folder" in cardsflow.refused("excite", ROBOT, "-o", there)
+    assert "choose a new folder" in cardsflow.error_line("excite", ROBOT, "-o", there)
 
     assert cardsflow("run", there, "--coupling", "direct")[0] == 0
     new = tmp_path / "calibrated"
@@ -51,6 +51,6 @@ def test_no_file_is_written_if_the_design_fails(cardsflow: CommandLine, tmp_path
         (("--speed", "0"), "--speed"),
         (("--parameters", "muscles.*.ofset"), "unknown parameter 'muscles.*.ofset'"),
     ):
-        assert message in cardsflow.refused("excite", ROBOT, *words, "-o", there)
+        assert message in cardsflow.error_line("excite", ROBOT, *words, "-o", there)
         assert not there.exists()
-    assert cardsflow.refused("excite", tmp_path / "nowhere", "-o", there)
+    assert cardsflow.error_line("excite", tmp_path / "nowhere", "-o", there)

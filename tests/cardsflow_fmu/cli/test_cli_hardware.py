@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.command_line import CommandLine
-from support.experiments import copied_arm
+from support.experiments import copy_arm
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import write_sdf
@@ -321,7 +321,7 @@ def test_invalid_device_options_are_reported_in_one_line(
     words: list[str], code: int, message: str, cardsflow: CommandLine
 ) -> None:
     own = [] if "--listen" in words or words[0] == "run" else FREE
-    assert message in cardsflow.refused(*words, *own, code=code)
+    assert message in cardsflow.error_line(*words, *own, code=code)
 
 
 def test_device_does_not_execute_a_muscle_law(tmp_path: Path, cardsflow: CommandLine) -> None:
@@ -331,9 +331,9 @@ def test_device_does_not_execute_a_muscle_law(tmp_path: Path, cardsflow: Command
 class Elastic:
     command = ("rest_length", "m", 0.0, 4.0)
 """
-    arm = copied_arm(tmp_path, law=code)
+    arm = copy_arm(tmp_path, law=code)
     law = "muscles.cable_1.model.kind='law.py:Elastic'"
-    line = cardsflow.refused("device", arm, *FREE, "--set", law)
+    line = cardsflow.error_line("device", arm, *FREE, "--set", law)
     assert "experiment.toml: muscles.cable_1.model: hardware requires force commands" in line
     assert "the muscle law 'Elastic'; remove" in line
     assert not executed.exists()
@@ -343,7 +343,7 @@ def test_used_port_is_reported_in_one_line(cardsflow: CommandLine) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("127.0.0.1", 0))
         uri = f"udp://127.0.0.1:{taken.getsockname()[1]}"
-        line = cardsflow.refused("device", PLANAR_2R, "--listen", uri, code=1)
+        line = cardsflow.error_line("device", PLANAR_2R, "--listen", uri, code=1)
     assert f"cannot listen on {uri}" in line
 
 
@@ -352,7 +352,7 @@ def test_recording_without_states_cannot_be_replayed(
 ) -> None:
     file = tmp_path / "hardware.rec"
     Recorder(file, RecordingHeader(("f",), ("N",), ("q",), ("rad",), 1, 1e-3)).close()
-    assert "contains no states to replay" in cardsflow.refused("replay-hardware", file, *FREE)
+    assert "contains no states to replay" in cardsflow.error_line("replay-hardware", file, *FREE)
 
 
 @pytest.mark.slow

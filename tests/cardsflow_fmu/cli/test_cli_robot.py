@@ -175,7 +175,7 @@ def test_errors_of_a_robot_are_reported_before_format_losses(
 
 
 def test_unknown_format_is_named(cardsflow: CommandLine) -> None:
-    assert "no format 'xml'" in cardsflow.refused("check", PLANAR_2R, "--for", "xml")
+    assert "no format 'xml'" in cardsflow.error_line("check", PLANAR_2R, "--for", "xml")
 
 
 def test_inactive_set_is_reported_as_lost(tmp_path: Path, cardsflow: CommandLine) -> None:

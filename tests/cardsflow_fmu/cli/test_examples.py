@@ -43,7 +43,7 @@ def test_copy_keeps_existing_folders(tmp_path: Path, cardsflow: CommandLine) -> 
     mine = tmp_path / "pick_up/experiment.toml"
     mine.parent.mkdir()
     mine.write_text("mine")
-    line = cardsflow.refused("examples", "copy", "pick_up", tmp_path)
+    line = cardsflow.error_line("examples", "copy", "pick_up", tmp_path)
     assert f"{tmp_path / 'pick_up'}: already exists; choose another folder" in line
     code, out, err = cardsflow("examples", "copy", "two_arms", tmp_path)
     assert (code, out) == (0, f"{tmp_path / 'two_arms'}\n")
@@ -52,7 +52,7 @@ def test_copy_keeps_existing_folders(tmp_path: Path, cardsflow: CommandLine) -> 
 
 
 def test_copy_suggests_the_nearest_example(tmp_path: Path, cardsflow: CommandLine) -> None:
-    line = cardsflow.refused("examples", "copy", "planar2r", tmp_path)
+    line = cardsflow.error_line("examples", "copy", "planar2r", tmp_path)
     assert "did you mean 'planar_2r'?" in line
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.cases import few
+from support.cases import sample_cases
 from support.command_line import CommandLine
 from support.robots.loops import four_bar
 from support.robots.one_link import cable, one_link
@@ -210,7 +210,7 @@ def test_robot_that_muscles_cannot_hold_is_rejected_with_a_reason(
     narrow = replace(robot.joints[0].coordinates[0], lower=-0.3, upper=0.3)
     robot = replace(robot, joints=(replace(robot.joints[0], coordinates=(narrow,)),))
     write_sdf(robot, tmp_path / "robot")
-    message = cardsflow.refused("init", tmp_path / "robot", "-o", tmp_path)
+    message = cardsflow.error_line("init", tmp_path / "robot", "-o", tmp_path)
     assert "the muscles cannot hold the robot in any pose" in message
     assert words in message
     assert not (tmp_path / "experiment.toml").exists()
@@ -231,7 +231,9 @@ def test_too_large_length_is_rejected(tmp_path: Path, cardsflow: CommandLine) ->
 @pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("length", "mass"), few([(10.0, 1e3), (1e-2, 1.0), (1e-3, 1e-3)]), ids=["10 m", "cm", "mm"]
+    ("length", "mass"),
+    sample_cases([(10.0, 1e3), (1e-2, 1.0), (1e-3, 1e-3)]),
+    ids=["10 m", "cm", "mm"],
 )
 def test_robots_of_any_size_have_a_first_motion(
     length: float, mass: float, tmp_path: Path, cardsflow: CommandLine
@@ -276,7 +278,8 @@ def test_massless_motions_are_locked(tmp_path: Path, cardsflow: CommandLine) -> 
 @pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "name", few(["cardsflow/shoulder_testbed", "cardsflow/theClaw", "caspr/CAREX", "caspr/BMArm"])
+    "name",
+    sample_cases(["cardsflow/shoulder_testbed", "cardsflow/theClaw", "caspr/CAREX", "caspr/BMArm"]),
 )
 def test_published_robots_track_the_first_motion(
     name: str, shared: Path, tmp_path: Path, cardsflow: CommandLine
@@ -299,7 +302,7 @@ def test_names_in_other_scripts_remain_distinct(tmp_path: Path, cardsflow: Comma
     assert list(summary["forces"]["per_muscle"]) == ["f.u808c", "f.u8171"]
     same = [replace(m, name=name) for m, name in zip(muscles, ("a b", "a_b"), strict=True)]
     write_sdf(arm(*same), tmp_path / "same")
-    said = cardsflow.refused("init", tmp_path / "same", "-o", tmp_path / "same.toml")
+    said = cardsflow.error_line("init", tmp_path / "same", "-o", tmp_path / "same.toml")
     what = "'a b' and 'a_b' would both be the variable 'f.a_b'; rename one"
     assert said.strip() == f"cardsflow: {tmp_path / 'same'}: {what}"
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from support.cases import few
+from support.cases import sample_cases
 from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
@@ -128,7 +128,7 @@ def test_mistyped_word_has_a_suggestion_and_usage(
 def test_mistyped_file_key_or_name_has_a_suggestion(
     words: tuple[object, ...], suggestion: str, cardsflow: CommandLine
 ) -> None:
-    line = cardsflow.refused(*words)
+    line = cardsflow.error_line(*words)
     assert re.search(rf"did you mean '([^']*/)?{re.escape(suggestion)}'\?", line), line
 
 
@@ -144,24 +144,24 @@ OLD = [(command, old) for command, table in RENAMED_OPTIONS.items() for old in t
 REMOVED = [(command, old) for command, table in REMOVED_OPTIONS.items() for old in table]
 
 
-@pytest.mark.parametrize(("command", "old"), few(OLD))
+@pytest.mark.parametrize(("command", "old"), sample_cases(OLD))
 def test_renamed_option_is_reported_with_the_new_name(
     command: str, old: str, cardsflow: CommandLine
 ) -> None:
     new = RENAMED_OPTIONS[command][old]
     words = [command, "design.json", "folder"] if old == "FOLDER" else [command, old, "x"]
-    assert cardsflow.refused(*words) == f"cardsflow: {old} was renamed to {new}\n"
+    assert cardsflow.error_line(*words) == f"cardsflow: {old} was renamed to {new}\n"
     options = {
         option for name, action in OPTIONS if name == command for option in action.option_strings
     }
     assert new.split()[0] in options
 
 
-@pytest.mark.parametrize(("command", "old"), few(REMOVED))
+@pytest.mark.parametrize(("command", "old"), sample_cases(REMOVED))
 def test_removed_option_is_reported_with_its_replacement(
     command: str, old: str, cardsflow: CommandLine
 ) -> None:
-    assert f"{old} is no longer an option; use --compute" in cardsflow.refused(command, old)
+    assert f"{old} is no longer an option; use --compute" in cardsflow.error_line(command, old)
 
 
 # Colours and `--quiet`
@@ -218,7 +218,7 @@ def test_quiet_init_prints_only_the_result(tmp_path: Path, cardsflow: CommandLin
 def test_init_overwrites_only_on_request(tmp_path: Path, cardsflow: CommandLine) -> None:
     file = tmp_path / "experiment.toml"
     file.write_text("mine")
-    line = cardsflow.refused("init", ROBOT, "-o", file)
+    line = cardsflow.error_line("init", ROBOT, "-o", file)
     assert "already exists; choose another file with -o, or use --overwrite" in line
     assert file.read_text() == "mine"
     assert cardsflow("init", ROBOT, "-o", file, "--overwrite")[0] == 0

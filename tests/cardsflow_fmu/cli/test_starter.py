@@ -13,9 +13,9 @@ from typing import Any
 
 import pytest
 from jsonschema import Draft202012Validator
-from support.cases import few
+from support.cases import sample_cases
 from support.command_line import CommandLine
-from support.robots.bent import bent
+from support.robots.bent_cables import with_bent_cables
 from support.robots.robots import EXAMPLES, PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError, RobotError, read_robot, write_caspr, write_sdf
@@ -35,7 +35,7 @@ VALID = Draft202012Validator(schema())
 
 @pytest.mark.cases(3)
 @pytest.mark.slow
-@pytest.mark.parametrize("robot", few(ROBOTS, 2), ids=lambda robot: robot.parent.name)
+@pytest.mark.parametrize("robot", sample_cases(ROBOTS, 2), ids=lambda robot: robot.parent.name)
 def test_first_experiment_runs_unchanged(robot: Path, tmp_path: Path) -> None:
     file = init(robot, tmp_path / "arm/experiment.toml").file
     assert list(VALID.iter_errors(tomllib.loads(file.read_text()))) == []
@@ -53,7 +53,7 @@ def test_first_experiment_runs_unchanged(robot: Path, tmp_path: Path) -> None:
 def test_cable_friction_adds_an_observer(tmp_path: Path) -> None:
     """The observer is fast enough for friction coefficients with an error of 30 %."""
     robot = read_robot(EXAMPLES / "roboy_left_arm/robot/model.sdf")
-    write_sdf(bent(robot, 0.2, [c.initial for c in robot.coordinates]), tmp_path)
+    write_sdf(with_bent_cables(robot, 0.2, [c.initial for c in robot.coordinates]), tmp_path)
     starter = init(tmp_path, tmp_path / "experiment.toml")
     assert starter.test_run is not None
     assert starter.test_run.is_good
@@ -249,7 +249,7 @@ def test_experiment_must_be_above_all_robot_files(
         '<mujoco><worldbody><include file="../parts/body.xml"/></worldbody>'
         '<actuator><motor joint="j" ctrlrange="-20 20"/></actuator></mujoco>'
     )
-    said = cardsflow.refused("init", "arm/arm.xml", "-o", "arm/experiment")
+    said = cardsflow.error_line("init", "arm/arm.xml", "-o", "arm/experiment")
     assert "write the experiment to a folder that contains all files: -o ." in said
     assert not (tmp_path / "arm/experiment").exists()
     assert cardsflow("init", "arm/arm.xml", "-o", ".")[0] == 0

@@ -88,7 +88,7 @@ def test_folder_without_permission_is_invalid_input(
 ) -> None:
     denied = PermissionError(13, "Permission denied", "robot/experiment.toml")
     monkeypatch.setattr(Path, "is_file", Mock(side_effect=denied))
-    line = cardsflow.refused("check", tmp_path)
+    line = cardsflow.error_line("check", tmp_path)
     assert line == "cardsflow: robot/experiment.toml: Permission denied\n"
 
 
@@ -100,7 +100,7 @@ def test_control_characters_are_escaped() -> None:
 
 
 def test_messages_have_no_control_characters(cardsflow: CommandLine) -> None:
-    err = cardsflow.refused("info", "/nowhere\x1b[31m\x9b31m")
+    err = cardsflow.error_line("info", "/nowhere\x1b[31m\x9b31m")
     assert "\\x1b[31m\\x9b31m" in err
     assert not {"\x1b", "\x9b"} & set(err)
 
@@ -109,9 +109,9 @@ def test_messages_quote_a_limited_length(tmp_path: Path, cardsflow: CommandLine)
     word = "a" * 30_000
     joint = f'<joint name="j" type="fixed"><parent link="{word}"/><child link="b"/></joint>'
     (tmp_path / "a.urdf").write_text(f'<robot name="r"><link name="b"/>{joint}</robot>')
-    assert len(cardsflow.refused("info", tmp_path / "a.urdf")) < 5000
-    assert len(cardsflow.refused("run", PLANAR_2R, "--set", f"{word}={word}")) < 5000
-    assert len(cardsflow.refused("info", word)) < 2000
+    assert len(cardsflow.error_line("info", tmp_path / "a.urdf")) < 5000
+    assert len(cardsflow.error_line("run", PLANAR_2R, "--set", f"{word}={word}")) < 5000
+    assert len(cardsflow.error_line("info", word)) < 2000
     about = Finding("error", "odd", f"no link {word!r}", Subject("link", word))
     assert len(str(about)) < 5000
 
@@ -121,10 +121,10 @@ def test_messages_quote_a_limited_length(tmp_path: Path, cardsflow: CommandLine)
 def test_numbers_with_many_digits_are_reported(
     tmp_path: Path, cardsflow: CommandLine, digits: int, key: str
 ) -> None:
-    message = cardsflow.refused("run", PLANAR_2R, "--set", f"{key}=1{'0' * digits}")
+    message = cardsflow.error_line("run", PLANAR_2R, "--set", f"{key}=1{'0' * digits}")
     assert key in message
     (tmp_path / "experiment.toml").write_text(f"a = 1{'0' * digits}\n")
-    assert "experiment.toml" in cardsflow.refused("run", tmp_path)
+    assert "experiment.toml" in cardsflow.error_line("run", tmp_path)
 
 
 def test_invalid_units_of_a_table_are_reported(tmp_path: Path, cardsflow: CommandLine) -> None:
@@ -135,7 +135,7 @@ def test_invalid_units_of_a_table_are_reported(tmp_path: Path, cardsflow: Comman
     table = pa.table([pa.array(np.zeros(3))], schema=pa.schema(fields))
     parquet.write_table(table, tmp_path / "a.parquet")
     file = tmp_path / "a.parquet"
-    assert "not UTF-8" in cardsflow.refused("compare", file, file)
+    assert "not UTF-8" in cardsflow.error_line("compare", file, file)
 
 
 @pytest.mark.parametrize("summary", [3, [], {"status": 3}, {"status": "complete", "tracking": 3}])

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.experiments import copied_arm
+from support.experiments import copy_arm
 from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import CardsflowError, InputError, SimulationError
@@ -62,7 +62,7 @@ LINE_OF_DIVIDES = 1 + CODE[: CODE.index("1 // 0")].count("\n")
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    return copied_arm(tmp_path, mine=CODE)
+    return copy_arm(tmp_path, mine=CODE)
 
 
 def with_law(folder: Path, name: str, **settings: Any) -> Experiment:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.command_line import CommandLine
-from support.experiments import copied_arm
+from support.experiments import copy_arm
 
 from addin_sdfusion.robot import CardsflowError, InputError, SimulationError
 from cardsflow_fmu import Experiment, run
@@ -82,7 +82,7 @@ OWN = {"kind": "mine.py:Elastic", "parameters": {"k": K, "d": D}}
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    return copied_arm(tmp_path, mine=CODE)
+    return copy_arm(tmp_path, mine=CODE)
 
 
 def with_law(folder: Path, model: Any, pattern: str = "*", **settings: Any) -> Experiment:
@@ -161,7 +161,7 @@ def test_c_only_features_reject_a_custom_law_by_name(
     model = 'muscles."*".model={kind="mine.py:Elastic", parameters={k=2000.0}}'
     command, *others = words
     words = [command, folder, "--set", model, "-o", tmp_path / "out", *others]
-    assert message in cardsflow.refused(*words)
+    assert message in cardsflow.error_line(*words)
 
 
 @pytest.mark.parametrize(

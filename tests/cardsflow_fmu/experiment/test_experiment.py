@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.experiments import copied_arm, with_robot, write_resources
+from support.experiments import copy_arm, with_robot, write_resources
 from support.robots.robots import PLANAR_2R, planar_2r
-from support.ways import WAYS
+from support.run_modes import RUN_MODES
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
@@ -19,7 +19,7 @@ from cardsflow_fmu.simulation.run import simulate
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """Return a copy of the example without its results."""
-    return copied_arm(tmp_path)
+    return copy_arm(tmp_path)
 
 
 def edit(folder: Path, old: str, new: str) -> None:
@@ -148,7 +148,7 @@ def test_robot_without_operational_space_is_packed(tmp_path: Path) -> None:
     trajectories = PLANAR_2R / "robot/planar_2r_trajectories.xml"
     changes = {"reference.file": str(trajectories), "run.duration": 0.01}
     experiment = with_robot("planar_2r", robot, tmp_path / "arm", **changes)
-    fmu, direct = (simulate(experiment, **WAYS[way]) for way in ("python", "direct"))
+    fmu, direct = (simulate(experiment, **RUN_MODES[way]) for way in ("python", "direct"))
     np.testing.assert_array_equal(fmu.rows, direct.rows)
 
 

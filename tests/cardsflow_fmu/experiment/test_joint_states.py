@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.command_line import CommandLine
-from support.recorded import COUNT, bag, state, waving
+from support.recorded import COUNT, joint_state, sinusoidal_result, write_bag
 from support.robots.robots import PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError, limits
@@ -31,7 +31,7 @@ JOINTS = ("joint_1", "joint_2")
 def test_publisher_with_all_joints_is_used(mcap: bool, tmp_path: Path) -> None:
     """The order of the joints is arbitrary. The recording is a folder or a file."""
     arm = ("gripper", *reversed(JOINTS))
-    folder = bag(
+    folder = write_bag(
         tmp_path / "bag", ("/joint_states", ("gripper",)), ("/joint_states", arm), mcap=mcap
     )
     (inside,) = [file for file in folder.iterdir() if file.suffix != ".yaml"]
@@ -39,8 +39,10 @@ def test_publisher_with_all_joints_is_used(mcap: bool, tmp_path: Path) -> None:
         found = read_joint_states(path, JOINTS)
         assert found.names == arm
         np.testing.assert_array_equal(found.time, np.arange(COUNT) / 1e3)
-        np.testing.assert_array_equal(found.q, [state(k, arm).position for k in range(COUNT)])
-        np.testing.assert_array_equal(found.qd, [state(k, arm).velocity for k in range(COUNT)])
+        np.testing.assert_array_equal(found.q, [joint_state(k, arm).position for k in range(COUNT)])
+        np.testing.assert_array_equal(
+            found.qd, [joint_state(k, arm).velocity for k in range(COUNT)]
+        )
     settings = {"reference": {"file": str(folder)}, "controller.type": "joint_space"}
     points = Experiment.load(PLANAR_2R, settings).reference.curve.points  # type: ignore[union-attr]
     order = [arm.index(name) for name in JOINTS]
@@ -52,26 +54,26 @@ def test_recorded_run_as_reference_is_the_same_motion(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     robot = planar_2r()
-    run = waving(robot, 0.5)
+    run = sinusoidal_result(robot, 0.5)
     recorded = write_recording(run, tmp_path / "run.mcap").file
     names = coordinate_signals("q", robot)
     code, out, _ = cardsflow("convert", recorded, "--to", tmp_path / "motion.csv")
     assert (code, out.strip()) == (0, str(tmp_path / "motion.csv"))
     columns = np.genfromtxt(tmp_path / "motion.csv", delimiter=",", names=True, deletechars="")
     np.testing.assert_array_equal([columns[n] for n in names], run.columns(names).T)
-    assert "already" in cardsflow.refused("convert", recorded, "--to", tmp_path / "motion.csv")
+    assert "already" in cardsflow.error_line("convert", recorded, "--to", tmp_path / "motion.csv")
 
 
 @pytest.mark.slow
 def test_recording_of_another_robot_is_reported_in_one_line(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
-    other = bag(tmp_path / "other", ("/joint_states", ("wheel",)))
-    two = bag(tmp_path / "two", ("/left", JOINTS), ("/right", JOINTS))
+    other = write_bag(tmp_path / "other", ("/joint_states", ("wheel",)))
+    two = write_bag(tmp_path / "two", ("/left", JOINTS), ("/right", JOINTS))
     (tmp_path / "no.mcap").write_bytes(b"no recording")
     (tmp_path / "none").mkdir()
     (tmp_path / "none/metadata.yaml").touch()
-    none = bag(tmp_path / "empty", ("/joint_states", ()))
+    none = write_bag(tmp_path / "empty", ("/joint_states", ()))
     for path, what in (
         (other, "no column q.joint_1"),
         (none, "no column q.joint_1"),
@@ -81,15 +83,15 @@ def test_recording_of_another_robot_is_reported_in_one_line(
         (tmp_path / "none", "no files"),
     ):
         words = ("--set", f"reference={{file='{path}'}}", "--set", "controller.type=joint_space")
-        assert what in cardsflow.refused("run", PLANAR_2R, *words, "-o", tmp_path / "out")
+        assert what in cardsflow.error_line("run", PLANAR_2R, *words, "-o", tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow
 def test_truncated_recording_is_read_up_to_its_end(tmp_path: Path) -> None:
-    whole = bag(tmp_path / "bag", ("/joint_states", JOINTS)) / "bag_0.mcap"
+    whole = write_bag(tmp_path / "bag", ("/joint_states", JOINTS)) / "bag_0.mcap"
     file = next(whole.parent.glob("*.mcap"))
-    run = waving(planar_2r(), 40.0)
+    run = sinusoidal_result(planar_2r(), 40.0)
     content = write_recording(run, tmp_path / "run.mcap").file.read_bytes()
     (tmp_path / "cut.mcap").write_bytes(content[: len(content) // 2])
     found = read_joint_states(tmp_path / "cut.mcap")
@@ -102,7 +104,7 @@ def test_truncated_recording_is_read_up_to_its_end(tmp_path: Path) -> None:
 def test_damaged_recordings_are_rejected_or_read(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     for mcap in (True, False):
-        folder = bag(tmp_path / f"bag{mcap}", ("/joint_states", JOINTS), mcap=mcap)
+        folder = write_bag(tmp_path / f"bag{mcap}", ("/joint_states", JOINTS), mcap=mcap)
         (inside,) = [file for file in folder.iterdir() if file.suffix != ".yaml"]
         whole = np.frombuffer(inside.read_bytes(), np.uint8)
         damaged = tmp_path / f"damaged{inside.suffix}"
@@ -149,7 +151,7 @@ def test_folder_with_too_much_data_is_rejected(
     name: str, most: int, what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The limit applies to all files together."""
-    folder = bag(tmp_path / "bag", ("/joint_states", JOINTS))
+    folder = write_bag(tmp_path / "bag", ("/joint_states", JOINTS))
     (file,) = folder.glob("*.mcap")
     assert len(read_joint_states(folder).time) == COUNT
     (folder / "bag_1.mcap").write_bytes(file.read_bytes())
@@ -161,7 +163,7 @@ def test_folder_with_too_much_data_is_rejected(
 
 def test_folder_with_many_publishers_is_rejected(tmp_path: Path) -> None:
     names = [(f"joint_{k}",) for k in range(17)]
-    folder = bag(
+    folder = write_bag(
         tmp_path / "bag", *(("/joint_states", each * k) for each in names for k in range(60))
     )
     with pytest.raises(InputError, match="more than 1000 sets of joints"):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.robots.robots import PLANAR_2R
-from support.ways import WAYS
+from support.run_modes import RUN_MODES
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, build
@@ -47,7 +47,7 @@ def locked(
     [("direct", "core"), ("direct", "dart"), ("fmu", "auto"), ("native", "auto")],
 )
 def test_locked_joint_does_not_move(through: str, engine: str, tmp_path: Path) -> None:
-    result = simulate(locked(tmp_path, **{"plant.engine": engine}), **WAYS[through])
+    result = simulate(locked(tmp_path, **{"plant.engine": engine}), **RUN_MODES[through])
     assert [name for name in result.names if name.startswith("q.")] == ["q.joint_1"]
     assert result.summary["infeasible_ticks"] == 0
     assert result.summary["tracking"]["max"] < 1e-4

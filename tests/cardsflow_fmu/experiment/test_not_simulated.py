@@ -50,7 +50,7 @@ def test_robot_that_cannot_be_simulated_is_shown(tmp_path: Path, cardsflow: Comm
     assert info["muscles"][0]["length"] is None
     problem = "ellipsoid 'egg' with a half axis more than 10 times as long as another"
     assert problem in info["not_simulated"][0]
-    assert f"{problem} is not supported in simulation" in cardsflow.refused(
+    assert f"{problem} is not supported in simulation" in cardsflow.error_line(
         "init", tmp_path / "robot"
     )
 
@@ -59,7 +59,7 @@ def test_too_distant_mass_is_reported(tmp_path: Path, cardsflow: CommandLine) ->
     robot = planar_2r()
     links = [replace(k, inertia=replace(k.inertia, com=(-1e308, 1e308, 1.0))) for k in robot.links]
     write_sdf(replace(robot, links=tuple(links)), tmp_path / "robot")
-    assert "its inertia is not finite" in cardsflow.refused("init", tmp_path / "robot")
+    assert "its inertia is not finite" in cardsflow.error_line("init", tmp_path / "robot")
     code, out, _ = cardsflow("check", tmp_path / "robot")
     assert code == 0
     assert "its inertia is not finite" in out

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.experiments import written
+from support.experiments import write_experiment
 from support.robots.one_link import cable, one_link
-from support.ways import WAYS
+from support.run_modes import RUN_MODES
 
 from addin_sdfusion.robot import (
     Coordinate,
@@ -60,7 +60,7 @@ def arm() -> Robot:
 
 
 def experiment(folder: Path, **settings: Any) -> Experiment:
-    return Experiment.load(written(arm(), folder, MOTION), settings)
+    return Experiment.load(write_experiment(arm(), folder, MOTION), settings)
 
 
 def test_forces_produce_the_acceleration_of_the_driven_joint() -> None:
@@ -90,7 +90,7 @@ def test_driven_joint_tracks_while_the_passive_joint_swings(
     through: str, engine: str, tmp_path: Path
 ) -> None:
     found = experiment(tmp_path, **{"plant.engine": engine, "controller.engine": engine})
-    result = simulate(found, **WAYS[through])
+    result = simulate(found, **RUN_MODES[through])
     summary = result.summary
     assert summary["infeasible_ticks"] == 0
     assert list(summary["tracking"]["per_signal"]) == ["q.q"]

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.robots.robots import EXAMPLES, PLANAR_2R
-from support.ways import WAYS
+from support.run_modes import RUN_MODES
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
@@ -103,7 +103,7 @@ def test_setting_is_packed_in_fmus_and_runs_in_c() -> None:
     experiment = Experiment.load(
         PLANAR_2R, {"reference": {"samples": np.c_[T, Q]}, "run.duration": 0.2}
     )
-    direct, fmus = (simulate(experiment, **WAYS[way]) for way in ("direct", "python"))
+    direct, fmus = (simulate(experiment, **RUN_MODES[way]) for way in ("direct", "python"))
     np.testing.assert_array_equal(direct["q.joint_1"], fmus["q.joint_1"])
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from support.robots.robots import PLANAR_2R
 from support.robots.worlds import write_box_mesh
-from support.ways import WAYS
+from support.run_modes import RUN_MODES
 
 from addin_sdfusion.robot import InputError, Pose
 from cardsflow_fmu import Experiment, build, run
@@ -267,7 +267,7 @@ def test_robots_are_packed_in_fmus_and_read_back(tmp_path: Path) -> None:
     second = write_experiment(tmp_path / "again", experiment_data(first))
     assert second.robot == first.robot
     assert experiment_data(second) == experiment_data(first)
-    direct, fmu = (simulate(first, **WAYS[way]) for way in ("direct", "python"))
+    direct, fmu = (simulate(first, **RUN_MODES[way]) for way in ("direct", "python"))
     names = [n for n in direct.names if n != "solve_time"]
     np.testing.assert_array_equal(fmu.columns(names), direct.columns(names))
 

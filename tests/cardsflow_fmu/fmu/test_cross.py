@@ -8,7 +8,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from support.cases import few
+from support.cases import sample_cases
 from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError, UnknownNameError
@@ -34,7 +34,7 @@ needs_compiler = pytest.mark.skipif(
 @pytest.mark.cases(1)
 @pytest.mark.cross
 @needs_compiler
-@pytest.mark.parametrize("platform", few(MAGIC))
+@pytest.mark.parametrize("platform", sample_cases(MAGIC))
 def test_the_library_compiles_for_all_platforms(platform: str, tmp_path: Path) -> None:
     library = cross.compile_for(platform, tmp_path).read_bytes()
     assert library.startswith(MAGIC[platform])

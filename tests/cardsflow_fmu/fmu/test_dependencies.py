@@ -13,15 +13,15 @@ import pytest
 from support.fmu.dependencies import (
     Probe,
     declared,
-    seen_at_a_tick,
-    seen_at_once,
-    seen_at_start,
+    observed_at_start,
+    observed_at_tick,
+    observed_direct,
     undeclared,
-    unexplained,
+    unobserved,
 )
 from support.robots.muscle_bench import SOUND
 from support.robots.robots import EXAMPLES
-from support.ways import COMPUTE
+from support.run_modes import COMPUTE
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cosim.signals.ports import SOLVE_TIME
@@ -112,14 +112,14 @@ def checked(case: str, native: bool, folder: Path, fmi: Any = "2.0") -> None:
     experiment = experiment_of(case)
     file = build(experiment, folder, fmi=fmi, arrays=False, compute=COMPUTE[native])["plant"]
     with probe_of(file, folder / "unpacked", base_state(experiment)) as probe:
-        at_once, seen = declared(file, at_start=False), seen_at_once(probe)
+        at_once, seen = declared(file, at_start=False), observed_direct(probe)
         assert undeclared(at_once, seen) == {}
         if case != "contacts":  # bodies without contact have no contact force
-            assert unexplained(at_once, seen) == {}
+            assert unobserved(at_once, seen) == {}
         at_start = declared(file, at_start=True)
-        seen = seen_at_start(probe, probe.names("input", "parameter"))
+        seen = observed_at_start(probe, probe.names("input", "parameter"))
         assert undeclared(at_start, seen) == {}
-        left = unexplained(at_start, seen)
+        left = unobserved(at_start, seen)
         # all coordinates; rotations of the complete robot change no length
         assert {name for name in left if "energy" not in name and "momentum" not in name} == set()
 
@@ -187,16 +187,16 @@ def test_dependencies_of_a_controller(case: str, native: bool, tmp_path: Path) -
         with probe_of(file, tmp_path / str(k), base) as probe:
             period = experiment.controller.period
             scales = (0.1, 3.0, 300.0, 1e5) if far < 30 else (0.3, 3.0)
-            found = seen_at_a_tick(probe, period, probe.names("input"), scales)
+            found = observed_at_tick(probe, period, probe.names("input"), scales)
             tunables = [n for n in probe.names("parameter") if n.startswith(tuned)]
             # a limit has an effect only on muscles that reach it
-            assert undeclared(at_once, seen_at_a_tick(probe, period, tunables, (0.1,))) == {}
+            assert undeclared(at_once, observed_at_tick(probe, period, tunables, (0.1,))) == {}
             seen = {name: seen[name] | found[name] for name in seen}
             if k == 0:
                 at_start = declared(file, at_start=True)
-                shown = seen_at_start(probe, probe.names("input", "parameter"))
+                shown = observed_at_start(probe, probe.names("input", "parameter"))
                 assert undeclared(at_start, shown) == {}
-                assert unexplained(at_start, shown) == {}
+                assert unobserved(at_start, shown) == {}
     assert undeclared(at_once, seen) == {}
     inputs = {n: frozenset(k for k in of if not k.startswith(tuned)) for n, of in at_once.items()}
     if case == "reactive":  # its tasks have lower priority: only joint limits can be infeasible
@@ -205,7 +205,7 @@ def test_dependencies_of_a_controller(case: str, native: bool, tmp_path: Path) -
         unseen = set().union(*inputs.values()) - set().union(*seen.values())
         assert unseen <= {"w.hand.fy"}  # the arm moves in the other two directions
     else:
-        assert unexplained(inputs, seen) == {}
+        assert unobserved(inputs, seen) == {}
 
 
 def random_state(experiment: Experiment, file: Path, far: float) -> dict[str, float]:

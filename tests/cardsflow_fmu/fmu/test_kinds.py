@@ -76,7 +76,7 @@ def test_compute_c_requires_that_all_fmus_are_native(
     setting: str, named: str, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     out = tmp_path / "out"
-    said = cardsflow.refused("build", PLANAR_2R, "--compute", "c", "--set", setting, "-o", out)
+    said = cardsflow.error_line("build", PLANAR_2R, "--compute", "c", "--set", setting, "-o", out)
     assert named in said
     assert not out.exists()
 

@@ -12,9 +12,9 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
-from support.cases import few
-from support.fmu.fmu_host import Host, load, refused
-from support.observed import eventually
+from support.cases import sample_cases
+from support.fmu.fmu_host import Host, load, require_error
+from support.process_output import wait_until
 from support.robots.robots import PLANAR_2R
 
 from cardsflow_fmu import Experiment
@@ -37,7 +37,9 @@ SETTINGS = {
     "hardware.use": True,
 }
 HOLDING_FORCES = [41.0, 10.0, 10.0, 14.0]
-in_both_hosts = pytest.mark.parametrize("bench", few(["in-process", "worker"]), indirect=True)
+in_both_hosts = pytest.mark.parametrize(
+    "bench", sample_cases(["in-process", "worker"]), indirect=True
+)
 
 
 class Bench:
@@ -174,9 +176,9 @@ def test_a_reset_after_terminate_allows_a_new_run(bench: Bench) -> None:
 @in_both_hosts
 def test_terminate_after_a_failure_ends_in_the_safe_state(bench: Bench) -> None:
     """An invalid step fails in C before it reaches the model; terminate is then rejected."""
-    refused(lambda: bench.host.slave.doStep(7.0, H))
+    require_error(lambda: bench.host.slave.doStep(7.0, H))
     assert bench.device.state == "running"
-    refused(bench.host.slave.terminate)
+    require_error(bench.host.slave.terminate)
     assert has_ended_safely(bench)
 
 
@@ -219,7 +221,7 @@ def test_the_master_terminates_instances_that_have_not_failed(
             with pytest.raises(Exception, match="starts at 5 s"):
                 instance.step(5.0, H)
         instance.close()
-        assert eventually(lambda: bench.device.state == "safe")
+        assert wait_until(lambda: bench.device.state == "safe")
     assert asked == ["asked"]
 
 

@@ -15,7 +15,7 @@ import pytest
 from fmpy.fmi2 import FMU2Slave
 from support.robots.plants import copies
 from support.robots.robots import EXAMPLES, PLANAR_2R
-from support.ways import WAYS
+from support.run_modes import RUN_MODES
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
@@ -118,8 +118,8 @@ def test_in_lockstep_hardware_has_the_trajectory_of_the_plant(
 ) -> None:
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", "worker" if host == "worker" else "in-process")
     way = "direct" if host == "direct" else "python"
-    with_hardware = simulate(experiment(), **WAYS[way])
-    ours = simulate(experiment({"hardware.use": False}), **WAYS[way])
+    with_hardware = simulate(experiment(), **RUN_MODES[way])
+    ours = simulate(experiment({"hardware.use": False}), **RUN_MODES[way])
     for name in ours.names:
         np.testing.assert_allclose(with_hardware[name], ours[name], rtol=0, atol=1e-9, err_msg=name)
     np.testing.assert_array_equal(

@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 from support.command_line import CommandLine
 from support.experiments import resource_bytes, write_resources
-from support.observed import eventually
+from support.process_output import wait_until
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
@@ -155,12 +155,12 @@ def test_missing_devices_and_invalid_addresses_have_different_exit_codes(
 ) -> None:
     out = ["-o", str(tmp_path / "out")]
     silent = "udp://127.0.0.1:9"
-    line = cardsflow.refused("run", PLANAR_2R, "--hardware", silent, *out, code=1)
+    line = cardsflow.error_line("run", PLANAR_2R, "--hardware", silent, *out, code=1)
     assert f"no device answers at {silent}" in line
     assert not (tmp_path / "out").exists()
     unknown = ("smoke:signals", "5005", "UDP//127.0.0.1")
     for uri in (*unknown, "udp://", "udp://127.0.0.1:99999", "udp://127.0.0.1"):
-        assert uri in cardsflow.refused("run", PLANAR_2R, "--hardware", uri, *out)
+        assert uri in cardsflow.error_line("run", PLANAR_2R, "--hardware", uri, *out)
 
 
 @pytest.mark.slow
@@ -335,7 +335,7 @@ def test_unreachable_hardware_is_bad_input_before_anything_is_built(
     settings: dict[str, Any], message: str, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     given = words(settings | {"hardware.use": True})
-    assert message in cardsflow.refused("run", PLANAR_2R, *given, "-o", tmp_path / "out")
+    assert message in cardsflow.error_line("run", PLANAR_2R, *given, "-o", tmp_path / "out")
 
 
 @pytest.mark.slow
@@ -343,7 +343,7 @@ def test_an_error_with_a_long_trace_is_one_line(tmp_path: Path, cardsflow: Comma
     """FMI 2.0 splits long messages, and errors of serial lines have a chain of causes."""
     gone = "serial:///dev/nowhere-at-all"
     out = ["-o", str(tmp_path / "out")]
-    error = cardsflow.refused("run", PLANAR_2R, "--hardware", gone, *out, code=1)
+    error = cardsflow.error_line("run", PLANAR_2R, "--hardware", gone, *out, code=1)
     assert error.startswith(
         "cardsflow: hardware.fmu failed at the start: initialization: cannot connect to"
     )
@@ -513,10 +513,10 @@ def test_every_end_of_a_run_is_in_the_safe_state(
     with subprocess.Popen(
         command, env=environment_, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
     ) as process:
-        assert eventually(lambda: device.counters["setpoints"] > 100 or process.poll() is not None)
+        assert wait_until(lambda: device.counters["setpoints"] > 100 or process.poll() is not None)
         assert device.counters["setpoints"] > 100
         process.send_signal(signal_)
-        assert eventually(lambda: device.state == "safe")
+        assert wait_until(lambda: device.state == "safe")
         error = process.stderr.read()
     if signal_ == signal.SIGKILL:
         return

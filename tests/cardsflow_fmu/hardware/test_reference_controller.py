@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 import pytest
 from support.hardware.hardware_fuzz import bad_frames, with_checksum
-from support.observed import eventually
-from support.robots.bent import bent
+from support.process_output import wait_until
+from support.robots.bent_cables import with_bent_cables
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
@@ -384,7 +384,7 @@ def test_a_signal_ends_the_run_in_the_safe_state(planar: Path) -> None:
         ) as process:
             process.stdin.write((planar.parent / "reference.f64").read_bytes())
             process.stdin.flush()
-            assert eventually(lambda: device.counters["setpoints"] > 20)
+            assert wait_until(lambda: device.counters["setpoints"] > 20)
             process.send_signal(signal.SIGINT)
             _, error = process.communicate(timeout=TIMEOUT)
         assert (process.returncode, error) == (1, b"controller: interrupted\n")
@@ -436,7 +436,7 @@ def test_unsupported_robots_are_rejected(tmp_path: Path) -> None:
     """Closed loops and cable friction are not supported."""
     settings = {"run.step": 0.005, "controller.period": 0.005}
     arm = Experiment.load(ARM, settings)
-    rough = replace(arm, robot=bent(arm.robot, 0.1, arm.start.q))
+    rough = replace(arm, robot=with_bent_cables(arm.robot, 0.1, arm.start.q))
     for made, message in (
         (Experiment.load(EXAMPLES / "bicycle", settings), "no closed loops"),
         (rough, "no friction of cables"),

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from support.observed import eventually
+from support.process_output import wait_until
 from support.robots.robots import PLANAR_2R
 from support.ros.bus import Bus, BusNode
 
@@ -116,7 +116,7 @@ def commanding(node: BusNode, condition: Callable[[], object]) -> None:
         send(node)
         return condition()
 
-    assert eventually(sent)
+    assert wait_until(sent)
 
 
 @pytest.mark.slow
@@ -125,8 +125,8 @@ def test_commands_are_applied_and_ramped_down_after_the_timeout(bus: Bus) -> Non
     with serving(bus) as served:
         reader = TopicReader(served.topics.needed, 10.0)
         commanding(node, lambda: served.robot.given and (served.robot.given[-1] == FORCES).all())
-        assert eventually(lambda: served.has_reported(f"none arrived for {TIMEOUT:g} s"))
-        assert eventually(lambda: served.device.state == "safe" and served.commands.status == SAFE)
+        assert wait_until(lambda: served.has_reported(f"none arrived for {TIMEOUT:g} s"))
+        assert wait_until(lambda: served.device.state == "safe" and served.commands.status == SAFE)
         falls = np.array(served.robot.given)
         given = len(falls)
         least = np.array([muscle.f_min for muscle in ROBOT.muscles])
@@ -145,7 +145,7 @@ def test_commands_are_applied_and_ramped_down_after_the_timeout(bus: Bus) -> Non
         values = message and reader.read(message, time.monotonic())
         return bool(values) and served.topics.state(values).shape == (SETTINGS.states(2, 4),)
 
-    assert eventually(is_measured)
+    assert wait_until(is_measured)
 
 
 def test_invalid_messages_do_not_move_the_robot(bus: Bus) -> None:
@@ -156,7 +156,7 @@ def test_invalid_messages_do_not_move_the_robot(bus: Bus) -> None:
             send(node, FORCES[:3], NAMES[:3])
             send(node, FORCES, ("no", "such", "muscles", "here"))
             time.sleep(0.01)
-        assert eventually(lambda: served.commands.counters.get("names", 0) >= 6)
+        assert wait_until(lambda: served.commands.counters.get("names", 0) >= 6)
         assert served.robot.given == []
         assert served.device.state == "idle"
     for what in ("not finite", "wrong names"):
@@ -175,9 +175,9 @@ def test_messages_of_several_publishers_are_rejected(bus: Bus) -> None:
             send(second, 2 * FORCES)
             return served.commands.counters.get("several", 0) > 6
 
-        assert eventually(both)
+        assert wait_until(both)
         assert served.has_reported("several nodes publish")
-        assert eventually(lambda: served.device.state == "safe")
+        assert wait_until(lambda: served.device.state == "safe")
     assert max(row[0] for row in served.robot.given) <= FORCES[0]
 
 
@@ -192,7 +192,7 @@ def test_commands_of_a_forward_command_controller_have_no_names(bus: Bus) -> Non
             node.publish(topics.commands_topic, {"data": FORCES})
             return served.robot.given and (served.robot.given[-1] == FORCES).all()
 
-        assert eventually(sent)
+        assert wait_until(sent)
         assert served.has_reported("do not contain numbers for all names")
         message = states.receive(time.monotonic() + MAX_WAIT)
     assert message is not None
@@ -233,14 +233,14 @@ def test_a_link_drives_a_device_and_reports_its_safe_state(
         for k in range(20):
             came = link.exchange(2e-3 * k, FORCES, time.monotonic() + MAX_WAIT)
             assert came.state is not None
-        assert eventually(lambda: (served.robot.given[-1] == FORCES).all())
+        assert wait_until(lambda: (served.robot.given[-1] == FORCES).all())
         served.device.go_safe()
 
         def is_reported() -> bool:
             came = link.exchange(1.0, FORCES, time.monotonic() + MAX_WAIT)
             return came.device_flags != 0
 
-        assert eventually(is_reported)
+        assert wait_until(is_reported)
         link.close()
 
 

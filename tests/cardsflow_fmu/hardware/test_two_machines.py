@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from support.hardware.two_machines import Machines, two_machines
-from support.observed import MAX_WAIT, lines_until
+from support.process_output import MAX_WAIT, read_lines_until
 from support.robots.robots import PLANAR_2R
 
 pytestmark = pytest.mark.slow
@@ -33,7 +33,7 @@ def device(machines: Machines, *words: object) -> Iterator[subprocess.Popen[str]
     command = machines.command(machines.device, ["device", PLANAR_2R, "--json", *words])
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         try:
-            lines_until(process, "listening")
+            read_lines_until(process, "listening")
             yield process
         finally:
             process.kill()  # `unshare` handles only this signal
@@ -91,10 +91,10 @@ def test_an_unplugged_cable_ends_the_run_in_the_safe_state(
     with device(machines, "--listen", uri, "--watchdog", 500) as process:
         words = ("--set", "run.duration=60.0", "--set", "hardware.max_missed=1000")
         with controller(machines, uri, tmp_path / "out", *words) as run:
-            lines_until(process, '"running"')
+            read_lines_until(process, '"running"')
             machines.unplug()
             _, err = run.communicate(timeout=MAX_WAIT)
-            said = lines_until(process, '"safe"')
+            said = read_lines_until(process, '"safe"')
     assert run.returncode != 0
     assert "the hardware does not respond: no state in" in err
     assert "no command for 0.5 s" in said[-1]

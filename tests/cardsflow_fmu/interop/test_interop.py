@@ -16,7 +16,7 @@ from fmpy.validation import validate_fmu
 from support.fmu.bare_environment import BareEnvironment
 from support.fmu.fmu_host import SUPPORT
 from support.robots.robots import EXAMPLES
-from support.ways import COMPUTE
+from support.run_modes import COMPUTE
 
 from cardsflow_fmu import Experiment, build
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance

@@ -8,8 +8,8 @@ from zipfile import ZipFile
 
 import numpy as np
 import pytest
-from support.cases import few
-from support.experiments import written
+from support.cases import sample_cases
+from support.experiments import write_experiment
 from support.robots.loops import random_loops
 from support.robots.random_robots import random_robot
 from support.robots.robots import with_coordinates
@@ -86,7 +86,7 @@ def random_experiment(plan: str, seed: int, folder: Path, **more: Any) -> Experi
         "run.step": 1e-3,
         "run.duration": 3e-3,
     }
-    return Experiment.load(written(robot, folder), run | settings | more)
+    return Experiment.load(write_experiment(robot, folder), run | settings | more)
 
 
 def check_run(plan: str, seed: int, folder: Path) -> None:
@@ -100,7 +100,7 @@ def check_run(plan: str, seed: int, folder: Path) -> None:
     assert np.isfinite(recording.rows).all()
 
 
-@pytest.mark.parametrize("plan", few(PLANS, 4))
+@pytest.mark.parametrize("plan", sample_cases(PLANS, 4))
 def test_experiment_runs_in_c(plan: str, tmp_path: Path) -> None:
     for seed in SEEDS_OF_LOOPS if "closed loops" in plan else SEEDS:
         check_run(plan, seed, tmp_path / str(seed))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.experiments import with_robot
 from support.fmu.native_states import check_states_repeat
-from support.robots.bent import bent
+from support.robots.bent_cables import with_bent_cables
 from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError, Robot, read_robot
@@ -40,7 +40,9 @@ def flower(
 
     `first` is the coefficient of the first muscle in its first bend.
     """
-    robot = _with_friction(bent(read_robot(ARM / "robot/model.sdf"), friction, START), first)
+    robot = _with_friction(
+        with_bent_cables(read_robot(ARM / "robot/model.sdf"), friction, START), first
+    )
     return with_robot("roboy_left_arm", robot, folder, **{"run.duration": duration}, **more)
 
 

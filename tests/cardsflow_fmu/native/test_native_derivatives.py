@@ -13,7 +13,7 @@ import fmpy
 import numpy as np
 import pytest
 from support.cases import LONG
-from support.fmu.fmu_host import opened, pack, refused
+from support.fmu.fmu_host import opened, pack, require_error
 from support.fmu.native_slopes import (
     PLAIN,
     STEP,
@@ -261,7 +261,7 @@ def test_derivatives_do_not_change_the_instance(tmp_path: Path) -> None:
             if has_requests:
                 slave.derivative(slave.references("q"), np.ones(4))
                 for what in ("l", "q_start"):
-                    refused(lambda: slave.derivative(slave.references(what)[:1], np.ones(1)))  # noqa: B023
+                    require_error(lambda: slave.derivative(slave.references(what)[:1], np.ones(1)))  # noqa: B023
         rows.append(slave.step())
     assert (rows[0] == rows[1]).all()
 
@@ -337,6 +337,8 @@ def test_compiler_without_complex_numbers(tmp_path: Path) -> None:
     with opened(folder) as (host,):
         host.start()
         host.slave.doStep(0.0, STEP)
-        refused(lambda: host.slave.getDirectionalDerivative(host.of("output")[:1], [0], [1.0]))
+        require_error(
+            lambda: host.slave.getDirectionalDerivative(host.of("output")[:1], [0], [1.0])
+        )
         assert "no complex numbers" in host.last
         host.slave.terminate()

@@ -9,9 +9,9 @@ from typing import Any, Literal
 import fmpy
 import numpy as np
 import pytest
-from support.cases import few
+from support.cases import sample_cases
 from support.fmu.fmu_host import running
-from support.fmu.native_slopes import FloatArray, check, commanded, started
+from support.fmu.native_slopes import FloatArray, check, count_commands, started
 from support.robots.muscle_bench import SOUND
 from support.robots.random_robots import random_robot, random_tree
 from support.robots.robots import EXAMPLES, stopped
@@ -91,7 +91,7 @@ LAWS = [(kind, {}) for kind in SOUND] + [
 
 @pytest.mark.cases(8)
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", few(range(2)))
+@pytest.mark.parametrize("seed", sample_cases(range(2)))
 @pytest.mark.parametrize(("kind", "extra"), LAWS)
 def test_laws(kind: str, extra: dict[str, float], seed: int, tmp_path: Path) -> None:
     """Tensions and states as outputs, states also as knowns."""
@@ -99,7 +99,7 @@ def test_laws(kind: str, extra: dict[str, float], seed: int, tmp_path: Path) -> 
     robot = with_law(random_robot(seed), kind, extra)
     n = len(robot.coordinates)
     q, qd = rng.uniform(-0.1, 0.1, n), rng.uniform(-0.1, 0.1, n)
-    commands = rng.uniform(0.2, 0.8, commanded(robot))
+    commands = rng.uniform(0.2, 0.8, count_commands(robot))
     stiff = {"series_elastic_motor": 8e-5, "winch": 8e-5, "winch_position": 6e-4}
     size = stiff.get(kind, 8e-6)  # rounding errors limit smaller sizes
     check(robot, tmp_path, q, qd, commands, substeps=2, size=size, tolerance=1e-8)
@@ -115,7 +115,13 @@ def test_laws_over_wraps_at_a_limit(tmp_path: Path) -> None:
     qd[0] = 3.0
     robot = stopped(robot, float(q[0]) + 1e-3)
     check(
-        robot, tmp_path, q, qd, rng.uniform(0.2, 0.8, commanded(robot)), size=8e-6, tolerance=1e-8
+        robot,
+        tmp_path,
+        q,
+        qd,
+        rng.uniform(0.2, 0.8, count_commands(robot)),
+        size=8e-6,
+        tolerance=1e-8,
     )
 
 

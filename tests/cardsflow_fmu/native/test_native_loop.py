@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.robots.robots import EXAMPLES
-from support.ways import WAYS
+from support.run_modes import RUN_MODES
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result
@@ -47,9 +47,9 @@ def test_failed_run_keeps_its_rows(tmp_path: Path) -> None:
     found: dict[str, Result] = {}
     for through in ("direct", "native"):
         with pytest.raises(RunError, match="diverged at t ="):
-            simulate(experiment, **WAYS[through])
+            simulate(experiment, **RUN_MODES[through])
         with pytest.raises(RunError) as caught:
-            run(experiment, tmp_path / through, **WAYS[through])
+            run(experiment, tmp_path / through, **RUN_MODES[through])
         found[through] = caught.value.result
         assert found[through].summary["status"] == "incomplete"
         assert (tmp_path / through / "results.csv").is_file()

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.fmu.fmu_host import refused, running
+from support.fmu.fmu_host import require_error, running
 from support.fmu.native_states import check_states_repeat
 from support.robots.robots import EXAMPLES
 
@@ -95,7 +95,7 @@ def test_restored_states_are_bit_identical(case: str, model: str, tmp_path: Path
 def test_command_that_is_not_finite_is_rejected_by_name(tmp_path: Path) -> None:
     file = build(experiment_of("mixed"), tmp_path, compute="c")["plant"]
     with running(file, tmp_path / "unpacked") as host:
-        refused(lambda: host.set(**{"u.cable_3": math.nan}) or host.slave.doStep(0.0, 1e-3))
+        require_error(lambda: host.set(**{"u.cable_3": math.nan}) or host.slave.doStep(0.0, 1e-3))
         assert "u.cable_3" in host.last
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.experiments import written
+from support.experiments import write_experiment
 from support.robots.loops import random_loops
 from support.robots.random_robots import random_state, random_tree
 
@@ -66,7 +66,7 @@ step = 0.001
 duration = 0.01
 """
     laws = {f"controller.{k}": v for k, v in settings.items()}
-    return Experiment.load(written(robot, folder, text), laws)
+    return Experiment.load(write_experiment(robot, folder, text), laws)
 
 
 @pytest.mark.parametrize("settings", [*IN_JOINT_SPACE, *ON_TASKS], ids=str)

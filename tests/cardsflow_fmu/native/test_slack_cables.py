@@ -10,7 +10,7 @@ from fmpy import read_model_description
 from support.fmu.fmu_host import running
 from support.fmu.native_slopes import FloatArray
 from support.robots.robots import EXAMPLES, PLANAR_2R
-from support.ways import COMPUTE
+from support.run_modes import COMPUTE
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.fmu.description import FmiVersion

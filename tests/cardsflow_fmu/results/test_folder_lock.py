@@ -52,7 +52,7 @@ def test_second_run_into_a_folder_is_rejected_with_the_first_process(
 ) -> None:
     out, temporary = tmp_path / "out", tmp_path / "temporary"
     with running(out, temporary) as first:
-        message = cardsflow.refused("run", PLANAR_2R, "--coupling", "direct", "-o", out, *SHORT)
+        message = cardsflow.error_line("run", PLANAR_2R, "--coupling", "direct", "-o", out, *SHORT)
         holder = f"run of process {first.pid} on {socket.gethostname()} since 2"
         assert holder in message
         (out / f".summary.json.{first.pid}.cardsflow.tmp").write_text("half")
@@ -130,17 +130,17 @@ def test_commands_that_write_folders_use_the_lock(
     tmp_path: Path, words: list[object], cardsflow: CommandLine
 ) -> None:
     with lock_folder(tmp_path, "test"):
-        message = cardsflow.refused(*words, tmp_path)
+        message = cardsflow.error_line(*words, tmp_path)
     assert f"another program uses this folder (test of process {os.getpid()}" in message
     (tmp_path / ".robot.sdf.1.cardsflow.tmp").write_text("of one that was killed")
     if words[0] not in ("build", "convert"):
-        assert "nothing." in cardsflow.refused(*words, tmp_path)
+        assert "nothing." in cardsflow.error_line(*words, tmp_path)
         assert list(tmp_path.iterdir()) == []
-        assert "nothing." in cardsflow.refused(*words, tmp_path / "not/there")
+        assert "nothing." in cardsflow.error_line(*words, tmp_path / "not/there")
         assert list(tmp_path.iterdir()) == []
         (tmp_path / "mine.txt").write_text("mine")
-        assert "choose a new folder" in cardsflow.refused(*words, tmp_path)
-        assert "choose a new folder" in cardsflow.refused(*words, tmp_path / "mine.txt")
+        assert "choose a new folder" in cardsflow.error_line(*words, tmp_path)
+        assert "choose a new folder" in cardsflow.error_line(*words, tmp_path / "mine.txt")
 
 
 @pytest.mark.parametrize("kind", ["folder", "link"])

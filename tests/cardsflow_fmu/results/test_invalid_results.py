@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.cases import few
+from support.cases import sample_cases
 from support.command_line import CommandLine
 from support.experiments import twin_arms
-from support.observed import files_of
+from support.process_output import files_of
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu import Experiment, run
@@ -174,14 +174,14 @@ def test_invalid_results_are_reported_in_one_line(
     shutil.copytree(results, folder)
     change(folder)
     for name in names:
-        err = cardsflow.refused(*commands(folder, tmp_path)[name])
+        err = cardsflow.error_line(*commands(folder, tmp_path)[name])
         assert len(err) < 1500
         assert message in err
     assert [
         file.name for file in tmp_path.iterdir() if file.is_file() and "plot" not in names
     ] == []
     if case not in ("no rows", "no q", "no zip", "zip folder", "zip"):
-        err = cardsflow.refused("compare", folder, results)
+        err = cardsflow.error_line("compare", folder, results)
         assert message.removesuffix("; did you mean 'tim'") in err
 
 
@@ -195,7 +195,7 @@ def test_results_of_another_robot_are_reported(
     code, out, _ = cardsflow("compare", results, other)
     assert (code, "missing in the second: " in out) == (1, True)
     shutil.copy(results / "experiment.zip", other)
-    err = cardsflow.refused("view", other, "--html", tmp_path / "page.html")
+    err = cardsflow.error_line("view", other, "--html", tmp_path / "page.html")
     assert "experiment.zip: is of robot 'planar_2r'" in err
 
 
@@ -227,7 +227,7 @@ def test_parquet_without_a_table_of_numbers_is_rejected(
     file = tmp_path / "table.parquet"
     pq.write_table(made, file)
     for words in (["plot", file, "-o", tmp_path / "x.png"], ["compare", file, file]):
-        assert str(file) in cardsflow.refused(*words)
+        assert str(file) in cardsflow.error_line(*words)
     assert list(tmp_path.iterdir()) == [file]
 
 
@@ -245,7 +245,7 @@ def outputs(results: Path, place: Path) -> list[list[str]]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("k", few(range(5), 2))
+@pytest.mark.parametrize("k", sample_cases(range(5), 2))
 def test_files_of_other_programs_are_kept_and_our_files_are_replaced(
     k: int, results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
@@ -256,22 +256,24 @@ def test_files_of_other_programs_are_kept_and_our_files_are_replaced(
     assert cardsflow(*words)[0] == 0
     assert file.read_bytes() == first
     file.write_text("mine")
-    assert f"{file}: already exists and was not written by cardsflow" in cardsflow.refused(*words)
+    assert f"{file}: already exists and was not written by cardsflow" in cardsflow.error_line(
+        *words
+    )
     assert file.read_text() == "mine"
     file.unlink()
     file.mkdir()
-    assert "is a folder" in cardsflow.refused(*words)
+    assert "is a folder" in cardsflow.error_line(*words)
 
 
 @pytest.mark.cases(5)
 @pytest.mark.slow
-@pytest.mark.parametrize("k", few(range(5), 2))
+@pytest.mark.parametrize("k", sample_cases(range(5), 2))
 @pytest.mark.parametrize("place", ["file/x", "x" * 300, "a\0b", "/proc/x"])
 def test_output_that_cannot_be_written_is_reported(
     k: int, place: str, results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     (tmp_path / "file").write_text("mine")
-    assert "cannot be written" in cardsflow.refused(*outputs(results, tmp_path / place)[k])
+    assert "cannot be written" in cardsflow.error_line(*outputs(results, tmp_path / place)[k])
     assert [file.name for file in tmp_path.iterdir()] == ["file"]
 
 
@@ -280,9 +282,9 @@ def test_results_file_is_never_overwritten(results: Path, cardsflow: CommandLine
     before = files_of(results)
     for name in ("results.csv", "summary.json", "experiment.zip"):
         for words in (["report", results, "-o"], ["view", results, "--html"]):
-            assert "must end in .html" in cardsflow.refused(*words, results / name)
-        cardsflow.refused("plot", results, "-o", results / name)
-    cardsflow.refused("plot", results, "-o", results / "tracking.png")
+            assert "must end in .html" in cardsflow.error_line(*words, results / name)
+        cardsflow.error_line("plot", results, "-o", results / name)
+    cardsflow.error_line("plot", results, "-o", results / "tracking.png")
     assert files_of(results) == before
 
 

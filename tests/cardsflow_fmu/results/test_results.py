@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.browser import opened_browser
-from support.cases import few
+from support.cases import sample_cases
 from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
@@ -208,12 +208,12 @@ def test_missing_columns_and_rows_are_reported(tmp_path: Path, cardsflow: Comman
     assert code == 1
     for line in ("missing in the first: z", "missing in the second: y", "2 of them at the same"):
         assert line in text
-    cardsflow.refused(*words, "--columns", "nothing.*")
-    cardsflow.refused("compare", tmp_path / "a.csv", tmp_path / "none.csv")
-    cardsflow.refused(*words[:3], "--atol", "-1")
+    cardsflow.error_line(*words, "--columns", "nothing.*")
+    cardsflow.error_line("compare", tmp_path / "a.csv", tmp_path / "none.csv")
+    cardsflow.error_line(*words[:3], "--atol", "-1")
     assert cardsflow(*words[:3], "--rtol", "1e308")[2] == ""
     assert cardsflow("compare", words[1], words[1])[0] == 0
-    refused = cardsflow.refused("plot", tmp_path / "nowhere")
+    refused = cardsflow.error_line("plot", tmp_path / "nowhere")
     assert "nowhere: has no results of a run" in refused
 
 
@@ -225,12 +225,12 @@ def test_results_before_a_run_are_rejected_with_the_command_to_run(
     file = tmp_path / "experiment.toml"
     shutil.copy(EXAMPLES / "planar_2r/experiment.toml", file)
     for path in (file, tmp_path, tmp_path / "results"):
-        said = cardsflow.refused(command, path)
+        said = cardsflow.error_line(command, path)
         assert f"{path}: has no results of a run; run the experiment first" in said
         assert said.endswith(f": cardsflow run {file}\n")
     (tmp_path / "results").mkdir()
     (tmp_path / "results" / "results.csv").write_text("time\n0.0\n")
-    said = cardsflow.refused(command, tmp_path)
+    said = cardsflow.error_line(command, tmp_path)
     assert said.endswith(f"has no results of a run; specify {tmp_path / 'results'}\n")
 
 
@@ -268,7 +268,7 @@ def test_moment_arms_are_derivatives_of_the_lengths(finished: tuple[Path, Result
 
 
 @pytest.mark.parametrize(
-    ("file", "head"), few([("a.png", b"\x89PNG"), ("a.svg", b"<?xml"), ("a.pdf", b"%PDF")])
+    ("file", "head"), sample_cases([("a.png", b"\x89PNG"), ("a.svg", b"<?xml"), ("a.pdf", b"%PDF")])
 )
 def test_figures_are_written(
     finished: tuple[Path, Result], tmp_path: Path, file: str, head: bytes
@@ -292,7 +292,7 @@ def test_figures_are_written(
 def test_invalid_plot_options_are_reported(
     finished: tuple[Path, Result], cardsflow: CommandLine, words: list[str], says: str
 ) -> None:
-    assert says in cardsflow.refused("plot", finished[0], *words)
+    assert says in cardsflow.error_line("plot", finished[0], *words)
 
 
 def test_columns_are_grouped_by_unit(finished: tuple[Path, Result]) -> None:

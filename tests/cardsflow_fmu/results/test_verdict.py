@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.command_line import CommandLine
 from support.robots.robots import PLANAR_2R
-from support.ways import WAYS
+from support.run_modes import RUN_MODES
 
 from addin_sdfusion.robot import InputError, SimulationError
 from cardsflow_fmu import Experiment, run
@@ -112,7 +112,7 @@ def test_diverging_run_ends_with_an_error(through: str, tmp_path: Path) -> None:
     }
     experiment = Experiment.load(PLANAR_2R, settings)
     with pytest.raises(RunError, match="diverged") as caught:
-        run(experiment, tmp_path, **WAYS[through])  # type: ignore[arg-type]
+        run(experiment, tmp_path, **RUN_MODES[through])  # type: ignore[arg-type]
     result = caught.value.result
     assert not result.complete
     assert result.rows[-1, 0] < experiment.run.duration
@@ -168,4 +168,4 @@ def test_masses_scaled_to_zero_are_rejected(through: str, tmp_path: Path) -> Non
         InputError,
         match=r"plant\.mass_scale: link 'link_2': no inertia about.*; give the link a mass",
     ):
-        run(experiment, tmp_path, **WAYS[through])
+        run(experiment, tmp_path, **RUN_MODES[through])

@@ -49,7 +49,7 @@ def test_measurements_of_a_device_are_published(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_the_description_of_a_node_contains_the_timeout(cardsflow: CommandLine) -> None:
-    line = cardsflow.refused(
+    line = cardsflow.error_line(
         "device", PLANAR_2R, "--listen", "udp://127.0.0.1:0", "--ros2", "ros2://"
     )
     assert "commands from a topic need a timeout, such as ros2://?timeout=0.1" in line

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.command_line import CommandLine
-from support.recorded import waving, with_columns
+from support.recorded import sinusoidal_result, with_columns
 from support.robots.robots import PLANAR_2R
 from support.ros.bus import Bus
 
@@ -27,7 +27,7 @@ EXPERIMENT = Experiment.load(PLANAR_2R)
 
 def rows_of(run: Experiment) -> Any:
     """Return the rows of an artificial motion with velocities."""
-    plain = waving(run.robot, 1.0)
+    plain = sinusoidal_result(run.robot, 1.0)
     names = coordinate_signals("qd", run.robot)
     return with_columns(plain, {name: np.cos(plain["time"]) for name in names})
 
@@ -102,7 +102,7 @@ def test_the_error_without_rclpy_names_a_remedy(
     cardsflow: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "rclpy", None)
-    line = cardsflow.refused("run", PLANAR_2R, "--publish", "ros2://", "-o", tmp_path / "out")
+    line = cardsflow.error_line("run", PLANAR_2R, "--publish", "ros2://", "-o", tmp_path / "out")
     for what in ("ROS 2 topics require rclpy", "source the setup.bash", "ros-jazzy-rclpy", "3.11"):
         assert what in line
     assert not (tmp_path / "out").exists()

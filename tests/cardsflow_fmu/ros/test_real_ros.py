@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from support.observed import MAX_WAIT, lines_until
+from support.process_output import MAX_WAIT, read_lines_until
 from support.robots.robots import PLANAR_2R
 from support.ros import jazzy
 
@@ -69,7 +69,7 @@ def listening(ros: Environment, node: str, bag: Path, *wanted: str) -> Iterator[
     seen: dict[str, Any] = {}
     command = [sys.executable, str(PROGRAMS / "listener.py"), node, str(bag), *wanted]
     with started(command, ros) as process:
-        lines_until(process, "up")
+        read_lines_until(process, "up")
         yield seen
         out, _ = process.communicate(timeout=MAX_WAIT)
         seen |= json.loads(out.splitlines()[-1])
@@ -154,7 +154,7 @@ def device(ros: Environment, *words: str) -> Iterator[subprocess.Popen[str]]:
 
 def test_a_late_subscriber_receives_the_description(ros: Environment, tmp_path: Path) -> None:
     with device(ros, "--publish", "ros2://right") as process:
-        lines_until(process, "published as node /right/cardsflow")
+        read_lines_until(process, "published as node /right/cardsflow")
         begin = time.time()
         with listening(ros, "/right/cardsflow", tmp_path / "bag"):
             time.sleep(5.0)
@@ -172,14 +172,14 @@ def test_a_late_subscriber_receives_the_description(ros: Environment, tmp_path: 
 def test_a_run_drives_a_device_by_topics(ros: Environment, tmp_path: Path, controller: str) -> None:
     with device(ros, "--ros2", f"ros2://left?timeout=4&node=arm{controller}") as process:
         topic = "/left/tendons/commands" if controller else "/left/device_commands"
-        said = lines_until(process, f"commands from {topic} with a timeout of 4 s")
+        said = read_lines_until(process, f"commands from {topic} with a timeout of 4 s")
         assert any("warning: ros2://" in line and "topics are not signed" in line for line in said)
         link = f"ros2://left?timeout=4&node=controller{controller}"
         words = run_words(tmp_path / "out", "--hardware", link, "--set", "run.duration=0.3")
         done = subprocess.run(words, capture_output=True, text=True, env=ros, check=False)
         assert done.returncode == 0, done.stderr
         assert json.loads(done.stdout)["status"] == "complete"
-        said = lines_until(process, "none arrived for 4 s; forces are ramped down")
+        said = read_lines_until(process, "none arrived for 4 s; forces are ramped down")
         assert any("ROS commands begin" in line for line in said)
     q = load_run(tmp_path / "out").columns([f"q.{name}" for name in JOINTS])
     assert np.isfinite(q).all()
@@ -190,12 +190,12 @@ def test_another_node_commands_tendons_as_joints(ros: Environment) -> None:
     """It uses Float64MultiArray commands and one JointState with joints and tendons."""
     forces = [30.0, 15.0, 20.0, 15.0]
     with device(ros, "--ros2", "ros2://?timeout=0.5&controller=tendons") as process:
-        lines_until(process, "commands from /tendons/commands")
+        read_lines_until(process, "commands from /tendons/commands")
         words = ["/tendons/commands", "/joint_states", "6", *map(str, forces)]
         command = [sys.executable, str(PROGRAMS / "commander.py"), *words]
         done = subprocess.run(command, capture_output=True, text=True, env=ros, check=False)
         assert done.returncode == 0, done.stderr
-        lines_until(process, "none arrived for 0.5 s; forces are ramped down")
+        read_lines_until(process, "none arrived for 0.5 s; forces are ramped down")
     state = json.loads(done.stdout)
     assert state["status"] == "running"
     assert state["name"] == [*JOINTS, *MUSCLES]
@@ -207,7 +207,7 @@ def test_ctrl_c_ends_a_published_run_with_its_results(ros: Environment, tmp_path
     words = ("--publish", "ros2://", "--set", "run.duration=60")
     with started(run_words(tmp_path / "out", *words), ros) as process:
         with listening(ros, "/cardsflow", tmp_path / "bag"):
-            lines_until(process, "published as node /cardsflow")
+            read_lines_until(process, "published as node /cardsflow")
             time.sleep(5.0)
         process.send_signal(signal.SIGINT)
         said, _ = process.communicate(timeout=MAX_WAIT)

@@ -11,9 +11,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.cases import few
+from support.cases import sample_cases
 from support.command_line import CommandLine
-from support.recorded import waving, with_columns
+from support.recorded import sinusoidal_result, with_columns
 from support.robots.every_joint import every_joint
 from support.robots.random_robots import random_robot, random_tree
 from support.robots.robots import PLANAR_2R, planar_2r
@@ -38,7 +38,7 @@ Messages = dict[str, list[tuple[int, Any]]]
 
 def run_of(robot: Robot, folder: Path, seconds: float = 0.5) -> ExperimentRunData:
     """Return an artificial run with rates, lengths, ticks without forces, and other columns."""
-    plain = waving(robot, seconds)
+    plain = sinusoidal_result(robot, seconds)
     rng = np.random.default_rng(5)
     names = coordinate_signals("qd", robot) + muscle_signals("l", robot)
     names += [*coordinate_signals("slack", robot), *motor_signals("tau", robot), "energy.kinetic"]
@@ -78,8 +78,8 @@ def column(messages: Messages, topic: str, field: str) -> np.ndarray:
 ROBOTS = [
     planar_2r(),
     every_joint(),
-    *few([random_tree(seed) for seed in range(3, 9)], 0),
-    *few([random_robot(seed) for seed in range(4)], 0),
+    *sample_cases([random_tree(seed) for seed in range(3, 9)], 0),
+    *sample_cases([random_robot(seed) for seed in range(4)], 0),
 ]
 
 
@@ -253,7 +253,7 @@ def test_the_file_contains_schemas_and_qualities_of_service(tmp_path: Path) -> N
     from mcap.reader import make_reader
 
     experiment = Experiment.load(Path(__file__).parents[3] / "examples/roboy_left_arm")
-    known = vars(waving(experiment.robot, 0.2))
+    known = vars(sinusoidal_result(experiment.robot, 0.2))
     run = ExperimentRunData(**known, experiment=experiment)
     recorded = write_recording(run, tmp_path / "run.mcap")
     with recorded.file.open("rb") as stream:
@@ -345,6 +345,6 @@ def test_the_error_without_the_extra_names_it(
 
     (tmp_path / "a.csv").write_text("time,q.a\n0,1\n1,2\n")
     monkeypatch.setitem(sys.modules, "mcap.writer", None)
-    line = cardsflow.refused("convert", tmp_path / "a.csv", "--to", tmp_path / "a.mcap")
+    line = cardsflow.error_line("convert", tmp_path / "a.csv", "--to", tmp_path / "a.mcap")
     assert line.startswith("cardsflow: --to: recordings of ROS 2 need mcap: ")
     assert "ros2" in line

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from support.cases import few
+from support.cases import sample_cases
 from support.fmu.fmu_host import load
 from support.fmu.worker_host import children, unpack_stubborn
 
@@ -22,7 +22,7 @@ MAX_GROWTH = 512 * 1024  # bytes, over three quarters of the cycles
 
 @pytest.mark.cases(1)
 @pytest.mark.slow
-@pytest.mark.parametrize(("mode", "cycles"), few([("in-process", 1000), ("worker", 16)]))
+@pytest.mark.parametrize(("mode", "cycles"), sample_cases([("in-process", 1000), ("worker", 16)]))
 def test_cycles_leak_no_resources(
     mode: str, cycles: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

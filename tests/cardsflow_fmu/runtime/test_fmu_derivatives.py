@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from array_model import ARRAYS, INDEX, PORTS, ArrayModel
-from support.fmu.fmu_host import load, refused, unpacked
+from support.fmu.fmu_host import load, require_error, unpacked
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
@@ -220,9 +220,9 @@ def test_derivatives_by_fmi_equal_python(
     slave.doStep(0.0, STEP)
     expected = closed_form(moving, STEP)["u"] @ [2.0, -3.0]
     np.testing.assert_allclose(ask(unknowns, knowns, [2.0, -3.0]), expected, atol=1e-9)
-    refused(lambda: ask(knowns, knowns, [1.0, 1.0]))  # inputs are not unknowns
-    refused(lambda: ask(unknowns, knowns, [np.nan, 1.0]))
-    refused(
+    require_error(lambda: ask(knowns, knowns, [1.0, 1.0]))  # inputs are not unknowns
+    require_error(lambda: ask(unknowns, knowns, [np.nan, 1.0]))
+    require_error(
         lambda: (
             ask(unknowns, knowns, [1.0, 1.0, 1.0]) if version == "3.0" else ask([], ["on.a"], [1.0])
         )

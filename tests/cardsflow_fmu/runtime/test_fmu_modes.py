@@ -16,7 +16,7 @@ from support.fmu.fmu_host import (
     load,
     opened,
     plain_run,
-    refused,
+    require_error,
     unpack,
     unpacked,
 )
@@ -124,15 +124,15 @@ def test_exceptions_reach_the_log(instance: Host, when: str) -> None:
         instance.slave.setBoolean([REFERENCES["interrupt"]], [True])
         instance.slave.exitInitializationMode()
         instance.set(fail_at=0.0)
-        refused(lambda: instance.slave.doStep(0.0, STEP))
+        require_error(lambda: instance.slave.doStep(0.0, STEP))
         assert instance.last.startswith("doStep at 0 s: KeyboardInterrupt\nTraceback")
     else:
         instance.start(fail_at=0.0)
-        refused(lambda: instance.slave.doStep(0.0, STEP))
+        require_error(lambda: instance.slave.doStep(0.0, STEP))
         assert "ValueError: 100 % broken at 0.0 s: größer als #1\nTraceback" in instance.last
     assert "toy_model.py" in instance.last
-    refused(lambda: instance.get("x"))
-    refused(lambda: instance.slave.doStep(0.0, STEP))
+    require_error(lambda: instance.get("x"))
+    require_error(lambda: instance.slave.doStep(0.0, STEP))
     instance.slave.reset()
     instance.start()
     assert (instance.drive(0, 50) == plain_run(50)).all()
@@ -166,7 +166,7 @@ def test_instances_can_be_freed_at_any_time(mode: str, stubborn_fmu: Path) -> No
             host.slave.exitInitializationMode()
         if stage >= 3:
             host.set(action=RAISE)
-            refused(lambda host=host: host.slave.doStep(0.0, STEP))
+            require_error(lambda host=host: host.slave.doStep(0.0, STEP))
         if stage >= 4:
             host.slave.reset()
         host.slave.freeInstance()
@@ -178,8 +178,8 @@ def test_repeated_failures_resets_and_frees(mode: str, stubborn_fmu: Path) -> No
     for _ in range(REPEATS):
         with opened_stubborn(stubborn_fmu) as host:
             host.set(action=RAISE)
-            refused(lambda host=host: host.slave.doStep(0.0, STEP))
-            refused(lambda host=host: host.value("sum"))
+            require_error(lambda host=host: host.slave.doStep(0.0, STEP))
+            require_error(lambda host=host: host.value("sum"))
             host.slave.reset()
             host.start()
             assert sums(host, 0, 3) == [0.0, 1.0, 3.0]

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from support.fmu.fmu_host import STEP, Host, refused
+from support.fmu.fmu_host import STEP, Host, require_error
 from support.fmu.worker_host import is_running, opened_stubborn, sums
 
 pytestmark = [
@@ -63,9 +63,9 @@ def test_forked_copy_calls_the_instance(
     with opened_stubborn(stubborn_fmu) as host:
 
         def call() -> None:
-            refused(lambda: host.slave.doStep(3 * STEP, STEP))
+            require_error(lambda: host.slave.doStep(3 * STEP, STEP))
             assert "belongs to the process that this one was forked from" in host.last
-            refused(host.slave.reset)
+            require_error(host.slave.reset)
             host.slave.freeInstance()
 
         check(host, call)

@@ -8,7 +8,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy import fmi2
-from support.fmu.fmu_host import STEP, Host, opened, plain_run, refused, unpack
+from support.fmu.fmu_host import STEP, Host, opened, plain_run, require_error, unpack
 from toy_model import REFERENCES, OtherToyModel, ToyModel
 
 from cardsflow_fmu.fmu.description import FmiVersion
@@ -123,7 +123,7 @@ def test_terminated_outputs_can_be_read(started: Host) -> None:
     outputs = started.drive(0, 3)
     started.slave.terminate()
     assert (started.get("x", "v", "work") == outputs[-1]).all()
-    refused(lambda: started.set(u=1.0))
+    require_error(lambda: started.set(u=1.0))
 
 
 @pytest.mark.slow

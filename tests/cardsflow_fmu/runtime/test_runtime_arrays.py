@@ -14,7 +14,7 @@ import pytest
 from array_model import ARRAYS, INDEX, PORTS, ArrayModel
 from fmpy import fmi3
 from fmpy.validation import validate_fmu
-from support.fmu.fmu_host import load, pack, refused
+from support.fmu.fmu_host import load, pack, require_error
 
 from addin_sdfusion.robot import SimulationError, UnknownNameError
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
@@ -115,25 +115,25 @@ def test_wrong_lengths_are_rejected(folder: Path, size: int) -> None:
     ):
         made = Instance(folder)
         made.start()
-        refused(lambda call=call, made=made: call(made.slave))
+        require_error(lambda call=call, made=made: call(made.slave))
         assert "values" in made.host.last
         made.slave.freeInstance()
 
 
 def test_elements_have_no_value_reference(started: Instance) -> None:
-    refused(lambda: started.slave.getFloat64([INDEX["x.b"]]))
+    require_error(lambda: started.slave.getFloat64([INDEX["x.b"]]))
     assert "value reference 5 is within the array x" in started.host.last
 
 
 def test_time_cannot_be_set(started: Instance) -> None:
-    refused(lambda: started.slave.setFloat64([ARRAYS["time"]], [1.0]))
+    require_error(lambda: started.slave.setFloat64([ARRAYS["time"]], [1.0]))
 
 
 def test_other_types_are_rejected(folder: Path) -> None:
     for name in ("Float32", "Int8", "UInt16", "Int32", "UInt64"):
         made = Instance(folder)
         made.start()
-        refused(lambda made=made, name=name: getattr(made.slave, f"get{name}")([0]))
+        require_error(lambda made=made, name=name: getattr(made.slave, f"get{name}")([0]))
         assert "Float64 and Boolean variables only" in made.host.last
         made.slave.freeInstance()
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
-from support.fmu.fmu_host import STEP, Host, load, opened, plain_run, refused
+from support.fmu.fmu_host import STEP, Host, load, opened, plain_run, require_error
 from toy_model import PORTS, REFERENCES
 
 pytestmark = pytest.mark.native
@@ -23,7 +23,7 @@ def test_calls_before_initialization(toy_fmu: Path) -> None:
     ]
     for call in calls:
         with opened(toy_fmu) as (host,):
-            refused(lambda call=call, host=host: call(host))
+            require_error(lambda call=call, host=host: call(host))
             assert "out of order" in host.last
             assert len(host.messages) == 1
 
@@ -37,12 +37,12 @@ def test_calls_in_step_mode(toy_fmu: Path) -> None:
     for call in calls:
         with opened(toy_fmu) as (host,):
             host.start()
-            refused(lambda call=call, host=host: call(host))
+            require_error(lambda call=call, host=host: call(host))
             assert host.last.endswith("out of order, the instance is in step mode")
 
 
 def test_failed_instance_accepts_only_reset(started: Host) -> None:
-    refused(lambda: started.slave.doStep(1.0, STEP))
+    require_error(lambda: started.slave.doStep(1.0, STEP))
     for call in (
         lambda: started.slave.doStep(0.0, STEP),
         lambda: started.set(u=0.0),
@@ -52,7 +52,7 @@ def test_failed_instance_accepts_only_reset(started: Host) -> None:
         lambda: started.slave.getFMUstate(),
         lambda: started.slave.enterInitializationMode(),
     ):
-        refused(call)
+        require_error(call)
     assert len(started.messages) == 1
     started.slave.reset()
     started.start()
@@ -73,7 +73,7 @@ def test_failed_instance_accepts_only_reset(started: Host) -> None:
 def test_discontinuous_steps_are_rejected(
     started: Host, time: float, step: float, message: str
 ) -> None:
-    refused(lambda: started.slave.doStep(time, step))
+    require_error(lambda: started.slave.doStep(time, step))
     assert message in started.last
 
 
@@ -84,34 +84,34 @@ def test_steps_end_at_the_stop_time(host: Host) -> None:
     host.slave.doStep(0.0, 0.1)
     host.slave.doStep(0.1, 0.1)
     host.slave.doStep(0.2, 0.1)
-    refused(lambda: host.slave.doStep(0.3, 0.1))
+    require_error(lambda: host.slave.doStep(0.3, 0.1))
     assert "after the stop time 0.3 s" in host.last
 
 
 @pytest.mark.parametrize(("start", "stop"), [(math.nan, 1.0), (math.inf, None), (1.0, 0.5)])
 def test_impossible_times_are_rejected(host: Host, start: float, stop: float | None) -> None:
-    refused(lambda: host.slave.setupExperiment(startTime=start, stopTime=stop))
+    require_error(lambda: host.slave.setupExperiment(startTime=start, stopTime=stop))
     assert "invalid time from" in host.last
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_values_that_are_not_finite_are_rejected(started: Host, value: float) -> None:
-    refused(lambda: started.set(u=value))
+    require_error(lambda: started.set(u=value))
     assert started.last.startswith("setReal: u cannot be")
 
 
 def test_setting_outputs_is_rejected(started: Host) -> None:
-    refused(lambda: started.set(x=1.0))
+    require_error(lambda: started.set(x=1.0))
     assert started.last == "setReal: x is an output and cannot be set"
 
 
 def test_setting_boolean_outputs_is_rejected(started: Host) -> None:
-    refused(lambda: started.slave.setBoolean([REFERENCES["is_right"]], [True]))
+    require_error(lambda: started.slave.setBoolean([REFERENCES["is_right"]], [True]))
     assert started.last == "setBoolean: is_right is an output and cannot be set"
 
 
 def test_setting_fixed_parameters_in_step_mode_is_rejected(started: Host) -> None:
-    refused(lambda: started.set(stiffness=1.0))
+    require_error(lambda: started.set(stiffness=1.0))
     assert "stiffness is a fixed parameter" in started.last
 
 
@@ -125,7 +125,7 @@ def test_unknown_references_are_rejected(toy_fmu: Path, reference: int) -> None:
     ):
         with opened(toy_fmu) as (host,):
             host.start()
-            refused(lambda call=call, host=host: call(host.slave))
+            require_error(lambda call=call, host=host: call(host.slave))
             assert f"unknown value reference {reference}; the last one is 9" in host.last
 
 
@@ -142,7 +142,7 @@ def test_other_types_are_rejected(toy_fmu: Path) -> None:
     ):
         with opened(toy_fmu) as (host,):
             host.start()
-            refused(lambda call=call, host=host: call(host.slave))
+            require_error(lambda call=call, host=host: call(host.slave))
             assert message in host.last
 
 
@@ -156,7 +156,7 @@ def test_null_pointers_without_variables(started: Host) -> None:
 
 def test_null_pointers_with_variables(started: Host) -> None:
     slave = started.slave
-    refused(lambda: slave.fmi2GetReal(slave.component, None, 1, None))
+    require_error(lambda: slave.fmi2GetReal(slave.component, None, 1, None))
     assert "null pointer" in started.last
 
 
@@ -179,7 +179,7 @@ def test_unsupported_optional_functions_report_errors(started: Host) -> None:
         lambda: slave.cancelStep(),
     ):
         before = len(started.messages)
-        refused(call)
+        require_error(call)
         assert len(started.messages) == before + 1
     assert (started.drive(0, 5) == plain_run(5)).all()
 

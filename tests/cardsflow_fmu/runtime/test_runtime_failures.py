@@ -4,7 +4,7 @@ import ctypes
 from pathlib import Path
 
 import pytest
-from support.fmu.fmu_host import STEP, Host, opened, plain_run, refused
+from support.fmu.fmu_host import STEP, Host, opened, plain_run, require_error
 from toy_model import REFERENCES, ToyModel
 
 from cardsflow_fmu.runtime.in_process import HostedModel
@@ -17,7 +17,7 @@ FMI = ("2.0", "3.0")
 def test_exception_in_step_is_logged(host: Host) -> None:
     host.start(fail_at=4.5 * STEP)
     assert (host.drive(0, 5) == plain_run(5)).all()
-    refused(lambda: host.slave.doStep(5 * STEP, STEP))
+    require_error(lambda: host.slave.doStep(5 * STEP, STEP))
     (message,) = host.messages
     first, second, *_ = host.last.splitlines()
     assert message.category == "logStatusError"
@@ -29,8 +29,8 @@ def test_exception_in_step_is_logged(host: Host) -> None:
 
 def test_run_after_an_exception_equals_a_new_run(host: Host) -> None:
     host.start(fail_at=0.0)
-    refused(lambda: host.slave.doStep(0.0, STEP))
-    refused(lambda: host.get("x"))
+    require_error(lambda: host.slave.doStep(0.0, STEP))
+    require_error(lambda: host.get("x"))
     host.slave.reset()
     host.start()
     assert (host.drive(0, 50) == plain_run(50)).all()
@@ -40,7 +40,7 @@ def test_exception_does_not_affect_other_instances(toy_fmu: Path) -> None:
     with opened(toy_fmu, toy_fmu) as (one, two):
         one.start(fail_at=0.0)
         two.start()
-        refused(lambda: one.slave.doStep(0.0, STEP))
+        require_error(lambda: one.slave.doStep(0.0, STEP))
         assert (two.drive(0, 50) == plain_run(50)).all()
         assert two.messages == []
 
@@ -48,13 +48,13 @@ def test_exception_does_not_affect_other_instances(toy_fmu: Path) -> None:
 def test_keyboard_interrupt_is_logged(host: Host) -> None:
     host.slave.setBoolean([REFERENCES["interrupt"]], [True])
     host.start(fail_at=0.0)
-    refused(lambda: host.slave.doStep(0.0, STEP))
+    require_error(lambda: host.slave.doStep(0.0, STEP))
     assert host.last.startswith("doStep at 0 s: KeyboardInterrupt\nTraceback")
 
 
 def test_exception_at_the_start_is_logged(host: Host, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ToyModel, "initialize", lambda self, t: 1 / 0)
-    refused(host.start)
+    require_error(host.start)
     assert host.last.startswith("initialization: ZeroDivisionError: division by zero")
 
 
@@ -62,12 +62,12 @@ def test_model_that_cannot_be_created_again_is_reported(
     started: Host, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     started.set(fail_at=0.0)
-    refused(lambda: started.slave.doStep(0.0, STEP))
+    require_error(lambda: started.slave.doStep(0.0, STEP))
     with monkeypatch.context() as patch:
         patch.setattr(ToyModel, "from_resources", lambda folder, values: 1 / 0)
-        refused(started.slave.reset)
+        require_error(started.slave.reset)
         assert started.last.startswith("reset: ZeroDivisionError")
-        refused(started.slave.reset)
+        require_error(started.slave.reset)
     started.slave.reset()
     started.start()
     assert (started.drive(0, 50) == plain_run(50)).all()
@@ -87,7 +87,7 @@ def test_invalid_results_of_a_model_are_reported(
     started: Host, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(ToyModel, "get_state", lambda self: None)
-    refused(started.slave.getFMUstate)
+    require_error(started.slave.getFMUstate)
     assert started.last.startswith("getFMUstate: TypeError")
 
 
@@ -102,8 +102,8 @@ def test_failures_outside_of_the_model_are_reported(
     with opened(toy_fmu, toy_fmu) as (one, two):
         one.start()
         state = one.slave.fmi2GetFMUstate
-        refused(lambda: state(one.slave.component, ctypes.byref(ctypes.c_void_p())))
+        require_error(lambda: state(one.slave.component, ctypes.byref(ctypes.c_void_p())))
         assert one.last == "getFMUstate: the model returned neither bytes nor a string"
         two.start()
-        refused(lambda: two.slave.doStep(0.0, STEP))
+        require_error(lambda: two.slave.doStep(0.0, STEP))
         assert two.last == "doStep at 0 s: <class 'KeyboardInterrupt'>"

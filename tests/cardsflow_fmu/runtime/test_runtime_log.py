@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from fmpy import fmi2
-from support.fmu.fmu_host import STEP, Host, load, opened, refused
+from support.fmu.fmu_host import STEP, Host, load, opened, require_error
 from toy_model import REFERENCES, ToyModel
 
 pytestmark = pytest.mark.native
@@ -17,7 +17,7 @@ def test_fmpy_shows_messages_unchanged(toy_fmu: Path, capfd: pytest.CaptureFixtu
     slave.enterInitializationMode()
     slave.setReal([REFERENCES["fail_at"]], [0.0])
     slave.exitInitializationMode()
-    refused(lambda: slave.doStep(0.0, STEP))
+    require_error(lambda: slave.doStep(0.0, STEP))
     slave.freeInstance()
     printed = capfd.readouterr().out
     assert printed.startswith("[ERROR] doStep at 0 s: ValueError: 100 % broken at 0.0 s: größer")
@@ -37,7 +37,7 @@ def fail_with(started: Host, error: type[Exception], *arguments: str) -> None:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ToyModel, "step", fail)
-        refused(lambda: started.slave.doStep(0.0, STEP))
+        require_error(lambda: started.slave.doStep(0.0, STEP))
 
 
 def test_long_texts_are_split(started: Host) -> None:
@@ -98,5 +98,5 @@ def test_no_logger(toy_fmu: Path) -> None:
     host.callbacks = fmi2.fmi2CallbackFunctions()
     assert host.instantiate("wrong", "file:///nowhere") is None
     assert host.instantiate(host.slave.guid, (toy_fmu / "resources").as_uri())
-    refused(lambda: host.slave.doStep(0.0, STEP))
+    require_error(lambda: host.slave.doStep(0.0, STEP))
     host.slave.freeInstance()

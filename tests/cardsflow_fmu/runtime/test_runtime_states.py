@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
-from support.fmu.fmu_host import STEP, Host, environment, opened, plain_run, refused, unpack
+from support.fmu.fmu_host import STEP, Host, environment, opened, plain_run, require_error, unpack
 from toy_model import PORTS, REFERENCES, OtherToyModel, ToyModel
 
 from cardsflow_fmu.fmu.description import FmiVersion
@@ -109,7 +109,7 @@ def test_state_resolves_an_error(started: Host) -> None:
     started.drive(0, 5)
     state = slave.getFMUstate()
     started.set(fail_at=0.0)
-    refused(lambda: slave.doStep(5 * STEP, STEP))
+    require_error(lambda: slave.doStep(5 * STEP, STEP))
     slave.setFMUstate(state)
     slave.freeFMUstate(state)
     assert (started.drive(5, 50) == plain_run(50)[5:]).all()
@@ -149,7 +149,7 @@ def test_wrong_bytes_are_rejected(started: Host) -> None:
     slave = started.slave
     data = started.save()
     for wrong in (b"", data[:-1], data + b"\0", data[:40], b"\1" + data[1:]):
-        refused(lambda wrong=wrong: slave.deSerializeFMUstate(wrong))
+        require_error(lambda wrong=wrong: slave.deSerializeFMUstate(wrong))
         assert started.last.startswith("deSerializeFMUstate: the state")
     assert (started.drive(0, 5) == plain_run(5)).all()
 
@@ -176,7 +176,7 @@ def test_serialized_state_of_another_fmu_is_rejected(
     with opened(toy_fmu, other) as (one, two):
         one.start()
         data = one.save()
-        refused(lambda: two.slave.deSerializeFMUstate(data))
+        require_error(lambda: two.slave.deSerializeFMUstate(data))
         assert two.last == "deSerializeFMUstate: the state belongs to another FMU"
 
 
@@ -186,7 +186,7 @@ def test_state_that_the_model_rejects_is_reported(
     slave = started.slave
     monkeypatch.setattr(ToyModel, "get_state", lambda self: b"short")
     state = slave.getFMUstate()
-    refused(lambda: slave.setFMUstate(state))
+    require_error(lambda: slave.setFMUstate(state))
     slave.freeFMUstate(state)
     assert "unpack requires a buffer of 24 bytes" in started.last
 
@@ -195,7 +195,7 @@ def test_small_buffer_is_rejected(started: Host) -> None:
     slave = started.slave
     state = slave.getFMUstate()
     room = ctypes.create_string_buffer(3)
-    refused(lambda: slave.fmi2SerializeFMUstate(slave.component, state, room, 3))
+    require_error(lambda: slave.fmi2SerializeFMUstate(slave.component, state, room, 3))
     slave.freeFMUstate(state)
     assert "buffer is too small" in started.last
 
@@ -224,7 +224,7 @@ def test_states_with_invalid_numbers_are_rejected(started: Host) -> None:
     for place in places:
         for number in (math.nan, math.inf):
             wrong = data[:place] + struct.pack("<d", number) + data[place + 8 :]
-            refused(lambda wrong=wrong: slave.deSerializeFMUstate(wrong))
+            require_error(lambda wrong=wrong: slave.deSerializeFMUstate(wrong))
             assert started.last == "deSerializeFMUstate: the state is damaged"
     assert (started.drive(5, 9) == plain_run(9)[5:]).all()
 
@@ -233,7 +233,7 @@ def test_state_of_another_fmu_is_rejected(started: Host, fmi: FmiVersion, tmp_pa
     with opened(unpack(tmp_path / "other", x_start=0.5, fmi=fmi)) as (other,):
         other.start()
         state = other.slave.getFMUstate()
-        refused(lambda: started.slave.setFMUstate(state))
+        require_error(lambda: started.slave.setFMUstate(state))
         assert started.last == "setFMUstate: the state belongs to another FMU"
         other.slave.freeFMUstate(state)
     started.slave.reset()

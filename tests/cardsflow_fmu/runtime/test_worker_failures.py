@@ -12,14 +12,14 @@ from pathlib import Path
 
 import pytest
 from stubborn_model import CRASH, EXIT, HOLD, SLEEP, WELL
-from support.fmu.fmu_host import STEP, environment, refused
+from support.fmu.fmu_host import STEP, environment, require_error
 from support.fmu.worker_host import (
     children,
     is_running,
     opened_stubborn,
     sums,
 )
-from support.observed import eventually
+from support.process_output import wait_until
 
 pytestmark = [
     pytest.mark.native,
@@ -58,10 +58,10 @@ def test_worker_killed_within_a_step_is_reported(stubborn_fmu: Path) -> None:
             host.set(action=SLEEP, worker_timeout=1e6)
             killer = threading.Timer(0.05, os.kill, (process, signal.SIGKILL))
             killer.start()
-            refused(lambda: host.slave.doStep(5 * STEP, STEP))
+            require_error(lambda: host.slave.doStep(5 * STEP, STEP))
             killer.join()
             assert host.last.endswith("the worker process was ended by signal 9")
-            refused(lambda: host.value("sum"))
+            require_error(lambda: host.value("sum"))
             host.slave.reset()
             host.start()
             assert host.value("process") != process
@@ -74,7 +74,7 @@ def test_worker_killed_between_steps_is_reported(stubborn_fmu: Path) -> None:
         for call in ("doStep", "reset"):
             os.kill(int(host.value("process")), signal.SIGKILL)
             if call == "doStep":
-                refused(lambda: host.slave.doStep(0.0, STEP))
+                require_error(lambda: host.slave.doStep(0.0, STEP))
             host.slave.reset()
             host.start()
         assert sums(host, 0, 3) == [0.0, 1.0, 3.0]
@@ -88,7 +88,7 @@ def test_worker_killed_between_steps_is_reported(stubborn_fmu: Path) -> None:
 def test_worker_that_exits_is_reported(stubborn_fmu: Path, action: int, message: str) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         host.set(action=action)
-        refused(lambda: host.slave.doStep(0.0, STEP))
+        require_error(lambda: host.slave.doStep(0.0, STEP))
         assert message in host.last
         host.slave.reset()
         host.start()
@@ -107,7 +107,7 @@ def test_hanging_worker_is_ended(
         process = host.value("process")
         host.set(action=action, worker_timeout=0.5 if told_by == "parameter" else 1e6)
         begin = time.monotonic()
-        refused(lambda: host.slave.doStep(0.0, STEP))
+        require_error(lambda: host.slave.doStep(0.0, STEP))
         assert time.monotonic() - begin > 0.4
         assert host.last.endswith("no answer from the worker process within 0.5 s")
         assert not is_running(process)
@@ -121,7 +121,7 @@ def test_state_restores_a_dead_worker(stubborn_fmu: Path) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         state = host.slave.getFMUstate()
         os.kill(int(host.value("process")), signal.SIGKILL)
-        refused(lambda: host.slave.doStep(0.0, STEP))
+        require_error(lambda: host.slave.doStep(0.0, STEP))
         host.slave.setFMUstate(state)
         host.slave.freeFMUstate(state)
         host.set(u=1.0)
@@ -136,7 +136,7 @@ def test_worker_ends_with_a_killed_host(stubborn_fmu: Path, action: int) -> None
         assert is_running(process)
         time.sleep(0.1)
         host.kill()
-    assert eventually(lambda: not is_running(process))
+    assert wait_until(lambda: not is_running(process))
 
 
 @pytest.mark.slow
@@ -144,7 +144,7 @@ def test_worker_ends_with_its_host(stubborn_fmu: Path) -> None:
     with separate_host(stubborn_fmu, WELL) as host:
         process = read_number(host)
         host.communicate("")
-    assert eventually(lambda: not is_running(process))
+    assert wait_until(lambda: not is_running(process))
 
 
 @pytest.mark.slow
@@ -161,7 +161,7 @@ def test_host_that_ignores_its_children_is_supported(stubborn_fmu: Path) -> None
         with opened_stubborn(stubborn_fmu) as host:
             assert sums(host, 0, 3) == [0.0, 1.0, 3.0]
             os.kill(int(host.value("process")), signal.SIGKILL)
-            refused(lambda: host.slave.doStep(3 * STEP, STEP))
+            require_error(lambda: host.slave.doStep(3 * STEP, STEP))
     finally:
         signal.signal(signal.SIGCHLD, before)
 

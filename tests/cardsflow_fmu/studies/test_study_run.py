@@ -289,10 +289,10 @@ def test_the_command_line_rejects_invalid_options(tmp_path: Path, cardsflow: Com
     study = small_study(tmp_path)
     run_here(study, tmp_path / "out")
     words = "study", study.file, "-o", tmp_path / "out"
-    assert "--resume" in cardsflow.refused(*words)
-    cardsflow.refused("study", tmp_path / "nothing.toml")
-    cardsflow.refused("study", study.file, "-o", tmp_path / "new", "-j", 0)
-    cardsflow.refused(*words, "--only", "zz")
+    assert "--resume" in cardsflow.error_line(*words)
+    cardsflow.error_line("study", tmp_path / "nothing.toml")
+    cardsflow.error_line("study", study.file, "-o", tmp_path / "new", "-j", 0)
+    cardsflow.error_line(*words, "--only", "zz")
     first = table(tmp_path / "out")[0]
     printed = cardsflow.json(*words, "--only", first["hash"][:10])
     assert printed["metrics"]["tracking.rms"] == float(first["tracking.rms"])
@@ -323,12 +323,12 @@ def test_a_study_with_only_failed_runs_reports_the_reason(
 def test_only_requires_the_first_digits_of_a_hash(
     tmp_path: Path, cardsflow: CommandLine, prefix: str
 ) -> None:
-    assert "hash" in cardsflow.refused("study", write_study(tmp_path), "--only", prefix)
+    assert "hash" in cardsflow.error_line("study", write_study(tmp_path), "--only", prefix)
     assert not (tmp_path / "results").exists()
 
 
 def test_too_many_workers_are_rejected(tmp_path: Path, cardsflow: CommandLine) -> None:
-    line = cardsflow.refused("study", write_study(tmp_path), "-j", "99999999999999999999")
+    line = cardsflow.error_line("study", write_study(tmp_path), "-j", "99999999999999999999")
     assert "jobs: must be at most 1024" in line
 
 
@@ -337,7 +337,7 @@ def test_too_many_workers_are_rejected(tmp_path: Path, cardsflow: CommandLine) -
 def test_zero_workers_are_rejected(tmp_path: Path, cardsflow: CommandLine) -> None:
     file = write_study(tmp_path)
     for words in (["-j", "0"], ["--dask", "local", "-j", "0"]):
-        assert "must be at least 1, not 0" in cardsflow.refused("study", file, *words)
+        assert "must be at least 1, not 0" in cardsflow.error_line("study", file, *words)
 
 
 @LONG

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.optimize import linprog, minimize
-from support.cases import few
+from support.cases import sample_cases
 from support.controllers.distribution_problems import (
     HIGH,
     LOW,
@@ -354,7 +354,7 @@ def test_brute_force_finds_corners() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
-    ("lever", "force"), few([(1e-5, 1.0), (1e4, 1.0), (1.0, 1e3), (1.0, 1e-3)])
+    ("lever", "force"), sample_cases([(1e-5, 1.0), (1e4, 1.0), (1.0, 1e3), (1.0, 1e-3)])
 )
 def test_units_do_not_matter(method: str, lever: float, force: float) -> None:
     L, tau = stacked(17, 40, 3, 5, 6.0)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.cases import few
+from support.cases import sample_cases
 from support.robots.robots import PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError, Robot, SimulationError
@@ -62,7 +62,7 @@ def blind_error(stiffness: float, *, pretension: float | None = None, mass: floa
 @pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("stiffness", "sag"), few([(300.0, 108.0), (100.0, 372.0), (1000.0, 30.3)])
+    ("stiffness", "sag"), sample_cases([(300.0, 108.0), (100.0, 372.0), (1000.0, 30.3)])
 )
 def test_feedforward_forces_replace_joint_sensors(stiffness: float, sag: float) -> None:
     """Errors with pretension match published ones; errors with f_ff do not depend on K."""

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.cases import few
+from support.cases import sample_cases
 
 from addin_sdfusion.robot import InputError
 from controllers import ApproachReference, FlowerReference, Reference, SequenceReference
@@ -49,7 +49,7 @@ def test_flower_matches_the_formula_of_the_rose(petals: int, turn: float) -> Non
 
 @pytest.mark.cases(3)
 @pytest.mark.slow
-@pytest.mark.parametrize("petals", few(range(1, 8), 3))
+@pytest.mark.parametrize("petals", sample_cases(range(1, 8), 3))
 def test_curve_is_closed_and_traverses_every_petal_once(petals: int) -> None:
     curve = flower(petals)
     points = curve.evaluate(np.linspace(0.0, 30.0, 20001)).q

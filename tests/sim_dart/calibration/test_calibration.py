@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.robots.bent import bent
-from support.robots.recorded_arm import NOISE, ROWS, STEP, damped_arm, recording, rolled
+from support.robots.bent_cables import with_bent_cables
+from support.robots.recorded_arm import NOISE, ROWS, STEP, damped_arm, recording, roll_out
 
 from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.model.robot import Inertia
@@ -39,7 +39,7 @@ def arm() -> Robot:
 def test_derivatives_by_parameters_equal_finite_differences(arm: Robot, free: str) -> None:
     """Compare with central differences of roll-outs with changed robots."""
     if free in ("rough", "muscles.*.friction"):
-        muscles = bent(arm, 0.2, (0.2, -0.3)).muscles
+        muscles = with_bent_cables(arm, 0.2, (0.2, -0.3)).muscles
         arm = arm.with_muscles([replace(m, presliding=0.01) for m in muscles])
         free = free.replace("rough", "*.via_points")
     parameters, _ = free_parameters(arm, [free], np.ones(2), PriorSettings())
@@ -66,7 +66,7 @@ def test_derivatives_by_parameters_equal_finite_differences(arm: Robot, free: st
     exact = Sensitivity(arm_there).roll(start, tensions, np.zeros((8, 2)), 1e-3, 5, along)
     assert exact is not None
     for k in range(len(parameters)):
-        ends = [rolled(changed_robot(k, way * h), start, tensions) for way in (1.0, -1.0)]
+        ends = [roll_out(changed_robot(k, way * h), start, tensions) for way in (1.0, -1.0)]
         np.testing.assert_allclose(
             exact.derivatives[:, :, k], (ends[0] - ends[1]) / (2 * h), atol=2e-8, rtol=1e-6
         )
@@ -145,7 +145,7 @@ def test_joint_friction_is_identified_from_a_model_without_friction(arm: Robot) 
 @pytest.mark.slow
 def test_cable_friction_is_identified(arm: Robot) -> None:
     """Use parts of three windows, which start with nonzero slip states."""
-    muscles = bent(arm, 0.15, (0.2, -0.3)).muscles
+    muscles = with_bent_cables(arm, 0.15, (0.2, -0.3)).muscles
     arm = arm.with_muscles([replace(m, presliding=2e-3) for m in muscles])
     free = ["muscles.*.friction"]
     parameters, _ = free_parameters(arm, free, np.ones(2), PriorSettings())

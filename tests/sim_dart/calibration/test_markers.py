@@ -6,7 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.robots.recorded_arm import MARKERS, NOISE, WORN, damped_arm, places, recording
+from support.robots.recorded_arm import (
+    MARKERS,
+    NOISE,
+    WORN,
+    damped_arm,
+    marker_positions,
+    recording,
+)
 
 from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from sim_dart.calibration.calibrate import calibrate
@@ -27,9 +34,9 @@ def test_marker_positions_equal_closed_forms(arm: Robot) -> None:
     q, h = rng.uniform(-1.5, 1.5, size=(20, 2)), 1e-6
     seen = MarkerKinematics(arm, MARKERS)
     p, dp, R = seen.at(q, WORN)
-    np.testing.assert_allclose(p, places(q), atol=1e-12)
+    np.testing.assert_allclose(p, marker_positions(q), atol=1e-12)
     for j, step in enumerate(h * np.eye(2)):
-        slope = (places(q + step) - places(q - step)) / (2 * h)
+        slope = (marker_positions(q + step) - marker_positions(q - step)) / (2 * h)
         np.testing.assert_allclose(dp[:, :, j], slope, atol=1e-9)
     for a, step in enumerate(np.eye(3)):
         moved = seen.at(q, WORN + step)[0] - p
@@ -42,7 +49,7 @@ def test_poses_are_determined_from_markers(arm: Robot) -> None:
     """Some markers are hidden and some joints have encoders. Undetermined joints are named."""
     seen, none = MarkerKinematics(arm, MARKERS), np.full((40, 2), np.nan)
     q = np.linspace([-1.0, 2.0], [1.2, -0.5], 40)
-    markers = places(q)
+    markers = marker_positions(q)
     markers[5:9, 3:6] = markers[12] = np.nan
     found = poses_from_markers(seen, arm, none, markers)
     assert np.isnan(found[12]).all()
@@ -50,21 +57,21 @@ def test_poses_are_determined_from_markers(arm: Robot) -> None:
     some = q + np.array([0.01, np.nan])
     found = poses_from_markers(seen, arm, some, markers)
     np.testing.assert_array_equal(found[:, 0], some[:, 0])
-    alone = places(q)
+    alone = marker_positions(q)
     alone[:, 3:] = np.nan
     with pytest.raises(InputError, match="do not determine joint_2; add markers on the links"):
         poses_from_markers(seen, arm, none, alone)
     with pytest.raises(InputError, match="mm away from any position that the robot can reach"):
-        poses_from_markers(seen, arm, none, 1e-3 * places(q))
+        poses_from_markers(seen, arm, none, 1e-3 * marker_positions(q))
     for far, message in ((2.0**31, "mm away from"), (1e300, "the markers do not determine")):
         worn = [*MARKERS[:2], Marker("tip", "link_2", (0.0, far, 0.0))]
         with pytest.raises(InputError, match=message):
-            poses_from_markers(MarkerKinematics(arm, worn), arm, none[:3], places(q[:3]))
+            poses_from_markers(MarkerKinematics(arm, worn), arm, none[:3], marker_positions(q[:3]))
 
 
 def without_encoders(readings: Recording, worn: FloatArray, noise: float) -> Recording:
     """Return a recording with markers and without encoders."""
-    rng, markers = np.random.default_rng(2), places(readings.q, worn)
+    rng, markers = np.random.default_rng(2), marker_positions(readings.q, worn)
     markers += noise * rng.normal(size=markers.shape)
     lengths = readings.lengths + NOISE * rng.normal(size=readings.lengths.shape)
     blind = np.full_like(readings.q, np.nan)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.linalg import null_space
-from support.cases import few
+from support.cases import sample_cases
 from support.oracles.loop_model import loop_acceleration, loop_jacobian
 from support.robots.loops import five_bar, four_bar, random_loops, with_loop
 
@@ -18,7 +18,7 @@ from sim_dart.core.arrays import FloatArray
 
 pytestmark = pytest.mark.native
 
-groups = pytest.mark.parametrize("first", few(range(0, 40, 10)))
+groups = pytest.mark.parametrize("first", sample_cases(range(0, 40, 10)))
 
 
 def closed_velocities(robot: Robot, q: FloatArray, rng: np.random.Generator) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.linalg import null_space
-from support.cases import few
+from support.cases import sample_cases
 from support.oracles.loop_model import loop_acceleration, loop_jacobian
 from support.robots.loops import random_loops
 
@@ -13,7 +13,7 @@ from addin_sdfusion.robot import Robot
 from sim_dart import CoreDynamics
 
 LOOPS, GROUP = 100, 10
-groups = pytest.mark.parametrize("first", few(range(0, LOOPS, GROUP), 2))
+groups = pytest.mark.parametrize("first", sample_cases(range(0, LOOPS, GROUP), 2))
 
 
 def closed_velocities(robot: Robot, q: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.cases import few
+from support.cases import sample_cases
 from support.oracles.mujoco_model import MujocoRobot
 from support.robots.random_robots import random_state, random_tree
 
@@ -12,7 +12,7 @@ from sim_dart import CoreDynamics, DartDynamics
 from sim_dart.dart.skeleton import build_skeleton
 
 TREES, GROUP = 500, 50
-groups = pytest.mark.parametrize("first", few(range(0, TREES, GROUP), 2))
+groups = pytest.mark.parametrize("first", sample_cases(range(0, TREES, GROUP), 2))
 
 
 def deviation(found: np.ndarray, expected: np.ndarray) -> float:

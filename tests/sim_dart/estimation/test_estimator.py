@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.robots.bent import bent
+from support.robots.bent_cables import with_bent_cables
 from support.robots.estimated import STEP, Truth, draw_flower
 from support.robots.inertial import UnitReadings
 from support.robots.robots import EXAMPLES, one_joint
@@ -100,7 +100,7 @@ def test_errors_with_imus_match_standard_deviations(arm: Robot) -> None:
 
 def test_cable_friction_is_not_estimated_as_load(arm: Robot) -> None:
     """The model includes cable friction. An estimator without it estimates a load."""
-    rough = bent(arm, 0.15, START)
+    rough = with_bent_cables(arm, 0.15, START)
     smooth = rough.with_muscles(replace(m, friction=0.0) for m in rough.muscles)
     settings = EstimatorSettings(acceleration_noise=0.05, load_drift=0.5)
     quiet = replace(settings, start_load_sd=0.0, load_drift=0.0)

@@ -7,7 +7,14 @@ import re
 
 import numpy as np
 import pytest
-from support.robots.muscle_bench import BROKEN_RULES, HILL, SOUND, Bench, beside, slider
+from support.robots.muscle_bench import (
+    BROKEN_RULES,
+    HILL,
+    SOUND,
+    Bench,
+    slider,
+    values_outside_bounds,
+)
 
 from addin_sdfusion.robot import CableModel, CardsflowError, InputError
 from addin_sdfusion.robot.model.laws import MUSCLE_LAWS
@@ -108,7 +115,7 @@ PARAMETERS = [(kind, p) for kind in SOUND for p in MUSCLE_LAWS[kind].parameters]
 
 @pytest.mark.parametrize(("kind", "parameter"), PARAMETERS)
 def test_core_rejects_every_parameter_out_of_bounds(kind: str, parameter: Parameter) -> None:
-    for value in (math.nan, math.inf, -math.inf, *beside(parameter)):
+    for value in (math.nan, math.inf, -math.inf, *values_outside_bounds(parameter)):
         text = f"muscle 0: {kind}: {parameter.name} must be {re.escape(parameter.bounds)}$"
         with pytest.raises(CardsflowError, match=text):
             Core(compile_blob(slider((kind, SOUND[kind] | {parameter.name: value}))))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.robots.path_checks import total_pulls
+from support.robots.path_checks import total_forces
 from support.robots.random_robots import random_robot
 from support.robots.robots import chain, planar_2r
 from support.robots.wrapped import base_pulley, sequences, single_wraps, wrapped_tree
@@ -75,7 +75,7 @@ def test_action_is_reaction(robot: Robot) -> None:
     paths, m = MusclePaths(robot), len(robot.muscles)
     for _ in range(20):
         pulls = paths.point_forces(rng.uniform(-1.5, 1.5, len(robot.coordinates)), np.ones(m))
-        force, torque = total_pulls(pulls, m)
+        force, torque = total_forces(pulls, m)
         assert abs(force).max() < 1e-12
         assert abs(torque).max() < 1e-12
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 from support.oracles.mujoco_wraps import MujocoWraps
-from support.robots.path_checks import check_jacobian, total_pulls
+from support.robots.path_checks import check_jacobian, total_forces
 from support.robots.random_robots import random_robot
 from support.robots.wrapped import FAR, carriage, single_wraps, wrapped_tree
 
@@ -188,7 +188,7 @@ def test_forces_are_balanced_and_have_the_power_of_tensions(seed: int) -> None:
     for _ in range(10):
         q = rng.uniform(-1.5, 1.5, n)
         pulls = paths.point_forces(q, np.ones(m))
-        force, torque = total_pulls(pulls, m)
+        force, torque = total_forces(pulls, m)
         assert max(abs(force).max(), abs(torque).max()) < 1e-12
         check_jacobian(paths, q, STEP)
 

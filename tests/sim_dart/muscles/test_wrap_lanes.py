@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from support.cases import few
+from support.cases import sample_cases
 from support.robots.wrapped import FAR, carriage, single_wraps
 
 from addin_sdfusion.robot import WORLD, Muscle, Robot, ViaPoint, Wrap, WrapSurface
@@ -27,7 +27,7 @@ def single_muscle_robots(robot: Robot) -> list[MusclePaths]:
 
 @pytest.mark.cases(4)
 @pytest.mark.parametrize("surface_link", [WORLD, "link_1", FAR])
-@pytest.mark.parametrize("count", few([17, 2, 16, 50]))
+@pytest.mark.parametrize("count", sample_cases([17, 2, 16, 50]))
 def test_parallel_wraps_equal_single_wraps(surface_link: str, count: int) -> None:
     """Check all kinds, with surfaces fixed to one end, both ends or neither."""
     rng = np.random.default_rng(count)

@@ -9,7 +9,7 @@ from itertools import pairwise, product
 import numpy as np
 import pytest
 from scipy.optimize import minimize
-from support.cases import few
+from support.cases import sample_cases
 from support.robots.path_checks import check_jacobian
 from support.robots.wrapped import FAR, carriage, sequences
 
@@ -139,7 +139,7 @@ def test_path_over_two_spheres_is_taut_and_near_the_shortest() -> None:
 
 
 @pytest.mark.cases(10)
-@pytest.mark.parametrize("count", few([2, 3, 5], 2))
+@pytest.mark.parametrize("count", sample_cases([2, 3, 5], 2))
 @pytest.mark.parametrize("options", KINDS, ids=NAMES)
 def test_jacobian_is_the_derivative_of_the_lengths(options: dict[str, object], count: int) -> None:
     rng = np.random.default_rng(12)

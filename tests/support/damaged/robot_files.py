@@ -15,8 +15,8 @@ from addin_sdfusion.robot import (
 )
 from addin_sdfusion.robot.formats.urdf.write import write_urdf
 
-from ..models_of_others import INCLUDED, MJCF, OPTIONS, OSIM
 from ..robots.robots import EXAMPLES, PLANAR_2R
+from ..third_party_models import INCLUDED, MJCF, OPTIONS, OSIM
 
 
 def mesh(suffix: str) -> Callable[[Path], None]:

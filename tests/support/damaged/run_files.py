@@ -31,8 +31,8 @@ from cardsflow_fmu.simulation.run import run, simulate
 from cardsflow_fmu.studies.execution import run_store
 from cardsflow_fmu.studies.execution.run_store import RunStore
 
-from ..recorded import waving
-from ..robots.recorded_arm import MARKERS, places, write_markers
+from ..recorded import sinusoidal_result
+from ..robots.recorded_arm import MARKERS, marker_positions, write_markers
 from ..robots.robots import EXAMPLES, PLANAR_2R, planar_2r
 from .mutations import damage_file, damaged_words
 
@@ -236,15 +236,15 @@ def mcap(folder: Path) -> None:
     from cardsflow_fmu.ros.recording import write_recording
 
     _motion_of_joints(folder, "run.mcap")
-    write_recording(waving(planar_2r(), 0.3), folder / "run.mcap")
+    write_recording(sinusoidal_result(planar_2r(), 0.3), folder / "run.mcap")
 
 
 def bag_folder(folder: Path) -> None:
     """Write an SQLite bag with its metadata."""
-    from ..recorded import bag
+    from ..recorded import write_bag
 
     _motion_of_joints(folder, "bag")
-    bag(folder / "bag", ("/joint_states", ("joint_1", "joint_2")), mcap=False)
+    write_bag(folder / "bag", ("/joint_states", ("joint_1", "joint_2")), mcap=False)
 
 
 def trajectories(folder: Path) -> None:
@@ -289,7 +289,7 @@ def captured(folder: Path) -> None:
         "run.csv": ["time", *(f"{x}.cable_{k}" for x in "lf" for k in range(1, 5))],
         "seen.csv": ["time", *(f"{marker.name}.{axis}" for marker in MARKERS for axis in "xyz")],
     }
-    seen = np.column_stack([result["time"][::10], places(q)])
+    seen = np.column_stack([result["time"][::10], marker_positions(q)])
     for name, rows in (("run.csv", result.columns(tables["run.csv"])[::10]), ("seen.csv", seen)):
         head = ",".join(tables[name])
         np.savetxt(folder / name, rows, delimiter=",", header=head, comments="")

@@ -27,14 +27,14 @@ LINE = 4000
 NEVER = ("internal error", "Traceback", "Warning:")
 
 
-def mutated(kind: Kind, rng: random.Random, folder: Path) -> None:
+def damage_files(kind: Kind, rng: random.Random, folder: Path) -> None:
     """Damage one or two files of a folder."""
     files = sorted(file for file in folder.glob(kind.files) if file.is_file())
     for file in rng.sample(files, min(len(files), rng.choice([1, 1, 2]))):
         kind.damage(rng, file)
 
 
-def fault(kind: Kind, number: int, folder: Path) -> str | None:
+def find_fault(kind: Kind, number: int, folder: Path) -> str | None:
     """Run a command on the files in a folder; return its fault, or None."""
     reader = kind.commands[number % len(kind.commands)]
     if callable(reader):
@@ -55,7 +55,7 @@ def fault(kind: Kind, number: int, folder: Path) -> str | None:
     return None
 
 
-def tried(name: str, numbers: range, source: Path, work: Path) -> dict[int, str]:
+def run_mutations(name: str, numbers: range, source: Path, work: Path) -> dict[int, str]:
     """Run mutations of a kind of files.
 
     Args:
@@ -71,12 +71,12 @@ def tried(name: str, numbers: range, source: Path, work: Path) -> dict[int, str]
     for number in numbers:
         shutil.copytree(source, work)
         rng = random.Random(f"{name} {number}")
-        mutated(kind, rng, work)
+        damage_files(kind, rng, work)
         os.chdir(work)
         print(number, flush=True)
         signal.setitimer(signal.ITIMER_PROF, SECONDS)
         try:
-            found = fault(kind, number, work)
+            found = find_fault(kind, number, work)
         finally:
             os.chdir(here)
         if found is not None:
@@ -97,7 +97,7 @@ def trial() -> None:
         if name.startswith("step"):
             load_once()  # takes one second per file
         print(name, flush=True)
-        faults = tried(name, range(first, end), folder / name, folder / "work")
+        faults = run_mutations(name, range(first, end), folder / name, folder / "work")
         for number, text in faults.items():
             print(f"FAULT {name} {number}: {text}", flush=True)
         failed += len(faults)

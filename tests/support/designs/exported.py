@@ -12,7 +12,7 @@ import fake_fusion
 import numpy as np
 import trimesh
 from fake_fusion.maths import rotation, translation
-from support.observed import files_of
+from support.process_output import files_of
 
 from addin_sdfusion.building.build_robot import check_design
 from addin_sdfusion.exporting.export import export_robot

@@ -123,11 +123,11 @@ def _table(probe: Probe, columns: Mapping[str, NDArray[np.bool_]]) -> Table:
     }
 
 
-def seen_at_start(probe: Probe, knowns: Iterable[str]) -> Table:
+def observed_at_start(probe: Probe, knowns: Iterable[str]) -> Table:
     return _table(probe, {k: _moved(probe, probe.at_start, k, 1.0) > SEEN for k in knowns})
 
 
-def seen_at_once(probe: Probe) -> Table:
+def observed_direct(probe: Probe) -> Table:
     """Return the observed direct dependencies of a model with variable steps.
 
     A direct dependency causes the same change in a step of a tenth of the length.
@@ -142,7 +142,7 @@ def seen_at_once(probe: Probe) -> Table:
     return _table(probe, columns)
 
 
-def seen_at_a_tick(
+def observed_at_tick(
     probe: Probe, period: float, knowns: Iterable[str], scales: Iterable[float]
 ) -> Table:
     """Return the observed dependencies of a sampled model at a tick, for several changes."""
@@ -156,7 +156,7 @@ def seen_at_a_tick(
     return _table(probe, columns)
 
 
-def unexplained(declared: Table, seen: Table) -> dict[str, frozenset[str]]:
+def unobserved(declared: Table, seen: Table) -> dict[str, frozenset[str]]:
     """Return declared dependencies that are not observed, except for directions without motion.
 
     A planar robot does not move along the axes of its joints: a load along them has no effect, and

@@ -239,7 +239,7 @@ def opened(*folders: Path, events: bool = False) -> Iterator[Sequence[Host]]:
         host.slave.freeInstance()
 
 
-def refused(call: Callable[[], object]) -> None:
+def require_error(call: Callable[[], object]) -> None:
     """Require that a call returns fmi2Error."""
     with pytest.raises(FMICallException) as caught:
         call()

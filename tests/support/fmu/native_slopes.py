@@ -205,6 +205,6 @@ def scales(robot: Robot, changes: FloatArray) -> FloatArray:
     return np.concatenate(largest)
 
 
-def commanded(robot: Robot) -> int:
+def count_commands(robot: Robot) -> int:
     """Return the number of muscles with commands."""
     return len(ideal_muscles(robot)) + len(driven_muscles(robot))

@@ -62,7 +62,7 @@ TARGETS = {
 }
 
 
-def on_targets(names: Iterable[str], long: Iterable[str] = ()) -> pytest.MarkDecorator:
+def parametrize_targets(names: Iterable[str], long: Iterable[str] = ()) -> pytest.MarkDecorator:
     """Parametrize a test by the name of the target, with marks for slow and emulated targets."""
     cases = [_case(name) for name in names]
     cases += [_case(name, LONG) for name in long]

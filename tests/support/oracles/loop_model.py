@@ -31,7 +31,7 @@ def skew(a: Array) -> Array:
     return np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
 
 
-def turned(axis: Array, angle: complex) -> Array:
+def rotation(axis: Array, angle: complex) -> Array:
     """Return a rotation matrix by Rodrigues' formula, also for complex angles."""
     K = skew(axis)
     R: Array = np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
@@ -47,7 +47,7 @@ def link_poses(robot: Robot, q: NDArray[np.complex128]) -> dict[str, NDArray[np.
         for motion in joint.motions:
             M, way = np.eye(4, dtype=complex), values[joint.coordinates[motion.coordinate].name]
             if motion.kind == "rotation":
-                M[:3, :3] = turned(np.array(motion.axis), way)
+                M[:3, :3] = rotation(np.array(motion.axis), way)
             else:
                 M[:3, 3] = way * np.array(motion.axis)
             T = T @ M

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from support.oracles.loop_model import link_poses, pose_matrix, turned
+from support.oracles.loop_model import link_poses, pose_matrix, rotation
 
 from addin_sdfusion.robot import (
     WORLD,
@@ -194,11 +194,11 @@ def _closed_loop(
     way, turn = rng.normal(size=3), rng.uniform(-1.5, 1.5, 3)
     free = np.eye(4)
     if kind in ("revolute", "cylindrical", "planar", "universal", "ball"):
-        free[:3, :3] = turned(a, turn[0])
+        free[:3, :3] = rotation(a, turn[0])
     if kind in ("universal", "ball"):
-        free[:3, :3] = free[:3, :3] @ turned(b, turn[1])
+        free[:3, :3] = free[:3, :3] @ rotation(b, turn[1])
     if kind == "ball":
-        free[:3, :3] = free[:3, :3] @ turned(c, turn[2])
+        free[:3, :3] = free[:3, :3] @ rotation(c, turn[2])
     if kind in ("prismatic", "cylindrical"):
         free[:3, 3] = way[0] * a
     if kind == "planar":

@@ -137,7 +137,7 @@ BROKEN_RULES: list[tuple[str, dict[str, float], str]] = [
 """Invalid parameters of a law, and the rule of the table that they violate."""
 
 
-def beside(parameter: Parameter) -> list[float]:
+def values_outside_bounds(parameter: Parameter) -> list[float]:
     """Return finite values outside the bounds of a parameter, one for each bound."""
     low, high = parameter.low, parameter.high
     below = [low - 1.0, *([low] if parameter.open_low else [])]

@@ -28,7 +28,7 @@ def check_jacobian(paths: MusclePaths, q: FloatArray, step: float, kink: float =
     return compared
 
 
-def total_pulls(pulls: PointForces, m: int) -> tuple[FloatArray, FloatArray]:
+def total_forces(pulls: PointForces, m: int) -> tuple[FloatArray, FloatArray]:
     """Return sums of forces, and of torques about the origin, of each muscle, shape (m, 3)."""
     force, torque = np.zeros((m, 3)), np.zeros((m, 3))
     np.add.at(force, pulls.muscles, pulls.forces)

@@ -42,7 +42,7 @@ def damped_arm() -> Robot:
     return replace(robot, joints=joints)
 
 
-def rolled(robot: Robot, start: FloatArray, tensions: FloatArray) -> FloatArray:
+def roll_out(robot: Robot, start: FloatArray, tensions: FloatArray) -> FloatArray:
     """Return positions and lengths of a roll-out, shape (rows, n + m)."""
     torques = np.zeros((len(tensions), len(robot.coordinates)))
     found = Sensitivity(robot).roll(start, tensions, torques, 1e-3, 5)
@@ -65,7 +65,7 @@ def recording(
     for _ in range(pieces):
         start = np.concatenate([rng.uniform(-0.5, 0.5, n), rng.uniform(-1.0, 1.0, n)])
         f = rng.uniform(20.0, 22.0, m) * np.ones((rows, 1))
-        y = rolled(robot, start, f)
+        y = roll_out(robot, start, f)
         y += noise * rng.normal(size=y.shape)
         gap = np.full((1, m), np.nan)
         q += [y[:, :n], gap[:, :n]]
@@ -83,7 +83,7 @@ def _turned(angle: FloatArray, u: FloatArray) -> FloatArray:
     return np.stack([c * u[0] + s * u[2], u[1] + 0 * angle, c * u[2] - s * u[0]], axis=1)
 
 
-def places(q: FloatArray, worn: FloatArray = WORN) -> FloatArray:
+def marker_positions(q: FloatArray, worn: FloatArray = WORN) -> FloatArray:
     """Return the closed-form marker positions on the two-link arm, shape (rows, 3 M)."""
     first, second = q[:, 0], q[:, 0] + q[:, 1]
     elbow = _turned(first, np.array([0.0, 0.0, 1.0]))

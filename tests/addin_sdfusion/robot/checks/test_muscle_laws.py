@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.robots.muscle_bench import BROKEN_RULES, HILL, SOUND, beside, slider
+from support.robots.muscle_bench import BROKEN_RULES, HILL, SOUND, slider, values_outside_bounds
 from support.robots.one_link import cable, one_link
 
 from addin_sdfusion.muscles.attributes import muscles_text, read_muscles
@@ -59,7 +59,7 @@ def test_valid_laws_have_no_findings(kind):
 
 @pytest.mark.parametrize(("kind", "parameter"), NAMED)
 def test_number_outside_its_limits_is_reported_with_muscle_name(kind, parameter):
-    for value in beside(parameter):
+    for value in values_outside_bounds(parameter):
         (found,) = _errors(kind, SOUND[kind] | {parameter.name: value})
         assert found.code == "bad-law-parameter"
         assert found.subject == ("muscle", "m0")

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 from support.damaged.mutations import damaged_xml
-from support.models_of_others import OSIM, URDF, WHOLE_MJCF
+from support.third_party_models import OSIM, URDF, WHOLE_MJCF
 
 from addin_sdfusion.robot import (
     BasePulley,

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 from support.mjcf_files import BESIDE
-from support.models_of_others import INCLUDED, MJCF, OPTIONS
+from support.third_party_models import INCLUDED, MJCF, OPTIONS
 
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.formats.read import read

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from lxml import etree
-from support.models_of_others import OSIM
 from support.oracles.moving_links import MovingLinks
+from support.third_party_models import OSIM
 
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.finding import Subject

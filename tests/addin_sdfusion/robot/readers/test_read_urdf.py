@@ -9,10 +9,10 @@ import dartpy
 import numpy as np
 import pytest
 from hypothesis import given
-from support.models_of_others import URDF
 from support.robots.every_field import robot_of_every_field
 from support.robots.random_robots import robots
 from support.robots.robots import planar_2r
+from support.third_party_models import URDF
 
 from addin_sdfusion.robot import InputError, Robot, read_robot
 from addin_sdfusion.robot.formats.read import read

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 from lxml import etree
-from support.models_of_others import OSIM, URDF
 from support.robots.robots import EXAMPLES, planar_2r
+from support.third_party_models import OSIM, URDF
 
 from addin_sdfusion.robot import Robot, read_robot, write_sdf
 from addin_sdfusion.robot.formats.opensim.write import write_osim

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 import pytest
-from support.cases import few
+from support.cases import sample_cases
 from support.oracles.mujoco_model import dense_tendon_jacobian
 from support.robots.every_field import robot_of_every_field
 from support.robots.one_link import one_link
@@ -253,7 +253,7 @@ def test_points_that_move_within_a_range_agree(limit: float, is_said: bool, tmp_
 
 @pytest.mark.cases(28)
 @pytest.mark.parametrize("format_", PROGRAMS)
-@pytest.mark.parametrize("seed", few(range(12)))
+@pytest.mark.parametrize("seed", sample_cases(range(12)))
 def test_random_robots_agree(seed: int, format_: str, tmp_path: Path) -> None:
     _held(random_robot(seed), format_, tmp_path)
 
@@ -261,7 +261,9 @@ def test_random_robots_agree(seed: int, format_: str, tmp_path: Path) -> None:
 @pytest.mark.cases(40)
 @pytest.mark.parametrize(
     ("format_", "seed"),
-    few([(f, seed) for seed in range(1, 25) for f in PROGRAMS if seed % 2 or f != "caspr"], 5),
+    sample_cases(
+        [(f, seed) for seed in range(1, 25) for f in PROGRAMS if seed % 2 or f != "caspr"], 5
+    ),
 )
 def test_random_robots_of_every_field_agree(seed: int, format_: str, tmp_path: Path) -> None:
     """CASPR supports few joints in rotated frames, which even seeds have."""
@@ -273,7 +275,7 @@ def test_random_robots_of_every_field_agree(seed: int, format_: str, tmp_path: P
 
 
 @pytest.mark.parametrize("format_", ["osim", "caspr"])
-@pytest.mark.parametrize("seed", few(range(8)))
+@pytest.mark.parametrize("seed", sample_cases(range(8)))
 def test_random_robots_with_wraps_agree(seed: int, format_: str, tmp_path: Path) -> None:
     rng = np.random.default_rng(seed)
     for k, robot in enumerate(

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.models_of_others import OSIM, WHOLE_MJCF
 from support.robots.driven import leg
-from support.robots.same import differences
+from support.robots.robot_differences import differences
+from support.third_party_models import OSIM, WHOLE_MJCF
 
 from addin_sdfusion.robot import (
     Coordinate,

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from support.cases import LONG, few
+from support.cases import LONG, sample_cases
 from support.robots.every_field import Variant, robot_of_every_field, variants
 
 from addin_sdfusion.robot import CableSet, Finding, Robot, RobotError, TaskSet, check
@@ -169,7 +169,7 @@ def test_variants_change_all_fields() -> None:
 
 
 CASES = [
-    *few(((1, 1, format_) for format_ in FORMATS), 3),
+    *sample_cases(((1, 1, format_) for format_ in FORMATS), 3),
     *(
         pytest.param(seed, 3, format_, marks=[pytest.mark.slow, *[LONG] * (seed == 5)])
         for seed in (4, 5)

@@ -103,7 +103,7 @@ def test_command_writes_opensim_tables(tmp_path: Path, cardsflow: CommandLine) -
     np.testing.assert_array_equal(table.rows[:, 1:], expected.activations)
     assert cardsflow(*words)[0] == 0  # its own files are replaced
     (tmp_path / "out/forces.sto").write_text("something else\n")
-    assert "already exists" in cardsflow.refused(*words)
+    assert "already exists" in cardsflow.error_line(*words)
 
 
 def test_degrees_and_states_are_converted_to_radians(tmp_path: Path) -> None:
@@ -147,7 +147,7 @@ def test_invalid_motion_is_reported_in_one_line(
     text, message = WRONG[case]
     (tmp_path / "m.mot").write_text(text)
     robot = EXAMPLES / "planar_2r/robot"
-    line = cardsflow.refused("activations", robot, "--motion", tmp_path / "m.mot")
+    line = cardsflow.error_line("activations", robot, "--motion", tmp_path / "m.mot")
     assert message in line
     assert not (tmp_path / "activations").exists()
 

@@ -98,7 +98,7 @@ def test_invalid_motion_of_a_check_is_reported_in_one_line(
     case: str, robot: Path, cardsflow: CommandLine
 ) -> None:
     motion, message = BAD[case]
-    assert message in cardsflow.refused("check", robot, "--motion", motion)
+    assert message in cardsflow.error_line("check", robot, "--motion", motion)
 
 
 BAD_TABLES = {
@@ -115,14 +115,14 @@ def test_invalid_motion_table_is_reported_in_one_line(
     case: str, robot: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     text, message = BAD_TABLES[case]
-    assert message in cardsflow.refused("check", robot, "--motion", table(tmp_path, text))
+    assert message in cardsflow.error_line("check", robot, "--motion", table(tmp_path, text))
 
 
 def test_invalid_collision_options_are_rejected(robot: Path, cardsflow: CommandLine) -> None:
     random = ("check", robot, "--motion", "random")
-    assert "--clearance: must be finite and not negative" in cardsflow.refused(
+    assert "--clearance: must be finite and not negative" in cardsflow.error_line(
         *random, "--clearance", "-1"
     )
-    assert "capsule_radius must be above 0" in cardsflow.refused(*random, "--capsules", "0")
+    assert "capsule_radius must be above 0" in cardsflow.error_line(*random, "--capsules", "0")
     words = ("check", PLANAR_2R / "robot", "--motion", "simple_motion")
-    assert "no trajectory 'simple_motion'" in cardsflow.refused(*words)
+    assert "no trajectory 'simple_motion'" in cardsflow.error_line(*words)

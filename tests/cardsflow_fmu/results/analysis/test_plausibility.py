@@ -180,7 +180,7 @@ def test_check_init_and_run_print_the_same_warning(
 
 def test_init_that_fails_names_the_missing_mass(tmp_path: Path, cardsflow: CommandLine) -> None:
     write_sdf(replace(arm(), links=(Link("a", replace(LIGHT, mass=0.0)),)), tmp_path / "robot")
-    message = cardsflow.refused("init", tmp_path / "robot", "-o", tmp_path)
+    message = cardsflow.error_line("init", tmp_path / "robot", "-o", tmp_path)
     assert "possible cause: link 'a': has an inertia, but its mass is 0" in message
 
 
@@ -227,7 +227,7 @@ def test_turns_of_a_coordinate_without_limits(
 
 
 def test_start_in_degrees_is_an_error_that_says_so(tmp_path: Path, cardsflow: CommandLine) -> None:
-    message = cardsflow.refused("run", write_experiment(tmp_path, arm(), 30.0, 45.0))
+    message = cardsflow.error_line("run", write_experiment(tmp_path, arm(), 30.0, 45.0))
     assert "must be within the joint limits -1.0 to 1.0, not 30.0; is it in degrees?" in message
 
 

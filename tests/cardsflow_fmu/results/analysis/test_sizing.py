@@ -132,7 +132,7 @@ def test_size_prints_a_table_or_json(cardsflow: CommandLine) -> None:
 def test_invalid_margin_is_rejected(cardsflow: CommandLine) -> None:
     command = ["size", PLANAR_2R, "--set", "controller.period=0.5"]
     for margin in ("-1", "nan", "1e308"):
-        line = cardsflow.refused(*command, "--margin", margin)
+        line = cardsflow.error_line(*command, "--margin", margin)
         assert "margin must be between 0 and 1e+06" in line
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.browser import opened_browser
-from support.recorded import waving
+from support.recorded import sinusoidal_result
 from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import Muscle, Robot, ViaPoint
@@ -65,7 +65,7 @@ def test_hull_of_coplanar_points_is_a_plate_and_of_collinear_points_none() -> No
 def test_hull_is_drawn_for_links_without_a_mesh() -> None:
     robot = with_attachments(BOX)
     link = robot.links[-1].name
-    motion = motion_of(robot, waving(robot, 0.2))
+    motion = motion_of(robot, sinusoidal_result(robot, 0.2))
 
     def meshes(stage: Stage) -> list[str]:
         return [shape.name for shape in stage.scene(0) if isinstance(shape, s.MeshShape)]
@@ -81,7 +81,7 @@ def arm_with_mast() -> tuple[Stage, np.ndarray]:
     mast = np.array([[-0.02, -0.02, -9.0], [0.02, 0.02, -9.0], [0.0, 0.0, 4.0]])
     link = robot.links[0].name
     meshes = {link: (Triangles(mast, np.array([[0, 1, 2]])),)}
-    stage = Stage(robot, motion_of(robot, waving(robot, 1.0)), meshes)
+    stage = Stage(robot, motion_of(robot, sinusoidal_result(robot, 1.0)), meshes)
     placed = []
     for k in range(len(stage)):
         (T,) = (x.T for x in stage.scene(k) if isinstance(x, s.MeshShape))
@@ -110,7 +110,7 @@ def test_live_camera_shows_meshes_in_all_frames() -> None:
 @pytest.mark.browser
 def test_label_is_shown_near_the_pointer_or_on_request(tmp_path: Path) -> None:
     robot = planar_2r()
-    act = Act(Stage(robot, motion_of(robot, waving(robot, 1.0))), "waving")
+    act = Act(Stage(robot, motion_of(robot, sinusoidal_result(robot, 1.0))), "waving")
     file = write_page([act], tmp_path / "page.html")
     with opened_browser(tmp_path) as page:
         page.open(file.as_uri(), offline=True)

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 from support.browser import opened_browser
-from support.recorded import waving
+from support.recorded import sinusoidal_result
 from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import Muscle, Robot
@@ -90,7 +90,7 @@ def test_names_are_not_passed_to_markdown(opened: Any, monkeypatch: pytest.Monke
     pictures = iter(range(2))
     live.show_robot(opened, robot, {}, lambda: next(pictures, None) is None)
     pictures = iter(range(2))
-    act = Act(Stage(robot, motion_of(robot, waving(robot, 1.0))), EVIL, (EVIL,))
+    act = Act(Stage(robot, motion_of(robot, sinusoidal_result(robot, 1.0))), EVIL, (EVIL,))
     live.show_replay(opened, [act], lambda: next(pictures, None) is None)
     assert any("&lt;img" in text for text in texts)
     assert all(map(is_plain, texts))
@@ -168,7 +168,7 @@ def test_client_cannot_make_the_server_open_a_tunnel(opened: Any) -> None:
 
 def test_markup_in_names_is_escaped_in_a_replay_page() -> None:
     robot = evil_robot()
-    act = Act(Stage(robot, motion_of(robot, waving(robot, 1.0))), EVIL, (EVIL,))
+    act = Act(Stage(robot, motion_of(robot, sinusoidal_result(robot, 1.0))), EVIL, (EVIL,))
     page = replay_page([act])
     assert "evil.example" not in re.sub(r"<title>[^<]*</title>", "", page)
     assert "<iframe" not in page
@@ -180,7 +180,7 @@ def test_scripts_in_names_are_not_executed_in_a_browser(
     opened: Any, tmp_path: Path, kind: str
 ) -> None:
     robot = evil_robot()
-    act = Act(Stage(robot, motion_of(robot, waving(robot, 1.0))), EVIL, (EVIL,))
+    act = Act(Stage(robot, motion_of(robot, sinusoidal_result(robot, 1.0))), EVIL, (EVIL,))
     with opened_browser(tmp_path, size=(480, 320)) as page:
         if kind == "page":
             file = tmp_path / "page.html"

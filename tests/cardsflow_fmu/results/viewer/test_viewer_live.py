@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 from support.browser import Page, opened_browser
 from support.command_line import CommandLine
-from support.observed import eventually
-from support.recorded import waving
+from support.process_output import wait_until
+from support.recorded import sinusoidal_result
 from support.robots.robots import EXAMPLES, PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError
@@ -142,7 +142,10 @@ def test_live_drawing_does_not_change_a_run(opened: Any) -> None:
 
 def test_two_runs_are_replayed_side_by_side(opened: Any) -> None:
     robot = planar_2r()
-    acts = [Act(Stage(robot, motion_of(robot, waving(robot, t))), f"{t} s") for t in (1.0, 2.0)]
+    acts = [
+        Act(Stage(robot, motion_of(robot, sinusoidal_result(robot, t))), f"{t} s")
+        for t in (1.0, 2.0)
+    ]
     pictures = iter(range(30))
     live.show_replay(opened, acts, lambda: next(pictures, None) is None)
     for side in "01":
@@ -166,12 +169,12 @@ def test_sliders_change_the_robot_and_the_table(
     shown = threading.Thread(target=live.show_robot, args=(opened, planar_2r(), {}, over.is_set))
     shown.start()
     try:
-        assert eventually(lambda: tables and "<table>" in tables[-1].content)
+        assert wait_until(lambda: tables and "<table>" in tables[-1].content)
         before = tables[-1].content
         rods = opened.scene.get_handle_by_name("/0/links/rod_100")
         at = rods.batched_wxyzs.copy()
         sliders[1].value = 1.0
-        assert eventually(lambda: tables[-1].content != before)
+        assert wait_until(lambda: tables[-1].content != before)
         assert len(sliders) == 2
         assert not np.array_equal(rods.batched_wxyzs, at)
     finally:
@@ -232,7 +235,7 @@ def test_missing_meshes_are_reported_first(tmp_path: Path, cardsflow: CommandLin
 def test_invalid_view_options_are_rejected(
     words: list[Any], message: str, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
-    assert message in cardsflow.refused("view", *words, "--html", tmp_path / "page.html")
+    assert message in cardsflow.error_line("view", *words, "--html", tmp_path / "page.html")
     assert not (tmp_path / "page.html").exists()
 
 
@@ -275,4 +278,4 @@ def test_live_view_draws_and_plays_without_other_connections(results: Path, tmp_
 @pytest.mark.slow
 def test_cable_set_option_is_rejected_for_a_run(results: Path, cardsflow: CommandLine) -> None:
     words = "view", results, "--cable-set", "basic", "--html", "page.html"
-    assert "--cable-set: is only for a robot" in cardsflow.refused(*words)
+    assert "--cable-set: is only for a robot" in cardsflow.error_line(*words)

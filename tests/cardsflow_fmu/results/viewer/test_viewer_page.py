@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.browser import Page, opened_browser
-from support.recorded import waving, with_columns
+from support.recorded import sinusoidal_result, with_columns
 from support.robots.robots import EXAMPLES, planar_2r
 
 from addin_sdfusion.robot import InputError, Robot, read_robot
@@ -27,7 +27,7 @@ def roboy() -> Robot:
 
 
 def act(robot: Robot, seconds: float, title: str = "waving") -> Act:
-    result = waving(robot, seconds)
+    result = sinusoidal_result(robot, seconds)
     loop = 0.1 * np.stack([np.cos(result["time"]), np.sin(result["time"]), 0 * result["time"]])
     names = [f"y_d.{robot.task_frames[0].name}.{axis}" for axis in "xyz"]
     motion = motion_of(robot, with_columns(result, dict(zip(names, loop, strict=True))))

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from support.recorded import waving, with_columns
+from support.recorded import sinusoidal_result, with_columns
 from support.robots.loops import four_bar
 from support.robots.random_robots import random_robot
 from support.robots.robots import EXAMPLES, planar_2r
@@ -105,7 +105,7 @@ def test_planar_arm_is_drawn_at_the_closed_form_position() -> None:
 
 def test_scene_has_all_groups_of_shapes() -> None:
     robot = read_robot(EXAMPLES / "roboy_left_arm/robot")
-    result = waving(robot)
+    result = sinusoidal_result(robot)
     hand = {f"y_d.hand.{axis}": np.full(len(result.rows), 0.1) for axis in "xyz"}
     shapes = scene(robot, with_columns(result, hand), 50)
     groups = {shape.group for shape in shapes}
@@ -116,7 +116,7 @@ def test_scene_has_all_groups_of_shapes() -> None:
 
 def test_all_frames_have_the_same_shapes_and_trails_grow() -> None:
     robot = planar_2r()
-    stage = Stage(robot, motion_of(robot, waving(robot)))
+    stage = Stage(robot, motion_of(robot, sinusoidal_result(robot)))
     frames = [by_name(stage.scene(k)) for k in range(len(stage))]
     assert all(list(frame) == list(frames[0]) for frame in frames)
     trails = [frame["trail/tip"].points for frame in frames]
@@ -133,7 +133,7 @@ def test_all_frames_have_the_same_shapes_and_trails_grow() -> None:
 
 def test_scene_of_a_row_shows_the_state_of_the_row() -> None:
     robot = planar_2r()
-    result = waving(robot)
+    result = sinusoidal_result(robot)
     for k in (0, 17, -1):
         label = by_name(scene(robot, result, k))["joint values/joint_1"]
         assert isinstance(label, s.Label)
@@ -144,7 +144,7 @@ def test_scene_of_a_row_shows_the_state_of_the_row() -> None:
 
 def test_joint_reference_is_drawn_as_path_of_the_hand() -> None:
     robot = planar_2r()
-    result = waving(robot)
+    result = sinusoidal_result(robot)
     followed = {f"q_d.joint_{k}": result[f"q.joint_{k}"] + 0.1 for k in (1, 2)}
     motion = motion_of(robot, with_columns(result, followed))
     a, b = motion.q.T + 0.1
@@ -155,7 +155,7 @@ def test_joint_reference_is_drawn_as_path_of_the_hand() -> None:
 
 def test_axes_without_reference_use_the_actual_path() -> None:
     robot = planar_2r()  # its task coordinates are x and z
-    result = waving(robot)
+    result = sinusoidal_result(robot)
     followed = {"y_d.tip.x": np.ones(len(result.rows)), "y_d.tip.z": np.zeros(len(result.rows))}
     stage = Stage(robot, motion_of(robot, with_columns(result, followed)))
     expected = np.tile([1.0, 0.0, 0.0], (len(stage), 1))
@@ -190,7 +190,7 @@ def test_length_of_a_force_arrow_is_proportional_to_the_tension() -> None:
 
 def test_recorded_contact_forces_are_drawn() -> None:
     robot = planar_2r()
-    result = waving(robot)
+    result = sinusoidal_result(robot)
     forces = {
         f"contact.link_2.f{a}": np.full(len(result.rows), v)
         for a, v in zip("xyz", (0, 0, 9), strict=True)
@@ -238,7 +238,7 @@ def test_long_run_has_a_lower_frame_rate(duration: float) -> None:
 
 def test_results_that_cannot_be_drawn_are_rejected() -> None:
     robot = planar_2r()
-    result = waving(robot)
+    result = sinusoidal_result(robot)
     nothing = SystemResult(result.names, result.rows[:0], {}, {})
     with pytest.raises(InputError, match="has no rows"):
         motion_of(robot, nothing)
@@ -249,7 +249,7 @@ def test_results_that_cannot_be_drawn_are_rejected() -> None:
 
 def test_diverged_state_is_drawn() -> None:
     robot = planar_2r()
-    result = waving(robot)
+    result = sinusoidal_result(robot)
     result.rows[-1, 1:] = np.nan
     stage = Stage(robot, motion_of(robot, result))
     assert np.isfinite(stage.reach)

@@ -231,6 +231,6 @@ def test_missing_rerun_is_reported_with_the_extra(
 def test_invalid_options_for_a_recording_are_rejected(
     falling: tuple[Path, Result], tmp_path: Path, cardsflow: CommandLine
 ) -> None:
-    line = cardsflow.refused("view", falling[0], "--rrd", tmp_path / "run.txt")
+    line = cardsflow.error_line("view", falling[0], "--rrd", tmp_path / "run.txt")
     assert "must end in .rrd" in line
-    assert "--html or --rrd" in cardsflow.refused("view", falling[0], "--json")
+    assert "--html or --rrd" in cardsflow.error_line("view", falling[0], "--json")

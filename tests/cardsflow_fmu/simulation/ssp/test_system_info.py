@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from support.command_line import CommandLine
 from support.robots.robots import PLANAR_2R
-from support.ways import COMPUTE
+from support.run_modes import COMPUTE
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, build
@@ -49,8 +49,8 @@ def test_info_command_describes_systems(
     assert cardsflow.json("info", system) == system_info(system)
     broken = tmp_path / "broken.ssp"
     broken.write_bytes(system.read_bytes()[:3000])
-    assert "broken.ssp: is not a valid .ssp" in cardsflow.refused("info", broken)
-    assert "none.ssp: cannot be read" in cardsflow.refused("info", tmp_path / "none.ssp")
+    assert "broken.ssp: is not a valid .ssp" in cardsflow.error_line("info", broken)
+    assert "none.ssp: cannot be read" in cardsflow.error_line("info", tmp_path / "none.ssp")
 
 
 def test_invalid_system_structure_is_reported_with_its_archive(tmp_path: Path) -> None:

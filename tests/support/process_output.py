@@ -20,7 +20,7 @@ def files_of(folder: Path) -> dict[str, bytes]:
     }
 
 
-def eventually(holds: Callable[[], object], seconds: float = 300.0) -> bool:
+def wait_until(holds: Callable[[], object], seconds: float = 300.0) -> bool:
     """Wait until a condition holds; return whether it does within the given time."""
     end = time.monotonic() + seconds
     while not holds():
@@ -30,7 +30,7 @@ def eventually(holds: Callable[[], object], seconds: float = 300.0) -> bool:
     return True
 
 
-def lines_until(process: subprocess.Popen[str], what: str) -> list[str]:
+def read_lines_until(process: subprocess.Popen[str], what: str) -> list[str]:
     """Return the output lines of a program up to the first line that contains a text."""
     assert process.stdout is not None
     lines: list[str] = []

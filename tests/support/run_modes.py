@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-WAYS: dict[str, dict[str, Any]] = {
+RUN_MODES: dict[str, dict[str, Any]] = {
     "fmu": {"compute": "c", "coupling": "fmu"},
     "python": {"compute": "python", "coupling": "fmu"},
     "native": {"compute": "c", "coupling": "direct"},

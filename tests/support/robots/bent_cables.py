@@ -11,7 +11,7 @@ from addin_sdfusion.robot import WORLD, CableModel, Robot, ViaPoint
 from sim_dart.muscles.paths import MusclePaths
 
 
-def bent(robot: Robot, friction: float, q: ArrayLike) -> Robot:
+def with_bent_cables(robot: Robot, friction: float, q: ArrayLike) -> Robot:
     """Return a robot whose cables start 0.1 m aside and bend by 90 degrees at the first point.
 
     Args:
@@ -28,7 +28,7 @@ def bent(robot: Robot, friction: float, q: ArrayLike) -> Robot:
     return robot.with_muscles(muscles)
 
 
-def elastic_over_bends(robot: Robot) -> Robot:
+def elastic_bent_cables(robot: Robot) -> Robot:
     """Return a robot with elastic cables and friction in the bends."""
     values = (("stiffness", 2e3), ("damping", 1.0), ("longest_rest_length", 5.0))
     model = CableModel("elastic_cable", values)
