@@ -29,7 +29,7 @@ _BLOCK_SIZE = 2**20
 def compare(
     first: str | Path,
     second: str | Path,
-    tol: float = 0.0,
+    atol: float = 0.0,
     rtol: float = 0.0,
     columns: Sequence[str] = (),
 ) -> dict[str, Any]:
@@ -38,7 +38,7 @@ def compare(
     Args:
         first: Results folder, or a table: .csv, .parquet.
         second: Results folder or table to compare with.
-        tol: Absolute tolerance, in the unit of each column.
+        atol: Absolute tolerance, in the unit of each column.
         rtol: Relative tolerance, as fraction of the magnitude of the second result.
         columns: Patterns of columns, such as `q.*` (default: all columns).
 
@@ -49,18 +49,18 @@ def compare(
     Raises:
         InputError: A result cannot be read, or a tolerance is negative.
     """
-    for key, value in (("--atol", tol), ("--rtol", rtol)):
+    for key, value in (("--atol", atol), ("--rtol", rtol)):
         if not value >= 0:
             raise InputError(f"must not be negative, not {value!r}", key=key)
     return compare_results(
-        read_results(Path(first)), read_results(Path(second)), tol, rtol, columns
+        read_results(Path(first)), read_results(Path(second)), atol, rtol, columns
     )
 
 
 def compare_results(
     a: RunData,
     b: RunData,
-    tol: float = 0.0,
+    atol: float = 0.0,
     rtol: float = 0.0,
     columns: Sequence[str] = (),
 ) -> dict[str, Any]:
@@ -81,7 +81,7 @@ def compare_results(
         part = common[begin : begin + block]
         columns_a, columns_b = ([own[n] for n in part] for own in indices)
         pairs = ((a, rows_a, columns_a), (b, rows_b, columns_b))
-        found = _compare_rows(*pairs, tol, rtol)
+        found = _compare_rows(*pairs, atol, rtol)
         for name, column in zip(part, found, strict=True):
             compared[name] = column | {"unit": a.units.get(name) or b.units.get(name) or ""}
     counts = [len(a.rows), len(b.rows)]
@@ -89,7 +89,7 @@ def compare_results(
     beyond = [name for name, column in compared.items() if column["beyond"]]
     return {
         "equal": not beyond and not any(missing) and same_rows and bool(compared),
-        "tol": tol,
+        "atol": atol,
         "rtol": rtol,
         "rows": {"first": counts[0], "second": counts[1], "common": len(rows_a)},
         "missing": {"first": missing[0], "second": missing[1]},
@@ -120,7 +120,7 @@ def describe_comparison(comparison: dict[str, Any]) -> str:
             f"rows: {counts['first']} and {counts['second']}, "
             f"{counts['common']} of them at the same times"
         )
-    bounds = f"{comparison['tol']:g}"
+    bounds = f"{comparison['atol']:g}"
     if comparison["rtol"]:
         bounds += f" + {comparison['rtol']:g} x magnitude"
     beyond = f"{len(comparison['beyond'])} of {len(rows)} columns exceed {bounds}"
@@ -145,7 +145,7 @@ def _common_rows(a: FloatArray, b: FloatArray) -> tuple[Rows, Rows]:
     return np.concatenate(rows), np.concatenate(partners)
 
 
-def _compare_rows(a: Part, b: Part, tol: float, rtol: float) -> list[dict[str, Any]]:
+def _compare_rows(a: Part, b: Part, atol: float, rtol: float) -> list[dict[str, Any]]:
     """Return the comparison of each column, computed in blocks of rows to limit the memory."""
     rows = len(a[1])
     if not rows:
@@ -154,7 +154,7 @@ def _compare_rows(a: Part, b: Part, tol: float, rtol: float) -> list[dict[str, A
     for begin in range(0, rows, _BLOCK_SIZE):
         block = slice(begin, begin + _BLOCK_SIZE)
         part_a, part_b = (run.rows[own[block, np.newaxis], columns] for run, own, columns in (a, b))
-        blocks.append(_compare_columns(part_a, part_b, a[0]["time"][a[1][block]], tol, rtol))
+        blocks.append(_compare_columns(part_a, part_b, a[0]["time"][a[1][block]], atol, rtol))
     return [_merge(parts) for parts in zip(*blocks, strict=True)]
 
 
@@ -169,13 +169,13 @@ def _merge(parts: Sequence[tuple[float, float, bool]]) -> dict[str, Any]:
 
 
 def _compare_columns(
-    a: FloatArray, b: FloatArray, time: FloatArray, tol: float, rtol: float
+    a: FloatArray, b: FloatArray, time: FloatArray, atol: float, rtol: float
 ) -> list[tuple[float, float, bool]]:
     """Return the largest difference of each column, its time, and whether it is too large."""
     same = (a == b) | (np.isnan(a) & np.isnan(b))
     with np.errstate(invalid="ignore", over="ignore"):
         difference = np.where(same, 0.0, np.abs(a - b))
-        excess = np.where(same, -np.inf, difference - (tol + rtol * np.abs(b)))
+        excess = np.where(same, -np.inf, difference - (atol + rtol * np.abs(b)))
     difference[np.isnan(difference)] = np.inf
     excess[np.isnan(excess)] = np.inf
     k = difference.argmax(axis=0)

@@ -66,7 +66,7 @@ class ExcitationFiles:
 
 def excite(
     robot: str | Path,
-    free: Sequence[str],
+    parameters: Sequence[str],
     folder: Path,
     cable_set: str | None = None,
     duration: float = DURATION,
@@ -77,8 +77,8 @@ def excite(
 
     Args:
         robot: Robot file or its folder.
-        free: Patterns of the parameters; see `sim_dart.calibration.parameters.GROUPS`. If it is
-            empty, `DEFAULT_PARAMETERS` is used.
+        parameters: Patterns of the parameters; see `sim_dart.calibration.parameters.GROUPS`. If
+            it is empty, `DEFAULT_PARAMETERS` is used.
         folder: New or empty folder of experiment.toml, motion.csv and the report.
         cable_set: Name of the cable set (default: as in the robot file).
         duration: Duration of the motion, in [s].
@@ -107,7 +107,7 @@ def excite(
         designed = excitations(
             _with_force_limits(found, first),
             start,
-            free or DEFAULT_PARAMETERS,
+            parameters or DEFAULT_PARAMETERS,
             duration,
             speed,
             progress=work.report_design,
@@ -117,7 +117,7 @@ def excite(
         )
         work.report_end()
         text = describe_excitation(
-            design, test_run, _next_commands(folder, robot, free or DEFAULT_PARAMETERS)
+            design, test_run, _next_commands(folder, robot, parameters or DEFAULT_PARAMETERS)
         )
         written = replace(draft, file=MOTION)
         path = path_from(folder, Path(robot))
@@ -196,9 +196,9 @@ def _table(robot: Robot, design: Excitation) -> str:
     return csv_text(["time", *coordinate_signals("q", robot)], rows)
 
 
-def _next_commands(folder: Path, robot: str | Path, free: Sequence[str]) -> list[str]:
+def _next_commands(folder: Path, robot: str | Path, parameters: Sequence[str]) -> list[str]:
     """Return the commands of the next steps."""
-    patterns = ", ".join(free)
+    patterns = ", ".join(parameters)
     return [
         f"record      cardsflow run {folder} --hardware udp://HOST:PORT",
         f"calibrate   cardsflow calibrate {folder / 'results'} --robot {robot} "

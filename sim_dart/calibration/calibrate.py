@@ -124,7 +124,7 @@ class Calibration:
 def calibrate(
     robot: Robot,
     recordings: Sequence[Recording],
-    free: Sequence[str],
+    patterns: Sequence[str],
     priors: PriorSettings | None = None,
     markers: Sequence[Marker] = (),
     progress: Callable[[int, int], None] | None = None,
@@ -135,7 +135,7 @@ def calibrate(
         robot: The original robot.
         recordings: Recordings of its motion. The last recording, or the end of a single recording,
             is held out for validation.
-        free: Patterns of the free parameters; see `free_parameters`.
+        patterns: Patterns of the free parameters; see `free_parameters`.
         priors: Standard deviations of the prior.
         markers: Motion-capture markers in the recordings.
         progress: Called with the completed work and its expected total.
@@ -153,7 +153,7 @@ def calibrate(
         _require_sensors(robot, recording)
     paths, prior_sd = MusclePaths(robot), priors or PriorSettings()
     torques = _torques(paths, recordings)
-    parameters, notes = free_parameters(robot, free, torques, prior_sd, markers)
+    parameters, notes = free_parameters(robot, patterns, torques, prior_sd, markers)
     if any(one.kind in _GEOMETRY for one in parameters):
         for recording in recordings:
             require_same_robot(robot, paths, recording)

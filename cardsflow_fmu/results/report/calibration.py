@@ -52,7 +52,7 @@ class CalibrationFiles:
 def calibrate_files(
     recordings: Sequence[Path],
     robot: Path,
-    free: Sequence[str],
+    parameters: Sequence[str],
     folder: Path,
     cable_set: str | None = None,
     markers: Path | None = None,
@@ -65,7 +65,7 @@ def calibrate_files(
         recordings: Recordings of motions; see `read_readings`. If there are several recordings, the
             last one is held out for validation.
         robot: Robot file or its folder; it is not changed.
-        free: Patterns of the parameters; see `sim_dart.calibration.parameters.GROUPS`.
+        parameters: Patterns of the parameters; see `sim_dart.calibration.parameters.GROUPS`.
         folder: New or empty folder of the robot and the report.
         cable_set: Name of the cable set (default: as in the robot file).
         markers: Table of markers on the robot; see `read_markers`. None without markers.
@@ -90,7 +90,7 @@ def calibrate_files(
             raise InputError(what, key="--capture")
         pairs = zip_longest(recordings, captures)
         readings = [read_readings(path, nominal, marker_list, capture) for path, capture in pairs]
-        result = calibrate(nominal, readings, free, markers=marker_list, progress=progress)
+        result = calibrate(nominal, readings, parameters, markers=marker_list, progress=progress)
         text, table = describe(result), _table(result)
         mesh_folder = reading.files[0].parent
         files, losses = convert(result.robot, "sdf", folder, mesh_folder=mesh_folder)

@@ -41,7 +41,7 @@ STYLE: Any = {
 def plot(
     result: RunData,
     file: str | Path,
-    what: Sequence[str] = (),
+    panels: Sequence[str] = (),
     columns: Sequence[str] = (),
     *,
     overwrite: bool = False,
@@ -51,7 +51,7 @@ def plot(
     Args:
         result: The data of a run.
         file: A .png, .svg or .pdf file.
-        what: Panels, such as `forces` and `tracking` (default: forces, tracking and errors).
+        panels: Panels, such as `forces` and `tracking` (default: forces, tracking and errors).
         columns: Patterns of column names, such as `q.*`.
         overwrite: Whether to replace a file that CARDSFlow did not write.
 
@@ -63,13 +63,13 @@ def plot(
     if form not in FORMATS:
         raise UnknownNameError("kind of figure", form, FORMATS, file=file)
     target = output_file(file, [f".{form}"], overwrite=overwrite)
-    return write_output(target, image(figure_of(result, what, columns), form))
+    return write_output(target, image(figure_of(result, panels, columns), form))
 
 
-def figure_of(result: RunData, what: Sequence[str] = (), columns: Sequence[str] = ()) -> Figure:
+def figure_of(result: RunData, panels: Sequence[str] = (), columns: Sequence[str] = ()) -> Figure:
     """Return a figure of a result. Arguments and errors as for `plot`."""
-    panels = panels_of(result, what, columns)
-    return figure_of_panels(panels, title=figure_title(result))
+    selected = panels_of(result, panels, columns)
+    return figure_of_panels(selected, title=figure_title(result))
 
 
 def figure_title(result: RunData) -> str:

@@ -66,13 +66,13 @@ _ignore_overflow = np.errstate(over="ignore", invalid="ignore")
 
 @_ignore_overflow
 def panels_of(
-    result: RunData, what: Sequence[str] = (), columns: Sequence[str] = ()
+    result: RunData, kinds: Sequence[str] = (), columns: Sequence[str] = ()
 ) -> list[Panel]:
     """Return the panels of a figure.
 
     Args:
         result: The data of a run.
-        what: Keys of `KINDS` (default: forces, torques, tracking and errors).
+        kinds: Keys of `KINDS` (default: forces, torques, tracking and errors).
         columns: Patterns of column names, such as `q.*`.
 
     Raises:
@@ -81,18 +81,18 @@ def panels_of(
     """
     if not len(result.rows):
         raise InputError("the run has no rows")
-    for kind in what:
+    for kind in kinds:
         if kind not in KINDS:
             raise UnknownNameError("figure", kind, KINDS, key="--panels")
     panels = []
-    for kind in what:
+    for kind in kinds:
         found = KINDS[kind](result)
         if not found:
             raise InputError(f"the results have no data for {kind!r}", key="--panels")
         panels += found
     if columns:
         panels += _column_panels(result, columns)
-    elif not what:
+    elif not kinds:
         panels = [panel for kind in _DEFAULT for panel in KINDS[kind](result)]
         panels = panels or _column_panels(result, ["*"])
     return panels

@@ -163,7 +163,7 @@ def test_comparison_in_blocks_of_rows_matches_comparison_at_once(
 
 
 @pytest.mark.parametrize(
-    ("tol", "rtol", "equal"),
+    ("atol", "rtol", "equal"),
     [
         (0.0, 0.0, False),
         (0.25, 0.0, True),
@@ -173,10 +173,10 @@ def test_comparison_in_blocks_of_rows_matches_comparison_at_once(
     ],
 )
 def test_comparison_uses_absolute_and_relative_tolerances(
-    tol: float, rtol: float, equal: bool
+    atol: float, rtol: float, equal: bool
 ) -> None:
     a, b = table([[0, 10.0], [1, 10.25]], "x"), table([[0, 10.0], [1, 10.0]], "x")
-    comparison = compare_results(a, b, tol, rtol)
+    comparison = compare_results(a, b, atol, rtol)
     assert comparison["equal"] is equal
     assert comparison["columns"]["x"] == {
         "largest": 0.25,

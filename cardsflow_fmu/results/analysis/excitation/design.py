@@ -91,7 +91,7 @@ class Excitation:
 def excitations(
     robot: Robot,
     start: FloatArray,
-    free: Sequence[str],
+    patterns: Sequence[str],
     duration: float = DURATION,
     speed: float = SPEED,
     seed: int = 0,
@@ -102,7 +102,7 @@ def excitations(
     Args:
         robot: A valid robot; muscles or motors drive all coordinates.
         start: Pose at start and end, which the muscles can hold, shape (n,).
-        free: Patterns of parameters, see `free_parameters`.
+        patterns: Patterns of parameters, see `free_parameters`.
         duration: Duration, in [s].
         speed: Maximum speed, in [rad/s]; scaled by the robot size for sliding coordinates.
         seed: Seed of the random search.
@@ -127,7 +127,7 @@ def excitations(
     points = motions.random_motion(rng)
     torque = np.sqrt(np.mean(motions.terms(points, range(motions.spans)).tau ** 2, axis=0))
     priors = PriorSettings()
-    parameters, notes = free_parameters(robot, free, np.maximum(torque, 1e-3), priors)
+    parameters, notes = free_parameters(robot, patterns, np.maximum(torque, 1e-3), priors)
     design = Design(motions, parameters, priors)
     points = design.exchange(points, rng, progress)
     while True:
