@@ -446,7 +446,6 @@ def test_custom_law_commands_motors(tmp_path: Path) -> None:
         """
 import numpy as np
 from controllers import JointSpaceController
-from support.run_modes import WAYS
 
 class CustomLaw(JointSpaceController):
     def solve(self, q, qd, q_d, qd_d, qdd_d, **loads):
