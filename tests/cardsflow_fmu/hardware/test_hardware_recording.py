@@ -191,7 +191,10 @@ def good() -> dict:
         (altered("[" * 10), "its header is invalid"),
         (altered(b"[" * 100_000), "its header is invalid"),
         (altered({"step": 1.0}), "its header is invalid: 'command_names'"),
-        (altered(good() | {"step": 0.0}), "step and scale must be positive"),
+        (
+            altered(good() | {"step": 0.0}),
+            "step must be at least 1e-06 s, and scale must be positive",
+        ),
         (altered(good() | {"step": "1"}), "its header is invalid"),
         (altered(good() | {"signature": 3}), "its header is invalid"),
         (altered(good() | {"state_names": [1]}), "state_names must be strings"),
