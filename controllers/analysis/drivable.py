@@ -18,8 +18,6 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
-from scipy.linalg import qr
-from scipy.optimize import linprog
 
 from controllers.arrays import FloatArray
 
@@ -121,6 +119,8 @@ def force_margin(terms: Terms, rows: Sequence[int]) -> tuple[float, FloatArray, 
     A = terms.A[index] / root[:, None] * w  # of (f - low) / w
     b = (terms.torque[index] - terms.A[index] @ terms.low) / root
     size = max(float(np.abs(A).max(initial=0.0)), 1e-300)
+    from scipy.optimize import linprog  # slow to import
+
     answer = linprog(
         np.append(np.zeros(m), -1.0),
         A_ub=np.vstack([np.c_[-np.eye(m), np.ones(m)], np.c_[np.eye(m), np.ones(m)]]),
@@ -154,6 +154,8 @@ def _independent_coordinates(
     if not candidates:
         return []
     scaled = _scaled_torques(terms, candidates)
+    from scipy.linalg import qr  # slow to import
+
     factors: Any = qr(scaled.T, mode="r", pivoting=True)
     order, sizes = factors[1].tolist(), np.abs(np.diag(np.atleast_2d(factors[0])))
     rank = int(np.count_nonzero(sizes > _RANK_TOLERANCE * sizes.max(initial=0.0)))

@@ -125,7 +125,7 @@ def device() -> Iterator[str]:
     finally:
         process.send_signal(signal.SIGINT)
         said, _ = process.communicate(timeout=600)
-    assert "safe: stopped as asked" in said
+    assert "safe: stopped on request" in said
 
 
 @pytest.mark.slow

@@ -64,10 +64,10 @@ def reference_findings(experiment: Experiment) -> Iterator[Finding]:
 
 def _reach_findings(experiment: Experiment) -> Iterator[Finding]:
     """Report the first point of a reference in operational space that is out of reach."""
-    from .sizing import reference_motion  # imports SciPy, which is slow
-
     if experiment.reference.space == "joint" or "reference" in experiment.fmus:
         return
+    from .sizing import reference_motion  # imports SciPy, which is slow
+
     try:
         reference_motion(experiment, _POSES)
     except InputError as error:

@@ -206,7 +206,10 @@ def test_muscles_wrap_over_faces_near_a_point(step: Path, tables: Tables, tmp_pa
         ("w,händ:1,0,0,0,o,0,,,", "wraps.csv:2: muscle: no muscle 'o'"),
         ("w,händ:1,0,0,0,m,-1,,,", "wraps.csv:2: after: must be 0, 1, 2, ..., not '-1'"),
         ("w,händ:1,0,0,0,m,0,left,,", "wraps.csv:2: side: no value 'left'"),
-        ("w,händ:1,0,0,0,m,0,+,,yes", "wraps.csv:2: inside: a muscle inside its surface has"),
+        (
+            "w,händ:1,0,0,0,m,0,+,,yes",
+            "wraps.csv:2: inside: a muscle inside its surface cannot have",
+        ),
     ],
 )
 def test_an_invalid_wrap_is_rejected_with_its_cell(

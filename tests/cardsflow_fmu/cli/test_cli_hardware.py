@@ -113,7 +113,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory, plant_run: Result) -> Pat
         assert device.end() == 0
     np.testing.assert_array_equal(rows_of(result), rows_of(plant_run))
     assert device.states()[-2:] == ["running", "safe"]
-    assert device.events[-1]["reason"] == "stopped as asked"
+    assert device.events[-1]["reason"] == "stopped on request"
     assert device.totals["device"]["setpoints"] == driven.run.steps
     return folder / "hardware.rec"
 
@@ -138,7 +138,7 @@ def test_replay_of_a_recording_has_the_same_results(recorded: Path, plant_run: R
         result = simulate(driven, coupling="direct")
         np.testing.assert_array_equal(rows_of(result), rows_of(plant_run))
         longer = experiment(**LOCKSTEP, **{"hardware.link": device.uri, "run.duration": 0.3})
-        with pytest.raises(RunError, match="the robot behind the device has failed") as error:
+        with pytest.raises(RunError, match="the robot of the device has failed") as error:
             simulate(longer, coupling="direct")
         assert error.value.result["time"][-1] == pytest.approx(0.25, abs=2e-3)
         with Line(device.uri, recorded) as line:

@@ -267,7 +267,7 @@ def test_massless_motions_are_locked(tmp_path: Path, cardsflow: CommandLine) -> 
         )
     )
     tip = Link("tip", Inertia(0.1, (0.0, 0.0, 0.0), 0.0, 1e-3, 1e-3))
-    end = Joint("end", "a", "tip", revolute(y), (Coordinate("end", lower=0.0, upper=0.0),))
+    end = Joint("end", "a", "tip", revolute(y), (Coordinate("end", lower=0.0, upper=1e-6),))
     robot = Robot("rod", (Link("a", rod), tip), (joint, end), (CableSet("all", muscles),), "all")
     write_sdf(robot, tmp_path / "robot")
     code, _, err = cardsflow("init", tmp_path / "robot", "-o", tmp_path)
@@ -304,7 +304,7 @@ def test_names_in_other_scripts_remain_distinct(tmp_path: Path, cardsflow: Comma
     write_sdf(arm(*same), tmp_path / "same")
     said = cardsflow.error_line("init", tmp_path / "same", "-o", tmp_path / "same.toml")
     what = "'a b' and 'a_b' would both be the variable 'f.a_b'; rename one"
-    assert said.strip() == f"cardsflow: {tmp_path / 'same'}: {what}"
+    assert said.strip() == f"cardsflow: {tmp_path / 'same'}: first experiment: robot.path: {what}"
 
 
 @pytest.mark.slow

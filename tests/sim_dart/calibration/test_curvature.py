@@ -37,7 +37,7 @@ def test_second_derivatives_equal_finite_differences() -> None:
 
     settled = problem.fit_windows(z, cut)
     assert settled is not None
-    found = problem.bent(z, cut, settled.starts, change[None])
+    found = problem.second_order_terms(z, cut, settled.starts, change[None])
     assert found is not None
     h = 1e-3
     J = np.array([(residuals(h * e) - residuals(-h * e)) / (2 * h) for e in np.eye(P)]).T

@@ -78,6 +78,7 @@ def coordinates(
     drawn = []
     for unit, suffix in zip(units, suffixes, strict=True):
         lower, upper = sorted((draw(numbers), draw(numbers)))
+        upper = upper if upper > lower else lower + 1.0  # equal limits are read as locked
         coordinate = Coordinate(
             f"{joint}_{suffix}" if suffix else joint,
             draw(st.sampled_from([lower, -math.inf])),

@@ -145,7 +145,7 @@ def _is_other(parts: list[Any], kind: type, active: str) -> bool:
 
 OF_THE_TREE = {"Joint.child", "Robot.joints", "Coordinate.unit"}
 """Fields that cannot be changed separately; link names and parents can."""
-OF_EXPERIMENTS = {"CableModel.own"}
+OF_EXPERIMENTS = {"CableModel.custom"}
 """Fields that no file contains and no reader returns."""
 WITHIN = {"CableModel.kind": "Muscle.model", "BasePulley.kind": "Muscle.pulley",
           "Shape.kind": "Link.shapes"}  # fmt: skip
