@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.optimize import linprog
 
 from controllers.arrays import FloatArray
 
@@ -40,6 +39,8 @@ def solve_linear(
     """
     size = np.abs(A).max(axis=1)
     size = np.where(size > _ZERO_ROW * size.max(initial=0.0), size, 1.0)
+    from scipy.optimize import linprog  # slow to import
+
     answer = linprog(
         cost,
         A_ub=A_ub,
@@ -72,6 +73,8 @@ def is_infeasible(A: FloatArray, tau: FloatArray, f_min: FloatArray, f_max: Floa
         return True
     rows, desired = A[~zero] / size[~zero, None], tau[~zero] / size[~zero]
     unit = max(float(np.abs(desired).max(initial=0.0)), float(f_min.max(initial=0.0)), 1e-300)
+    from scipy.optimize import linprog  # slow to import
+
     answer = linprog(
         np.append(np.zeros(m), 1.0),
         A_ub=np.vstack([np.c_[rows, -np.ones(len(rows))], np.c_[-rows, -np.ones(len(rows))]]),

@@ -66,9 +66,9 @@ def _reach_findings(experiment: Experiment) -> Iterator[Finding]:
     """Report the first point of a reference in operational space that is out of reach."""
     if experiment.reference.space == "joint" or "reference" in experiment.fmus:
         return
-    from .sizing import reference_motion  # imports SciPy, which is slow
+    from .sizing import reference_motion  # slow to import
 
     try:
-        reference_motion(experiment, _POSES)
+        reference_motion(experiment, _POSES, rates=False)
     except InputError as error:
         yield warning(Subject("experiment", experiment.name), "motion-not-reached", str(error))

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline
 
 from addin_sdfusion.robot import InputError, Muscle, Robot
 from addin_sdfusion.robot.transforms.lock import lock
@@ -42,7 +41,9 @@ _SHIFT = 1e-3  # finite-difference step of a via point, in [m]
 _SMALL = 1e-6  # ignored: bottlenecks below this, in [N/mm], and forces, as fraction of the peak
 
 
-def reference_motion(experiment: Experiment, points: int | None = None) -> Motion:
+def reference_motion(
+    experiment: Experiment, points: int | None = None, *, rates: bool = True
+) -> Motion:
     """Return the joint motion of the reference of an experiment.
 
     For a reference in operational space, every point is the configuration nearest to the posture of
@@ -53,6 +54,8 @@ def reference_motion(experiment: Experiment, points: int | None = None) -> Motio
         experiment: The experiment.
         points: Number of points, at least 5 (default: one per controller period, limited to
             5 to `MAX_POINTS`).
+        rates: Whether velocities and accelerations of a reference in operational space are
+            required; otherwise they are 0.
 
     Raises:
         InputError: A point is out of the robot's reach, or there are too few points.
@@ -69,7 +72,13 @@ def reference_motion(experiment: Experiment, points: int | None = None) -> Motio
     times = np.linspace(0.0, duration, points)
     q, qd, qdd = reference.evaluate(times)
     if experiment.reference.space == "operational":
-        return _inverse_kinematics(experiment, times, q)
+        found = _inverse_kinematics(experiment, times, q)
+        if not rates:
+            return Motion(times, found, np.zeros_like(found), np.zeros_like(found))
+        from scipy.interpolate import CubicSpline  # slow to import
+
+        spline = CubicSpline(times, found)
+        return Motion(times, spline(times), spline(times, 1), spline(times, 2))
     if experiment.robot.loops:
         _close_loops(experiment, q, qd, qdd)
     return Motion(times, q, qd, qdd)
@@ -89,8 +98,8 @@ def _close_loops(experiment: Experiment, q: FloatArray, qd: FloatArray, qdd: Flo
         qdd[k] = dynamics.complete(q[k], qd[k], qdd[k])
 
 
-def _inverse_kinematics(experiment: Experiment, times: FloatArray, path: FloatArray) -> Motion:
-    """Return the joint motion of task positions, by inverse kinematics point by point."""
+def _inverse_kinematics(experiment: Experiment, times: FloatArray, path: FloatArray) -> FloatArray:
+    """Return the joint positions of task positions, by inverse kinematics point by point."""
     dynamics, tasks = control_dynamics(experiment.robot), experiment.controller.tasks
     q: ArrayLike = experiment.start.q
     posture = tasks.posture.q0 if tasks is not None and tasks.posture is not None else q
@@ -101,8 +110,7 @@ def _inverse_kinematics(experiment: Experiment, times: FloatArray, path: FloatAr
         except InputError as error:
             raise InputError(f"at {t:g} s {error.what}", key="reference") from None
         found.append(q)
-    spline = CubicSpline(times, np.array(found))
-    return Motion(times, spline(times), spline(times, 1), spline(times, 2))
+    return np.array(found)
 
 
 def size(

@@ -145,7 +145,7 @@ def test_replay_of_a_recording_has_the_same_results(recorded: Path, plant_run: R
             line.exchange(20)
             np.testing.assert_allclose(line.state[:2], plant_run.rows[40, 1:3], atol=0.05)
         assert device.end() == 0
-    assert any(e["reason"] == "the recording is over after 0.25 s" for e in device.events)
+    assert any(e["reason"] == "the recording ends after 0.25 s" for e in device.events)
 
 
 class Line:
