@@ -225,7 +225,8 @@ def test_two_commands_reproduce_the_papers_forces(
     assert summary("results")["tracking"]["rms"] < 5e-4
     reference = 'reference={trajectory="simple_joint_motion", file="%s"}'
     file = "../examples/planar_2r/robot/planar_2r_trajectories.xml"
-    words = ["--set", reference % file, "--set", "run.duration=8"]
+    gains = "controller={kp=2000.0, kd=90.0, period=0.001}"
+    words = ["--set", reference % file, "--set", gains, "--set", "run.duration=8"]
     assert main(["run", "arm", "-o", "moved", *words]) == 0
     moved = summary("moved")
     assert (moved["status"], moved["infeasible_ticks"]) == ("complete", 0)
