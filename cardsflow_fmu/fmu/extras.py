@@ -24,13 +24,14 @@ def extra_files(fmu: FmuDescription, fmi: FmiVersion) -> dict[str, bytes]:
     files = {
         "documentation/index.html": documentation_page(fmu),
         "documentation/licenses/license.txt": _license().encode(),
+    }
+    if fmi == "2.0":  # FMI Library rejects FMUs of FMI 2.0 with terminals, which FMI 3.0 defines
+        return files | {"model.png": icon}
+    return files | {
         "terminalsAndIcons/terminalsAndIcons.xml": terminals_and_icons(fmu.variables),
         "terminalsAndIcons/icon.png": icon,
         "terminalsAndIcons/icon.svg": drawing,
     }
-    if fmi == "2.0":
-        files["model.png"] = icon
-    return files
 
 
 def _license() -> str:

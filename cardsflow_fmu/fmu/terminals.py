@@ -1,4 +1,4 @@
-"""Writer of terminalsAndIcons.xml of an FMU: signals of each joint, muscle and task frame."""
+"""Writer of terminalsAndIcons.xml of an FMU of FMI 3.0: signals of each joint, muscle and task frame."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ _GROUPS = {
     "tasks": ("Signals of task frames", ("y", "y_d", "yd_d", "ydd_d", "w")),
 }
 _SIZE = "100"
-_FMI = "3.0"  # FMI 3.0 defines this file; it is used in FMI 2.0 as well
 
 
 def terminals_and_icons(variables: Sequence[Variable]) -> bytes:
@@ -23,7 +22,7 @@ def terminals_and_icons(variables: Sequence[Variable]) -> bytes:
     the members `q` and `qd`, and so does the terminal `joint_1` of a controller. With arrays, one
     terminal contains all joints or all muscles.
     """
-    root = ET.Element("fmiTerminalsAndIcons", fmiVersion=_FMI)
+    root = ET.Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     graphics = ET.SubElement(root, "GraphicalRepresentation")
     corners = {"x1": f"-{_SIZE}", "y1": f"-{_SIZE}", "x2": _SIZE, "y2": _SIZE}
     ET.SubElement(graphics, "CoordinateSystem", corners, suggestedScalingFactorTo_mm="0.1")

@@ -80,8 +80,8 @@ def test_fmutool_reports_no_problems(files: Mapping[str, Path]) -> None:
 
 
 @pytest.mark.slow
-def test_terminals_are_valid(files: Mapping[str, Path]) -> None:
-    """The schema of FMI 3.0 defines the file for FMI 2.0 too."""
+def test_terminals_are_valid(version: Version, files: Mapping[str, Path]) -> None:
+    require_terminals(version)
     schema = etree.XMLSchema(etree.parse(str(SCHEMAS / "fmi3TerminalsAndIcons.xsd")))
     for name in NAMES:
         text = read(files[name], "terminalsAndIcons/terminalsAndIcons.xml")
@@ -93,8 +93,14 @@ def test_terminals_are_valid(files: Mapping[str, Path]) -> None:
         assert len(members) == len(set(members)) > 0
 
 
-def test_terminals_of_connected_fmus_match(files: Mapping[str, Path]) -> None:
+def require_terminals(version: Version) -> None:
+    if version[0] == "2.0":
+        pytest.skip("FMI 2.0 does not define terminals")
+
+
+def test_terminals_of_connected_fmus_match(version: Version, files: Mapping[str, Path]) -> None:
     """Outputs of the plant and inputs of the controller have the same member names."""
+    require_terminals(version)
     terminals = {
         name: {
             (outer.get("name"), terminal.get("name")): {
@@ -113,7 +119,19 @@ def test_terminals_of_connected_fmus_match(files: Mapping[str, Path]) -> None:
         assert terminals["plant"][key] <= terminals["controller"][key]
 
 
-def test_the_fmu_contains_documentation_and_icons(files: Mapping[str, Path]) -> None:
+def test_fmus_of_fmi_2_contain_no_files_of_fmi_3(
+    version: Version, files: Mapping[str, Path]
+) -> None:
+    """FMI Library 3.0 ends with "Mismatch of attribute 'fmiVersion'" at such a file."""
+    for name in NAMES:
+        with zipfile.ZipFile(files[name]) as archive:
+            has_terminals = "terminalsAndIcons/terminalsAndIcons.xml" in archive.namelist()
+        assert has_terminals == (version[0] == "3.0")
+
+
+def test_the_fmu_contains_documentation_and_icons(
+    version: Version, files: Mapping[str, Path]
+) -> None:
     for name in NAMES:
         page = read(files[name], "documentation/index.html").decode()
         variables = fmpy.read_model_description(str(files[name])).modelVariables
@@ -121,8 +139,11 @@ def test_the_fmu_contains_documentation_and_icons(files: Mapping[str, Path]) -> 
         assert all(rows)
         assert __version__ in page
         assert "BSD 3-Clause" in read(files[name], "documentation/licenses/license.txt").decode()
-        assert read(files[name], "terminalsAndIcons/icon.png").startswith(b"\x89PNG")
-        ET.fromstring(read(files[name], "terminalsAndIcons/icon.svg"))
+        if version[0] == "2.0":
+            assert read(files[name], "model.png").startswith(b"\x89PNG")
+        else:
+            assert read(files[name], "terminalsAndIcons/icon.png").startswith(b"\x89PNG")
+            ET.fromstring(read(files[name], "terminalsAndIcons/icon.svg"))
         root = ET.fromstring(read(files[name], "modelDescription.xml"))
         assert root.get("license") == "BSD-3-Clause"
         assert root.get("version") == __version__
