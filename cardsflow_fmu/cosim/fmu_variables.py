@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cardsflow_fmu.cosim.signals.units import KNOWN_UNITS, Unit, variable_units
-from cardsflow_fmu.cosim.signals.variables import ELEMENTS
+from cardsflow_fmu.cosim.signals.variables import ELEMENTS, ELEMENTS_FILE
 from cardsflow_fmu.utils.arrays import FloatArray
 
 _KINDS: dict[str, dict[str, tuple[str, Any]]] = {
@@ -120,15 +120,24 @@ def _start(text: str | None, size: int) -> tuple[float, ...]:
 
 
 def _elements(folder: Path) -> dict[str, list[dict[str, str]]]:
-    """Read names and units of array elements from annotations, by the array's name."""
+    """Read names and units of array elements, by the array's name.
+
+    They are in a file or in annotations.
+    """
+    file = folder / ELEMENTS_FILE
+    if file.is_file():
+        arrays = dict(json.loads(file.read_text("utf-8")))
+        return {name: _element_texts(rows) for name, rows in arrays.items()}
     root = ET.parse(folder / "modelDescription.xml").getroot()  # FMPy has already checked it
     found = {}
     for variable in root.iterfind("ModelVariables/*"):
         for annotation in variable.iterfind(f"Annotations/Annotation[@type='{ELEMENTS}']"):
-            rows = json.loads(annotation.text or "[]")
-            texts = [{key: str(row[key]) for key in ("name", "unit")} for row in rows]
-            found[variable.get("name", "")] = texts
+            found[variable.get("name", "")] = _element_texts(json.loads(annotation.text or "[]"))
     return found
+
+
+def _element_texts(rows: Any) -> list[dict[str, str]]:
+    return [{key: str(row[key]) for key in ("name", "unit")} for row in rows]
 
 
 class Bank:

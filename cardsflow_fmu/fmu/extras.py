@@ -1,11 +1,14 @@
-"""Additional files of an FMU: documentation, licence, icon, terminals."""
+"""Additional files of an FMU: documentation, licence, icon, terminals, elements of arrays."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
 from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.json_text import json_text
+from cardsflow_fmu.cosim.signals.variables import ELEMENTS_FILE, Variable
 
 from .description import FmiVersion, FmuDescription
 from .documentation import documentation_page
@@ -27,11 +30,22 @@ def extra_files(fmu: FmuDescription, fmi: FmiVersion) -> dict[str, bytes]:
     }
     if fmi == "2.0":  # FMI Library rejects FMUs of FMI 2.0 with terminals, which FMI 3.0 defines
         return files | {"model.png": icon}
+    if arrays := [variable for variable in fmu.variables if variable.is_array]:
+        files[ELEMENTS_FILE] = _array_elements(arrays)
     return files | {
         "terminalsAndIcons/terminalsAndIcons.xml": terminals_and_icons(fmu.variables),
         "terminalsAndIcons/icon.png": icon,
         "terminalsAndIcons/icon.svg": drawing,
     }
+
+
+def _array_elements(arrays: Sequence[Variable]) -> bytes:
+    """Return names and units of the elements of arrays as JSON, by the name of the array."""
+    rows = {
+        array.name: [{"name": port.name, "unit": port.unit} for port in array.ports]
+        for array in arrays
+    }
+    return json_text(rows).encode() + b"\n"
 
 
 def _license() -> str:

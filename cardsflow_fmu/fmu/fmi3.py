@@ -5,8 +5,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 
 from addin_sdfusion.robot import InputError
-from addin_sdfusion.robot.json_text import json_text
-from cardsflow_fmu.cosim.signals.variables import ELEMENTS, Variable
+from cardsflow_fmu.cosim.signals.variables import Variable
 
 from .description import (
     FmuDescription,
@@ -78,10 +77,6 @@ def _variable(variable: Variable, types: dict[str, str]) -> ET.Element:
     if unit:
         element.set("unit", unit)
     if variable.is_array:
-        annotations = ET.SubElement(element, "Annotations")
-        annotation = ET.SubElement(annotations, "Annotation", type=ELEMENTS)
-        elements = [{"name": element.name, "unit": element.unit} for element in variable.ports]
-        annotation.text = json_text(elements)
         ET.SubElement(element, "Dimension", start=str(len(variable.ports)))
     return element
 

@@ -1,4 +1,4 @@
-"""Writer of terminalsAndIcons.xml of an FMU of FMI 3.0: signals of each joint, muscle and task frame."""
+"""Writer of terminalsAndIcons.xml, for FMI 3.0: signals of each joint, muscle and task frame."""
 
 from __future__ import annotations
 

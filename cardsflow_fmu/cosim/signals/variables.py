@@ -9,7 +9,10 @@ from itertools import groupby
 from .ports import Port
 
 ELEMENTS = "org.cardsflow.elements"
-"""Type of the annotation that lists names and units of the elements of an array as JSON."""
+"""Type of an annotation that lists names and units of the elements of an array as JSON."""
+ELEMENTS_FILE = "extra/org.cardsflow/elements.json"
+"""File of an FMU with such a list for each array. FMI Library skips the dimensions of variables
+with annotations; therefore, FMUs of this package contain this file instead."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ from support.robots.robots import PLANAR_2R
 from addin_sdfusion.robot import CardsflowError, InputError
 from cardsflow_fmu import Experiment, Result, build
 from cardsflow_fmu.cosim.described_fmu import DescribedFmu
-from cardsflow_fmu.cosim.signals.variables import ELEMENTS
+from cardsflow_fmu.cosim.signals.variables import ELEMENTS, ELEMENTS_FILE
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.simulation.run import simulate
@@ -222,6 +222,16 @@ def test_invalid_element_names_are_an_error(rows: str, reason: str, tmp_path: Pa
         text = FMI3.replace("<Dimension", f"{note}<Dimension", 1)
         archive.writestr("modelDescription.xml", text)
     with pytest.raises(InputError, match=rf"odd\.fmu: is not an FMU: .*{reason}"):
+        DescribedFmu("plant", file, tmp_path / "unpacked")
+
+
+@pytest.mark.parametrize("rows", ["[", "3", "[4]", '{"q": [{"name": "a"}]}', '{"q": 4}'])
+def test_an_invalid_file_of_element_names_is_an_error(rows: str, tmp_path: Path) -> None:
+    file = tmp_path / "odd.fmu"
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.writestr("modelDescription.xml", FMI3)
+        archive.writestr(ELEMENTS_FILE, rows)
+    with pytest.raises(InputError, match=r"odd\.fmu: is not an FMU: "):
         DescribedFmu("plant", file, tmp_path / "unpacked")
 
 
