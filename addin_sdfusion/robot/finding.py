@@ -69,13 +69,20 @@ class Finding:
             "line": self.line,
         }
 
+    @property
+    def located(self) -> str:
+        """The message with its place, as `file:line: message`."""
+        return f"{self._place}{truncate(self.message)}"
+
+    @property
+    def _place(self) -> str:
+        if self.file is None:
+            return ""
+        return f"{self.file}: " if self.line is None else f"{self.file}:{self.line}: "
+
     def __str__(self) -> str:
         """Return `file:line: severity: message [code]` as one line."""
-        place = "" if self.file is None else str(self.file)
-        if place and self.line is not None:
-            place += f":{self.line}"
-        what = f"{self.severity}: {truncate(self.message)} [{self.code}]"
-        return f"{place}: {what}" if place else what
+        return f"{self._place}{self.severity}: {truncate(self.message)} [{self.code}]"
 
 
 def errors_first(findings: Iterable[Finding]) -> list[Finding]:

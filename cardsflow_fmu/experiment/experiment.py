@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from addin_sdfusion.robot import InputError, Robot, check
+from addin_sdfusion.robot import Finding, InputError, Robot, check
 from addin_sdfusion.robot.checks.not_simulated import not_simulated
 from cardsflow_fmu.cosim.coupling import Coupling
 from cardsflow_fmu.cosim.external_fmu import ExternalFmu
@@ -57,6 +57,7 @@ class Experiment:
         robot_overrides: Changes of the robot; see `robot_overrides`.
         scene: Ground and objects around the robot; None without any.
         world: The settings of the scene.
+        world_findings: Warnings about content of the SDF world that is not read.
         parts: The robots that `robot` consists of; empty for a single robot.
         hardware: Hardware that can run instead of the plant.
         estimator: The state estimator; None if it is not used.
@@ -78,6 +79,7 @@ class Experiment:
     robot_overrides: Mapping[str, Any] = field(default_factory=dict)
     scene: Scene | None = None
     world: WorldSettings | None = None
+    world_findings: tuple[Finding, ...] = ()
     parts: tuple[RobotPart, ...] = ()
     hardware: HardwareSettings = field(default_factory=HardwareSettings)
     named: tuple[Path, ...] = ()
@@ -182,13 +184,14 @@ class Experiment:
             raise InputError(str(wrong).removeprefix("error: "), file=self.file, key=key)
 
     def warnings(self) -> list[str]:
-        """Return warnings about gains, key files, cables and meshes, one line each."""
+        """Return warnings about gains, key files, cables, meshes and the world, one line each."""
         file = self.hardware.key_file if self.hardware.use else None
         key = None if file is None else key_warning(file, "hardware.key_file")
         robots = self.parts or (self,)
         meshes = [line for it in robots for line in omitted_meshes(it.robot, it.folder, self.roots)]
         cables = [] if self.hardware.use else not_simulated(self.robot)
-        found = (self._gain_warning(), self._friction_warning(), key, *cables, *meshes)
+        world = [finding.located for finding in self.world_findings]
+        found = (self._gain_warning(), self._friction_warning(), key, *cables, *meshes, *world)
         return [warning for warning in found if warning is not None]
 
     @property

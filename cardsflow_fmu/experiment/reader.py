@@ -262,8 +262,8 @@ def _read_world(
 ) -> dict[str, Any]:
     from .scene import make_scene  # imports DART, which is only required for scenes
 
-    scene, world = make_scene(tables.world, robot, folder.resolve(), roots, context)
-    return {"scene": scene, "world": world}
+    scene, world, findings = make_scene(tables.world, robot, folder.resolve(), roots, context)
+    return {"scene": scene, "world": world, "world_findings": findings}
 
 
 def _read_plant(

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from addin_sdfusion.robot import InputError, Pose, Robot
+from addin_sdfusion.robot import Finding, InputError, Pose, Robot
 from addin_sdfusion.robot.formats.sdf.world import StaticObject, read_sdf_world
 from cardsflow_fmu.cosim.signals.port import signal_names
 from cardsflow_fmu.experiment.config.table import Context
@@ -49,11 +49,15 @@ def make_scene(
     mesh_folder: Path,
     roots: tuple[Path, ...],
     context: Context,
-) -> tuple[Scene, WorldSettings]:
-    """Return the scene of [world], and the table with SDF objects and all contact names."""
+) -> tuple[Scene, WorldSettings, tuple[Finding, ...]]:
+    """Return the scene of [world], the table with SDF objects and all contact names, and findings.
+
+    The findings are warnings about content of the SDF world that is not read.
+    """
+    findings: tuple[Finding, ...] = ()
     if settings.sdf is not None:
         roots = (*roots, settings.sdf.parent)
-        settings = _with_sdf(settings, settings.sdf, context)
+        settings, findings = _with_sdf(settings, settings.sdf, context)
     for key in ("objects", "shapes"):
         for k, own in enumerate(getattr(settings, key)):
             if own.file is not None:
@@ -83,7 +87,7 @@ def make_scene(
             settings.ignore,
         )
     contacts = _check_names(settings, scene, robot, context)
-    return replace(scene, reported=contacts), settings.copy_with(contacts=contacts)
+    return replace(scene, reported=contacts), settings.copy_with(contacts=contacts), findings
 
 
 def _object(own: ObjectSettings) -> SceneObject:
@@ -104,8 +108,10 @@ def _shape(own: ObjectSettings | LinkShapeSettings) -> Shape:
     return _SHAPES[own.shape](*sizes)
 
 
-def _with_sdf(settings: WorldSettings, sdf: Path, context: Context) -> WorldSettings:
-    """Return the table with the static objects of an SDF world."""
+def _with_sdf(
+    settings: WorldSettings, sdf: Path, context: Context
+) -> tuple[WorldSettings, tuple[Finding, ...]]:
+    """Return the table with the static objects of an SDF world, and warnings about the file."""
     world = read_sdf_world(sdf)
     for finding in world.findings:
         if finding.is_error:
@@ -114,8 +120,9 @@ def _with_sdf(settings: WorldSettings, sdf: Path, context: Context) -> WorldSett
         static = [_static_object(own) for own in world.objects]
     settings = settings.copy_with(objects=(*settings.objects, *static), sdf=None)
     if world.ground is None or "ground" in settings.model_fields_set:
-        return settings
-    return settings.copy_with(ground=GroundSettings(height=world.ground))
+        return settings, world.findings
+    ground = GroundSettings(height=world.ground)
+    return settings.copy_with(ground=ground), world.findings
 
 
 def _static_object(thing: StaticObject) -> ObjectSettings:

@@ -74,7 +74,10 @@ def experiment_findings(experiment: Experiment) -> list[Finding]:
     robot = experiment.robot
     dynamics = control_dynamics(robot, may_be_singular=True)
     subject = Subject("experiment", experiment.name)
-    found = [warning(subject, "experiment", line) for line in experiment.warnings()]
+    found = list(experiment.world_findings)
+    located = {finding.located for finding in found}
+    others = [line for line in experiment.warnings() if line not in located]
+    found += [warning(subject, "experiment", line) for line in others]
     passive = experiment.controller.uncontrolled
     start = np.array(experiment.start.q)
     found += _drive_warnings(robot, dynamics, start, passive)

@@ -19,6 +19,7 @@ from addin_sdfusion.robot import InputError, Pose
 from cardsflow_fmu import Experiment, build, run
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.models.plant import PlantModel
+from cardsflow_fmu.results.analysis.drive_check import experiment_findings
 from cardsflow_fmu.simulation.run import RunError, simulate
 from sim_dart.scene import Box, Capsule, Cylinder, Ground, MeshShape, SceneObject, Sphere
 
@@ -302,6 +303,22 @@ def test_objects_of_an_sdf_world_are_added(tmp_path: Path) -> None:
     world = {"sdf": str(tmp_path / "scene.world"), "objects": [BALL], "ground": False}
     result = simulate(load(world, **settings), coupling="direct")
     assert result["object.ball.z"][-1] == pytest.approx(0.55, abs=1e-3)
+
+
+def test_omitted_content_of_an_sdf_world_reaches_check_and_summary(tmp_path: Path) -> None:
+    sdf = tmp_path / "scene.world"
+    sdf.write_text(
+        "<sdf version='1.6'><world name='w'>\n<include><uri>model://table</uri></include>\n"
+        "<model name='cup'><link name='l'/></model></world></sdf>"
+    )
+    experiment = load({"sdf": str(sdf)})
+    findings = [f for f in experiment_findings(experiment) if f.file == sdf]
+    assert [(f.code, f.line) for f in findings] == [
+        ("include-left-out", 2),
+        ("moving-model-left-out", 3),
+    ]
+    warnings = simulate(experiment, coupling="direct").summary["warnings"]
+    assert warnings[:2] == [f"{sdf}:{f.line}: {f.message}" for f in findings]
 
 
 BAD_ROBOTS: dict[str, tuple[Callable[[dict[str, Any]], object], str]] = {

@@ -11,9 +11,15 @@ from ...finding import Finding, Subject
 from ...mesh_files import mesh_file
 from ...model.pose import IDENTITY, Pose, Vector3
 from ...model.rotations import apply, compose
+from ..reading.unread import note_unread
 from ..reading.xml import TRUE, Node, Notes, parse, short_repr
 from .read_frames import Frames, read_pose
 
+_IGNORED = frozenset({
+    "atmosphere", "audio", "gravity", "gui", "inertial", "light", "magnetic_field", "max_contacts",
+    "physics", "plugin", "scene", "self_collide", "spherical_coordinates", "state", "visual",
+})  # fmt: skip
+"""Tags of elements without influence on static objects, and settings that experiments define."""
 _LEVEL = 1e-9
 _SHAPES = ("sphere", "box", "capsule", "cylinder", "mesh", "plane")
 
@@ -57,7 +63,7 @@ class SdfWorld:
 
 
 def read_sdf_world(file: Path) -> SdfWorld:
-    """Return the static models of an SDF world; moving models, lights and plugins are omitted.
+    """Return the static models of an SDF world; a finding reports each other kind of content.
 
     Raises:
         InputError: The file is not readable XML.
@@ -70,8 +76,7 @@ def read_sdf_world(file: Path) -> SdfWorld:
     objects: list[StaticObject] = []
     heights: list[float] = []
     for place in [root, *root.all("world")]:
-        for node in place.all("include"):
-            node.warning("include-left-out", "<include> is not supported; insert the model here")
+        _note_includes(place.all("include"))
         for node in place.all("model"):
             model = node.with_subject(Subject("model", node.attribute("name")))
             for shape in _static_shapes(model):
@@ -81,8 +86,21 @@ def read_sdf_world(file: Path) -> SdfWorld:
                     heights.append(shape)
     for extra in heights[1:]:
         root.warning("second-ground", f"a second ground at {extra!r} m is omitted")
+    note_unread(notes, _IGNORED)
     unique = _with_unique_names(objects)
     return SdfWorld(tuple(unique), heights[0] if heights else None, tuple(notes.findings))
+
+
+def _note_includes(nodes: list[Node]) -> None:
+    """Report included models, which are not read."""
+    uris = []
+    for node in nodes:
+        node.mark_used()
+        uri = node.optional("uri")
+        uris.append(short_repr("" if uri is None else uri.text))
+    if nodes:
+        problem = f"<include> is not supported; insert the content of {', '.join(uris)} here"
+        nodes[0].warning("include-left-out", problem)
 
 
 def _with_unique_names(objects: list[StaticObject]) -> Iterator[StaticObject]:
@@ -97,10 +115,13 @@ def _static_shapes(model: Node) -> Iterator[StaticObject | float]:
     """Yield the shapes of a static model, or the height of a horizontal plane."""
     static = model.optional("static")
     if static is None or static.text not in TRUE:
-        model.warning("moving-model-left-out", "is not static; only static models are read")
+        problem = "is not static and is omitted; add <static>true</static>, or [[world.objects]]"
+        model.warning("moving-model-left-out", problem)
+        model.mark_used()
         return
     for node in model.all("model", "include"):
         node.warning("model-left-out", f"<{node.tag}> in a model is not supported; omitted")
+        node.mark_used()
     pose = model.optional("pose")
     T_world_model = IDENTITY if pose is None else read_pose(pose)
     frames = Frames(model)

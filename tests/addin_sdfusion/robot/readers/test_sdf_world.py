@@ -95,6 +95,7 @@ LEFT_OUT = {
         "moving-model-left-out",
     ),
     "include": ("<include><uri>model://sun</uri></include>", "include-left-out"),
+    "actor": ("<actor name='a'/>", "unread-element"),
     "heightmap": (model("<heightmap/>"), "geometry-left-out"),
     "slanted plane": (
         model("<plane><normal>0 1 1</normal></plane>"),
@@ -118,6 +119,16 @@ def test_omitted_elements_are_reported_with_their_line(case: str, tmp_path: Path
     assert code in found
     assert found[code].line is not None
     assert found[code].file == tmp_path / "scene.world"
+
+
+def test_includes_share_one_warning_and_appearance_has_none(tmp_path: Path) -> None:
+    include = "<include><uri>model://{}</uri></include>"
+    usual = "<physics><max_step_size>0.001</max_step_size></physics><light name='l'/><gui/>"
+    visual = "<visual name='v'><geometry/></visual>"
+    boxes = model(SHAPES["box"][0], collision="").replace("<link name='l'>", f"<link>{visual}")
+    read = world(tmp_path, include.format("sun") + include.format("table") + usual + boxes)
+    (finding,) = read.findings
+    assert "'model://sun', 'model://table'" in finding.message
 
 
 def test_models_are_read_without_a_world(tmp_path: Path) -> None:
