@@ -9,6 +9,7 @@ Nothing is linked but libc and libm, so one library serves every Python.
 The library of native FMUs is compiled for other platforms too, with ziglang, if they are named:
 in a wheel by the environment variable `CARDSFLOW_PLATFORMS`, `all` or names such as
 `x86_64-linux,x86_64-windows`. The first time takes some minutes, for the platforms' C libraries.
+`wasm32` is the module for browsers; in a source tree, `cardsflow play` compiles it once.
 
     python hatch_build.py                            into the source tree
     python hatch_build.py --platforms all            and for the other platforms
@@ -172,6 +173,8 @@ def compile_sanitized(output: Path) -> list[Path]:
 
 def compile_prebuilt(platform: str, output: Path) -> list[Path]:
     """Compile the library of native FMUs for a platform, by FMI 3.0's name; returns its files."""
+    if platform == _SOURCES.WASM:
+        return compile_wasm(output)
     native = _SOURCES.NATIVE
     name = f"{_SOURCES.PREBUILT}/{platform}{_SOURCES.TARGETS[platform].suffix}"
     return _take_or_make(
@@ -180,6 +183,13 @@ def compile_prebuilt(platform: str, output: Path) -> list[Path]:
         f"{native.fingerprint(ROOT)}\n",
         lambda aside: _SOURCES.cross_command(native, platform, aside),
     )
+
+
+def compile_wasm(output: Path) -> list[Path]:
+    """Compile the WebAssembly module of pages that simulate; returns its files."""
+    module = _SOURCES.BROWSER
+    name, fingerprint = f"{module.target}.wasm", f"{module.fingerprint(ROOT)}\n"
+    return _take_or_make(name, output, fingerprint, _SOURCES.wasm_command)
 
 
 def compile_all_prebuilt(platforms: list[str], output: Path) -> list[Path]:
@@ -191,7 +201,7 @@ def compile_all_prebuilt(platforms: list[str], output: Path) -> list[Path]:
 
 def parse_platforms(names: str) -> list[str]:
     """Platforms by their names: `all`, or some with commas between them; none in nothing."""
-    known = _SOURCES.PREBUILT_PLATFORMS
+    known = (*_SOURCES.PREBUILT_PLATFORMS, _SOURCES.WASM)
     platforms = list(known) if names == "all" else [name for name in names.split(",") if name]
     unknown = sorted(set(platforms) - set(known))
     if unknown:

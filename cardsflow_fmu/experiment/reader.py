@@ -169,7 +169,7 @@ def experiment_settings(
         "disturbance": disturbance,
         "start": start,
         "plant": plant,
-        "controller": read_controller(data["controller"], context, run, reference, start),
+        "controller": read_controller(data["controller"], context, run, reference.space, start),
         "run": run,
         "wiring": wiring,
         "estimator": estimator,

@@ -25,6 +25,7 @@ class ExperimentModel(FmuModel):
         values: Memory for the variables (default: allocated).
 
     Attributes:
+        places: Position of each group of variables in `values`.
         views: Values of each group of variables.
     """
 
@@ -32,7 +33,7 @@ class ExperimentModel(FmuModel):
         self._experiment = experiment
         groups = self.groups(experiment)
         super().__init__(all_ports(groups), values)
-        self._places = group_slices(groups)
+        self.places = group_slices(groups)
         self.views = group_views(groups, self.values)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -43,7 +44,7 @@ class ExperimentModel(FmuModel):
     def indices(self, *names: str) -> Indices:
         """Return the indices of the variables of some groups in `values`."""
         indices: Indices = np.arange(self.values.size, dtype=np.intp)
-        return np.concatenate([indices[self._places[name]] for name in names])
+        return np.concatenate([indices[self.places[name]] for name in names])
 
     @staticmethod
     @abstractmethod

@@ -9,24 +9,22 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import CardsflowError, InputError, SimulationError
 from cardsflow_fmu.cosim.master import columns_of
 from cardsflow_fmu.cosim.pacing import Pacer
 from cardsflow_fmu.cosim.participant import WiredPorts
 from cardsflow_fmu.cosim.recording import Recording
-from cardsflow_fmu.cosim.signals.ports import SOLVE_TIME
 from cardsflow_fmu.cosim.step_loop import StepLoop
-from cardsflow_fmu.cosim.wiring import ConvertingCopy, Copy, connect
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .by_role import C_MODELS, missing_in_c, require_in_c
 from .native.binding import native_library
+from .native.loop_tables import loop_tables
 from .native.opened_model import OpenedModel
 
 _CHUNK = 256  # steps per call, about 3 ms, so that Ctrl-C and `watch` take effect
@@ -166,39 +164,17 @@ class NativeLoop(StepLoop):
     def _plan(self, parts: Sequence[WiredPorts]) -> None:
         """Pass the order of models in a step, the copied signals and the columns to C."""
         experiment = self._experiment
-        copies = connect(parts, experiment.wiring)
-        numbers = {part.name: k for k, part in enumerate(parts)}
-        groups, before = experiment.stepping.stages(list(numbers))
-        turns: list[list[int]] = []
-        routes: list[tuple[int, ...]] = []
-        changes: list[tuple[float, ...]] = []
-        for stage, group in enumerate(groups):
-            for name in group:
-                incoming = [route for copy in copies[name] for route in _routes(copy, name, parts)]
-                turns.append([numbers[name], self._every[name], len(incoming), stage])
-                routes += [indices for indices, _ in incoming]
-                changes += [change for _, change in incoming]
-        controller = parts[numbers["controller"]]
-        stages = {name: stage for stage, group in enumerate(groups) for name in group}
-        self._tick_shows = int(stages["controller"] >= before)
-        timer = [numbers["controller"], _variable_names(controller).index(SOLVE_TIME)]
-        columns = [
-            [k, _variable_names(part).index(name)]
-            for k, part in enumerate(parts)
-            for name in part.output_names
-            if name != SOLVE_TIME
-        ]
-        self._tables: list[NDArray[Any]] = [  # C stores pointers to the tables
-            *(np.array(t, dtype=np.int32) for t in (turns, routes, columns, timer)),
-            np.array(changes, dtype=np.float64),
-        ]
-        order, routes_, columns_, timer_, changes_ = [table.ctypes.data for table in self._tables]
+        tables = loop_tables(parts, experiment.wiring, experiment.stepping, self._every)
+        self._tables = tables  # C stores pointers to the tables
+        controller = self._names.index("controller")
+        stage = next(int(turn[3]) for turn in tables.turns if turn[0] == controller)
+        self._tick_shows = int(stage >= tables.before)
         failed = self._library.native_loop_plan(
             self._loop,
-            *(len(turns), order),
-            *(len(routes), routes_, changes_),
-            *(len(columns), columns_),
-            *(before, timer_),
+            *(len(tables.turns), tables.turns.ctypes.data),
+            *(len(tables.copies), tables.copies.ctypes.data, tables.changes.ctypes.data),
+            *(len(tables.columns), tables.columns.ctypes.data),
+            *(tables.before, tables.timer.ctypes.data),
         )
         assert not failed
 
@@ -236,29 +212,3 @@ def run_batch(experiments: Sequence[Experiment], threads: int = 1) -> list[Recor
 def _run_one(experiment: Experiment) -> Recording:
     with NativeLoop(experiment) as loop:
         return loop.run()
-
-
-def _routes(
-    copy: Copy, target: str, parts: Sequence[WiredPorts]
-) -> list[tuple[tuple[int, ...], tuple[float, float]]]:
-    """Return the routes of a copy.
-
-    A route consists of (source model, index, target model, index) and (factor, offset).
-    """
-    source = next(k for k, part in enumerate(parts) if part.outputs is copy.source)
-    end = next(k for k, part in enumerate(parts) if part.name == target)
-    inputs = len(parts[source].input_names)
-    sources = np.arange(len(parts[source].output_names))[copy.source_indices] + inputs
-    targets = np.arange(len(parts[end].input_names))[copy.target_indices]
-    factors, offsets = np.ones(len(sources)), np.zeros(len(sources))
-    if isinstance(copy, ConvertingCopy):
-        factors, offsets = copy.factors, copy.offsets
-    return [
-        ((source, int(a), end, int(b)), (float(c), float(d)))
-        for a, b, c, d in zip(sources, targets, factors, offsets, strict=True)
-    ]
-
-
-def _variable_names(part: WiredPorts) -> tuple[str, ...]:
-    """Return the names of inputs and outputs in the order of the values."""
-    return (*part.input_names, *part.output_names)

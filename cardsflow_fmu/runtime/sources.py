@@ -91,6 +91,14 @@ FMI = Library(_ALL, f"{_LIB}/cardsflow_fmi", (FREESTANDING, _NATIVE), _INSIDE)
 NATIVE = Library(_ALL, f"{_LIB}/cardsflow_native", (FREESTANDING, _PYTHON, _LOOP), _INSIDE)
 """Library of native FMUs, without a Python host."""
 LIBRARIES = (CORE, CONTROL, FMI, NATIVE)
+_MODELS = tuple(f"{RUNTIME}/{name}" for name in ("native", "loop", "model", "platform"))
+BROWSER = Library(
+    (*_MODELS, *CORE.folders, *CONTROL.folders),
+    f"{PREBUILT}/wasm32",
+    (FREESTANDING, _NATIVE),
+    _INSIDE,
+)
+"""WebAssembly module that simulates in a browser."""
 
 
 class Target(NamedTuple):
@@ -125,6 +133,22 @@ TARGETS = {
 
 PREBUILT_PLATFORMS = tuple(name for name in TARGETS if name != "aarch64-windows")
 """Platforms whose native library is part of the package, with its fingerprint."""
+
+WASM = "wasm32"
+"""Platform of the WebAssembly module in `CARDSFLOW_PLATFORMS`."""
+
+
+def wasm_command(file: Path) -> list[str]:
+    """Return the command that compiles the WebAssembly module with the ziglang package.
+
+    Args:
+        file: Path of the module.
+    """
+    compiler = [sys.executable, "-m", "ziglang", "cc", "-target", "wasm32-wasi"]
+    module = ["-mexec-model=reactor", "-Wl,--gc-sections", "-Wl,--export-dynamic"]
+    memory = [f"-Wl,--export={name}" for name in ("malloc", "free")]
+    flags = [*FLAGS, *BROWSER.flags, *SMALL, "-g0", "-s", *module, *memory]
+    return [*compiler, *flags, *BROWSER.sources(), "-o", str(file.absolute())]
 
 
 def cross_command(library: Library, platform: str, file: Path) -> list[str]:

@@ -6,6 +6,9 @@
 
 #include <string.h>
 
+/* The arrays after a handle begin at a multiple of 8 bytes, also where pointers have 4 bytes. */
+static const size_t HANDLE_SIZE = (sizeof(core) + 7u) / 8u * 8u;
+
 static size_t working_size(const blob_view *view)
 {
     STATE_LENGTHS(view)
@@ -13,7 +16,7 @@ static size_t working_size(const blob_view *view)
 #define ADD_LENGTH(name, length) doubles += length;
     STATE_ARRAYS(ADD_LENGTH)
 #undef ADD_LENGTH
-    return sizeof(core) + doubles * sizeof(real);
+    return HANDLE_SIZE + doubles * sizeof(real);
 }
 
 static int open_view(blob_view *view, const void *blob, size_t size, char *message, size_t capacity)
@@ -35,7 +38,7 @@ core *core_open(const void *blob, size_t size, void *memory)
     core *c = memory;
     c->blob = view;
     STATE_LENGTHS(&view)
-    real *at = (real *)(void *)(c + 1);
+    real *at = (real *)(void *)((char *)memory + HANDLE_SIZE);
 #define PLACE(name, length) c->name = at, at += length;
     STATE_ARRAYS(PLACE)
 #undef PLACE

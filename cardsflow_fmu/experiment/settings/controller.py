@@ -46,7 +46,6 @@ from .controller_types import (
 )
 from .custom_law import CustomLaw
 from .plant import Engine, StartSettings
-from .reference import ReferenceSettings
 from .run import RunSettings
 
 EXACT = "exact"
@@ -293,17 +292,17 @@ def read_controller(
     data: Mapping[str, Any],
     context: Context,
     run: RunSettings,
-    reference: ReferenceSettings,
+    space: Space,
     start: StartSettings,
 ) -> ControllerSettings:
-    """Read the table [controller]."""
-    fitting = [name for name, known in TYPES.items() if known.space == reference.space]
+    """Read the table [controller], for a reference in a space."""
+    fitting = [name for name, known in TYPES.items() if known.space == space]
     name = data.get("type", fitting[0])
     law = control_type(name, data.get("space"))
-    if law.space != reference.space:
-        what = f"{name!r} cannot follow a reference in {reference.space} space"
+    if law.space != space:
+        what = f"{name!r} cannot follow a reference in {space} space"
         known = f"use {' or '.join(map(repr, fitting))}"
-        custom = f'set controller.space = "{reference.space}"'
+        custom = f'set controller.space = "{space}"'
         what += f"; {known if CustomLaw.of(name) is None else custom}"
         raise context.error("controller.type", what)
     exact = math.inf if law.task_weight is None else law.task_weight

@@ -8,11 +8,14 @@ static int is_size(int count)
     return count >= 1 && count <= DUAL_NEWTON_LARGEST_SIZE;
 }
 
+/* The arrays after a handle begin at a multiple of 8 bytes, also where pointers have 4 bytes. */
+static const size_t HANDLE_SIZE = (sizeof(dual_newton) + 7u) / 8u * 8u;
+
 size_t dual_newton_size(int variables, int rows)
 {
     if (!is_size(variables) || !is_size(rows)) return 0;
     const size_t n = (size_t)variables, m = (size_t)rows;
-    size_t size = sizeof(dual_newton);
+    size_t size = HANDLE_SIZE;
 #define ADD_SIZE(type, name, length) size += sizeof(type) * (length);
     STATE_ARRAYS(ADD_SIZE)
 #undef ADD_SIZE
@@ -26,7 +29,7 @@ dual_newton *dual_newton_open(int variables, int rows, void *memory)
     memset(memory, 0, size);
     dual_newton *s = memory;
     const size_t n = s->n = (size_t)variables, m = s->m = (size_t)rows;
-    char *at = (char *)(s + 1);
+    char *at = (char *)memory + HANDLE_SIZE;
 #define PLACE(type, name, length) s->name = (type *)(void *)at, at += sizeof(type) * (length);
     STATE_ARRAYS(PLACE)
 #undef PLACE

@@ -10,6 +10,9 @@
 
 enum { MAX_IMUS = 64 };
 
+/* The arrays after a handle begin at a multiple of 8 bytes, also where pointers have 4 bytes. */
+static const size_t HANDLE_SIZE = (sizeof(estimator) + 7u) / 8u * 8u;
+
 size_t estimator_size(const core *c, int32_t imus)
 {
     if (imus < 0 || imus > MAX_IMUS) return 0;
@@ -18,7 +21,7 @@ size_t estimator_size(const core *c, int32_t imus)
 #define ADD_LENGTH(name, length) reals += length;
     ESTIMATOR_ARRAYS(ADD_LENGTH)
 #undef ADD_LENGTH
-    return sizeof(estimator) + reals * sizeof(real);
+    return HANDLE_SIZE + reals * sizeof(real);
 }
 
 estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_frame, void *memory)
@@ -32,7 +35,7 @@ estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_frame, void 
     estimator *e = memory;
     e->core = c, e->imu_frame = imu_frame;
     e->n = n, e->m = m, e->i = i, e->N = N, e->variables = variables, e->bends = bends;
-    real *at = (real *)(void *)(e + 1);
+    real *at = (real *)(void *)((char *)memory + HANDLE_SIZE);
 #define PLACE(name, length) e->name = at, at += length;
     ESTIMATOR_ARRAYS(PLACE)
 #undef PLACE

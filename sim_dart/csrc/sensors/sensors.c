@@ -47,6 +47,9 @@ struct sensors {
     const size_t variables = (size_t)(c)->blob.counts.variables;                                       \
     const size_t i = (size_t)(imus), D = (size_t)(delay), C = 2 * m + 2 * n + 6 * i;
 
+/* The arrays after a handle begin at a multiple of 8 bytes, also where pointers have 4 bytes. */
+static const size_t HANDLE_SIZE = (sizeof(sensors) + 7u) / 8u * 8u;
+
 size_t sensors_size(const core *c, int32_t imus, int32_t delay)
 {
     if (imus < 0 || imus > MAX_IMUS || delay < 0 || delay > MAX_DELAY) return 0;
@@ -55,7 +58,7 @@ size_t sensors_size(const core *c, int32_t imus, int32_t delay)
 #define ADD_LENGTH(name, length) reals += length;
     SENSORS_ARRAYS(ADD_LENGTH)
 #undef ADD_LENGTH
-    return sizeof(sensors) + reals * sizeof(real);
+    return HANDLE_SIZE + reals * sizeof(real);
 }
 
 sensors *sensors_open(core *c, int32_t imus, const int32_t *imu_frame, int32_t delay, void *memory)
@@ -69,7 +72,7 @@ sensors *sensors_open(core *c, int32_t imus, const int32_t *imu_frame, int32_t d
     sensors *s = memory;
     s->core = c, s->imu_frame = imu_frame;
     s->n = n, s->m = m, s->i = i, s->D = D, s->C = C, s->variables = variables;
-    real *at = (real *)(void *)(s + 1);
+    real *at = (real *)(void *)((char *)memory + HANDLE_SIZE);
 #define PLACE(name, length) s->name = at, at += length;
     SENSORS_ARRAYS(PLACE)
 #undef PLACE

@@ -1,6 +1,7 @@
 #include "opened_model.h"
 
 #include "../native/layout.h"
+#include "../native/model.h"
 #include "../native/open.h"
 
 #include <stdlib.h>
@@ -99,9 +100,22 @@ int native_model_use(struct opened_model *opened, const control_law *law, const 
     return native_controller_use(&opened->model, law, muscles);
 }
 
+static core *core_of(const struct opened_model *opened)
+{
+    const struct native_model *native = opened->model.backend;
+    return native->robot.core;
+}
+
 double *native_model_array(struct opened_model *opened, const char *name, size_t *length)
 {
-    return native_controller_array(&opened->model, name, length);
+    double *found = native_controller_array(&opened->model, name, length);
+    return found || !core_of(opened) ? found : core_array(core_of(opened), name, length);
+}
+
+void native_model_trace(struct opened_model *opened)
+{
+    if (core_of(opened))
+        core_trace(core_of(opened));
 }
 
 const char *native_model_message(const struct opened_model *opened)

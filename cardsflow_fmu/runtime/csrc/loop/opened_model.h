@@ -49,7 +49,12 @@ NATIVE_API int native_model_derivative(struct opened_model *opened, double t, do
 /* Set Python functions of a controller: see native/controller/controller.h. */
 NATIVE_API int native_model_use(struct opened_model *opened, const control_law *law,
                                 const struct muscle_functions *muscles);
+/* Return an array of the loop or the law of a controller, or of the robot of any model but a reference, by name,
+ * and its length: see control_loop.h and core.h. Return NULL if it does not exist. */
 NATIVE_API double *native_model_array(struct opened_model *opened, const char *name, size_t *length);
+
+/* Compute the contacts of the robot's muscles with their wrap surfaces and pulleys for drawing: see core_trace. */
+NATIVE_API void native_model_trace(struct opened_model *opened);
 
 /* Return the last error message. */
 NATIVE_API const char *native_model_message(const struct opened_model *opened);

@@ -408,10 +408,6 @@ int native_controller_use(struct model *model, const control_law *law, const str
 
 double *native_controller_array(struct model *model, const char *name, size_t *length)
 {
-    const struct native_model *native = model->backend;
-    struct controller *c = controller_in(model);
-    if (!c)
-        return NULL;
-    double *found = loop_array(c, name, length);
-    return found ? found : core_array(native->robot.core, name, length);
+    const struct controller *c = controller_in(model);
+    return c ? loop_array(c, name, length) : NULL;
 }

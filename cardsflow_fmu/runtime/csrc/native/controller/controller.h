@@ -13,8 +13,7 @@ int native_controller_open(struct model *model, struct native_model *native, str
    controller. */
 int native_controller_use(struct model *model, const control_law *law, const struct muscle_functions *muscles);
 
-/* Return an array of the loop, the law or the core of a controller, by name, and its length; NULL if it does
-   not exist. */
+/* Return an array of the loop or the law of a controller, by name, and its length; NULL if it does not exist. */
 double *native_controller_array(struct model *model, const char *name, size_t *length);
 
 #endif

@@ -1,0 +1,1 @@
+"""Simulation in a browser: everything that a page needs of an experiment."""

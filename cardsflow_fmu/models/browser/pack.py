@@ -1,0 +1,192 @@
+"""Packed files of a simulation in a browser: module, models, loops of all modes.
+
+The data are: length of the header as uint32, header as JSON, padding to 8 bytes, then arrays and
+files. In the header, `[offset, size]` is a part of these bytes.
+"""
+
+from __future__ import annotations
+
+import base64
+import struct
+import zlib
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import InputError, Robot
+from addin_sdfusion.robot.json_text import json_text
+from addin_sdfusion.robot.model.muscle_laws import command_range, law_of
+from cardsflow_fmu.cosim.participant import WiredPorts
+from cardsflow_fmu.cosim.signals.muscles import commanded_muscles
+from cardsflow_fmu.cosim.signals.variables import scalar_variables
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.models.by_role import C_MODELS
+from cardsflow_fmu.models.c_model import CModel
+from cardsflow_fmu.models.native.loop_tables import loop_tables
+from cardsflow_fmu.models.native_loop import require_native
+from cardsflow_fmu.runtime.port_table import encode_port_table
+from cardsflow_fmu.runtime.wasm import wasm_module
+from cardsflow_fmu.version import __version__
+
+from .drawing import drawing_tables
+from .modes import (
+    MODES,
+    Mode,
+    experiment_in_mode,
+    models_in_mode,
+    stepping_in_mode,
+    wiring_in_mode,
+    with_wrenches,
+)
+
+
+def engine_text(experiment: Experiment) -> str:
+    """Return what a page needs to simulate an experiment, as base64 of compressed bytes.
+
+    Args:
+        experiment: The experiment.
+
+    Raises:
+        InputError: The experiment requires Python, DART or hardware, or the module is missing.
+    """
+    return base64.b64encode(zlib.compress(engine_data(experiment), 9)).decode()
+
+
+def engine_data(experiment: Experiment) -> bytes:
+    """Return the same as `engine_text`, not compressed."""
+    require_native(experiment, ("plant",))
+    experiment = with_wrenches(experiment)
+    packer = _Packer(experiment)
+    module = packer.add(wasm_module())
+    loops, missing = {}, {}
+    for mode in MODES:
+        try:
+            loops[mode] = packer.add_loop(mode)
+        except InputError as error:
+            missing[mode] = str(error)
+    robot, run = experiment.robot, experiment.run
+    header = {
+        "version": __version__,
+        "module": module,
+        "step": run.step,
+        "controllerSteps": packer.every["controller"],
+        "models": packer.models,
+        "loops": loops,
+        "missing": missing,
+        "space": experiment.controller.space,
+        **_robot(robot),
+        "drawing": drawing_tables(robot, experiment.plant.wrenches, packer.add_array),
+    }
+    text = json_text(header, separators=(",", ":")).encode()
+    start = struct.pack("<I", len(text)) + text
+    return start + bytes(-len(start) % 8) + packer.contents
+
+
+class _Packer:
+    """Models and loops of an experiment, without repetitions.
+
+    Attributes:
+        models: Header entries of the models.
+        contents: Bytes of files and arrays.
+    """
+
+    def __init__(self, experiment: Experiment) -> None:
+        self._experiment = experiment
+        self._numbers: dict[bytes, int] = {}
+        self.models: list[dict[str, Any]] = []
+        self.contents = b""
+        every = round(experiment.controller.period / experiment.run.step)
+        self.every = dict.fromkeys(experiment.columns, 1) | {"controller": every}
+
+    def add(self, contents: bytes) -> list[int]:
+        """Add bytes and return their place; they begin at a multiple of 8."""
+        place = [len(self.contents), len(contents)]
+        self.contents += contents + bytes(-len(contents) % 8)
+        return place
+
+    def add_array(self, values: NDArray[Any]) -> list[int]:
+        """Add an array of float64 or int32."""
+        return self.add(np.ascontiguousarray(values).tobytes())
+
+    def add_loop(self, mode: Mode) -> dict[str, Any]:
+        """Add the models of a mode that are not there yet; return the tables of its loop."""
+        experiment = experiment_in_mode(self._experiment, mode)
+        names = models_in_mode(experiment, mode)
+        require_native(experiment, names)
+        models = {name: C_MODELS[name](experiment) for name in experiment.columns}
+        parts = {
+            name: WiredPorts(name, model.ports, model.inputs, model.outputs)
+            for name, model in models.items()
+        }
+        wiring = wiring_in_mode(experiment, list(parts.values()), names)
+        numbers = [self._add_model(name, experiment, models[name]) for name in names]
+        stepping = stepping_in_mode(experiment, names)
+        tables = loop_tables([parts[name] for name in names], wiring, stepping, self.every)
+        return {
+            "models": numbers,
+            "values": [self.add_array(models[name].values) for name in names],
+            "sizes": [len(tables.turns), len(tables.copies), len(tables.columns)],
+            "before": tables.before,
+            **{
+                key: self.add_array(getattr(tables, key))
+                for key in ("turns", "copies", "changes", "columns", "timer")
+            },
+        }
+
+    def _add_model(self, name: str, experiment: Experiment, model: CModel) -> int:
+        """Add a model and return its number."""
+        file = model.file(experiment)
+        key = name.encode() + file
+        if key not in self._numbers:
+            table = encode_port_table(
+                scalar_variables(model.ports),
+                guid="",
+                model_name="",
+                package=__version__,
+                step=experiment.run.step,
+            )
+            self._numbers[key] = len(self.models)
+            groups = {
+                group: [place.start, place.stop - place.start]
+                for group, place in model.places.items()
+            }
+            self.models.append(
+                {
+                    "role": name,
+                    "file": self.add(file),
+                    "ports": self.add(table),
+                    "names": [port.name for port in model.ports],
+                    "units": [port.unit or "" for port in model.ports],
+                    "outputs": [model.inputs.size, model.outputs.size],
+                    "groups": groups,
+                }
+            )
+        return self._numbers[key]
+
+
+def _robot(robot: Robot) -> dict[str, Any]:
+    """Return names, units and ranges for controls."""
+    ranges = [command_range(muscle.model) for muscle in robot.muscles]
+    return {
+        "muscles": [
+            {
+                "name": muscle.name,
+                "law": law_of(muscle.model).kind,
+                "unit": command.unit if (command := law_of(muscle.model).command) else "",
+                "low": max(low, muscle.f_min) if law_of(muscle.model).kind == "ideal" else low,
+                "high": min(high, muscle.f_max) if law_of(muscle.model).kind == "ideal" else high,
+            }
+            for muscle, (low, high) in zip(robot.muscles, ranges, strict=True)
+        ],
+        "commanded": commanded_muscles(robot),
+        "coordinates": [
+            {"name": c.name, "unit": c.unit, "lower": c.lower, "upper": c.upper}
+            for c in robot.coordinates
+        ],
+        "tasks": [
+            {"name": f"{frame.name}.{axis}", "unit": "rad" if frame.is_orientation else "m"}
+            for frame in robot.task_frames
+            for axis in frame.axes
+        ],
+    }

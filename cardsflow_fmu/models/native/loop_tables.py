@@ -1,0 +1,107 @@
+"""Tables of a loop in C: order of the models in a step, copied signals, recorded columns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cardsflow_fmu.cosim.coupling import Coupling
+from cardsflow_fmu.cosim.participant import WiredPorts
+from cardsflow_fmu.cosim.signals.ports import SOLVE_TIME
+from cardsflow_fmu.cosim.wiring import ConvertingCopy, Copy, Wiring, connect
+from cardsflow_fmu.utils.arrays import FloatArray
+
+
+class LoopTables(NamedTuple):
+    """Tables of `native_loop_plan`; see `runtime/csrc/loop/native_loop.h`.
+
+    Attributes:
+        turns: Shape (t, 4).
+        copies: Shape (c, 4).
+        changes: Shape (c, 2).
+        columns: Shape (k, 2).
+        timer: Shape (2,); -1 without a controller.
+        before: Number of stages before a row is recorded.
+    """
+
+    turns: NDArray[np.int32]
+    copies: NDArray[np.int32]
+    changes: FloatArray
+    columns: NDArray[np.int32]
+    timer: NDArray[np.int32]
+    before: int
+
+
+def loop_tables(
+    parts: Sequence[WiredPorts], wiring: Wiring, stepping: Coupling, every: Mapping[str, int]
+) -> LoopTables:
+    """Return the tables of a loop.
+
+    Args:
+        parts: The models, in the order of the columns.
+        wiring: Connections that differ from those by equal names; constant inputs are set here.
+        stepping: Coupling of the models.
+        every: Number of base steps per step of each model, by name.
+    """
+    numbers = {part.name: k for k, part in enumerate(parts)}
+    copies = connect(parts, wiring)
+    groups, before = stepping.stages(list(numbers))
+    turns, routes, changes = [], [], []
+    for stage, group in enumerate(groups):
+        for name in group:
+            incoming = [route for copy in copies[name] for route in _routes(copy, name, parts)]
+            turns.append((numbers[name], every[name], len(incoming), stage))
+            routes += [indices for indices, _ in incoming]
+            changes += [change for _, change in incoming]
+    timer = [
+        (k, _variable_names(part).index(SOLVE_TIME))
+        for k, part in enumerate(parts)
+        if part.name == "controller"
+    ]
+    columns = [
+        (k, _variable_names(part).index(name))
+        for k, part in enumerate(parts)
+        for name in part.output_names
+        if name != SOLVE_TIME
+    ]
+    return LoopTables(
+        _table(turns, 4),
+        _table(routes, 4),
+        np.array(changes, dtype=np.float64).reshape(-1, 2),
+        _table(columns, 2),
+        np.array(timer[0] if timer else (-1, -1), dtype=np.int32),
+        before,
+    )
+
+
+def _table(rows: Sequence[tuple[int, ...]], width: int) -> NDArray[np.int32]:
+    return np.array(rows, dtype=np.int32).reshape(-1, width)
+
+
+def _routes(
+    copy: Copy, target: str, parts: Sequence[WiredPorts]
+) -> list[tuple[tuple[int, ...], tuple[float, float]]]:
+    """Return the routes of a copy.
+
+    A route consists of (source model, index, target model, index) and (factor, offset).
+    """
+    source = next(k for k, part in enumerate(parts) if part.outputs is copy.source)
+    end = next(k for k, part in enumerate(parts) if part.name == target)
+    inputs = len(parts[source].input_names)
+    sources = np.arange(len(parts[source].output_names))[copy.source_indices] + inputs
+    targets = np.arange(len(parts[end].input_names))[copy.target_indices]
+    factors, offsets = np.ones(len(sources)), np.zeros(len(sources))
+    if isinstance(copy, ConvertingCopy):
+        factors, offsets = copy.factors, copy.offsets
+    return [
+        ((source, int(a), end, int(b)), (float(c), float(d)))
+        for a, b, c, d in zip(sources, targets, factors, offsets, strict=True)
+    ]
+
+
+def _variable_names(part: WiredPorts) -> tuple[str, ...]:
+    """Return the names of inputs and outputs in the order of the values."""
+    return (*part.input_names, *part.output_names)

@@ -1,0 +1,51 @@
+"""The engine of pages that simulate, in a browser without a viewer."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.browser import Page
+
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.models.browser.pack import engine_text
+from cardsflow_fmu.results.viewer.html import page
+
+PARTS = Path(page.__file__).parent / "page_parts"
+SCRIPTS = ("engine_module.js", "engine_drawing.js", "engine_changes.js", "engine.js")
+
+_OPEN = """
+async function openEngine(text) {
+  const packed = Uint8Array.from(atob(text), c => c.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return Engine.open(new Uint8Array(await new Response(stream).arrayBuffer()));
+}
+function rowsOf(engine, count) {
+  const rows = [];
+  engine.run(count, (some) => rows.push(...some));
+  return rows;
+}
+"""
+
+
+def open_engine(browser: Page, experiment: Experiment, folder: Path) -> None:
+    """Open a page from disk, offline, with the engine of an experiment in the variable `engine`."""
+    if importlib.util.find_spec("ziglang") is None:
+        pytest.skip("no ziglang: the extra `cross`")
+    scripts = "\n".join((PARTS / name).read_text("utf-8") for name in SCRIPTS) + _OPEN
+    text = json.dumps(engine_text(experiment))
+    file = folder / "engine.html"
+    start = f"let engine; openEngine({text}).then(found => {{ engine = found; }});"
+    file.write_text(f"<script>{scripts}\n{start}</script>", "utf-8")
+    browser.open(file.as_uri(), offline=True)
+    browser.wait_for("window.openEngine && engine")
+
+
+def engine_rows(browser: Page, count: int) -> np.ndarray:
+    """Run some steps; return the rows that the native loop records, shape (count, columns)."""
+    numbers: Any = browser.evaluate(f"rowsOf(engine, {count})")
+    return np.array(numbers).reshape(count, -1)
