@@ -258,8 +258,8 @@ def _option(option: Any) -> Answer:
 def _find_lengths(model: Any, places: int) -> list[list[float] | None]:
     """Return the minimum and maximum length of each muscle without a range, in [m] or [rad].
 
-    All other actuators get None. Muscles also get None if they depend on joints without ranges or
-    if the search needs too many placements.
+    All other actuators get None. The limits of the tendon replace a search over joints without
+    ranges, or one that needs too many placements; without such limits, the muscle gets None.
     """
     found: list[list[float] | None] = [None] * len(model.actuator_trntype)
     search: _LengthSearch | None = None
@@ -272,6 +272,10 @@ def _find_lengths(model: Any, places: int) -> list[list[float] | None]:
             if due <= places:
                 places -= due
                 found[k] = search.range_of(k)
+            tendon = model.actuator_trnid[k][0]
+            on_tendon = model.actuator_trntype[k] == mujoco.mjtTrn.mjTRN_TENDON
+            if found[k] is None and on_tendon and model.tendon_limited[tendon]:
+                found[k] = model.tendon_range[tendon].tolist()
     return found
 
 

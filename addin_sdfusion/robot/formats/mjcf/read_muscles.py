@@ -211,7 +211,8 @@ def _law(row: Row, node: Node) -> CableModel:
         node.warning("force-range-left-out", "the range of its force is omitted")
     gain, bias, times = row["gainprm"], row["biasprm"], row["dynprm"]
     low, high = _lengths(row, node, gear)
-    control = row["ctrlrange"] or (0.0, 1.0)
+    # MuJoCo limits the command of a muscle to [0, 1] in addition to its range
+    control = [min(max(x, 0.0), 1.0) for x in row["ctrlrange"] or (0.0, 1.0)]
     values = {
         "length_low": low,
         "length_high": high,
@@ -249,13 +250,14 @@ def _lengths(row: Row, node: Node, gear: float) -> tuple[float, float]:
         return low / gear, high / gear
     if row["foundrange"] is None:
         problem = (
-            "no lengthrange, and none found: joints without ranges, or too many muscles; set it"
+            "no lengthrange, and none found: joints and tendon without ranges, or too many "
+            "muscles; set lengthrange of the actuator"
         )
         node.error("no-length-range", problem)
         return 0.0, 1.0
     low, high = row["foundrange"]
     problem = (
-        f"no lengthrange: {low:.6g} to {high:.6g} m from a search over the joint ranges is used; "
+        f"no lengthrange: {low:.6g} to {high:.6g} m from joint or tendon ranges is used; "
         "the value that MuJoCo simulates may differ by some percent; specify it if needed"
     )
     node.warning("length-range-found", problem)

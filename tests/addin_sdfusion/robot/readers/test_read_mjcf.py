@@ -172,3 +172,41 @@ def test_a_site_at_the_position_of_the_site_before_it_is_ignored(tmp_path: Path)
     assert len(muscle.via_points) == 2
     (finding,) = [f for f in reading.findings if f.code == "repeated-via-point"]
     assert "['b']" in finding.message
+
+
+ONE_MUSCLE = (
+    '<mujoco><worldbody><site name="a" pos="0 0 0.2"/><body pos="0 0 0.1">'
+    '<joint type="slide" axis="0 0 1"/><geom type="sphere" size="0.01" mass="1"/><site name="b"/>'
+    '</body></worldbody><tendon><spatial name="t" {}><site site="a"/><site site="b"/></spatial>'
+    '</tendon><actuator><muscle name="m" tendon="t" {}/></actuator></mujoco>'
+)
+
+
+def test_range_of_the_tendon_replaces_missing_ranges_of_joints(tmp_path: Path) -> None:
+    file = tmp_path / "m.xml"
+    file.write_text(ONE_MUSCLE.format('limited="true" range="0.075 0.105"', ""))
+    parameters = law_parameters(read(file).require().muscles[0].model)
+    ends = [parameters["length_low"], parameters["length_high"]]
+    assert ends == [0.075, 0.105]
+    (simulated,) = mujoco.MjModel.from_xml_path(str(file)).actuator_lengthrange
+    assert simulated == pytest.approx(ends, abs=1e-3)  # the limits of MuJoCo are soft
+    file.write_text(ONE_MUSCLE.format("", ""))
+    (error,) = [f for f in read(file).findings if f.is_error]
+    assert "set lengthrange of the actuator" in error.message
+
+
+def test_commands_of_a_muscle_are_limited_to_its_activation(tmp_path: Path) -> None:
+    """MuJoCo computes the same activation for commands of -1 and 0."""
+    file = tmp_path / "m.xml"
+    text = ONE_MUSCLE.format("", 'lengthrange="0.1 0.2" ctrllimited="true" ctrlrange="-1 1"')
+    file.write_text(text)
+    parameters = law_parameters(read(file).require().muscles[0].model)
+    assert (parameters["control_low"], parameters["control_high"]) == (0.0, 1.0)
+    model = mujoco.MjModel.from_xml_path(str(file))
+    rates = []
+    for command in (-1.0, 0.0):
+        data = mujoco.MjData(model)
+        data.act[0], data.ctrl[0] = 0.5, command
+        mujoco.mj_forward(model, data)
+        rates.append(data.act_dot[0])
+    assert rates[0] == rates[1] < 0.0
