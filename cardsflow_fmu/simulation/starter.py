@@ -15,6 +15,7 @@ from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.mesh_files import lies_in
 from cardsflow_fmu.experiment.packed_files import mesh_roots
 from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML
+from cardsflow_fmu.experiment.settings.robots import require_movable
 from cardsflow_fmu.experiment.template import experiment_text
 from cardsflow_fmu.results.analysis.first_motion import initial_pose
 from cardsflow_fmu.results.analysis.moment_arms import sign_changes
@@ -140,9 +141,11 @@ def read_movable(
     """
     reading = read(robot, cable_set)
     found = reading.require()
-    if not (found.coordinates and (found.muscles or found.motors)):
-        missing = "no muscles and no motors" if found.coordinates else "no movable joints"
-        raise InputError(f"robot {found.name!r} has {missing}", file=robot)
+    try:
+        require_movable(found, reading)
+    except InputError as error:
+        error.file = Path(robot)
+        raise
     _require_inside(reading.files, folder)
     return found, tuple(f for f in reading.findings if f.code not in _NOTED)
 

@@ -112,7 +112,8 @@ def limits(robot: Robot) -> Iterator[Finding]:
             if getattr(c, what) < 0.0:
                 yield error(subject, f"negative-{what}", f"{what} {getattr(c, what)!r} is negative")
         if c.lower > c.upper:
-            problem = f"lower limit {c.lower!r} is above the upper limit {c.upper!r}"
+            problem = f"lower limit {c.lower!r} is above the upper limit {c.upper!r}; exchange "
+            problem += "them, or remove both if the joint has no limits"
             yield error(subject, "limits-reversed", problem)
         elif not c.is_free:
             continue

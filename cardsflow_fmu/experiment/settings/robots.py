@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import InputError, Pose, Robot, UnknownNameError
+from addin_sdfusion.robot.formats.kinds import Kind, kind_of
 from addin_sdfusion.robot.formats.read import ABSOLUTE, Reading, read
 from addin_sdfusion.robot.transforms.combine import Member, combine
 from cardsflow_fmu.cosim.signals.port import identifier
@@ -17,6 +18,17 @@ from cardsflow_fmu.experiment.config.table import Context, Table, Text, Vector3,
 from cardsflow_fmu.experiment.robot_overrides import KINDS, with_overrides
 
 Overrides = dict[str, dict[str, Any]]
+
+_IN_FOLDER = "muscles in a cardsflow.xml in the same folder"
+_DRIVES: Mapping[Kind, str] = {
+    "sdf": _IN_FOLDER,
+    "urdf": f"efforts above 0 in the limits of its joints, or {_IN_FOLDER}",
+    "mjcf": "motors of joints or tendons, or muscles, in <actuator>",
+    "osim": "muscles or CoordinateActuators in its ForceSet",
+    "caspr": "cables in its cables file",
+}
+"""Elements that define drives, by file format."""
+_LEFT_OUT = "actuator-left-out"
 
 
 def _changes(parts: str) -> Any:
@@ -121,11 +133,32 @@ def read_robot(
         coordinate_signals("q", robot)
         muscle_signals("f", robot)
         task_signals("y", robot)
-        if not robot.coordinates:
-            raise InputError(f"robot {robot.name!r} has no movable joint")
-        if not robot.muscles and not robot.motors:
-            raise InputError(f"robot {robot.name!r} has no muscles and no motors")
+        require_movable(robot, reading)
     return reading, robot
+
+
+def require_movable(robot: Robot, reading: Reading) -> None:
+    """Check that a robot has movable joints and drives.
+
+    Args:
+        robot: The robot, with changes of the experiment.
+        reading: Result of reading its files.
+
+    Raises:
+        InputError: The robot has none; the message states how its file defines them.
+    """
+    if not robot.coordinates:
+        what = f"robot {robot.name!r} has no movable joints: all are fixed or locked; free one"
+        raise InputError(what)
+    if robot.muscles or robot.motors:
+        return
+    kind = kind_of(reading.files[0]) or "sdf"
+    what = f"robot {robot.name!r} has no muscles and no motors; add {_DRIVES[kind]}, or motors in "
+    what += "an experiment.toml: [robot.joints.NAME] motor = true"
+    omitted = [finding.message for finding in reading.findings if finding.code == _LEFT_OUT]
+    if omitted:
+        what += f" (omitted drives: {len(omitted)}, such as: {omitted[0]})"
+    raise InputError(what)
 
 
 def read_parts(rows: Sequence[PartSettings], context: Context) -> tuple[RobotPart, ...]:

@@ -207,6 +207,33 @@ def test_init_rejects_a_robot_that_cannot_move(what: str, tmp_path: Path) -> Non
     assert not (tmp_path / "experiment.toml").exists()
 
 
+UNDRIVEN = {
+    "arm.urdf": (
+        '<robot name="arm"><link name="a"/><link name="b"><inertial><mass value="1"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+        '</link><joint name="j" type="revolute"><parent link="a"/><child link="b"/>'
+        '<limit lower="-1" upper="1" effort="0" velocity="1"/></joint></robot>',
+        "no muscles and no motors; add efforts above 0",
+    ),
+    "arm.xml": (
+        '<mujoco><worldbody><site name="s"/><body><joint/><geom size="0.1"/></body></worldbody>'
+        '<actuator><general site="s" gear="1 0 0 0 0 0"/></actuator></mujoco>',
+        "in <actuator>.*omitted drives: 1, such as: .*drives site",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", UNDRIVEN)
+def test_init_of_a_robot_without_drives_names_the_elements_to_add(
+    name: str, tmp_path: Path
+) -> None:
+    text, message = UNDRIVEN[name]
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError, match=message) as caught:
+        init(tmp_path / name, tmp_path / "e.toml")
+    assert caught.value.file == tmp_path / name
+
+
 @pytest.mark.slow
 def test_findings_on_the_robot_files_are_printed(tmp_path: Path, cardsflow: CommandLine) -> None:
     """With line and consequence; also for an initial pose that the start pose replaces."""

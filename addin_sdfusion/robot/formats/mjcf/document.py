@@ -195,7 +195,9 @@ class Document:
             problem = "<attach> is not supported; save the model in MuJoCo, which expands it"
             node.error("unsupported-element", problem)
         for node in self._all("plugin"):
-            node.warning("part-left-out", f"a plugin of <{_parent(node)}> is omitted")
+            parent = _parent(node)
+            code = "actuator-left-out" if parent == "actuator" else "part-left-out"
+            node.warning(code, f"a plugin of <{parent}> is omitted")
         for node in self._all("frame"):
             if node.has("scale") and self.uris:
                 node.warning("meshes-not-scaled", "meshes in the frame are shown without its scale")

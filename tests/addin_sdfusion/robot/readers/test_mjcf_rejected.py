@@ -89,7 +89,7 @@ def test_error_in_an_included_file_names_that_file(tmp_path: Path) -> None:
         (BODY, '<keyframe><key name="k" qpos="1"/></keyframe>', "part-left-out"),
         (BODY, '<deformable><skin name="s"/></deformable>', "part-left-out"),
         (BODY, '<extension><plugin plugin="p"/></extension>', "part-left-out"),
-        (BODY, '<actuator><plugin joint="j"/></actuator>', "part-left-out"),
+        (BODY, '<actuator><plugin joint="j"/></actuator>', "actuator-left-out"),
         ('<flexcomp name="f" type="grid" count="2 2 2"/>' + BODY, "", "soft-body-left-out"),
         (BODY, '<equality><flex flex="f"/></equality>', "equality-left-out"),
         (BODY, '<option density="1.2"/>', "fluid-left-out"),
