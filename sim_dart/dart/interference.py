@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -76,43 +75,73 @@ class Interference:
 
         Args:
             postures: Joint positions, each of shape (n,), in [rad] or [m].
-            within: Distance in [m] above which pairs of muscles may be omitted, which is faster.
+            within: Distance in [m] above which pairs may be omitted, which is faster.
         """
         found: dict[tuple[str, str], Nearest] = {}
         for sample, q in enumerate(postures):
-            lines = self._paths.path_points(q)
-            for near in (*self._muscles(lines, sample, within), *self._links(q, lines, sample)):
+            segments = _Segments.of(self._paths.path_points(q))
+            pairs = self._muscles(segments, sample, within)
+            for near in (*pairs, *self._links(q, segments, sample, within)):
                 known = found.get((near.muscle, near.other))
                 if known is None or near.distance < known.distance:
                     found[near.muscle, near.other] = near
         return sorted(found.values(), key=lambda near: near.distance)
 
-    def _muscles(self, lines: list[FloatArray], sample: int, within: float) -> Iterator[Nearest]:
-        owners = np.repeat(np.arange(len(lines)), [max(len(line) - 1, 0) for line in lines])
-        starts = np.concatenate([line[:-1] for line in lines] or [np.empty((0, 3))])
-        ends = np.concatenate([line[1:] for line in lines] or [np.empty((0, 3))])
+    def _muscles(self, segments: _Segments, sample: int, within: float) -> Iterator[Nearest]:
+        owners, starts, ends = segments
         i, j = _pairs_within(starts, ends, within)
         other = owners[i] != owners[j]
         i, j = i[other], j[other]
         apart = segment_distances(starts[i], ends[i], starts[j], ends[j])
         apart[_share_an_end(starts[i], ends[i], starts[j], ends[j])] = np.inf
-        count = len(lines)
+        count = len(self._robot.muscles)
         smallest = np.full(count * count, np.inf)
         np.minimum.at(smallest, owners[i] * count + owners[j], apart)
         names = [muscle.name for muscle in self._robot.muscles]
         for k in np.flatnonzero(np.isfinite(smallest)):
             yield Nearest(names[k // count], names[k % count], False, float(smallest[k]), sample)
 
-    def _links(self, q: FloatArray, lines: list[FloatArray], sample: int) -> Iterator[Nearest]:
+    def _links(
+        self, q: FloatArray, segments: _Segments, sample: int, within: float
+    ) -> Iterator[Nearest]:
         if self._skeleton is None:
             return
         self._skeleton.set_positions(q)
+        names = [muscle.name for muscle in self._robot.muscles]
         for link, solid in self._solids:
             T_world_link = self._skeleton.bodies[link].getWorldTransform().matrix()
-            for muscle, line, own in zip(self._robot.muscles, lines, self._own, strict=True):
-                if link not in own and len(line):
-                    distance = solid.distance(T_world_link, line)
-                    yield Nearest(muscle.name, link, True, distance, sample)
+            others = np.array([link not in own for own in self._own], dtype=bool)
+            owners, starts, ends = segments.of_muscles(others)
+            smallest = np.full(len(names), np.inf)
+            np.minimum.at(smallest, owners, solid.distances(T_world_link, starts, ends, within))
+            for k in np.flatnonzero(np.isfinite(smallest)):
+                yield Nearest(names[k], link, True, float(smallest[k]), sample)
+
+
+class _Segments(NamedTuple):
+    """Straight segments of all muscles.
+
+    Attributes:
+        owners: Index of the muscle of each segment.
+        starts, ends: End points in the world frame, each of shape (k, 3), in [m].
+    """
+
+    owners: NDArray[np.intp]
+    starts: FloatArray
+    ends: FloatArray
+
+    @staticmethod
+    def of(lines: list[FloatArray]) -> _Segments:
+        """Return the segments of the path points of all muscles."""
+        owners = np.repeat(np.arange(len(lines)), [max(len(line) - 1, 0) for line in lines])
+        starts = np.concatenate([line[:-1] for line in lines] or [np.empty((0, 3))])
+        ends = np.concatenate([line[1:] for line in lines] or [np.empty((0, 3))])
+        return _Segments(owners, starts, ends)
+
+    def of_muscles(self, which: NDArray[np.bool_]) -> _Segments:
+        """Return the segments of some muscles."""
+        chosen = which[self.owners]
+        return _Segments(self.owners[chosen], self.starts[chosen], self.ends[chosen])
 
 
 class _Solid:
@@ -141,32 +170,55 @@ class _Solid:
             corners = np.asarray(hull.triangles, float)[:, 0]
             self._offsets = np.einsum("ij,ij->i", self._normals, corners)
 
-    def distance(self, T_world_link: FloatArray, line: FloatArray) -> float:
-        """Return the distance to a polyline of shape (k, 3), in [m]; negative inside.
+    def distances(
+        self, T_world_link: FloatArray, starts: FloatArray, ends: FloatArray, within: float
+    ) -> FloatArray:
+        """Return the distances to segments, shape (k,), in [m]; negative inside.
 
         For a hull, the distance to the planes of its faces is used. It is exact inside and in front
         of a face, and a lower bound in front of an edge.
+
+        Args:
+            T_world_link: Pose of the link.
+            starts: Start points, shape (k, 3), in [m].
+            ends: End points, shape (k, 3), in [m].
+            within: Distance in [m] above which the result may be infinite.
         """
         T = np.linalg.inv(T_world_link @ self._T_link_shape)
-        points = line @ T[:3, :3].T + T[:3, 3]
+        starts, ends = (points @ T[:3, :3].T + T[:3, 3] for points in (starts, ends))
         if self._radius:
-            starts, ends = points[:-1], points[1:]
             axis = np.broadcast_to(self._end, starts.shape)
-            return float(segment_distances(starts, ends, -axis, axis).min()) - self._radius
-        heights = points @ self._normals.T - self._offsets
-        return min(_lowest_maximum(a, b) for a, b in pairwise(heights))
+            return segment_distances(starts, ends, -axis, axis) - self._radius
+        a, b = (points @ self._normals.T - self._offsets for points in (starts, ends))
+        distances = np.full(len(a), np.inf)
+        near = np.flatnonzero(np.minimum(a, b).max(axis=1) <= within)
+        if len(near):
+            distances[near] = _lowest_maximum(a[near], b[near])
+        return distances
 
 
-def _lowest_maximum(a: FloatArray, b: FloatArray) -> float:
-    """Return the minimum over 0 <= t <= 1 of max((1 - t) a + t b), a convex function of t."""
-    low, high = 0.0, 1.0
+def _lowest_maximum(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the minimum over 0 <= t <= 1 of max((1 - t) a + t b), a convex function of t.
+
+    Args:
+        a: Values at t = 0, shape (k, m); the maximum is over m.
+        b: Values at t = 1, shape (k, m).
+
+    Returns:
+        The minima, shape (k,).
+    """
+    change = b - a
+
+    def largest(t: FloatArray) -> FloatArray:
+        values: FloatArray = np.max(a + t[:, None] * change, axis=1)
+        return values
+
+    low, high = np.zeros(len(a)), np.ones(len(a))
     for _ in range(_NARROWINGS):
         left, right = low + (high - low) / 3.0, high - (high - low) / 3.0
-        if np.max(a + left * (b - a)) <= np.max(a + right * (b - a)):
-            high = right
-        else:
-            low = left
-    return float(np.max(a + 0.5 * (low + high) * (b - a)))
+        is_left = largest(left) <= largest(right)
+        low, high = np.where(is_left, low, left), np.where(is_left, right, high)
+    return largest(0.5 * (low + high))
 
 
 def _pairs_within(

@@ -178,6 +178,21 @@ def test_collision_shapes_of_links_are_used(shape: Shape, expected: float) -> No
     assert near.distance == pytest.approx(expected, abs=1e-7)
 
 
+def test_search_within_a_distance_omits_far_links() -> None:
+    """The muscles are 0.05 m and 0.15 m from a box."""
+    arm, shape = two_link_arm(), Shape("box", (0.1, 0.1, 0.1), Pose((0.0, 0.0, -0.15)))
+    links = (arm.links[0], Link("link_2", arm.links[1].inertia, shapes=(shape,)))
+    muscles = tuple(
+        Muscle(f"m{x:g}", (ViaPoint(WORLD, (x, -1, 0.25)), ViaPoint(WORLD, (x, 1, 0.25))))
+        for x in (0.1, 0.2)
+    )
+    check = Interference(replace(arm, links=links, cable_sets=(CableSet("all", muscles),)), Scene())
+    every = [near for near in check.nearest([np.zeros(2)]) if near.is_link]
+    assert [near.distance for near in every] == pytest.approx([0.05, 0.15], abs=1e-7)
+    close = check.nearest([np.zeros(2)], within=0.1)
+    assert [near for near in close if near.is_link] == every[:1]
+
+
 def test_links_with_via_points_of_the_muscle_are_skipped() -> None:
     check = Interference(two_link_arm(), Scene(links="capsules", capsule_radius=0.5))
     assert [near.other for near in check.nearest([np.zeros(2)])] == ["link_1"]
