@@ -25,9 +25,15 @@ class DartPlant:
     Args:
         experiment: The experiment.
         views: Values of each group of variables.
+
+    Raises:
+        InputError: A tension is scaled.
     """
 
     def __init__(self, experiment: Experiment, views: Mapping[str, FloatArray]) -> None:
+        if any(scale != 1.0 for scale in experiment.plant.tension_scale):
+            what = "requires the engine core, which supports neither contacts nor custom laws"
+            raise InputError(what, file=experiment.file, key="plant.tension_scale")
         robot = experiment.plant_robot
         self._robot = robot
         self._settings, self._scene = experiment.plant, experiment.scene

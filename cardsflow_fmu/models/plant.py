@@ -98,7 +98,8 @@ class PlantModel(CModel):
         """Return the contents of the file `native.bin` of the model."""
         robot, plant = experiment.plant_robot, experiment.plant
         CoreDynamics(robot)  # raises an error if the mass matrix is singular
-        settings = plant_fields(robot, plant.substeps, plant.integrator, plant.wrenches)
+        scales = plant.tension_scale
+        settings = plant_fields(robot, plant.substeps, plant.integrator, plant.wrenches, scales)
         return encode("plant", compile_blob(robot), cls.groups(experiment), *settings)
 
     def set_states(self, states: FloatArray) -> None:
@@ -118,7 +119,11 @@ class PlantModel(CModel):
 
 
 def plant_fields(
-    robot: Robot, substeps: int, integrator: str = "euler", wrenches: Sequence[str] = ()
+    robot: Robot,
+    substeps: int,
+    integrator: str = "euler",
+    wrenches: Sequence[str] = (),
+    tension_scale: Sequence[float] = (),
 ) -> tuple[Counts, Fields]:
     """Return counts and fields of a plant; see `encode`.
 
@@ -127,6 +132,7 @@ def plant_fields(
         substeps: Integrator steps per internal step.
         integrator: Integration method.
         wrenches: Names of links with external wrenches.
+        tension_scale: Factor on the tension of each muscle; 1 if empty.
     """
     frames, points = wrench_points(robot, wrenches)
     fields: Fields = {
@@ -141,6 +147,7 @@ def plant_fields(
         "external_point": points,
         "substeps": substeps,
         "integrator": _INTEGRATORS.index(integrator),
+        "tension_scale": tension_scale or [1.0] * len(robot.muscles),
         "fixed_energy": fixed_energy(robot),
     }
     return {"external_points": len(frames)}, fields

@@ -36,6 +36,12 @@ class CompositeInertia:
         self._second += R @ np.array(inertia.matrix) @ R.T + _shift(inertia.mass, centre)
 
     @property
+    def moments(self) -> FloatArray:
+        """Mass, first moments, and inertia xx, yy, zz, xy, xz, yz about the origin, shape (10,)."""
+        second = self._second[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+        return np.concatenate([[self.mass], self._first, second])
+
+    @property
     def centre(self) -> FloatArray:
         """Centre of mass in the frame, shape (3,), in [m]; the origin if the mass is 0."""
         return self._first / self.mass if self.mass else np.zeros(3)

@@ -153,20 +153,27 @@ def pack_blob(
 
 def blob_reals(blob: bytes) -> FloatArray:
     """Return the real numbers of a double-precision blob in the order of its fields, shape (k,)."""
+    fields = blob_fields(blob).values()
+    return np.concatenate(
+        [np.frombuffer(blob, "<f8", size, at) for at, size, kind in fields if kind == "real"]
+    )
+
+
+def blob_fields(blob: bytes) -> dict[str, tuple[int, int, str]]:
+    """Return offset, number of elements and type of each field of a double-precision blob."""
     lines = [line.split() for line in library().core_layout().decode().splitlines()]
     names = [name for kind, name, *_ in lines if kind == "count"]
     counts = dict(
         zip(names, struct.unpack_from(f"<{len(names)}i", blob, _HEADER.size), strict=True)
     )
-    at, fields = _HEADER.size + len(_pad(bytes(4 * len(names)))), []
-    for kind, _, *rest in lines:
+    at, fields = _HEADER.size + len(_pad(bytes(4 * len(names)))), {}
+    for kind, name, *rest in lines:
         if kind == "count":
             continue
         size = int(rest[0]) * counts[rest[1]]
-        if kind == "real":
-            fields.append(np.frombuffer(blob, "<f8", size, at))
+        fields[name] = at, size, kind
         at += len(_pad(bytes((8 if kind == "real" else 4) * size)))
-    return np.concatenate(fields)
+    return fields
 
 
 class Core:

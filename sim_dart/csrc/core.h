@@ -73,6 +73,8 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
                     restore them
    Muscle laws:
      rates          l' = L qd, muscles
+     tension_scale  factor on the tension of each muscle, initially 1; 0: the cable is cut; the caller may write it,
+                    muscles
      tensions       f, muscles; negative only for springs that push
      law_states     states of the laws, muscle after muscle; then, for each bend of cables with friction, the
                     stretch if the cable stretches (cable_stretch.c), then s (cable_friction.c); the caller may

@@ -43,6 +43,7 @@ core *core_open(const void *blob, size_t size, void *memory)
     STATE_ARRAYS(PLACE)
 #undef PLACE
     for (int32_t k = 0; k < view.counts.muscles; k++) c->has_laws |= view.law_kind[k] != KIND_ideal;
+    for (int32_t k = 0; k < view.counts.muscles; k++) c->tension_scale[k] = 1;
     c->has_laws |= view.counts.bends > 0;
     c->is_driven = wide > 0;
     for (int32_t j = 0; j < view.counts.dofs; j++) c->has_friction |= view.friction[j] != 0;
@@ -77,6 +78,7 @@ real *core_array(core *c, const char *name, size_t *length)
         {"point_share", c->point_share, points},
         {"rates", c->rates, muscles},
         {"variables", c->at, variables},
+        {"tension_scale", c->tension_scale, muscles},
         {"tensions", c->tensions, muscles},
         {"law_states", c->law_states, law_states},
         {"law_rates", c->law_rates, law_states},

@@ -14,9 +14,11 @@ from support.browser import Page
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.models.browser.pack import engine_text
 from cardsflow_fmu.results.viewer.html import page
+from cardsflow_fmu.utils.html_page import html_page
 
 PARTS = Path(page.__file__).parent / "page_parts"
 SCRIPTS = ("engine_module.js", "engine_drawing.js", "engine_changes.js", "engine.js")
+"""Scripts of the worker, without its messages."""
 
 _OPEN = """
 async function openEngine(text) {
@@ -32,10 +34,14 @@ function rowsOf(engine, count) {
 """
 
 
-def open_engine(browser: Page, experiment: Experiment, folder: Path) -> None:
-    """Open a page from disk, offline, with the engine of an experiment in the variable `engine`."""
+def _require_compiler() -> None:
     if importlib.util.find_spec("ziglang") is None:
         pytest.skip("no ziglang: the extra `cross`")
+
+
+def open_engine(browser: Page, experiment: Experiment, folder: Path) -> None:
+    """Open a page from disk, offline, with the engine of an experiment in the variable `engine`."""
+    _require_compiler()
     scripts = "\n".join((PARTS / name).read_text("utf-8") for name in SCRIPTS) + _OPEN
     text = json.dumps(engine_text(experiment))
     file = folder / "engine.html"
@@ -43,6 +49,33 @@ def open_engine(browser: Page, experiment: Experiment, folder: Path) -> None:
     file.write_text(f"<script>{scripts}\n{start}</script>", "utf-8")
     browser.open(file.as_uri(), offline=True)
     browser.wait_for("window.openEngine && engine")
+
+
+def open_client(browser: Page, experiment: Experiment, folder: Path) -> None:
+    """Open a page with a worker, offline; the client is the variable `play`."""
+    _require_compiler()
+    worker = "\n".join((PARTS / name).read_text("utf-8") for name in (*SCRIPTS, "engine_worker.js"))
+    start = """
+    let play, wrong = ""; const frames = [], $ = id => document.getElementById(id).textContent;
+    EngineClient.open($("engine"), $("engine-script")).then(found => {
+      play = found;
+      play.onframe = frame => frames.push(frame);
+      play.onfailure = message => { wrong = message; };
+    }, error => { wrong = error.message; });
+    """
+    client = (PARTS / "engine_client.js").read_text("utf-8")
+    text = html_page(
+        "play",
+        "",
+        f'<script type="text/plain" id="engine">{engine_text(experiment)}</script>',
+        f'<script type="text/plain" id="engine-script">{worker}</script>',
+        f"<script>{client}{start}</script>",
+        simulates=True,
+    )
+    file = folder / "play.html"
+    file.write_text(text, "utf-8")
+    browser.open(file.as_uri(), offline=True)
+    browser.wait_for("typeof play !== 'undefined' && (play || wrong)")
 
 
 def engine_rows(browser: Page, count: int) -> np.ndarray:

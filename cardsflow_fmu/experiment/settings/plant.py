@@ -40,6 +40,12 @@ class PlantSettings(Table):
         "factor on the cable friction of the plant; the controller uses the unscaled one",
         1.0,
     )
+    tension_scale: tuple[FromZero, ...] = named_setting(
+        "muscle",
+        "factor on the tensions of the plant; 0: the cable is cut; the controller uses the "
+        "unscaled ones; requires the engine core",
+        1.0,
+    )
     integrator: Rule = setting("integrator; rk4 requires the engine core", "euler")
     engine: Engine = setting(
         "implementation of the dynamics; auto: core without contacts, else dart", "auto"

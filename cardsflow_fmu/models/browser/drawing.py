@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Robot
+from sim_dart.core.composite_inertia import CompositeInertia
 from sim_dart.core.frames import moving_frames
 from sim_dart.core.path_fields import ordered_wraps, pulley_muscles
 
@@ -57,3 +58,14 @@ def drawing_tables(
         **{key: add(np.array(values, dtype=np.int32)) for key, values in integers.items()},
         **{key: add(np.array(values, dtype=np.float64)) for key, values in reals.items()},
     }
+
+
+def link_moments(robot: Robot) -> NDArray[np.float64]:
+    """Return mass, first and second moments of each link in its moving frame, shape (links, 10)."""
+    _, places = moving_frames(robot)
+    rows = []
+    for link in robot.links:
+        body = CompositeInertia()
+        body.add(link.inertia, places[link.name].T_frame_link)
+        rows.append(body.moments)
+    return np.array(rows).reshape(-1, 10)

@@ -23,13 +23,14 @@ from cardsflow_fmu.cosim.signals.variables import scalar_variables
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.models.by_role import C_MODELS
 from cardsflow_fmu.models.c_model import CModel
+from cardsflow_fmu.models.native.fields import field_places
 from cardsflow_fmu.models.native.loop_tables import loop_tables
 from cardsflow_fmu.models.native_loop import require_native
 from cardsflow_fmu.runtime.port_table import encode_port_table
 from cardsflow_fmu.runtime.wasm import wasm_module
 from cardsflow_fmu.version import __version__
 
-from .drawing import drawing_tables
+from .drawing import drawing_tables, link_moments
 from .modes import (
     MODES,
     Mode,
@@ -39,6 +40,9 @@ from .modes import (
     wiring_in_mode,
     with_wrenches,
 )
+
+_FIELDS = ("gravity", "mass", "mass_centre", "inertia", "muscle_bends", "bend_friction", "noise")
+"""Fields of files that a page changes while it simulates."""
 
 
 def engine_text(experiment: Experiment) -> str:
@@ -76,6 +80,7 @@ def engine_data(experiment: Experiment) -> bytes:
         "missing": missing,
         "space": experiment.controller.space,
         **_robot(robot),
+        "inertias": packer.add_array(link_moments(experiment.robot)),
         "drawing": drawing_tables(robot, experiment.plant.wrenches, packer.add_array),
     }
     text = json_text(header, separators=(",", ":")).encode()
@@ -147,6 +152,7 @@ class _Packer:
                 step=experiment.run.step,
             )
             self._numbers[key] = len(self.models)
+            places = field_places(name, file)
             groups = {
                 group: [place.start, place.stop - place.start]
                 for group, place in model.places.items()
@@ -160,6 +166,7 @@ class _Packer:
                     "units": [port.unit or "" for port in model.ports],
                     "outputs": [model.inputs.size, model.outputs.size],
                     "groups": groups,
+                    "fields": {field: places[field] for field in _FIELDS if field in places},
                 }
             )
         return self._numbers[key]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cardsflow_fmu.cosim.signals.groups import Groups, group_slices
-from sim_dart.core.library import pack_field
+from sim_dart.core.library import blob_fields, pack_field
 
 from .binding import native_library
 
@@ -46,6 +46,36 @@ def encode(
     body += blob + bytes(-len(blob) % 8) + _settings(_layout(model), groups, counts, fields)
     size = len(_MAGIC) + 12 + len(body)
     return _MAGIC + struct.pack("<III", _VERSION, size, zlib.crc32(body)) + body
+
+
+def field_places(model: str, file: bytes) -> dict[str, tuple[int, int]]:
+    """Return offset in the file, and number of elements, of fields that may be changed in place.
+
+    These are the fields of the robot and, of sensors, `noise`. The CRC must be computed again.
+
+    Args:
+        model: Name from `NATIVE_MODELS`.
+        file: File of the model, from `encode`.
+    """
+    begin = len(_MAGIC) + 24
+    (size,) = struct.unpack_from("<I", file, begin - 8)
+    blob = file[begin : begin + size]
+    places = {
+        name: (begin + at, count)
+        for name, (at, count, _) in (blob_fields(blob) if size else {}).items()
+    }
+    lines = [line.split() for line in _layout(model)]
+    at, sizes = begin + size + -size % 8, {}
+    for kind, name, *rest in lines:
+        if kind in ("group", "count"):
+            sizes[name] = struct.unpack_from("<II", file, at)[1]
+            at += 8
+            continue
+        count = int(rest[0]) * sizes[rest[1]]
+        if model == "sensors" and name == "noise":
+            places[name] = at, count
+        at += (np.dtype(_KINDS[kind]).itemsize * count + 7) // 8 * 8
+    return places
 
 
 def _layout(model: str) -> list[str]:

@@ -98,6 +98,7 @@
     ARRAY(task_values, 3 * tasks)                                                                      \
     ARRAY(task_jacobian, 3 * tasks *dofs)                                                              \
     ARRAY(rates, muscles)                                                                              \
+    ARRAY(tension_scale, muscles) /* see core.h */                                                     \
     ARRAY(tensions, muscles)                                                                           \
     ARRAY(law_states, law_states)                                                                      \
     ARRAY(law_rates, law_states)                                                                       \

@@ -67,7 +67,7 @@ typedef struct {
     const law_entry *entry;
     const tension_law *law;
     const real *p;
-    real *k, *x, *xd;
+    real *k, *x, *xd, scale;
     int32_t m, states;
 } muscle_law;
 
@@ -75,7 +75,7 @@ static int muscle_law_at(const core *c, muscle_law *at)
 {
     if (at->m >= c->blob.counts.muscles) return 0;
     at->entry = LAW_TABLE + c->blob.law_kind[at->m], at->law = at->entry->law;
-    at->states = (int32_t)at->k[LAW_STATES];
+    at->states = (int32_t)at->k[LAW_STATES], at->scale = c->tension_scale[at->m];
     return 1;
 }
 
@@ -162,7 +162,7 @@ static int find_bad_command(const core *c, const real *u)
 
 static real bounded_tension(const muscle_law *at, const real *x, real l, real v, real u)
 {
-    const real f = at->law->tension(at->k, x, l, v, u);
+    const real f = at->scale * at->law->tension(at->k, x, l, v, u);
     return clamped(f, at->entry->pushes ? -MAX_TENSION : 0, MAX_TENSION);
 }
 
@@ -191,7 +191,7 @@ void laws_weigh(const core *c, const real *u, real way, real *forces)
             real down[2];
             at.law->weigh(at.k, l, u ? command(&at, u) : l, down);
             for (int end = 0; end < 2; end++) {
-                const real share = way * down[end] / size, *point = c->point + 3 * (k + end);
+                const real share = at.scale * way * down[end] / size, *point = c->point + 3 * (k + end);
                 const real pull[3] = {share * g[0], share * g[1], share * g[2]};
                 span_add(c, pull, point, -1, point, c->blob.point_frame[k + end], forces);
             }
@@ -276,10 +276,11 @@ int core_pull(core *c, const real *f)
     for (int32_t k = 0; k < muscles; k++) {
         if (value_of(f[k]) < 0 || f[k] == 0) continue; /* a zero with a tangent is a pull: see tangent.h */
         const real *row = c->jacobian + (size_t)k * (size_t)dofs;
-        for (int32_t j = 0; j < dofs; j++) c->torques[j] -= row[j] * f[k];
+        const real pull = c->tension_scale[k] * f[k];
+        for (int32_t j = 0; j < dofs; j++) c->torques[j] -= row[j] * pull;
     }
     if (!c->blob.counts.bends) return 0;
-    for (int32_t k = 0; k < muscles; k++) c->tensions[k] = larger(f[k], 0);
+    for (int32_t k = 0; k < muscles; k++) c->tensions[k] = c->tension_scale[k] * larger(f[k], 0);
     cable_friction_pull(c);
     return 0;
 }

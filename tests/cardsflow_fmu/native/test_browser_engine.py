@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.browser import Page, opened_browser
-from support.engine_page import engine_rows, open_engine
+from support.engine_page import engine_rows, open_client, open_engine
 
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.models.browser.modes import with_wrenches
@@ -57,3 +57,87 @@ def test_constant_pull_acts_as_a_wrench_in_the_native_library(
         f"engine.pull(engine.drawing.links.indexOf({link!r}), [0, 0, 0], {{ force: [4, 0, -3] }})"
     )
     np.testing.assert_array_equal(engine_rows(browser, 300), expected)
+
+
+CHANGES = {
+    "planar_2r": {
+        "plant.tension_scale.cable_1": 0.5,
+        "plant.mass_scale.link_2": 1.3,
+        "controller.kp.joint_1": 1500.0,
+        "muscles.cable_2.f_max": 40.0,
+        "robot.gravity": [0.5, 0.0, -5.0],
+    },
+    "hill_arm": {"plant.tension_scale.biceps": 0.9},
+    "no_joint_encoders": {"plant.mass_scale.lower_arm_left": 1.05},
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_live_changes_are_settings_of_the_experiment(
+    browser: Page, tmp_path: Path, name: str
+) -> None:
+    experiment = Experiment.load(EXAMPLES / name)
+    open_engine(browser, experiment, tmp_path)
+    for key, value in CHANGES[name].items():
+        browser.evaluate(f"engine.change({key!r}, {value!r})")
+    browser.evaluate("engine.reset()")
+    expected = native_rows(Experiment.load(EXAMPLES / name, CHANGES[name]), 200)
+    assert np.abs(expected - native_rows(experiment, 200)).max() > 1e-4
+    np.testing.assert_allclose(engine_rows(browser, 200), expected, rtol=1e-9, atol=1e-12)
+
+
+def test_going_back_repeats_the_same_steps(browser: Page, tmp_path: Path) -> None:
+    open_engine(browser, Experiment.load(EXAMPLES / "hill_arm"), tmp_path)
+    script = """(() => {
+      engine.run(205);
+      engine.pull(1, [0, 0, 0.1], { target: [0.2, 0, 0.3], stiffness: 40 });
+      engine.run(55);
+      engine.change("plant.tension_scale.biceps", 0);
+      engine.run(111);
+      const end = [...engine.frame().values], saved = engine.saved();
+      engine.goTo(17);
+      const early = engine.k;
+      engine.goTo(371);
+      const again = [...engine.frame().values];
+      engine.goTo(100);
+      engine.run(3);
+      const last = engine.last;
+      engine.load(saved);
+      return [early, last, [end, again, [...engine.frame().values]].map(String)];
+    })()"""
+    early, last, (end, again, loaded) = browser.evaluate(script)
+    assert (early, last) == (17, 103)
+    assert end == again == loaded
+
+
+def test_targets_of_joints_and_of_the_hand_are_reached(browser: Page, tmp_path: Path) -> None:
+    open_engine(browser, Experiment.load(EXAMPLES / "roboy_left_arm"), tmp_path)
+    script = """["joints", "task"].map(mode => {
+      engine.setMode(mode);
+      const goal = engine.target.goal.map((x, i) => x + (i ? -0.03 : 0.04));
+      engine.setTarget(goal);
+      engine.run(3000);
+      const now = engine.plant.group(mode === "joints" ? "q" : "tasks");
+      return Math.max(...goal.map((x, i) => Math.abs(x - now[i])));
+    })"""
+    assert max(browser.evaluate(script)) < 1e-6  # in rad and m
+
+
+def test_worker_plays_and_reports_failures(browser: Page, tmp_path: Path) -> None:
+    open_client(browser, Experiment.load(EXAMPLES / "planar_2r"), tmp_path)
+    assert browser.evaluate("wrong") == ""
+    assert browser.evaluate("play.setup.modes") == ["reference", "joints", "task", "muscles"]
+    browser.evaluate("play.play()")
+    browser.wait_for("frames.length > 20 && play.frame.time > 0.1")
+    browser.evaluate("play.pause()")
+    assert browser.evaluate("play.setMode('task').then(() => play.frame.mode)") == "task"
+    assert "cannot be changed" in browser.evaluate(
+        "play.set('run.step', 1).catch(error => error.message)"
+    )
+    browser.evaluate(
+        "play.set('plant.mass_scale.link_2', 1e-9).then(() => play.setMode('muscles'))"
+    )
+    assert browser.evaluate("play.options()") == ["--set", "plant.mass_scale.link_2=1e-9"]
+    failure = "play.setMuscles([NaN, 0, 0, 0]).then(() => play.run(3000)).catch(e => e.message)"
+    assert "command nan of f.cable_1 is not finite" in browser.evaluate(failure)
+    assert not browser.errors

@@ -29,6 +29,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
  *     external_point    position in that frame, in [m]
  *     substeps          steps of the integrator per step of the plant
  *     integrator        0 semi-implicit Euler, 1 Runge-Kutta
+ *     tension_scale     factor on the tension of each muscle, 0 if its cable is cut
  *     fixed_energy      potential energy of fixed bodies, in [J] */
 #define PLANT_GROUPS(GROUP)                                                                                   \
     GROUP(commands, ANY)                                                                                      \
@@ -60,6 +61,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(double, external_point, 3, external_points)                                                         \
     FIELD(uint32_t, substeps, 1, models)                                                                      \
     FIELD(uint32_t, integrator, 1, models)                                                                    \
+    FIELD(double, tension_scale, 1, lengths)                                                                  \
     FIELD(double, fixed_energy, 1, models)
 
 /* The report: number of actuators at a bound, computation time of the tick, infeasible, not converged,

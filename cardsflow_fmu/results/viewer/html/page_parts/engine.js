@@ -162,6 +162,12 @@ class Engine {
     wrenches.set([...own.acting, ...cross3(lever, own.acting)], 6 * own.at);
   }
 
+  // Changes a number of the running simulation by the key of `cardsflow run --set`; null: as in the experiment.
+  change(key, value) {
+    this.changes.set(key, value);
+    this.isChanged = true;
+  }
+
   // ------------------------------------------------------------------------------------- history
 
   // Returns everything that the next steps depend on.
@@ -180,7 +186,7 @@ class Engine {
 
   restore(snapshot) {
     const { k, mode, target, pulled, changes, models } = structuredClone(snapshot);
-    if (changes !== this.changes.all) this.changes.replace(changes);
+    if (JSON.stringify(changes) !== JSON.stringify(this.changes.all)) this.changes.replace(changes);
     Object.assign(this, { k, mode, target, pulled });
     models.forEach(({ values, state }, i) => {
       this.models[i].values.set(values);
@@ -209,6 +215,27 @@ class Engine {
     }
     this.restore(this.history.findLast(one => one.k <= k));
     while (this.k < k) this.runSome(k - this.k);
+  }
+
+  // Returns the state and everything that the user has changed, as bytes; `load` restores it.
+  saved() {
+    const text = JSON.stringify({ version: this.header.version, snapshot: this.snapshot() }, (key, value) =>
+      ArrayBuffer.isView(value) ? { [value.constructor.name]: Array.from(value, x => Number.isFinite(x) ? x : String(x)) } : value);
+    return new TextEncoder().encode(text);
+  }
+
+  load(bytes) {
+    const kinds = { Float64Array, Uint8Array };
+    const { version, snapshot } = JSON.parse(new TextDecoder().decode(bytes), (key, value) => {
+      const [kind] = value && typeof value === "object" ? Object.keys(value) : [];
+      return kinds[kind] ? kinds[kind].from(value[kind], Number) : value;
+    });
+    const sizes = snapshot.models.map(({ values }) => values.length);
+    if (version !== this.header.version || sizes.join() !== this.models.map(model => model.count).join())
+      throw new Error("this state is of another experiment or version");
+    this.restore(snapshot);
+    this.history = [];
+    this.isChanged = true;
   }
 
   get first() { return this.history.length ? this.history[0].k : this.k; }
@@ -240,7 +267,9 @@ class Engine {
 
   // The core computes tensions if a muscle has a law; otherwise commands are tensions.
   tensions() {
-    return this.plant.group("tensions").length ? this.plant.array("tensions").slice() : this.commands();
+    if (this.plant.group("tensions").length) return this.plant.array("tensions").slice();
+    const scales = this.plant.array("tension_scale");
+    return this.commands().map((command, i) => scales[i] * Math.max(command, 0));
   }
 
   status() {

@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 static int has_friction(const struct native_robot *robot)
 {
@@ -18,6 +19,11 @@ static int are_sound(const struct plant_settings *s, const struct native_robot *
     const uint32_t points = s->of.loads.count / 3 + s->of.wrenches.count / 6, integrator = s->integrator[0];
     for (size_t i = 0; i < 3 * (size_t)s->of.external_points.count; i++)
         if (!isfinite(s->external_point[i]))
+            return 0;
+    if (s->of.lengths.count != robot->m)
+        return 0;
+    for (size_t i = 0; i < robot->m; i++)
+        if (!(s->tension_scale[i] >= 0 && isfinite(s->tension_scale[i])))
             return 0;
     return native_all_below(s->load_rows, s->of.loads.count, 3 * robot->tasks) &&
            native_all_below(s->task_rows, s->of.tasks.count, 3 * robot->tasks) &&
@@ -61,6 +67,8 @@ int native_plant_settings(struct plant *plant, struct native_model *native, stru
         text_set(error, "not enough memory for the model");
         return 1;
     }
+    size_t length;
+    memcpy(core_array(robot->core, "tension_scale", &length), s->tension_scale, robot->m * sizeof(double));
     /* the core reads these arrays in every step */
     if (core_external_wrenches(robot->core, (int32_t)points->count, s->external_frame, s->external_point,
                                plant->external_wrenches)) {

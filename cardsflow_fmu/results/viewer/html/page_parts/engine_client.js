@@ -1,0 +1,86 @@
+// Simulation in a worker, for a page: calls, frames, failures.
+
+class EngineClient {
+  // Opens the packed experiment `text`, see models/browser/pack.py, with the scripts of the worker.
+  static async open(text, script) {
+    const packed = Uint8Array.from(atob(text), c => c.charCodeAt(0));
+    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+    const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
+    const self = new EngineClient();
+    const url = URL.createObjectURL(new Blob(["'use strict';\n" + script], { type: "text/javascript" }));
+    self.worker = new Worker(url);
+    URL.revokeObjectURL(url);
+    self.waiting = new Map();
+    self.number = 0;
+    self.live = {};
+    self.onframe = self.onfailure = () => {};
+    self.worker.onmessage = ({ data }) => self.receive(data);
+    self.worker.onerror = event => self.fail(event.message || "the simulation cannot start in this page");
+    self.setup = await self.call("open", bytes);
+    return self;
+  }
+
+  receive({ id, frame, failure, error, result }) {
+    if (frame) {
+      this.frame = frame;
+      this.onframe(frame);
+    }
+    if (failure) this.onfailure(failure);
+    const waiting = this.waiting.get(id);
+    if (!waiting) return;
+    this.waiting.delete(id);
+    if (error === undefined) waiting.resolve(result);
+    else waiting.reject(new Error(error));
+  }
+
+  fail(message) {
+    for (const { reject } of this.waiting.values()) reject(new Error(message));
+    this.waiting.clear();
+    this.onfailure(message);
+  }
+
+  call(name, ...values) {
+    return new Promise((resolve, reject) => {
+      this.waiting.set(++this.number, { resolve, reject });
+      this.worker.postMessage({ id: this.number, call: name, values });
+    });
+  }
+
+  play() { return this.call("play"); }
+  pause() { return this.call("pause"); }
+  stepOnce(count = 1) { return this.call("stepOnce", count); }
+  reset() { return this.call("reset"); }
+  setSpeed(speed) { return this.call("setSpeed", speed); }
+  goTo(step) { return this.call("goTo", step); }
+  setMode(mode) { return this.call("setMode", mode); }
+  setJoints(values) { return this.call("setTarget", values); }
+  setTask(values) { return this.call("setTarget", values); }
+  setMuscles(values) { return this.call("setMuscles", values); }
+  pull(link, point, target, stiffness = 100) { return this.call("pull", link, point, { target, stiffness }); }
+  release() { return this.call("release"); }
+  getState() { return this.call("getState"); }
+  setState(state) { return this.call("setState", state); }
+  run(count) { return this.call("run", count); }
+
+  // Changes a number of the running simulation, by the key of `cardsflow run --set`; null: as in the experiment.
+  async set(key, value) {
+    await this.call("set", key, value);
+    if (value === null) delete this.live[key];
+    else this.live[key] = value;
+  }
+
+  changes() { return { ...this.live }; }
+
+  // Returns the options of `cardsflow run` that reproduce the live changes: `--set`, `key=value`, ...
+  options() {
+    const quoted = name => /^[^\s."'=]+$/.test(name) ? name : JSON.stringify(name);
+    const form = /^(plant\.\w+|controller\.k[pd]|muscles)\.(.+?)(\.f_max)?$/;
+    return Object.entries(this.live).filter(([key]) => key !== "noise").flatMap(([key, value]) => {
+      const found = form.exec(key);
+      const full = found ? `${found[1]}.${quoted(found[2])}${found[3] || ""}` : key;
+      return ["--set", `${full}=${JSON.stringify(value)}`];
+    });
+  }
+
+  close() { this.worker.terminate(); }
+}
