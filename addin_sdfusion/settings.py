@@ -55,7 +55,8 @@ class ExportSettings:
             empty, the top-level occurrences.
         base: Name of the link at the root of the tree; if empty, it is found automatically.
         fixed_base: Whether the base is fixed to the world; otherwise it floats.
-        cut_joints: Names of joints that are not exported, so that closed loops become trees.
+        cut_joints: Names of the joints at which closed loops are cut. They are exported as loop
+            joints, which have no coordinates; if empty, they are found automatically.
         up_axis: Axis of the design that points up; gravity acts in the opposite direction.
         visual: Whether to write visual meshes.
         collision: Collision geometry of the links.

@@ -32,6 +32,7 @@ from .overrides import override_joint_settings, override_masses
 from .robot_findings import add_robot_findings
 from .robot_muscles import CABLE_SET, TASK_SET, RobotMuscles, robot_muscles
 from .tree.link_frames import Frames, place_links
+from .tree.loop_joints import Loops, loop_joints
 from .tree.tree import Graph, Tree, find_tree
 from .upright import upright
 
@@ -50,7 +51,7 @@ class BuiltRobot:
         bodies_of_link: The bodies of every link.
         link_of_occurrence: Link of each occurrence, as returned by `link_of`.
         base: Link at the root of the tree; empty if it does not exist.
-        loops: Joint names of every closed loop; cutting one of them opens the loop.
+        loops: Joint names of every closed loop; it can be cut at each of them.
     """
 
     robot: Robot | None
@@ -110,6 +111,7 @@ class _RobotBuilder:
         self.findings += unset
         self._tree: Tree = self._find_tree(edges)
         self._frames: Frames = place_links(self._tree.branches)
+        self._loops: Loops = loop_joints(self._tree.closings, self._frames.T_world_link)
 
     @property
     def has_links(self) -> bool:
@@ -130,6 +132,7 @@ class _RobotBuilder:
             *unset,
             *masses.findings,
             *self._tree.findings,
+            *self._loops.findings,
             *body_findings(snapshot, links),
             *findings,
             *muscles.findings,
@@ -155,7 +158,7 @@ class _RobotBuilder:
         if links.from_groups or self._snapshot.settings.components:
             return links
         of = links.of_occurrence
-        used = {link for edge in edges.joints for link in edge.links}
+        used = {link for edge in (*edges.joints, *edges.cut) for link in edge.links}
         used |= {of[body.occurrence] for body in self._snapshot.bodies if body.occurrence in of}
         used |= {of[o.path] for o in self._snapshot.occurrences if o.mass and o.path in of}
         empty = [name for name in links.names if name not in used]
@@ -173,7 +176,7 @@ class _RobotBuilder:
         held = [e for e in edges.held if all(link in links.names for link in e.links)]
         grounded = [n for n in grounded_links(snapshot, links) if n in links.names]
         pinned = pinned_links(snapshot, links)
-        graph = Graph(links.names, edges.joints, held, grounded, pinned)
+        graph = Graph(links.names, edges.joints, held, edges.cut, grounded, pinned)
         return find_tree(graph, snapshot.settings, snapshot.name)
 
     def _muscles(self, table: MuscleTable) -> RobotMuscles:
@@ -197,4 +200,5 @@ class _RobotBuilder:
             muscles.task_sets,
             TASK_SET if TASK_SET in names else "",
             wrap_surfaces=muscles.surfaces,
+            loops=self._loops.joints,
         )

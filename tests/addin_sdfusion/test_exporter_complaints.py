@@ -140,15 +140,16 @@ def test_8_copies_of_a_component_have_separate_meshes(fusion: Any, tmp_path: Pat
     assert [via.link for via in muscle.via_points] == ["palm", "left"]
 
 
-def test_9_loops_are_reported_and_cut_and_constraints_are_tolerated(
+def test_9_loops_are_reported_and_closed_and_constraints_are_tolerated(
     fusion: Any, tmp_path: Path
 ) -> None:
     """Reported as: two parents without a message; allJoints raised InternalValidationError."""
     design = designs.closed_loop()
-    (loop,) = [f for f in findings_of(design) if f.is_error]
+    (loop,) = [f for f in findings_of(design) if f.code == "closed-loop"]
     assert all(repr(name) in loop.message for name in "abcd")
     cut = export(design, tmp_path / "a", cut_joints=("d",)).robot
     assert {joint.name for joint in cut.joints} >= {"a", "b", "c"}
+    assert [loop.name for loop in cut.loops] == ["d"]
     made = export(designs.assembly_constraints(), tmp_path / "b")
     assert "assembly-constraints" in made.codes
     assert {joint.name for joint in made.robot.joints} >= {"upper_joint", "lower_joint"}
@@ -181,7 +182,6 @@ def test_names_of_any_script_are_exported(fusion: Any, tmp_path: Path) -> None:
 
 
 REFUSED = {
-    "closed_loop": "closed-loop",
     "inferred_joint": "unsupported-joint",
     "suppressed_and_broken": "broken-joint",
     "occurrence_in_two_groups": "occurrence-in-two-groups",

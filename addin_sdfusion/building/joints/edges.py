@@ -61,11 +61,13 @@ class Edges(NamedTuple):
         joints: Joints, and rigid groups across links, by name.
         held: Connections of links that are grounded to the component of another link. They are
             used only if no other connection exists.
+        cut: The joints that the user has chosen to close loops, by name.
         findings: Findings on the connections.
     """
 
     joints: tuple[Edge, ...]
     held: tuple[Edge, ...]
+    cut: tuple[Edge, ...]
     findings: tuple[Finding, ...]
 
 
@@ -73,18 +75,16 @@ def find_edges(snapshot: DesignSnapshot, links: Links) -> Edges:
     """Return the connections between the links of a design."""
     findings: list[Finding] = []
     edges = [*_from_joints(snapshot, links, findings), *_from_groups(snapshot, links)]
-    cut = {bare_name(name) for name in snapshot.settings.cut_joints}
-    for name in in_name_order(cut):
-        subject = Subject("joint", name)
-        if any(edge.name == name for edge in edges):
-            problem = "is not exported, as chosen in Export, so that the robot is a tree"
-            findings.append(warning(subject, "cut-joint", problem))
-        elif not any(bare_name(joint.name) == name for joint in snapshot.joints):
-            names = in_name_order({bare_name(joint.name) for joint in snapshot.joints})
-            problem = f"cannot be cut: {unknown('joint', name, names)}; choose again in Export"
-            findings.append(warning(subject, "unknown-cut-joint", problem))
-    kept = sorted((edge for edge in edges if edge.name not in cut), key=edge_key)
-    return Edges(tuple(kept), tuple(_grounded_edges(snapshot, links)), tuple(findings))
+    chosen = {bare_name(name) for name in snapshot.settings.cut_joints}
+    known = {bare_name(joint.name) for joint in snapshot.joints} | {edge.name for edge in edges}
+    for name in in_name_order(chosen - known):
+        problem = f"cannot be cut: {unknown('joint', name, in_name_order(known))}"
+        problem += "; choose again in Export"
+        findings.append(warning(Subject("joint", name), "unknown-cut-joint", problem))
+    kept = sorted((edge for edge in edges if edge.name not in chosen), key=edge_key)
+    cut = sorted((edge for edge in edges if edge.name in chosen), key=edge_key)
+    held = _grounded_edges(snapshot, links)
+    return Edges(tuple(kept), tuple(held), tuple(cut), tuple(findings))
 
 
 def edge_key(edge: Edge) -> tuple[object, ...]:
@@ -138,10 +138,10 @@ def _from_joints(snapshot: DesignSnapshot, links: Links, findings: list[Finding]
         if _OUTSIDE in ends and None not in (joint.one, joint.two):
             findings.append(_joint_outside_links(subject, joint, links, ends[0] is _OUTSIDE))
             continue
-        if name in {bare_name(cut) for cut in snapshot.settings.cut_joints}:
-            yield Edge(name, one, two)
-            continue
         wrong = joint_errors(subject, joint)
+        if wrong and name in {bare_name(cut) for cut in snapshot.settings.cut_joints}:
+            findings.append(_open_cut(subject, wrong[0]))
+            continue
         findings += wrong or joint_warnings(subject, joint)
         if not wrong:
             motions = () if joint.kind == "rigid" else joint.motions
@@ -180,6 +180,12 @@ def _joint_outside_links(
         "that it moves with"
     )
     return warning(subject, "joint-outside-links", problem)
+
+
+def _open_cut(subject: Subject, wrong: Finding) -> Finding:
+    """Return the warning on a joint that is cut and cannot be exported."""
+    reason = wrong.message.partition(": ")[2]
+    return warning(subject, "cut-joint", f"{reason}. It is cut and not exported: its loop is open")
 
 
 def _from_groups(snapshot: DesignSnapshot, links: Links) -> Iterator[Edge]:

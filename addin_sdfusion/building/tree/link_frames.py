@@ -70,7 +70,7 @@ def place_links(branches: Sequence[Branch]) -> Frames:
 
 def _place_link(branch: Branch, parent: _LinkPose) -> tuple[Joint, _LinkPose]:
     edge = branch.edge
-    where = _origin(edge)
+    where = joint_origin(edge)
     if where is None:
         where = parent.displaced.apply(parent.origin)
     motions = edge.motions
@@ -93,7 +93,7 @@ def _place_link(branch: Branch, parent: _LinkPose) -> tuple[Joint, _LinkPose]:
     return joint, _LinkPose(displaced, origin)
 
 
-def _origin(edge: Edge) -> Vector3 | None:
+def joint_origin(edge: Edge) -> Vector3 | None:
     """Return the position of the joint on `two`, before it slides.
 
     The origin on `one` takes precedence, since the axis moves with `one`.

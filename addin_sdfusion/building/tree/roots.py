@@ -40,7 +40,8 @@ def find_roots(
     """Return the roots of the trees.
 
     The base is the chosen link. If no link is chosen, it is the link that is grounded or has a
-    joint to the root component. If no such link exists, it is the only link that is not a child.
+    joint to the root component; further movable joints to it close loops. If no such link exists,
+    it is the only link that is not a child.
 
     Args:
         parts: Groups of connected links, in order.
@@ -54,6 +55,7 @@ def find_roots(
     findings: list[Finding] = []
     subject = Subject("design", design)
     held = in_name_order({*grounded, *(edge.links[0] for edge in world)})
+    fixed = {*grounded, *(edge.links[0] for edge in world if edge.is_rigid)}
     roots: dict[int, str] = {}
     for k, part in enumerate(parts):
         candidates = [link for link in held if link in part]
@@ -61,7 +63,8 @@ def find_roots(
             roots[k] = settings.base
             findings += _ignored_grounds(candidates, grounded, bodies, settings)
         elif candidates:
-            firsts = list({bodies.find(link): link for link in reversed(candidates)}.values())
+            firm = [link for link in candidates if link in fixed]
+            firsts = list({bodies.find(link): link for link in reversed(firm)}.values())
             roots[k] = next((link for link in candidates if link in grounded), candidates[0])
             if len(firsts) > 1:
                 what = f"links {listed(in_name_order(firsts))} of one tree are fixed to the world"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ from ...settings import ExportSettings
 from ...snapshot import MotionSnapshot
 from ..joints.edges import Edge, edge_key
 from ..links.links import in_name_order
+from .cuts import UNSUPPORTED, best_cut, cutting_cost
 from .disjoint_sets import DisjointSets
 from .roots import find_roots
 
@@ -40,11 +41,13 @@ class Tree(NamedTuple):
 
     Attributes:
         branches: Links with their parent joints, parents first.
+        closings: The edges at which closed loops are cut, by name.
         loops: Names of the joints of each closed loop.
         findings: Findings on the tree.
     """
 
     branches: tuple[Branch, ...]
+    closings: tuple[Edge, ...]
     loops: tuple[tuple[str, ...], ...]
     findings: tuple[Finding, ...]
 
@@ -56,6 +59,7 @@ class Graph(NamedTuple):
         links: Names of the links.
         edges: Connections between links, in order.
         held: Connections that are used only between links without other connections, in order.
+        cut: Connections that the user has chosen to close loops, in order.
         grounded: Links that are fixed to the root component.
         pinned: The grounded links that the user has grounded, not the CAD system.
     """
@@ -63,6 +67,7 @@ class Graph(NamedTuple):
     links: Sequence[str]
     edges: Sequence[Edge]
     held: Sequence[Edge]
+    cut: Sequence[Edge]
     grounded: Sequence[str]
     pinned: Collection[str]
 
@@ -75,16 +80,17 @@ def find_tree(graph: Graph, settings: ExportSettings, design: str) -> Tree:
         settings: The chosen base, and whether it floats.
         design: Name of the design.
     """
-    return _Search(graph, settings, design).tree() if graph.links else Tree((), (), ())
+    return _Search(graph, settings, design).tree() if graph.links else Tree((), (), (), ())
 
 
 class _Search:
     def __init__(self, graph: Graph, settings: ExportSettings, design: str) -> None:
         self._findings: list[Finding] = []
-        self._loops: list[tuple[str, ...]] = []
+        self._chosen = graph.cut
+        self._cut: set[Edge] = set()
         self._settings = settings
         self._base = settings.base if settings.base in graph.links else ""
-        self._free = Names([*graph.links, *(edge.name for edge in graph.edges)])
+        self._free = Names([*graph.links, *(e.name for e in (*graph.edges, *graph.cut))])
         self._bodies = DisjointSets(graph.links)
         self._world = [edge for edge in graph.edges if len(edge.links) == 1]
         self._between = self._without_redundant_edges(graph)
@@ -107,13 +113,29 @@ class _Search:
         self._findings += self._roots.findings
 
     def tree(self) -> Tree:
-        for root in self._roots.links:
-            floats = root == self._roots.floating
-            edge = self._floating_edge(root) if floats else self._fixed_edge(root)
-            self._above[root] = Branch(edge, None, root)
-            self._add_links_below(root)
-        self._close_loops()
-        return Tree(tuple(self._above.values()), tuple(self._loops), tuple(self._findings))
+        links = self._roots.links
+        edges = [
+            self._floating_edge(r) if r == self._roots.floating else self._fixed_edge(r)
+            for r in links
+        ]
+        roots = [Branch(edge, None, link) for edge, link in zip(edges, links, strict=True)]
+        self._grow(roots)
+        while (edge := self._better_cut(roots)) is not None:
+            self._cut.add(edge)
+            self._grow(roots)
+        loops = {
+            edge: in_name_order({e.name for e in self._loop(edge)}) for edge in self._closings()
+        }
+        for edge in self._chosen:
+            if self._has_effect(edge):
+                loops[edge] = in_name_order({e.name for e in self._loop(edge)})
+        closings = [edge for edge in sorted(loops, key=edge_key) if self._can_close(edge, loops)]
+        return Tree(
+            tuple(self._above.values()),
+            tuple(closings),
+            tuple(loops[edge] for edge in sorted(loops, key=edge_key)),
+            tuple(self._findings),
+        )
 
     def _without_redundant_edges(self, graph: Graph) -> list[Edge]:
         """Return the edges between links without redundant rigid connections."""
@@ -174,38 +196,40 @@ class _Search:
         chosen = usable[0] if usable else replace(weld, name=self._free.unique(weld.name))
         for edge in joints:
             same = self._bodies.find(edge.links[0]) == body
-            if edge is not chosen and not (same and edge.is_rigid and chosen.is_rigid):
-                self._report_second_ground(edge, root, chosen, same)
+            if same and chosen.is_rigid and edge is not chosen:
+                self._world.remove(edge)
+                if not edge.is_rigid:
+                    self._report_second_ground(edge, chosen)
         return chosen
 
-    def _report_second_ground(self, edge: Edge, root: str, chosen: Edge, same: bool) -> None:
+    def _report_second_ground(self, edge: Edge, chosen: Edge) -> None:
         by = f"joint {chosen.name!r}" if not chosen.symmetric else "grounding or the chosen base"
-        link = edge.links[0]
-        if same:
-            problem = (
-                f"connects link {link!r} to the world, to which it is already fixed by {by}; "
-                "unground it, suppress one, or cut this joint in Export"
-            )
-        else:
-            problem = (
-                f"connects link {link!r} to the world, to which base {root!r} is fixed by {by}: "
-                "this closes a loop; suppress it or cut it in Export"
-            )
-        joints = {edge.name} if chosen.symmetric else {edge.name, chosen.name}
-        self._loops.append(in_name_order(joints))
+        problem = (
+            f"connects link {edge.links[0]!r} to the world, to which it is already fixed by {by}; "
+            "unground it, suppress one, or cut this joint in Export"
+        )
         self._findings.append(error(Subject("joint", edge.name), "joint-to-ground", problem))
 
     def _world_edges_of(self, root: str) -> list[Edge]:
         part = next(part for part in self._parts if root in part)
         return [edge for edge in self._world if edge.links[0] in part]
 
-    def _add_links_below(self, root: str) -> None:
-        """Add the links below a root, breadth first, in the order of joint names."""
+    def _grow(self, roots: Sequence[Branch]) -> None:
+        """Find the tree without the cut edges, breadth first, in the order of joint names.
+
+        Links with joints to the world are at the first level, like the roots.
+        """
+        self._above = {}
         edges: dict[str, list[Edge]] = {}
         for edge in self._between:
-            for link in edge.links:
+            for link in edge.links if edge not in self._cut else ():
                 edges.setdefault(link, []).append(edge)
-        waiting = [root]
+        for root in roots:
+            self._above[root.child] = root
+        for edge in self._free_world_edges(roots):
+            if edge not in self._cut:
+                self._above.setdefault(edge.links[0], Branch(edge, None, edge.links[0]))
+        waiting = list(self._above)
         for link in waiting:
             for edge in edges.get(link, ()):
                 other = edge.other(link)
@@ -213,21 +237,82 @@ class _Search:
                     self._above[other] = Branch(edge, link, other)
                     waiting.append(other)
 
-    def _close_loops(self) -> None:
+    def _free_world_edges(self, roots: Sequence[Branch]) -> list[Edge]:
+        """Return the joints to the world that are not edges of roots; none if the base floats."""
+        used = {root.edge for root in roots}
+        floating = self._roots.floating
+        ignored = set(self._world_edges_of(floating)) if floating else set[Edge]()
+        return [edge for edge in self._world if edge not in used and edge not in ignored]
+
+    def _closings(self) -> list[Edge]:
+        """Return the edges that close loops, except the ones that the user has chosen."""
         used = {branch.edge for branch in self._above.values()}
-        for edge in self._between:
-            if edge in used or edge.one not in self._above or edge.two not in self._above:
-                continue
-            one, two = (self._path_to_root(link) for link in edge.links)
-            shared = set(one) & set(two)
-            others = [branch.edge for branch in (*one, *two) if branch not in shared]
-            loop = in_name_order({edge.name, *(e.name for e in others)})
-            self._loops.append(loop)
+        roots = [branch for branch in self._above.values() if branch.parent is None]
+        between = [edge for edge in self._between if all(e in self._above for e in edge.links)]
+        return [e for e in (*between, *self._free_world_edges(roots)) if e not in used]
+
+    def _better_cut(self, roots: Sequence[Branch]) -> Edge | None:
+        """Return an edge whose cut costs less than the cut of an edge that closes its loop."""
+        firm = {root.edge for root in roots}
+        for edge in self._closings():
+            best = best_cut(edge, [e for e in self._loop(edge) if e not in firm])
+            if best is not edge and best not in self._cut:
+                return best
+        return None
+
+    def _loop(self, edge: Edge) -> list[Edge]:
+        """Return the edge and the edges of the tree that form a loop with it.
+
+        Connections of roots that are not joints are omitted.
+        """
+        one, *others = (self._path_to_root(link) for link in edge.links if link in self._above)
+        two = others[0] if others else []
+        shared = set(one) & set(two)
+        around = [branch.edge for branch in (*one, *two) if branch not in shared]
+        return [edge, *(e for e in around if len(e.links) > 1 or not e.symmetric)]
+
+    def _has_effect(self, edge: Edge) -> bool:
+        """Return whether the links of a chosen edge can move relative to each other."""
+        known = [link for link in edge.links if link in self._above]
+        if len(known) < len(edge.links):
+            return False
+        bodies = {self._bodies.find(link) for link in edge.links}
+        if len(edge.links) == 1:
+            roots = [branch for branch in self._above.values() if branch.parent is None]
+            fixed = {self._bodies.find(root.child) for root in roots if root.edge.is_rigid}
+            is_stuck = bool(self._roots.floating or bodies & fixed)
+        else:
+            is_stuck = len(bodies) == 1
+        if is_stuck:
+            problem = "is cut and not exported: the parts that it connects cannot move against it"
+            self._findings.append(warning(Subject("joint", edge.name), "cut-joint", problem))
+            return False
+        return True
+
+    def _can_close(self, edge: Edge, loops: Mapping[Edge, Sequence[str]]) -> bool:
+        """Report how a loop is closed; return whether the edge can close it."""
+        subject, names = Subject("joint", edge.name), ", ".join(map(repr, loops[edge]))
+        if cutting_cost(edge) < UNSUPPORTED:
+            if edge not in self._chosen:
+                problem = (
+                    f"closes a loop of joints {names}; it is exported as a loop joint without "
+                    "coordinates. To cut the loop at another joint, choose it in Export"
+                )
+                self._findings.append(warning(subject, "closed-loop", problem))
+            return True
+        if edge in self._chosen:
             problem = (
-                f"closes a loop of joints {', '.join(map(repr, loop))}; a robot must be a tree: "
-                "choose in Export which of them to cut, or suppress one"
+                f"is cut and not exported: its motions cannot close the loop of joints {names}, "
+                "which is open. Cut another joint in Export"
             )
-            self._findings.append(error(Subject("joint", edge.name), "closed-loop", problem))
+            self._findings.append(warning(subject, "cut-joint", problem))
+        else:
+            problem = (
+                f"closes a loop of joints {names}, but no loop joint has the motions of one of "
+                "them; suppress one of them, or cut one in Export to open the loop"
+            )
+            self._findings.append(error(subject, "closed-loop", problem))
+        return False
 
     def _path_to_root(self, link: str) -> list[Branch]:
         path = []

@@ -85,7 +85,8 @@ DIALOG = Dialog(
                     "cut_joints",
                     "choices",
                     "Joints to cut",
-                    "The robot must be a tree: choose one joint of each closed loop.",
+                    "The joints that close loops, one of each loop; they have no coordinates "
+                    "(default: found automatically).",
                 ),
                 Input(
                     "up_axis",

@@ -325,7 +325,7 @@ def loops_except(held: Container[str]) -> Row:
     return omitted(
         LOOPS,
         find=of_robot(lambda robot: other_loops(robot, held)),
-        only="except balls and fixed joints",
+        only="except balls, hinges and fixed joints",
     )
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import cast
 
 from ...errors import UnknownNameError
 from ...finding import Subject
 from ...finding_builders import unknown
+from ...model.loop import LoopJoint, LoopType
 from ...model.muscle import Muscle
-from ...model.pose import Vector3
+from ...model.pose import IDENTITY, Pose, Vector3
 from ...model.robot import MARKERS, Robot
 from ..reading.xml import Node, Notes, parse
 from .read import MuscleReader, read_surface, read_task_set
@@ -37,6 +39,8 @@ def read_extras(robot: Robot, model: Node, plugins: Sequence[Node], cable_set: s
     robot = _with_mesh_names(_with_ends(robot, plugins), plugins)
     for node in _children(plugins, "gravity"):
         robot = replace(robot, gravity=node.vector3())
+    loops = tuple(_loop_joint(node) for node in _children(plugins, "loop_joint"))
+    robot = replace(robot, loops=(*robot.loops, *loops))
     surfaces = [
         read_surface(node.with_subject(Subject("wrap_surface", node.attribute("name"))))
         for node in _children(plugins, "wrap_surface")
@@ -75,6 +79,31 @@ def cardsflow_xml(model: Node) -> list[Node]:
     if root.tag != "cardsflow":
         root.error("not-cardsflow", f"<{root.tag}> is not <cardsflow>")
     return [root]
+
+
+def _loop_joint(node: Node) -> LoopJoint:
+    name = node.attribute("name")
+    node = node.with_subject(Subject("joint", name))
+    (parent, T_parent_joint), (child, T_child_joint) = (
+        _loop_end(node.required(tag)) for tag in ("parent", "child")
+    )
+    return LoopJoint(
+        name,
+        parent,
+        child,
+        cast(LoopType, node.attribute("type")),  # checked with the robot
+        tuple(axis.vector3() for axis in node.all("axis")),
+        T_parent_joint,
+        T_child_joint,
+    )
+
+
+def _loop_end(node: Node | None) -> tuple[str, Pose]:
+    """Return the link at one end of a loop joint, and the pose of its frame in it."""
+    if node is None:
+        return "", IDENTITY
+    x, y, z, roll, pitch, yaw = node.numbers(6)
+    return node.attribute("link"), Pose((x, y, z), (roll, pitch, yaw))
 
 
 def _with_ends(robot: Robot, plugins: Sequence[Node]) -> Robot:

@@ -191,6 +191,8 @@ def _shapes(link: Link) -> Words:
     return {"count": len(link.shapes)} if link.shapes else {}
 
 
+_LOOPS = (*EQUALITIES, "revolute")
+
 MJCF = Capabilities(
     "MJCF",
     (
@@ -228,13 +230,13 @@ MJCF = Capabilities(
             of_robot(_is_soft),
             only="others",
         ),
-        features.loops_except(EQUALITIES),
+        features.loops_except(_LOOPS),
         changed(
             features.LOOPS,
             "soft-loops",
             "loops in MuJoCo are soft: their equalities act as springs with dampers",
-            of_robot(lambda robot: any(loop.type in EQUALITIES for loop in robot.loops)),
-            only="balls and fixed joints",
+            of_robot(lambda robot: any(loop.type in _LOOPS for loop in robot.loops)),
+            only="balls, hinges and fixed joints",
         ),
         omitted(features.LIMIT_FORCES),
         rejected(

@@ -16,6 +16,7 @@ from ...model.loop import LoopJoint
 from ...model.pose import Pose
 from ...model.robot import Robot
 from ...model.transform import Transform
+from ...transforms.hinge_loops import merge_points_to_hinges
 from ...transforms.joint_chains import Names
 from ..reading.loops import End, loop_joint
 from ..reading.xml import Node
@@ -86,7 +87,7 @@ def with_loops(robot: Robot, document: Document, compiled: Compiled) -> Robot:
                 loops.append(loop)
                 nodes.append(document.node_at(row["line"]))
     _note_exact(nodes, "loops")
-    return replace(robot, loops=tuple(loops))
+    return replace(robot, loops=merge_points_to_hinges(loops))
 
 
 def _loop(

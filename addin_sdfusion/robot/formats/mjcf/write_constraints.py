@@ -30,7 +30,7 @@ SOLIMP_MAX = numbers((0.9999, 0.9999, 1e-3, 0.5, 2.0))
 NO_SLIP = {"noslip_iterations": "30", "noslip_tolerance": "1e-12"}
 """Options that reduce the creep of friction; a residual of 1e-6 rad/s would remain otherwise."""
 EQUALITIES = {"ball": "connect", "fixed": "weld"}
-"""MuJoCo's equality for each supported type of loop joint."""
+"""MuJoCo's equality for each supported type of loop joint; hinges are written as two balls."""
 
 
 def add_constraints(robot: Robot, root: ElementTree.Element) -> None:

@@ -145,7 +145,7 @@ OPENSIM = Capabilities(
             of_coordinates(_has_equal_limits),
             only="equal limits",
         ),
-        features.loops_except(CONSTRAINTS),
+        features.loops_except((*CONSTRAINTS, "revolute")),
         omitted(features.ARMATURES),
         changed(
             "links without mass",

@@ -17,6 +17,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from ...model.robot import WORLD, Robot
+from ...transforms.hinge_loops import with_hinges_as_points
 from ...transforms.joint_chains import Names
 from ..capability import require_writable
 from ..writing.file_names import write_document
@@ -57,7 +58,7 @@ def write_osim(
 
 
 def _add_constraints(model: ElementTree.Element, robot: Robot) -> None:
-    held = [loop for loop in robot.loops if loop.type in CONSTRAINTS]
+    held = [loop for loop in with_hinges_as_points(robot).loops if loop.type in CONSTRAINTS]
     if held or any(c.coupling for c in robot.all_coordinates):
         constraints = objects(model, "ConstraintSet", "constraintset")
         names = add_couplers(constraints, robot)

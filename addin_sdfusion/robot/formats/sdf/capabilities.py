@@ -15,7 +15,7 @@ from ..capability import Capabilities, FeaturePlace, changed, changed_together, 
 from ..cardsflow.capabilities import WRAPS_IN_CARDSFLOW_XML
 from ..features import Words, of_coordinates, of_joints, of_links, of_robot
 from .names import NO_LIMIT, joint_frame_name, needs_frame
-from .write_joints import KINDS, is_chained, sdf_joints
+from .write_joints import is_chained, loops_in_plugin, sdf_joints
 
 
 def sdf_losses(robot: Robot) -> list[Finding]:
@@ -74,9 +74,8 @@ def _chain(joint: Joint) -> Words:
 
 
 def _other_loops(robot: Robot) -> Iterator[FeaturePlace]:
-    for loop in robot.loops:
-        if loop.type not in KINDS:
-            yield FeaturePlace(Subject("joint", loop.name), {"type": loop.type})
+    for loop in loops_in_plugin(robot):
+        yield FeaturePlace(Subject("joint", loop.name), {"type": loop.type})
 
 
 SDF = Capabilities(
@@ -137,10 +136,11 @@ SDF = Capabilities(
             "its functions are only in the CARDSFlow plugin; in other programs its motions are "
             "independent coordinates",
         ),
-        rejected(
+        changed(
             features.LOOPS,
-            "loop-type",
-            "SDF has no {type} joint as loop joint",
+            "loop-in-the-plugin",
+            "SDF has no {type} joint as loop joint; it is only in the CARDSFlow plugin, and the "
+            "loop is open in other programs",
             _other_loops,
             only="cylindrical and planar ones",
         ),

@@ -14,6 +14,8 @@ coordinate name joint motion actuated torques initial spring armature unit locke
     term elements, its limit force in limit_force low high stiffness_low stiffness_high damping
     transition.
 motion joint coordinate, term coordinate: contain a function, see `functions`.
+loop_joint name type: a loop joint that the robot file cannot hold, with an axis element for each
+    axis, and the elements parent link and child link with the poses of its frame, in [m, rad].
 wrap_surface name link shape radius length half_axes: surface that muscles wrap over; its pose in
     the link frame, in [m, rad].
 cable_set id active: myoMuscle elements as in cardsflow.xml, with wrap elements.
@@ -28,26 +30,28 @@ from dataclasses import asdict
 from xml.etree import ElementTree
 
 from ...model.joint import Coordinate, Joint
+from ...model.loop import LoopJoint
 from ...model.muscle import WrapSurface
 from ...model.robot import Link, Robot
 from ..cardsflow.write import end_effector_element, muscle_element, wrap_elements
 from ..writing.functions import function_element
 from ..writing.xml_text import document, element, numbers
 from .names import mesh_names
-from .write_joints import has_one_effort, needs_plugin, sdf_joints
+from .write_joints import has_one_effort, loops_in_plugin, needs_plugin, sdf_joints
 
 PLUGIN = {"filename": "libcardsflow_gazebo_plugin.so", "name": "cardsflow_gazebo_plugin"}
 
 
 def plugin_element(model: ElementTree.Element, robot: Robot) -> None:
     """Add the plugin element to a model."""
-    plugin_content(element(model, "plugin", None, **PLUGIN), robot, _joint_elements(robot))
+    node = element(model, "plugin", None, **PLUGIN)
+    plugin_content(node, robot, _joint_elements(robot), loops=loops_in_plugin(robot))
 
 
 def extras_text(robot: Robot) -> str:
     """Return the content of the plugin as a cardsflow.xml, for a model without a plugin."""
     root = element(None, "cardsflow")
-    plugin_content(root, robot, _joint_elements(robot))
+    plugin_content(root, robot, _joint_elements(robot), loops=loops_in_plugin(robot))
     return document(root)
 
 
@@ -62,6 +66,7 @@ def plugin_content(
     robot: Robot,
     joint_elements: Mapping[str, Sequence[str]],
     *,
+    loops: Sequence[LoopJoint],
     springs: bool = False,
 ) -> None:
     """Add the content of the plugin.
@@ -70,6 +75,7 @@ def plugin_content(
         plugin: Parent element.
         robot: The robot.
         joint_elements: Joint elements of the motions of each joint, in order.
+        loops: The loop joints that the format does not support.
         springs: Whether to write springs, for formats whose joint elements do not support them.
     """
     element(plugin, "gravity", numbers(robot.gravity))
@@ -80,6 +86,8 @@ def plugin_content(
             springs and any(c.stiffness or c.rest for c in joint.coordinates)
         ):
             _joint(plugin, joint, joint_elements[joint.name], springs=springs)
+    for loop in loops:
+        _loop_joint(plugin, loop)
     for surface in robot.wrap_surfaces:
         _wrap_surface(plugin, surface)
     for cable_set in robot.cable_sets:
@@ -144,6 +152,15 @@ def _coordinate(
     if coordinate.limit_force is not None:
         given = asdict(coordinate.limit_force)
         element(node, "limit_force", **{name: numbers([x]) for name, x in given.items()})
+
+
+def _loop_joint(plugin: ElementTree.Element, loop: LoopJoint) -> None:
+    node = element(plugin, "loop_joint", None, name=loop.name, type=loop.type)
+    for axis in loop.axes:
+        element(node, "axis", numbers(axis))
+    ends = (loop.parent, loop.T_parent_joint), (loop.child, loop.T_child_joint)
+    for tag, (link, pose) in zip(("parent", "child"), ends, strict=True):
+        element(node, tag, numbers((*pose.position, *pose.rpy)), link=link)
 
 
 def _wrap_surface(plugin: ElementTree.Element, surface: WrapSurface) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ...model.joint import Coordinate, Joint, Motion, MotionKind
-from ...model.loop import LoopType
+from ...model.loop import LoopJoint, LoopType
 from ...model.pose import IDENTITY, Pose
 from ...model.robot import WORLD, Robot
 from ...transforms.joint_chains import Names
@@ -67,6 +67,11 @@ def sdf_loops(robot: Robot) -> list[SdfJoint]:
         for loop in robot.loops
         if loop.type in KINDS
     ]
+
+
+def loops_in_plugin(robot: Robot) -> list[LoopJoint]:
+    """Return the loop joints whose type SDF does not support."""
+    return [loop for loop in robot.loops if loop.type not in KINDS]
 
 
 def is_chained(joint: Joint) -> bool:

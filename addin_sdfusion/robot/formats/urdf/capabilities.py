@@ -20,7 +20,6 @@ from ..capability import (
     changed,
     changed_together,
     kept,
-    omitted,
     rejected,
 )
 from ..features import of_coordinates, of_robot
@@ -97,6 +96,7 @@ IN_CARDSFLOW_XML = (
     features.WRAP_SURFACES,
     features.TASK_FRAMES,
     features.LINK_ENDS,
+    features.LOOPS,
     features.DRIVEN_JOINTS,
     features.SPRINGS,
     features.ARMATURES,
@@ -144,7 +144,6 @@ URDF = Capabilities(
             "URDF cannot lock joints; in other programs these joints have equal limits: {names}",
             of_robot(lambda robot: [c.name for c in robot.all_coordinates if c.locked]),
         ),
-        omitted(features.LOOPS),
         changed(features.CHAINS, features.CHAINS.code, features.CHAINS.message),
         changed_together(
             IN_CARDSFLOW_XML,

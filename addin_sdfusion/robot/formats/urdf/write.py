@@ -68,7 +68,7 @@ def _extras_text(robot: Robot) -> str:
         joint.name: [next(singles).name for _ in range(max(1, len(joint.motions)))]
         for joint in robot.joints
     }
-    plugin_content(root, robot, joint_elements, springs=True)
+    plugin_content(root, robot, joint_elements, loops=robot.loops, springs=True)
     return document(root)
 
 

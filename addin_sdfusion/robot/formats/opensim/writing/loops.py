@@ -11,7 +11,7 @@ from ...writing.xml_text import element, numbers
 from .bodies import frame_path, placement
 
 CONSTRAINTS = {"ball": "PointConstraint", "fixed": "WeldConstraint"}
-"""OpenSim class of each supported type of loop joint."""
+"""OpenSim class of each supported type of loop joint; hinges are written as two balls."""
 
 
 def add_loop(constraints: ElementTree.Element, loop: LoopJoint) -> None:
