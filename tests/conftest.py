@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
 
-from cardsflow_fmu.results.report import figures, run_figures
 from sim_dart.plant import plant
 from sim_dart.plant.settings import select_engine
 
@@ -98,22 +96,6 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     for mark in item.iter_markers("extra"):
         if find_spec(EXTRAS[mark.args[0]]) is None:
             pytest.skip(f"needs the extra `{mark.args[0]}`")
-
-
-@pytest.fixture(autouse=True, scope="session")
-def undrawn_figures() -> Iterator[None]:
-    """Replace the figures of runs by empty files, since drawing takes longer than most tests."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(run_figures, "image", lambda figure, form, mark: b"")
-        yield
-
-
-@pytest.fixture(scope="module")
-def drawn_figures() -> Iterator[None]:
-    """Draw the figures of runs in the tests of a module."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(run_figures, "image", figures.image)
-        yield
 
 
 @pytest.fixture

@@ -20,17 +20,9 @@ if TYPE_CHECKING:
     from cardsflow_fmu.experiment.experiment import Experiment
 
 ROBOT_FILE = "a robot file (.sdf, .urdf, .osim, MJCF .xml, *_bodies.xml) or its folder"
-INTERRUPTED, DOUBTFUL, FAILED, GOOD = 130, 3, 1, 0
+DOUBTFUL, FAILED, GOOD = 3, 1, 0
 
 _MAX_REPEATED = 3  # findings of one kind that are printed one by one
-
-EXIT_CODES = """exit codes:
-  0    success
-  1    failure, or a negative result: reference not followed, errors found, results differ,
-       muscles too weak
-  2    invalid input or options; nothing was done
-  3    success with warnings, if `--strict` was given
-  130  interrupted (Ctrl-C, SIGTERM, SIGHUP); a run keeps its results so far"""
 
 
 def add_json(parser: argparse.ArgumentParser, what: str = "the result") -> None:

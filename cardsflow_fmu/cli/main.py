@@ -6,44 +6,57 @@ import time
 
 _STARTED = time.perf_counter()
 
-import argparse  # noqa: E402
+import importlib  # noqa: E402
 import sys  # noqa: E402
-import traceback  # noqa: E402
 from collections.abc import Sequence  # noqa: E402
+from typing import TYPE_CHECKING  # noqa: E402
 
-from addin_sdfusion.robot import CardsflowError, InputError  # noqa: E402
-from addin_sdfusion.robot.files import file_error  # noqa: E402
-from cardsflow_fmu.utils import interrupts  # noqa: E402
-from cardsflow_fmu.version import __version__  # noqa: E402
+if TYPE_CHECKING:
+    import argparse
 
-from .addin import add_addin, add_import_cad  # noqa: E402
-from .calibrate import add_calibrate, add_excite  # noqa: E402
-from .common import EXIT_CODES, FAILED, INTERRUPTED  # noqa: E402
-from .device import add_device, add_replay  # noqa: E402
-from .examples import add_examples  # noqa: E402
-from .init import add_completion, add_init, add_schema  # noqa: E402
-from .parser import BAD_INPUT, Commands, Parser  # noqa: E402
-from .results import add_compare, add_plot, add_report  # noqa: E402
-from .robot import add_activations, add_check, add_convert, add_info, add_size  # noqa: E402
-from .run import add_build, add_run  # noqa: E402
-from .study import add_study  # noqa: E402
-from .terminal.messages import print_error, quiet_messages  # noqa: E402
-from .terminal.streams import discard_output, printable_streams  # noqa: E402
-from .terminal.suggestions import suggest_file  # noqa: E402
-from .view import add_view  # noqa: E402
+    from .parser import Parser
 
-_COMMANDS = {
-    "Start": (add_init, add_examples, add_check, add_info),
-    "Simulate": (add_run, add_build, add_view, add_report, add_plot, add_compare),
-    "Analyse and design": (add_size, add_activations, add_study),
-    "Hardware": (add_device, add_replay, add_excite, add_calibrate),
-    "CAD and files": (add_import_cad, add_convert, add_addin),
-    "Shell and editor": (add_schema, add_completion),
+COMMANDS = {
+    "Start": {
+        "init": "init.add_init",
+        "examples": "examples.add_examples",
+        "check": "robot.add_check",
+        "info": "robot.add_info",
+    },
+    "Simulate": {
+        "run": "run.add_run",
+        "build": "run.add_build",
+        "view": "view.add_view",
+        "report": "results.add_report",
+        "plot": "results.add_plot",
+        "compare": "results.add_compare",
+    },
+    "Analyse and design": {
+        "size": "robot.add_size",
+        "activations": "robot.add_activations",
+        "study": "study.add_study",
+    },
+    "Hardware": {
+        "device": "device.add_device",
+        "replay-hardware": "device.add_replay",
+        "excite": "calibrate.add_excite",
+        "calibrate": "calibrate.add_calibrate",
+    },
+    "CAD and files": {
+        "import-cad": "addin.add_import_cad",
+        "convert": "robot.add_convert",
+        "addin": "addin.add_addin",
+    },
+    "Shell and editor": {"schema": "init.add_schema", "completion": "init.add_completion"},
 }
+"""Function that adds each command, by group. Its module is imported when the command is used."""
+_INTERRUPTED = 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command.
+
+    All other imports are inside of functions, so that Ctrl-C never prints a traceback.
 
     Args:
         arguments: Words after `cardsflow` (default: arguments of the process).
@@ -51,6 +64,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         The exit code; see `EXIT_CODES`.
     """
+    try:
+        return _main(arguments)
+    except KeyboardInterrupt:  # during an import
+        sys.stderr.write("cardsflow: interrupted\n")
+        return _INTERRUPTED
+
+
+def _main(arguments: Sequence[str] | None) -> int:
+    import argparse
+
+    from cardsflow_fmu.utils import interrupts
+
+    from .terminal.messages import print_error
+    from .terminal.streams import printable_streams
+
     with printable_streams():
         try:
             with interrupts.raise_on_termination() as received:
@@ -58,44 +86,64 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 return _run(_parse(arguments, given), received)
         except KeyboardInterrupt:
             print_error(interrupts.INTERRUPTED)
-            return INTERRUPTED
+            return _INTERRUPTED
 
 
 def _parse(arguments: Sequence[str] | None, given: argparse.Namespace) -> argparse.Namespace:
     """Parse the options; raise SystemExit after `--help`, `--version` and usage errors."""
+    words = sys.argv[1:] if arguments is None else arguments
     try:
-        return _parser().parse_args(arguments, given)
+        return _parser(words[0] if words else "").parse_args(arguments, given)
     except SystemExit:
         if not _flush_output():
-            raise SystemExit(FAILED) from None
+            raise SystemExit(1) from None
         raise
 
 
 def _run(options: argparse.Namespace, received: Sequence[int]) -> int:
+    from .terminal.messages import quiet_messages
+
     try:
         with quiet_messages(options.quiet):
             code = int(options.command(options))
-        return code if _flush_output() else FAILED
+        return code if _flush_output() else 1
     except Exception as error:
-        if options.debug:
-            traceback.print_exc()
-        if received and not _is_interruption(error):
-            raise KeyboardInterrupt from None
-        if isinstance(error, OSError):
-            place = "" if error.filename is None else f"{error.filename}: "
-            print_error(f"{place}{error.strerror or error}")
-            _flush_output()
-            return _code_of(file_error(error, "", place)) if place else FAILED
-        if isinstance(error, CardsflowError):
-            print_error(f"{error}{suggest_file(error)}")
-            return _code_of(error)
-        what = f"{type(error).__name__}: {error}"
-        print_error(f"internal error: {what} (--debug prints the traceback)")
-        return FAILED
+        return _report(error, options, received)
+
+
+def _report(error: Exception, options: argparse.Namespace, received: Sequence[int]) -> int:
+    """Print an error and return the exit code."""
+    from addin_sdfusion.robot import CardsflowError
+    from addin_sdfusion.robot.files import file_error
+
+    from .common import FAILED
+    from .terminal.messages import print_error
+    from .terminal.suggestions import suggest_file
+
+    if options.debug:
+        import traceback
+
+        traceback.print_exc()
+    if received and not _is_interruption(error):
+        raise KeyboardInterrupt from None
+    if isinstance(error, OSError):
+        place = "" if error.filename is None else f"{error.filename}: "
+        print_error(f"{place}{error.strerror or error}")
+        _flush_output()
+        return _code_of(file_error(error, "", place)) if place else FAILED
+    if isinstance(error, CardsflowError):
+        print_error(f"{error}{suggest_file(error)}")
+        return _code_of(error)
+    what = f"{type(error).__name__}: {error}"
+    print_error(f"internal error: {what} (--debug prints the traceback)")
+    return FAILED
 
 
 def _flush_output() -> bool:
     """Flush stdout; return false if this fails, for example because the disk is full."""
+    from .terminal.messages import print_error
+    from .terminal.streams import discard_output
+
     try:
         sys.stdout.flush()
         return True
@@ -105,17 +153,34 @@ def _flush_output() -> bool:
         return False
 
 
-def _code_of(error: CardsflowError) -> int:
+def _code_of(error: Exception) -> int:
+    from addin_sdfusion.robot import InputError
+
+    from .common import FAILED
+    from .parser import BAD_INPUT
+
     if isinstance(error, InputError):
         return BAD_INPUT
-    return INTERRUPTED if _is_interruption(error) else FAILED
+    return _INTERRUPTED if _is_interruption(error) else FAILED
 
 
 def _is_interruption(error: Exception) -> bool:
+    from cardsflow_fmu.utils import interrupts
+
     return str(error).partition(";")[0] == interrupts.INTERRUPTED
 
 
-def _parser() -> Parser:
+def _parser(word: str = "") -> Parser:
+    """Return the parser.
+
+    Args:
+        word: First word of the command line. If it is a command, the parser only has this command;
+            for `--version` it has no command, otherwise all.
+    """
+    from cardsflow_fmu.version import __version__
+
+    from .parser import EXIT_CODES, Commands, Parser
+
     parser = Parser(
         prog="cardsflow",
         description="Simulate and control musculoskeletal (cable-driven) robots; build their FMUs.",
@@ -125,10 +190,13 @@ def _parser() -> Parser:
     parser.set_defaults(parser=parser)
     parser.add_argument("--version", action="version", version=f"cardsflow {__version__}")
     commands = Commands(parser, "COMMAND")
-    for title, group in _COMMANDS.items():
+    known = {name for group in COMMANDS.values() for name in group} - {"completion"}
+    used = {word} & known or ({} if word == "--version" else known | {"completion"})
+    for title, group in COMMANDS.items():
         commands.start_group(title)
-        for add in group:
-            add(commands)
+        for name in filter(used.__contains__, group):
+            module, _, add = group[name].partition(".")
+            getattr(importlib.import_module(f"{__package__}.{module}"), add)(commands)
     return parser
 
 

@@ -8,12 +8,18 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
-from addin_sdfusion.robot import UnknownNameError
 from cardsflow_fmu.utils.renamed import renamed_option
 
 from .terminal.messages import print_error
 
 BAD_INPUT = 2
+EXIT_CODES = """exit codes:
+  0    success
+  1    failure, or a negative result: reference not followed, errors found, results differ,
+       muscles too weak
+  2    invalid input or options; nothing was done
+  3    success with warnings, if `--strict` was given
+  130  interrupted (Ctrl-C, SIGTERM, SIGHUP); a run keeps its results so far"""
 
 
 class Parser(argparse.ArgumentParser):
@@ -99,6 +105,8 @@ class Parser(argparse.ArgumentParser):
         """Reject a value that is not one of the choices of an argument."""
         if action.choices is None or value in action.choices:
             return
+        from addin_sdfusion.robot import UnknownNameError
+
         is_command = isinstance(action, argparse._SubParsersAction)
         kind = "command" if is_command else "value"
         what = UnknownNameError(kind, str(value), map(str, action.choices)).what

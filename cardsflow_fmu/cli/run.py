@@ -38,7 +38,7 @@ def add_run(commands: Commands) -> None:
     parser = commands.add(
         "run",
         _run,
-        "Simulate an experiment or an .ssp file; write results and a figure.",
+        "Simulate an experiment or an .ssp file; write the results.",
         "cardsflow run examples/planar_2r --set controller.period=0.01 -o at_100_hz",
         "The FMUs of an experiment are built first.",
     )
@@ -55,8 +55,7 @@ def add_run(commands: Commands) -> None:
     parser.add_argument(
         "--coupling",
         choices=("fmu", "direct"),
-        help="couple FMUs, or couple the models directly, in one C loop if all models are in C "
-        "(default: run.coupling of the experiment)",
+        help="couple FMUs, or the models directly (default: run.coupling of the experiment)",
     )
     parser.add_argument(
         "--hardware",
@@ -66,6 +65,12 @@ def add_run(commands: Commands) -> None:
     )
     parser.add_argument(
         "--realtime", action="store_true", help="run in real time (default: as fast as possible)"
+    )
+    parser.add_argument(
+        "--figures",
+        action="store_true",
+        help="draw figures of the run: run.figures = true (default: run.figures of the experiment; "
+        "`cardsflow plot` draws later)",
     )
     parser.add_argument(
         "--strict", action="store_true", help="exit with 3 if the run has warnings (default: off)"
@@ -107,6 +112,7 @@ def _run(options: argparse.Namespace) -> int:
         options.set += [f"hardware.link={json_text(options.hardware)}", "hardware.use=true"]
     options.set += [f"run.{key}={value}" for key, value in _engine(options).items()]
     options.set += _accept(options)
+    options.set += ["run.figures=true"] if options.figures else []
     experiment = load_experiment(options)
     if experiment.hardware.use:
         from cardsflow_fmu.hardware.session.connect import require_connectable
@@ -160,6 +166,8 @@ def _run_system(options: argparse.Namespace) -> int:
     if engine := _engine(options):
         what = f"contains built FMUs; --{next(iter(engine))} is only for experiments"
         raise InputError(what, file=options.experiment)
+    if options.figures:
+        raise InputError("is only for experiments; plot the results", key="--figures")
     settings = parse_settings([*options.set, *_accept(options)])
     if options.hardware is not None:
         # hardware.fmu creates the device of a loopback or an emulator itself

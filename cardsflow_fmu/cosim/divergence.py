@@ -1,7 +1,8 @@
-"""Detection of diverged runs: values beyond any physical scale end the run with an error."""
+"""Last rows of bad runs: values that are not finite, or beyond any physical scale."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,52 +16,64 @@ MAX_FORCE = 1e9
 """Maximum plausible muscle force, in [N]."""
 
 
-class Divergence:
-    """Checker for the rows of a run.
+def column_limits(names: Sequence[str], step: float) -> list[float]:
+    """Return the largest absolute value of each column; the largest finite number if unlimited.
 
     Args:
         names: Names of the columns, `time` first.
+        step: Communication step, in [s].
     """
-
-    def __init__(self, names: Sequence[str]) -> None:
-        self._names = names
-        self._speeds = _columns(names, ("qd.",))
-        self._forces = _columns(names, ("f.", "tension."))
-        self._checked_rows = 0
-
-    def check(self, rows: FloatArray) -> None:
-        """Check the rows that have not been checked yet.
-
-        Args:
-            rows: All rows so far, shape (rows, len(names)).
-
-        Raises:
-            SimulationError: The run has diverged.
-        """
-        new = rows[self._checked_rows :]
-        if len(new) == 0 or len(rows) < 2:
-            return
-        self._checked_rows = len(rows)
-        step = float(rows[1, 0] - rows[0, 0])
-        for columns, limit, scale, what in (
-            (self._speeds, MAX_MOTION, step, "moves {:.3g} rad or m within a step"),
-            (self._forces, MAX_FORCE, 1.0, "is {:.3g} N"),
-        ):
-            sizes = np.abs(new[:, columns]) * scale
-            beyond = ~(sizes <= limit)
-            if beyond.any():
-                k = int(np.argmax(beyond.any(axis=1)))
-                j = int(np.argmax(np.where(beyond[k], sizes[k], -1.0)))
-                raise SimulationError(
-                    f"the run has diverged: at t = {new[k, 0]:.6g} s "
-                    f"{_display_name(self._names[columns[j]])} {what.format(sizes[k, j])}; use a "
-                    "shorter controller.period and plant.step, smaller gains, or a motion that the "
-                    "muscles can produce"
-                )
+    return [_limit(name, step) for name in names]
 
 
-def _columns(names: Sequence[str], prefixes: tuple[str, ...]) -> list[int]:
-    return [k for k, name in enumerate(names) if name.startswith(prefixes)]
+def row_error(names: Sequence[str], row: FloatArray, step: float) -> SimulationError | None:
+    """Return the error that a row shows, or None. A value that is not finite has priority.
+
+    Args:
+        names: Names of the columns, `time` first.
+        row: Values, shape (len(names),).
+        step: Communication step, in [s].
+    """
+    return not_finite_error(names, row) or _divergence(names, row, step)
+
+
+def not_finite_error(names: Sequence[str], row: FloatArray) -> SimulationError | None:
+    """Return the error of the first value that is not finite, or None; arguments as above."""
+    bad = np.flatnonzero(~np.isfinite(row))
+    if not bad.size:
+        return None
+    return SimulationError(not_finite_message(names[bad[0]], row[bad[0]], row[0]))
+
+
+def not_finite_message(name: str, value: float, t: float) -> str:
+    """Return the message about a value that is not finite."""
+    return f"{name} is not finite at t = {t:.6g} s: {value}"
+
+
+def _divergence(names: Sequence[str], row: FloatArray, step: float) -> SimulationError | None:
+    limits = np.array(column_limits(names, step))
+    excess = np.abs(row) / limits
+    for kind, what in ((_SPEEDS, "moves {:.3g} rad or m within a step"), (_FORCES, "is {:.3g} N")):
+        named = [k for k, name in enumerate(names) if name.startswith(kind)]
+        columns = [k for k in named if abs(row[k]) > limits[k]]
+        if columns:
+            k = max(columns, key=lambda k: float(excess[k]))
+            size = abs(row[k]) * (step if kind is _SPEEDS else 1.0)
+            return SimulationError(
+                f"the run has diverged: at t = {row[0]:.6g} s "
+                f"{_display_name(names[k])} {what.format(size)}; use a shorter controller.period "
+                "and plant.step, smaller gains, or a motion that the muscles can produce"
+            )
+    return None
+
+
+_SPEEDS, _FORCES = ("qd.",), ("f.", "tension.")
+
+
+def _limit(name: str, step: float) -> float:
+    if name.startswith(_SPEEDS):
+        return MAX_MOTION / step
+    return MAX_FORCE if name.startswith(_FORCES) else sys.float_info.max
 
 
 def _display_name(name: str) -> str:

@@ -13,7 +13,7 @@ from cardsflow_fmu.cosim.signals.ports import Port
 from cardsflow_fmu.cosim.signals.units import KNOWN_UNITS, Conversion, Unit, conversion
 from cardsflow_fmu.utils.arrays import FloatArray
 
-from .participant import Participant
+from .participant import Copy, CStep, Form, Participant
 from .wiring import Ported, Wiring, members
 
 _MAX_NAMED = 4
@@ -84,6 +84,7 @@ class AdaptedFmu:
 
     Attributes:
         warnings: Assumptions, one line each: variables without units use the experiment's units.
+        incoming, outgoing: Conversions before and after a step.
     """
 
     def __init__(self, inner: Participant, external: ExternalFmu, ports: Sequence[Port]) -> None:
@@ -104,19 +105,22 @@ class AdaptedFmu:
             )
             for side, names in (("input", inner.input_names), ("output", inner.output_names))
         )
-        self._mapped_inputs, self._mapped_outputs = inputs, outputs
         assumed = [*inputs.assumed, *outputs.assumed]
         self.warnings = [_assumption(external.key, assumed)] if assumed else []
         self.input_names, self.output_names = inputs.names, outputs.names
         self.units: Mapping[str, Unit] = {**outputs.units, **inputs.units}
         self.inputs: FloatArray = inputs.to_experiment(inner.inputs)
         self.outputs: FloatArray = outputs.to_experiment(inner.outputs)
-
-    def step(self, t: float, h: float) -> None:
-        """Convert the inputs, step the FMU, and convert the outputs."""
-        self._mapped_inputs.to_fmu(self.inputs, self._inner.inputs)
-        self._inner.step(t, h)
-        self.outputs[:] = self._mapped_outputs.to_experiment(self._inner.outputs)
+        self.step = inner.step  # converts nothing; the master makes the copies
+        self.c_step: CStep | None = getattr(inner, "c_step", None)
+        self.incoming = [
+            Copy(self.inputs, k, inner.inputs, k, Form.UNSCALED, change)
+            for k, change in enumerate(inputs.changes)
+        ]
+        self.outgoing = [
+            Copy(inner.outputs, k, self.outputs, k, Form.SCALED, change)
+            for k, change in enumerate(outputs.changes)
+        ]
 
     def close(self) -> None:
         """Free the FMU."""
@@ -137,6 +141,7 @@ class _MappedPorts:
         names: The experiment's names; unmapped variables keep their names.
         units: Units by the experiment's names.
         assumed: Variables without units, with the assumed unit.
+        changes: Conversion of each variable to the experiment's units.
     """
 
     def __init__(
@@ -167,17 +172,12 @@ class _MappedPorts:
             if unit is not None:
                 self.units[new or name] = unit
             changes.append(change)
-        self._factors = np.array([change.factor for change in changes])
-        self._offsets = np.array([change.offset for change in changes])
+        self.changes = changes
 
     def to_experiment(self, values: FloatArray) -> FloatArray:
         """Return the FMU's values, converted to the experiment's units."""
-        converted: FloatArray = self._factors * values + self._offsets
-        return converted
-
-    def to_fmu(self, values: FloatArray, target: FloatArray) -> None:
-        """Write the experiment's values, converted to the FMU's units, to an array."""
-        target[:] = (values - self._offsets) / self._factors
+        changed = [c.factor * v + c.offset for v, c in zip(values, self.changes, strict=True)]
+        return np.array(changed, float)
 
 
 def _assumption(key: str, assumed: Sequence[str]) -> str:

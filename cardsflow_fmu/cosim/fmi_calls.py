@@ -1,15 +1,15 @@
 """FMI 2.0 and FMI 3.0 calls of a co-simulation through one interface.
 
-FMPy loads and instantiates an FMU; the calls of a step go to its library directly, since FMPy
-creates new arrays in every call. Each call returns FMI's status.
+FMPy loads and instantiates an FMU; csrc/fmu_step.c calls its functions in each step. Each call
+returns FMI's status.
 """
 
 from __future__ import annotations
 
 import ctypes
+import weakref
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +18,21 @@ import fmpy.fmi1
 import fmpy.fmi2
 import fmpy.fmi3
 
-from .fmu_variables import Bank, Row
+from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.utils.compiled.library import address, run_library
+
+from .fmu_variables import Row
 
 DISCARD = 2
 """Lowest status that means failure."""
+
+_TYPES = [
+    ctypes.c_double,
+    ctypes.c_float,
+    *(getattr(ctypes, f"c_{sign}int{bits}") for bits in (8, 16, 32, 64) for sign in ("", "u")),
+    ctypes.c_bool,
+]
+"""C types in the order of `fmu_type` in csrc/fmu_step.h."""
 
 Log = Callable[[int, str], None]
 """Function that receives the status and the text of a message."""
@@ -41,27 +52,21 @@ class FmuCalls(ABC):
     """
 
     _prefix: str
+    _version: int
 
     def __init__(self, name: str, description: Any, folder: Path, log: Log) -> None:
         self._log = log
         self._slave = self._instantiate(name, description, folder)
         self._library = self._slave.dll
         self._instance = ctypes.c_void_p(self._slave.component)
+        self._kept: list[FloatArray] = []  # memory that the rows in C use
 
     @abstractmethod
     def _instantiate(self, name: str, description: Any, folder: Path) -> Any: ...
 
     @abstractmethod
-    def _arguments(self, bank: Bank) -> tuple[Any, ...]:
-        """Return the arguments of a getter or setter."""
-
-    @abstractmethod
     def enter_initialization(self) -> int:
         """Set up the experiment and enter the initialization mode."""
-
-    @abstractmethod
-    def step(self, t: float, h: float) -> int:
-        """Advance from t to t + h, in [s]."""
 
     def exit_initialization(self) -> int:
         """Leave the initialization mode."""
@@ -71,13 +76,30 @@ class FmuCalls(ABC):
         """End the simulation, so that the FMU releases its resources."""
         return self._call("Terminate")
 
-    def getter(self, row: Row) -> Callable[[], int]:
-        """Return a function that reads all variables of a row into its buffers."""
-        return self._combined_call("Get", row.banks)
+    def row(self, row: Row) -> ctypes.c_void_p:
+        """Return the variables of a row in C; see `fmu_row` in csrc/fmu_step.h."""
+        library = run_library()
+        handle = ctypes.c_void_p(library.fmu_row_open(self._version, self._instance))
+        weakref.finalize(self, library.fmu_row_close, handle)
+        self._kept.append(row.values)
+        for bank in row.banks:
+            values, count = row.values[bank.place], len(bank.references)
+            references = (ctypes.c_uint32 * count)(*bank.references)
+            get, set_ = (self._address(f"{verb}{bank.function}") for verb in ("Get", "Set"))
+            kind = _TYPES.index(bank.ctype)
+            failed = library.fmu_row_add(
+                *(handle, kind, get, set_, references, count, values.ctypes.data, values.size)
+            )
+            assert not failed, "not enough memory"
+        return handle
 
-    def setter(self, row: Row) -> Callable[[], int]:
-        """Return a function that writes all variables of a row from its buffers."""
-        return self._combined_call("Set", row.banks)
+    def stepper(self, inputs: ctypes.c_void_p, outputs: ctypes.c_void_p) -> ctypes.c_void_p:
+        """Return the instance for the function `fmu_step` in C, with the rows of a step in C."""
+        library, do_step = run_library(), self._address("DoStep")
+        handle = library.fmu_open(self._version, self._instance, do_step, inputs, outputs)
+        fmu = ctypes.c_void_p(handle)
+        weakref.finalize(self, library.fmu_close, fmu)
+        return fmu
 
     def free(self) -> None:
         """Free the instance. Its library stays loaded because other instances may use it."""
@@ -85,22 +107,8 @@ class FmuCalls(ABC):
         function.restype = None
         function(self._instance)
 
-    def _combined_call(self, verb: str, banks: Sequence[Bank]) -> Callable[[], int]:
-        """Return a function that gets or sets all banks and returns the highest status."""
-        functions = [
-            (self._library[f"{self._prefix}{verb}{bank.function}"], self._arguments(bank))
-            for bank in banks
-        ]
-        # `partial` is implemented in C, which makes these calls fast.
-        calls = [partial(function, *arguments) for function, arguments in functions]
-        if not calls:
-            return int  # returns 0
-        if len(calls) == 1:
-            return calls[0]
-        if len(calls) == 2:
-            first, second = calls
-            return lambda: max(first(), second())
-        return lambda: max((call() for call in calls), default=0)
+    def _address(self, name: str) -> int:
+        return address(self._library[self._prefix + name])
 
     def _call(self, name: str, *arguments: Any) -> int:
         return int(self._library[self._prefix + name](self._instance, *arguments))
@@ -109,17 +117,7 @@ class FmuCalls(ABC):
 class Fmi2Calls(FmuCalls):
     """Calls of an FMI 2.0 instance."""
 
-    _prefix = "fmi2"
-
-    def __init__(self, name: str, description: Any, folder: Path, log: Log) -> None:
-        super().__init__(name, description, folder, log)
-        self._do_step = self._library["fmi2DoStep"]
-        self._do_step.argtypes = [
-            ctypes.c_void_p,
-            ctypes.c_double,
-            ctypes.c_double,
-            ctypes.c_int,
-        ]
+    _prefix, _version = "fmi2", 2
 
     def _instantiate(self, name: str, description: Any, folder: Path) -> Any:
         callbacks = fmpy.fmi2.fmi2CallbackFunctions()
@@ -145,9 +143,6 @@ class Fmi2Calls(FmuCalls):
         text = message.decode("utf-8", "replace")
         self._log(status, text.replace("%%", "%").replace("##", "#"))
 
-    def _arguments(self, bank: Bank) -> tuple[Any, ...]:
-        return self._instance, bank.references, ctypes.c_size_t(bank.count), bank.buffer
-
     def enter_initialization(self) -> int:
         """Enter the initialization mode without a stop time.
 
@@ -157,30 +152,11 @@ class Fmi2Calls(FmuCalls):
         status = self._call("SetupExperiment", none, zero, zero, none, zero)
         return status if status >= DISCARD else self._call("EnterInitializationMode")
 
-    def step(self, t: float, h: float) -> int:
-        """Advance from t to t + h, in [s]."""
-        status: int = self._do_step(self._instance, t, h, 1)
-        return status
-
 
 class Fmi3Calls(FmuCalls):
     """Calls of an FMI 3.0 instance."""
 
-    _prefix = "fmi3"
-
-    def __init__(self, name: str, description: Any, folder: Path, log: Log) -> None:
-        super().__init__(name, description, folder, log)
-        self._flags = [ctypes.c_bool() for _ in range(3)]
-        self._time = ctypes.c_double()
-        self._outs = (*map(ctypes.byref, self._flags), ctypes.byref(self._time))
-        self._do_step = self._library["fmi3DoStep"]
-        self._do_step.argtypes = [
-            ctypes.c_void_p,
-            ctypes.c_double,
-            ctypes.c_double,
-            ctypes.c_bool,
-            *[ctypes.c_void_p] * 4,
-        ]
+    _prefix, _version = "fmi3", 3
 
     def _instantiate(self, name: str, description: Any, folder: Path) -> Any:
         slave = fmpy.fmi3.FMU3Slave(
@@ -195,10 +171,6 @@ class Fmi3Calls(FmuCalls):
     def _on_log(self, _: int | None, status: int, category: bytes, message: bytes) -> None:
         self._log(status, message.decode("utf-8", "replace"))
 
-    def _arguments(self, bank: Bank) -> tuple[Any, ...]:
-        count, size = ctypes.c_size_t(bank.count), ctypes.c_size_t(len(bank.buffer))
-        return self._instance, bank.references, count, bank.buffer, size
-
     def enter_initialization(self) -> int:
         """Enter the initialization mode without a stop time.
 
@@ -206,11 +178,3 @@ class Fmi3Calls(FmuCalls):
         """
         zero, none = ctypes.c_double(0.0), ctypes.c_bool(False)
         return self._call("EnterInitializationMode", none, zero, zero, none, zero)
-
-    def step(self, t: float, h: float) -> int:
-        """Advance from t to t + h, in [s]. A request of the FMU to terminate is a failure."""
-        status: int = self._do_step(self._instance, t, h, True, *self._outs)
-        if status < DISCARD and self._flags[1].value:
-            self._log(DISCARD, "the FMU requested to terminate the simulation")
-            return DISCARD
-        return status

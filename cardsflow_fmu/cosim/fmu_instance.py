@@ -8,14 +8,19 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from addin_sdfusion.robot import InputError, SimulationError
+from cardsflow_fmu.utils.compiled.library import address, run_library
 from cardsflow_fmu.utils.interrupts import collect_interrupts
 
 from .described_fmu import DescribedFmu
 from .fmi_calls import DISCARD, Fmi2Calls, Fmi3Calls, FmuCalls
 from .fmu_variables import Row
+from .participant import CStep
 
 _OWN_ERROR = re.compile(r"\b(?:addin_sdfusion|cardsflow_fmu)[\w.]*Error: ")
 """Pattern for error classes of this package, whose messages are for users."""
+_TERMINATED, _GET_FAILED = 2, 3
+"""Results of `fmu_step`; see csrc/fmu_step.h."""
+_READING = "while reading its outputs"
 
 
 class FmuInstance(DescribedFmu):
@@ -66,14 +71,8 @@ class FmuInstance(DescribedFmu):
 
     def step(self, t: float, h: float) -> None:
         """Set the inputs, advance from t to t + h, and get the outputs."""
-        if self._input_row.is_apart:
-            self._input_row.write()
-        if self._set() >= DISCARD or self._advance(t, h) >= DISCARD:
-            self._fail(f"at t = {t:.6g} s")
-        if self._get() >= DISCARD:
-            self._fail("while reading its outputs")
-        if self._output_row.is_apart:
-            self._output_row.read()
+        if code := run_library().fmu_step(self.c_step.instance, t, h):
+            raise self._failure(code, t)
 
     def close(self) -> None:
         """Terminate the simulation unless it has failed, and free the instance."""
@@ -87,8 +86,12 @@ class FmuInstance(DescribedFmu):
             calls.free()
 
     def _bind(self, calls: FmuCalls) -> None:
-        self._set, self._get = calls.setter(self._input_row), calls.getter(self._output_row)
-        self._advance = calls.step
+        """Create the rows and the participant in C."""
+        library = run_library()
+        self._outputs = calls.row(self._output_row)
+        handle = calls.stepper(calls.row(self._input_row), self._outputs).value
+        assert handle is not None
+        self.c_step = CStep(address(library.fmu_step), handle, self._failure)
 
     def _start(self, calls: FmuCalls, rows: list[Row]) -> None:
         """Initialize the instance.
@@ -108,19 +111,15 @@ class FmuInstance(DescribedFmu):
             raise KeyboardInterrupt
 
     def _initialize(self, calls: FmuCalls, rows: list[Row]) -> None:
+        library = run_library()
         for row in rows:
-            row.write()
-            if calls.setter(row)() >= DISCARD:
-                self._fail("at the start")
+            if library.fmu_row_set(calls.row(row)) >= DISCARD:
+                raise self._error("at the start")
         if calls.enter_initialization() >= DISCARD or calls.exit_initialization() >= DISCARD:
-            self._fail("at the start")
+            raise self._error("at the start")
         self._is_stepping = True
-        self._read_outputs()
-
-    def _read_outputs(self) -> None:
-        if self._get() >= DISCARD:
-            self._fail("while reading its outputs")
-        self._output_row.read()
+        if library.fmu_row_get(self._outputs) >= DISCARD:
+            raise self._error(_READING)
 
     def _on_log(self, status: int, text: str) -> None:
         if status:
@@ -130,9 +129,15 @@ class FmuInstance(DescribedFmu):
         """Return all messages as one text, since FMI 2.0 splits long messages."""
         return _user_text("\n".join(self._log)).strip()
 
-    def _fail(self, when: str) -> None:
+    def _failure(self, code: int, t: float) -> SimulationError:
+        """Return the error for a result of `fmu_step`, at t in [s]."""
+        if code == _TERMINATED:
+            self._log.append("the FMU requested to terminate the simulation")
+        return self._error(_READING if code == _GET_FAILED else f"at t = {t:.6g} s")
+
+    def _error(self, when: str) -> SimulationError:
         self._is_stepping = False
-        raise SimulationError(
+        return SimulationError(
             f"{self._file.name} failed {when}: {self._messages() or 'no message'}"
         )
 

@@ -10,10 +10,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cardsflow_fmu.cosim.signals.units import KNOWN_UNITS, Unit, variable_units
 from cardsflow_fmu.cosim.signals.variables import ELEMENTS, ELEMENTS_FILE
@@ -140,36 +139,20 @@ def _element_texts(rows: Any) -> list[dict[str, str]]:
     return [{key: str(row[key]) for key in ("name", "unit")} for row in rows]
 
 
-class Bank:
-    """Variables of one type in a buffer.
-
-    Args:
-        signals: The variables.
-        place: Position of their values in the row.
-        memory: Memory for doubles; other types use another buffer.
+class Bank(NamedTuple):
+    """Variables of one type, adjacent in a row.
 
     Attributes:
-        function: Type in the names of FMI functions.
-        references: Value references as a C array.
-        count: Number of value references.
-        buffer: Values as a C array.
-        values: Values as a numpy array in the same memory.
+        function: Type in the names of FMI functions, such as `Real` or `Float64`.
+        ctype: C type of the values.
+        references: Value references.
         place: Position of the values in the row.
-        is_apart: Whether values are copied between the row and the buffer.
     """
 
-    def __init__(self, signals: Sequence[Signal], place: slice, memory: FloatArray) -> None:
-        first = signals[0]
-        references = [signal.reference for signal in signals]
-        self.function = first.function
-        self.count = len(references)
-        self.references = (ctypes.c_uint * self.count)(*references)
-        self.place = place
-        self.is_apart = first.ctype is not ctypes.c_double
-        size = place.stop - place.start
-        array = first.ctype * size
-        self.buffer = array() if self.is_apart else array.from_buffer(memory[place])
-        self.values: NDArray[Any] = np.frombuffer(self.buffer, dtype=np.dtype(first.ctype))
+    function: str
+    ctype: Any
+    references: tuple[int, ...]
+    place: slice
 
 
 class Row:
@@ -178,8 +161,7 @@ class Row:
     Attributes:
         names: Names of all elements.
         values: Values, shape (len(names),); initially the start values.
-        banks: Buffers of the values, one per type.
-        is_apart: Whether some values are copied to and from their buffers.
+        banks: Variables by type, in the order of the values.
     """
 
     def __init__(self, signals: Sequence[Signal]) -> None:
@@ -193,19 +175,7 @@ class Row:
         for group in ordered:
             end = begin + sum(len(signal.names) for signal in group)
             if end > begin:
-                self.banks.append(Bank(group, slice(begin, end), self.values))
+                references = tuple(signal.reference for signal in group)
+                place = slice(begin, end)
+                self.banks.append(Bank(group[0].function, group[0].ctype, references, place))
             begin = end
-        self._apart = [bank for bank in self.banks if bank.is_apart]
-        self.is_apart = bool(self._apart)
-
-    def write(self) -> None:
-        """Copy the values to the buffers."""
-        for bank in self._apart:
-            numbers = self.values[bank.place]
-            is_float = bank.values.dtype.kind == "f"
-            bank.values[:] = numbers if is_float else np.rint(numbers)
-
-    def read(self) -> None:
-        """Copy the buffers to the values."""
-        for bank in self._apart:
-            self.values[bank.place] = bank.values

@@ -2,12 +2,51 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Protocol
+from collections.abc import Callable, Mapping, Sequence
+from enum import IntEnum
+from typing import NamedTuple, Protocol
 
+from addin_sdfusion.robot import CardsflowError
 from cardsflow_fmu.cosim.signals.port import Port
-from cardsflow_fmu.cosim.signals.units import KNOWN_UNITS, Unit
+from cardsflow_fmu.cosim.signals.units import KNOWN_UNITS, Conversion, Unit
 from cardsflow_fmu.utils.arrays import FloatArray
+
+
+class Form(IntEnum):
+    """Conversion of a copied value, as in csrc/master.h."""
+
+    EXACT = 0
+    """The value itself."""
+    SCALED = 1
+    """factor · value + offset."""
+    UNSCALED = 2
+    """(value - offset) / factor."""
+
+
+class Copy(NamedTuple):
+    """Copy of a value between arrays."""
+
+    source: FloatArray
+    source_index: int
+    target: FloatArray
+    target_index: int
+    form: Form = Form.EXACT
+    change: Conversion = Conversion()
+
+
+class CStep(NamedTuple):
+    """C function that steps a participant: `int step(void *instance, double t, double h)`.
+
+    Attributes:
+        function: Address of the function.
+        instance: Address of its first argument.
+        failure: Function that returns the error for a result other than 0, and the time of the
+            step in [s].
+    """
+
+    function: int
+    instance: int
+    failure: Callable[[int, float], CardsflowError]
 
 
 class Wired(Protocol):
@@ -32,7 +71,12 @@ class Wired(Protocol):
 
 
 class Participant(Wired, Protocol):
-    """Initialised model in a co-simulation."""
+    """Initialised model in a co-simulation.
+
+    These attributes are optional: `c_step`, a `CStep` that is used instead of `step`; `incoming`
+    and `outgoing`, lists of `Copy` to make before and after each step; `warnings`, assumptions,
+    one line each.
+    """
 
     def step(self, t: float, h: float) -> None:
         """Advance from t to t + h, in [s]; raise SimulationError on failure."""

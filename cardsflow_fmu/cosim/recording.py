@@ -47,12 +47,22 @@ class NumberLog:
     def append(self, number: float) -> None:
         """Append a number."""
         self._block.append(number)
-        if len(self._block) == _BLOCK:
-            if self._file is None:
-                self._file = tempfile.TemporaryFile()  # noqa: SIM115 - open as long as the log
-                weakref.finalize(self, self._file.close)
-            self._block.tofile(self._file)
-            self._block = array("d")
+        if len(self._block) >= _BLOCK:
+            self._store()
+
+    def extend(self, numbers: FloatArray) -> None:
+        """Append numbers, shape (count,)."""
+        self._block.frombytes(numbers.tobytes())
+        if len(self._block) >= _BLOCK:
+            self._store()
+
+    def _store(self) -> None:
+        """Write the block to the file."""
+        if self._file is None:
+            self._file = tempfile.TemporaryFile()  # noqa: SIM115 - open as long as the log
+            weakref.finalize(self, self._file.close)
+        self._block.tofile(self._file)
+        self._block = array("d")
 
     def numbers(self) -> FloatArray:
         """Return all numbers, shape (count,)."""

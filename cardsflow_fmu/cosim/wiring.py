@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Protocol
-
-import numpy as np
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu.cosim.signals.units import Conversion, conversion
-from cardsflow_fmu.utils.arrays import FloatArray
 
-from .participant import Wired
+from .participant import Copy, Form, Wired
 
-Indices = slice | list[int]
 Wiring = Mapping[str, str | float]
 
 
@@ -32,45 +27,6 @@ class Ported(Protocol):
     @property
     def output_names(self) -> tuple[str, ...]:
         """Names of the outputs."""
-
-
-@dataclass(frozen=True, slots=True)
-class Copy:
-    """Copy of outputs of one participant to inputs of another one."""
-
-    source: FloatArray
-    source_indices: Indices
-    target: FloatArray
-    target_indices: Indices
-
-    def __call__(self) -> None:
-        """Copy the values."""
-        self.target[self.target_indices] = self.source[self.source_indices]
-
-
-@dataclass(frozen=True, slots=True)
-class RowCopy(Copy):
-    """Copy of adjacent outputs to adjacent inputs by array views, which is the fastest method."""
-
-    source_view: FloatArray
-    target_view: FloatArray
-
-    def __call__(self) -> None:
-        """Copy the values."""
-        self.target_view[:] = self.source_view
-
-
-@dataclass(frozen=True, slots=True)
-class ConvertingCopy(Copy):
-    """Copy with unit conversion."""
-
-    factors: FloatArray
-    offsets: FloatArray
-
-    def __call__(self) -> None:
-        """Copy and convert the values."""
-        values = self.source[self.source_indices]
-        self.target[self.target_indices] = self.factors * values + self.offsets
 
 
 def connect(
@@ -124,26 +80,6 @@ def members(name: str, names: Iterable[str]) -> list[str]:
     if name in names:
         return [name]
     return [other for other in names if other.startswith((f"{name}.", f"{name}["))]
-
-
-def indices(numbers: Sequence[int]) -> Indices:
-    """Return a slice if the numbers are consecutive, since slices are copied fastest."""
-    if not numbers:
-        return []
-    first, last = numbers[0], numbers[-1]
-    are_consecutive = list(numbers) == list(range(first, last + 1))
-    return slice(first, last + 1) if are_consecutive else list(numbers)
-
-
-def consecutive_slices(numbers: Sequence[int]) -> list[slice]:
-    """Split the numbers into as few slices as possible, in order."""
-    found: list[slice] = []
-    for number in numbers:
-        if found and found[-1].stop == number:
-            found[-1] = slice(found[-1].start, number + 1)
-        else:
-            found.append(slice(number, number + 1))
-    return found
 
 
 def _expand_wiring(
@@ -206,33 +142,15 @@ def _copies(
     copies = []
     for source in participants:
         where = {f"{source.name}.{name}": k for k, name in enumerate(source.output_names)}
-        pairs, conversions = [], []
         for k, name in enumerate(target.input_names):
             full = f"{target.name}.{name}"
             route = by_target.get(full)
             if isinstance(route, str) and route in where:
                 j = where[route]
-                pairs.append((j, k))
-                conversions.append(changes.get(full) or _conversion(source, j, target, k))
-        if pairs:
-            copies.append(_copy(source, target, pairs, conversions))
+                change = changes.get(full) or _conversion(source, j, target, k)
+                form = Form.EXACT if change.is_identity else Form.SCALED
+                copies.append(Copy(source.outputs, j, target.inputs, k, form, change))
     return copies
-
-
-def _copy(
-    source: Wired,
-    target: Wired,
-    pairs: Sequence[tuple[int, int]],
-    changes: Sequence[Conversion],
-) -> Copy:
-    froms, tos = zip(*pairs, strict=True)
-    places = (source.outputs, indices(froms), target.inputs, indices(tos))
-    if all(change.is_identity for change in changes):
-        if isinstance(places[1], slice) and isinstance(places[3], slice):
-            return RowCopy(*places, places[0][places[1]], places[2][places[3]])
-        return Copy(*places)
-    factors = np.array([change.factor for change in changes])
-    return ConvertingCopy(*places, factors, np.array([change.offset for change in changes]))
 
 
 def _conversion(source: Wired, j: int, target: Wired, k: int) -> Conversion:

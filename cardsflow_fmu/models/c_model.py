@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import Protocol
 
+from cardsflow_fmu.cosim.participant import CStep
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.arrays import FloatArray
 
@@ -53,6 +54,11 @@ class CModel(ExperimentModel):
     def missing(cls, experiment: Experiment) -> str | None:
         """Return a requirement of the experiment that C does not support, or None."""
         return None
+
+    @property
+    def c_step(self) -> CStep | None:
+        """Step of the model without Python; None if Python computes a part of it."""
+        return self.opened.c_step if isinstance(self.opened, OpenedModel) else None
 
     def initialize(self, t: float = 0.0) -> None:
         """Read the parameters and set the start state."""

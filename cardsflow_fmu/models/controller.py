@@ -9,6 +9,7 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot, SimulationError
 from addin_sdfusion.robot.model.muscle_laws import states_of
+from cardsflow_fmu.cosim.participant import CStep
 from cardsflow_fmu.cosim.signals.dependencies import Dependencies, controller_dependencies
 from cardsflow_fmu.cosim.signals.estimation import estimate_inputs
 from cardsflow_fmu.cosim.signals.groups import Groups
@@ -50,6 +51,11 @@ class ControllerModel(CModel):
         if self.missing(experiment) is not None:
             self._python = PythonParts(experiment, opened)
         return opened
+
+    @property
+    def c_step(self) -> CStep | None:
+        """Step of the controller without Python; None if a part of it is in Python."""
+        return super().c_step if self._python is None else None
 
     def initialize(self, t: float = 0.0) -> None:
         """Read gains and limits.

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cardsflow_fmu.cosim.participant import Idle, WiredPorts
+from addin_sdfusion.robot import SimulationError
+from cardsflow_fmu.cosim.participant import CStep, Idle, WiredPorts
 from cardsflow_fmu.cosim.signals.port import Port
 from cardsflow_fmu.runtime.model import FmuModel
 
@@ -17,6 +18,13 @@ class DirectParticipant(WiredPorts):
     def __init__(self, name: str, model: FmuModel) -> None:
         super().__init__(name, model.ports, model.inputs, model.outputs)
         self.step, self.close = model.step, model.close
+        c_step: CStep | None = getattr(model, "c_step", None)
+
+        def failure(code: int, t: float) -> SimulationError:
+            assert c_step is not None
+            return SimulationError(f"the {name} failed at t = {t:.6g} s: {c_step.failure(code, t)}")
+
+        self.c_step = None if c_step is None else c_step._replace(failure=failure)
         model.initialize()
 
 

@@ -16,7 +16,7 @@ from cardsflow_fmu.models.native_loop import missing_in_loop
 from cardsflow_fmu.runtime.model_file import NATIVE_FILE
 from cardsflow_fmu.utils.archive import open_archive, read_entry
 
-OVER_FMUS = "Python, over FMUs"
+OVER_FMUS = "C, over FMUs"
 
 
 def engine_summary(experiment: Experiment) -> dict[str, Any]:
@@ -26,7 +26,7 @@ def engine_summary(experiment: Experiment) -> dict[str, Any]:
     """
     run = experiment.run
     missing: dict[str, str] = {}
-    master = OVER_FMUS if run.coupling == "fmu" else "Python, over objects"
+    master = OVER_FMUS if run.coupling == "fmu" else "C, over objects"
     if run.compute == "c" and run.coupling == "fmu":
         missing = python_reasons(experiment)
     elif run.compute == "c":

@@ -82,20 +82,24 @@ _MATHS = "sim_dart/csrc/math"
 CONTROL = Library(
     ("controllers/csrc", CONTROL_GENERATED, _MATHS), "controllers/lib/cardsflow_control", ()
 )
+_MASTER = "cardsflow_fmu/cosim/csrc"
+RUN = Library((_MASTER, "cardsflow_fmu/utils/compiled"), f"{_LIB}/cardsflow_run", ())
+"""Library for runs: the co-simulation master, and tables as text."""
 _ALL = (RUNTIME, *CORE.folders, *CONTROL.folders)
 _INSIDE = ("-DCARDSFLOW_INSIDE",)
 _NATIVE = f"{RUNTIME}/native/backend_native.c"
 _PYTHON, _LOOP = f"{RUNTIME}/python", f"{RUNTIME}/loop"
-FMI = Library(_ALL, f"{_LIB}/cardsflow_fmi", (FREESTANDING, _NATIVE), _INSIDE)
+_BROWSER_LOOP = f"{_LOOP}/native_loop.c"
+FMI = Library(_ALL, f"{_LIB}/cardsflow_fmi", (FREESTANDING, _NATIVE, _BROWSER_LOOP), _INSIDE)
 """Library of FMUs whose model may be in Python."""
 NATIVE = Library(_ALL, f"{_LIB}/cardsflow_native", (FREESTANDING, _PYTHON, _LOOP), _INSIDE)
 """Library of native FMUs, without a Python host."""
-LIBRARIES = (CORE, CONTROL, FMI, NATIVE)
+LIBRARIES = (CORE, CONTROL, RUN, FMI, NATIVE)
 _MODELS = tuple(f"{RUNTIME}/{name}" for name in ("native", "loop", "model", "platform"))
 BROWSER = Library(
-    (*_MODELS, *CORE.folders, *CONTROL.folders),
+    (*_MODELS, _MASTER, *CORE.folders, *CONTROL.folders),
     f"{PREBUILT}/wasm32",
-    (FREESTANDING, _NATIVE),
+    (FREESTANDING, _NATIVE, f"{_MASTER}/fmu_step.c"),
     _INSIDE,
 )
 """WebAssembly module that simulates in a browser."""

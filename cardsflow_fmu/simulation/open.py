@@ -1,4 +1,4 @@
-"""Initialised and connected participants of an experiment: FMUs, objects, or one C loop."""
+"""Initialised and connected participants of an experiment: FMUs or models."""
 
 from __future__ import annotations
 
@@ -18,14 +18,12 @@ from cardsflow_fmu.cosim.participant import Participant
 from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.cosim.signals.ports import external_load_signals
 from cardsflow_fmu.cosim.signals.roles import HARDWARE
-from cardsflow_fmu.cosim.step_loop import StepLoop
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.models.by_role import model_class
 from cardsflow_fmu.models.direct_participant import DirectParticipant, IdleParticipant
-from cardsflow_fmu.models.native_loop import NativeLoop, runs_in_c
 from cardsflow_fmu.results.analysis.observable import observability_warnings, observed_poses
 from cardsflow_fmu.results.files import EXPERIMENT, RECORDING_FILE, Contents
 from cardsflow_fmu.results.saved_run import experiment_archive
@@ -67,7 +65,7 @@ class OpenExperiment:
     """
 
     experiment: Experiment
-    loop: StepLoop
+    loop: Master
     contents: Contents
     streamed: list[str]
     observed: dict[str, Any]
@@ -138,19 +136,13 @@ def open_experiment(
     streamed = [RECORDING_FILE] if folder is not None and driven.hardware.use else []
     connection = _connection(driven, folder if streamed else None)
     with contextlib.ExitStack() as stack:
-        loop: StepLoop
-        if runs_in_c(driven):
-            loop = stack.enter_context(NativeLoop(driven))
-        else:
-            participants: dict[str, Participant] = {}
-            for role in reversed(
-                driven.roles
-            ):  # the plant is last, because hardware only waits for a short time
-                with contextlib.nullcontext() if connection is None else connection.exported():
-                    participant = _start_participant(driven, role, scratch, fmus, connection)
-                stack.callback(participant.close)
-                participants[role] = _adapt(driven, role, participant)
-            loop = _master(driven, participants)
+        participants: dict[str, Participant] = {}
+        for role in reversed(driven.roles):  # the plant last: hardware only waits for a short time
+            with contextlib.nullcontext() if connection is None else connection.exported():
+                participant = _start_participant(driven, role, scratch, fmus, connection)
+            stack.callback(participant.close)
+            participants[role] = _adapt(driven, role, participant)
+        loop = _master(driven, participants)
         observed = {} if driven.estimator is None else observed_poses(driven)
         yield OpenExperiment(driven, loop, contents, streamed, observed)
 

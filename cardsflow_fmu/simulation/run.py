@@ -14,9 +14,9 @@ import numpy as np
 
 from addin_sdfusion.robot import SimulationError
 from addin_sdfusion.robot.json_text import finite
+from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.pace import Pace
 from cardsflow_fmu.cosim.recording import Progress, Recording, Watch
-from cardsflow_fmu.cosim.step_loop import StepLoop
 from cardsflow_fmu.experiment.settings.run import Compute, ModelCoupling, RunSettings
 from cardsflow_fmu.results.files import MCAP, TABLE, Contents, metadata_files, table_file
 from cardsflow_fmu.results.folder import OutputFolder
@@ -66,7 +66,7 @@ class OpenSystem(Protocol[R]):
     """
 
     @property
-    def loop(self) -> StepLoop: ...  # noqa: D102 - described above
+    def loop(self) -> Master: ...  # noqa: D102 - described above
     @property
     def step(self) -> float: ...  # noqa: D102
     @property
@@ -95,17 +95,18 @@ def run(
     watch: Watch | None = None,
     started: float | None = None,
 ) -> Result:
-    """Run an experiment and write its results: FMUs, table, summary and figure.
+    """Run an experiment and write its results: FMUs, table and summary.
 
-    With hardware instead of the plant, every exchange is recorded in the same folder.
+    If `run.figures` is true, figures are drawn. With hardware instead of the plant, every exchange
+    is recorded in the same folder.
 
     Args:
         experiment: The experiment.
         output: Results folder (default: `run.output` of the experiment).
         compute: `c` for models in C where possible, `python` for models that a Python process
             hosts (default: `run.compute` of the experiment).
-        coupling: `fmu` for a co-simulation of FMUs; `direct` for models without FMUs, in one C loop
-            if all models are in C (default: `run.coupling` of the experiment).
+        coupling: `fmu` for a co-simulation of FMUs; `direct` for models without FMUs
+            (default: `run.coupling` of the experiment).
         realtime: Whether to run in real time. Runs with hardware are always in real time.
         progress: Called regularly with the number of completed steps.
         watch: Called regularly with the column names and the rows so far.
@@ -127,7 +128,7 @@ def run(
         from cardsflow_fmu.ros_interface.message_types import require_ros
 
         require_ros("run.recording")
-    experiment = _with_settings(experiment, compute, coupling, realtime)
+    experiment = _with_settings(experiment, compute, coupling)
     with _folders(output or experiment.run.output) as (folder, scratch):
         opening = open_experiment(experiment, scratch, folder.path)
         return _run(opening, folder, realtime, progress, watch, started)
@@ -187,7 +188,7 @@ def simulate(
     """
     from .open import open_experiment
 
-    experiment = _with_settings(experiment, compute, coupling, realtime)
+    experiment = _with_settings(experiment, compute, coupling)
     with temporary_folder() as scratch:
         opening = open_experiment(
             experiment, scratch, None, fmi=fmi, arrays=arrays, prepared=prepared
@@ -215,7 +216,6 @@ def _with_settings(
     experiment: Experiment,
     compute: Compute | None,
     coupling: ModelCoupling | None,
-    realtime: bool,
 ) -> Experiment:
     """Return the experiment with the settings of the run.
 
@@ -225,8 +225,6 @@ def _with_settings(
     own = experiment.run
     compute, coupling = compute or own.compute, coupling or own.coupling
     RunSettings(compute=compute, coupling=coupling)  # checks the values
-    if realtime and coupling == "direct":
-        compute = "python"  # the C loop does not support real time
     return replace(experiment, run=own.copy_with(compute=compute, coupling=coupling))
 
 
@@ -292,9 +290,10 @@ def _write(result: SystemResult, written: list[str], folder: OutputFolder) -> No
     else:
         contents |= table_file(result, form)
     if isinstance(result, Result) and len(result.rows):
-        from cardsflow_fmu.results.report.run_figures import run_images  # matplotlib takes a second
+        if result.experiment.run.figures:
+            from cardsflow_fmu.results.report.run_figures import run_images  # imports matplotlib
 
-        contents |= run_images(result)
+            contents |= run_images(result)
         if result.experiment.run.recording == "mcap":
             from cardsflow_fmu.ros.recording import write_recording
 

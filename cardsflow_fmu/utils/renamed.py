@@ -6,8 +6,6 @@ import functools
 from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
-from addin_sdfusion.robot import InputError
-
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -60,6 +58,8 @@ def reject_arguments(**instead: str) -> Callable[[Callable[P, R]], Callable[P, R
         @functools.wraps(function)
         def called(*args: P.args, **options: P.kwargs) -> R:
             for name in instead.keys() & options.keys():
+                from addin_sdfusion.robot import InputError
+
                 raise InputError(f"is no longer an argument: {instead[name]}", key=name)
             return function(*args, **options)
 

@@ -55,8 +55,6 @@ def test_results_do_not_depend_on_compute_and_coupling(case: str) -> None:
 PLAIN = """
 import sys
 from cardsflow_fmu.cli.main import main
-from cardsflow_fmu.results.report import run_figures
-run_figures.image = lambda figure, form, mark: b""  # drawing takes most of the time
 assert main(["run", {example!r}, "--set", "run.duration=0.02", "-o", {folder!r}]) == 0
 print([name for name in sys.modules if name.startswith("cardsflow_fmu.hardware")])
 """

@@ -18,13 +18,14 @@ def test_robot_has_no_findings(example: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("drawn_figures")
 @pytest.mark.parametrize(
     ("example", "duration", "label"),
     [("hill_arm", 0.6, b"excitation"), ("pneumatic_elbow", 0.5, b"pressure [Pa]")],
 )
 def test_run_draws_a_figure(example: str, duration: float, label: bytes, tmp_path: Path) -> None:
-    experiment = Experiment.load(EXAMPLES / example, {"run.duration": duration})
+    experiment = Experiment.load(
+        EXAMPLES / example, {"run.duration": duration, "run.figures": True}
+    )
     run(experiment, tmp_path)
     assert (tmp_path / "tracking.png").stat().st_size > 1000
     assert label in (tmp_path / "tracking.svg").read_bytes()

@@ -138,9 +138,12 @@ def test_fmus_include_contacts_and_are_valid(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("drawn_figures")
 def test_run_draws_paths_and_contacts(tmp_path: Path) -> None:
-    run(Experiment.load(PICK_UP, {"run.duration": 0.05}), tmp_path, coupling="direct")
+    run(
+        Experiment.load(PICK_UP, {"run.duration": 0.05, "run.figures": True}),
+        tmp_path,
+        coupling="direct",
+    )
     assert (tmp_path / "world.png").read_bytes().startswith(b"\x89PNG")
     drawn = (tmp_path / "world.svg").read_text()
     assert "contact.left_finger" in drawn

@@ -103,9 +103,10 @@ def test_plant_converges_with_first_order() -> None:
     assert 0 < fine < 0.8 * coarse
 
 
-@pytest.mark.usefixtures("drawn_figures")
 def test_run_writes_readable_results(tmp_path: Path) -> None:
-    result = run(Experiment.load(PLANAR_2R, {"run.duration": 0.1}), tmp_path / "out")
+    result = run(
+        Experiment.load(PLANAR_2R, {"run.duration": 0.1, "run.figures": True}), tmp_path / "out"
+    )
     with (tmp_path / "out/results.csv").open() as file:
         names, *rows = csv.reader(file)
     assert names[0] == "time"

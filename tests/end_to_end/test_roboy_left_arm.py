@@ -125,9 +125,10 @@ def test_disturbance_acts_from_its_begin_to_its_end() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("drawn_figures")
 def test_approach_moves_from_the_start_to_the_flower(tmp_path: Path) -> None:
-    result = run(Experiment.load(ROBOY_LEFT_ARM, {"run.duration": 2.5}), tmp_path)
+    result = run(
+        Experiment.load(ROBOY_LEFT_ARM, {"run.duration": 2.5, "run.figures": True}), tmp_path
+    )
     y_d = result.columns([f"y_d.hand.{axis}" for axis in AXES])
     np.testing.assert_allclose(y_d[0], [0.5, -0.45, 0.4], atol=1e-6)
     np.testing.assert_allclose(y_d[2000], [0.6, -0.45, 0.45], atol=1e-9)

@@ -26,10 +26,11 @@ class RunSettings(Table):
     duration: Positive = setting("duration, in s (default: duration of the reference)", None)
     output: File = setting("results folder, relative to this file", "results")
     format: TableFormat = setting("file format of the results table", "csv")
+    figures: bool = setting("draw figures of the run, which takes a second", False)
     recording: RecordingFormat = setting("additional recording with ROS 2 messages", "none")
     compute: Compute = setting("language of the models: C where possible, or Python", "c")
     coupling: ModelCoupling = setting(
-        "run the models as FMUs, or directly: in one C loop if all models are in C", "fmu"
+        "run the models as FMUs, or couple the models directly", "fmu"
     )
     scheme: Scheme = setting(
         "coupling scheme: order in which participants compute a step", "sampled"

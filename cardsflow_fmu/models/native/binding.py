@@ -1,4 +1,4 @@
-"""Binding of the C functions in opened_model.h and native_loop.h."""
+"""Binding of the C functions in opened_model.h."""
 
 from __future__ import annotations
 
@@ -18,8 +18,7 @@ def native_library() -> ctypes.CDLL:
     """
     library = ctypes.CDLL(str(library_path()))
     pointer, count, size = ctypes.c_void_p, ctypes.c_int32, ctypes.c_size_t
-    double, text, long = ctypes.c_double, ctypes.c_char_p, ctypes.c_int64
-    table: list[Any] = [count, pointer]
+    double, text = ctypes.c_double, ctypes.c_char_p
     functions: dict[str, tuple[list[Any], Any]] = {
         "native_model_layout": ([count], text),
         "native_model_layout_hash": ([count], ctypes.c_uint32),
@@ -36,15 +35,6 @@ def native_library() -> ctypes.CDLL:
         "native_model_use": ([pointer, pointer, pointer], count),
         "native_model_array": ([pointer, text, pointer], ctypes.POINTER(double)),
         "native_model_message": ([pointer], text),
-        "native_loop_open": ([count, pointer], pointer),
-        "native_loop_close": ([pointer], None),
-        "native_loop_plan": (
-            [pointer, *table, *table, pointer, *table, count, pointer],
-            count,
-        ),
-        "native_loop_initialize": ([pointer], count),
-        "native_loop_run": ([pointer, double, long, long, pointer, pointer, pointer], count),
-        "native_loop_record": ([pointer, double, pointer], None),
     }
     for name, (arguments, result) in functions.items():
         function = getattr(library, name)

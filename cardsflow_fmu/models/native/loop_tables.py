@@ -1,4 +1,4 @@
-"""Tables of a loop in C: order of the models in a step, copied signals, recorded columns."""
+"""Tables of a loop in a browser: order of the models, copied signals, recorded columns."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cardsflow_fmu.cosim.coupling import Coupling
-from cardsflow_fmu.cosim.participant import WiredPorts
+from cardsflow_fmu.cosim.participant import Copy, WiredPorts
 from cardsflow_fmu.cosim.signals.ports import SOLVE_TIME
-from cardsflow_fmu.cosim.wiring import ConvertingCopy, Copy, Wiring, connect
+from cardsflow_fmu.cosim.wiring import Wiring, connect
 from cardsflow_fmu.utils.arrays import FloatArray
 
 
@@ -52,10 +52,9 @@ def loop_tables(
     turns, routes, changes = [], [], []
     for stage, group in enumerate(groups):
         for name in group:
-            incoming = [route for copy in copies[name] for route in _routes(copy, name, parts)]
-            turns.append((numbers[name], every[name], len(incoming), stage))
-            routes += [indices for indices, _ in incoming]
-            changes += [change for _, change in incoming]
+            turns.append((numbers[name], every[name], len(copies[name]), stage))
+            routes += [_route(copy, name, parts) for copy in copies[name]]
+            changes += [(copy.change.factor, copy.change.offset) for copy in copies[name]]
     timer = [
         (k, _variable_names(part).index(SOLVE_TIME))
         for k, part in enumerate(parts)
@@ -81,25 +80,11 @@ def _table(rows: Sequence[tuple[int, ...]], width: int) -> NDArray[np.int32]:
     return np.array(rows, dtype=np.int32).reshape(-1, width)
 
 
-def _routes(
-    copy: Copy, target: str, parts: Sequence[WiredPorts]
-) -> list[tuple[tuple[int, ...], tuple[float, float]]]:
-    """Return the routes of a copy.
-
-    A route consists of (source model, index, target model, index) and (factor, offset).
-    """
+def _route(copy: Copy, target: str, parts: Sequence[WiredPorts]) -> tuple[int, int, int, int]:
+    """Return source model, index, target model and index of a copy."""
     source = next(k for k, part in enumerate(parts) if part.outputs is copy.source)
     end = next(k for k, part in enumerate(parts) if part.name == target)
-    inputs = len(parts[source].input_names)
-    sources = np.arange(len(parts[source].output_names))[copy.source_indices] + inputs
-    targets = np.arange(len(parts[end].input_names))[copy.target_indices]
-    factors, offsets = np.ones(len(sources)), np.zeros(len(sources))
-    if isinstance(copy, ConvertingCopy):
-        factors, offsets = copy.factors, copy.offsets
-    return [
-        ((source, int(a), end, int(b)), (float(c), float(d)))
-        for a, b, c, d in zip(sources, targets, factors, offsets, strict=True)
-    ]
+    return source, len(parts[source].input_names) + copy.source_index, end, copy.target_index
 
 
 def _variable_names(part: WiredPorts) -> tuple[str, ...]:

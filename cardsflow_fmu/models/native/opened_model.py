@@ -9,11 +9,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from addin_sdfusion.robot import InputError, SimulationError
+from cardsflow_fmu.cosim.participant import CStep
 from cardsflow_fmu.cosim.signals.ports import Port
 from cardsflow_fmu.cosim.signals.variables import scalar_variables
 from cardsflow_fmu.runtime.derivatives import Indices
 from cardsflow_fmu.runtime.port_table import encode_port_table
 from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.utils.compiled.library import address
 from cardsflow_fmu.version import __version__
 
 from .binding import native_library
@@ -63,6 +65,12 @@ class OpenedModel:
         if self._library.native_model_initialize(self.handle, t):
             raise InputError(self.message)
 
+    @property
+    def c_step(self) -> CStep:
+        """Step of the model as a C function."""
+        assert self.handle.value is not None
+        return CStep(address(self._step), self.handle.value, self._step_error)
+
     def step(self, t: float, h: float) -> None:
         """Advance from t to t + h.
 
@@ -71,6 +79,9 @@ class OpenedModel:
         """
         if self._step(self.handle, t, h):
             raise SimulationError(self.message)
+
+    def _step_error(self, code: int, t: float) -> SimulationError:
+        return SimulationError(self.message)
 
     def get_state(self) -> bytes:
         """Return the state of the model that is not in `values`."""

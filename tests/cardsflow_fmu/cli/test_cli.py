@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import ast
+import builtins
 import contextlib
 import fcntl
 import io
@@ -17,6 +19,7 @@ import termios
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,8 +30,8 @@ from support.robots.robots import EXAMPLES, PLANAR_2R
 from support.small_studies import KP, write_study
 
 from cardsflow_fmu import Experiment, Result, run
-from cardsflow_fmu.cli.common import EXIT_CODES
 from cardsflow_fmu.cli.main import _parser, main
+from cardsflow_fmu.cli.parser import EXIT_CODES
 from cardsflow_fmu.utils.interrupts import collect_interrupts, raise_on_termination
 
 SHORT = ["--set", "run.duration=0.05"]
@@ -357,6 +360,54 @@ def test_interruption_that_a_library_replaces_is_exit_code_130(
     assert capsys.readouterr().err == "cardsflow: interrupted\n"
 
 
+@pytest.mark.parametrize("name", ["argparse", "addin_sdfusion.robot.files"])
+def test_interruption_of_an_import_prints_no_traceback(
+    name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """Imports of the program and of a command; a missing file reaches both."""
+    real = builtins.__import__
+
+    def interrupted(module: str, *arguments: Any, **options: Any) -> Any:
+        if module == name:
+            raise KeyboardInterrupt
+        return real(module, *arguments, **options)
+
+    monkeypatch.setattr(builtins, "__import__", interrupted)
+    code = main(["check", str(tmp_path / "missing.sdf")])
+    monkeypatch.undo()
+    assert code == 130
+    assert capsys.readouterr().err == "cardsflow: interrupted\n"
+
+
+LOADED = """
+import sys
+before = set(sys.modules)
+from cardsflow_fmu.cli.main import main
+program = set(sys.modules) - before
+try:
+    main(["--version"])
+except SystemExit:
+    print(sorted(program), "numpy" in sys.modules, "addin_sdfusion" in sys.modules)
+"""
+
+
+def test_start_of_the_program_imports_little() -> None:
+    """An interruption while the script imports `main` would print a traceback."""
+    words = [sys.executable, "-S", "-c", LOADED]
+    path = os.pathsep.join([str(Path(__file__).parents[3]), *sys.path])
+    found = subprocess.run(
+        words, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, check=True
+    )
+    program, *heavy = found.stdout.splitlines()[-1].rsplit(" ", 2)
+    assert heavy == ["False", "False"]
+    ours = [name for name in ast.literal_eval(program) if name.startswith("cardsflow_fmu")]
+    assert ours == ["cardsflow_fmu", "cardsflow_fmu.cli", "cardsflow_fmu.cli.main", VERSION]
+    assert not {"argparse", "traceback"} & set(ast.literal_eval(program))
+
+
+VERSION = "cardsflow_fmu.version"
+
+
 def test_interruption_ignored_in_the_background_stays_ignored() -> None:
     """A shell starts jobs of a script in the background with SIGINT ignored."""
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -418,7 +469,7 @@ import sys
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.cli.terminal import progress
 
-progress._DELAY = 0.0
+progress._DELAY, progress._REFRESH = 0.0, 0.005
 sys.exit(main(sys.argv[1:]))
 """
 """Program that also shows progress bars of short work."""

@@ -14,7 +14,7 @@ from support.cases import sample_cases
 from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
-from cardsflow_fmu.cli.main import _COMMANDS, _parser
+from cardsflow_fmu.cli.main import COMMANDS, _parser
 from cardsflow_fmu.cli.terminal.messages import print_error, print_note, quiet_messages
 from cardsflow_fmu.cli.terminal.streams import PrintableStream
 from cardsflow_fmu.utils.renamed import REMOVED_OPTIONS, RENAMED_OPTIONS
@@ -73,7 +73,7 @@ def test_shared_options_have_the_same_form() -> None:
 def test_help_groups_all_commands_by_task(cardsflow: CommandLine) -> None:
     code, out, _ = cardsflow("--help")
     assert code == 0
-    places = [out.index(f"\n{title}:\n") for title in _COMMANDS]
+    places = [out.index(f"\n{title}:\n") for title in COMMANDS]
     assert places == sorted(places)
     commands = {name.split()[0] for name, _ in ARGUMENTS}
     listed = set(re.findall(r"^  ([a-z-]+) ", out[places[0] : out.index("\nOptions:")], re.M))

@@ -15,10 +15,11 @@ from support.robots.robots import PLANAR_2R
 from addin_sdfusion.robot import SimulationError
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.cosim import master as master_module
 from cardsflow_fmu.cosim.coupling import Coupling
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.signals.ports import SOLVE_TIME
-from cardsflow_fmu.models import native_loop
+from cardsflow_fmu.cosim.stepper import Stepper
 from cardsflow_fmu.models.native_loop import NativeLoop
 from cardsflow_fmu.models.plant import PlantModel
 
@@ -82,19 +83,22 @@ def test_the_solve_time_of_a_tick_must_be_finite() -> None:
     assert "solve_time is not finite at t = 1.5 s: nan" in str(recording.failure)
 
 
-def test_rows_of_the_native_loop_are_checked(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rows_of_the_native_loop_are_checked() -> None:
     with NativeLoop(Experiment.load(PLANAR_2R, {"run.duration": 2.0})) as loop:
-        advance = NativeLoop._advance
+        plant = next(model for model in loop.models if isinstance(model, PlantModel))
 
-        def wrong(self: NativeLoop, count: int, rows: Any) -> Any:
-            failure = advance(self, count, rows)
-            rows[1500, 3] = math.nan
-            return failure
+        def spoil(done: int) -> None:
+            spoilt.append(done)
+            plant.outputs[length_of_cable_1(plant)] = math.nan
 
-        monkeypatch.setattr(NativeLoop, "_advance", wrong)
-        recording = loop.run()
-    assert f"{loop.names[3]} is not finite at t = 1.5 s: nan" in str(recording.failure)
-    assert len(recording.rows) == 1501
+        spoilt: list[int] = []
+        recording = loop.run(spoil)
+    assert f"l.cable_1 is not finite at t = {spoilt[0] * 1e-3:g} s: nan" in str(recording.failure)
+    assert len(recording.rows) == spoilt[0] + 1
+
+
+def length_of_cable_1(plant: PlantModel) -> int:
+    return [p.name for p in plant.ports if p.causality == "output"].index("l.cable_1")
 
 
 def no_constant(text: str) -> Any:
@@ -106,26 +110,25 @@ def test_a_run_with_an_infinite_value_is_incomplete_and_writes_valid_json(
     tmp_path: Path, cardsflow: CommandLine, monkeypatch: pytest.MonkeyPatch, at: int
 ) -> None:
     """The loop in C records the value, so that the summary would contain NaN."""
-    begin, advance = NativeLoop.__init__, NativeLoop._advance
 
-    def spoil(self: NativeLoop, done: int) -> None:
-        plant = next(model for model in self._models if isinstance(model, PlantModel))
-        names = [p.name for p in plant.ports if p.causality == "output"]
+    def spoil(stepper: Stepper, done: int) -> None:
+        plant = next(t.participant for t in stepper._turns if t.participant.name == "plant")
         if done >= at:
-            plant.outputs[names.index("l.cable_1")] = math.nan
+            plant.outputs[plant.output_names.index("l.cable_1")] = math.nan
 
-    def begun(self: NativeLoop, experiment: Experiment) -> None:
-        begin(self, experiment)
-        spoil(self, 0)
+    run, record = Stepper.run, Stepper.record
 
-    def advanced(self: NativeLoop, count: int, rows: Any) -> Any:
-        failure = advance(self, count, rows)
-        spoil(self, self._done)
-        return failure
+    def spoilt_run(self: Stepper, first: int, *arguments: Any) -> None:
+        spoil(self, first)
+        run(self, first, *arguments)
 
-    monkeypatch.setattr(native_loop, "_CHUNK", 1)
-    monkeypatch.setattr(NativeLoop, "__init__", begun)
-    monkeypatch.setattr(NativeLoop, "_advance", advanced)
+    def spoilt_record(self: Stepper, t: float, row: Any) -> None:
+        spoil(self, 20)
+        record(self, t, row)
+
+    monkeypatch.setattr(master_module, "_CHUNK", 1)
+    monkeypatch.setattr(Stepper, "run", spoilt_run)
+    monkeypatch.setattr(Stepper, "record", spoilt_record)
     words = ["--coupling", "direct", "-o", tmp_path, "--set", "run.duration=0.02", "--json"]
     code, out, err = cardsflow("run", PLANAR_2R, *words)
     assert code == 1

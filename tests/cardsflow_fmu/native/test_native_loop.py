@@ -68,7 +68,7 @@ def test_summary_has_engine_master_and_speed(tmp_path: Path) -> None:
         load("planar_2r", {"plant.engine": "dart"}), compute="python", coupling="direct"
     )
     assert direct.summary["engine"] == {"plant": "dart", "controller": "core"}
-    assert direct.summary["master"] == "Python, over objects"
+    assert direct.summary["master"] == "C, over objects"
 
 
 @pytest.mark.parametrize(
@@ -86,14 +86,16 @@ def test_unsupported_settings_are_reported_by_name(settings: dict[str, Any], mes
     with pytest.raises(InputError, match=rf"experiment\.toml: .*{message}.*; run it with `compute"):
         NativeLoop(experiment)
     summary = simulate(experiment, coupling="direct").summary
-    assert summary["master"] == "Python, over objects"
+    assert summary["master"] == "C, over objects"
     assert re.search(message, summary["not_in_c"]["loop"])
 
 
-def test_real_time_does_not_use_the_loop() -> None:
+def test_real_time_uses_the_loop() -> None:
     experiment = load("planar_2r", {"run.duration": 0.01})
-    summary = simulate(experiment, coupling="direct", realtime=True).summary
-    assert summary["master"] == "Python, over objects"
+    paced = simulate(experiment, coupling="direct", realtime=True)
+    assert paced.summary["master"] == "C"
+    assert paced.summary["real_time"]["steps"] == 11
+    np.testing.assert_array_equal(paced.rows, simulate(experiment, coupling="direct").rows)
 
 
 @pytest.mark.parametrize("key", ["plant.engine", "controller.engine"])

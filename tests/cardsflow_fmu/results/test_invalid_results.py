@@ -23,9 +23,10 @@ Change = Callable[[Path], object]
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory, drawn_figures: None) -> Path:
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("good") / "results"
-    run(Experiment.load(PLANAR_2R, {"run.duration": 0.1}), folder, coupling="direct")
+    settings = {"run.duration": 0.1, "run.figures": True}
+    run(Experiment.load(PLANAR_2R, settings), folder, coupling="direct")
     return folder
 
 

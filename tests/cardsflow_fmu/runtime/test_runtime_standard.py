@@ -94,7 +94,7 @@ def test_only_fmi_functions_are_exported() -> None:
     if nm is None or sys.platform != "linux":
         pytest.skip("no nm")
     for library, also in (
-        (library_path(), ("cardsflow_worker_", "native_loop_", "native_model_")),
+        (library_path(), ("cardsflow_worker_", "native_model_")),
         (library_path(native=True), ()),
     ):
         lines = run([nm, "-D", "--defined-only", str(library)]).splitlines()

@@ -1,7 +1,5 @@
-/* A closed loop of native models, stepped in C; native_loop.py uses it.
- *
- * The loop has the stages of the co-simulation master: before the models of a stage step, they receive the
- * outputs of the others. The tables below belong to the caller and must outlive the loop:
+/* A closed loop of native models in a browser: tables of numbers for the co-simulation master, which steps the
+ * models; see cosim/csrc/master.h. loop_tables.py creates the tables:
  *
  *     turns    model, number of base steps per step, number of its copies, number of its stage; in the
  *              order in which the models are stepped
@@ -21,7 +19,7 @@ struct native_loop;
 NATIVE_API struct native_loop *native_loop_open(int32_t count, struct opened_model *const *models);
 NATIVE_API void native_loop_close(struct native_loop *loop);
 
-/* Set the tables. Return 0, or nonzero if a number in them is invalid. The first `before` stages are
+/* Set the tables, once. Return 0, or nonzero if a number in them is invalid. The first `before` stages are
  * computed before a step is recorded, the others after it. `timer` is the model and the index of a value
  * that is recorded at every tick; or -1, -1. */
 NATIVE_API int native_loop_plan(struct native_loop *loop, int32_t turns_count, const int32_t *turns,
@@ -29,16 +27,10 @@ NATIVE_API int native_loop_plan(struct native_loop *loop, int32_t turns_count, c
                                 int32_t columns_count, const int32_t *columns, int32_t before,
                                 const int32_t *timer);
 
-/* Initialize the models, from the last one to the first. Return 0, or 1 + the model that failed. */
-NATIVE_API int native_loop_initialize(struct native_loop *loop);
-
 /* Run the steps `first` to `first + count - 1`, each of `step` s. Each step writes a row of 1 + columns
- * values into `rows` and a time into `times`. `done` is the number of completed steps, and of written rows.
- * Return 0, or 1 + the model that failed. */
+ * values into `rows`, and each tick a time into `times`. `done` is the number of completed steps, and of
+ * written rows. Return 0, or 1 + the model that failed. */
 NATIVE_API int native_loop_run(struct native_loop *loop, double step, int64_t first, int64_t count,
                                double *rows, double *times, int64_t done[2]);
-
-/* Write a row with the current values. */
-NATIVE_API void native_loop_record(const struct native_loop *loop, double time, double *row);
 
 #endif

@@ -77,7 +77,7 @@ def test_summary_of_a_system_contains_its_engines(
     build(Experiment.load(PLANAR_2R, SHORT | settings), tmp_path, compute=COMPUTE[native])
     summary = simulate_system(tmp_path / "system.ssp").summary
     assert summary["engine"] == dict(zip(("plant", "controller"), engines, strict=True))
-    assert summary["master"] == "Python, over FMUs"
+    assert summary["master"] == "C, over FMUs"
 
 
 def test_external_fmu_is_selected_by_name(system: Path, tmp_path: Path) -> None:

@@ -1,0 +1,142 @@
+#include "csv_rows.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { FRACTION = 52, BIAS = 1075, EXPONENTS = 0x7ff };
+
+struct decimal {
+    uint64_t digits; /* value = digits * 10^power */
+    int32_t power;
+};
+
+__extension__ typedef unsigned __int128 wide;
+
+/* Return the floor of x / 2^n, also for negative x. */
+static int32_t floor_shift(int32_t x, int n)
+{
+    return x >= 0 ? x >> n : -((-x + (1 << n) - 1) >> n);
+}
+
+/* Return the upper 64 bits of the product, rounded to odd. */
+static uint64_t round_to_odd(const struct csv_power *g, uint64_t factor)
+{
+    const uint64_t carry = (uint64_t)(((wide)g->low * factor) >> 64);
+    const wide product = (wide)g->high * factor + carry;
+    return (uint64_t)(product >> 64) | ((uint64_t)product > 1);
+}
+
+/* Return the shortest decimal that rounds to a positive, finite double; of several, the closest one. */
+static struct decimal shortest(const struct csv_power *powers, uint64_t fraction, int32_t exponent)
+{
+    const uint64_t c = exponent ? fraction | (uint64_t)1 << FRACTION : fraction;
+    const int32_t q = (exponent ? exponent : 1) - BIAS;
+    if (exponent && q <= 0 && q >= -FRACTION && !(c & (((uint64_t)1 << -q) - 1))) {
+        const struct decimal integer = {c >> -q, 0};
+        return integer;
+    }
+    const int is_even = !(c & 1), is_lower_closer = fraction == 0 && exponent > 1;
+    const int32_t k = floor_shift(q * 1262611 - (is_lower_closer ? 524031 : 0), 22);
+    const int32_t h = q + floor_shift(-k * 1741647, 19) + 1;
+    const struct csv_power *g = &powers[-k - CSV_MIN_POWER];
+    const uint64_t lower = round_to_odd(g, (4 * c - 2 + (uint64_t)is_lower_closer) << h) + !is_even;
+    const uint64_t middle = round_to_odd(g, 4 * c << h);
+    const uint64_t upper = round_to_odd(g, (4 * c + 2) << h) - !is_even;
+    const uint64_t s = middle / 4;
+    struct decimal found = {s, k};
+    if (s >= 10) {
+        const uint64_t tenth = s / 10;
+        const int is_below = lower <= 40 * tenth, is_above = 40 * tenth + 40 <= upper;
+        if (is_below != is_above) {
+            found.digits = tenth + (uint64_t)is_above;
+            found.power++;
+            return found;
+        }
+    }
+    const int is_below = lower <= 4 * s, is_above = 4 * s + 4 <= upper;
+    const int is_up = middle > 4 * s + 2 || (middle == 4 * s + 2 && (s & 1));
+    found.digits += (uint64_t)(is_below != is_above ? is_above : is_up);
+    return found;
+}
+
+static char *put(char *text, const char *from, int32_t count)
+{
+    memcpy(text, from, (size_t)count);
+    return text + count;
+}
+
+static char *put_zeros(char *text, int32_t count)
+{
+    memset(text, '0', (size_t)count);
+    return text + count;
+}
+
+static char *put_exponent(char *text, int32_t exponent)
+{
+    *text++ = 'e';
+    *text++ = exponent < 0 ? '-' : '+';
+    exponent = exponent < 0 ? -exponent : exponent;
+    if (exponent >= 100)
+        *text++ = (char)('0' + exponent / 100);
+    if (exponent >= 10)
+        *text++ = (char)('0' + exponent / 10 % 10);
+    *text++ = (char)('0' + exponent % 10);
+    return text;
+}
+
+/* Write digits * 10^power, with 10^(point - 1) <= value < 10^point. */
+static char *put_decimal(char *text, struct decimal value)
+{
+    char reversed[20], digits[20];
+    int32_t count = 0;
+    while (value.digits % 10 == 0) {
+        value.digits /= 10;
+        value.power++;
+    }
+    for (uint64_t rest = value.digits; rest; rest /= 10)
+        reversed[count++] = (char)('0' + rest % 10);
+    for (int32_t i = 0; i < count; i++)
+        digits[i] = reversed[count - 1 - i];
+    const int32_t point = count + value.power;
+    if (value.power >= 0 && point <= 16)
+        return put(put_zeros(put(text, digits, count), value.power), ".0", 2);
+    if (point > 0 && point <= 16) {
+        text = put(put(text, digits, point), ".", 1);
+        return put(text, digits + point, count - point);
+    }
+    if (point > -5 && point <= 0)
+        return put(put_zeros(put(text, "0.", 2), -point), digits, count);
+    text = put(text, digits, 1);
+    if (count > 1)
+        text = put(put(text, ".", 1), digits + 1, count - 1);
+    return put_exponent(text, point - 1);
+}
+
+static char *put_number(const struct csv_power *powers, double value, char *text)
+{
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    const uint64_t fraction = bits & (((uint64_t)1 << FRACTION) - 1);
+    const int32_t exponent = (int32_t)(bits >> FRACTION) & EXPONENTS;
+    if (exponent == EXPONENTS && fraction)
+        return put(text, "NaN", 3);
+    if (bits >> 63)
+        *text++ = '-';
+    if (exponent == EXPONENTS)
+        return put(text, "Infinity", 8);
+    if (!exponent && !fraction)
+        return put(text, "0.0", 3);
+    return put_decimal(text, shortest(powers, fraction, exponent));
+}
+
+size_t csv_rows(const struct csv_power *powers, const double *values, size_t rows, size_t columns, char *text)
+{
+    const char *begin = text;
+    for (size_t i = 0; i < rows; i++) {
+        for (size_t j = 0; j < columns; j++) {
+            text = put_number(powers, values[i * columns + j], text);
+            *text++ = j + 1 < columns ? ',' : '\n';
+        }
+    }
+    return (size_t)(text - begin) - (rows && columns); /* without the last newline */
+}
