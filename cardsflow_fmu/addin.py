@@ -11,6 +11,7 @@ import zipfile
 from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import addin_sdfusion
@@ -23,6 +24,21 @@ NAME = "addin_sdfusion"
 
 ADD_INS = Path("Autodesk/Autodesk Fusion 360/API/AddIns")
 """Fusion's folder of add-ins, relative to the application data folder of the system."""
+
+_ADD_INS_OF = {
+    "windows": "%APPDATA%\\Autodesk\\Autodesk Fusion 360\\API\\AddIns",
+    "mac": "~/Library/Application Support/Autodesk/Autodesk Fusion 360/API/AddIns",
+}
+"""Fusion's folder of add-ins on each system, as a user types it."""
+
+_INSTALL = """\
+CARDSFlow for Autodesk Fusion
+
+1. Copy the folder {name} to
+   {folder}
+2. Start Fusion, press Shift+S, select {name} in Add-Ins, and press Run.
+   The buttons are in Utilities > Add-Ins.
+"""
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
@@ -63,42 +79,51 @@ def install(folder: str | Path | None = None) -> Path:
     return target
 
 
-def zip_addin(file: str | Path) -> Path:
-    """Pack the add-in's folder; the archive of a version is reproducible.
+def pack_addin(
+    folder: str | Path, company: str = "", url: str = "", email: str = ""
+) -> tuple[Path, ...]:
+    """Pack the add-in: an archive for each system, and a bundle for Autodesk's App Store.
+
+    The archives of a version are reproducible. The archive of a system contains the add-in's folder
+    and INSTALL.txt.
 
     Args:
-        file: The archive; its folder is created if it does not exist.
+        folder: Folder of the archives; created if it does not exist.
+        company: Name of the publisher; the author of the add-in if empty.
+        url: Web page of the publisher; the store requires it.
+        email: Email address of the publisher; the store requires it.
+
+    Returns:
+        The archives.
 
     Raises:
-        InputError: The file cannot be written.
+        InputError: A file cannot be written.
     """
-    return _archive(file, {f"{NAME}/{path}": s.read_bytes() for path, s in _files().items()})
+    manifest = _manifest()
+    files = {path: source.read_bytes() for path, source in _files().items()}
+    stem = f"cardsflow-addin-{manifest['version']}"
+    made = []
+    for system in manifest["supportedOS"].split("|"):
+        own = json.dumps(manifest | {"supportedOS": system}, indent=4).encode()
+        contents = {f"{NAME}/{path}": data for path, data in files.items()}
+        contents[f"{NAME}/{NAME}.manifest"] = own
+        contents["INSTALL.txt"] = _INSTALL.format(folder=_ADD_INS_OF[system], name=NAME).encode()
+        made.append(_archive(Path(folder, f"{stem}-{system}.zip"), contents))
+    contents = {f"{BUNDLE}/Contents/{path}": data for path, data in files.items()}
+    described = _package_contents(manifest, company or manifest["author"], url, email)
+    contents[f"{BUNDLE}/PackageContents.xml"] = described.encode()
+    return (*made, _archive(Path(folder, f"{stem}-app-store.zip"), contents))
 
 
-def pack_addin(file: str | Path, company: str, url: str, email: str) -> Path:
-    """Pack the add-in as a bundle for Autodesk's App Store.
-
-    Args:
-        file: The archive, which contains `addin_sdfusion.bundle`.
-        company: Name of the publisher.
-        url: Web page of the publisher.
-        email: Email address of the publisher.
-
-    Raises:
-        InputError: An argument is empty, or the file cannot be written.
-    """
-    given = {"company": company, "url": url, "email": email}
-    for key, text in given.items():
-        if not text.strip():
-            raise InputError("must not be empty, since the store requires it", key=f"--{key}")
-    contents = {f"{BUNDLE}/Contents/{path}": s.read_bytes() for path, s in _files().items()}
-    contents[f"{BUNDLE}/PackageContents.xml"] = _package_contents(company, url, email).encode()
-    return _archive(file, contents)
+def _manifest() -> dict[str, Any]:
+    """Return the add-in's manifest."""
+    text = (Path(addin_sdfusion.__file__).parent / f"{NAME}.manifest").read_text("utf-8")
+    manifest: dict[str, Any] = json.loads(text)
+    return manifest
 
 
-def _package_contents(company: str, url: str, email: str) -> str:
+def _package_contents(manifest: Mapping[str, Any], company: str, url: str, email: str) -> str:
     """Return the store's XML description of the bundle, from the add-in's manifest."""
-    manifest = json.loads((Path(addin_sdfusion.__file__).parent / f"{NAME}.manifest").read_text())
     version, upgrade = manifest["version"], uuid.UUID(manifest["id"])
     product = uuid.uuid5(upgrade, version)  # differs between versions
     attributes = {
@@ -163,7 +188,7 @@ def _add_ins() -> Path:
     else:
         what = (
             "Fusion does not support this system; specify Fusion's folder of add-ins with "
-            "--folder, or pack the add-in with `cardsflow addin zip`"
+            "--folder, or pack the add-in with `cardsflow addin pack`"
         )
         raise InputError(what)
     folder = base / ADD_INS

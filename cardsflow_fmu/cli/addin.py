@@ -94,33 +94,32 @@ def add_addin(commands: Commands) -> None:
     parser = actions.add(
         "pack",
         _pack_addin,
-        "Pack the add-in as a bundle for Autodesk's App Store.",
-        "cardsflow addin pack -o bundle.zip --company Us --url https://example.org "
-        "--email us@example.org",
+        "Pack the add-in: an archive for each system, and a bundle for Autodesk's App Store.",
+        "cardsflow addin pack -o packed",
     )
-    add_output(parser, "the archive to write", required=True)
+    add_output(parser, "folder of the archives (default: the current folder)", metavar="FOLDER")
     for name, text in (
-        ("company", "the publisher"),
-        ("url", "web page of the publisher"),
-        ("email", "e-mail address for the store"),
+        ("company", "the publisher in the bundle (default: the author of the add-in)"),
+        ("url", "web page of the publisher, which the store requires (default: none)"),
+        ("email", "e-mail address for the store, which requires it (default: none)"),
     ):
-        parser.add_argument(f"--{name}", required=True, help=f"{text} (required)")
-    add_json(parser, "the file name")
-    parser = actions.add(
-        "zip",
-        _zip_addin,
-        "Pack the folder of the add-in, to be unpacked into Fusion's folder of add-ins.",
-        "cardsflow addin zip -o addin_sdfusion.zip",
-    )
-    add_output(parser, "the archive to write", required=True)
-    add_json(parser, "the file name")
+        parser.add_argument(f"--{name}", default="", help=text)
+    add_json(parser, "the file names")
 
 
 def _pack_addin(options: argparse.Namespace) -> int:
     from cardsflow_fmu.addin import pack_addin
 
-    file = pack_addin(options.output, options.company, options.url, options.email)
-    print_files([file], options.json)
+    given = {name: getattr(options, name).strip() for name in ("company", "url", "email")}
+    missing = [f"--{name}" for name in ("url", "email") if not given[name]]
+    notes = []
+    if missing:
+        notes.append(f"the store rejects the bundle without {' and '.join(missing)}")
+    files = pack_addin(options.output or Path(), **given)
+    if not options.json:
+        for note in notes:
+            print_warning(note)
+    print_files(files, options.json, notes=notes)
     return GOOD
 
 
@@ -128,13 +127,6 @@ def _install_addin(options: argparse.Namespace) -> int:
     from cardsflow_fmu.addin import install
 
     print_files([install(options.folder)], options.json)
-    return GOOD
-
-
-def _zip_addin(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.addin import zip_addin
-
-    print_files([zip_addin(options.output)], options.json)
     return GOOD
 
 

@@ -229,24 +229,41 @@ def test_folder_is_required_on_linux(source, monkeypatch, capsys):
     assert main(["addin", "install"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "--folder" in line
-    assert "cardsflow addin zip" in line
+    assert "cardsflow addin pack" in line
 
 
-def test_archive_is_reproducible(tmp_path, source):
-    first = addin.zip_addin(tmp_path / "a/first.zip").read_bytes()
-    for path in source.rglob("*"):
-        path.touch()
-    assert main(["addin", "zip", "-o", str(tmp_path / "second.zip")]) == 0
-    assert (tmp_path / "second.zip").read_bytes() == first
-    with zipfile.ZipFile(tmp_path / "second.zip") as archive:
-        assert archive.namelist() == [f"addin_sdfusion/{path}" for path in sorted(FILES)]
+def test_archives_are_reproducible(tmp_path, capsys):
+    packed = addin.pack_addin(tmp_path / "a/first")
+    folder = tmp_path / "second"
+    assert main(["addin", "pack", "-o", str(folder)]) == 0
+    printed = capsys.readouterr()
+    assert printed.out.split() == [str(folder / file.name) for file in packed]
+    assert "the store rejects the bundle without --url and --email" in printed.err
+    for file in packed:
+        assert (folder / file.name).read_bytes() == file.read_bytes()
+
+
+@pytest.mark.parametrize(("system", "below"), [("windows", "APPDATA"), ("mac", "~/Library")])
+def test_each_system_has_an_archive(tmp_path, system, below):
+    (file,) = [f for f in addin.pack_addin(tmp_path) if f.name.endswith(f"-{system}.zip")]
+    with zipfile.ZipFile(file) as archive:
         assert archive.testzip() is None
+        assert {name.partition("/")[0] for name in archive.namelist()} == {
+            "addin_sdfusion",
+            "INSTALL.txt",
+        }
+        manifest = json.loads(archive.read("addin_sdfusion/addin_sdfusion.manifest"))
+        assert below in archive.read("INSTALL.txt").decode()
+        archive.extractall(tmp_path / "AddIns")
+    assert manifest["supportedOS"] == system
+    target = addin.install(tmp_path / "AddIns")  # replaces the copy, because it is the same add-in
+    assert (target / "addin_sdfusion.py").is_file()
 
 
 @pytest.mark.slow
 def test_packed_add_in_runs_without_other_packages(tmp_path):
     """Only the standard library is required."""
-    with zipfile.ZipFile(addin.zip_addin(tmp_path / "addin.zip")) as archive:
+    with zipfile.ZipFile(addin.pack_addin(tmp_path)[0]) as archive:
         archive.extractall(tmp_path)
     path = f"import sys; sys.path.insert(0, {str(tmp_path)!r})"
     script = f"{path}; import addin_sdfusion.exporting.export as e"
@@ -265,9 +282,10 @@ def test_installed_add_in_is_complete_and_can_be_replaced(tmp_path):
 
 def test_store_bundle_contains_the_add_in_and_required_files(tmp_path, capsys):
     words = ["--company", "Us & Co", "--url", "https://example.org", "--email", "a@example.org"]
-    file = tmp_path / "bundle.zip"
-    assert main(["addin", "pack", "-o", str(file), *words]) == 0
-    assert capsys.readouterr().out.split() == [str(file)]
+    assert main(["addin", "pack", "-o", str(tmp_path), *words]) == 0
+    printed = capsys.readouterr()
+    *_, file = map(Path, printed.out.split())
+    assert printed.err == ""
     manifest = json.loads((PACKAGE / "addin_sdfusion.manifest").read_text())
     with zipfile.ZipFile(file) as archive:
         names = set(archive.namelist())
@@ -281,7 +299,3 @@ def test_store_bundle_contains_the_add_in_and_required_files(tmp_path, capsys):
     assert root.get("ProductCode") != root.get("UpgradeCode")
     assert root.find("CompanyDetails").get("Name") == "Us & Co"
     assert root.find("Components/RuntimeRequirements").get("OS") == "Win64|Mac"
-    again = addin.pack_addin(tmp_path / "again.zip", "Us & Co", *words[3::2])
-    assert again.read_bytes() == file.read_bytes()
-    with pytest.raises(InputError, match="--email"):
-        addin.pack_addin(tmp_path / "b.zip", "Us", "https://example.org", " ")
