@@ -17,6 +17,7 @@ from xml.etree import ElementTree
 import addin_sdfusion
 from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.files import read_file, write_files
+from addin_sdfusion.robot.json_text import json_text
 
 BUNDLE = "addin_sdfusion.bundle"
 NAME = "addin_sdfusion"
@@ -104,7 +105,7 @@ def pack_addin(
     stem = f"cardsflow-addin-{manifest['version']}"
     made = []
     for system in manifest["supportedOS"].split("|"):
-        own = json.dumps(manifest | {"supportedOS": system}, indent=4).encode()
+        own = json_text(manifest | {"supportedOS": system}, indent=4).encode()
         contents = {f"{NAME}/{path}": data for path, data in files.items()}
         contents[f"{NAME}/{NAME}.manifest"] = own
         contents["INSTALL.txt"] = _INSTALL.format(folder=_ADD_INS_OF[system], name=NAME).encode()
