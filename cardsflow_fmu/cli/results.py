@@ -137,14 +137,15 @@ def convert_recording(options: argparse.Namespace) -> int:
     if file.suffix == ".csv":
         from cardsflow_fmu.experiment.recorded_motion import write_motion
 
-        print_files([write_motion(options.robot, file)], options.json)
+        written = write_motion(options.robot, file, overwrite=options.overwrite)
+        print_files([written], options.json)
         return GOOD
     if file.suffix != ".mcap":
         raise UnknownNameError("format", file.name, ["run.mcap", "motion.csv"], key="--to")
     from cardsflow_fmu.ros.recording import convert_run
 
     with show_progress("convert"):
-        recorded = convert_run(options.robot, file)
+        recorded = convert_run(options.robot, file, overwrite=options.overwrite)
     if not options.json:
         for note in recorded.notes:
             print_warning(note)

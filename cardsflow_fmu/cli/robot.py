@@ -113,6 +113,7 @@ def add_convert(commands: Commands) -> None:
         "results, motion.csv for the joint states of a recording (required)",
     )
     add_output(parser, "folder for the robot (required for a format)", metavar="FOLDER")
+    add_overwrite(parser)
     _add_repair(parser)
     add_json(parser, "files and findings")
     add_verbose(parser)
@@ -315,6 +316,7 @@ def _convert(options: argparse.Namespace) -> int:
                 trajectories,
                 mesh_folder=reading.files[0].parent,
                 sources=reading.files,
+                overwrite=options.overwrite,
             )
         findings += lost
     except RobotError as error:

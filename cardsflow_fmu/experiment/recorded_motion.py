@@ -88,12 +88,13 @@ def read_recorded(
         raise
 
 
-def write_motion(recording: Path, file: Path) -> Path:
+def write_motion(recording: Path, file: Path, *, overwrite: bool = False) -> Path:
     """Write the joint states of a ROS 2 recording as a table of times, positions and velocities.
 
     Args:
         recording: A .mcap or .db3 file, or a rosbag2 folder.
-        file: The .csv file; an existing file is not overwritten.
+        file: The .csv file.
+        overwrite: Whether to replace an existing file.
 
     Raises:
         InputError: There are no joint states, or the file exists or cannot be written.
@@ -102,8 +103,8 @@ def write_motion(recording: Path, file: Path) -> Path:
         raise InputError(
             f"is not a ROS 2 recording ({', '.join(RECORDINGS)}, or a folder)", file=recording
         )
-    if file.exists():
-        raise InputError("already exists; choose another name", file=file)
+    if file.exists() and not overwrite:
+        raise InputError("already exists; choose another name or use --overwrite", file=file)
     columns = read_joint_states(recording).columns()
     rows = np.stack(list(columns.values()), axis=1)
     return write_files(file.parent, {file.name: csv_text(list(columns), rows)})[0]

@@ -52,19 +52,20 @@ class McapRecording(NamedTuple):
     notes: tuple[str, ...]
 
 
-def convert_run(path: str | Path, file: str | Path) -> McapRecording:
+def convert_run(path: str | Path, file: str | Path, *, overwrite: bool = False) -> McapRecording:
     """Convert the results of a run, or a hardware recording, to an MCAP file.
 
     Args:
         path: Results folder of a run, its table, or a hardware.rec.
-        file: MCAP file to write. A file that this program has written is overwritten.
+        file: MCAP file to write. A file that CARDSFlow has written is overwritten.
+        overwrite: Whether to replace a file that CARDSFlow did not write.
 
     Raises:
         InputError: There is no run, a package of the extra `ros2` is missing, or the file cannot be
             written.
     """
     require_ros("--to")
-    target = output_file(file, (SUFFIX,))
+    target = output_file(file, (SUFFIX,), overwrite=overwrite)
     with _opened_run_data(Path(path)) as run:
         return write_recording(run, target)
 

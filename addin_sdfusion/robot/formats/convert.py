@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import filecmp
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -11,6 +12,7 @@ from typing import NamedTuple
 
 from ..checks.check import require_valid
 from ..errors import InputError, UnknownNameError
+from ..files import file_error
 from ..finding import Finding, Subject, errors_first
 from ..finding_builders import all_task_frames, warning
 from ..model.robot import WORLD, Robot
@@ -240,6 +242,7 @@ def convert(
     *,
     mesh_folder: Path | None = None,
     sources: Sequence[Path] = (),
+    overwrite: bool = False,
 ) -> Conversion:
     """Write a robot in another format.
 
@@ -250,24 +253,49 @@ def convert(
         trajectories: Trajectories of the robot; only CASPR files can hold them.
         mesh_folder: Folder of the robot file; meshes in it are copied. None copies no meshes.
         sources: Files that the robot was read from; they are never overwritten.
+        overwrite: Whether to replace existing files that have other contents.
 
     Raises:
         UnknownNameError: The format does not exist.
         RobotError: The robot has errors, or the format cannot hold it.
-        InputError: The folder cannot be written, or a source would be overwritten.
+        InputError: The folder cannot be written, a source would be overwritten, or an existing file
+            has other contents.
     """
     meshes = None if mesh_folder is None else CarriedMeshes.of(robot, mesh_folder)
     chosen = format_of(format_, trajectories, meshes)
-    inputs = {file.resolve() for file in sources}
-    if any(file.parent == Path(folder).resolve() for file in inputs):
-        with tempfile.TemporaryDirectory() as aside:
-            files = convert_to(chosen, robot, aside).files
-            places = [Path(folder) / file.relative_to(aside) for file in files]
-        taken = next((place for place in places if place.resolve() in inputs), None)
-        if taken is not None:
-            what = "is an input of the conversion and is not overwritten; choose another folder"
-            raise InputError(what, file=taken)
+    if Path(folder).is_dir():
+        _require_free_places(chosen, robot, Path(folder), sources, overwrite=overwrite)
     return convert_to(chosen, robot, folder)
+
+
+def _require_free_places(
+    format_: Format, robot: Robot, folder: Path, sources: Sequence[Path], *, overwrite: bool
+) -> None:
+    """Reject a conversion that would overwrite a source or a file with other contents."""
+    inputs = {file.resolve() for file in sources}
+    with tempfile.TemporaryDirectory() as aside:
+        for file in convert_to(format_, robot, aside).files:
+            place = folder / file.relative_to(aside)
+            if place.resolve() in inputs:
+                what = "is an input of the conversion and is not overwritten; choose another folder"
+                raise InputError(what, file=place)
+            if not overwrite and place.exists() and not _have_equal_contents(place, file):
+                what = (
+                    "already exists with other contents; choose another folder or use --overwrite"
+                )
+                raise InputError(what, file=place)
+
+
+def _have_equal_contents(first: Path, second: Path) -> bool:
+    """Return whether two files have equal contents.
+
+    Raises:
+        InputError: The first file cannot be read.
+    """
+    try:
+        return first.is_file() and filecmp.cmp(first, second, shallow=False)
+    except OSError as error:
+        raise file_error(error, "cannot be read", first) from None
 
 
 def convert_to(format_: Format, robot: Robot, folder: str | Path) -> Conversion:

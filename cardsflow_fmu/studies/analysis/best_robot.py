@@ -34,7 +34,7 @@ def write_best(experiment: Experiment, folder: Path) -> list[str]:
     trajectories, unread = read_trajectories(experiment.robot_path)
     for format_, moves in (("sdf", []), ("caspr", trajectories)):
         try:
-            findings = convert(robot, format_, folder / format_, moves).findings
+            findings = convert(robot, format_, folder / format_, moves, overwrite=True).findings
             findings += unread if format_ == "caspr" else []
             notes += [f"{format_}: {finding}" for finding in findings]
         except CardsflowError as error:

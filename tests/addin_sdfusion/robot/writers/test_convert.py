@@ -103,6 +103,23 @@ def test_source_files_are_not_overwritten(format_: str, tmp_path: Path) -> None:
     convert(reading.require(), format_, tmp_path / "new", sources=reading.files)
 
 
+@pytest.mark.parametrize("format_", FORMATS)
+def test_file_with_other_contents_is_overwritten_only_on_request(
+    format_: str, tmp_path: Path
+) -> None:
+    robot = one_link(muscles=[cable((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))])
+    file = convert(robot, format_, tmp_path).files[0]
+    assert convert(robot, format_, tmp_path).files[0] == file  # equal contents are no conflict
+    written = file.read_bytes()
+    file.write_bytes(b"notes of a user")
+    with pytest.raises(InputError, match="already exists with other contents") as caught:
+        convert(robot, format_, tmp_path)
+    assert caught.value.file == file
+    assert file.read_bytes() == b"notes of a user"
+    convert(robot, format_, tmp_path, overwrite=True)
+    assert file.read_bytes() == written
+
+
 @pytest.mark.parametrize("name", ["a/b", "..\\a", "n" * 201])
 @pytest.mark.parametrize("format_", FORMATS)
 def test_invalid_file_name_is_reported_as_error(format_: str, name: str, tmp_path: Path) -> None:

@@ -104,7 +104,7 @@ def _in_opensim(robot: Robot, folder: Path) -> None:
 
     theirs, ours = OpenSimRobot(robot, folder), DartDynamics(_bare(robot))
     theirs.without_forces()
-    findings = convert(robot, "osim", folder).findings
+    findings = convert(robot, "osim", folder, overwrite=True).findings
     for q, qd in _states(robot):
         theirs.move(q, qd)
         _near(theirs.mass_matrix, ours.mass_matrix(q))
@@ -114,7 +114,7 @@ def _in_opensim(robot: Robot, folder: Path) -> None:
 
 def _in_caspr(robot: Robot, folder: Path) -> None:
     """Return the result of reading the CASPR files again."""
-    findings = convert(robot, "caspr", folder).findings
+    findings = convert(robot, "caspr", folder, overwrite=True).findings
     again = read_robot(folder, robot.cable_set or None)
     theirs, ours = DartDynamics(again), DartDynamics(_bare(robot))
     for q, qd in _states(robot):
@@ -125,7 +125,9 @@ def _in_caspr(robot: Robot, folder: Path) -> None:
 
 def _in_pinocchio(robot: Robot, folder: Path) -> None:
     pinocchio = pytest.importorskip("pinocchio", reason="needs the extra pinocchio, for tests")
-    (file,) = (f for f in convert(robot, "urdf", folder).files if f.suffix == ".urdf")
+    (file,) = (
+        f for f in convert(robot, "urdf", folder, overwrite=True).files if f.suffix == ".urdf"
+    )
     model = pinocchio.buildModelFromXML(file.read_text(encoding="utf-8"))
     model.gravity.linear = np.array(robot.gravity)
     data, ours = model.createData(), DartDynamics(_bare(robot))
@@ -150,10 +152,10 @@ def _in_mujoco(robot: Robot, folder: Path) -> None:
     if rejected:
         assert rejected == {"inertia-triangle"}  # physically impossible inertias
         with pytest.raises(RobotError) as refusal:
-            convert(robot, "mjcf", folder)
+            convert(robot, "mjcf", folder, overwrite=True)
         assert "--repair" not in str(refusal.value)  # these robots are repaired
         return
-    done = convert(robot, "mjcf", folder)
+    done = convert(robot, "mjcf", folder, overwrite=True)
     model = mujoco.MjModel.from_xml_path(str(done.files[0]))
     data, ours = mujoco.MjData(model), DartDynamics(_bare(robot))
     order = [model.joint(name).dofadr[0] for name in ours.coordinate_names]
@@ -173,7 +175,7 @@ def _in_drake(robot: Robot, folder: Path) -> None:
     from support.oracles.drake_model import DrakeRobot
 
     robot = _as_drake_has_it(robot)
-    done = convert(robot, "sdf", folder)
+    done = convert(robot, "sdf", folder, overwrite=True)
     (file,) = (f for f in done.files if f.name == "model.sdf")
     theirs, ours = DrakeRobot(read_robot(file), file), DartDynamics(robot)
     damping = np.array([c.damping for c in robot.coordinates])
