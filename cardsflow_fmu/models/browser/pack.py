@@ -78,6 +78,8 @@ def engine_data(experiment: Experiment) -> bytes:
         "models": packer.models,
         "loops": loops,
         "missing": missing,
+        "gains": [{"name": name, "value": value} for name, value in packer.gains.items()],
+        "hasSensors": experiment.estimator is not None,
         "space": experiment.controller.space,
         **_robot(robot),
         "inertias": packer.add_array(link_moments(experiment.robot)),
@@ -94,6 +96,7 @@ class _Packer:
     Attributes:
         models: Header entries of the models.
         contents: Bytes of files and arrays.
+        gains: Gains of all controllers, by the name of their parameter.
     """
 
     def __init__(self, experiment: Experiment) -> None:
@@ -101,6 +104,7 @@ class _Packer:
         self._numbers: dict[bytes, int] = {}
         self.models: list[dict[str, Any]] = []
         self.contents = b""
+        self.gains: dict[str, float] = {}
         every = round(experiment.controller.period / experiment.run.step)
         self.every = dict.fromkeys(experiment.columns, 1) | {"controller": every}
 
@@ -151,9 +155,12 @@ class _Packer:
                 package=__version__,
                 step=experiment.run.step,
             )
+            groups = model.groups(experiment)
             self._numbers[key] = len(self.models)
+            for gain in (*groups.get("kp", ()), *groups.get("kd", ())):
+                self.gains[gain.name] = gain.start
             places = field_places(name, file)
-            groups = {
+            places_of = {
                 group: [place.start, place.stop - place.start]
                 for group, place in model.places.items()
             }
@@ -165,7 +172,7 @@ class _Packer:
                     "names": [port.name for port in model.ports],
                     "units": [port.unit or "" for port in model.ports],
                     "outputs": [model.inputs.size, model.outputs.size],
-                    "groups": groups,
+                    "groups": places_of,
                     "fields": {field: places[field] for field in _FIELDS if field in places},
                 }
             )
@@ -176,6 +183,9 @@ def _robot(robot: Robot) -> dict[str, Any]:
     """Return names, units and ranges for controls."""
     ranges = [command_range(muscle.model) for muscle in robot.muscles]
     return {
+        "gravity": list(robot.gravity),
+        "mass": sum(link.inertia.mass for link in robot.links),
+        "hasFriction": any(muscle.friction for muscle in robot.muscles),
         "muscles": [
             {
                 "name": muscle.name,

@@ -19,15 +19,16 @@ def replay_page(acts: Sequence[Act]) -> str:
     """Return a page that shows motions side by side, with player controls."""
     title = " and ".join(act.title for act in acts)
     data = base64.b64encode(encode(acts)).decode()
-    script = "\n".join(_part(name) for name in _SCRIPTS)
+    script = "\n".join(page_part(name) for name in _SCRIPTS)
     return html_page(
         title,
-        _part("page.css"),
+        page_part("page.css"),
         "<noscript>This replay requires JavaScript; allow scripts for this page.</noscript>",
         f'<script type="text/plain" id="motion">{data}</script>',
         f"<script>\n'use strict';\n{script}</script>",
     )
 
 
-def _part(name: str) -> str:
+def page_part(name: str) -> str:
+    """Return a script or style sheet of pages."""
     return (_PARTS / name).read_text(encoding="utf-8")

@@ -97,4 +97,4 @@ async function start() {
   requestAnimationFrame(drawFrame);
 }
 
-start().catch(error => { element("div", document.body, { className: "message", textContent: `The replay cannot be shown: ${error.message}.` }); });
+if (!document.getElementById("engine")) start().catch(error => { element("div", document.body, { className: "message", textContent: `The replay cannot be shown: ${error.message}.` }); });

@@ -1,0 +1,225 @@
+// Starts the simulation in the page and draws its frames.
+
+class Play {
+  constructor(motion, data, client, drawing) {
+    const [act] = motion.acts, numbers = new Map(client.setup.links.map((link, i) => [link, i]));
+    Object.assign(this, { motion, data, client, act, shapes: act.shapes, ramp: motion.ramp });
+    this.stiffness = Math.max(10, 40 * client.setup.mass / act.reach);
+    this.targetRadius = 0.02 * act.reach;
+    this.muscles = new Map(client.setup.muscles.map(({ name }, i) => [`muscles/${name}`, i]));
+    for (const shape of act.shapes) {
+      const link = data.links[shape.name];
+      if (link !== undefined) {
+        shape.link = numbers.get(link);
+        shape.local = this.locals(shape.points.numbers, client.frame.poses, shape.link);
+      }
+      if (shape.kind === "Label") shape.coordinate = client.setup.coordinates.findIndex(c => shape.name.endsWith(`/${c.name}`));
+    }
+    const group = motion.groups.indexOf("muscles"), forces = motion.groups.indexOf("forces");
+    const still = (kind, name, colour, radius, where) => ({ kind, name, group: where, radius,
+      points: { rows: 1, columns: 6, numbers: new Float32Array(6) }, colours: { rows: 1, columns: 3, numbers: Float32Array.from(colour) } });
+    this.extra = {
+      spring: still("Line", "spring", [235, 140, 20], 0.004 * act.reach, group),
+      force: still("Arrow", "force", [235, 140, 20], 0.006 * act.reach, forces),
+      target: still("Sphere", "target", [30, 150, 90], this.targetRadius, group),
+    };
+    this.force = element("div", document.body, { className: "label", hidden: true });
+    this.played = playAct({ ...act, time: [0] }, 0, 1, drawing);
+    this.played.act.shapes = act.shapes;
+  }
+
+  pose(link, poses = this.client.frame.poses) { return poses.subarray(12 * link, 12 * link + 12); }
+
+  locals(points, poses, link) {
+    const local = new Float32Array(points.length), T = this.pose(link, poses);
+    for (let i = 0; i < points.length; i += 3)
+      for (let j = 0; j < 3; j++)
+        for (let k = 0; k < 3; k++) local[i + j] += T[3 * k + j] * (points[i + k] - T[9 + k]);
+    return local;
+  }
+
+  inLink(link, place) { return Array.from(this.locals(Float32Array.from(place), this.client.frame.poses, link)); }
+
+  // Moves all shapes to a frame of the simulation.
+  update(frame) {
+    let at = 0;
+    const paths = Array.from(frame.pathSizes, size => frame.paths.subarray(3 * at, 3 * (at += size)));
+    for (const shape of this.shapes) {
+      if (shape.link !== undefined) {
+        const T = this.pose(shape.link, frame.poses), { local } = shape, points = shape.points.numbers;
+        for (let i = 0; i < local.length; i += 3)
+          for (let j = 0; j < 3; j++)
+            points[i + j] = T[9 + j] + T[3 * j] * local[i] + T[3 * j + 1] * local[i + 1] + T[3 * j + 2] * local[i + 2];
+      }
+      const muscle = this.muscles.get(shape.name);
+      if (muscle !== undefined) this.setPoints(shape, paths[muscle], this.colour(muscle, frame.tensions[muscle]));
+      if (shape.coordinate >= 0) shape.values.numbers[0] = frame.q[shape.coordinate];
+    }
+    this.updateExtras(frame);
+  }
+
+  setPoints(shape, numbers, colour) {
+    shape.points = { rows: 1, columns: numbers.length, numbers };
+    shape.now = new Float32Array(numbers.length);
+    if (colour) shape.colours = { rows: 1, columns: 3, numbers: Float32Array.from(colour) };
+  }
+
+  colour(muscle, tension) {
+    const [low, high] = this.data.tensions[muscle], last = this.ramp.length - 1;
+    const part = high > low ? Math.max(0, Math.min(1, (tension - low) / (high - low))) : 0;
+    return this.ramp[Math.round(part * last)];
+  }
+
+  updateExtras({ pull, mode }) {
+    const shapes = [], { spring, force, target } = this.extra;
+    if (pull && this.spring) {
+      const size = Math.hypot(...pull.force), end = sum(pull.point, pull.force, 0.15 * this.act.reach / Math.max(size, 1e-9));
+      this.setPoints(spring, Float32Array.from([...pull.point, ...this.spring]));
+      this.setPoints(force, Float32Array.from([...pull.point, ...end]));
+      shapes.push(spring, force);
+    }
+    const point = mode === "task" && this.targetPoint();
+    if (point) {
+      this.setPoints(target, Float32Array.from(point));
+      shapes.push(target);
+    }
+    this.played.act.shapes = [...this.shapes, ...shapes];
+  }
+
+  // Returns the indices of x, y, z of the first end-effector point among the tasks; -1 if it is not a task.
+  axes() {
+    const [first] = this.client.setup.tasks, name = first && first.name.replace(/\.[xyz]$/, "");
+    return ["x", "y", "z"].map(axis => this.client.setup.tasks.findIndex(task => task.name === `${name}.${axis}`));
+  }
+
+  // Returns the target in the scene: the tasks, and the current place along other axes.
+  targetPoint() {
+    const { frame } = this.client;
+    if (frame.mode !== "task" || !frame.target) return null;
+    const axes = this.axes(), now = this.data.hand ? this.handNow() : [0, 0, 0];
+    return axes.some(k => k >= 0) ? axes.map((k, i) => k >= 0 ? frame.target[k] : now[i]) : null;
+  }
+
+  handNow() {
+    const { link, position } = this.data.hand, T = this.pose(link);
+    return [0, 1, 2].map(i => T[9 + i] + dot(Array.from(T.subarray(3 * i, 3 * i + 3)), position));
+  }
+
+  moveTarget(place) {
+    const goal = Array.from(this.client.frame.target);
+    this.axes().forEach((k, i) => { if (k >= 0) goal[k] = place[i]; });
+    this.panel.do(this.client.setTask(goal));
+  }
+
+  // Shows the newtons of the spring next to the pulled point.
+  showForce({ pull }, camera, canvas) {
+    this.force.hidden = !pull;
+    if (!pull) return;
+    const { view } = camera.uniforms(canvas.clientWidth / Math.max(canvas.clientHeight, 1)), place = project(view, pull.point);
+    if (!place) return;
+    this.force.textContent = `${short(Math.hypot(...pull.force))} N`;
+    this.force.style.transform = `translate(${place[0] * canvas.clientWidth + 12}px, ${place[1] * canvas.clientHeight - 24}px)`;
+  }
+}
+
+const SHORTCUTS = [
+  ["Space", "play or pause"], [". and ,", "one step forward or back"], ["Backspace", "reset"],
+  ["← and →", "0.1 s back or forward"], ["+ and -", "faster or slower"], ["1 to 4", "drive mode"],
+  ["drag a link", "pull it with a spring"], ["drag the green ball", "move the end effector's target"],
+  ["drag elsewhere", "turn the view; with Shift: move it"], ["?", "this help"],
+];
+
+function addHelp() {
+  const help = element("div", document.body, { className: "help", hidden: true });
+  for (const [keys, textContent] of SHORTCUTS) {
+    const row = element("div", help);
+    element("kbd", row, { textContent: keys });
+    element("span", row, { textContent });
+  }
+  help.addEventListener("click", () => { help.hidden = true; });
+  return help;
+}
+
+// Adds play, step, reset, history and speed; returns a function that shows a frame.
+function addPlayBar(client, panel) {
+  const bar = element("div", document.body, { className: "bar playing" }), help = addHelp();
+  const button = (textContent, ariaLabel, act) => {
+    const made = element("button", bar, { textContent, ariaLabel, title: ariaLabel });
+    made.addEventListener("click", () => { act(); made.blur(); });
+    return made;
+  };
+  const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
+  const at = step => Math.max(client.frame.first, Math.min(client.frame.last, step));
+  const goTo = step => panel.do(client.goTo(at(step)));
+  const toggle = () => panel.do(client.frame.playing ? client.pause() : client.play());
+  const next = () => panel.do(client.stepOnce()), back = () => goTo(client.frame.step - 1);
+  const reset = () => panel.do(client.reset());
+  const play = button("▶", "play", toggle);
+  button("❘◀", "one step back", back);
+  button("▶❘", "one step", next);
+  button("↺", "reset", reset);
+  const slider = element("input", bar, { type: "range", min: 0, max: 0, step: 1, ariaLabel: "history" });
+  slider.addEventListener("input", () => goTo(slider.valueAsNumber));
+  const output = element("output", bar), speed = element("select", bar, { ariaLabel: "speed" });
+  for (const factor of SPEEDS) element("option", speed, { value: factor, textContent: `${factor} x`, selected: factor === 1 });
+  const setSpeed = factor => { speed.value = factor; panel.do(client.setSpeed(factor)); };
+  speed.addEventListener("change", () => setSpeed(Number(speed.value)));
+  button("?", "help", () => { help.hidden = !help.hidden; });
+  const tenth = Math.max(1, Math.round(0.1 / client.setup.step));
+  const faster = by => setSpeed(SPEEDS[Math.max(0, Math.min(SPEEDS.length - 1, SPEEDS.indexOf(Number(speed.value)) + by))]);
+  const keys = {
+    " ": toggle, ".": next, ",": back, Backspace: reset, "+": () => faster(1), "-": () => faster(-1),
+    ArrowLeft: () => goTo(client.frame.step - tenth), ArrowRight: () => goTo(client.frame.step + tenth),
+    "?": () => { help.hidden = !help.hidden; }, Escape: () => { help.hidden = true; },
+  };
+  Object.keys(MODE_NAMES).forEach((mode, i) => { keys[i + 1] = () => panel.do(client.setMode(mode)); });
+  addEventListener("keydown", event => {
+    if (event.target !== document.body || event.ctrlKey || event.metaKey || !keys[event.key]) return;
+    event.preventDefault();
+    keys[event.key]();
+  });
+  return frame => {
+    play.textContent = frame.playing ? "❚❚" : "▶";
+    Object.assign(slider, { min: frame.first, max: frame.last, value: frame.step });
+    output.textContent = `${frame.time.toFixed(3)} s`;
+  };
+}
+
+async function startPlay() {
+  const text = id => document.getElementById(id).textContent;
+  const canvas = element("canvas", document.body), drawing = new Drawing(canvas);
+  const motion = await unpack(text("motion"));
+  const client = await EngineClient.open(text("engine"), text("engine-script"));
+  const play = new Play(motion, JSON.parse(text("play")), client, drawing);
+  const panel = play.panel = new PlayPanel(client, play.data);
+  let stale = true;
+  const changed = () => { stale = true; };
+  play.shown = addSwitches(motion, changed);
+  const { clientWidth, clientHeight } = play.played.box;
+  const camera = new Camera(play.played.world, clientWidth / clientHeight || 1);
+  handlePulling(canvas, camera, play);
+  camera.handleInput(canvas, changed);
+  const pointer = trackPointer(canvas, changed);
+  addEventListener("resize", changed);
+  const showBar = addPlayBar(client, panel);
+  client.onframe = changed;
+  client.onfailure = message => { panel.failure = `${message}; step back or reset`; panel.showStatus(); };
+  const draw = () => {
+    if (stale) {
+      stale = false;
+      const { frame } = client;
+      play.update(frame);
+      showBar(frame);
+      panel.show(frame);
+      drawing.begin();
+      drawAct(play.played, 0, 1, drawing, camera, play.shown, 0, pointer);
+      play.showForce(frame, camera, canvas);
+      document.body.dataset.drawn = frame.time;
+    }
+    requestAnimationFrame(draw);
+  };
+  requestAnimationFrame(draw);
+  window.play = Object.assign(play, { camera });
+}
+
+startPlay().catch(error => { element("div", document.body, { className: "message", textContent: `The simulation cannot start: ${error.message}.` }); });

@@ -1,0 +1,164 @@
+// Panel of a page that simulates: drive mode, targets, commands, live changes, table of muscles.
+
+const finiteOr = (value, other) => value === null || !Number.isFinite(value) ? other : value;
+
+// Adds a slider; returns { set(value), input }.
+function addSlider(into, name, unit, low, high, value, changed) {
+  const label = element("label", into), title = element("span", label, { textContent: name, title: name });
+  const input = element("input", label, { type: "range", min: low, max: high, step: "any", value, ariaLabel: name });
+  const output = element("output", label), show = () => { output.textContent = `${short(input.valueAsNumber)} ${unit}`; };
+  input.addEventListener("input", () => { show(); changed(input.valueAsNumber); });
+  show();
+  return { input, title, set: number => { if (document.activeElement !== input) { input.value = number; show(); } } };
+}
+
+const MODE_NAMES = { reference: "follow the reference", joints: "hold joint targets", task: "drag the end effector", muscles: "muscle commands" };
+
+class PlayPanel {
+  constructor(client, data) {
+    Object.assign(this, { client, data, setup: client.setup });
+    this.box = element("details", document.body, { className: "play", open: innerWidth > 700 });
+    element("summary", this.box, { textContent: "Play" });
+    this.status = element("div", this.box, { className: "status" });
+    this.addModes();
+    this.targets = element("fieldset", this.box);
+    this.addChanges();
+    this.addMuscles();
+    this.addFiles();
+  }
+
+  // Shows the message of a failed call, until the next call succeeds.
+  async do(promise) {
+    try {
+      const result = await promise;
+      this.failure = "";
+      return result;
+    } catch (error) {
+      this.failure = error.message;
+    } finally {
+      this.showStatus();
+    }
+    return undefined;
+  }
+
+  addModes() {
+    const field = element("fieldset", this.box);
+    element("legend", field, { textContent: "Drive" });
+    this.modes = {};
+    for (const mode of Object.keys(MODE_NAMES)) {
+      const label = element("label", field), possible = this.setup.modes.includes(mode);
+      const input = element("input", label, { type: "radio", name: "mode", value: mode, disabled: !possible });
+      element("span", label, { textContent: MODE_NAMES[mode] });
+      if (!possible) label.title = this.setup.missing[mode];
+      input.addEventListener("change", () => this.do(this.client.setMode(mode)));
+      this.modes[mode] = input;
+    }
+  }
+
+  // Shows the sliders of a mode; called when the mode has changed.
+  showTargets(frame) {
+    this.mode = frame.mode;
+    this.modes[frame.mode].checked = true;
+    this.targets.replaceChildren();
+    this.sliders = [];
+    const { coordinates, tasks, muscles } = this.setup, values = Array.from(frame.target || frame.commands);
+    const send = () => this.do(frame.mode === "muscles" ? this.client.setMuscles(values) : this.client.setJoints(values));
+    const add = (name, unit, low, high, i) =>
+      this.sliders.push(addSlider(this.targets, name, unit, low, high, values[i], value => { values[i] = value; send(); }));
+    this.values = values;
+    if (frame.mode === "joints")
+      coordinates.forEach(({ name, unit, lower, upper }, i) =>
+        add(name, unit, finiteOr(lower, values[i] - 3), finiteOr(upper, values[i] + 3), i));
+    if (frame.mode === "task") tasks.forEach(({ name, unit }, i) => add(name, unit, values[i] - 0.5, values[i] + 0.5, i));
+    if (frame.mode === "muscles")
+      muscles.forEach(({ name, unit, low, high }, i) => {
+        if (this.setup.commanded.includes(i)) add(name, unit, finiteOr(low, 0), finiteOr(high, Math.max(100, 3 * values[i])), i);
+      });
+  }
+
+  addChanges() {
+    const field = element("fieldset", this.box), { gravity } = this.setup;
+    element("legend", field, { textContent: "Change" });
+    const label = element("label", field), on = element("input", label, { type: "checkbox", checked: true, name: "gravity" });
+    element("span", label, { textContent: "gravity" });
+    on.addEventListener("change", () => this.do(this.client.set("robot.gravity", on.checked ? null : [0, 0, 0])));
+    const scale = (name, key, high) => addSlider(field, name, "x", 0.2, high, 1, value => this.do(this.setAll(key, value)));
+    scale("mass", "mass", 3);
+    if (this.setup.hasFriction) scale("cable friction", "friction", 5);
+    if (this.setup.hasSensors) addSlider(field, "sensor noise", "x", 0, 10, 1, value => this.do(this.client.set("noise", value)));
+    for (const gain of ["kp", "kd"])
+      addSlider(field, gain, "x", 0.1, 4, 1, value => this.do(this.setGains(gain, value)));
+  }
+
+  async setAll(kind, value) {
+    const names = kind === "mass" ? this.setup.links : this.setup.muscles.map(muscle => muscle.name);
+    const factor = value === 1 ? null : value;
+    for (const name of names) await this.client.set(`plant.${kind}_scale.${name}`, factor);
+  }
+
+  async setGains(gain, factor) {
+    for (const { name, value } of this.setup.gains)
+      if (name.startsWith(`${gain}.`)) await this.client.set(`controller.${name}`, factor === 1 ? null : factor * value);
+  }
+
+  addMuscles() {
+    const field = element("fieldset", this.box), table = element("table", field);
+    element("legend", field, { textContent: "Muscles" });
+    const head = element("tr", table);
+    for (const textContent of ["name", "N", "command", "cut"]) element("th", head, { textContent });
+    this.rows = this.setup.muscles.map(({ name }) => {
+      const row = element("tr", table);
+      element("td", row, { textContent: name, title: name });
+      const tension = element("td", row), command = element("td", row);
+      const cut = element("input", element("td", row), { type: "checkbox", ariaLabel: `cut ${name}` });
+      cut.addEventListener("change", () => this.do(this.client.set(`plant.tension_scale.${name}`, cut.checked ? 0 : null)));
+      return { tension, command };
+    });
+  }
+
+  addFiles() {
+    const field = element("fieldset", this.box);
+    const button = (textContent, act) => element("button", field, { textContent }).addEventListener("click", act);
+    button("Copy command", () => this.do(navigator.clipboard.writeText(this.command())));
+    button("Save state", async () => {
+      const state = await this.do(this.client.getState());
+      if (!state) return;
+      const link = element("a", field, { href: URL.createObjectURL(new Blob([state])), download: "state.json" });
+      link.click();
+      link.remove();
+    });
+    const file = element("input", field, { type: "file", accept: ".json", hidden: true });
+    button("Load state", () => file.click());
+    file.addEventListener("change", async () => {
+      if (file.files[0]) await this.do(this.client.setState(new Uint8Array(await file.files[0].arrayBuffer())));
+      file.value = "";
+    });
+  }
+
+  // Returns the command that runs the experiment with the live changes.
+  command() {
+    const quote = word => /^[\w./=-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`;
+    return ["cardsflow", "run", this.data.path, ...this.client.options()].map(quote).join(" ");
+  }
+
+  show(frame) {
+    if (frame.mode !== this.mode) this.showTargets(frame);
+    if (frame.mode === "task" && frame.target) frame.target.forEach((x, i) => { this.values[i] = x; this.sliders[i].set(x); });
+    this.rows.forEach(({ tension, command }, i) => {
+      const { low, high } = this.setup.muscles[i], u = frame.commands[i];
+      tension.textContent = short(frame.tensions[i]);
+      command.textContent = short(u);
+      command.className = u <= low || high !== null && u >= high ? "bound" : "";
+    });
+    this.showStatus(frame);
+  }
+
+  showStatus(frame = this.client.frame) {
+    const { infeasible, notConverged } = frame.status;
+    const text = this.failure || (infeasible ? "the muscles cannot produce the required torque" :
+      notConverged ? "the solver did not converge" :
+      frame.behind > 0.05 ? `slower than real time: ${Math.round(100 * (1 - frame.behind))} %` : "");
+    this.status.textContent = text;
+    this.status.className = this.failure || infeasible ? "status bad" : "status";
+  }
+}

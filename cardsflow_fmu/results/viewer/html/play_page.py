@@ -1,0 +1,103 @@
+"""Self-contained HTML page that simulates an experiment: plant and controller run in the page."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterator
+from typing import Any
+
+from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot.json_text import json_text
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.models.browser.pack import engine_text
+from cardsflow_fmu.results.viewer.scene import shapes
+from cardsflow_fmu.results.viewer.scene.act import Act
+from cardsflow_fmu.results.viewer.scene.meshes import link_meshes
+from cardsflow_fmu.results.viewer.scene.motion import Motion
+from cardsflow_fmu.results.viewer.scene.stage import Stage
+from cardsflow_fmu.utils.html_page import html_page
+
+from .page import page_part
+from .page_data import encode
+
+_WORKER = (
+    *("engine_module.js", "engine_drawing.js", "engine_changes.js", "engine.js"),
+    "engine_worker.js",
+)
+_SCRIPTS = (
+    *("decode.js", "bodies.js", "drawing.js", "camera.js", "controls.js", "replay.js"),
+    *("engine_client.js", "play_panel.js", "play_pointer.js", "play.js"),
+)
+
+
+def play_page(experiment: Experiment) -> str:
+    """Return a page in which a user drives the robot, pulls it and changes it.
+
+    Args:
+        experiment: The experiment.
+
+    Raises:
+        InputError: The experiment requires Python, DART or hardware, or the compiler is missing.
+    """
+    engine = engine_text(experiment)
+    robot = experiment.robot
+    meshes = link_meshes(robot, experiment.folder, experiment.roots)
+    stage = Stage(robot, Motion.still(experiment.start.q), meshes)
+    act = Act(stage, experiment.name, tuple(experiment.warnings()))
+    motion = base64.b64encode(encode([act])).decode()
+    extra = {
+        "links": dict(_links_of_shapes(robot, stage)),
+        "tensions": [list(stage.tension_range(i)) for i in range(len(robot.muscles))],
+        "muscleRadius": 0.004 * stage.reach,
+        "hand": _hand(robot),
+        "path": experiment.file.parent.as_posix(),
+    }
+    texts = {"motion": motion, "engine": engine, "play": _escaped(json_text(extra))}
+    texts["engine-script"] = "\n".join(map(page_part, _WORKER))
+    script = "\n".join(map(page_part, _SCRIPTS))
+    return html_page(
+        f"{experiment.name} - play",
+        page_part("page.css") + page_part("play.css"),
+        "<noscript>This page requires JavaScript; allow scripts for it.</noscript>",
+        *(f'<script type="text/plain" id="{id_}">{text}</script>' for id_, text in texts.items()),
+        f"<script>\n'use strict';\n{script}</script>",
+        simulates=True,
+    )
+
+
+def _hand(robot: Robot) -> dict[str, Any] | None:
+    """Return link and position of the first end-effector point, or None."""
+    names = [link.name for link in robot.links]
+    for frame in robot.task_frames:
+        if not frame.is_orientation and frame.link in names:
+            return {"link": names.index(frame.link), "position": list(frame.position)}
+    return None
+
+
+def _escaped(text: str) -> str:
+    """Return JSON that cannot end a script element."""
+    return text.replace("<", "\\u003c")
+
+
+def _links_of_shapes(robot: Robot, stage: Stage) -> Iterator[tuple[str, str]]:
+    """Yield the name of each shape that moves with a link, and the link."""
+    children = {joint.name: joint.child for joint in robot.joints}
+    parts = {
+        shapes.WRAP_SURFACES: {s.name: s.link for s in robot.wrap_surfaces},
+        shapes.VIA_POINTS: {
+            f"{muscle.name}/{v}": point.link
+            for muscle in robot.muscles
+            for v, point in enumerate(muscle.via_points)
+        },
+        shapes.LINK_FRAMES: {link.name: link.name for link in robot.links},
+        shapes.JOINT_FRAMES: children,
+        shapes.JOINT_VALUES: {c.name: j.child for j in robot.joints for c in j.coordinates},
+        shapes.LINKS: {f"joint {name}": child for name, child in children.items()},
+    }
+    names = [link.name for link in robot.links]
+    for shape in stage.scene(0):
+        link = parts.get(shape.group, {}).get(shape.key)
+        if link is None and shape.group == shapes.LINKS:
+            link = shape.key.rpartition("/")[0]
+        if link in names:
+            yield shape.name, link
