@@ -26,6 +26,7 @@ COMMANDS = {
     "Simulate": {
         "run": "run.add_run",
         "build": "run.add_build",
+        "play": "view.add_play",
         "view": "view.add_view",
         "report": "results.add_report",
         "plot": "results.add_plot",

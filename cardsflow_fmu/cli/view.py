@@ -17,6 +17,8 @@ from .common import (
     add_cable_set,
     add_json,
     add_overwrite,
+    add_settings,
+    parse_settings,
     print_files,
     print_findings,
 )
@@ -66,6 +68,66 @@ def add_view(commands: Commands) -> None:
     add_overwrite(parser)
     add_live_options(parser)
     add_json(parser, "the file names of --html and --rrd")
+
+
+def add_play(commands: Commands) -> None:
+    """Add `play`."""
+    parser = commands.add(
+        "play",
+        _play,
+        "Drive, pull and change a simulated robot in the browser.",
+        "cardsflow play examples/roboy_left_arm",
+        "The page contains plant and controller; with --html it works without CARDSFlow.",
+    )
+    parser.add_argument(
+        "thing",
+        type=Path,
+        help=f"an experiment.toml or the folder that contains it; or {ROBOT_FILE}",
+    )
+    add_settings(parser)
+    parser.add_argument(
+        "--html",
+        type=Path,
+        metavar="FILE",
+        help="write a self-contained HTML page; open no browser (default: none)",
+    )
+    add_overwrite(parser)
+    add_live_options(parser)
+    add_json(parser, "the file name of --html")
+
+
+def _play(options: argparse.Namespace) -> int:
+    from cardsflow_fmu.results.viewer.html.play_page import play_page
+    from cardsflow_fmu.results.viewer.view import PAGES
+    from cardsflow_fmu.simulation.play import playable
+    from cardsflow_fmu.utils.overwrite import output_file, write_output
+
+    html = options.html and output_file(options.html, PAGES, overwrite=options.overwrite)
+    with playable(options.thing, parse_settings(options.set), _print_line) as experiment:
+        page = play_page(experiment)
+    if html:
+        print_files([write_output(html, page)], options.json)
+    elif options.json:
+        raise InputError("needs --html", key="--json")
+    else:
+        _serve(page, options)
+    return GOOD
+
+
+def _serve(page: str, options: argparse.Namespace) -> None:
+    """Serve a page until Ctrl-C."""
+    import time
+    import webbrowser
+
+    from cardsflow_fmu.results.viewer.live.page_server import served_page
+    from cardsflow_fmu.results.viewer.view import catch_interrupt
+
+    with catch_interrupt() as ended, served_page(page, options.port) as address:
+        _print_line(f"{address}  (press Ctrl-C to stop)")
+        if not options.no_browser:
+            webbrowser.open(address)
+        while not ended():
+            time.sleep(0.1)
 
 
 def add_live_options(parser: argparse.ArgumentParser) -> None:

@@ -117,6 +117,7 @@ MISSING = {
     ("addin", "install"): ["--folder", "a/file"],
     ("addin", "zip"): ["-o", "a/file/archive.zip"],
     ("addin", "pack"): ["-o", "a/file/bundle.zip", *PUBLISHER],
+    ("play",): ["nowhere", "--html", "page.html"],
     ("view",): ["nowhere", "--html", "page.html"],
     ("plot",): ["nowhere"],
     ("compare",): ["nowhere", "nowhere"],

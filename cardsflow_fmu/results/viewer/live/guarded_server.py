@@ -17,6 +17,8 @@ from urllib.parse import urlsplit
 from addin_sdfusion.robot import InputError
 
 if TYPE_CHECKING:
+    from email.message import Message
+
     from websockets.datastructures import Headers  # dependency of viser
 
 HOST = "127.0.0.1"
@@ -64,9 +66,9 @@ def guarded_server(port: int) -> Any:
     return opened
 
 
-def is_local_request(headers: Headers) -> bool:
+def is_local_request(headers: Headers | Message) -> bool:
     """Return whether a request has a local host name and does not come from another web site."""
-    hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
+    hosts, origins = headers.get_all("Host") or [], headers.get_all("Origin") or []
     if len(hosts) != 1 or len(origins) > 1 or _host_name(hosts[0]) not in _NAMES:
         return False
     return not origins or origins[0] == f"http://{hosts[0]}"
