@@ -81,6 +81,8 @@ def _study(options: argparse.Namespace) -> int:
     if options.json:
         print(summary_text(result.summary), end="")
     else:
+        for warning in result.summary["warnings"]:
+            print_warning(warning)
         _print(result)
     has_found = study.optimise is None or result.summary["best"] is not None
     return GOOD if result.summary["complete"] and has_found else FAILED

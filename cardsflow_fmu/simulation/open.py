@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from addin_sdfusion.robot import Finding
 from cardsflow_fmu.cosim.described_fmu import DescribedFmu
 from cardsflow_fmu.cosim.external_fmu import AdaptedFmu, without_missing_loads
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
@@ -25,6 +26,7 @@ from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.models.by_role import model_class
 from cardsflow_fmu.models.direct_participant import DirectParticipant, IdleParticipant
 from cardsflow_fmu.results.analysis.observable import observability_warnings, observed_poses
+from cardsflow_fmu.results.analysis.plausibility import plausibility_findings
 from cardsflow_fmu.results.files import EXPERIMENT, RECORDING_FILE, Contents
 from cardsflow_fmu.results.saved_run import experiment_archive
 from cardsflow_fmu.results.summary import Speed, summarize
@@ -62,6 +64,7 @@ class OpenExperiment:
         contents: Other files of the results folder, by name; empty without a folder.
         streamed: Names of files that participants write into the folder.
         observed: Observability of the reference poses; see `analysis.observable`.
+        findings: Findings on unlikely input; empty without a folder.
     """
 
     experiment: Experiment
@@ -69,6 +72,7 @@ class OpenExperiment:
     contents: Contents
     streamed: list[str]
     observed: dict[str, Any]
+    findings: Sequence[Finding]
 
     @property
     def step(self) -> float:
@@ -81,9 +85,14 @@ class OpenExperiment:
         return self.experiment.hardware if self.experiment.hardware.use else None
 
     def summary(self, recording: Recording, speed: Speed) -> dict[str, Any]:
-        """Return the summary of a recording, with warnings about unobservable poses."""
+        """Return the summary of a recording, with all warnings that were known before the run."""
         summary = summarize(self.experiment, recording, speed, self.observed)
-        summary["warnings"] = [*observability_warnings(self.observed), *summary["warnings"]]
+        unlikely = [finding.located for finding in self.findings]
+        summary["warnings"] = [
+            *observability_warnings(self.observed),
+            *unlikely,
+            *summary["warnings"],
+        ]
         return summary
 
     def result(self, recording: Recording, summary: dict[str, Any]) -> Result:
@@ -144,7 +153,8 @@ def open_experiment(
             participants[role] = _adapt(driven, role, participant)
         loop = _master(driven, participants)
         observed = {} if driven.estimator is None else observed_poses(driven)
-        yield OpenExperiment(driven, loop, contents, streamed, observed)
+        findings = [] if folder is None else plausibility_findings(experiment)
+        yield OpenExperiment(driven, loop, contents, streamed, observed, findings)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # as in a run

@@ -14,6 +14,7 @@ from typing import Any
 from addin_sdfusion.robot import CardsflowError, InputError
 from addin_sdfusion.robot.files import write_files
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.results.analysis.plausibility import experiment_warnings
 from cardsflow_fmu.simulation.build import build
 from cardsflow_fmu.utils.interrupts import INTERRUPTED
 
@@ -235,6 +236,7 @@ def _write_results(study: Study, work: _StudyRun, search: Search | None) -> Stud
     collected = collect(columns, rows())
     units = metric_units(study.metrics, _tracking_unit(work.base))
     summary = study_summary(study, collected, rows)
+    summary["warnings"] = experiment_warnings(work.base)
     folder = work.files.folder
     runs = work.expanded() if search is None else (run for run, _ in search.runs)
     if others := len(work.files.hashes().difference(run.hash for run in runs)):

@@ -14,6 +14,7 @@ from sim_dart import control_dynamics
 
 from .moment_arms import sign_changes
 
+_STORED = "_plausibility_findings"
 _POINTS = 200  # of a reference in joint space
 _POSES = 20  # of a reference in operational space, for which inverse kinematics takes longer
 _TOLERANCE = 1e-3, 1e-2
@@ -22,6 +23,19 @@ _TOLERANCE = 1e-3, 1e-2
 
 def plausibility_findings(experiment: Experiment) -> list[Finding]:
     """Return the findings on an experiment that a run prints before its first step."""
+    stored = vars(experiment)  # as a cached property; searching sign changes takes seconds
+    if _STORED not in stored:
+        stored[_STORED] = _find(experiment)
+    return stored[_STORED]  # type: ignore[no-any-return]
+
+
+def experiment_warnings(experiment: Experiment) -> list[str]:
+    """Return all warnings that are known before a run of an experiment, one line each."""
+    unlikely = [finding.located for finding in plausibility_findings(experiment)]
+    return [*experiment.warnings(), *unlikely]
+
+
+def _find(experiment: Experiment) -> list[Finding]:
     robots = [part.robot for part in experiment.parts] or [experiment.robot]
     dynamics = control_dynamics(experiment.robot, may_be_singular=True)
     return [

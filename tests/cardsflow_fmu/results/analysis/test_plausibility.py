@@ -30,7 +30,7 @@ from addin_sdfusion.robot import (
 from addin_sdfusion.robot import (
     check as check_description,
 )
-from cardsflow_fmu import check
+from cardsflow_fmu import Experiment, check, run
 from cardsflow_fmu.results.analysis.moment_arms import SIGN_CHANGE
 
 Y = (0.0, 1.0, 0.0)
@@ -213,6 +213,22 @@ def test_reference_outside_limits_is_a_warning(
         found = [line for line in text.splitlines() if "[reference-" in line]
         assert len(found) == bool(said)
         assert said in "".join(found)
+
+
+def test_summaries_of_runs_and_studies_contain_the_warning(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    file = write_experiment(tmp_path, arm(), 0.0, 1.5, 0.0)
+    expected = "outside its limits -1 to 1; change the reference or the limits"
+    result = run(Experiment.load(file, {"run.accept": "any"}), coupling="direct")
+    (warning,) = [line for line in result.summary["warnings"] if "its reference" in line]
+    assert expected in warning
+    (tmp_path / "study.toml").write_text(
+        'experiment = "experiment.toml"\nmetrics = ["tracking.rms"]\n'
+        '[[vary]]\npath = "controller.kp"\nvalues = [1.0]\n'
+    )
+    out, err = cardsflow("study", tmp_path / "study.toml", "-j", "1")[1:]
+    assert expected in err, out
 
 
 @pytest.mark.parametrize("motor", [False, True])
