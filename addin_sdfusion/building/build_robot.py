@@ -14,6 +14,7 @@ from ..robot.model.joint import Joint
 from ..robot.model.pose import Pose
 from ..robot.model.robot import Link, Robot
 from ..snapshot import BodySnapshot, DesignSnapshot, bare_name
+from ..snapshot.mass_properties import link_inertia
 from .design_checks import (
     body_findings,
     design_notes,
@@ -26,7 +27,6 @@ from .design_checks import (
 from .joints.couplings import add_couplings
 from .joints.edges import Edges, find_edges, grounded_links, pinned_links
 from .links.links import Links, find_links, is_link_group
-from .links.mass_properties import link_inertia
 from .links.masses import Masses, compute_masses
 from .overrides import override_joint_settings, override_masses
 from .robot_findings import add_robot_findings

@@ -11,8 +11,8 @@ from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import error, listed, warning
 from ..robot.model.robot import Robot
 from ..snapshot import LINK_PREFIX, ROOT, DesignSnapshot, PointSnapshot, SurfaceSnapshot
+from ..snapshot.mass_properties import Part
 from .links.links import Links, in_name_order
-from .links.mass_properties import Part
 
 _HIGHER = 2.0  # minimum ratio of the extents of the links along y and z that suggests y is up
 

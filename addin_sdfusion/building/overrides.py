@@ -11,7 +11,7 @@ from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import error, unknown, warning
 from ..robot.model.joint import Coordinate, Joint
 from ..settings import ExportSettings, JointSettings, LinkSettings
-from .links.mass_properties import Part
+from ..snapshot.mass_properties import Part
 
 
 def override_masses(

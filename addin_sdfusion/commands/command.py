@@ -40,6 +40,11 @@ class Window:
     """
 
     def __init__(self, inputs: Inputs, design: Any) -> None:
+        """Read the design; the inputs do not exist before `on_open`.
+
+        Raises:
+            Cancelled: The user cancelled the reading; the dialog does not open.
+        """
         self.inputs = inputs
         self.design = design
 
@@ -133,7 +138,8 @@ class Command:
             return
         command = args.command
         inputs = Inputs(command, self.dialog)
-        window = self._open_window(inputs, design)
+        window = self._open_window(inputs, design)  # may be cancelled while it reads the design
+        inputs.create()
         command.helpFile = str(Path(__file__).parent / "help.html")
         command.isRepeatable = True
         command.isExecutedWhenPreEmpted = False  # another command must not confirm the dialog

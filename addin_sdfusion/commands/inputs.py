@@ -67,8 +67,12 @@ class Inputs:
         self._by_id: dict[str, Any] = {}
         self._tables: dict[str, _Table] = {}
         self._texts: dict[str, str] = {}
-        for item in dialog.inputs:
-            self._add(command.commandInputs, item)
+        self._command, self._dialog = command, dialog
+
+    def create(self) -> None:
+        """Create the inputs in the dialog; until then it has none, and Fusion does not show it."""
+        for item in self._dialog.inputs:
+            self._add(self._command.commandInputs, item)
 
     def __getitem__(self, name: str) -> Any:
         return self._by_id[name]

@@ -48,19 +48,22 @@ def read(design: Any, *, weighed_for: str = "") -> Reading:
     Args:
         design: The design.
         weighed_for: Title of the progress dialog of the mass calculation; empty to omit masses.
+
+    Raises:
+        Cancelled: The user cancelled the mass calculation.
     """
     if not weighed_for:
-        return _reading(read_design(design, meshes=False, masses=None))
-    shown = ProgressDialog(weighed_for, cancellable=False)
+        return _reading(read_design(design, meshes=False, masses=False))
+    shown = ProgressDialog(weighed_for)
     try:
-        return _reading(read_design(design, meshes=False, masses="high", progress=shown))
+        return _reading(read_design(design, meshes=False, progress=shown))
     finally:
         shown.hide()
 
 
 def with_meshes(reading: Reading, design: Any, progress: Progress) -> DesignSnapshot:
     """Return the snapshot with meshes and with the masses that were already calculated."""
-    snapshot, weighed = read_design(design, masses=None, progress=progress), reading.snapshot
+    snapshot, weighed = read_design(design, masses=False, progress=progress), reading.snapshot
     return replace(
         snapshot,
         bodies=tuple(

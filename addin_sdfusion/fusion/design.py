@@ -31,7 +31,7 @@ from ..snapshot import (
     SurfaceSnapshot,
 )
 from .bodies.bodies import count_bodies, read_bodies
-from .bodies.mass import Accuracy, read_mass
+from .bodies.mass import Weigher
 from .bodies.meshes import Mesher
 from .inserted import attributes_of_designs, read_kept
 from .instances import Instances
@@ -53,7 +53,7 @@ def read_design(
     design: Any,
     *,
     meshes: bool = True,
-    masses: Accuracy | None = "very_high",
+    masses: bool = True,
     progress: Progress | None = None,
     log: Log | None = None,
 ) -> DesignSnapshot:
@@ -62,7 +62,7 @@ def read_design(
     Args:
         design: The design, or Fusion's application, whose open design is read.
         meshes: Whether to calculate the triangle meshes of bodies.
-        masses: Accuracy of the mass properties, which are slow to calculate; None to omit them.
+        masses: Whether to calculate the mass properties, which is slow.
         progress: Called for every body and occurrence; may raise `Cancelled`.
         log: Function that logs the tracebacks of reading errors (default: Fusion's log).
 
@@ -88,7 +88,7 @@ def _log(text: str) -> None:
 class _DesignReader:
     """Reader for one design."""
 
-    def __init__(self, design: Any, masses: Accuracy | None, progress: Progress, log: Log) -> None:
+    def __init__(self, design: Any, masses: bool, progress: Progress, log: Log) -> None:
         self._design = design
         self._masses = masses
         self._progress = progress
@@ -105,7 +105,10 @@ class _DesignReader:
         occurrences = {} if root is None else find_occurrences(root, notes)
         self._whole = sum(1 + count_bodies(occurrence) for occurrence in occurrences.values())
         mesher = Mesher(settings.quality, notes) if meshes else None
-        parts, bodies = self._parts(occurrences, mesher)
+        weigher = Weigher(occurrences) if self._masses else None
+        parts, bodies = self._parts(occurrences, mesher, weigher)
+        if weigher is not None:
+            parts, bodies = weigher.in_root_frame(parts, bodies)
         keys = Keys(occurrences.values())
         held = attributes_of_designs(attributes, occurrences)
         instances = Instances(held, self._name(), notes)
@@ -139,7 +142,7 @@ class _DesignReader:
         )
 
     def _parts(
-        self, occurrences: Occurrences, mesher: Mesher | None
+        self, occurrences: Occurrences, mesher: Mesher | None, weigher: Weigher | None
     ) -> tuple[list[OccurrenceSnapshot], list[BodySnapshot]]:
         """Return the occurrences and bodies, and report the progress."""
         parts: list[OccurrenceSnapshot] = []
@@ -147,13 +150,13 @@ class _DesignReader:
         for occurrence in occurrences.values():
             self._tick(occurrence.path or self._name())
             if occurrence.native is not None:
-                parts.append(self._occurrence(occurrence))
-            read = read_bodies(occurrence, mesher, self._masses, self._notes, self._tick)
+                parts.append(self._occurrence(occurrence, weigher))
+            read = read_bodies(occurrence, mesher, weigher, self._notes, self._tick)
             found = self._read_all("bodies", occurrence, read)
             bodies += sorted(found, key=lambda body: (natural_key(body.name), body.kind))
         return parts, bodies
 
-    def _occurrence(self, occurrence: Occurrence) -> OccurrenceSnapshot:
+    def _occurrence(self, occurrence: Occurrence, weigher: Weigher | None) -> OccurrenceSnapshot:
         subject, attempt = occurrence.subject, self._notes.attempt
         native = occurrence.native
         component = attempt(subject, "component", name_of, occurrence.component)
@@ -161,8 +164,7 @@ class _DesignReader:
         to_parent = optional(lambda: native.isGroundToParent)  # since May 2024
         visible = attempt(subject, "visibility", lambda: bool(native.isVisible))
         referenced = attempt(subject, "reference", lambda: bool(native.isReferencedComponent))
-        masses = self._masses
-        mass = attempt(subject, "mass", read_mass, native, masses) if masses else None
+        mass = attempt(subject, "mass", weigher.occurrence, occurrence) if weigher else None
         return OccurrenceSnapshot(
             occurrence.path,
             occurrence.parent,

@@ -12,8 +12,7 @@ from typing import NamedTuple
 from ...robot.finding import Finding, Subject
 from ...robot.finding_builders import warning
 from ...snapshot import ROOT, BodySnapshot, DesignSnapshot, MassSnapshot
-from .links import Links
-from .mass_properties import (
+from ...snapshot.mass_properties import (
     MISMATCH,
     Part,
     common_sign,
@@ -24,6 +23,7 @@ from .mass_properties import (
     sign_of,
     total,
 )
+from .links import Links
 
 SPLIT = 1e-6
 """Maximum relative difference of equal masses."""

@@ -26,20 +26,20 @@ class Check(Window):
 
     def __init__(self, inputs: Inputs, design: Any) -> None:
         super().__init__(inputs, design)
-        self._reading: Reading | None = None
+        self._reading: Reading = read(design, weighed_for=DIALOG.name)
         self.findings: list[Finding] = []
         self._hint = ""
         self._shown = -1
 
     def on_open(self) -> None:
-        """Check the design and list the findings."""
-        self._check()
+        """List the findings."""
+        self._list()
 
     def on_change(self, changed: Any) -> None:
         """Handle a pressed button or a selected row."""
         name = str(changed.id)
         if name == "again":
-            self._check()
+            self._check_again()
         elif name == "copy":
             self._copy()
         elif name == "save":
@@ -52,8 +52,15 @@ class Check(Window):
         """Return False, because the dialog has no OK button."""
         return False
 
-    def _check(self) -> None:
-        self._reading = read(self.design, weighed_for=DIALOG.name)
+    def _check_again(self) -> None:
+        try:
+            self._reading = read(self.design, weighed_for=DIALOG.name)
+        except Cancelled:
+            self._hint = "The check was cancelled; the list is not up to date."
+        else:
+            self._list()
+
+    def _list(self) -> None:
         self.findings = errors_first(check_design(self._reading.snapshot))
         rows = [
             (

@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any, Literal
 
-from ...robot.finding import Subject
-from ...robot.model.pose import Vector3
 from ...snapshot import BodySnapshot, MassSnapshot
 from ..notes import Notes, optional
 from ..occurrences import Occurrence, each_in, subject_in
-from ..units import distance
 from .appearance import read_appearance
-from .mass import Accuracy, read_mass
-from .meshes import Mesher, bounding_box
+from .mass import Weigher
+from .meshes import Mesher
 
 Kind = Literal["solid", "surface", "mesh"]
 Tick = Callable[[str], None]
@@ -28,7 +25,7 @@ def count_bodies(occurrence: Occurrence) -> int:
 def read_bodies(
     occurrence: Occurrence,
     mesher: Mesher | None,
-    masses: Accuracy | None,
+    weigher: Weigher | None,
     notes: Notes,
     tick: Tick,
 ) -> Iterator[BodySnapshot]:
@@ -40,10 +37,10 @@ def read_bodies(
         solid = notes.attempt(subject, "kind", _is_solid, native)
         if solid is not None:
             kind: Kind = "solid" if solid else "surface"
-            yield _body(occurrence, name, kind, (native, proxy), mesher, masses, notes)
+            yield _body(occurrence, name, kind, (native, proxy), mesher, weigher, notes)
     for native, name, proxy in each_in(occurrence, lambda: component.meshBodies, notes, "body"):
         tick(occurrence.named(name))
-        yield _body(occurrence, name, "mesh", (native, proxy), mesher, masses, notes)
+        yield _body(occurrence, name, "mesh", (native, proxy), mesher, weigher, notes)
 
 
 def _body(
@@ -52,7 +49,7 @@ def _body(
     kind: Kind,
     body: tuple[Any, Any],
     mesher: Mesher | None,
-    masses: Accuracy | None,
+    weigher: Weigher | None,
     notes: Notes,
 ) -> BodySnapshot:
     native, proxy = body
@@ -74,8 +71,8 @@ def _body(
         occurrence=occurrence.path,
         kind=kind,
         visible=visible is not False,
-        mass=_mass(proxy, material or "", occurrence, subject, notes, masses)
-        if masses and kind == "solid"
+        mass=_mass(native, name, material or "", occurrence, notes, weigher)
+        if weigher and kind == "solid"
         else None,
         material=material or "",
         mesh=mesh,
@@ -95,14 +92,15 @@ def _material(body: Any) -> str:
 
 
 def _mass(
-    proxy: Any,
+    native: Any,
+    name: str,
     material: str,
     occurrence: Occurrence,
-    subject: Subject,
     notes: Notes,
-    accuracy: Accuracy,
+    weigher: Weigher,
 ) -> MassSnapshot | None:
-    read = notes.attempt(subject, "mass", lambda: (read_mass(proxy, accuracy),))
+    subject = subject_in(occurrence, "body", name)
+    read = notes.attempt(subject, "mass", lambda: (weigher.body(native, name, occurrence),))
     if read is None:
         return None
     (mass,) = read
@@ -111,28 +109,4 @@ def _mass(
         why = "no volume, or a material without density" if material else "no material"
         message = f"body {subject.name!r} has no mass, because it has {why}: {todo}"
         notes.warn(subject, "no-mass", message)
-        return None
-    if _in_component_frame(mass, proxy, occurrence):
-        message = (
-            f"body {subject.name!r}: Fusion reports its mass properties in the frame of its "
-            "component. Please report this with the snapshot of the design"
-        )
-        notes.add("error", subject, "mass-elsewhere", message)
     return mass
-
-
-def _in_component_frame(mass: MassSnapshot, proxy: Any, occurrence: Occurrence) -> bool:
-    """Return whether the centre of mass is given in the frame of the component.
-
-    Then it is inside the body only after the transform by the pose of the occurrence.
-    """
-    box = optional(lambda: bounding_box(proxy))
-    if box is None:
-        return False
-    low, high = box
-    slack = 0.01 * distance(low, high)
-
-    def inside(p: Vector3) -> bool:
-        return all(a - slack <= v <= b + slack for a, v, b in zip(low, p, high, strict=True))
-
-    return not inside(mass.com) and inside(occurrence.T.apply(mass.com))

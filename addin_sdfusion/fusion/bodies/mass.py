@@ -2,26 +2,139 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from collections.abc import Hashable, Sequence
+from dataclasses import replace
+from typing import Any, TypeVar
 
 import adsk.fusion
 
-from ...snapshot import MassSnapshot
+from ...robot.model.transform import IDENTITY, Transform
+from ...snapshot import BodySnapshot, MassSnapshot, OccurrenceSnapshot
+from ...snapshot.mass_properties import Sign, common_sign, is_usable, moved
+from ..notes import optional
+from ..occurrences import Occurrence, Occurrences, identity
 from ..units import KG_CM2, finite, position
 
-Accuracy = Literal["high", "very_high"]
-"""Accuracy of Fusion's mass properties: about 1e-4, or better but slower."""
+Part = TypeVar("Part", BodySnapshot, OccurrenceSnapshot)
 
 
-def read_mass(owner: Any, accuracy: Accuracy = "very_high") -> MassSnapshot | None:
-    """Return the mass properties of a body or an occurrence, in the root frame.
+class Weigher:
+    """Mass properties of components and their bodies, each calculated once, in their frame.
+
+    Occurrences of a component share its mass if the components in them have equal poses.
+
+    Attributes:
+        frames: Pose of the frame of the mass properties of each occurrence in the root frame.
+    """
+
+    def __init__(self, occurrences: Occurrences) -> None:
+        """Create a weigher.
+
+        Args:
+            occurrences: All occurrences of the design.
+        """
+        self.frames: dict[str, Transform] = {}
+        self._occurrences = occurrences
+        self._children: dict[str, list[Occurrence]] = {}
+        for occurrence in occurrences.values():
+            if occurrence.path:
+                self._children.setdefault(occurrence.parent, []).append(occurrence)
+        self._firsts: dict[Hashable, Occurrence] = {}
+        self._components: list[Any] = []
+        self._numbers: dict[Hashable, list[int]] = {}
+        self._masses: dict[Hashable, tuple[Any, MassSnapshot | None]] = {}
+
+    def occurrence(self, occurrence: Occurrence) -> MassSnapshot | None:
+        """Return the mass properties of an occurrence with its contents; raises as `read_mass`.
+
+        They are in a frame whose pose is in `frames`. A component that contains others may differ
+        between occurrences, so the first occurrence with equal contents is weighed.
+        """
+        key = self._contents(occurrence)
+        self.frames[occurrence.path] = occurrence.T
+        if occurrence.path not in self._children:
+            return self._once(key, occurrence.component)
+        first = self._firsts.setdefault(key, occurrence)
+        is_first = first is occurrence
+        self.frames[occurrence.path] = (
+            IDENTITY if is_first else occurrence.T.compose(first.T.inverse())
+        )
+        return self._once(key, first.native)
+
+    def body(self, body: Any, name: str, occurrence: Occurrence) -> MassSnapshot | None:
+        """Return the mass properties of a body of a component; raises as `read_mass`.
+
+        A body that is alone in its component has the mass of the component.
+
+        Args:
+            body: The native body.
+            name: Its name.
+            occurrence: An occurrence of the component.
+        """
+        if occurrence.path and self._is_alone(occurrence):
+            return self.occurrence(occurrence)
+        return self._once((self._number(occurrence), name), body)
+
+    def _is_alone(self, occurrence: Occurrence) -> bool:
+        """Return whether a component consists of one solid body."""
+        component = occurrence.component
+        count = optional(lambda: int(component.bRepBodies.count + component.meshBodies.count))
+        return count == 1 and occurrence.path not in self._children
+
+    def _once(self, key: Hashable, owner: Any) -> MassSnapshot | None:
+        if key not in self._masses or self._masses[key][0] != owner:
+            self._masses[key] = owner, read_mass(owner)
+        return self._masses[key][1]
+
+    def _contents(self, occurrence: Occurrence) -> Hashable:
+        """Return a key that is equal for occurrences with equal contents."""
+        inverse = occurrence.T.inverse()
+        children = self._children.get(occurrence.path, ())
+        inner = [(_rounded(inverse.compose(c.T)), self._contents(c)) for c in children]
+        return self._number(occurrence), tuple(inner)
+
+    def _number(self, occurrence: Occurrence) -> int:
+        """Return a number that is equal for occurrences of the same component only.
+
+        Copies of a document contain different components with equal ids.
+        """
+        component = occurrence.component
+        known = self._numbers.setdefault(identity(occurrence), [])
+        for number in known:
+            if self._components[number] == component:
+                return number
+        self._components.append(component)
+        known.append(len(self._components) - 1)
+        return known[-1]
+
+    def in_root_frame(
+        self, parts: Sequence[OccurrenceSnapshot], bodies: Sequence[BodySnapshot]
+    ) -> tuple[list[OccurrenceSnapshot], list[BodySnapshot]]:
+        """Return occurrences and bodies with masses in the root frame."""
+        masses = [*(part.mass for part in parts), *(body.mass for body in bodies)]
+        sign = common_sign(mass for mass in masses if mass is not None and is_usable(mass))
+        return (
+            [_placed(o, self.frames.get(o.path, IDENTITY), sign) for o in parts],
+            [_placed(b, self._occurrences[b.occurrence].T, sign) for b in bodies],
+        )
+
+
+def _rounded(T: Transform) -> Hashable:
+    return tuple(round(x, 9) + 0.0 for row in (*T.R, T.p) for x in row)
+
+
+def _placed(part: Part, T: Transform, sign: Sign) -> Part:
+    return part if part.mass is None else replace(part, mass=moved(part.mass, T, sign))
+
+
+def read_mass(owner: Any) -> MassSnapshot | None:
+    """Return the mass properties of a body or a component, in the frame of the component.
 
     Fusion's default accuracy has errors of several per cent. The products of inertia are entries
     of the inertia matrix.
 
     Args:
-        owner: A proxy, or an entity of the root component.
-        accuracy: Accuracy of the calculation.
+        owner: The native entity.
 
     Returns:
         The mass properties; None for an owner without mass.
@@ -30,9 +143,7 @@ def read_mass(owner: Any, accuracy: Accuracy = "very_high") -> MassSnapshot | No
         ValueError: Fusion could not calculate the mass properties.
     """
     levels = adsk.fusion.CalculationAccuracy
-    properties = owner.getPhysicalProperties(
-        levels.HighCalculationAccuracy if accuracy == "high" else levels.VeryHighCalculationAccuracy
-    )
+    properties = owner.getPhysicalProperties(levels.VeryHighCalculationAccuracy)
     if properties is None:
         raise ValueError("Fusion returned no mass properties")
     mass = finite(properties.mass)

@@ -14,10 +14,10 @@ from support.designs.design_strategies import mass_of, shift
 from support.designs.small_designs import arm, body, box, cylinder, group, part, turned
 
 from addin_sdfusion.building.build_robot import build_robot
-from addin_sdfusion.building.links.eigenvalues import eigenvalues
-from addin_sdfusion.building.links.mass_properties import common_sign, sign_of
 from addin_sdfusion.robot import Finding, Inertia
 from addin_sdfusion.snapshot import DesignSnapshot
+from addin_sdfusion.snapshot.eigenvalues import eigenvalues
+from addin_sdfusion.snapshot.mass_properties import common_sign, sign_of
 
 PRODUCT_SIGNS = pytest.mark.parametrize("sign", [1, -1])
 

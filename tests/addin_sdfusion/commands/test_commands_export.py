@@ -268,9 +268,9 @@ def test_cancelling_keeps_the_old_export(fusion: Any, tmp_path: Path) -> None:
     folder = tmp_path / "robot"
     export_to(fusion, folder).ok()
     before = files_of(folder)
-    fusion.world.cancel_progress_after = 2
     command = export_to(fusion, folder)
     command.set("up_axis", "y")
+    fusion.world.cancel_progress_after = 2
     command.ok()
     assert "cancelled" in fusion.messages[-1]
     assert files_of(folder) == before

@@ -145,7 +145,7 @@ def test_an_export_calculates_masses_once_and_shows_the_progress(
 ) -> None:
     arm()
     weighed: list[tuple[str, int]] = []
-    for name in ("BRepBody", "Occurrence"):
+    for name in ("BRepBody", "Component", "Occurrence"):
         original = CLASSES["adsk.fusion"][name].getPhysicalProperties
 
         def counted(owner: Any, accuracy: int, original: Any = original) -> Any:
@@ -155,10 +155,25 @@ def test_an_export_calculates_masses_once_and_shows_the_progress(
         monkeypatch.setattr(CLASSES["adsk.fusion"][name], "getPhysicalProperties", counted)
     press_export(fusion, tmp_path / "robot")
     assert (tmp_path / "robot").is_dir()
-    assert len(weighed) == len(set(weighed)) == 4
-    assert {accuracy for _, accuracy in weighed} == {2}
+    assert len(weighed) == len(set(weighed)) == 2
+    assert {accuracy for _, accuracy in weighed} == {3}
     assert fusion.world.progress[0].hidden
     assert fusion.world.progress[0].title == "Export"
+
+
+def test_a_cancelled_mass_calculation_does_not_open_the_dialog(fusion: Any) -> None:
+    arm()
+    for command in ("cardsflowExport", "cardsflowCheck"):
+        before = fusion.fingerprint()
+        fusion.world.cancel_progress_after = 0
+        opened = fusion.run_command(command)
+        assert not opened.is_open
+        assert fusion.world.progress[-1].hidden
+        fusion.world.cancel_progress_after = None
+        assert fusion.fingerprint() == before
+        reopened = fusion.run_command(command)
+        assert reopened.is_open
+        reopened.cancel()
 
 
 def inserted(build: Builder, name: str, muscles: str, first: int = 0) -> None:

@@ -160,8 +160,12 @@ def test_every_step_of_an_export_can_be_cancelled(fusion: Any, tmp_path: Path) -
     designs.component_twice()
     steps = 0
     while True:
+        fusion.world.cancel_progress_after = None
+        command = fusion.run_command(EXPORT)
+        fusion.world.folder_answers.append(str(tmp_path / "robot"))
+        command.press("browse")
         fusion.world.cancel_progress_after = steps
-        press_export(fusion, tmp_path / "robot")
+        command.ok()
         if "cancelled" not in fusion.messages[-1]:
             break
         assert list(tmp_path.iterdir()) == []

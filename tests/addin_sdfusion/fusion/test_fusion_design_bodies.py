@@ -167,22 +167,67 @@ def test_failed_calculation_results_in_no_mass(
     assert codes(read_design(build.done(), meshes=False)) == ["not-read"]
 
 
-def test_mass_in_the_frame_of_its_component_is_an_error(
-    fusion: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from fake_fusion.model.physical import physical_properties
-
-    def native(body: Any, accuracy: int) -> Any:
-        return physical_properties(body._data.mass(), accuracy, np.eye(4))
-
-    monkeypatch.setattr(API["BRepBody"], "_physical", native)
+def test_every_component_is_weighed_once(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """500 bolts are one calculation; their masses equal closed forms at rotated poses."""
     build = Builder()
-    build.box(build.place("far", translation((50.0, 0.0, 0.0))), (1.0, 1.0, 1.0))
-    build.explicit(build.place("odd"), 1.0, com=(30.0, 0.0, 0.0))  # set by the user
+    first = build.place("bolt")
+    build.box(first, (1.0, 2.0, 4.0), translation((0.5, 0.0, 0.0)))
+    random_poses = random.Random(4)
+    poses = [designs.random_motion(random_poses) for _ in range(499)]
+    for T in poses:
+        build.place(first[-1].component, T)
+    calls: list[str] = []
+    for name in ("BRepBody", "Component", "Occurrence"):
+        original = API[name].getPhysicalProperties
+
+        def counted(owner: Any, accuracy: int, original: Any = original) -> Any:
+            calls.append(repr(owner))
+            return original(owner, accuracy)
+
+        monkeypatch.setattr(API[name], "getPhysicalProperties", counted)
     snapshot = read_design(build.done(), meshes=False)
-    assert [(f.code, f.subject.name) for f in snapshot.findings] == [
-        ("mass-elsewhere", "far:1/Body1")
-    ]
+    assert len(calls) == 1
+    m = STEEL * 8e-6
+    about = m / 12.0 * np.array([20e-4, 17e-4, 5e-4])
+    by_path = {o.path: o.mass for o in snapshot.occurrences}
+    for k, T in enumerate(poses, 2):
+        mass = by_path[f"bolt:{k}"]
+        assert mass is not None
+        R, r = T[:3, :3], 0.01 * (T @ (0.5, 0.0, 0.0, 1.0))[:3]
+        expected = R @ np.diag(about) @ R.T + m * (r @ r * np.eye(3) - np.outer(r, r))
+        assert mass.mass == pytest.approx(m, rel=1e-15)
+        assert mass.com == pytest.approx(r, abs=1e-16)
+        assert tensor_about_origin(mass) == pytest.approx(expected, rel=1e-12, abs=1e-12 * m)
+
+
+def tensor_about_origin(mass: Any) -> Any:
+    xx, yy, zz, xy, yz, xz = mass.moments
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def test_occurrences_with_other_contents_are_weighed_separately(fusion: Any) -> None:
+    """A part that was moved in one of three occurrences changes the mass of this one only."""
+    build = Builder()
+    places = [build.place("leg")]
+    part = build.component("foot")
+    build.box(part, (1.0, 2.0, 4.0))
+    build.box(places[0], (3.0, 1.0, 1.0))
+    foot = build.place(part, translation((0.0, 0.0, 5.0)), above=places[0])
+    T = designs.random_motion(random.Random(5))
+    places += [build.place(places[0][-1].component, pose) for pose in (T, T @ T)]
+    build.pose((places[2][-1], foot[-1]), translation((0.0, 0.0, 9.0)))
+    snapshot = read_design(build.done(), meshes=False)
+    own = {o.path: o.mass for o in snapshot.occurrences if o.component == "leg"}
+    first, second, third = (own[f"leg:{k}"] for k in (1, 2, 3))
+    assert first is not None
+    assert second is not None
+    assert third is not None
+    assert sorted(second.principal) == pytest.approx(sorted(first.principal), rel=1e-14)
+    assert max(third.principal) > 1.5 * max(first.principal)
+    for mass, pose in ((second, T), (third, T @ T)):
+        foots = sum(b.mass.mass * np.array(b.mass.com) for b in snapshot.bodies if b.mass and
+                    b.occurrence.startswith(f"leg:{2 if mass is second else 3}"))  # fmt: skip
+        assert mass.com == pytest.approx(foots / mass.mass, abs=1e-15), pose
 
 
 # Kinds -------------------------------------------------------------------------------------------

@@ -13,19 +13,20 @@ import math
 from collections.abc import Iterable
 from typing import Literal, NamedTuple
 
-from ...robot.model.pose import Vector3
-from ...robot.model.robot import Inertia
-from ...robot.model.rotations import (
+from ..robot.model.pose import Vector3
+from ..robot.model.robot import Inertia
+from ..robot.model.rotations import (
     Matrix3,
+    add,
     point_inertia,
     rotate,
     rotate_inertia,
     subtract,
     transpose,
 )
-from ...robot.model.transform import Transform
-from ...snapshot import MassSnapshot
+from ..robot.model.transform import IDENTITY, Transform
 from .eigenvalues import eigenvalues
+from .parts import MassSnapshot
 
 Sign = Literal[1, -1]
 
@@ -102,6 +103,26 @@ def common_sign(masses: Iterable[MassSnapshot]) -> Sign:
     """Return the sign of the products of a design by majority; 1 if it cannot be determined."""
     votes = sum(sign_of(mass) or 0 for mass in masses)
     return -1 if votes < 0 else 1
+
+
+def moved(mass: MassSnapshot, T_a_b: Transform, sign: Sign) -> MassSnapshot:
+    """Return the mass properties in frame a; the signs of the products stay as reported.
+
+    Args:
+        mass: Mass properties with moments about the origin of frame b.
+        T_a_b: Pose of b in a.
+        sign: 1 if the products are entries of the inertia matrix, -1 if they are its negatives.
+    """
+    if T_a_b == IDENTITY:
+        return mass
+    com = T_a_b.apply(mass.com)
+    turned = rotate_inertia(T_a_b.R, part(mass, sign).inertia)
+    shift = point_inertia(mass.mass, com)
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = (
+        add(row, other) for row, other in zip(turned, shift, strict=True)
+    )
+    moments = (xx, yy, zz, sign * xy, sign * yz, sign * xz)
+    return MassSnapshot(mass.mass, com, moments, mass.principal)
 
 
 def total(parts: Iterable[Part]) -> Part:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from ...robot.model.pose import Vector3
-from ...robot.model.rotations import Matrix3
+from ..robot.model.pose import Vector3
+from ..robot.model.rotations import Matrix3
 
 _SWEEPS = 30
 _PAIRS = ((0, 1), (0, 2), (1, 2))
