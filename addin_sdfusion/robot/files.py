@@ -142,7 +142,7 @@ def replace_file(file: Path) -> Iterator[BinaryIO]:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         temporary.unlink(missing_ok=True)
-        with temporary.open("xb") as stream:
+        with temporary.open("x+b") as stream:
             yield stream
         temporary.replace(file)
     except (OSError, ValueError) as error:

@@ -20,8 +20,10 @@ _SUMMARY = "summary.json"
 _RESULT_FILES = (
     "results.csv",
     "results.parquet",
+    "results.npy",
     "recording.mcap",
     "solve_times.csv",
+    "solve_times.npy",
     "results.units.json",
     _SUMMARY,
     "tracking.png",

@@ -6,18 +6,19 @@ import time
 from collections.abc import Collection, Mapping
 from io import FileIO
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 
 from addin_sdfusion.robot import SimulationError
+from addin_sdfusion.robot.files import replace_file
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.csv_table import rows_text
 
-from .files import SUMMARY, TABLE, UNITS
+from .files import NPY, SUMMARY, TABLE, UNITS
 from .folder import OutputFolder
-from .row_store import RowStore
+from .row_store import RowStore, is_large
 
 STARTED = SimulationError("the run was killed, or is still in progress")
 """Error in the summary until the run ends."""
@@ -29,13 +30,18 @@ _BLOCK = 512
 class Journal:
     """Table of a run that is written row by row.
 
-    Each row is formatted when it is added, because a real-time step has no time to format many
-    rows. The folder is not changed before `begin`.
+    Each row of a CSV table is formatted when it is added, because a real-time step has no time to
+    format many rows. The folder is not changed before `begin`.
 
     Args:
         folder: The results folder.
         contents: Other files that exist before the first step, by name.
         streamed: Names of files that participants write into the folder.
+        form: Format of the table: CSV, an array in NumPy's format .npy, or .npy if the table is
+            large.
+
+    Attributes:
+        table: Name of the table.
     """
 
     def __init__(
@@ -43,6 +49,7 @@ class Journal:
         folder: OutputFolder,
         contents: Mapping[str, str | bytes],
         streamed: Collection[str] = (),
+        form: Literal["csv", "npy", "auto"] = "csv",
     ) -> None:
         self._folder, self._contents, self._streamed = folder, contents, streamed
         self._blocks: list[str] = []
@@ -50,6 +57,7 @@ class Journal:
         self._written_at = time.monotonic()
         self._file: FileIO | None = None
         self._store: RowStore | None = None
+        self._form, self.table, self._is_closed = form, TABLE, False
 
     def begin(
         self, names: tuple[str, ...], units: Mapping[str, str], count: int, summary: dict[str, Any]
@@ -66,20 +74,26 @@ class Journal:
             MachineError: The disk is full.
             InputError: The folder cannot be written.
         """
-        self._store = RowStore(count, len(names), self._folder.path)
-        header = ",".join(names) + "\n"
-        files = [SUMMARY, UNITS, TABLE, *self._contents, *self._streamed]
+        columns = len(names)
+        if self._form == "npy" or (self._form == "auto" and is_large(count, columns)):
+            self.table = NPY
+        files = [SUMMARY, UNITS, self.table, *self._contents, *self._streamed]
         summary = summary | {"files": {name: name for name in files}}
-        self._folder.write(
-            {  # the summary first, because it marks the folder as results
-                SUMMARY: json_text(summary, indent=1) + "\n",
-                UNITS: json_text(dict(units), indent=1) + "\n",
-                **self._contents,
-                TABLE: header,  # last: it marks the results as complete
-            },
-            self._streamed,
-        )
-        self._file = FileIO(self._folder.path / TABLE, "ab")
+        contents = {  # the summary first, because it marks the folder as results
+            SUMMARY: json_text(summary, indent=1) + "\n",
+            UNITS: json_text(dict(units), indent=1) + "\n",
+            **self._contents,
+        }
+        folder, path = self._folder, self._folder.path / self.table
+        if self.table == NPY:
+            with replace_file(path) as file:  # the table last: it marks the results as complete
+                self._store = RowStore(count, columns, folder.path, file)
+                folder.write(contents, self._streamed)
+            return
+        self._store = RowStore(count, columns, folder.path)
+        header = ",".join(names) + "\n"
+        folder.write(contents | {TABLE: header}, self._streamed)
+        self._file = FileIO(path, "ab")
         self._size = len(header.encode())
 
     def __enter__(self) -> Self:
@@ -109,7 +123,7 @@ class Journal:
             SimulationError: The file cannot be written.
         """
         new = self.rows[self._formatted : filled]
-        if len(new):
+        if len(new) and self.table == TABLE:
             self._blocks.append(rows_text(new))
         self._formatted = filled
         if filled - self._written < _BLOCK and time.monotonic() - self._written_at < _INTERVAL:
@@ -120,6 +134,9 @@ class Journal:
 
     def close(self) -> None:
         """Write all pending rows."""
+        if self.table == NPY and self._store is not None and not self._is_closed:
+            self._is_closed = True
+            self._store.finish(self._formatted, self._folder.path / NPY)
         if self._file is None:
             return
         try:
@@ -129,7 +146,10 @@ class Journal:
             self._file = None
 
     def _flush(self) -> None:
-        """Write all formatted rows as complete lines."""
+        """Write all new rows: formatted rows as complete lines, or the number of rows."""
+        if self.table == NPY and self._store is not None:
+            self._store.publish(self._formatted)
+            self._written, self._written_at = self._formatted, time.monotonic()
         if not self._blocks or self._file is None:
             return
         block = memoryview("\n".join([*self._blocks, ""]).encode())

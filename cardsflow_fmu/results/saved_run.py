@@ -19,17 +19,18 @@ from cardsflow_fmu.experiment.packed_files import robot_folder, visual_meshes
 from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.utils.archive import archive_bytes, read_contents, unpack_archive
-from cardsflow_fmu.utils.csv_table import read_csv
+from cardsflow_fmu.utils.csv_table import read_csv, require_table
 from cardsflow_fmu.utils.temporary import TemporaryFolder
 
-from .files import EXPERIMENT, PARQUET, SOLVE_TIMES, SUMMARY, TABLE, UNITS
+from .files import EXPERIMENT, NPY, NPY_SOLVE_TIMES, PARQUET, SOLVE_TIMES, SUMMARY, TABLE, UNITS
 from .journal import STARTED
 from .metadata import read_summary, read_units
 from .parquet import read_parquet
+from .row_store import read_npy
 from .run_data import ExperimentRunData, RunData
 from .summary import Speed, summarize
 
-_TABLES = (TABLE, PARQUET)
+_TABLES = (TABLE, NPY, PARQUET)
 
 
 def experiment_archive(experiment: Experiment) -> bytes:
@@ -168,11 +169,14 @@ def read_results(path: Path) -> RunData:
     folder = _folder(path)
     units, summary = read_units(folder / UNITS), read_summary(folder / SUMMARY)
     complete = summary.get("status") != "incomplete"
-    if (folder / PARQUET).is_file() and not (folder / TABLE).is_file():
-        table = folder / PARQUET
+    found = next((name for name in _TABLES if (folder / name).is_file()), TABLE)
+    table = folder / found
+    if found == PARQUET:
         names, rows = (stored := read_parquet(table)).names, stored.rows
+    elif found == NPY:
+        names, rows = tuple(units), read_npy(table, len(units))
+        require_table(names, rows, table)
     else:
-        table = folder / TABLE
         names, rows = read_csv(table, complete=complete)
     if names[:1] != ("time",):
         raise InputError("its first column must be 'time'", file=table)
@@ -185,6 +189,8 @@ def read_results(path: Path) -> RunData:
             raise InputError(
                 "is not a table of computation times of ticks", file=folder / SOLVE_TIMES
             )
+    elif (folder / NPY_SOLVE_TIMES).is_file():
+        times = read_npy(folder / NPY_SOLVE_TIMES, 2)
     files = (table, folder / UNITS, folder / SUMMARY)
     return RunData(names, rows, units, summary, {f.name: f for f in files}, times)
 

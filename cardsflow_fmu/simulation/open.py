@@ -21,6 +21,7 @@ from cardsflow_fmu.cosim.signals.ports import external_load_signals
 from cardsflow_fmu.cosim.signals.roles import HARDWARE
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
+from cardsflow_fmu.experiment.settings.run import TableFormat
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.models.by_role import model_class
@@ -83,6 +84,11 @@ class OpenExperiment:
     def hardware(self) -> HardwareSettings | None:
         """Hardware of the run; None without hardware."""
         return self.experiment.hardware if self.experiment.hardware.use else None
+
+    @property
+    def table_format(self) -> TableFormat:
+        """Format of the results table."""
+        return self.experiment.run.format
 
     def summary(self, recording: Recording, speed: Speed) -> dict[str, Any]:
         """Return the summary of a recording, with all warnings that were known before the run."""

@@ -20,7 +20,7 @@ from cardsflow_fmu.cosim.signals.units import conversion, variable_units
 from cardsflow_fmu.experiment.config.multiples import require_multiple
 from cardsflow_fmu.experiment.config.table import Context, validated
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
-from cardsflow_fmu.experiment.settings.run import Accept
+from cardsflow_fmu.experiment.settings.run import Accept, TableFormat
 from cardsflow_fmu.results.engines import system_engines
 from cardsflow_fmu.results.files import EXPERIMENT, RECORDING_FILE, Contents
 from cardsflow_fmu.results.summary import Speed, summarize_system
@@ -57,6 +57,11 @@ class OpenSsp:
     hardware: HardwareSettings | None
     contents: Contents
     streamed: list[str]
+
+    @property
+    def table_format(self) -> TableFormat:
+        """Format of the results table."""
+        return "auto"
 
     def summary(self, recording: Recording, speed: Speed) -> dict[str, Any]:
         """Return the summary of a recording."""

@@ -17,8 +17,8 @@ from addin_sdfusion.robot.json_text import finite
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.pace import Pace
 from cardsflow_fmu.cosim.recording import Progress, Recording, Watch
-from cardsflow_fmu.experiment.settings.run import Compute, ModelCoupling, RunSettings
-from cardsflow_fmu.results.files import MCAP, TABLE, Contents, metadata_files, table_file
+from cardsflow_fmu.experiment.settings.run import Compute, ModelCoupling, RunSettings, TableFormat
+from cardsflow_fmu.results.files import MCAP, NPY, Contents, metadata_files, table_file
 from cardsflow_fmu.results.folder import OutputFolder
 from cardsflow_fmu.results.journal import STARTED, Journal, no_rows
 from cardsflow_fmu.results.parquet import require_parquet
@@ -61,6 +61,7 @@ class OpenSystem(Protocol[R]):
         loop: Loop that steps the participants.
         step: Communication step, in [s].
         hardware: Hardware of the run; None without hardware, or if unknown.
+        table_format: Format of the results table.
         contents: Other files of the results folder, by name; empty without a folder.
         streamed: Names of files that participants write into the folder.
     """
@@ -71,6 +72,8 @@ class OpenSystem(Protocol[R]):
     def step(self) -> float: ...  # noqa: D102
     @property
     def hardware(self) -> HardwareSettings | None: ...  # noqa: D102
+    @property
+    def table_format(self) -> TableFormat: ...  # noqa: D102
     @property
     def contents(self) -> Contents: ...  # noqa: D102
     @property
@@ -250,7 +253,17 @@ def _run(
     started = time.perf_counter() if started is None else started
     with opening as system:
         loop, pace = system.loop, _pace(system, realtime)
-        journal = None if folder is None else Journal(folder, system.contents, system.streamed)
+        form = system.table_format
+        journal = (
+            None
+            if folder is None
+            else Journal(
+                folder,
+                system.contents,
+                system.streamed,
+                "auto" if form == "parquet" else form,
+            )
+        )
         with contextlib.nullcontext() if journal is None else journal:
             if journal is not None:
                 empty = Recording(
@@ -267,7 +280,9 @@ def _run(
     )
     if folder is not None:
         with ignore_interrupts():
-            _write(result, [*system.contents, *system.streamed], folder)
+            assert journal is not None
+            written = [*system.contents, *system.streamed]
+            _write(result, journal.table, form, written, folder)
     if recording.failure is not None:
         raise RunError(str(recording.failure), result) from recording.failure
     return result
@@ -281,14 +296,15 @@ def _pace(system: OpenSystem[R], realtime: bool) -> Pace:
     return HardwarePace(system.step, realtime, system.hardware)
 
 
-def _write(result: SystemResult, written: list[str], folder: OutputFolder) -> None:
+def _write(
+    result: SystemResult, table: str, form: TableFormat, written: list[str], folder: OutputFolder
+) -> None:
     """Write summary and figures: all files, or none on an error."""
     contents: Contents = {}
-    form = result.experiment.run.format if isinstance(result, Result) else "csv"
-    if form == "csv":
-        written = [TABLE, *written]
-    else:
+    if form == "parquet":
         contents |= table_file(result, form)
+    else:
+        written = [table, *written]
     if isinstance(result, Result) and len(result.rows):
         if result.experiment.run.figures:
             from cardsflow_fmu.results.report.run_figures import run_images  # imports matplotlib
@@ -300,6 +316,7 @@ def _write(result: SystemResult, written: list[str], folder: OutputFolder) -> No
             write_recording(result, folder.path / MCAP)
             written = [*written, MCAP]
     existing = [name for name in written if (folder.path / name).exists()]
-    names = [*metadata_files(result), *contents, *existing]
+    large = table == NPY
+    names = [*metadata_files(result, is_large=large), *contents, *existing]
     result.summary["files"] = {name: name for name in names}
-    result.files = folder.write(metadata_files(result) | contents, existing)
+    result.files = folder.write(metadata_files(result, is_large=large) | contents, existing)

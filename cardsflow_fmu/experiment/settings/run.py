@@ -14,7 +14,7 @@ from cardsflow_fmu.experiment.config.table import File, Listed, Positive, Table,
 
 Compute = Literal["c", "python"]
 ModelCoupling = Literal["fmu", "direct"]
-TableFormat = Literal["csv", "parquet"]
+TableFormat = Literal["auto", "csv", "npy", "parquet"]
 RecordingFormat = Literal["none", "mcap"]
 Accept = Literal["tracked", "any"]
 
@@ -25,7 +25,10 @@ class RunSettings(Table):
     step: Positive = setting("communication step, in s", 0.001)
     duration: Positive = setting("duration, in s (default: duration of the reference)", None)
     output: File = setting("results folder, relative to this file", "results")
-    format: TableFormat = setting("file format of the results table", "csv")
+    format: TableFormat = setting(
+        "file format of the results table; auto: csv, or npy for more than 32 MiB of numbers",
+        "auto",
+    )
     figures: bool = setting("draw figures of the run, which takes a second", False)
     recording: RecordingFormat = setting("additional recording with ROS 2 messages", "none")
     compute: Compute = setting("language of the models: C where possible, or Python", "c")
@@ -71,6 +74,6 @@ class RunSettings(Table):
         return round(self.duration / self.step)
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
-        """Return the settings that FMUs contain: not output, formats, compute, coupling, accept."""
-        omitted = ("output", "format", "recording", "compute", "coupling", "accept")
+        """Return the settings that FMUs contain: not output, formats, figures, compute, coupling, accept."""
+        omitted = ("output", "format", "figures", "recording", "compute", "coupling", "accept")
         return super().data([*omitted, *([] if self.order else ["order"]), *leave_out])

@@ -149,6 +149,79 @@ def test_large_table_is_an_unnamed_file(tmp_path: Path, monkeypatch: pytest.Monk
     np.testing.assert_array_equal(store.rows, rows)
 
 
+# Large tables
+
+
+def large(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    monkeypatch.setattr(row_store, "IN_MEMORY", 0)
+    return {"run.duration": 0.3, "controller.period": 0.005}
+
+
+def test_large_table_is_an_array_with_the_same_numbers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings = large(monkeypatch)
+    result = run(Experiment.load(PLANAR_2R, settings), tmp_path / "large", coupling="direct")
+    names = set(result.files)
+    assert {"results.npy", "solve_times.npy"} < names
+    assert names & {"results.csv", "solve_times.csv"} == set()
+    csv = Experiment.load(PLANAR_2R, settings | {"run.format": "csv"})
+    expected = run(csv, tmp_path / "small", coupling="direct")
+    array = np.load(tmp_path / "large/results.npy")
+    np.testing.assert_array_equal(array, expected.rows)
+    np.testing.assert_array_equal(result.rows, expected.rows)
+    units = json.loads((tmp_path / "large/results.units.json").read_text())
+    assert tuple(units) == expected.names
+    with opened_run(tmp_path / "large") as back:
+        np.testing.assert_array_equal(back.rows, expected.rows)
+        np.testing.assert_array_equal(back.solve_times, result.solve_times)
+        assert back.complete
+    run(csv, tmp_path / "large", coupling="direct")
+    assert not (tmp_path / "large/results.npy").exists()
+    with pytest.raises(ValueError, match="read-only"):
+        result.rows[0] = 1.0  # the file would change
+
+
+def test_large_table_is_complete_at_any_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A killed process leaves the file as it is."""
+    monkeypatch.setattr(row_store, "IN_MEMORY", 0)
+    rows = np.arange(15_000.0).reshape(-1, 3)
+    with OutputFolder(tmp_path) as folder:
+        journal = Journal(folder, {}, form="auto")
+        journal.begin(NAMES, dict.fromkeys(NAMES, "rad"), 5000, dict(SUMMARY))
+        assert read_results(tmp_path).rows.shape == (0, 3)
+        for filled in (600, 1400):
+            journal.rows[:filled] = rows[:filled]
+            journal.update(filled)
+            np.testing.assert_array_equal(read_results(tmp_path).rows, rows[:filled])
+        journal.close()
+    assert (tmp_path / "results.npy").stat().st_size == 128 + 8 * 3 * 1400
+    assert [p.name for p in tmp_path.glob(".results*")] == []
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"PK\x03\x04", np.lib.format.magic(1, 0), b"1,2\n"],
+    ids=["empty", "zip", "header", "csv"],
+)
+def test_damaged_array_is_one_clear_line(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "results.npy").write_bytes(content)
+    (tmp_path / "results.units.json").write_text('{"time": "s", "q.a": "rad"}')
+    (tmp_path / "summary.json").write_text(json.dumps(SUMMARY))
+    with pytest.raises(InputError, match=r"results\.npy: is not an array of numbers"):
+        read_results(tmp_path)
+
+
+def test_array_of_another_size_is_rejected(tmp_path: Path) -> None:
+    np.save(tmp_path / "results.npy", np.zeros((3, 5)))
+    (tmp_path / "results.units.json").write_text('{"time": "s", "q.a": "rad"}')
+    (tmp_path / "summary.json").write_text(json.dumps(SUMMARY))
+    with pytest.raises(InputError, match=r"2 columns, but float64 of shape \(3, 5\)"):
+        read_results(tmp_path)
+
+
 # The memory of written rows is released. The table has 250 MB, which would otherwise be resident.
 _GROWTH = """
 import sys
