@@ -74,6 +74,6 @@ class RunSettings(Table):
         return round(self.duration / self.step)
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
-        """Return the settings that FMUs contain: not output, formats, figures, compute, coupling, accept."""
+        """Return the settings that FMUs contain: those that change the numbers of a run."""
         omitted = ("output", "format", "figures", "recording", "compute", "coupling", "accept")
         return super().data([*omitted, *([] if self.order else ["order"]), *leave_out])

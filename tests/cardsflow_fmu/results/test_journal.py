@@ -277,18 +277,18 @@ def test_summary_of_a_killed_run_is_computed_when_it_is_read(tmp_path: Path) -> 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("rows", [0, 100, 1000])
-def test_killed_run_leaves_readable_results(tmp_path: Path, rows: int) -> None:
+@pytest.mark.parametrize(("rows", "form"), [(0, "csv"), (1000, "csv"), (1000, "npy")])
+def test_killed_run_leaves_readable_results(tmp_path: Path, rows: int, form: str) -> None:
     """The run is killed after a number of rows, long before its end."""
     out = tmp_path / "out"
     points = [{"time": 0, "q": 0}, {"time": 600, "q": 0.5}]
     settings = {"run.duration": 600.0, "reference": {"spline": "linear", "points": points}}
     words = "reference={spline='linear', points=[{time=0, q=0}, {time=600, q=0.5}]}"
     command = [sys.executable, "-m", "cardsflow_fmu.cli", "run", str(PLANAR_2R), "-o", str(out)]
-    command += ["--set", "run.duration=600", "--set", words]
+    command += ["--set", "run.duration=600", "--set", words, "--set", f"run.format={form}"]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
         begin = time.monotonic()
-        while (seen := whole_rows(out / "results.csv")) < rows:
+        while (seen := whole_rows(out / f"results.{form}")) < rows:
             assert process.poll() is None
             assert time.monotonic() - begin < 300.0
             time.sleep(0.005)
@@ -309,4 +309,8 @@ def test_killed_run_leaves_readable_results(tmp_path: Path, rows: int) -> None:
 
 def whole_rows(table: Path) -> int:
     """Return the number of complete rows of a file without its header; -1 if it does not exist."""
-    return max(len(table.read_bytes().splitlines()) - 2, 0) if table.exists() else -1
+    if not table.exists():
+        return -1
+    if table.suffix == ".npy":
+        return int(np.lib.format.open_memmap(table, mode="r").shape[0])
+    return max(len(table.read_bytes().splitlines()) - 2, 0)
