@@ -50,8 +50,8 @@ IGNORED = frozenset({
     "force_units", "groups", "length_units", "method", "optimal_force", "prescribed_function",
     "publications", "socket_frame",
     # SDF: appearance, wind, and contacts, which an experiment's world defines
-    "allow_auto_disable", "cast_shadows", "enable_wind", "laser_retro", "max_contacts",
-    "self_collide", "surface", "transparency",
+    "allow_auto_disable", "ambient", "cast_shadows", "emissive", "enable_wind", "laser_retro",
+    "max_contacts", "self_collide", "specular", "surface", "transparency",
 })  # fmt: skip
 """Tags of elements without influence on the robot and its motion."""
 

@@ -18,6 +18,7 @@ from ...finding import Finding, Severity, Subject
 from ...finding_builders import label
 from ...limits import XML, XML_ELEMENTS, xml_fault
 from ...model.pose import Vector3
+from .encoding import to_utf8
 
 ZERO: Vector3 = (0.0, 0.0, 0.0)
 ENTITIES = "uses XML entities, which are not allowed here; write the text in full"
@@ -26,6 +27,7 @@ INFINITY = re.compile(r"([+-]?)inf(inity)?", re.ASCII | re.IGNORECASE)
 SPACE = re.compile(r"\s")
 INTEGER = re.compile(r"\d{1,9}", re.ASCII)
 TRUE = ("true", "1")
+
 
 ABSOLUTE = "absolute-path"
 """Code of findings on absolute paths, which experiments reject."""
@@ -271,7 +273,7 @@ def parse(
         remove_comments=True,
         remove_pis=True,
     )
-    data = _bytes(file)
+    data, is_repaired = to_utf8(_bytes(file))
     declared = _declared_entity(data)
     if declared is not None:
         raise InputError(ENTITIES, file=file, line=declared)
@@ -291,6 +293,8 @@ def parse(
         raise InputError(f"has more than {XML_ELEMENTS} elements{total}", file=file)
     node = Node(root, file, subject, notes)
     notes.roots.append(node)
+    if is_repaired:
+        node.warning("not-utf-8", "bytes that are not UTF-8 are read as Latin-1; save it as UTF-8")
     return node
 
 

@@ -97,3 +97,34 @@ def test_muscles_beside_cable_sets_are_reported_if_they_differ(tmp_path: Path) -
     beside.write_text(text.replace('f_max="', 'f_max="1', 1))
     (finding,) = [f for f in read(tmp_path).findings if f.code == "elements-ignored"]
     assert "differ from the cable sets" in finding.message
+
+
+def test_bytes_of_latin_1_are_read_with_a_finding(tmp_path: Path) -> None:
+    file = tmp_path / "arm.urdf"
+    text = URDF.replace('<robot name="', '<robot name="bras dépl\u2013acé ', 1)
+    file.write_text(text)
+    assert "not-utf-8" not in [finding.code for finding in read(file).findings]
+    file.write_bytes(text.replace("\u2013", "").encode("latin-1"))
+    reading = read(file)
+    assert reading.require().name.startswith("bras déplacé ")
+    assert [f.code for f in reading.findings].count("not-utf-8") == 1
+
+
+def test_disabled_wrap_objects_and_colours_are_not_reported(tmp_path: Path) -> None:
+    wrap = (
+        "<WrapObjectSet><objects><WrapSphere name='s'><active>false</active><radius>0.1</radius>"
+        "<xyz_body_rotation>1 2 3</xyz_body_rotation></WrapSphere></objects></WrapObjectSet>"
+    )
+    osim = tmp_path / "m.osim"
+    osim.write_text(OSIM)
+    before = unread(osim)
+    osim.write_text(OSIM.replace("</Body>", f"{wrap}</Body>", 1))
+    assert unread(osim) == before
+    write_sdf(ROBOY, tmp_path / "sdf")
+    sdf = tmp_path / "sdf/model.sdf"
+    visual = (
+        "<visual name='v'><geometry><mesh><uri>a.stl</uri></mesh></geometry><material>"
+        "<ambient>1 0 0 1</ambient><specular>1 0 0 1</specular></material></visual></link>"
+    )
+    sdf.write_text(sdf.read_text().replace("</link>", visual, 1))
+    assert unread(sdf) == []

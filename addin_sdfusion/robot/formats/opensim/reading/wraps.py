@@ -44,6 +44,7 @@ def read_wrap_objects(model: Node, frames: Frames) -> dict[str, WrapObject | Non
             elif is_true(node, "active", True):
                 found[name] = _read(node, name, link, T_link_frame)
             else:
+                node.mark_used()  # without influence in OpenSim
                 found[name] = None
     return found
 
