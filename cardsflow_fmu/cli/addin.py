@@ -22,7 +22,7 @@ from .common import (
     print_files,
     print_findings,
 )
-from .init import print_test_run
+from .init import print_test_run, report_failed_test_run
 from .parser import Commands
 from .terminal.messages import print_warning
 from .terminal.progress import show_progress
@@ -162,6 +162,7 @@ def _import_cad(options: argparse.Namespace) -> int:
     except RobotError as error:
         imported = Imported((), error.findings, {})
     findings, notes = _requested_findings(imported, settings, folder)
+    code = report_failed_test_run(imported.test_run)
     if not options.json:
         print_findings(findings, verbose=True)
         for note in notes:
@@ -170,7 +171,7 @@ def _import_cad(options: argparse.Namespace) -> int:
     print_files(imported.files, options.json, notes=notes, findings=listed)
     if not options.json:
         print_test_run(imported.test_run)
-    return FAILED if any(finding.is_error for finding in findings) else GOOD
+    return FAILED if any(finding.is_error for finding in findings) else code
 
 
 def _requested_findings(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from addin_sdfusion.robot.json_text import json_text
 
 from .common import (
+    FAILED,
     GOOD,
     add_json,
     add_output,
@@ -19,7 +20,7 @@ from .common import (
     print_findings,
 )
 from .parser import Commands
-from .terminal.messages import print_warning
+from .terminal.messages import print_error, print_warning
 from .terminal.progress import show_progress
 
 if TYPE_CHECKING:
@@ -76,6 +77,7 @@ def _init(options: argparse.Namespace) -> int:
         starter = init(
             options.robot, options.output, options.cable_set, overwrite=options.overwrite
         )
+    code = report_failed_test_run(starter.test_run)
     if not options.json:
         print_findings(starter.findings, rest="cardsflow check")
         for note in starter.notes:
@@ -84,7 +86,15 @@ def _init(options: argparse.Namespace) -> int:
     print_files([starter.file], options.json, notes=starter.notes, findings=findings)
     if not options.json:
         print_test_run(starter.test_run)
-    return GOOD
+    return code
+
+
+def report_failed_test_run(run: TestRun | None) -> int:
+    """Report a failed test run, before all other lines; return the exit code."""
+    if run is None or run.is_good:
+        return GOOD
+    print_error("FAILED: the test run does not follow its reference", prefix="")
+    return FAILED
 
 
 def print_test_run(run: TestRun | None) -> None:

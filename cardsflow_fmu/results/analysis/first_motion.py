@@ -40,7 +40,7 @@ _PATH = np.linspace(0.0, 1.0, 9)[1:]
 _HALVINGS = 4
 _MAX_POSES = 1000  # number of searched poses times the square of the number of coordinates
 
-NO_RANGE, NO_MASS = "its joint limits leave no range", "it moves no mass"
+NO_RANGE, NO_MASS = "its joint limits leave no range", "it moves no mass (give its links masses)"
 UNDRIVEN = "no muscle drives it"
 DEPENDENT = "closed loops determine it"
 

@@ -26,8 +26,9 @@ from cardsflow_fmu.cli.init import schema
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.experiment.template import ExperimentDraft, experiment_text
 from cardsflow_fmu.experiment.writer import experiment_data
+from cardsflow_fmu.simulation import draft_search
 from cardsflow_fmu.simulation import starter as starter_module
-from cardsflow_fmu.simulation.starter import init
+from cardsflow_fmu.simulation.starter import Starter, init
 
 ROBOTS = sorted(folder / "robot" for folder in EXAMPLES.iterdir() if (folder / "robot").is_dir())
 VALID = Draft202012Validator(schema())
@@ -205,6 +206,17 @@ def test_init_rejects_a_robot_that_cannot_move(what: str, tmp_path: Path) -> Non
     with pytest.raises((InputError, RobotError), match=what):
         init(tmp_path / "robot", tmp_path / "experiment.toml")
     assert not (tmp_path / "experiment.toml").exists()
+
+
+def test_failed_test_run_is_the_first_line_and_the_exit_code(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    failed = draft_search.TestRun(0.3, 10.0, 7, True, "elbow", "rad")
+    starter = Starter(tmp_path / "experiment.toml", ("test run failed: ...",), (), failed)
+    monkeypatch.setattr(starter_module, "init", lambda *_, **__: starter)
+    for options in ([], ["--json"]):
+        assert main(["init", str(PLANAR_2R / "robot"), "-o", str(tmp_path), *options]) == 1
+        assert capsys.readouterr().err.startswith("FAILED: the test run does not follow")
 
 
 UNDRIVEN = {
