@@ -56,6 +56,10 @@ class Capabilities:
             return ErrorCode.SCALE
         if request.signature != self.signature:
             return ErrorCode.PORTS
+        if not request.step > 0:
+            return ErrorCode.STEP
+        if request.watchdog < 0:
+            return ErrorCode.WATCHDOG
         if request.lockstep:
             return None if self._is_multiple_of_step(request.step) else ErrorCode.STEP
         is_too_short = self.run_parameters(request).watchdog < 2 * request.step

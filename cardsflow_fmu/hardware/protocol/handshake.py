@@ -31,8 +31,8 @@ REJECTION_REASONS = {
     ErrorCode.PORTS: "its signals differ in names, units, order, or kind of command; "
     "use the same robot and the same [hardware.motors] on both sides",
     ErrorCode.SCALE: "it uses a different scale; set the same scale on both sides",
-    ErrorCode.STEP: "it does not support this time step; in lockstep the time step must be 1 to "
-    "1000 steps of the device",
+    ErrorCode.STEP: "it does not support this time step; the time step must be positive, and in "
+    "lockstep 1 to 1000 steps of the device",
     ErrorCode.WATCHDOG: "its watchdog is shorter than two steps; reduce the time step, or set a "
     "longer watchdog on the device",
     ErrorCode.MODE: "it does not support this mode; use the other mode (realtime or lockstep)",
@@ -78,6 +78,8 @@ class Handshake:
     def from_values(cls, values: Iterable[float], lockstep: bool) -> Handshake | None:
         """Return the parameters in the values of a HELLO or a HELLO_ACK, or None if invalid.
 
+        Step, scale and watchdog are not checked: a device answers with an ERROR.
+
         Args:
             values: At least 7 finite numbers.
             lockstep: Whether the flag LOCKSTEP of the frame is set.
@@ -89,8 +91,6 @@ class Handshake:
         signature = join_uint64(high, low)
         counts = (commands, states)
         if signature is None or not all(0 <= n < 2**16 and n == int(n) for n in counts):
-            return None
-        if step <= 0 or scale <= 0 or watchdog < 0:
             return None
         return cls(signature, step, scale, watchdog, int(commands), int(states), lockstep)
 

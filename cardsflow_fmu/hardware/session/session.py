@@ -31,6 +31,8 @@ STARTING, RUNNING, HOLDING, STOPPED = range(4)
 
 _ANSWER_FRACTION = 0.6
 """Fraction of a step for the wait for an answer. The controller uses the remaining time."""
+_MAX_STATE_AGE = 2.0
+"""Maximum age of the state on which control begins, in steps."""
 _MAX_RAMP_DELAY = 0.5
 """Maximum time by which a ramp down may take longer than specified, in [s]."""
 
@@ -169,20 +171,36 @@ class HardwareSession:
         if self._ended:
             raise HardwareError("the hardware has been stopped; reset to connect again")
         if self.mode == STARTING:
-            self._start(t)
+            desired = self._start(t, desired)
+            self._wait_for_state(t, desired)
+            return
         self._time = t
         if self._settings.is_paced:
             self.lateness = self._pacer.wait(t)
-        exchange = self._send(t, self._guard.limit(t, self.step, desired), self._deadline())
-        self._check(exchange)
+        self._exchange_once(t, desired, self._deadline())
+
+    def _wait_for_state(self, t: float, desired: FloatArray) -> None:
+        """Repeat the first exchange until the hardware answers, so that control has a new state."""
+        self._time = t
+        self._exchange_once(t, desired, self._deadline())
+        while self._missed_in_a_row:
+            self._exchange_once(t, desired, self._clock.monotonic() + self.step)
+        if self._settings.is_paced:
+            self._pacer.wait(t)
+
+    def _exchange_once(self, t: float, desired: FloatArray, deadline: float) -> None:
+        self._check(self._send(t, self._guard.limit(t, self.step, desired), deadline))
         self._guard.check(self.q, self.tensions)
 
-    def _start(self, t: float) -> None:
+    def _start(self, t: float, desired: FloatArray) -> FloatArray:
+        """Start the motion. Return the first forces, which hold the robot if the state is old."""
         self._guard.start(t, self._rest)
         self._motors.calibrate(self.lengths, self._rates(), self._guard.forces[: self._m])
         if self._settings.moves_in_real_time:
             self._priority.enter_context(real_time_priority())
         self.mode = RUNNING
+        is_old = self._clock.monotonic() - self._opened > _MAX_STATE_AGE * self.step
+        return self._rest if is_old and self._settings.is_paced else desired
 
     def _deadline(self) -> float:
         """Return the end of the wait for an answer, on the link's clock, in [s]."""

@@ -1,0 +1,52 @@
+"""Start of runs with hardware: the first exchanges after the handshake."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.hardware.virtual_link import World, live_in
+from support.robots.robots import PLANAR_2R
+
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.experiment.settings.hardware import Faults
+from cardsflow_fmu.hardware.emulator.faults import FaultyLine
+from cardsflow_fmu.hardware.protocol.errors import HardwareError
+from cardsflow_fmu.hardware.session.connect import Connection, make_session
+from cardsflow_fmu.hardware.session.session import HardwareSession
+
+LOADING = 2.0
+"""Time from the handshake to the first step, in [s]: a host loads other FMUs."""
+PULL = np.full(4, 90.0)
+
+
+def late_session(monkeypatch: pytest.MonkeyPatch, outage: float) -> tuple[World, HardwareSession]:
+    """Return a session whose first frames are lost."""
+    settings = {"hardware.use": True, "hardware.ramp_in": 0.0}
+    experiment = Experiment.load(PLANAR_2R, settings)
+    world = World(experiment, Faults())
+    live_in(monkeypatch, world)
+    session = make_session(experiment, Connection("virtual:"))
+    session.open()
+    world.line = FaultyLine(world.device, Faults(outages=((0.0, outage),)))
+    world.sleep(LOADING)
+    return world, session
+
+
+def test_control_begins_on_a_new_state_if_the_first_exchange_is_missed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    world, session = late_session(monkeypatch, outage=2.5e-3)
+    session.exchange(0.0, PULL)
+    assert session.missed > 0
+    assert session.age <= 2 * session.step
+    first = world.robot.applied[0][1]
+    assert first.max() < PULL[0]  # the forces that hold the robot, since the last state was old
+    session.exchange(session.step, PULL)
+    np.testing.assert_array_equal(world.robot.applied[-1][1], PULL)
+    session.end()
+
+
+def test_a_run_without_a_first_answer_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, session = late_session(monkeypatch, outage=1.0)
+    with pytest.raises(HardwareError, match="no state in 11 exchanges"):
+        session.exchange(0.0, PULL)
