@@ -346,7 +346,7 @@ def _serve(
         print_line(str(event), **asdict(event))
 
     with collect_interrupts() as pressed, DeviceServer(device, options.listen, line=line) as server:
-        status = StatusReporter(device, report_event)
+        status = StatusReporter(device, report_event, lambda: server.lateness)
         if server.is_open and not device.is_signed:
             what = "frames are not signed: anyone on the network can send commands; use --key-file"
             print_warning(f"{server.uri}: {what}")

@@ -155,6 +155,7 @@ class HardwareModel(ExperimentModel):
             session.round_trip,
             session.lateness,
             session.mode,
+            session.clamped,
         )
         if self._tasks.size:
             self._tasks[:] = self._paths.task_position(session.q)

@@ -40,6 +40,7 @@ _TYPES: dict[str, tuple[type, ...]] = {
 
 _NUMBERS = ["tracking.rms", "tracking.max", "forces.min", "forces.max"]
 _NUMBERS += [f"contact_friction.{name}" for name in ("excess", "not_converged_steps", "error")]
+_NUMBERS += ["hardware.missed", "hardware.exchanges"]
 
 _INNER = {"hardware": "round_trip", "real_time": "lateness"}
 """Keys of nested tables."""

@@ -72,7 +72,8 @@ def _real_time_lines(summary: Mapping[str, Any]) -> list[str]:
         )
         if hardware["round_trip"] is not None:
             lines[0] += (
-                f": {hardware['missed']} exchanges missed, oldest state "
+                f": {hardware['missed']} exchanges missed, "
+                f"{hardware.get('clamped') or 0} commands clamped, oldest state "
                 f"{_text(hardware['oldest_state'], 1e3)} ms, round trip median "
                 f"{_text(hardware['round_trip']['median'], 1e6)}, "
                 f"99 % {_text(hardware['round_trip']['p99'], 1e6)} us"

@@ -11,6 +11,8 @@ _SMALL_ERROR = 0.01
 """Minimum tracking error for a warning, in [rad] or [m]."""
 _MAX_SHARE = 0.01
 """Maximum share of infeasible or not converged ticks of a run that succeeds."""
+MAX_MISSED_SHARE, FAILED_MISSED_SHARE = 0.01, 0.2
+"""Maximum shares of missed exchanges of a run without a warning, and of a run that succeeds."""
 NOT_FOLLOWED = "reference not followed"
 """Failure of a run with large tracking errors."""
 _MAX_NAMES = 3
@@ -23,7 +25,14 @@ def problems(summary: Mapping[str, Any]) -> list[str]:
     Args:
         summary: Result of `summarize` or `summarize_system`, or the summary.json of a run.
     """
-    checks = (_lost_estimate, _infeasible, _not_converged, _contact_errors, _tracking_errors)
+    checks = (
+        _missed_exchanges,
+        _lost_estimate,
+        _infeasible,
+        _not_converged,
+        _contact_errors,
+        _tracking_errors,
+    )
     return [line for problem in checks for line in problem(summary)]
 
 
@@ -40,12 +49,31 @@ def failure(summary: Mapping[str, Any]) -> str | None:
         count = summary.get(key) or 0
         if count > _MAX_SHARE * ticks:
             return f"{count} of {ticks} ticks {name}"
+    missed, exchanges = _exchanges(summary)
+    if missed > FAILED_MISSED_SHARE * exchanges:
+        return f"{missed} of {exchanges} exchanges with the hardware missed"
     return None
 
 
 def failure_text(summary: Mapping[str, Any]) -> str | None:
     """Return the line about a failed run, such as `FAILED: reference not followed`, or None."""
     return f"FAILED: {summary['failure']}" if summary.get("status") == "failed" else None
+
+
+def _exchanges(summary: Mapping[str, Any]) -> tuple[int, int]:
+    """Return the numbers of missed and of all exchanges with hardware."""
+    hardware = summary.get("hardware") or {}
+    return hardware.get("missed") or 0, hardware.get("exchanges") or 0
+
+
+def _missed_exchanges(summary: Mapping[str, Any]) -> list[str]:
+    missed, exchanges = _exchanges(summary)
+    if missed <= MAX_MISSED_SHARE * exchanges:
+        return []
+    return [
+        f"{missed} of {exchanges} exchanges with the hardware missed: control used older states; "
+        "check the connection, and whether the device and this computer keep up"
+    ]
 
 
 def _lost_estimate(summary: Mapping[str, Any]) -> list[str]:

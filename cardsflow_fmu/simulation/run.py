@@ -275,9 +275,10 @@ def _run(
                 begin = time.perf_counter()
                 recording = pace.with_final_check(loop.run(progress, pace.pacer, watch, journal))
                 speed = Speed(time.perf_counter() - begin, begin - started)
-    result = system.result(
-        recording, finite(system.summary(recording, speed) | pace.report(recording))
-    )
+    summary, report = system.summary(recording, speed), pace.report(recording)
+    if "hardware" in report:
+        report["hardware"] |= summary.get("hardware", {})
+    result = system.result(recording, finite(summary | report))
     if folder is not None:
         with ignore_interrupts():
             assert journal is not None

@@ -52,6 +52,7 @@ def hardware_groups(
         Port("round_trip_time", "s", "output", "continuous", "Time from a command to its answer"),
         Port("lateness", "s", "output", "continuous", "Lateness of the start of the step"),
         Port("mode", "", "output", "discrete", f"State of the hardware: {modes}"),
+        Port("clamped", "", "output", "discrete", "Commands that the device clamped"),
     ]
     groups: dict[str, Sequence[Port]] = {}
     f_min = [muscle.f_min for muscle in robot.muscles]

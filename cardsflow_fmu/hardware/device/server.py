@@ -62,6 +62,7 @@ class DeviceServer:
         own_uri: Address of the server for programs on the same machine.
         is_open: Whether other machines can reach the server.
         slipped: Time that was skipped because the machine was too slow, in [s].
+        lateness: Maximum lateness of the robot's steps in the current run, in [s].
     """
 
     def __init__(self, device: Device, uri: str, *, line: Line | None = None) -> None:
@@ -83,7 +84,7 @@ class DeviceServer:
         self.uri = f"udp://{_uri_host(host)}:{port}"
         self.own_uri = f"udp://{_uri_host(_local_host(address))}:{port}"
         self.is_open = not ipaddress.ip_address(address.partition("%")[0]).is_loopback
-        self.slipped = 0.0
+        self.slipped = self.lateness = 0.0
         self._receiver = AdaptiveReceiver(
             self._socket, partial(self._socket.recvfrom, MAX_BYTES + 1)
         )
@@ -122,6 +123,10 @@ class DeviceServer:
     def _advance(self, reached: float, now: float) -> float:
         """Advance the device by all due steps. Return the time up to which it is simulated."""
         device = self.device
+        if device.state == "ready":
+            self.lateness = 0.0
+        elif device.moves_in_real_time:
+            self.lateness = max(self.lateness, now - reached - device.step)
         if now - reached > max(_MAX_CATCH_UP, 2 * device.step):
             if device.state == "running":
                 self.slipped += now - reached - device.step

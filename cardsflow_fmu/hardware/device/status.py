@@ -34,10 +34,20 @@ class StatusReporter:
     """Reporter of the state changes of a device.
 
     A reason to reject runs is reported once per run.
+
+    Args:
+        device: The device.
+        report: Function that is called with each event.
+        lateness: Function that returns the maximum lateness of the device in the run, in [s].
     """
 
-    def __init__(self, device: Device, report: Callable[[Event], object]) -> None:
-        self._device, self._report = device, report
+    def __init__(
+        self,
+        device: Device,
+        report: Callable[[Event], object],
+        lateness: Callable[[], float] = float,
+    ) -> None:
+        self._device, self._report, self._lateness = device, report, lateness
         self._before = (device.run_id, device.state, device.failure)
         self._counted = dict(device.counters)
         self._rejected: set[ErrorCode] = set()
@@ -65,7 +75,9 @@ class StatusReporter:
         if agreed is None:
             return ""
         if device.state == "safe":
+            late = 1e3 * self._lateness()
             timeout = f"no command for {agreed.watchdog:g} s"
+            timeout += f" (this device was late by up to {late:.3g} ms)"
             return timeout if expired else "stopped on request" if stopped else ""
         if device.state == "ready":
             mode = "in lockstep" if agreed.lockstep else "in real time"

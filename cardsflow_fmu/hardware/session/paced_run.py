@@ -11,7 +11,9 @@ from cardsflow_fmu.cosim.pace import Pace
 from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
-from cardsflow_fmu.utils.arrays import FloatArray
+
+_SAFE = "entered its safe state"
+"""Part of the message about a device in its safe state."""
 
 
 class HardwarePace(Pace):
@@ -52,20 +54,19 @@ class HardwarePace(Pace):
             "hardware": {
                 "link": self._hardware.link,
                 "mode": self._hardware.mode,
-                **_exchange_statistics(columns),
+                "watchdog_expired": self._watchdog_expired(recording),
             },
         }
 
+    def _watchdog_expired(self, recording: Recording) -> bool | None:
+        """Return whether the device's watchdog must have expired during the run.
 
-def _exchange_statistics(columns: dict[str, FloatArray]) -> dict[str, Any]:
-    """Return statistics of missed exchanges, round trip times and ages, if they are recorded."""
-    missed, trips = columns.get("missed", np.empty(0))[1:], columns.get("round_trip_time")
-    if trips is None or not missed.size:
-        return {"missed": None, "round_trip": None, "oldest_state": None, "unit": "s"}
-    median, p99 = np.quantile(trips[1:], [0.5, 0.99])
-    return {
-        "missed": int(missed[-1]),
-        "round_trip": {"median": float(median), "p99": float(p99), "max": float(trips[1:].max())},
-        "oldest_state": float(columns["age"][1:].max()),
-        "unit": "s",
-    }
+        The device may also have answered with its safe state, which ends a run as a failure. None
+        without recorded ages.
+        """
+        ages = recording.columns.get("age", np.empty(0))[1:]
+        if not self._hardware.is_paced:
+            return False
+        if isinstance(recording.failure, HardwareError) and _SAFE in str(recording.failure):
+            return True
+        return bool(ages.max() > self._hardware.watchdog) if ages.size else None

@@ -59,6 +59,7 @@ class HardwareSession:
         torques: Torques of joint motors, in [N·m] or [N], or shape (0,) if not measured.
         age: Time since the newest state arrived, in [s].
         missed: Number of exchanges without a new state.
+        clamped: Number of commands that the device clamped to its limits.
         round_trip: Round trip time of the newest answer, in [s]; 0 before the first answer.
         lateness: Delay of the start of the newest exchange, in [s].
         mode: STARTING, RUNNING, HOLDING or STOPPED.
@@ -97,10 +98,10 @@ class HardwareSession:
             self.q, self.qd = pose.q, np.zeros(n)
         self.lengths: FloatArray = measured if settings.has_lengths else np.zeros(m)
         self.age = self.lateness = self.round_trip = 0.0
-        self.missed = self._missed_in_a_row = 0
+        self.missed = self.clamped = self._missed_in_a_row = 0
         self.mode = STARTING
         self._rest = self._guard.resting_forces
-        self._time = self._opened = 0.0
+        self._time = self._opened = self._max_lateness = 0.0
         self._ended = False
 
     @property
@@ -177,6 +178,7 @@ class HardwareSession:
         self._time = t
         if self._settings.is_paced:
             self.lateness = self._pacer.wait(t)
+            self._max_lateness = max(self._max_lateness, self.lateness)
         self._exchange_once(t, desired, self._deadline())
 
     def _wait_for_state(self, t: float, desired: FloatArray) -> None:
@@ -237,9 +239,14 @@ class HardwareSession:
             raise HardwareError("the robot of the device has failed; see the device's messages")
         if exchange.state is not None and exchange.device_flags & Flag.SAFE:
             agreed = self._link.agreed or self._handshake
-            what = f"no command arrived for {agreed.watchdog:g} s, or it was stopped"
+            what = (
+                f"no command arrived for {agreed.watchdog:g} s, or it was stopped (this computer "
+                f"started steps late by up to {1e3 * self._max_lateness:.3g} ms; see also the "
+                "lateness in the messages of the device)"
+            )
             raise HardwareError(f"the device has entered its safe state: {what}")
         if exchange.state is not None:
+            self.clamped += bool(exchange.device_flags & Flag.CLAMPED)
             self._missed_in_a_row, self.mode = 0, RUNNING
             return
         self.missed += 1

@@ -95,7 +95,7 @@ def test_the_ports_are_the_ports_of_the_plant_and_diagnostics(folder: Path) -> N
     muscles = [port.name[2:] for port in plants if port.name.startswith("f.")]
     assert [port.name for port in others] == [
         *(f"tension.{muscle}" for muscle in muscles),
-        *("age", "missed", "round_trip_time", "lateness", "mode"),
+        *("age", "missed", "round_trip_time", "lateness", "mode", "clamped"),
     ]
 
 

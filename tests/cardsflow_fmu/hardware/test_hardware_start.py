@@ -13,6 +13,8 @@ from cardsflow_fmu.hardware.emulator.faults import FaultyLine
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.session.connect import Connection, make_session
 from cardsflow_fmu.hardware.session.session import HardwareSession
+from cardsflow_fmu.results.verdict import failure, problems
+from cardsflow_fmu.simulation.run import simulate
 
 LOADING = 2.0
 """Time from the handshake to the first step, in [s]: a host loads other FMUs."""
@@ -50,3 +52,29 @@ def test_a_run_without_a_first_answer_ends(monkeypatch: pytest.MonkeyPatch) -> N
     _, session = late_session(monkeypatch, outage=1.0)
     with pytest.raises(HardwareError, match="no state in 11 exchanges"):
         session.exchange(0.0, PULL)
+
+
+@pytest.mark.parametrize(
+    ("missed", "warns", "fails"), [(10, 0, False), (11, 1, False), (201, 1, True)]
+)
+def test_many_missed_exchanges_are_a_warning_or_a_failure(
+    missed: int, warns: int, fails: bool
+) -> None:
+    summary = {"hardware": {"missed": missed, "exchanges": 1000}}
+    assert len(problems(summary)) == warns
+    failed = f"{missed} of 1000 exchanges with the hardware missed" if fails else None
+    assert failure(summary) == failed
+
+
+@pytest.mark.parametrize("bound", [100.0, 20.0])
+def test_the_summary_counts_clamped_commands(monkeypatch: pytest.MonkeyPatch, bound: float) -> None:
+    """The device has a lower maximum force than the controller."""
+    settings = {"hardware.use": True, "hardware.link": "virtual:", "run.duration": 0.1}
+    experiment = Experiment.load(PLANAR_2R, settings)
+    world = World(experiment, Faults())
+    world.device._upper[:] = bound
+    live_in(monkeypatch, world)
+    hardware = simulate(experiment, coupling="direct").summary["hardware"]
+    assert hardware["exchanges"] == 100
+    assert (hardware["clamped"] > 0) == (bound < 100.0)
+    assert hardware["watchdog_expired"] is False
