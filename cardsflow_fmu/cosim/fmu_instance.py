@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -61,7 +62,8 @@ class FmuInstance(DescribedFmu):
             if self._messages():
                 raise SimulationError(f"{file}: {self._messages()}") from None
             reason = " ".join(str(error).split())
-            raise InputError(f"cannot be loaded: {reason}", file=file) from None
+            what = f"cannot be loaded: {reason}{_mount_hint(folder)}"
+            raise InputError(what, file=file) from None
         try:
             self._bind(self._calls)
             self._start(self._calls, self._start_rows)
@@ -146,3 +148,11 @@ def _user_text(text: str) -> str:
     """Return the message without trace if this package has raised it, otherwise the full text."""
     summary, trace, _ = text.partition("\nTraceback (most recent call last):")
     return _OWN_ERROR.sub("", summary, count=1) if trace and _OWN_ERROR.search(summary) else text
+
+
+def _mount_hint(folder: Path) -> str:
+    """Return advice if the folder's file system does not permit the execution of files."""
+    forbids = getattr(os, "ST_NOEXEC", 0)  # not on Windows and macOS
+    if not forbids or not os.statvfs(folder).f_flag & forbids:
+        return ""
+    return f"; {folder} is mounted with noexec: set TMPDIR to another folder"

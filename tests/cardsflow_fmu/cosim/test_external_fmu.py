@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
 import zipfile
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from xml.sax.saxutils import escape
 
@@ -244,12 +246,20 @@ def test_a_start_value_that_is_not_a_number_is_an_error(tmp_path: Path, compiler
 
 
 @pytest.mark.slow
-def test_a_library_that_cannot_be_loaded_does_not_change_the_current_folder(tmp_path: Path) -> None:
+def test_a_library_that_cannot_be_loaded_does_not_change_the_current_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     built = build(Experiment.load(PLANAR_2R), tmp_path / "built")
     file, here = tmp_path / "odd.fmu", Path.cwd()
     with zipfile.ZipFile(built["plant"]) as good, zipfile.ZipFile(file, "w") as bad:
         for name in good.namelist():
             bad.writestr(name, b"?" if name.startswith("binaries/") else good.read(name))
-    with pytest.raises(InputError, match=r"odd\.fmu: cannot be loaded"):
-        simulate(Experiment.load(PLANAR_2R, {"fmus.plant": str(file)}))
+    experiment = Experiment.load(PLANAR_2R, {"fmus.plant": str(file)})
+    with pytest.raises(InputError, match=r"odd\.fmu: cannot be loaded") as caught:
+        simulate(experiment)
     assert Path.cwd() == here
+    assert "TMPDIR" not in str(caught.value)
+    noexec = SimpleNamespace(f_flag=os.ST_NOEXEC)
+    monkeypatch.setattr("cardsflow_fmu.cosim.fmu_instance.os.statvfs", lambda _: noexec)
+    with pytest.raises(InputError, match="is mounted with noexec: set TMPDIR to another folder"):
+        simulate(experiment)
