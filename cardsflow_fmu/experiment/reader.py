@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import InputError, Robot
-from addin_sdfusion.robot.formats.read import holds_robot
+from addin_sdfusion.robot.formats.read import Reading, holds_robot
 from cardsflow_fmu.cosim.signals.estimation import estimation_wiring
 from cardsflow_fmu.cosim.signals.ports import load_signals
 from cardsflow_fmu.cosim.signals.world import wrench_signals
@@ -115,13 +115,23 @@ def _require_text(file: Path) -> None:
 
 
 def experiment_settings(
-    data: Mapping[str, Any], file: Path, named: tuple[Path, ...] = ()
+    data: Mapping[str, Any],
+    file: Path,
+    named: tuple[Path, ...] = (),
+    reading: Reading | None = None,
 ) -> dict[str, Any]:
-    """Return the attributes of an `Experiment` from the content of a file."""
+    """Return the attributes of an `Experiment` from the content of a file.
+
+    Args:
+        data: The content.
+        file: The file.
+        named: Files that may be packed from any folder.
+        reading: Result of reading the robot of [robot], to read it only once.
+    """
     context = Context(file)
     data = _add_default_gains(data)
     tables = ExperimentTables.read(data, context)
-    robots, in_file = _read_robots(tables, context, named)
+    robots, in_file = _read_robots(tables, context, named, reading)
     robot = with_muscle_settings(robots["robot"], tables.muscles, context)
     data = with_dependent(data, robot, file)
     context = Context(file, robot_names(robot))
@@ -236,7 +246,7 @@ def _add_default_gains(data: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _read_robots(
-    tables: ExperimentTables, context: Context, named: tuple[Path, ...]
+    tables: ExperimentTables, context: Context, named: tuple[Path, ...], reading: Reading | None
 ) -> tuple[dict[str, Any], list[str]]:
     """Read [robot], or combine [[robots]].
 
@@ -244,7 +254,7 @@ def _read_robots(
         Attributes of the `Experiment`, and the names of all coordinates in the robot file.
     """
     if tables.robots is None:
-        reading, robot = read_robot(tables.robot, context)
+        reading, robot = read_robot(tables.robot, context, reading=reading)
         own: dict[str, Any] = {"robot_overrides": tables.robot.overrides}
     else:
         own = {"parts": read_parts(tables.robots, context)}

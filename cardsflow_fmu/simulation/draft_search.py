@@ -6,6 +6,7 @@ import math
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import numpy as np
 from addin_sdfusion.robot import CardsflowError, InputError, Robot, SimulationError
 from addin_sdfusion.robot.checks.not_simulated import not_simulated
 from addin_sdfusion.robot.files import is_folder
+from addin_sdfusion.robot.formats.read import Reading, read
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
 from cardsflow_fmu.cosim.recording import Watch
 from cardsflow_fmu.cosim.signals.muscles import modelled_muscles
@@ -105,6 +107,10 @@ class DraftSearch:
     robot: Robot
     robot_path: Path
     cable_set: str | None
+
+    @cached_property
+    def _reading(self) -> Reading:
+        return read(self.robot_path.resolve(), self.cable_set)
 
     def find_best(self) -> tuple[ExperimentDraft, TestRun | None]:
         """Return the best draft and its test run; None if the native models do not support it."""
@@ -285,7 +291,8 @@ class DraftSearch:
         text = experiment_text(self.robot, str(path), draft, self.cable_set)
         file = path.parent / EXPERIMENT_TOML  # for messages; the file does not exist
         try:
-            experiment = Experiment(**experiment_settings(tomllib.loads(text), file))
+            data = tomllib.loads(text)
+            experiment = Experiment(**experiment_settings(data, file, reading=self._reading))
         except InputError as error:
             if error.file == file:
                 error.file = self.robot_path

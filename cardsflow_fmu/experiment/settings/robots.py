@@ -109,12 +109,13 @@ def _simplify_path(path: Path) -> Path:
 
 
 def read_robot(
-    settings: RobotSettings, context: Context, key: str = "robot"
+    settings: RobotSettings, context: Context, key: str = "robot", reading: Reading | None = None
 ) -> tuple[Reading, Robot]:
-    """Return the robot of [robot], and the result of reading its files."""
+    """Return the robot of [robot], and the result of reading its files if it is not given."""
     try:
-        path = _simplify_path(context.file.parent / settings.path)
-        reading = read(path, settings.cable_set)
+        if reading is None:
+            path = _simplify_path(context.file.parent / settings.path)
+            reading = read(path, settings.cable_set)
     except UnknownNameError as error:
         context.require(f"{key}.cable_set", "cable set", error.name, error.known)
         raise
