@@ -19,11 +19,18 @@ class LinkSettings:
         link: Name of the link.
         collision: Its collision geometry; None for the geometry that all links use.
         mass: Its mass in [kg], which scales its inertia; None for the mass in the design.
+        name: Its name in the exported files; if empty, the name in the design.
     """
 
     link: str
     collision: Collision | None = None
     mass: float | None = None
+    name: str = ""
+
+    @property
+    def exported_name(self) -> str:
+        """Name of the link in the exported files."""
+        return self.name or self.link
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,12 +42,16 @@ class JointSettings:
         effort: Maximum torque or force of its motor, in [N·m] or [N].
         damping: Viscous damping, in [N·m·s/rad] or [N·s/m].
         friction: Coulomb friction, in [N·m] or [N].
+        velocity: Maximum velocity, in [rad/s] or [m/s].
+        reversed: Whether the coordinate is positive in the opposite direction of the design.
     """
 
     joint: str
     effort: float | None = None
     damping: float | None = None
     friction: float | None = None
+    velocity: float | None = None
+    reversed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,8 +100,8 @@ class ExportSettings:
     of_joints: tuple[JointSettings, ...] = ()
 
     def collision_of(self, link: str) -> Collision:
-        """Return the collision geometry of a link."""
-        own = [chosen.collision for chosen in self.of_links if chosen.link == link]
+        """Return the collision geometry of a link, by its name in the exported files."""
+        own = [chosen.collision for chosen in self.of_links if chosen.exported_name == link]
         return next((collision for collision in own if collision is not None), self.collision)
 
     @property

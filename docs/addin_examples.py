@@ -111,9 +111,15 @@ EXPORT = Example(
         "Since the last export:\nlink forearm_l: 0.85 kg; before: 0.912 kg",
     },
     cells={
-        "of_links": (("torso", AS_ALL, ""), ("forearm_l", "Cylinder", "0.85")),
-        "of_joints": (("shoulder_l", "25", "0.1", ""), ("elbow_l", "", "0.05", "0.02")),
+        "of_links": (("torso", AS_ALL, "", ""), ("forearm_l", "Cylinder", "0.85", "ulna")),
+        "of_joints": (
+            ("shoulder_l", "25", "0.1", "", "6", "As designed"),
+            ("elbow_l", "", "0.05", "0.02", "", "Reversed"),
+        ),
     },
-    choices={"of_links": (False, True, False)},
+    choices={
+        "of_links": (False, True, False, False),
+        "of_joints": (False, False, False, False, False, True),
+    },
     hidden=("components",),
 )

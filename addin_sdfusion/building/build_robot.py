@@ -13,6 +13,7 @@ from ..robot.finding_builders import error, warning
 from ..robot.model.joint import Joint
 from ..robot.model.pose import Pose
 from ..robot.model.robot import Link, Robot
+from ..robot.transforms.rename_links import rename_links
 from ..snapshot import BodySnapshot, DesignSnapshot, bare_name
 from ..snapshot.mass_properties import link_inertia
 from .design_checks import (
@@ -26,6 +27,7 @@ from .design_checks import (
 )
 from .joints.couplings import add_couplings
 from .joints.edges import Edges, find_edges, grounded_links, pinned_links
+from .joints.reversal import reverse_coordinates
 from .links.links import Links, find_links, is_link_group
 from .links.masses import Masses, compute_masses
 from .overrides import override_joint_settings, override_masses
@@ -49,8 +51,9 @@ class BuiltRobot:
         findings: Findings on the design and the robot, errors first.
         T_world_link: Pose of every link of the tree, at the pose of the design.
         bodies_of_link: The bodies of every link.
-        link_of_occurrence: Link of each occurrence, as returned by `link_of`.
-        base: Link at the root of the tree; empty if it does not exist.
+        link_of_occurrence: Link of each occurrence, by its name in the design, as returned by
+            `link_of`; the other attributes contain the exported names.
+        base: Link at the root of the tree, by its name in the design; empty if it does not exist.
         loops: Joint names of every closed loop; it can be cut at each of them.
     """
 
@@ -70,7 +73,7 @@ def build_robot(snapshot: DesignSnapshot) -> BuiltRobot:
     """
     wrong = snapshot_findings(snapshot)
     if not wrong:
-        building = _RobotBuilder(upright(snapshot))
+        building = _RobotBuilder(reverse_coordinates(upright(snapshot)))
         if building.has_links:
             return building.build()
         wrong = building.findings
@@ -143,11 +146,12 @@ class _RobotBuilder:
         ]
         massless = massless_links(links.names, masses.parts)
         found = sort_findings(add_robot_findings(self.findings, massless, robot))
+        names = {each.link: each.exported_name for each in snapshot.settings.of_links}
         return BuiltRobot(
-            None if any(finding.is_error for finding in found) else robot,
+            None if any(finding.is_error for finding in found) else rename_links(robot, names),
             found,
-            {link: T.pose() for link, T in self._frames.T_world_link.items()},
-            masses.bodies,
+            {names.get(k, k): T.pose() for k, T in self._frames.T_world_link.items()},
+            {names.get(k, k): bodies for k, bodies in masses.bodies.items()},
             links.of_occurrence,
             base,
             self._tree.loops,

@@ -10,6 +10,7 @@ from typing import Any
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import error, unknown, warning
 from ..robot.model.joint import Coordinate, Joint
+from ..robot.model.robot import WORLD
 from ..settings import ExportSettings, JointSettings, LinkSettings
 from ..snapshot.mass_properties import Part
 
@@ -19,6 +20,7 @@ def override_masses(
 ) -> tuple[dict[str, Part], list[Finding]]:
     """Return the links with the chosen masses and proportionally scaled inertias."""
     made, findings = dict(parts), list(_invalid_settings("link", settings.of_links, parts))
+    findings += _equal_names(settings, parts)
     for chosen in settings.of_links:
         part = parts.get(chosen.link)
         if part is None or chosen.mass is None or not 0.0 < chosen.mass < math.inf:
@@ -34,10 +36,21 @@ def override_masses(
     return made, findings
 
 
+def _equal_names(settings: ExportSettings, links: Collection[str]) -> Iterator[Finding]:
+    """Yield an error for each link whose chosen name is the exported name of another link."""
+    names = {each.link: each.exported_name for each in settings.of_links}
+    for link, name in names.items():
+        others = [other for other in links if other != link and names.get(other, other) == name]
+        if name != link and link in links and (others or name == WORLD):
+            what = "is reserved" if name == WORLD else f"is also the name of link {others[0]!r}"
+            problem = f"its exported name {name!r} {what}; choose another one in Export"
+            yield error(Subject("link", link), "bad-setting", problem)
+
+
 def override_joint_settings(
     joints: Sequence[Joint], settings: ExportSettings
 ) -> tuple[tuple[Joint, ...], list[Finding]]:
-    """Return the joints with the chosen effort, damping and friction."""
+    """Return the joints with the chosen effort, velocity, damping and friction."""
     chosen = {each.joint: each for each in settings.of_joints}
     names = [c.name for joint in joints for c in joint.coordinates]
     made = tuple(
@@ -61,6 +74,8 @@ def _apply(c: Coordinate, chosen: JointSettings | None) -> Coordinate:
     changes: dict[str, Any] = {}
     if chosen.damping is not None:
         changes["damping"] = chosen.damping
+    if chosen.velocity is not None:
+        changes["max_velocity"] = chosen.velocity
     if chosen.friction is not None:
         changes["friction"] = chosen.friction
     if chosen.effort is not None:
@@ -82,7 +97,7 @@ def _invalid_settings(
                 problem = f"its mass must be above 0 kg, not {each.mass:g}; choose it in Export"
                 yield error(Subject(kind, name), "bad-setting", problem)
             continue
-        for what in ("effort", "damping", "friction"):
+        for what in ("effort", "damping", "friction", "velocity"):
             value = getattr(each, what)
             if value is not None and not 0.0 <= value < math.inf:
                 problem = f"its {what} must be 0 or above, not {value:g}; choose it in Export"

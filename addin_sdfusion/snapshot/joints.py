@@ -28,6 +28,7 @@ class MotionSnapshot:
         stiffness: Spring stiffness, in [N·m/rad] or [N/m].
         rest: Value at which the spring is relaxed, in [rad] or [m].
         effort: Maximum torque or force of the motor, in [N·m] or [N]; None if unknown.
+        velocity: Maximum velocity, in [rad/s] or [m/s]; None if unknown.
     """
 
     kind: Literal["rotation", "translation"]
@@ -41,6 +42,7 @@ class MotionSnapshot:
     stiffness: float = 0.0
     rest: float = 0.0
     effort: float | None = None
+    velocity: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

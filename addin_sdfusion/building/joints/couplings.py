@@ -23,7 +23,10 @@ def add_couplings(
     terms: dict[str, Term] = {}
     findings = []
     for c in sorted(couplings, key=repr):
-        follower, leader = _name(c.follower, c.follower_role), _name(c.leader, c.leader_role)
+        follower, leader = (
+            coupled_name(c.follower, c.follower_role),
+            coupled_name(c.leader, c.leader_role),
+        )
         problem = _problem(c, follower, leader, names, terms)
         if problem:
             subject = Subject("coordinate", follower)
@@ -37,7 +40,7 @@ def add_couplings(
     return made, findings
 
 
-def _name(joint: str, role: str) -> str:
+def coupled_name(joint: str, role: str) -> str:
     """Return the name of a coordinate in the form of `coordinate_name`."""
     name = bare_name(joint)
     return f"{name}_{role}" if role else name

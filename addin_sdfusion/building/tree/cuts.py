@@ -27,6 +27,7 @@ def lost_properties(edge: Edge) -> list[str]:
     words = {
         "limits": any(m.lower is not None or m.upper is not None for m in edge.motions),
         "effort": any(m.effort is not None for m in edge.motions),
+        "velocity": any(m.velocity is not None for m in edge.motions),
         "damping": any(m.damping for m in edge.motions),
         "friction": any(m.friction for m in edge.motions),
         "spring": any(m.stiffness for m in edge.motions),

@@ -130,4 +130,5 @@ def _coordinate(edge: Edge, motion: MotionSnapshot) -> Coordinate:
         friction=motion.friction,
         tau_min=-math.inf if motion.effort is None else -motion.effort,
         tau_max=math.inf if motion.effort is None else motion.effort,
+        max_velocity=math.inf if motion.velocity is None else motion.velocity,
     )

@@ -145,19 +145,20 @@ DIALOG = Dialog(
                     "table",
                     "Links",
                     "Settings of single links. An empty mass is the mass of the design; another "
-                    "mass scales the inertia.",
-                    columns=("Link", "Collision", "Mass [kg]"),
-                    widths=(3, 3, 2),
+                    "mass scales the inertia. An empty name is the name in the design.",
+                    columns=("Link", "Collision", "Mass [kg]", "Exported as"),
+                    widths=(3, 3, 2, 3),
                     rows=6,
                 ),
                 Input(
                     "of_joints",
                     "table",
                     "Joints",
-                    "Maximum torque or force of the motor, viscous damping and friction, in SI "
-                    "units. Empty values are the values of the design.",
-                    columns=("Joint", "Effort", "Damping", "Friction"),
-                    widths=(3, 2, 2, 2),
+                    "Maximum torque or force of the motor, viscous damping, friction and maximum "
+                    "velocity, in SI units. Empty values are the values of the design. A reversed "
+                    "joint is positive in the opposite direction.",
+                    columns=("Joint", "Effort", "Damping", "Friction", "Velocity", "Direction"),
+                    widths=(3, 2, 2, 2, 2, 3),
                     rows=6,
                 ),
             ),

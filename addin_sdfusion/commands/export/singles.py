@@ -11,8 +11,9 @@ from ...settings import ExportSettings, JointSettings, LinkSettings
 from ..inputs import Cell, CellEdit
 from .dialog import AS_ALL, COLLISIONS
 
-_COLLISION = 1
-_OF_JOINTS = ("effort", "damping", "friction")
+_COLLISION, _NAME = 1, 3
+_OF_JOINTS = ("effort", "damping", "friction", "velocity")
+_DIRECTIONS = ("As designed", "Reversed")
 
 
 def link_rows(settings: ExportSettings, links: Sequence[str]) -> list[tuple[Cell, ...]]:
@@ -23,7 +24,8 @@ def link_rows(settings: ExportSettings, links: Sequence[str]) -> list[tuple[Cell
     for name in links:
         link = chosen.get(name, LinkSettings(name))
         collision = AS_ALL if link.collision is None else words[link.collision]
-        rows.append((Cell(name), Cell(collision, (AS_ALL, *COLLISIONS)), _cell(link.mass)))
+        cells = Cell(collision, (AS_ALL, *COLLISIONS)), _cell(link.mass)
+        rows.append((Cell(name), *cells, Cell(link.name, editable=True)))
     return rows
 
 
@@ -33,7 +35,9 @@ def joint_rows(settings: ExportSettings, joints: Sequence[str]) -> list[tuple[Ce
     rows: list[tuple[Cell, ...]] = []
     for name in joints:
         joint = chosen.get(name, JointSettings(name))
-        rows.append((Cell(name), *(_cell(getattr(joint, what)) for what in _OF_JOINTS)))
+        direction = Cell(_DIRECTIONS[joint.reversed], _DIRECTIONS)
+        numbers = (_cell(getattr(joint, what)) for what in _OF_JOINTS)
+        rows.append((Cell(name), *numbers, direction))
     return rows
 
 
@@ -47,14 +51,19 @@ def apply_edit(
     """
     if edit.table == "of_links":
         what: dict[str, Any] = {"collision": COLLISIONS.get(edit.value)}
-        if edit.column != _COLLISION:
+        if edit.column == _NAME:
+            what = {"name": edit.value.strip()}
+        elif edit.column != _COLLISION:
             what = {"mass": _number(edit.value)}
         own = {each.link: each for each in settings.of_links}
         name = links[edit.row]
         own[name] = replace(own.get(name, LinkSettings(name)), **what)
         kept = tuple(own[n] for n in sorted(own) if own[n] != LinkSettings(n))
         return replace(settings, of_links=kept)
-    what = {_OF_JOINTS[edit.column - 1]: _number(edit.value)}
+    if edit.column > len(_OF_JOINTS):
+        what = {"reversed": edit.value == _DIRECTIONS[1]}
+    else:
+        what = {_OF_JOINTS[edit.column - 1]: _number(edit.value)}
     of = {each.joint: each for each in settings.of_joints}
     name = joints[edit.row]
     of[name] = replace(of.get(name, JointSettings(name)), **what)

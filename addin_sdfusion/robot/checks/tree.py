@@ -111,6 +111,9 @@ def limits(robot: Robot) -> Iterator[Finding]:
         for what in ("damping", "stiffness", "friction", "armature"):
             if getattr(c, what) < 0.0:
                 yield error(subject, f"negative-{what}", f"{what} {getattr(c, what)!r} is negative")
+        if not c.max_velocity >= 0.0:
+            problem = f"maximum velocity {c.max_velocity!r} must not be negative"
+            yield error(subject, "negative-velocity", problem)
         if c.lower > c.upper:
             problem = f"lower limit {c.lower!r} is above the upper limit {c.upper!r}; exchange "
             problem += "them, or remove both if the joint has no limits"

@@ -187,6 +187,11 @@ BOUNDS_WITHOUT_MOTOR = Feature(
     "motor-bounds-left-out",
     "{format} requires a motor for motor limits, and the joint has no motor; omitted",
 )
+VELOCITY_LIMITS = Feature(
+    "velocity limits",
+    of_coordinates(lambda c: c.max_velocity < math.inf),
+    "velocity-limit-left-out",
+)
 LINK_AND_JOINT_FEATURES = tuple(v for v in list(globals().values()) if isinstance(v, Feature))
 """The features of links and joints."""
 

@@ -78,6 +78,8 @@ class Coordinate:
         coupling: Terms whose sum is the value of the coordinate; empty if it is not coupled.
         locked: Whether the coordinate is locked at its initial value.
         limit_force: Force outside of a range, or None.
+        max_velocity: Maximum velocity, in [rad/s] or [m/s]; infinite if not specified. It is kept
+            in files, but not simulated.
     """
 
     name: str
@@ -96,6 +98,7 @@ class Coordinate:
     coupling: tuple[Term, ...] = ()
     locked: bool = False
     limit_force: LimitForce | None = None
+    max_velocity: float = math.inf
 
     @property
     def is_free(self) -> bool:

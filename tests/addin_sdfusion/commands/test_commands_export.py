@@ -189,17 +189,23 @@ def test_single_links_and_joints_have_settings(fusion: Any, tmp_path: Path) -> N
     command.set(command.cell("of_links", links.index("link_2") + 1, 1).id, "Box")
     command.set(command.cell("of_links", links.index("link_2") + 1, 2).id, "0,75")
     command.set(command.cell("of_joints", joints.index("joint_2") + 1, 2).id, "0.5")
+    command.set(command.cell("of_links", links.index("link_2") + 1, 3).id, "ulna")
+    command.set(command.cell("of_joints", joints.index("joint_2") + 1, 4).id, "6")
+    command.set(command.cell("of_joints", joints.index("joint_2") + 1, 5).id, "Reversed")
     command.set(command.cell("of_joints", joints.index("joint_2") + 1, 3).id, "much")
     assert "'much' is not a number" in command["status"].text
     command.ok()
     robot = read_robot(tmp_path / "robot")
-    assert robot.link("link_2").inertia.mass == 0.75
-    assert {shape.kind for shape in robot.link("link_2").shapes} == {"box"}
-    assert [c.damping for c in robot.joint("joint_2").coordinates] == [0.5]
+    assert robot.link("ulna").inertia.mass == 0.75
+    assert {shape.kind for shape in robot.link("ulna").shapes} == {"box"}
+    (coordinate,) = robot.joint("joint_2").coordinates
+    assert (coordinate.damping, coordinate.max_velocity) == (0.5, 6.0)
+    assert robot.joint("joint_2").motions[0].axis == pytest.approx((0.0, -1.0, 0.0))
     command = fusion.run_command(EXPORT)
-    assert command.table("of_links")[links.index("link_2") + 1][1:] == ["Box", "0.75"]
+    assert command.table("of_links")[links.index("link_2") + 1][1:] == ["Box", "0.75", "ulna"]
     command.set(command.cell("of_links", links.index("link_2") + 1, 1).id, "Default")
     command.set(command.cell("of_links", links.index("link_2") + 1, 2).id, "")
+    command.set(command.cell("of_links", links.index("link_2") + 1, 3).id, "")
     command.ok()
     stored = json.loads(fusion.design.attributes.itemByName("CARDSFlow", "settings").value)
     assert "of_links" not in stored

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,8 +15,9 @@ from addin_sdfusion.exporting.export import export_robot
 from addin_sdfusion.robot import Link, Robot
 from addin_sdfusion.robot.formats.read import read_robot
 from addin_sdfusion.settings import JointSettings, LinkSettings
-from addin_sdfusion.snapshot import DesignSnapshot
+from addin_sdfusion.snapshot import CouplingSnapshot, DesignSnapshot
 from addin_sdfusion.snapshot_file import read_snapshot
+from sim_dart import CoreDynamics
 
 ARM = Path(__file__).parents[3] / "examples/from_cad/two_link_arm.json"
 
@@ -41,12 +43,74 @@ def test_a_chosen_mass_scales_the_inertia_and_nothing_else() -> None:
     assert after.links[:-1] == before.links[:-1]
 
 
-def test_chosen_effort_damping_and_friction_are_exported() -> None:
+def test_chosen_effort_velocity_damping_and_friction_are_exported(tmp_path: Path) -> None:
     name = built().coordinates[0].name
-    c = built(of_joints=(JointSettings(name, 7.0, 0.25, 0.125),)).coordinates[0]
+    chosen = (JointSettings(name, 7.0, 0.25, 0.125, 4.5),)
+    c = built(of_joints=chosen).coordinates[0]
     assert (c.tau_min, c.tau_max, c.damping, c.friction) == (-7.0, 7.0, 0.25, 0.125)
+    assert c.max_velocity == 4.5
+    export_robot(arm(of_joints=chosen, urdf=True, visual=False, collision="none"), tmp_path)
+    (urdf,) = (tmp_path / "urdf").glob("*.urdf")
+    for file in (tmp_path / "model.sdf", urdf):
+        assert [c.max_velocity for c in read_robot(file).coordinates] == [4.5, math.inf]
     (other,) = built(of_joints=(JointSettings(name, damping=0.5),)).coordinates[1:]
     assert other == built().coordinates[1]
+
+
+@pytest.mark.parametrize("chosen", [("joint_1",), ("joint_2",), ("joint_1", "joint_2")])
+def test_a_reversed_joint_moves_the_same_with_the_opposite_sign(chosen: tuple[str, ...]) -> None:
+    limited = (arm().joints[0].motions[0], -0.3, 0.9)
+    coupling = CouplingSnapshot("joint_2", "joint_1", 0.5, 0.2)
+    for couplings in ((), (coupling,)):
+        snapshot = replace(arm(), couplings=couplings)
+        motion = replace(limited[0], value=0.4, lower=limited[1], upper=limited[2], rest=0.1)
+        first = replace(snapshot.joints[0], motions=(motion,))
+        snapshot = replace(snapshot, joints=(first, *snapshot.joints[1:]))
+        before = build_robot(snapshot).robot
+        settings = tuple(JointSettings(name, reversed=True) for name in chosen)
+        snapshot = replace(snapshot, settings=replace(snapshot.settings, of_joints=settings))
+        after = build_robot(snapshot).robot
+        assert before is not None
+        assert after is not None
+        signs = np.array([-1.0 if c.name in chosen else 1.0 for c in before.coordinates])
+        q = np.random.default_rng(1).uniform(-1.0, 1.0, len(signs))
+        ours, theirs = CoreDynamics(before), CoreDynamics(after)
+        assert theirs.muscle_lengths(q * signs) == pytest.approx(ours.muscle_lengths(q), abs=1e-15)
+        M = signs[:, None] * ours.mass_matrix(q) * signs
+        assert theirs.mass_matrix(q * signs) == pytest.approx(M, rel=1e-12)
+        if "joint_1" in chosen:
+            c = after.coordinates[0]
+            assert (c.initial, c.lower, c.upper, c.rest) == (-0.4, -0.9, 0.3, -0.1)
+
+
+def test_links_have_chosen_names_in_all_files(tmp_path: Path) -> None:
+    """Only the name changes; muscles, meshes and settings of the link follow."""
+    before = built()
+    old = before.links[-1].name
+    chosen = (LinkSettings(old, "box", 2.0, "ulna"),)
+    export_robot(arm(of_links=chosen, mjcf=True), tmp_path)
+    own = read_robot(tmp_path)
+    (mjcf,) = (tmp_path / "mjcf").glob("*.xml")
+    for robot in (own, read_robot(mjcf)):
+        names = {"ulna" if link.name == old else link.name for link in before.links}
+        assert {link.name for link in robot.links} == names
+        assert robot.link("ulna").inertia.mass == 2.0
+    assert kinds(own.link("ulna")) == ["box"]
+    q = np.array([0.3, -0.4])
+    assert CoreDynamics(own).muscle_lengths(q) == pytest.approx(
+        CoreDynamics(before).muscle_lengths(q), abs=1e-15
+    )
+
+
+@pytest.mark.parametrize("name", ["base", "world"])
+def test_a_chosen_name_that_exists_is_rejected(name: str) -> None:
+    link = built().links[-1].name
+    (finding,) = [
+        f
+        for f in build_robot(arm(of_links=(LinkSettings(link, name=name),))).findings
+        if f.is_error
+    ]
+    assert f"its exported name {name!r} is " in finding.message
 
 
 @pytest.mark.parametrize(
@@ -56,6 +120,7 @@ def test_chosen_effort_damping_and_friction_are_exported() -> None:
         ({"of_links": (LinkSettings("base", mass=-1.0),)}, "bad-setting", True),
         ({"of_joints": (JointSettings("elbo", damping=1.0),)}, "setting-of-none", False),
         ({"of_joints": (JointSettings("elbow", friction=-1.0),)}, "bad-setting", True),
+        ({"of_joints": (JointSettings("elbow", velocity=-1.0),)}, "bad-setting", True),
     ],
 )
 def test_invalid_settings_are_reported(settings: dict, code: str, is_error: bool) -> None:

@@ -165,6 +165,7 @@ def _limited(rng: np.random.Generator, c: Coordinate, k: int) -> Coordinate:
         friction=friction,
         tau_min=-3.0 if k % 4 == 0 else -math.inf,
         tau_max=5.0 if k % 4 == 0 else math.inf,
+        max_velocity=6.0 if k % 3 == 0 else math.inf,
     )
 
 

@@ -213,6 +213,7 @@ CASPR = Capabilities(
         omitted(features.ARMATURES, "caspr-spring"),
         omitted(features.LIMIT_FORCES, "caspr-spring"),
         omitted(features.LOOPS),
+        omitted(features.VELOCITY_LIMITS),
         omitted(features.MESHES, "caspr-meshes", "CASPR has no meshes; {count} omitted"),
         omitted(
             features.COLLISIONS,

@@ -303,6 +303,7 @@ MJCF = Capabilities(
             of_coordinates(_equal_torques),
         ),
         omitted(features.BOUNDS_WITHOUT_MOTOR),
+        omitted(features.VELOCITY_LIMITS),
         omitted(features.CONDITIONS),
         omitted(features.MOVING_POINTS),
         omitted(

@@ -161,6 +161,7 @@ OPENSIM = Capabilities(
         ),
         omitted(features.FRICTION),
         omitted(features.BOUNDS_WITHOUT_MOTOR),
+        omitted(features.VELOCITY_LIMITS),
         omitted(features.BRANCHES),
         *features.TERMS_OMITTED,
         omitted(features.MUJOCO_WRAPS),

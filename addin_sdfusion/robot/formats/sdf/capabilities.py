@@ -85,7 +85,11 @@ SDF = Capabilities(
         kept(features.GRAVITIES, features.MESHES, features.MESH_NAMES, features.COLLISIONS),
         kept(features.LINK_ENDS, features.INITIAL_VALUES, features.LIMITS, features.DAMPING),
         kept(features.SPRINGS, features.FRICTION, features.MOTORS, features.MOTOR_BOUNDS),
-        kept(features.BOUNDS_WITHOUT_MOTOR, *features.MUSCLE_AND_TASK_FEATURES),
+        kept(
+            features.BOUNDS_WITHOUT_MOTOR,
+            features.VELOCITY_LIMITS,
+            *features.MUSCLE_AND_TASK_FEATURES,
+        ),
         rejected(
             "links, joints and frames with the same name",
             "sdf-name-clash",
@@ -117,10 +121,11 @@ SDF = Capabilities(
             of_coordinates(lambda c: _is_infinite_in_sdf((c.lower, c.upper))),
         ),
         rejected(
-            "motor limits above 1e16",
+            "motor and velocity limits above 1e16",
             "sdf-limit",
-            f"in SDF a motor limit of {NO_LIMIT:g} or more means no limit; use an infinite limit",
-            of_coordinates(lambda c: _is_infinite_in_sdf((c.tau_min, c.tau_max))),
+            f"in SDF a limit of a motor or velocity of {NO_LIMIT:g} or more means no limit; use an "
+            "infinite limit",
+            of_coordinates(lambda c: _is_infinite_in_sdf((c.tau_min, c.tau_max, c.max_velocity))),
         ),
         changed(
             features.CHAINS,

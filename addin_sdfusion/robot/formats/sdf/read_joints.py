@@ -122,7 +122,7 @@ def _with_limits(axis: Node, coordinate: Coordinate) -> Coordinate:
     def number(tag: str) -> float:
         return dynamics.number(tag, 0.0) if dynamics else 0.0
 
-    effort = _effort(limit)
+    effort = _bound(limit, "effort")
 
     return replace(
         coordinate,
@@ -135,20 +135,21 @@ def _with_limits(axis: Node, coordinate: Coordinate) -> Coordinate:
         friction=number("friction"),
         tau_min=-effort,
         tau_max=effort,
+        max_velocity=_bound(limit, "velocity"),
     )
 
 
 def _note_not_simulated(axis: Node, limit: Node | None) -> None:
-    if limit is not None and 0.0 <= limit.number("velocity", -1.0, infinite=True) < NO_LIMIT:
-        limit.warning("joint-not-simulated", "its velocity limit is not simulated; omitted")
+    if limit is not None and _bound(limit, "velocity") < math.inf:
+        limit.warning("joint-not-simulated", "its velocity limit is not simulated")
     if axis.all("mimic"):
         axis.warning("joint-not-simulated", "<mimic> is ignored; the joint moves independently")
 
 
-def _effort(limit: Node | None) -> float:
-    """Return the maximum torque or force of a motor; a negative value in SDF means no limit."""
-    effort = -1.0 if limit is None else limit.number("effort", -1.0, infinite=True)
-    return effort if 0.0 <= effort < NO_LIMIT else math.inf
+def _bound(limit: Node | None, tag: str) -> float:
+    """Return a maximum effort or velocity; a negative value in SDF means no limit."""
+    bound = -1.0 if limit is None else limit.number(tag, -1.0, infinite=True)
+    return bound if 0.0 <= bound < NO_LIMIT else math.inf
 
 
 def _limit(limit: Node | None, tag: str, default: float) -> float:

@@ -117,6 +117,8 @@ def _joint(model: ElementTree.Element, joint: SdfJoint) -> None:
         effort = max(abs(coordinate.tau_min), abs(coordinate.tau_max))
         if effort < NO_LIMIT:
             element(limit, "effort", effort)
+        if coordinate.max_velocity < NO_LIMIT:
+            element(limit, "velocity", coordinate.max_velocity)
         _dynamics(axis, coordinate)
     if joint.closes_loop or needs_frame(joint.T_child_joint):
         name = joint_frame_name(joint.name, joint.child)

@@ -112,6 +112,7 @@ URDF = Capabilities(
         kept(features.LINKS, features.MESHES, features.MESH_NAMES, features.COLLISIONS),
         kept(features.FIXED_JOINTS, features.JOINT_NAMES, features.LIMITS, features.DAMPING),
         kept(features.FRICTION, features.MOTORS, features.BOUNDS_WITHOUT_MOTOR),
+        kept(features.VELOCITY_LIMITS),
         kept(
             *(
                 feature

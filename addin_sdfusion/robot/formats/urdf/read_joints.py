@@ -120,6 +120,7 @@ def _coordinate(node: Node, type_: str, actuated: bool) -> Coordinate:
         tau_min=-effort,
         tau_max=effort,
         coupling=coupling,
+        max_velocity=_velocity(limit),
     )
 
 
@@ -135,8 +136,14 @@ def _number(node: Node | None, name: str, default: float) -> float:
     return math.copysign(math.inf, value) if abs(value) >= NO_LIMIT else value
 
 
+def _velocity(limit: Node | None) -> float:
+    """Return the maximum velocity; infinite if the limit is negative or does not exist."""
+    velocity = _number(limit, "velocity", -1.0)
+    return velocity if velocity >= 0.0 else math.inf
+
+
 def _note_not_simulated(node: Node, limit: Node | None) -> None:
-    if limit is not None and 0.0 <= _number(limit, "velocity", -1.0) < NO_LIMIT:
-        limit.warning("joint-not-simulated", "its velocity limit is not simulated; omitted")
+    if limit is not None and _velocity(limit) < math.inf:
+        limit.warning("joint-not-simulated", "its velocity limit is not simulated")
     for child in node.all("safety_controller"):
         child.warning("joint-not-simulated", "its safety controller is omitted")

@@ -155,11 +155,11 @@ def _joint(root: ElementTree.Element, single: SingleJoint, starts: Mapping[str, 
         offset, slope = (*line, 0.0)[:2] if 0 < len(line) <= 2 else (f - slope * at, slope)
         words = {"multiplier": numbers([slope]), "offset": numbers([offset])}
         element(node, "mimic", None, joint=leader, **words)
-    effort = {"effort": _effort(c), "velocity": NO_LIMIT}
+    effort = {"effort": _effort(c), "velocity": min(c.max_velocity, NO_LIMIT)}
     if node.get("type") != "continuous":
         limits = {"lower": max(c.lower, -NO_LIMIT), "upper": min(c.upper, NO_LIMIT)} | effort
         element(node, "limit", None, **{key: numbers([value]) for key, value in limits.items()})
-    elif effort["effort"] < NO_LIMIT:
+    elif min(effort.values()) < NO_LIMIT:
         element(node, "limit", None, **{key: numbers([value]) for key, value in effort.items()})
     friction = {"friction": numbers([c.friction])} if c.friction else {}
     element(node, "dynamics", damping=numbers([c.damping]), **friction)

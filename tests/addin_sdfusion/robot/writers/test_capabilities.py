@@ -226,6 +226,7 @@ ALONE = {
         one_link(actuated=True),
         one_link(actuated=True, tau_min=-1.0, tau_max=2.0),
     ),
+    "VELOCITY_LIMITS": (BARE, one_link(max_velocity=2.0)),
     "LOOPS": (BARE, replace(BARE, loops=(LoopJoint("loop", WORLD, "a", "universal", (X, Y)),))),
     "MUSCLE_LAWS": (CABLE, with_muscle(model=SPRING)),
     "IDEAL_PARAMETERS": (CABLE, with_muscle(model=CableModel("ideal", (("colour", 1.0),)))),

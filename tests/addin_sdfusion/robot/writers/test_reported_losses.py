@@ -43,6 +43,7 @@ COVERED = {
     "Coordinate.friction": {"friction-left-out", "caspr-spring"},
     "Coordinate.armature": {"armature-left-out", "caspr-spring", "held-beside-urdf"},
     "Coordinate.limit_force": {"limit-force-left-out", "caspr-spring", "held-beside-urdf"},
+    "Coordinate.max_velocity": {"velocity-limit-left-out"},
     "Coordinate.actuated": {"motor-left-out"},
     "Coordinate.tau_min": {"motor-bounds-left-out", "caspr-motor-bounds", "one-sided-effort"},
     "Coordinate.tau_max": {"motor-bounds-left-out", "caspr-motor-bounds", "one-sided-effort"},
