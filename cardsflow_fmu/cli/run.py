@@ -271,6 +271,13 @@ def add_build(commands: Commands) -> None:
         help="FMI version; system.ssp always contains FMUs of FMI 2.0 (default: 2.0)",
     )
     parser.add_argument(
+        "--kind",
+        choices=("cs", "me"),
+        default="cs",
+        help="cs for co-simulation; me for model exchange: plant.fmu in continuous time for the "
+        "solver of another tool (default: cs)",
+    )
+    parser.add_argument(
         "--scalars",
         action="store_true",
         help="use scalar variables in FMI 3.0, for tools without arrays (default: arrays)",
@@ -305,7 +312,12 @@ def _build(options: argparse.Namespace) -> int:
             arrays=not options.scalars,
             platforms=options.platforms,
             compute=options.compute,
+            kind=options.kind,
         )
+    if options.kind == "me":
+        print_note("plant.fmu is for model exchange; the other models are sampled: use --kind cs")
+        print_files(files.values(), options.json)
+        return GOOD
     if options.compute is None:
         for model, what in python_reasons(experiment).items():
             print_note(f"{model}.fmu uses Python; the C engine does not support {what}")

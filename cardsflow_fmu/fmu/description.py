@@ -59,6 +59,7 @@ class FmuDescription:
         has_derivatives: Whether the model has directional derivatives.
         has_state: Whether an earlier state can be restored.
         needs_tool: Whether Python with this package is required.
+        is_continuous: Whether the FMU is for model exchange; otherwise it is for co-simulation.
         dependencies: Dependencies of the outputs. If None, outputs depend on all inputs.
         sources: C files in the FMU from which its library is compiled, relative to its sources.
     """
@@ -75,6 +76,7 @@ class FmuDescription:
     needs_tool: bool = True
     sources: Sequence[str] = ()
     dependencies: Dependencies | None = None
+    is_continuous: bool = False
 
     @property
     def ports(self) -> list[Port]:
@@ -85,7 +87,7 @@ class FmuDescription:
 def document(
     fmu: FmuDescription,
     identity: Mapping[str, str],
-    co_simulation: ET.Element,
+    interface: ET.Element,
     types: Iterable[ET.Element],
     variables: Iterable[ET.Element],
     structure: ET.Element,
@@ -95,7 +97,7 @@ def document(
     Args:
         fmu: The FMU.
         identity: Attributes of the root: version of FMI, and GUID or instantiation token.
-        co_simulation: Element `CoSimulation`.
+        interface: Element `CoSimulation` or `ModelExchange`.
         types: Type definitions.
         variables: Model variables.
         structure: The model structure.
@@ -110,7 +112,7 @@ def document(
         generationTool=f"CARDSFlow {__version__}",
         variableNamingConvention="structured",
     )
-    root.append(co_simulation)
+    root.append(interface)
     for tag, elements in (
         ("UnitDefinitions", _units(fmu)),
         ("TypeDefinitions", types),

@@ -11,6 +11,7 @@ from .description import FmuDescription
 
 _HEADS = ("variable", "size", "unit", "variability", "start", "description")
 _TITLES = {"input": "Inputs", "output": "Outputs", "parameter": "Parameters"}
+_TITLES["local"] = "State derivatives and event indicators"
 _STYLE = (
     "body{font:15px/1.5 sans-serif;max-width:60em;margin:2em auto;padding:0 1em}"
     "table{border-collapse:collapse}td,th{border:1px solid #bbb;padding:.2em .6em;text-align:left}"
@@ -36,7 +37,25 @@ def documentation_page(fmu: FmuDescription) -> bytes:
     return "\n".join(parts).encode() + b"\n"
 
 
+_CONTINUOUS = (
+    "All values are in SI units. Outputs and derivatives follow from states and inputs.",
+    "States are positions, velocities, states of muscles, and work if energies are outputs.",
+    "Joint limits are state events: a coordinate that reaches a limit stops by an inelastic "
+    "impulse, and is held there while the limit pushes. Loops that integration has opened by more "
+    "than 1e-8 m are closed by a step event.",
+    "Directional derivatives are exact: of outputs, state derivatives and event indicators with "
+    "respect to inputs and states; in initialization mode with respect to inputs and parameters.",
+    "The state can be saved, restored and serialised.",
+)
+
+
 def _notes(fmu: FmuDescription) -> list[str]:
+    if fmu.is_continuous:
+        return [
+            f"Created by CARDSFlow {__version__} for model exchange. The model is compiled. "
+            "The FMU requires no other software.",
+            *_CONTINUOUS,
+        ]
     multiple = (
         "Communication steps may have any length."
         if fmu.any_step
@@ -87,7 +106,7 @@ def _table(variables: list[Variable]) -> list[str]:
 
 def _row(variable: Variable) -> str:
     ports = variable.ports
-    has_start = variable.port.causality != "output"
+    has_start = variable.port.causality in ("input", "parameter")
     units = list(dict.fromkeys(port.unit or "-" for port in ports))
     cells = (
         variable.name,

@@ -1,4 +1,4 @@
-"""Model descriptions of FMI 2.0 for co-simulation."""
+"""Model descriptions of FMI 2.0."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from cardsflow_fmu.cosim.signals.variables import Variable
 
+from . import model_exchange
 from .description import (
     FmuDescription,
     dependency_indices,
@@ -20,14 +21,15 @@ from .description import (
 def describe(fmu: FmuDescription, guid: str) -> ET.Element:
     """Return the root element of a model description of FMI 2.0."""
     types = type_names(fmu)
-    return document(
-        fmu,
-        {"fmiVersion": "2.0", "guid": guid},
-        _co_simulation(fmu),
-        _type_definitions(types),
-        (_variable(variable, types) for variable in fmu.variables),
-        _model_structure(fmu),
-    )
+    identity = {"fmiVersion": "2.0", "guid": guid}
+    variables = [_variable(variable, types) for variable in fmu.variables]
+    interface, structure = _co_simulation(fmu), _model_structure(fmu)
+    if fmu.is_continuous:
+        identity["numberOfEventIndicators"] = str(len(model_exchange.indicators(fmu)))
+        model_exchange.mark_states(fmu, [variable[0] for variable in variables], first=1)
+        interface = model_exchange.interface_2(fmu)
+        structure = model_exchange.structure_2(fmu, structure)
+    return document(fmu, identity, interface, _type_definitions(types), variables, structure)
 
 
 def _co_simulation(fmu: FmuDescription) -> ET.Element:
@@ -70,7 +72,7 @@ def _variable(variable: Variable, types: dict[str, str]) -> ET.Element:
     kind = ET.SubElement(element, "Boolean" if port.boolean else "Real")
     if variable.unit in types:
         kind.set("declaredType", types[variable.unit])
-    if port.causality != "output":
+    if port.causality in ("input", "parameter"):
         kind.set("start", format_start(port))
     if variable.unit:
         kind.set("unit", variable.unit)

@@ -1,4 +1,4 @@
-"""Model descriptions of FMI 3.0 for co-simulation."""
+"""Model descriptions of FMI 3.0."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import xml.etree.ElementTree as ET
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.cosim.signals.variables import Variable
 
+from . import model_exchange
 from .description import (
     FmuDescription,
     dependency_indices,
@@ -29,13 +30,19 @@ def describe(fmu: FmuDescription, token: str) -> ET.Element:
     if _TIME in {variable.name for variable in fmu.variables}:
         raise InputError(f"the name {_TIME!r} is reserved for the independent variable of FMI 3.0")
     types = type_names(fmu)
+    variables = [_variable(variable, types) for variable in fmu.variables]
+    interface, structure = _co_simulation(fmu), _model_structure(fmu)
+    if fmu.is_continuous:
+        model_exchange.mark_states(fmu, variables)
+        interface = model_exchange.interface_3(fmu)
+        structure = model_exchange.structure_3(fmu, structure)
     return document(
         fmu,
         {"fmiVersion": "3.0", "instantiationToken": token},
-        _co_simulation(fmu),
+        interface,
         (ET.Element("Float64Type", name=n, quantity=n, unit=unit) for unit, n in types.items()),
-        [*(_variable(variable, types) for variable in fmu.variables), _independent(len(fmu.ports))],
-        _model_structure(fmu),
+        [*variables, _independent(len(fmu.ports))],
+        structure,
     )
 
 
@@ -67,7 +74,7 @@ def _variable(variable: Variable, types: dict[str, str]) -> ET.Element:
         causality=port.causality,
         variability=port.variability,
     )
-    if port.causality == "output":
+    if port.causality in ("output", "local"):
         element.set("initial", "calculated")
         element.set("intermediateUpdate", "true")
     else:

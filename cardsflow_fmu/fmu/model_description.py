@@ -14,7 +14,8 @@ from .description import FmiVersion, FmuDescription
 
 _PART = r"([A-Za-z_][A-Za-z0-9_]*|'([^'\\\x00-\x1f\x7f-\U0010ffff]|\\['\"?\\abfnrtv])+')"
 _INDICES = r"(\[[0-9]+(,[0-9]+)*\])?"
-_STRUCTURED_NAME = re.compile(rf"{_PART}{_INDICES}(\.{_PART}{_INDICES})*")
+_NAME = rf"{_PART}{_INDICES}(\.{_PART}{_INDICES})*"
+_STRUCTURED_NAME = re.compile(rf"{_NAME}|der\({_NAME}\)")
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _CONTINUOUS_OR_DISCRETE = ("continuous", "discrete")

@@ -52,8 +52,9 @@ def write_fmu(
     native: NativeModel | None = None,
     dependencies: Dependencies | None = None,
     sources: bool = True,
+    is_continuous: bool = False,
 ) -> Path:
-    """Pack a model into an FMU for co-simulation.
+    """Pack a model into an FMU.
 
     Args:
         path: The file to write.
@@ -71,6 +72,7 @@ def write_fmu(
         native: Model in C, from `model_in_c`, or None for a model in Python.
         dependencies: Dependencies of the outputs. If None, outputs depend on all inputs.
         sources: Whether the FMU of a native model contains C sources, for other platforms.
+        is_continuous: Whether the FMU is for model exchange; otherwise it is for co-simulation.
 
     Returns:
         Path of the FMU.
@@ -93,6 +95,7 @@ def write_fmu(
         needs_tool=native is None,
         sources=compiled_files() if native is not None and sources else (),
         dependencies=dependencies,
+        is_continuous=is_continuous,
     )
     files = {_resource_name(name): read_contents(source) for name, source in resources.items()}
     if native is None:

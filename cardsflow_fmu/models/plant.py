@@ -11,6 +11,11 @@ import numpy as np
 
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.model.muscle_laws import command_range
+from cardsflow_fmu.cosim.signals.continuous import (
+    continuous_groups,
+    limited_sides,
+    nominal_values,
+)
 from cardsflow_fmu.cosim.signals.dependencies import Dependencies, plant_dependencies
 from cardsflow_fmu.cosim.signals.groups import Groups
 from cardsflow_fmu.cosim.signals.muscles import (
@@ -27,7 +32,7 @@ from sim_dart import CoreDynamics, compile_blob
 from sim_dart.core.blob import fixed_energy
 from sim_dart.core.tasks import point_rows, task_rows
 from sim_dart.core.wrench_points import wrench_points
-from sim_dart.plant.settings import unsupported_by_core
+from sim_dart.plant.settings import unsupported_by_core, unsupported_by_rk4
 
 from .c_model import CModel
 from .dart_plant import DartPlant
@@ -118,6 +123,35 @@ class PlantModel(CModel):
         return self.opened.directional_derivative(t, h, unknowns, knowns, seeds)
 
 
+class ContinuousPlantModel(PlantModel):
+    """Plant in continuous time, for model exchange, in C only."""
+
+    description = "Simulated robot with muscles, in continuous time"
+
+    @staticmethod
+    def groups(experiment: Experiment) -> Groups:
+        """Return the variables for an experiment in named groups."""
+        return continuous_groups(experiment.robot, PlantModel.groups(experiment))
+
+    @classmethod
+    def missing(cls, experiment: Experiment) -> str | None:
+        """Return a requirement that model exchange does not support, or None."""
+        plant = experiment.plant
+        return unsupported_by_rk4(plant.engine, experiment.scene, experiment.plant_robot)
+
+    @classmethod
+    def file(cls, experiment: Experiment) -> bytes:
+        """Return the contents of the file `native.bin` of the model."""
+        robot, plant = experiment.plant_robot, experiment.plant
+        CoreDynamics(robot)  # raises an error if the mass matrix is singular
+        scales = plant.tension_scale
+        counts, fields = plant_fields(robot, 1, "rk4", plant.wrenches, scales)
+        groups = cls.groups(experiment)
+        fields["nominals"] = nominal_values(groups)
+        fields["limited"] = [2 * j + side for j, side in limited_sides(robot)]
+        return encode("plant", compile_blob(robot), groups, counts, fields)
+
+
 def plant_fields(
     robot: Robot,
     substeps: int,
@@ -149,6 +183,8 @@ def plant_fields(
         "integrator": _INTEGRATORS.index(integrator),
         "tension_scale": tension_scale or [1.0] * len(robot.muscles),
         "fixed_energy": fixed_energy(robot),
+        "nominals": [],
+        "limited": [],
     }
     return {"external_points": len(frames)}, fields
 

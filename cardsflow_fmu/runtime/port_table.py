@@ -14,7 +14,7 @@ from cardsflow_fmu.cosim.signals.variables import Variable
 _MAGIC = b"CARDSFMU"
 _VERSION = 2
 _HEADER_SIZE = 20
-_CAUSALITIES = {"input": 0, "output": 1, "parameter": 2}
+_CAUSALITIES = {"input": 0, "output": 1, "parameter": 2, "local": 1}
 _VARIABILITIES = {"continuous": 0, "discrete": 1, "fixed": 2, "tunable": 3}
 
 

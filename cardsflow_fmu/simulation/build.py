@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Literal
 
+from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.files import write_files
 from cardsflow_fmu.cosim.signals.muscles import modelled_muscles
 from cardsflow_fmu.cosim.signals.roles import ESTIMATOR, HARDWARE, ROLES, SENSORS
@@ -17,7 +19,9 @@ from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.fmu.platforms import libraries_for
 from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.by_role import C_MODELS, missing_in_c, model_class, model_in_c
+from cardsflow_fmu.models.plant import ContinuousPlantModel
 from cardsflow_fmu.runtime.library import find_platform, prebuilt_libraries, this_platform
+from cardsflow_fmu.runtime.model_file import NativeModel
 from cardsflow_fmu.simulation.ssp.from_experiment import experiment_system, replace_plant
 from cardsflow_fmu.simulation.ssp.writer import write_ssp
 from cardsflow_fmu.utils.archive import read_contents
@@ -26,6 +30,9 @@ from cardsflow_fmu.utils.renamed import reject_arguments
 from cardsflow_fmu.utils.temporary import temporary_folder
 
 SYSTEM_FILE = "system.ssp"
+
+Kind = Literal["cs", "me"]
+"""Co-simulation, or model exchange."""
 
 Libraries = Mapping[bool, Mapping[str, Path] | None]
 """C libraries of native and Python FMUs, by platform; None for the current platform."""
@@ -40,10 +47,12 @@ def build(
     arrays: bool = True,
     platforms: Sequence[str] | None = None,
     compute: Compute | None = None,
+    kind: Kind = "cs",
 ) -> dict[str, Path]:
     """Build plant.fmu, controller.fmu, reference.fmu, hardware.fmu and their system.ssp.
 
-    Robots with muscle laws have no hardware.fmu, because hardware is commanded with forces.
+    For model exchange, build only plant.fmu: the other models are sampled. Robots with muscle laws
+    have no hardware.fmu, because hardware is commanded with forces.
 
     Args:
         experiment: The experiment.
@@ -55,14 +64,18 @@ def build(
         compute: `c` for FMUs in C, which run without Python; hardware.fmu, a Python model, is
             omitted. `python` for models that a Python process hosts (default: `run.compute`, with
             Python for models without a C version).
+        kind: `cs` for co-simulation, `me` for model exchange.
 
     Returns:
         The FMUs by model name; the .ssp is in the same folder.
 
     Raises:
         InputError: The folder cannot be written, an external FMU does not match or may not be
-            packed, or `compute` is `c` and a model has no C version.
+            packed, `compute` is `c` and a model has no C version, or model exchange does not
+            support the plant.
     """
+    if validated(Kind, kind, "kind") == "me":
+        return _build_continuous_plant(experiment, Path(folder), fmi, arrays, platforms, compute)
     native: bool | None = validated(Compute, compute or experiment.run.compute, "compute") == "c"
     if compute is None and native:
         native = None
@@ -86,6 +99,48 @@ def build(
     with create_folder(Path(folder), "build"):
         written = write_files(folder, contents)
     return dict(zip(files, written[: len(files)], strict=True))
+
+
+def _build_continuous_plant(
+    experiment: Experiment,
+    folder: Path,
+    fmi: FmiVersion,
+    arrays: bool,
+    platforms: Sequence[str] | None,
+    compute: Compute | None,
+) -> dict[str, Path]:
+    """Build plant.fmu for model exchange."""
+    model, name = ContinuousPlantModel, "plant"
+    advice = 'build it with kind = "cs"'
+    unsupported = "models in Python" if compute == "python" else model.missing(experiment)
+    if name in experiment.fmus:
+        unsupported = f"an external {name}"
+    if unsupported is not None:
+        what = f"model exchange does not support {unsupported}; {advice}"
+        raise InputError(what, file=experiment.file)
+    with temporary_folder() as scratch:
+        libraries: Libraries = {True: _libraries(platforms, scratch, True)}
+        if fmi == "2.0" and platforms is None:
+            libraries = _fmi_2_libraries(libraries)
+        file = write_fmu(
+            scratch / f"{name}.fmu",
+            model_class=model,
+            model_name=name,
+            ports=model.table(experiment),
+            resources=experiment_resources(experiment),
+            step=experiment.run.step,
+            stop_time=experiment.run.duration,
+            fmi=fmi,
+            arrays=arrays,
+            libraries=libraries[True],
+            native=NativeModel(model.file(experiment), has_derivatives=True),
+            dependencies=model.dependencies(experiment),
+            is_continuous=True,
+        )
+        contents = {file.name: read_contents(file)}
+    with create_folder(folder, "build"):
+        written = write_files(folder, contents)
+    return {name: written[0]}
 
 
 def _model_names(experiment: Experiment) -> list[str]:

@@ -52,6 +52,9 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
      gravity        G(q), dofs
      q, qd          state that core_step advances, dofs
      qdd            accelerations, dofs
+     held           -1 for coordinates held at the lower limit, 1 at the upper limit, otherwise 0; the caller may
+                    write them, dofs
+     hold_force     see core_derivative, dofs
      outer          external generalised forces at the last evaluation of a step, dofs
      work           work during the last step, in [J]: of muscles, external forces, damping, cable friction; 4
      energies       energies in [J]: kinetic; potential energy of gravity, zero at the origin of the world; of
@@ -189,6 +192,16 @@ CORE_API int core_step(core *c, const real *u, const real *extra, real h, int32_
    Loops stay closed by accelerations; remaining gaps are closed at the end of the step. After a failure the
    state is somewhere within the step. */
 CORE_API int core_runge_kutta(core *c, const real *u, const real *extra, real h, int32_t steps);
+
+/* In continuous time: compute qdd, law_rates, and in `work` the power, in [W], at the last q, at qd and
+   law_states. Coordinates that are `held` have no acceleration; their limits push with a positive
+   `hold_force`, in [N m] or [N], until they are released. Other coordinates move as without limits. Return 0,
+   or 1 + the index of the first muscle whose command is not finite. */
+CORE_API int core_derivative(core *c, const real *u, const real *extra);
+
+/* At an event at the last q: close the loops, set coordinates beyond a limit to the limit, stop them by
+   inelastic impulses, and compute `held`. Return the same as core_derivative. */
+CORE_API int core_meet_limits(core *c, const real *u, const real *extra);
 
 /* Set the wrenches that act in all following steps: on the point `point` (3) of frame `frame`, -1 for the
    world, a force and a moment (6), in world axes. The caller owns the arrays and may write the wrenches

@@ -99,6 +99,8 @@ real *core_array(core *c, const char *name, size_t *length)
         {"coriolis", c->coriolis, dofs},
         {"gravity", c->gravity, dofs},
         {"qdd", c->qdd, dofs},
+        {"held", c->held, dofs},
+        {"hold_force", c->hold_force, dofs},
         {"q", c->q, dofs},
         {"qd", c->qd, dofs},
         {"outer", c->outer, dofs},

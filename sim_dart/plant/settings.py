@@ -101,16 +101,28 @@ def require_rk4_support(engine: str, scene: Scene | None, robot: Robot) -> None:
             friction. Explicit rules cannot integrate friction: Coulomb friction is discontinuous,
             and cable friction changes its direction within a fraction of a millimetre.
     """
-    unsupported = unsupported_by_core(scene, robot) or (
-        'the engine "dart"' if engine == "dart" else None
-    )
+    unsupported = unsupported_by_rk4(engine, scene, robot)
     if unsupported is not None:
         raise InputError(f"rk4 does not support {unsupported}; {_USE_EULER}")
+
+
+def unsupported_by_rk4(engine: str, scene: Scene | None, robot: Robot) -> str | None:
+    """Return the description of a feature without time derivatives, or None.
+
+    Args:
+        engine: The engine.
+        scene: The scene around the robot, or None.
+        robot: The robot.
+    """
+    unsupported = unsupported_by_core(scene, robot)
+    if unsupported is not None or engine == "dart":
+        return unsupported or 'the engine "dart"'
     cables = [muscle.name for muscle in robot.muscles if muscle.bend_friction]
     rough = [c.name for c in robot.coordinates if c.friction]
     for kind, names in (("cable friction", cables), ("Coulomb friction", rough)):
         if names:
-            raise InputError(f"rk4 does not support {kind} (of {', '.join(names)}); {_USE_EULER}")
+            return f"{kind} (of {', '.join(names)})"
+    return None
 
 
 def unsupported_by_core(scene: Scene | None, robot: Robot) -> str | None:

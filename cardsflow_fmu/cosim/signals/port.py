@@ -9,7 +9,7 @@ from typing import Literal
 from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.identifier import identifier as identifier
 
-Causality = Literal["input", "output", "parameter"]
+Causality = Literal["input", "output", "parameter", "local"]
 Variability = Literal["continuous", "discrete", "fixed", "tunable"]
 
 
@@ -20,7 +20,8 @@ class Port:
     Attributes:
         name: Structured name, such as `q.elbow`.
         unit: Unit, such as `rad`; empty for a number without a unit.
-        causality: `input`, `output` or `parameter`.
+        causality: `input`, `output` or `parameter`; `local` for parts of a model in continuous
+            time.
         variability: `continuous` or `discrete` signals; `fixed` or `tunable` parameters.
         description: Description in one line.
         start: Start value of an input or a parameter.

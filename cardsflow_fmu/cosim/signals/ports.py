@@ -241,6 +241,8 @@ def plant_groups(
         ),
         "step": [Port("step", "s", "parameter", "fixed", "Internal step of the plant", step)],
         "worker_timeout": [WORKER_TIMEOUT],
+        "derivatives": [],  # see `continuous`
+        "indicators": [],
     }
 
 

@@ -48,7 +48,7 @@ class Variable:
         if not self.is_array:
             return self.port.description
         units = "" if len({port.unit for port in self.ports}) == 1 else " (units differ)"
-        names = ", ".join(port.name.split(".", 1)[1] for port in self.ports)
+        names = ", ".join(port.name.split(".", 1)[1].rstrip(")") for port in self.ports)
         return f"{_common_description(self.ports)} of {names}{units}"
 
 
@@ -76,6 +76,8 @@ def array_variables(ports: Sequence[Port]) -> list[Variable]:
 def _array_key(port: Port) -> tuple[str, str, str, bool]:
     """Return the key of a port's array. The name in the key is empty for a scalar."""
     prefix, dot, _ = port.name.partition(".")
+    if prefix.startswith("der("):
+        prefix += ")"
     return prefix if dot else "", port.causality, port.variability, port.boolean
 
 

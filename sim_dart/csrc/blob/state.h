@@ -76,6 +76,8 @@
     ARRAY(slides, dofs)       /* 0: held; -1: slips below 0; 1: slips above 0 */                        \
     ARRAY(sliding, dofs)      /* current solution for the velocities */                                \
     ARRAY(side, dofs)         /* -1 at the lower limit, 1 at the upper limit, 0 elsewhere */           \
+    ARRAY(held, dofs)         /* the same for coordinates that rest at a limit, between events */           \
+    ARRAY(hold_force, dofs)   /* forces of the limits on them, see core_derivative */                   \
     ARRAY(closure_gap, closures)                                                                       \
     ARRAY(closure_jacobian, closures *dofs)                                                            \
     ARRAY(closure_response, closures *dofs) /* rows: M^-1 J' */                                        \

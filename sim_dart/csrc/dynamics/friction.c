@@ -130,7 +130,7 @@ void friction_enforce(core *c, real h)
         real corner = 0;
         apply_sliding_friction(c);
         limits_solve(c, count);
-        limits_apply(c, count);
+        limits_apply(c, count, c->qd);
         const int32_t stuck = move_sliding(c, &corner);
         const int was_right = stuck >= 0 && stuck == freed && value_of(corner) == value_of(c->target[stuck]);
         if (stuck >= 0) hold_coordinate(c, stuck, corner, &count), freed = -1;

@@ -1,5 +1,5 @@
 /* Joint limits as inelastic stops. Let v be the velocities at the end of the step without limits. The
-   impulses p solve
+   impulses p (or, if v are accelerations of coordinates at rest at their limits, the forces p) solve
 
      v + M^-1 p  within  low  and  high,   p_i pushing inwards, and only at a limit.
 
@@ -8,8 +8,9 @@
    bounded. */
 #include "limits.h"
 
-#include "../numbers/real_functions.h"
+#include "../kinematics/bodies.h"
 #include "../loops/loops.h"
+#include "../numbers/real_functions.h"
 #include "forward.h"
 
 #include <math.h>
@@ -20,20 +21,20 @@ static real *entry(const core *c, real *matrix, int32_t row, int32_t column)
     return matrix + (size_t)row * (size_t)c->blob.counts.dofs + (size_t)column;
 }
 
-/* Return by how much a velocity is below its lower bound (negative) or above its upper bound (positive). */
-static real excess(const core *c, int32_t j)
+/* Return by how much a rate is below its lower bound (negative) or above its upper bound (positive). */
+static real excess(const core *c, const real *rates, int32_t j)
 {
-    const real v = c->qd[j], low = c->low[j], high = c->high[j];
+    const real v = rates[j], low = c->low[j], high = c->high[j];
     return value_of(v) < value_of(low) ? v - low : value_of(v) > value_of(high) ? v - high : 0;
 }
 
 /* Return the coordinate that most exceeds a limit that is not active yet, or -1. */
-static int32_t furthest(const core *c)
+static int32_t furthest(const core *c, const real *rates)
 {
     int32_t found = -1;
     real maximum = 0;
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
-        const real by = c->side[j] == 0 ? fabs(excess(c, j)) : 0;
+        const real by = c->side[j] == 0 ? fabs(excess(c, rates, j)) : 0;
         if (value_of(by) > value_of(maximum)) maximum = by, found = j;
     }
     return found;
@@ -92,44 +93,66 @@ void limits_respond(core *c, int32_t j)
     loops_project(c, NULL, change);
 }
 
-static void meet(core *c, int32_t j, int32_t count)
+static void meet(core *c, const real *rates, int32_t j, int32_t count)
 {
-    const int under = value_of(excess(c, j)) < 0;
+    const int under = value_of(excess(c, rates, j)) < 0;
     c->side[j] = under ? -1 : 1;
     c->target[j] = under ? c->low[j] : c->high[j];
     c->met[count] = j;
     limits_respond(c, j);
 }
 
-/* Compute qd = free + M^-1 p; set it exactly to the bound at active limits. */
-void limits_apply(core *c, int32_t count)
+/* Compute rates = free + M^-1 p; set them exactly to the bound at active limits. */
+void limits_apply(core *c, int32_t count, real *rates)
 {
     const int32_t dofs = c->blob.counts.dofs;
-    memcpy(c->qd, c->free, (size_t)dofs * sizeof(real));
+    memcpy(rates, c->free, (size_t)dofs * sizeof(real));
     for (int32_t a = 0; a < count; a++) {
         const real *row = entry(c, c->response, (int32_t)c->met[a], 0);
-        for (int32_t j = 0; j < dofs; j++) c->qd[j] += c->impulse[a] * row[j];
+        for (int32_t j = 0; j < dofs; j++) rates[j] += c->impulse[a] * row[j];
     }
     if (c->blob.counts.closures) return; /* with loops the coordinates depend on each other */
-    for (int32_t a = 0; a < count; a++) c->qd[(int32_t)c->met[a]] = c->target[(int32_t)c->met[a]];
+    for (int32_t a = 0; a < count; a++) rates[(int32_t)c->met[a]] = c->target[(int32_t)c->met[a]];
 }
 
-void limits_enforce(core *c)
+void limits_enforce(core *c, real *rates)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs;
     memset(c->side, 0, dofs * sizeof(real));
-    int32_t count = 0, next = furthest(c);
+    int32_t count = 0, next = furthest(c, rates);
     if (next < 0) return;
-    memcpy(c->free, c->qd, dofs * sizeof(real));
+    memcpy(c->free, rates, dofs * sizeof(real));
     if (!c->blob.counts.closures) dynamics_factor(c, c->blob.armature); /* loops: already done */
     for (int32_t round = 0; next >= 0 && round < 4 * c->blob.counts.dofs; round++) {
-        meet(c, next, count++);
+        meet(c, rates, next, count++);
         for (int32_t left = -1; left != count;) {
             if (left >= 0) count = left;
             limits_solve(c, count);
             left = drop_pulling(c, count);
         }
-        limits_apply(c, count);
-        next = furthest(c);
+        limits_apply(c, count, rates);
+        next = furthest(c, rates);
     }
+}
+
+void limits_stop(core *c)
+{
+    int any = 0;
+    for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
+        const int under = value_of(c->q[j]) < value_of(c->blob.lower[j]) || value_of(c->held[j]) < 0;
+        const int over = value_of(c->q[j]) > value_of(c->blob.upper[j]) || value_of(c->held[j]) > 0;
+        c->low[j] = under ? 0 : -INFINITY;
+        c->high[j] = over ? 0 : INFINITY;
+        if (under || over) c->q[j] = under ? c->blob.lower[j] : c->blob.upper[j];
+        any |= under || over;
+    }
+    if (!any) return;
+    core_move(c, c->q);
+    if (c->blob.counts.closures) {
+        loops_close(c);
+    } else {
+        bodies_links(c);
+        bodies_inertias(c);
+    }
+    limits_enforce(c, c->qd);
 }

@@ -4,15 +4,18 @@
 
 #include "../blob/state.h"
 
-/* Change qd by impulses so that all velocities are within low and high. Links and inertias must be those of
-   the last q. */
-CORE_INSIDE void limits_enforce(core *c);
+/* Change the rates, qd or qdd, by impulses or forces so that all of them are within low and high. Links and
+   inertias must be those of the last q. `side` tells the active limits. */
+CORE_INSIDE void limits_enforce(core *c, real *rates);
+/* Set coordinates that are beyond a limit, or `held`, to the limit, and stop them by impulses; moves the
+   handle. */
+CORE_INSIDE void limits_stop(core *c);
 /* Compute row j of `response`: the change of qd for a unit impulse on coordinate j. Call dynamics_factor
    first. */
 CORE_INSIDE void limits_respond(core *c, int32_t j);
 /* Compute the impulses that bring the first `count` coordinates in `met` from `free` to their targets; then
-   qd with them. Their rows of `response` must be known. */
+   the rates with them. Their rows of `response` must be known. */
 CORE_INSIDE void limits_solve(core *c, int32_t count);
-CORE_INSIDE void limits_apply(core *c, int32_t count);
+CORE_INSIDE void limits_apply(core *c, int32_t count, real *rates);
 
 #endif

@@ -61,7 +61,7 @@ static void enforce_limits(core *c, real h)
         c->high[j] = larger((c->blob.upper[j] - c->q[j]) / h, -MAX_RETURN);
     }
     if (c->has_friction) friction_enforce(c, h);
-    else limits_enforce(c);
+    else limits_enforce(c, c->qd);
 }
 
 /* Compute qd at the end of the step, from the forces at its start and the cable friction at its end. */

@@ -53,7 +53,9 @@
 #include "../dynamics/limits.c"
 #include "../dynamics/friction.c"
 #include "../integrators/move.c"
+#include "../integrators/derivative.c"
 #include "../integrators/runge_kutta.c"
+#include "../integrators/continuous.c"
 #include "../integrators/semi_implicit_euler.c"
 
 /* e of complex_step.h */
@@ -147,7 +149,11 @@ static real *array(const core_tangent *t, enum tangent_array which, size_t *leng
     } arrays[] = {
         [TANGENT_Q] = {c->q, dofs},
         [TANGENT_QD] = {c->qd, dofs},
+        [TANGENT_QDD] = {c->qdd, dofs},
+        [TANGENT_HELD] = {c->held, dofs},
+        [TANGENT_HOLD_FORCES] = {c->hold_force, dofs},
         [TANGENT_STATES] = {c->law_states, law_states},
+        [TANGENT_STATE_RATES] = {c->law_rates, law_states},
         [TANGENT_COMMANDS] = {c->commands, muscles},
         [TANGENT_TORQUES] = {t->torques, dofs},
         [TANGENT_WRENCHES] = {t->external_wrench, 6 * (size_t)c->externals},
@@ -240,6 +246,11 @@ int core_tangent_step(core_tangent *t, double h, int32_t steps)
 int core_tangent_runge_kutta(core_tangent *t, double h, int32_t steps)
 {
     return core_runge_kutta(t->core, t->core->commands, torques(t), h, steps);
+}
+
+int core_tangent_derivative(core_tangent *t)
+{
+    return core_derivative(t->core, t->core->commands, torques(t));
 }
 
 int core_tangent_advance(core_tangent *t, double h)

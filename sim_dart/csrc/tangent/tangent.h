@@ -26,11 +26,16 @@ size_t core_tangent_size(const core *plain);
 core_tangent *core_tangent_open(const core *plain, void *memory);
 
 /* Start state of a step; commands of muscles, external generalised forces (default: 0), external wrenches
-   during the step; further results at its end. */
+   during the step; further results at its end. Accelerations, rates of states and forces on held coordinates
+   are results of core_tangent_derivative only. */
 enum tangent_array {
     TANGENT_Q,
     TANGENT_QD,
+    TANGENT_QDD,
+    TANGENT_HELD,
+    TANGENT_HOLD_FORCES,
     TANGENT_STATES,
+    TANGENT_STATE_RATES,
     TANGENT_COMMANDS,
     TANGENT_TORQUES,
     TANGENT_WRENCHES,
@@ -74,6 +79,9 @@ void core_tangent_energies(core_tangent *a);
 /* Do the same as core_step or core_runge_kutta, with the commands, torques and external wrenches. */
 int core_tangent_step(core_tangent *a, double h, int32_t steps);
 int core_tangent_runge_kutta(core_tangent *a, double h, int32_t steps);
+
+/* Do the same as core_derivative, with the commands, torques and external wrenches. */
+int core_tangent_derivative(core_tangent *a);
 
 /* Do one step of core_tangent_step at the last q, but advance only q and qd: lengths and tasks do not
    change. */

@@ -1,4 +1,4 @@
-/* FMI 2.0 for co-simulation: the functions of the standard, in its order. */
+/* FMI 2.0: the functions of the standard in its order, except those for model exchange. */
 #include "fmi2_types.h"
 
 #include "../instance/derivative.h"
@@ -7,21 +7,11 @@
 #include "../instance/variables.h"
 #include "../platform/file_uri.h"
 #include "../platform/text.h"
-#include "fmi2_log.h"
+#include "fmi2_component.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-struct component {
-    struct fmi2_log log;
-    struct instance *instance;
-};
-
-static struct instance *instance_of(fmi2Component c)
-{
-    return ((struct component *)c)->instance;
-}
 
 /* Reject a call of an unsupported function. The state of the instance does not change. */
 static fmi2Status reject(fmi2Component c, enum status status, const char *text)
@@ -51,14 +41,14 @@ static struct component *new_component(const char *name, const fmi2CallbackFunct
     return NULL;
 }
 
-static struct instance *open_at(const struct log *log, const char *guid,
-                                const char *resource_location)
+static struct instance *open_at(const struct log *log, const char *guid, const char *resource_location,
+                                enum interface interface)
 {
     struct text error = {NULL};
     struct instance *instance = NULL;
     char *folder = resource_location ? path_from_file_uri(resource_location) : NULL;
     if (folder) {
-        instance = instance_open(log, guid, folder);
+        instance = instance_open(log, guid, folder, interface);
     } else {
         text_set(&error, "the resource location %s is not a file URI of this machine",
                  resource_location ? resource_location : "(none)");
@@ -73,10 +63,7 @@ static struct instance *open_instance(struct component *component, fmi2Type type
                                       const char *resource_location, int logging_on)
 {
     struct log log = {fmi2_log_write, &component->log, logging_on};
-    if (type == fmi2CoSimulation)
-        return open_at(&log, guid, resource_location);
-    log_status(&log, STATUS_ERROR, "this FMU is for co-simulation, not for model exchange");
-    return NULL;
+    return open_at(&log, guid, resource_location, type == fmi2CoSimulation ? CO_SIMULATION : MODEL_EXCHANGE);
 }
 
 /* Common functions */

@@ -1,4 +1,4 @@
-/* The types of FMI 2.0 that a co-simulation FMU needs. */
+/* The types of FMI 2.0. */
 #ifndef FMI2_TYPES_H
 #define FMI2_TYPES_H
 
@@ -35,6 +35,15 @@ typedef enum {
     fmi2LastSuccessfulTime,
     fmi2Terminated
 } fmi2StatusKind;
+
+typedef struct {
+    fmi2Boolean newDiscreteStatesNeeded;
+    fmi2Boolean terminateSimulation;
+    fmi2Boolean nominalsOfContinuousStatesChanged;
+    fmi2Boolean valuesOfContinuousStatesChanged;
+    fmi2Boolean nextEventTimeDefined;
+    fmi2Real nextEventTime;
+} fmi2EventInfo;
 
 typedef void (*fmi2CallbackLogger)(fmi2ComponentEnvironment componentEnvironment,
                                    fmi2String instanceName, fmi2Status status, fmi2String category,

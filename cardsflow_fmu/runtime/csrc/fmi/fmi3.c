@@ -1,4 +1,4 @@
-/* FMI 3.0 for co-simulation: life cycle, states and steps. */
+/* FMI 3.0: life cycle, states of the FMU, and steps of co-simulation. */
 #include "fmi3_types.h"
 
 #include "../instance/derivative.h"
@@ -28,16 +28,6 @@ FMI3_Export fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean lo
     return fmi3OK;
 }
 
-static struct instance *open_instance(struct fmi3_component *component, const char *token,
-                                      const char *folder, int logging_on)
-{
-    struct log log = {fmi3_log_write, component, logging_on};
-    if (folder)
-        return instance_open(&log, token, folder);
-    log_status(&log, STATUS_ERROR, "this FMU needs the path of its resources");
-    return NULL;
-}
-
 FMI3_Export fmi3Instance fmi3InstantiateCoSimulation(
     fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath,
     fmi3Boolean visible, fmi3Boolean loggingOn, fmi3Boolean eventModeUsed,
@@ -47,19 +37,8 @@ FMI3_Export fmi3Instance fmi3InstantiateCoSimulation(
 {
     (void)instanceName, (void)visible, (void)eventModeUsed, (void)earlyReturnAllowed;
     (void)requiredIntermediateVariables, (void)nRequiredIntermediateVariables;
-    struct fmi3_component *component = calloc(1, sizeof *component);
-    if (!component)
-        return NULL;
-    component->environment = instanceEnvironment;
-    component->log_message = logMessage;
-    component->intermediate_update = intermediateUpdate;
-    component->instance = open_instance(component, instantiationToken, resourcePath, loggingOn);
-    if (!component->instance) {
-        free(component);
-        return NULL;
-    }
-    component->instance->has_time_variable = 1;
-    return component;
+    const struct fmi3_component component = {instanceEnvironment, logMessage, intermediateUpdate, NULL};
+    return fmi3_open(&component, instantiationToken, resourcePath, loggingOn, CO_SIMULATION);
 }
 
 FMI3_Export void fmi3FreeInstance(fmi3Instance instance)

@@ -4,6 +4,32 @@
 
 #include <stdlib.h>
 
+static struct instance *open_instance(struct fmi3_component *component, const char *token, const char *folder,
+                                      int logging_on, enum interface interface)
+{
+    struct log log = {fmi3_log_write, component, logging_on};
+    if (folder)
+        return instance_open(&log, token, folder, interface);
+    log_status(&log, STATUS_ERROR, "this FMU needs the path of its resources");
+    return NULL;
+}
+
+fmi3Instance fmi3_open(const struct fmi3_component *callbacks, const char *token, const char *folder,
+                       int logging_on, enum interface interface)
+{
+    struct fmi3_component *component = malloc(sizeof *component);
+    if (!component)
+        return NULL;
+    *component = *callbacks;
+    component->instance = open_instance(component, token, folder, logging_on, interface);
+    if (!component->instance) {
+        free(component);
+        return NULL;
+    }
+    component->instance->has_time_variable = 1;
+    return component;
+}
+
 struct instance *fmi3_instance(fmi3Instance instance)
 {
     return instance ? ((struct fmi3_component *)instance)->instance : NULL;

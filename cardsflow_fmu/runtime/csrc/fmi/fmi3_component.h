@@ -12,6 +12,10 @@ struct fmi3_component {
     struct instance *instance;
 };
 
+/* Create an instance with these callbacks. Return NULL after a message in the log. */
+fmi3Instance fmi3_open(const struct fmi3_component *callbacks, const char *token, const char *folder,
+                       int logging_on, enum interface interface);
+
 /* Return the instance, or NULL for a null pointer. */
 struct instance *fmi3_instance(fmi3Instance instance);
 

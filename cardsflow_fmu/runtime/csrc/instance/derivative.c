@@ -66,7 +66,7 @@ static const char *ask(struct instance *instance, const struct derivative *reque
     if (!model->functions->derivative)
         return "this FMU has no directional derivatives";
     model->clock[0] = instance->time;
-    model->clock[1] = instance->life_cycle == STEP_MODE ? instance->ports.step : 0;
+    model->clock[1] = instance->life_cycle & RUNNING ? instance->ports.step : 0;
     return model->functions->derivative(model, request) ? text_get(&model->error) : NULL;
 }
 
@@ -74,7 +74,7 @@ enum status get_directional_derivative(struct instance *instance,
                                        const struct derivative_call *call)
 {
     struct indices unknowns = {NULL, 0}, knowns = {NULL, 0};
-    if (!instance_allows(instance, "getDirectionalDerivative", INITIALIZATION_MODE | STEP_MODE) ||
+    if (!instance_allows(instance, "getDirectionalDerivative", INITIALIZATION_MODE | RUNNING) ||
         instance_update(instance) != STATUS_OK)
         return STATUS_ERROR;
     const char *wrong = expand(&instance->ports, call->unknowns, call->unknown_count,

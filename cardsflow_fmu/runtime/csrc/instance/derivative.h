@@ -20,7 +20,7 @@ struct derivative_call {
 };
 
 /* Compute derivatives: in initialization mode, of the outputs at the start; later, of the outputs after a
- * step of the preferred length. After an error the state of the instance does not change. */
+ * step of the preferred length, or, in model exchange, of outputs and state derivatives at the state. After an error the state of the instance does not change. */
 enum status get_directional_derivative(struct instance *instance,
                                        const struct derivative_call *call);
 

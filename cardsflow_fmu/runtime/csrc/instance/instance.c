@@ -1,6 +1,7 @@
 #include "instance.h"
 
 #include "../model/backend.h"
+#include "continuous.h"
 
 #include <float.h>
 #include <math.h>
@@ -29,6 +30,10 @@ static const char *life_cycle_name(enum life_cycle life_cycle)
         return "in initialization mode";
     case STEP_MODE:
         return "in step mode";
+    case EVENT_MODE:
+        return "in event mode";
+    case CONTINUOUS_MODE:
+        return "in continuous-time mode";
     case TERMINATED:
         return "terminated";
     case FAILED:
@@ -50,12 +55,12 @@ int instance_allows(struct instance *instance, const char *call, unsigned life_c
 enum status instance_update(struct instance *instance)
 {
     if (!instance->initialization_is_due)
-        return STATUS_OK;
+        return instance_evaluate(instance);
     instance->model.clock[0] = instance->start_time;
     instance->model.clock[1] = 0;
     if (instance->model.functions->initialize(&instance->model))
         return instance_fail(instance, "initialization: %s", text_get(&instance->model.error));
-    instance->initialization_is_due = 0;
+    instance->initialization_is_due = instance->evaluation_is_due = 0;
     return STATUS_OK;
 }
 
@@ -66,6 +71,7 @@ static void return_to_start(struct instance *instance)
     instance->life_cycle = INSTANTIATED;
     instance->is_set_up = 0;
     instance->initialization_is_due = 1;
+    instance->evaluation_is_due = 0;
     instance->start_time = instance->time = 0;
     instance->stop_time = INFINITY;
 }
@@ -83,17 +89,26 @@ static int open_table(struct instance *instance, const char *guid, const char *f
 }
 
 static int open_files(struct instance *instance, const char *guid, const char *folder,
-                      struct text *error)
+                      enum interface interface, struct text *error)
 {
-    return open_table(instance, guid, folder, error) ||
-           backend_open(&instance->model, &instance->ports, folder, error);
+    if (open_table(instance, guid, folder, error) ||
+        backend_open(&instance->model, &instance->ports, folder, error))
+        return 1;
+    const int is_continuous = instance->model.continuous.functions != NULL;
+    if (is_continuous == (interface == MODEL_EXCHANGE))
+        return 0;
+    text_set(error, is_continuous ? "this FMU is for model exchange, not for co-simulation"
+                                  : "this FMU is for co-simulation, not for model exchange");
+    instance->model.functions->close(&instance->model);
+    return 1;
 }
 
-struct instance *instance_open(const struct log *log, const char *guid, const char *folder)
+struct instance *instance_open(const struct log *log, const char *guid, const char *folder,
+                               enum interface interface)
 {
     struct text error = {NULL};
     struct instance *instance = calloc(1, sizeof *instance);
-    if (!instance || open_files(instance, guid, folder, &error)) {
+    if (!instance || open_files(instance, guid, folder, interface, &error)) {
         log_status(log, STATUS_ERROR, text_get(&error));
         text_free(&error);
         if (instance)
@@ -146,7 +161,7 @@ enum status instance_exit_initialization_mode(struct instance *instance)
     if (!instance_allows(instance, "exitInitializationMode", INITIALIZATION_MODE) ||
         instance_update(instance) != STATUS_OK)
         return STATUS_ERROR;
-    instance->life_cycle = STEP_MODE;
+    instance->life_cycle = instance->model.continuous.functions ? EVENT_MODE : STEP_MODE;
     log_status(&instance->log, STATUS_OK, "initialized");
     return STATUS_OK;
 }
@@ -191,9 +206,9 @@ enum status instance_step(struct instance *instance, double time, double step)
 enum status instance_terminate(struct instance *instance)
 {
     int (*terminate)(struct model *) = instance->model.functions->terminate;
-    int failed = terminate && (instance->life_cycle & (STEP_MODE | FAILED)) &&
+    int failed = terminate && (instance->life_cycle & (RUNNING | FAILED)) &&
                  terminate(&instance->model);
-    if (!instance_allows(instance, "terminate", STEP_MODE))
+    if (!instance_allows(instance, "terminate", RUNNING))
         return STATUS_ERROR;
     if (failed)
         return instance_fail(instance, "terminate: %s", text_get(&instance->model.error));

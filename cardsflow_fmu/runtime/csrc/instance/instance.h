@@ -13,8 +13,15 @@ enum life_cycle {
     INITIALIZATION_MODE = 2,
     STEP_MODE = 4,
     TERMINATED = 8,
-    FAILED = 16
+    FAILED = 16,
+    EVENT_MODE = 32, /* of model exchange, as is the next one */
+    CONTINUOUS_MODE = 64
 };
+
+enum { RUNNING = STEP_MODE | EVENT_MODE | CONTINUOUS_MODE };
+
+/* How the host uses the FMU. */
+enum interface { CO_SIMULATION, MODEL_EXCHANGE };
 
 struct instance {
     struct log log;
@@ -24,11 +31,13 @@ struct instance {
     int has_time_variable;     /* whether the value reference after the last one is the time */
     int is_set_up;             /* whether the start time is known */
     int initialization_is_due; /* whether a variable was set since the last initialization of the model */
+    int evaluation_is_due;     /* whether states or inputs were set since the last evaluation; see continuous.h */
     double start_time, stop_time, time;
 };
 
 /* Open the FMU with its resources in `folder`. Return NULL after a message in the log. */
-struct instance *instance_open(const struct log *log, const char *guid, const char *folder);
+struct instance *instance_open(const struct log *log, const char *guid, const char *folder,
+                               enum interface interface);
 void instance_close(struct instance *instance);
 
 /* Set the times of the experiment; `call` is the name of the FMI function. */
@@ -43,7 +52,7 @@ enum status instance_reset(struct instance *instance);
 /* Return whether the call is allowed now; otherwise the instance fails. */
 int instance_allows(struct instance *instance, const char *call, unsigned life_cycles);
 
-/* Initialize the model again if variables were set. */
+/* Initialize or evaluate the model again if variables were set. */
 enum status instance_update(struct instance *instance);
 
 /* Report an error that only a reset or an earlier state resolves. */

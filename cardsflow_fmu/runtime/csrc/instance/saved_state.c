@@ -104,6 +104,8 @@ static int is_consistent(const struct header *header)
     case INITIALIZATION_MODE:
         return header->initialization_is_due <= 1;
     case STEP_MODE:
+    case EVENT_MODE:
+    case CONTINUOUS_MODE:
     case TERMINATED:
         return header->initialization_is_due == 0;
     default:
@@ -187,6 +189,7 @@ static void restore_header(struct instance *instance, const struct header *heade
     instance->life_cycle = (enum life_cycle)header->life_cycle;
     instance->is_set_up = header->is_set_up != 0;
     instance->initialization_is_due = header->initialization_is_due != 0;
+    instance->evaluation_is_due = 1;
     instance->start_time = header->start_time;
     instance->stop_time = header->stop_time;
     instance->time = header->time;

@@ -34,7 +34,7 @@ static unsigned settable_in(const struct port *port)
         return 0;
     if (port->variability == VARIABILITY_FIXED)
         return INSTANTIATED | INITIALIZATION_MODE;
-    return INSTANTIATED | INITIALIZATION_MODE | STEP_MODE;
+    return INSTANTIATED | INITIALIZATION_MODE | RUNNING;
 }
 
 /* Return whether the variable may be set now; otherwise the instance fails. */
@@ -55,19 +55,20 @@ static int may_set(struct instance *instance, const char *call, uint32_t referen
 
 static int begin_get(struct instance *instance, const char *call)
 {
-    return instance_allows(instance, call, INITIALIZATION_MODE | STEP_MODE | TERMINATED) &&
+    return instance_allows(instance, call, INITIALIZATION_MODE | RUNNING | TERMINATED) &&
            instance_update(instance) == STATUS_OK;
 }
 
 static int begin_set(struct instance *instance, const char *call)
 {
-    return instance_allows(instance, call, INSTANTIATED | INITIALIZATION_MODE | STEP_MODE);
+    return instance_allows(instance, call, INSTANTIATED | INITIALIZATION_MODE | RUNNING);
 }
 
 static void end_set(struct instance *instance)
 {
-    if (instance->life_cycle != STEP_MODE)
+    if (!(instance->life_cycle & RUNNING))
         instance->initialization_is_due = 1;
+    instance->evaluation_is_due = 1;
 }
 
 /* Return whether `left` values of the host are enough for a variable of this size. */

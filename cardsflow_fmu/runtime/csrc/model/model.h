@@ -40,6 +40,26 @@ struct model_functions {
     void (*close)(struct model *model);
 };
 
+/* Functions of a model in continuous time, for model exchange. Its states are q, qd and the states of
+ * muscles. Each int function returns 0, or nonzero with a message in `model->error`. */
+struct continuous_functions {
+    void (*get_states)(const struct model *model, double *states);
+    void (*set_states)(struct model *model, const double *states);
+    /* Compute outputs, derivatives and event indicators at the states and inputs. */
+    int (*evaluate)(struct model *model);
+    /* Handle an event. `changed` is set to whether the states changed. */
+    int (*update)(struct model *model, int *changed);
+    /* Return whether an event is due after an integrator step, at the last evaluation. */
+    int (*has_event)(struct model *model);
+};
+
+/* The parts of a model in continuous time. The arrays belong to the backend. */
+struct continuous {
+    const struct continuous_functions *functions; /* NULL for a model that computes in steps */
+    size_t state_count, indicator_count;
+    const double *derivatives, *indicators, *nominals;
+};
+
 /* The backend owns the memory of clock and values, so that it can share the memory with another process and
  * keep it until all users have released it. */
 struct model {
@@ -47,6 +67,7 @@ struct model {
     void *backend;
     double *clock;  /* time at the beginning of the step and its length, both in s */
     double *values; /* one for each variable of the port table */
+    struct continuous continuous;
     struct text error;
 };
 

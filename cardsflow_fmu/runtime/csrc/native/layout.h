@@ -30,7 +30,9 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
  *     substeps          steps of the integrator per step of the plant
  *     integrator        0 semi-implicit Euler, 1 Runge-Kutta
  *     tension_scale     factor on the tension of each muscle, 0 if its cable is cut
- *     fixed_energy      potential energy of fixed bodies, in [J] */
+ *     fixed_energy      potential energy of fixed bodies, in [J]
+ *     nominals          nominal value of each state, in model exchange: those of q, qd, states and work
+ *     limited           coordinate of each event indicator, times 2; plus 1 for the upper limit */
 #define PLANT_GROUPS(GROUP)                                                                                   \
     GROUP(commands, ANY)                                                                                      \
     GROUP(torques, ANY)                                                                                       \
@@ -46,8 +48,10 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     GROUP(energies, ANY)                                                                                      \
     GROUP(q_start, n)                                                                                         \
     GROUP(qd_start, n)                                                                                        \
-    GROUP(step, 1)                                                                                            \
-    GROUP(worker_timeout, 1)
+    GROUP(step, ANY)                                                                                          \
+    GROUP(worker_timeout, ANY)                                                                                \
+    GROUP(derivatives, ANY)                                                                                   \
+    GROUP(indicators, ANY)
 #define PLANT_COUNTS(COUNT) COUNT(external_points) COUNT(models)
 #define PLANT_FIELDS(FIELD)                                                                                   \
     FIELD(uint32_t, load_rows, 1, loads)                                                                      \
@@ -62,7 +66,9 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(uint32_t, substeps, 1, models)                                                                      \
     FIELD(uint32_t, integrator, 1, models)                                                                    \
     FIELD(double, tension_scale, 1, lengths)                                                                  \
-    FIELD(double, fixed_energy, 1, models)
+    FIELD(double, fixed_energy, 1, models)                                                                    \
+    FIELD(double, nominals, 1, derivatives)                                                                   \
+    FIELD(uint32_t, limited, 1, indicators)
 
 /* The report: number of actuators at a bound, computation time of the tick, infeasible, not converged,
  * limits

@@ -2,6 +2,7 @@
  * velocities, lengths, tasks, tensions, muscle states, energies and momenta. */
 #include "plant.h"
 
+#include "plant_continuous.h"
 #include "plant_derivative.h"
 #include "plant_inputs.h"
 #include "plant_settings.h"
@@ -9,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int report_bad_command(struct model *model, size_t muscle)
+int native_plant_report_bad_command(struct model *model, size_t muscle)
 {
     const struct native_model *native = model->backend;
     const struct plant *plant = native->own;
@@ -29,7 +30,7 @@ static int write_muscles(struct model *model)
     const struct native_robot *robot = &native->robot;
     const int bad = core_drive(robot->core, robot->qd, native_plant_commands(plant));
     if (bad)
-        return report_bad_command(model, (size_t)bad - 1);
+        return native_plant_report_bad_command(model, (size_t)bad - 1);
     for (size_t i = 0; i < s->of.tensions.count; i++)
         plant->tensions[i] = robot->tensions[s->modelled[i]];
     for (size_t i = 0; i < s->of.far_tensions.count; i++)
@@ -49,8 +50,7 @@ static void write_energies(const struct plant *plant, const struct native_robot 
     memcpy(at + WORKS, robot->momenta, 6 * sizeof(double));
 }
 
-/* Write the outputs at the state of the core. */
-static int write_outputs(struct model *model)
+int native_plant_write_outputs(struct model *model)
 {
     const struct native_model *native = model->backend;
     const struct plant *plant = native->own;
@@ -65,8 +65,7 @@ static int write_outputs(struct model *model)
     return plant->settings.of.tensions.count || plant->settings.of.far_tensions.count ? write_muscles(model) : 0;
 }
 
-/* Move the core to its q and qd, and write the outputs. */
-static int move(struct model *model)
+int native_plant_move(struct model *model)
 {
     struct native_model *native = model->backend;
     const struct plant *plant = native->own;
@@ -76,7 +75,16 @@ static int move(struct model *model)
                  native_port_name(native, plant->q + bad - 1));
         return 1;
     }
-    return write_outputs(model);
+    return 0;
+}
+
+/* Write the outputs at q and qd of the core; in continuous time also derivatives and event indicators. */
+static int show(struct model *model)
+{
+    const struct native_model *native = model->backend;
+    if (plant_is_continuous(native->own))
+        return model->continuous.functions->evaluate(model);
+    return native_plant_move(model) || native_plant_write_outputs(model);
 }
 
 /* Set the muscles to the steady state of their commands. */
@@ -84,7 +92,7 @@ static int start_muscles(struct model *model)
 {
     const struct native_model *native = model->backend;
     const int bad = core_start(native->robot.core, native_plant_commands(native->own));
-    return bad ? report_bad_command(model, (size_t)bad - 1) : 0;
+    return bad ? native_plant_report_bad_command(model, (size_t)bad - 1) : 0;
 }
 
 static int initialize(struct model *model)
@@ -99,11 +107,12 @@ static int initialize(struct model *model)
                      robot->upper[j]);
             return 1;
         }
-    if (!(plant->step[0] > 0 && plant->step[0] < 1e9)) {
+    if (!plant_is_continuous(plant) && !(plant->step[0] > 0 && plant->step[0] < 1e9)) {
         text_set(&model->error, "the step of the plant must be a positive time in s, not %.17g", plant->step[0]);
         return 1;
     }
     plant->ticks = 0;
+    memset(plant->held, 0, robot->n * sizeof *plant->held);
     memset(plant->work, 0, sizeof plant->work);
     memcpy(robot->q, plant->q_start, robot->n * sizeof(double));
     memcpy(robot->qd, plant->qd_start, robot->n * sizeof(double));
@@ -116,7 +125,7 @@ static int initialize(struct model *model)
         if (start_muscles(model))
             return 1;
     }
-    return move(model);
+    return show(model);
 }
 
 static int report_failed_step(struct model *model, int bad)
@@ -126,7 +135,7 @@ static int report_failed_step(struct model *model, int bad)
     const struct native_robot *robot = &native->robot;
     const double time = plant->ticks * plant->step[0];
     if (bad < 0)
-        return report_bad_command(model, (size_t)-bad - 1);
+        return native_plant_report_bad_command(model, (size_t)-bad - 1);
     if ((size_t)bad > robot->n)
         text_set(&model->error,
                  "the robot diverged at t = %.6g s: a muscle's state is not finite; use a smaller step", time);
@@ -155,6 +164,10 @@ static int step(struct model *model)
 {
     struct native_model *native = model->backend;
     struct plant *plant = native->own;
+    if (plant_is_continuous(plant)) {
+        text_set(&model->error, "a plant for model exchange has no steps; build it for co-simulation");
+        return 1;
+    }
     const size_t steps =
         native_whole_steps(native->clock[1], plant->step[0], "the plant's internal step", &model->error);
     if (!steps || native_plant_apply_inputs(model))
@@ -164,7 +177,7 @@ static int step(struct model *model)
         if (bad)
             return report_failed_step(model, bad);
     }
-    return write_outputs(model);
+    return native_plant_write_outputs(model);
 }
 
 static int get_state(struct model *model, void **bytes, size_t *size)
@@ -172,9 +185,12 @@ static int get_state(struct model *model, void **bytes, size_t *size)
     const struct native_model *native = model->backend;
     const struct native_robot *robot = &native->robot;
     const struct plant *plant = native->own;
-    const double *const parts[] = {&plant->ticks, robot->q, robot->qd, robot->states, plant->work};
-    const size_t sizes[] = {1, robot->n, robot->n, robot->s, plant->settings.of.energies.count ? WORKS : 0};
-    return native_save(parts, sizes, 5, bytes, size, &model->error);
+    const double *const parts[] = {&plant->ticks, robot->q, robot->qd, robot->states, plant->work, plant->held};
+    const size_t sizes[] = {1,        robot->n,
+                            robot->n, robot->s,
+                            plant->settings.of.energies.count ? WORKS : 0,
+                            plant_is_continuous(plant) ? robot->n : 0};
+    return native_save(parts, sizes, 6, bytes, size, &model->error);
 }
 
 static int set_state(struct model *model, const void *bytes, size_t size)
@@ -182,9 +198,12 @@ static int set_state(struct model *model, const void *bytes, size_t size)
     struct native_model *native = model->backend;
     const struct native_robot *robot = &native->robot;
     struct plant *plant = native->own;
-    double *const parts[] = {&plant->ticks, robot->q, robot->qd, robot->states, plant->work};
-    const size_t sizes[] = {1, robot->n, robot->n, robot->s, plant->settings.of.energies.count ? WORKS : 0};
-    return native_restore(parts, sizes, 5, bytes, size, &model->error) || move(model);
+    double *const parts[] = {&plant->ticks, robot->q, robot->qd, robot->states, plant->work, plant->held};
+    const size_t sizes[] = {1,        robot->n,
+                            robot->n, robot->s,
+                            plant->settings.of.energies.count ? WORKS : 0,
+                            plant_is_continuous(plant) ? robot->n : 0};
+    return native_restore(parts, sizes, 6, bytes, size, &model->error) || show(model);
 }
 
 static void close_plant(struct model *model)
@@ -215,5 +234,7 @@ int native_plant_open(struct model *model, struct native_model *native, struct t
     }
     native->own = plant;
     model->functions = &FUNCTIONS;
+    if (plant_is_continuous(plant))
+        native_plant_continuous_open(model);
     return 0;
 }

@@ -1,6 +1,7 @@
 /* Exact directional derivatives of a native plant. Over a step of the preferred length: of the outputs at
  * the end by inputs, positions, velocities and muscle states at the start of the step. At the start: of the
- * outputs by commands and the start state. */
+ * outputs by commands and the start state. In model exchange: of outputs, state derivatives and event
+ * indicators by inputs and states. */
 #include "plant_derivative.h"
 
 #include "../../../../../sim_dart/csrc/tangent/tangent.h"
@@ -16,6 +17,8 @@
 struct change {
     double largest; /* seed: the directions are multiples of it */
     double *commands, *torques, *wrenches, *q, *qd, *states, *lengths, *tasks, *tensions, *far_tensions;
+    double *qdd, *state_rates, *hold_forces;
+    double power[WORKS]; /* in model exchange */
     double energies[3], work[WORKS], momenta[6]; /* as in the core; work accumulates over steps */
 };
 
@@ -32,19 +35,22 @@ static core_tangent *open_tangent(const struct native_model *native)
 static int open_change(struct change *change, const struct native_robot *robot, size_t externals)
 {
     const size_t sizes[] = {robot->m, robot->n, 6 * externals,    robot->n, robot->n,
-                            robot->s, robot->m, 3 * robot->tasks, robot->m, robot->far};
+                            robot->s, robot->m, 3 * robot->tasks, robot->m, robot->far,
+                            robot->n, robot->s, robot->n};
     double **const parts[] = {&change->commands, &change->torques, &change->wrenches,
                               &change->q,        &change->qd,      &change->states,
                               &change->lengths,  &change->tasks,   &change->tensions,
-                              &change->far_tensions};
+                              &change->far_tensions, &change->qdd,   &change->state_rates,
+                              &change->hold_forces};
+    const size_t arrays = sizeof sizes / sizeof *sizes;
     size_t count = 1;
-    for (size_t i = 0; i < 10; i++)
+    for (size_t i = 0; i < arrays; i++)
         count += sizes[i];
     memset(change, 0, sizeof *change);
     double *at = calloc(count, sizeof *at);
     if (!at)
         return 1;
-    for (size_t i = 0; i < 10; at += sizes[i++])
+    for (size_t i = 0; i < arrays; at += sizes[i++])
         *parts[i] = at;
     return 0;
 }
@@ -57,7 +63,7 @@ static int is_in(struct native_group group, uint32_t variable, uint32_t *at)
 }
 
 /* Add a seed to the direction. Return nonzero if the derivative by that variable does not exist. */
-static int add_seed(const struct plant_settings *s, const struct change *change, uint32_t known, double seed,
+static int add_seed(const struct plant_settings *s, struct change *change, uint32_t known, double seed,
                     int is_at_start)
 {
     uint32_t at;
@@ -75,6 +81,9 @@ static int add_seed(const struct plant_settings *s, const struct change *change,
         change->qd[at] += seed;
     else if (!is_at_start && is_in(s->of.states, known, &at))
         change->states[s->state_order[at]] += seed;
+    else if (!is_at_start && s->of.derivatives.count && is_in(s->of.energies, known, &at) && at >= 2 &&
+             at < 2 + WORKS)
+        change->work[at - 2] += seed;
     else /* the start does not depend on these */
         return !(is_at_start && (is_in(s->of.step, known, &at) || is_in(s->of.worker_timeout, known, &at)));
     return 0;
@@ -92,7 +101,7 @@ static int add_seeds(struct model *model, struct change *change, const struct de
         const double seed = change->largest > 0 ? request->seeds[i] / change->largest : 0;
         if (add_seed(&plant->settings, change, known, seed, is_at_start)) {
             text_set(&model->error, "no derivative with respect to %s %s",
-                     native->ports->ports[known].name, is_at_start ? "at the start" : "over a step");
+                     native->ports->ports[known].name, is_at_start ? "at the start" : plant_is_continuous(plant) ? "in continuous time" : "over a step");
             return 1;
         }
     }
@@ -107,6 +116,7 @@ static void begin(const struct native_model *native, core_tangent *tangent, cons
     core_tangent_set(tangent, TANGENT_Q, robot->q, change->q);
     core_tangent_set(tangent, TANGENT_QD, robot->qd, change->qd);
     core_tangent_set(tangent, TANGENT_STATES, robot->states, change->states);
+    core_tangent_set(tangent, TANGENT_HELD, plant->held, change->hold_forces); /* constant: still zero */
     if (plant->settings.of.torques.count)
         core_tangent_set(tangent, TANGENT_TORQUES, plant->motor_torques, change->torques);
     core_tangent_set(tangent, TANGENT_WRENCHES, plant->external_wrenches, change->wrenches);
@@ -127,6 +137,20 @@ static int advance_step(const struct plant *plant, core_tangent *tangent, struct
     return 0;
 }
 
+/* Compute the state derivatives. */
+static int differentiate(const struct plant *plant, core_tangent *tangent, struct change *change)
+{
+    if (!plant_is_continuous(plant))
+        return 0;
+    if (core_tangent_derivative(tangent))
+        return 1;
+    core_tangent_changes(tangent, TANGENT_QDD, change->qdd);
+    core_tangent_changes(tangent, TANGENT_STATE_RATES, change->state_rates);
+    core_tangent_changes(tangent, TANGENT_HOLD_FORCES, change->hold_forces);
+    core_tangent_changes(tangent, TANGENT_WORK, change->power);
+    return 0;
+}
+
 /* Advance to the time of the outputs. */
 static int advance_with_tangent(struct model *model, core_tangent *tangent, struct change *change)
 {
@@ -134,12 +158,13 @@ static int advance_with_tangent(struct model *model, core_tangent *tangent, stru
     const struct plant *plant = native->own;
     const int is_at_start = native->clock[1] == 0;
     size_t steps = 0;
-    if (!is_at_start && !(steps = native_whole_steps(native->clock[1], plant->step[0],
-                                                     "the plant's internal step", &model->error)))
+    if (!is_at_start && !plant_is_continuous(plant) &&
+        !(steps = native_whole_steps(native->clock[1], plant->step[0], "the plant's internal step", &model->error)))
         return 1;
     int failed = core_tangent_move(tangent) || (is_at_start && core_tangent_start(tangent));
     for (size_t i = 0; i < steps && !failed; i++)
         failed = advance_step(plant, tangent, change);
+    failed = failed || differentiate(plant, tangent, change);
     const int is_driven = plant->settings.of.tensions.count || plant->settings.of.far_tensions.count;
     if (failed || (is_driven && core_tangent_drive(tangent))) {
         text_set(&model->error, "the step failed: an input is not finite, or the robot diverges");
@@ -171,9 +196,32 @@ static double energy(const struct change *change, size_t at)
     return at < 2 + WORKS ? change->work[at - 2] : change->momenta[at - 2 - WORKS];
 }
 
-/* Return the change of an output; NaN if it is not in these groups. */
-static double output_change(const struct plant_settings *s, const struct change *change, uint32_t unknown)
+/* Return the change of a state derivative. */
+static double derivative_change(const struct plant *plant, const struct change *change, size_t at)
 {
+    const size_t n = plant->settings.of.q.count, s = plant->settings.of.states.count;
+    if (at < n)
+        return plant->held[at] != 0 ? 0 : change->qd[at];
+    if (at < 2 * n)
+        return change->qdd[at - n];
+    if (at < 2 * n + s)
+        return change->state_rates[plant->settings.state_order[at - 2 * n]];
+    return change->power[at - 2 * n - s];
+}
+
+static double indicator_change(const struct plant *plant, const struct change *change, size_t at)
+{
+    const size_t j = plant->settings.limited[at] / 2;
+    const int is_upper = plant->settings.limited[at] % 2;
+    if (plant->held[j] == (is_upper ? 1 : -1))
+        return change->hold_forces[j];
+    return is_upper ? -change->q[j] : change->q[j];
+}
+
+/* Return the change of an output; NaN if it is not in these groups. */
+static double output_change(const struct plant *plant, const struct change *change, uint32_t unknown)
+{
+    const struct plant_settings *s = &plant->settings;
     uint32_t at;
     if (is_in(s->of.q, unknown, &at))
         return change->q[at];
@@ -189,6 +237,10 @@ static double output_change(const struct plant_settings *s, const struct change 
         return change->far_tensions[s->rubbing[at]];
     if (is_in(s->of.states, unknown, &at))
         return change->states[s->state_order[at]];
+    if (is_in(s->of.derivatives, unknown, &at))
+        return derivative_change(plant, change, at);
+    if (is_in(s->of.indicators, unknown, &at))
+        return indicator_change(plant, change, at);
     return is_in(s->of.energies, unknown, &at) ? energy(change, at) : NAN;
 }
 
@@ -198,7 +250,7 @@ static int write_answers(struct model *model, const struct change *change, const
     const struct plant *plant = native->own;
     for (size_t i = 0; i < request->unknown_count; i++) {
         const uint32_t unknown = request->unknowns[i];
-        request->answers[i] = change->largest * output_change(&plant->settings, change, unknown);
+        request->answers[i] = change->largest * output_change(plant, change, unknown);
         if (!isfinite(request->answers[i])) {
             text_set(&model->error, "no derivative of %s", native->ports->ports[unknown].name);
             return 1;

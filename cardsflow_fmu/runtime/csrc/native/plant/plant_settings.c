@@ -13,6 +13,19 @@ static int has_friction(const struct native_robot *robot)
     return 0;
 }
 
+/* Return whether the variables and fields of model exchange are valid: either all exist, or none. */
+static int is_sound_in_time(const struct plant_settings *s, const struct native_robot *robot)
+{
+    const size_t states = 2 * robot->n + robot->s + (s->of.energies.count ? WORKS : 0);
+    for (size_t i = 0; i < s->of.derivatives.count; i++)
+        if (!(s->nominals[i] > 0 && isfinite(s->nominals[i])))
+            return 0;
+    if (!s->of.derivatives.count)
+        return s->of.step.count == 1 && s->of.worker_timeout.count == 1 && s->of.indicators.count == 0;
+    return s->of.derivatives.count == states && s->of.states.count == robot->s && !has_friction(robot) &&
+           !robot->far && native_all_below(s->limited, s->of.indicators.count, 2 * robot->n);
+}
+
 /* Return whether all indices are within their ranges, and all numbers are valid. */
 static int are_sound(const struct plant_settings *s, const struct native_robot *robot)
 {
@@ -25,7 +38,7 @@ static int are_sound(const struct plant_settings *s, const struct native_robot *
     for (size_t i = 0; i < robot->m; i++)
         if (!(s->tension_scale[i] >= 0 && isfinite(s->tension_scale[i])))
             return 0;
-    return native_all_below(s->load_rows, s->of.loads.count, 3 * robot->tasks) &&
+    return is_sound_in_time(s, robot) && native_all_below(s->load_rows, s->of.loads.count, 3 * robot->tasks) &&
            native_all_below(s->task_rows, s->of.tasks.count, 3 * robot->tasks) &&
            native_all_below(s->commanded, s->of.commands.count, robot->m) &&
            native_all_below(s->motors, s->of.torques.count, robot->n) &&
@@ -63,12 +76,17 @@ int native_plant_settings(struct plant *plant, struct native_model *native, stru
     plant->muscle_commands = calloc(robot->m + 1, sizeof *plant->muscle_commands);
     plant->external_wrenches = calloc(6 * (size_t)points->count + 1, sizeof *plant->external_wrenches);
     plant->motor_torques = calloc(robot->n + 1, sizeof *plant->motor_torques);
-    if (!plant->muscle_commands || !plant->external_wrenches || !plant->motor_torques) {
+    plant->before_event = calloc(2 * robot->n + 1, sizeof *plant->before_event);
+    if (!plant->muscle_commands || !plant->external_wrenches || !plant->motor_torques || !plant->before_event) {
         text_set(error, "not enough memory for the model");
         return 1;
     }
     size_t length;
     memcpy(core_array(robot->core, "tension_scale", &length), s->tension_scale, robot->m * sizeof(double));
+    plant->held = core_array(robot->core, "held", &length);
+    plant->hold_force = core_array(robot->core, "hold_force", &length);
+    plant->qdd = core_array(robot->core, "qdd", &length);
+    plant->state_rates = core_array(robot->core, "law_rates", &length);
     /* the core reads these arrays in every step */
     if (core_external_wrenches(robot->core, (int32_t)points->count, s->external_frame, s->external_point,
                                plant->external_wrenches)) {
@@ -85,6 +103,7 @@ void native_plant_free(struct plant *plant)
     free(plant->muscle_commands);
     free(plant->external_wrenches);
     free(plant->motor_torques);
+    free(plant->before_event);
     free(plant->tangent);
     free(plant);
 }

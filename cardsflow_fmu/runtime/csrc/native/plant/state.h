@@ -22,8 +22,16 @@ struct plant {
     double *muscle_commands;   /* m: 0 for passive muscles */
     double *external_wrenches; /* 6 per point: see core_external_wrenches */
     double *motor_torques;     /* n: torques of motors at joints */
+    /* in model exchange: of the core, see core.h; and q, qd before an event */
+    double *held, *hold_force, *qdd, *state_rates, *before_event;
     struct core_tangent *tangent; /* created at the first request for derivatives */
 };
 #undef VALUES_MEMBER
+
+/* Return whether the plant is a model in continuous time, for model exchange. */
+static inline int plant_is_continuous(const struct plant *plant)
+{
+    return plant->settings.of.derivatives.count > 0;
+}
 
 #endif
