@@ -144,12 +144,28 @@ class ContinuousPlantModel(PlantModel):
         """Return the contents of the file `native.bin` of the model."""
         robot, plant = experiment.plant_robot, experiment.plant
         CoreDynamics(robot)  # raises an error if the mass matrix is singular
-        scales = plant.tension_scale
-        counts, fields = plant_fields(robot, 1, "rk4", plant.wrenches, scales)
         groups = cls.groups(experiment)
-        fields["nominals"] = nominal_values(groups)
-        fields["limited"] = [2 * j + side for j, side in limited_sides(robot)]
-        return encode("plant", compile_blob(robot), groups, counts, fields)
+        return continuous_file(robot, groups, plant.wrenches, plant.tension_scale)
+
+
+def continuous_file(
+    robot: Robot,
+    groups: Groups,
+    wrenches: Sequence[str] = (),
+    tension_scale: Sequence[float] = (),
+) -> bytes:
+    """Return the file `native.bin` of a plant in continuous time.
+
+    Args:
+        robot: The robot.
+        groups: Variables of the plant, from `continuous_groups`.
+        wrenches: Names of links with external wrenches.
+        tension_scale: Factor on the tension of each muscle; 1 if empty.
+    """
+    counts, fields = plant_fields(robot, 1, "rk4", wrenches, tension_scale)
+    fields["nominals"] = nominal_values(groups)
+    fields["limited"] = [2 * j + side for j, side in limited_sides(robot)]
+    return encode("plant", compile_blob(robot), groups, counts, fields)
 
 
 def plant_fields(

@@ -3,7 +3,7 @@
 #include "../dynamics/limits.h"
 #include "../laws/laws.h"
 #include "../loops/loops.h"
-#include "derivative.h"
+#include "state_rates.h"
 
 #include <string.h>
 
@@ -25,7 +25,7 @@ static void add_stage(core *c, real weight, real h)
         c->slopes[dofs + j] += weight * c->qdd[j];
     }
     for (int32_t k = 0; k < states; k++) c->slopes[2 * dofs + k] += weight * c->law_rates[k];
-    derivative_add_work(c, weight * h / 6);
+    state_rates_add_work(c, weight * h / 6);
 }
 
 /* Move to before + h rates. Return the same as core_step. */
@@ -44,7 +44,7 @@ static int one_step(core *c, const real *u, const real *extra, real h)
     const int32_t dofs = c->blob.counts.dofs;
     begin_step(c);
     for (int stage = 0; stage < 4; stage++) {
-        const int wrong = derivative_evaluate(c, u, extra);
+        const int wrong = state_rates_evaluate(c, u, extra);
         if (wrong) return -wrong;
         add_stage(c, weights[stage], h);
         const int bad = stage < 3 ? move_to(c, shares[stage] * h, c->qd, c->qdd, c->law_rates)

@@ -53,9 +53,9 @@
 #include "../dynamics/limits.c"
 #include "../dynamics/friction.c"
 #include "../integrators/move.c"
-#include "../integrators/derivative.c"
+#include "../integrators/state_rates.c"
 #include "../integrators/runge_kutta.c"
-#include "../integrators/continuous.c"
+#include "../integrators/continuous_time.c"
 #include "../integrators/semi_implicit_euler.c"
 
 /* e of complex_step.h */

@@ -1,7 +1,7 @@
 /* FMI 2.0: the functions for model exchange. */
 #include "fmi2_types.h"
 
-#include "../instance/continuous.h"
+#include "../instance/model_exchange.h"
 #include "fmi2_component.h"
 
 FMI2_Export fmi2Status fmi2EnterEventMode(fmi2Component c)

@@ -1,7 +1,7 @@
 /* FMI 3.0: the functions for model exchange. */
 #include "fmi3_types.h"
 
-#include "../instance/continuous.h"
+#include "../instance/model_exchange.h"
 #include "fmi3_component.h"
 
 FMI3_Export fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken,
@@ -27,7 +27,7 @@ FMI3_Export fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance instance)
 
 FMI3_Export fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance instance)
 {
-    return instance ? (fmi3Status)instance_update(fmi3_instance(instance)) : fmi3Error;
+    return instance ? (fmi3Status)continuous_evaluate(fmi3_instance(instance)) : fmi3Error;
 }
 
 FMI3_Export fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discreteStatesNeedUpdate,

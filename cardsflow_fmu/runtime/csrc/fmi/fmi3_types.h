@@ -1,4 +1,4 @@
-/* The types of FMI 3.0 that a co-simulation FMU needs. */
+/* The types of FMI 3.0. */
 #ifndef FMI3_TYPES_H
 #define FMI3_TYPES_H
 

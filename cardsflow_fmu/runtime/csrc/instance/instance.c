@@ -1,7 +1,6 @@
 #include "instance.h"
 
 #include "../model/backend.h"
-#include "continuous.h"
 
 #include <float.h>
 #include <math.h>
@@ -52,10 +51,26 @@ int instance_allows(struct instance *instance, const char *call, unsigned life_c
     return 0;
 }
 
+/* Compute outputs, derivatives and event indicators if states or inputs were set. Without model exchange, do
+ * nothing. States at which the model cannot be evaluated result in STATUS_DISCARD, so that a solver can use a
+ * smaller step. */
+static enum status evaluate(struct instance *instance)
+{
+    const struct continuous_functions *functions = instance->model.continuous.functions;
+    if (!functions || !instance->evaluation_is_due)
+        return STATUS_OK;
+    if (functions->evaluate(&instance->model)) {
+        log_status(&instance->log, STATUS_DISCARD, text_get(&instance->model.error));
+        return STATUS_DISCARD;
+    }
+    instance->evaluation_is_due = 0;
+    return STATUS_OK;
+}
+
 enum status instance_update(struct instance *instance)
 {
     if (!instance->initialization_is_due)
-        return instance_evaluate(instance);
+        return evaluate(instance);
     instance->model.clock[0] = instance->start_time;
     instance->model.clock[1] = 0;
     if (instance->model.functions->initialize(&instance->model))

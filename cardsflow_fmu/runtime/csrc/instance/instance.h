@@ -31,7 +31,7 @@ struct instance {
     int has_time_variable;     /* whether the value reference after the last one is the time */
     int is_set_up;             /* whether the start time is known */
     int initialization_is_due; /* whether a variable was set since the last initialization of the model */
-    int evaluation_is_due;     /* whether states or inputs were set since the last evaluation; see continuous.h */
+    int evaluation_is_due;     /* whether states or inputs were set since the last evaluation; see model_exchange.h */
     double start_time, stop_time, time;
 };
 

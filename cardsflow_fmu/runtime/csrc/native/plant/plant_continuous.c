@@ -3,6 +3,7 @@
 #include "plant_continuous.h"
 
 #include "plant_inputs.h"
+#include "plant_outputs.h"
 
 #include <math.h>
 #include <string.h>

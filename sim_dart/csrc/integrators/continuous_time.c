@@ -6,7 +6,7 @@
 #include "../dynamics/limits.h"
 #include "../loops/loops.h"
 #include "../numbers/real_functions.h"
-#include "derivative.h"
+#include "state_rates.h"
 
 #include <math.h>
 #include <string.h>
@@ -56,10 +56,10 @@ static void hold_at_limits(core *c)
 
 int core_derivative(core *c, const real *u, const real *extra)
 {
-    const int bad = derivative_evaluate(c, u, extra);
+    const int bad = state_rates_evaluate(c, u, extra);
     if (bad) return bad;
     memset(c->work, 0, 4 * sizeof(real));
-    derivative_add_work(c, 1);
+    state_rates_add_work(c, 1);
     hold_at_limits(c);
     return 0;
 }
@@ -93,7 +93,7 @@ int core_meet_limits(core *c, const real *u, const real *extra)
     if (c->blob.counts.closures) loops_close(c);
     find_met(c);
     limits_stop(c);
-    const int bad = derivative_evaluate(c, u, extra);
+    const int bad = state_rates_evaluate(c, u, extra);
     if (bad) return bad;
     choose_held(c);
     return 0;

@@ -1,6 +1,6 @@
 /* Model exchange for any version of FMI: states, derivatives and events. */
-#ifndef CONTINUOUS_H
-#define CONTINUOUS_H
+#ifndef INSTANCE_MODEL_EXCHANGE_H
+#define INSTANCE_MODEL_EXCHANGE_H
 
 #include "instance.h"
 
@@ -17,12 +17,9 @@ enum status continuous_get_nominals(struct instance *instance, double *nominals,
 enum status continuous_complete_step(struct instance *instance, int *has_event);
 enum status continuous_enter_event_mode(struct instance *instance);
 enum status continuous_enter_continuous_mode(struct instance *instance);
+/* Compute the outputs of discrete states, which are those of the states. */
+enum status continuous_evaluate(struct instance *instance);
 /* Handle the events. `changed` is set to whether the states changed. */
 enum status continuous_update(struct instance *instance, int *changed);
-
-/* Compute outputs, derivatives and event indicators if states or inputs were set. Without model exchange, do
- * nothing. States at which the model cannot be evaluated result in STATUS_DISCARD, so that a solver can use a
- * smaller step. */
-enum status instance_evaluate(struct instance *instance);
 
 #endif

@@ -1,4 +1,4 @@
-#include "continuous.h"
+#include "model_exchange.h"
 
 #include <math.h>
 #include <string.h>
@@ -10,13 +10,22 @@ static const struct continuous_functions *functions_of(const struct instance *in
     return instance->model.continuous.functions;
 }
 
+/* Report a call of model exchange. The state of the instance, which is for co-simulation, does not change. */
+static void reject(struct instance *instance, const char *call)
+{
+    struct text text = {NULL};
+    text_set(&text, "%s: this FMU is for co-simulation, not for model exchange", call);
+    log_status(&instance->log, STATUS_ERROR, text_get(&text));
+    text_free(&text);
+}
+
 /* Return whether the call is allowed now, for an array of `count` elements instead of `expected`; otherwise
  * the instance fails. */
 static int allows(struct instance *instance, const char *call, unsigned life_cycles, const double *array,
                   size_t count, size_t expected)
 {
     if (!functions_of(instance)) {
-        instance_fail(instance, "%s: this FMU is for co-simulation, not for model exchange", call);
+        reject(instance, call);
         return 0;
     }
     if (!instance_allows(instance, call, life_cycles))
@@ -31,18 +40,6 @@ static int allows(struct instance *instance, const char *call, unsigned life_cyc
 static int allows_call(struct instance *instance, const char *call, unsigned life_cycles)
 {
     return allows(instance, call, life_cycles, NULL, 0, 0);
-}
-
-enum status instance_evaluate(struct instance *instance)
-{
-    if (!functions_of(instance) || !instance->evaluation_is_due)
-        return STATUS_OK;
-    if (functions_of(instance)->evaluate(&instance->model)) {
-        log_status(&instance->log, STATUS_DISCARD, text_get(&instance->model.error));
-        return STATUS_DISCARD;
-    }
-    instance->evaluation_is_due = 0;
-    return STATUS_OK;
 }
 
 enum status continuous_set_time(struct instance *instance, double time)
@@ -135,6 +132,11 @@ enum status continuous_enter_continuous_mode(struct instance *instance)
         return STATUS_ERROR;
     instance->life_cycle = CONTINUOUS_MODE;
     return STATUS_OK;
+}
+
+enum status continuous_evaluate(struct instance *instance)
+{
+    return allows_call(instance, "evaluateDiscreteStates", EVALUABLE) ? instance_update(instance) : STATUS_ERROR;
 }
 
 enum status continuous_update(struct instance *instance, int *changed)

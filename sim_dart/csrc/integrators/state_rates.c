@@ -1,13 +1,13 @@
 /* Time derivatives of q, qd and law_states: all terms are explicit. The Runge-Kutta method evaluates them at
    its stages, and solvers of other tools in model exchange. */
-#include "derivative.h"
+#include "state_rates.h"
 
 #include "../dynamics/external_wrenches.h"
 #include "../dynamics/limit_forces.h"
 #include "../kinematics/joint_variables.h"
 #include "../laws/laws.h"
 
-int derivative_evaluate(core *c, const real *u, const real *extra)
+int state_rates_evaluate(core *c, const real *u, const real *extra)
 {
     const blob_view *b = &c->blob;
     const int bad = muscles_pull(c, u);
@@ -28,7 +28,7 @@ int derivative_evaluate(core *c, const real *u, const real *extra)
     return c->has_laws ? core_law_rates(c, u) : 0;
 }
 
-void derivative_add_work(core *c, real h)
+void state_rates_add_work(core *c, real h)
 {
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
         const real way = h * c->qd[j];
