@@ -143,6 +143,9 @@ def ports_page() -> str:
         "Commands that are not connected have the value that the controller has before its first "
         "tick: `f_min` for cables, for muscles with laws the command that holds the robot at "
         "`q_start`, and zero torque for motors.",
+        "With `--kind me`, `plant.fmu` also has the local variables `der(<state>)`, "
+        "`event.lower.<joint>` and `event.upper.<joint>`, and no `step`: see "
+        "[model exchange](../how_to/fmus.md#model-exchange).",
         "`tau.<joint>` exists for joints with a [motor](robots.md#motors-of-joints), here and in "
         "the other tables.",
         _ports("controller.fmu", experiments, ControllerModel.table),
