@@ -13,6 +13,7 @@ from cardsflow_fmu.cosim.signals.units import Unit
 from .fmu_description import read_unpacked_description
 from .fmu_variables import Row, Signal, read_signals
 from .participant import Idle
+from .wiring import members
 
 
 class DescribedFmu(Idle):
@@ -55,9 +56,12 @@ class DescribedFmu(Idle):
     def _create_start_rows(self, signals: list[Signal], values: Mapping[str, float]) -> list[Row]:
         """Return the rows to set before initialization: complete variables with new values."""
         by_element = {name: signal for signal in signals for name in signal.names}
-        for name in values:
-            if name not in by_element:
+        groups = {name: members(name, by_element) for name in values}
+        for name, found in groups.items():
+            if not found:
                 raise UnknownNameError("variable", name, by_element, file=self._file)
+        expanded = {m: value for name, value in values.items() for m in groups[name]}
+        values = expanded | {name: value for name, value in values.items() if name in by_element}
         changed = {by_element[name].names: by_element[name] for name in values}
         rows = []
         for signal in changed.values():

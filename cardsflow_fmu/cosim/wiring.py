@@ -114,14 +114,24 @@ def _add_equal_names(
     named: dict[str, list[str]] = {}
     for output in outputs:
         named.setdefault(output.split(".", 1)[1], []).append(output)
+    gaps = []
     for target in inputs:
         if target in by_target:
             continue
         sources = named.get(target.split(".", 1)[1], [])
-        if len(sources) != 1:
-            found = f"outputs with this name: {', '.join(sources) or 'none'}"
-            raise InputError(f"input {target} requires exactly one source; {found}", key="wiring")
-        by_target[target] = sources[0]
+        if len(sources) == 1:
+            by_target[target] = sources[0]
+        else:
+            found = f"outputs with this name: {', '.join(sources)}" if sources else ""
+            gaps.append(f"{target} ({found or 'no output has this name'})")
+    if gaps:
+        fmu, _, name = gaps[0].partition(" ")[0].partition(".")
+        raise InputError(
+            f"each input requires exactly one source: {'; '.join(gaps)}. For an external FMU, name "
+            f"its variables for the ports in inputs and outputs of [fmus.{fmu}]. Otherwise, "
+            f'specify an output or a number in [wiring.{fmu}], such as "{name}" = 0.0',
+            key="wiring",
+        )
 
 
 def _set_constants(participants: Sequence[Wired], by_target: Wiring) -> None:

@@ -35,6 +35,7 @@ typedef struct {
     const Variable *sources[MAX_VARIABLES]; /* of the inputs; NULL: keep the start value */
     size_t input_count, output_count;
     double step, stop;
+    void *library;
     Component component;
     int (*get_real)(Component, const unsigned *, size_t, double *);
     int (*set_real)(Component, const unsigned *, size_t, const double *);
@@ -140,7 +141,7 @@ static Participant *participant(const char *folder, const char *name)
     if (!realpath(path, absolute)) fail("does not exist", path);
     if (strlen(absolute) + strlen(model) + 30 > sizeof path) fail("is too long", absolute);
     strcat(strcat(strcat(strcpy(path, absolute), "/binaries/linux64/"), model), ".so");
-    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    void *const library = p->library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (!library) fail(dlerror(), path);
     Component (*instantiate)(const char *, int, const char *, const char *, const Callbacks *, int, int);
     int (*setup)(Component, int, double, double, int, double), (*enter)(Component), (*leave)(Component);
@@ -230,6 +231,8 @@ int main(int count, char **arguments)
     for (size_t j = 0; j < 3; j++) {
         all[j]->terminate(all[j]->component);
         all[j]->release(all[j]->component);
+        dlclose(all[j]->library);
+        free(all[j]);
     }
     return 0;
 }

@@ -7,7 +7,7 @@
  *     cc -std=c99 -O2 -ffp-contract=off -DCARDSFLOW_INSIDE -Ibuild controller.c \
  *         $(find ../../sim_dart/csrc ../../controllers/csrc -name "*.c" \
  *             ! -path "*freestanding*" ! -path "*tangent*") -o build/controller -lm
- *     build/controller 127.0.0.1 5005 realtime < build/reference.f64 > run.csv
+ *     build/controller 127.0.0.1 5005 realtime < build/reference.f64 > run.csv    (with a running device)
  *
  * For a processor with a single-precision floating point unit, write robot.h with
  * `make_controller.py --single` and compile the law in single precision:

@@ -3,7 +3,7 @@
  *     cc -std=c99 -O2 -o device device.c -lm
  *     ./device 127.0.0.1 5005 SIGNATURE [KEY_FILE]
  *
- * The signature is computed from names and units of the signals: see the protocol. Memory is not allocated.
+ * make_controller.py prints the signature, which is computed from names and units of the signals. Memory is not allocated.
  * On a microcontroller, replace the robot, platform.h, the socket and the source of random numbers. */
 #define _POSIX_C_SOURCE 200809L
 
@@ -26,6 +26,9 @@
 #define MUSCLES 4
 #define ENCODERS JOINTS /* or 0: hardware.has_positions = false */
 #endif
+#ifndef START /* positions with equal tensions: -DSTART=0.1,0.2 */
+#define START 0.0
+#endif
 enum { COMMANDS = MUSCLES, STATES = 2 * ENCODERS + 2 * MUSCLES };
 enum { HELLO_VALUES = 7, ACK_VALUES = 9, MAX_VALUES = ACK_VALUES + STATES };
 #include "frame.h"
@@ -35,7 +38,7 @@ static const double STEP = 1e-3, WATCHDOG = 0.02;                /* [s] */
 static const double F_MIN = 10.0, F_MAX = 500.0;                 /* [N] */
 static const double MOTOR_LAG = 0.005, JOINT_LAG = 0.1;          /* [s] */
 static const double COMPLIANCE = 1e-3, LENGTH = 0.3, ARM = 0.02; /* [rad/N], [m], [m] */
-static double q[JOINTS], qd[JOINTS], command[MUSCLES], tension[MUSCLES];
+static double q[JOINTS] = {START}, qd[JOINTS], command[MUSCLES], tension[MUSCLES];
 
 static double direction(int i) { return i / JOINTS % 2 ? -1.0 : 1.0; }
 
@@ -51,12 +54,12 @@ static void robot_reset(void)
 {
     robot_safe();
     memcpy(tension, command, sizeof tension);
-    memset(q, 0, sizeof q), memset(qd, 0, sizeof qd);
+    memcpy(q, (const double[JOINTS]){START}, sizeof q), memset(qd, 0, sizeof qd);
 }
 
 static void robot_advance(double dt)
 {
-    double goal[JOINTS] = {0};
+    double goal[JOINTS] = {START};
     for (int i = 0; i < MUSCLES; i++) {
         tension[i] += (command[i] - tension[i]) * dt / (MOTOR_LAG + dt);
         goal[i % JOINTS] += direction(i) * COMPLIANCE * tension[i];

@@ -190,6 +190,8 @@ def main() -> None:
     options = parser.parse_args()
     experiment = Experiment.load(options.experiment, parse_settings(options.set))
     write_controller(experiment, options.folder, single=options.single)
+    print(f"signature {hardware_signature(experiment.robot, experiment.hardware):016x}")
+    print(f"start     {','.join(map(repr, experiment.start.q))}")
 
 
 if __name__ == "__main__":

@@ -76,7 +76,7 @@ def test_explicit_wiring_replaces_wiring_by_name() -> None:
     diary: list = []
     parts = system(diary)
     parts[0].output_names = ("position",)
-    with pytest.raises(InputError, match=r"input controller\.x requires exactly one source.*none"):
+    with pytest.raises(InputError, match=r"one source: controller\.x \(no output"):
         Master(parts, wiring={}, step=0.1, steps=1)
     wired = Master(parts, wiring={"controller.x": "plant.position"}, step=0.1, steps=3).run()
     plain = Master(system([]), wiring={}, step=0.1, steps=3).run()
@@ -165,3 +165,14 @@ def test_log_of_numbers_keeps_them_in_a_file() -> None:
     log.append(7.0)
     assert log.numbers()[-1] == 7.0
     assert NumberLog().numbers().shape == (0,)
+
+
+def test_all_inputs_without_a_source_are_reported_at_once() -> None:
+    parts = system([])
+    parts[0].output_names, parts[1].output_names = ("position",), ("pull",)
+    message = (
+        r"controller\.r \(no output .*\); controller\.x \(no output has this name\)\. For .*"
+        r'\[fmus\.controller\]\. Otherwise, .* in \[wiring\.controller\], such as "r" = 0\.0'
+    )
+    with pytest.raises(InputError, match=message):
+        Master(parts, wiring={}, step=0.1, steps=1)

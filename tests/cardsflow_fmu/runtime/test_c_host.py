@@ -111,8 +111,31 @@ def test_closed_loop_of_the_example_equals_run(compiler: str, tmp_path: Path) ->
     assert {name.partition(".")[0] for name in common} >= {"time", "q", "qd", "f", "l", "q_d"}
     for name in common:
         np.testing.assert_array_equal([float(row[name]) for row in rows], result[name], name)
+    require_no_leak(compiler, source, tmp_path)
     nothing = subprocess.run(
         [program, tmp_path / "no"], capture_output=True, text=True, check=False
     )
     assert (nothing.returncode, nothing.stdout) == (1, "")
     assert nothing.stderr.endswith("modelDescription.xml: cannot be read\n")
+
+
+def require_no_leak(compiler: str, source: Path, folder: Path) -> None:
+    """Run the host with the leak detection of the compiler, if it supports it."""
+    program = folder / "checked_loop"
+    flags = ["-std=c99", "-g", "-fsanitize=address"]
+    built = subprocess.run(
+        [compiler, *flags, str(source), "-o", str(program), "-ldl"],
+        capture_output=True,
+        check=False,
+    )
+    if built.returncode:
+        return
+    done = subprocess.run(
+        [program, folder],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+        env={"ASAN_OPTIONS": "detect_leaks=1"},
+    )
+    assert done.returncode == 0, done.stderr

@@ -132,6 +132,8 @@ def test_parameter_sets_and_settings_change_start_values(system: Path, tmp_path:
     )
     assert simulate_system(file)["q.joint_1"][0] == pytest.approx(-0.4, rel=1e-15)
     assert simulate_system(system, {"plant.q_start.joint_1": -0.3})["q.joint_1"][0] == -0.3
+    both = simulate_system(system, {"plant.q_start": -0.3, "plant.q_start.joint_2": 0.4})
+    assert (both["q.joint_1"][0], both["q.joint_2"][0]) == (-0.3, 0.4)
 
 
 def test_command_runs_a_system(
