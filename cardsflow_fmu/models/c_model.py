@@ -58,7 +58,9 @@ class CModel(ExperimentModel):
     @property
     def c_step(self) -> CStep | None:
         """Step of the model without Python; None if Python computes a part of it."""
-        return self.opened.c_step if isinstance(self.opened, OpenedModel) else None
+        if type(self).step is CModel.step and isinstance(self.opened, OpenedModel):
+            return self.opened.c_step
+        return None
 
     def initialize(self, t: float = 0.0) -> None:
         """Read the parameters and set the start state."""

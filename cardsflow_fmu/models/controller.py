@@ -55,7 +55,10 @@ class ControllerModel(CModel):
     @property
     def c_step(self) -> CStep | None:
         """Step of the controller without Python; None if a part of it is in Python."""
-        return super().c_step if self._python is None else None
+        is_own_step = type(self).step is ControllerModel.step and self._python is None
+        if is_own_step and isinstance(self.opened, OpenedModel):
+            return self.opened.c_step
+        return None
 
     def initialize(self, t: float = 0.0) -> None:
         """Read gains and limits.

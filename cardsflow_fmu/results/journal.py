@@ -14,7 +14,7 @@ from addin_sdfusion.robot import SimulationError
 from addin_sdfusion.robot.files import replace_file
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.utils.arrays import FloatArray
-from cardsflow_fmu.utils.csv_table import rows_text
+from cardsflow_fmu.utils.csv_table import rows_bytes
 
 from .files import NPY, SUMMARY, TABLE, UNITS
 from .folder import OutputFolder
@@ -52,7 +52,7 @@ class Journal:
         form: Literal["csv", "npy", "auto"] = "csv",
     ) -> None:
         self._folder, self._contents, self._streamed = folder, contents, streamed
-        self._blocks: list[str] = []
+        self._blocks: list[bytes] = []
         self._formatted = self._written = self._size = 0
         self._written_at = time.monotonic()
         self._file: FileIO | None = None
@@ -124,7 +124,7 @@ class Journal:
         """
         new = self.rows[self._formatted : filled]
         if len(new) and self.table == TABLE:
-            self._blocks.append(rows_text(new))
+            self._blocks.append(rows_bytes(new))
         self._formatted = filled
         if filled - self._written < _BLOCK and time.monotonic() - self._written_at < _INTERVAL:
             return
@@ -152,7 +152,7 @@ class Journal:
             self._written, self._written_at = self._formatted, time.monotonic()
         if not self._blocks or self._file is None:
             return
-        block = memoryview("\n".join([*self._blocks, ""]).encode())
+        block = memoryview(b"\n".join([*self._blocks, b""]))
         self._blocks.clear()
         self._written = self._formatted
         self._written_at = time.monotonic()

@@ -18,9 +18,10 @@ from addin_sdfusion.robot.files import open_file
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.compiled.library import run_library
 
-_BLOCK = 4096
+_BLOCK = 2**16
+"""Size of a block of text, in bytes."""
 _LONG = 120
-_MIN_POWER, _MAX_POWER, _MAX_NUMBER = -292, 324, 26  # see compiled/csv_rows.h
+_MIN_POWER, _MAX_POWER, _MAX_NUMBER, _ROOM = -292, 324, 26, 20  # see compiled/csv_rows.h
 
 
 def csv_text(names: Sequence[str], rows: FloatArray) -> str:
@@ -30,24 +31,29 @@ def csv_text(names: Sequence[str], rows: FloatArray) -> str:
         names: Names of the columns.
         rows: Values, shape (rows, len(names)).
     """
-    blocks = [",".join(names)]
-    for first in range(0, len(rows), _BLOCK):  # blocks limit the memory for Python floats
-        blocks.append(rows_text(rows[first : first + _BLOCK]))
-    return "\n".join(blocks) + "\n"
+    table = [rows_bytes(rows).decode("ascii")] if len(rows) else []
+    return "\n".join([",".join(names), *table, ""])
 
 
-def rows_text(rows: FloatArray) -> str:
+def rows_bytes(rows: FloatArray) -> bytes:
     """Return rows as CSV without a final newline; numbers can be NaN or Infinity.
 
     Args:
         rows: Values, shape (rows, columns).
     """
     values = np.ascontiguousarray(rows, float)
-    text = np.empty(values.size * _MAX_NUMBER + 1, np.uint8)
+    count = max(_BLOCK // (_MAX_NUMBER * max(values.shape[1], 1)), 1)
+    blocks = (values[first : first + count] for first in range(0, len(values), count))
+    return b"\n".join(map(_block_bytes, blocks))
+
+
+def _block_bytes(values: FloatArray) -> bytes:
+    """Return contiguous rows as CSV. Small blocks stay in the cache of the processor."""
+    text = np.empty(values.size * _MAX_NUMBER + _ROOM, np.uint8)
     size = run_library().csv_rows(
         *(_powers().ctypes.data, values.ctypes.data, *values.shape, text.ctypes.data)
     )
-    return text[:size].tobytes().decode("ascii")
+    return text[:size].tobytes()
 
 
 @cache

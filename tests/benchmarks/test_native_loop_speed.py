@@ -25,11 +25,10 @@ from cardsflow_fmu.models.native_loop import NativeLoop
 from cardsflow_fmu.simulation.build import build
 from sim_dart import Plant
 
-MASTER_LIMIT, LOOP_LIMIT, THREADS_LIMIT = 60.0, 90.0, 1.8  # times real time; times one thread
+MASTER_LIMIT, LOOP_LIMIT, THREADS_LIMIT = 100.0, 120.0, 1.6  # times real time; times one thread
 INSTANTIATE_LIMIT = 5e-3  # in [s]
 ENGINE_LIMIT = 2.0
-BLOCK = 128  # steps between two calls of `progress`
-STEPS = 100 * BLOCK
+STEPS = 12_800
 
 
 def arm(period: float) -> Experiment:
@@ -41,14 +40,15 @@ class Blocks:
     """Timer of blocks of steps, which is called after each block."""
 
     def __init__(self) -> None:
-        self._stamps = [time.thread_time()]
+        self._stamps = [(0, time.thread_time())]
 
     def __call__(self, done: int) -> None:
-        self._stamps.append(time.thread_time())
+        self._stamps.append((done, time.thread_time()))
 
-    def factor(self, steps: int, step: float) -> float:
+    def factor(self, step: float) -> float:
         """Return the real-time factor of the fastest block."""
-        return steps * step / float(np.diff(self._stamps)[1:-1].min())
+        steps, seconds = np.diff(np.array(self._stamps), axis=0)[1:-2].T
+        return float((steps * step / seconds).max())
 
 
 @pytest.mark.parametrize("period", [0.005, 0.001])
@@ -70,11 +70,11 @@ def test_real_time_factors_of_master_and_loop_in_c(period: float, tmp_path: Path
     )
     blocks = Blocks()
     recording = master.run(blocks)
-    through_master = blocks.factor(BLOCK, run.step)
+    through_master = blocks.factor(run.step)
     with NativeLoop(experiment) as loop:
         in_c = Blocks()
         rows = loop.run(in_c).rows
-    through_c = in_c.factor(1024, run.step)
+    through_c = in_c.factor(run.step)
     assert recording.failure is None
     np.testing.assert_array_equal(rows, recording.rows)
     record(f"native arm, control every {period} s", master=through_master, loop_in_c=through_c)
@@ -108,9 +108,7 @@ def test_two_threads_of_closed_loops() -> None:
             assert loop.run().failure is None
 
     def steps(loop: NativeLoop) -> None:
-        rows, times = np.empty((8193, len(loop.names))), np.empty(8193)
-        for k in range(8):
-            assert loop._advance(1024 * k, 1024, rows, times)[1] is None
+        assert loop.run().failure is None
 
     run()
     with ThreadPoolExecutor(2) as pool:

@@ -59,15 +59,18 @@ static struct decimal shortest(const struct csv_power *powers, uint64_t fraction
     return found;
 }
 
+/* Copies have a fixed length, which is faster; CSV_ROOM bytes after the text may be overwritten. */
 static char *put(char *text, const char *from, int32_t count)
 {
-    memcpy(text, from, (size_t)count);
+    memcpy(text, from, CSV_ROOM);
     return text + count;
 }
 
+static const char ZEROS[CSV_ROOM + 1] = "0.000000000000000000";
+
 static char *put_zeros(char *text, int32_t count)
 {
-    memset(text, '0', (size_t)count);
+    memset(text, '0', CSV_ROOM);
     return text + count;
 }
 
@@ -84,31 +87,66 @@ static char *put_exponent(char *text, int32_t exponent)
     return text;
 }
 
-/* Write digits * 10^power, with 10^(point - 1) <= value < 10^point. */
+static const char PAIRS[] = "00010203040506070809101112131415161718192021222324252627282930313233343536373839"
+                            "40414243444546474849505152535455565758596061626364656667686970717273747576777879"
+                            "8081828384858687888990919293949596979899";
+
+static char *put_pair(char *end, uint32_t pair)
+{
+    return memcpy(end - 2, PAIRS + 2 * pair, 2);
+}
+
+/* Write the digits before `end`; return the first one. */
+static char *put_digits(char *end, uint64_t digits)
+{
+    while (digits >= 100000000) {
+        uint32_t low = (uint32_t)(digits % 100000000);
+        digits /= 100000000;
+        for (int i = 0; i < 4; i++, low /= 100)
+            end = put_pair(end, low % 100);
+    }
+    uint32_t rest = (uint32_t)digits;
+    for (; rest >= 100; rest /= 100)
+        end = put_pair(end, rest % 100);
+    if (rest >= 10)
+        return put_pair(end, rest);
+    *--end = (char)('0' + rest);
+    return end;
+}
+
+static char *put_point(char *text, char digit)
+{
+    text[0] = '.';
+    text[1] = digit;
+    return text + 2;
+}
+
+/* Write digits * 10^power. With `point` digits before the decimal point, 10^(point - 1) <= value < 10^point. */
 static char *put_decimal(char *text, struct decimal value)
 {
-    char reversed[20], digits[20];
-    int32_t count = 0;
+    char room[2 * CSV_ROOM];
+    char *const end = room + CSV_ROOM;
     while (value.digits % 10 == 0) {
         value.digits /= 10;
         value.power++;
     }
-    for (uint64_t rest = value.digits; rest; rest /= 10)
-        reversed[count++] = (char)('0' + rest % 10);
-    for (int32_t i = 0; i < count; i++)
-        digits[i] = reversed[count - 1 - i];
+    const char *digits = put_digits(end, value.digits);
+    const int32_t count = (int32_t)(end - digits);
     const int32_t point = count + value.power;
     if (value.power >= 0 && point <= 16)
-        return put(put_zeros(put(text, digits, count), value.power), ".0", 2);
+        return put_point(put_zeros(put(text, digits, count), value.power), '0');
     if (point > 0 && point <= 16) {
-        text = put(put(text, digits, point), ".", 1);
-        return put(text, digits + point, count - point);
+        text = put(text, digits, point);
+        *text = '.';
+        return put(text + 1, digits + point, count - point);
     }
     if (point > -5 && point <= 0)
-        return put(put_zeros(put(text, "0.", 2), -point), digits, count);
+        return put(put(text, ZEROS, 2 - point), digits, count);
     text = put(text, digits, 1);
-    if (count > 1)
-        text = put(put(text, ".", 1), digits + 1, count - 1);
+    if (count > 1) {
+        *text = '.';
+        text = put(text + 1, digits + 1, count - 1);
+    }
     return put_exponent(text, point - 1);
 }
 
@@ -119,13 +157,13 @@ static char *put_number(const struct csv_power *powers, double value, char *text
     const uint64_t fraction = bits & (((uint64_t)1 << FRACTION) - 1);
     const int32_t exponent = (int32_t)(bits >> FRACTION) & EXPONENTS;
     if (exponent == EXPONENTS && fraction)
-        return put(text, "NaN", 3);
+        return memcpy(text, "NaN", 3), text + 3;
     if (bits >> 63)
         *text++ = '-';
     if (exponent == EXPONENTS)
-        return put(text, "Infinity", 8);
+        return memcpy(text, "Infinity", 8), text + 8;
     if (!exponent && !fraction)
-        return put(text, "0.0", 3);
+        return memcpy(text, "0.0", 3), text + 3;
     return put_decimal(text, shortest(powers, fraction, exponent));
 }
 

@@ -12,7 +12,8 @@
 enum {
     CSV_MIN_POWER = -292,
     CSV_MAX_POWER = 324,
-    CSV_NUMBER = 26 /* maximum bytes of a number with its separator */
+    CSV_NUMBER = 26, /* maximum bytes of a number with its separator */
+    CSV_ROOM = 20    /* additional bytes behind the text */
 };
 
 /* The upper and the lower half of 10^k, scaled to 128 significant bits and rounded up. */
@@ -21,7 +22,7 @@ struct csv_power {
 };
 
 /* Write rows as lines: numbers with commas between them, lines with newlines between them. Return the number of
- * bytes, at most CSV_NUMBER for each number. `powers` contains 10^CSV_MIN_POWER to 10^CSV_MAX_POWER. */
+ * bytes, at most CSV_NUMBER for each number; `text` must have CSV_ROOM bytes more. `powers` contains 10^CSV_MIN_POWER to 10^CSV_MAX_POWER. */
 RUN_API size_t csv_rows(const struct csv_power *powers, const double *values, size_t rows, size_t columns,
                         char *text);
 

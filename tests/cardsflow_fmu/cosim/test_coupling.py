@@ -13,6 +13,8 @@ from cardsflow_fmu.cosim.coupling import Coupling
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.signals.units import KNOWN_UNITS, Conversion
 
+pytestmark = pytest.mark.native
+
 H, STEPS = 0.1, 20
 LAMBDA = -0.8
 

@@ -12,7 +12,7 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 import pytest
-from support.fmu.external_fmus import FMI2, FMI3, exchange_only, external_fmu
+from support.fmu.external_fmus import FMI2, FMI3, MAPS, exchange_only, external_fmu
 from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import CardsflowError, InputError
@@ -21,23 +21,10 @@ from cardsflow_fmu.cosim.described_fmu import DescribedFmu
 from cardsflow_fmu.cosim.signals.variables import ELEMENTS, ELEMENTS_FILE
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.fmu.description import FmiVersion
-from cardsflow_fmu.simulation.run import simulate
+from cardsflow_fmu.simulation.run import RunError, simulate
 
 LEVERS = np.array([[0.1, -0.1, 0.05, -0.05], [0.0, 0.02, 0.1, -0.1]])
 STEP = 1e-3
-
-MAPS: dict[str, dict[str, Any]] = {
-    "2.0": {
-        "inputs": {f"f.cable_{k}": f"pull_{k}" for k in range(1, 5)},
-        "outputs": {
-            "q.joint_1": "angle_1",
-            "q.joint_2": "angle_2",
-            "qd.joint_1": "rate_1",
-            "qd.joint_2": "rate_2",
-        },
-    },
-    "3.0": {"inputs": {"f": "pulls"}, "outputs": {"q": "angles", "qd": "rates"}},
-}
 
 
 @pytest.fixture(scope="session")
@@ -117,6 +104,24 @@ def test_versions_mixed_under_every_coupling(bodies: dict[str, Path], scheme: st
     through = {fmi: direct(experiment(body(bodies[fmi], fmi), **settings)).rows for fmi in MAPS}
     assert len(through["3.0"]) == 51
     np.testing.assert_array_equal(through["2.0"], through["3.0"])
+
+
+@pytest.mark.parametrize(
+    ("version", "inertia", "message"),
+    [
+        ("2.0", 1e6, "no message"),
+        ("3.0", 1e6, "no message"),
+        ("3.0", 1e7, "the FMU requested to terminate the simulation"),
+    ],
+)
+def test_a_failing_step_ends_the_run_with_its_rows(
+    bodies: dict[str, Path], version: str, inertia: float, message: str
+) -> None:
+    plant = body(bodies[version], version, parameters={"inertia": inertia})
+    with pytest.raises(RunError) as caught:
+        direct(experiment(plant))
+    assert str(caught.value) == f"body_{version[0]}.fmu failed at t = 0.01 s: {message}"
+    assert len(caught.value.result.rows) == 11
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,8 @@ from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.recording import NumberLog, Recording
 
+pytestmark = pytest.mark.native
+
 
 class Stub:
     """Participant whose step is a function of its inputs, and which logs its calls."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydantic_core import to_json
 
-from cardsflow_fmu.utils.csv_table import rows_text
+from cardsflow_fmu.utils.csv_table import rows_bytes
 
 pytestmark = pytest.mark.native
 
@@ -35,13 +35,13 @@ CASES = {
 def test_numbers_have_the_same_text_as_in_json(name: str) -> None:
     rows = CASES[name]
     expected = to_json(rows.tolist()).decode()[2:-2].replace("],[", "\n")
-    assert rows_text(rows) == expected
+    assert rows_bytes(rows).decode() == expected
 
 
 @pytest.mark.parametrize("shape", [(0, 3), (1, 1), (3, 1)])
 def test_rows_of_any_shape(shape: tuple[int, int]) -> None:
-    assert rows_text(np.ones(shape)) == "\n".join(["1.0"] * shape[0])
+    assert rows_bytes(np.ones(shape)) == b"\n".join([b"1.0"] * shape[0])
 
 
 def test_columns_of_a_larger_table() -> None:
-    assert rows_text(np.arange(12.0).reshape(3, 4)[:, 1::2]) == "1.0,3.0\n5.0,7.0\n9.0,11.0"
+    assert rows_bytes(np.arange(12.0).reshape(3, 4)[:, 1::2]) == b"1.0,3.0\n5.0,7.0\n9.0,11.0"

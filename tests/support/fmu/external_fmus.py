@@ -6,6 +6,7 @@ import re
 import subprocess
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import fmpy
 
@@ -21,6 +22,21 @@ UNITS = """<UnitDefinitions>
 <Unit name="deg"><BaseUnit rad="1" factor="0.017453292519943295"/></Unit>
 <Unit name="deg/s"><BaseUnit rad="1" s="-1" factor="0.017453292519943295"/></Unit>
 </UnitDefinitions>"""
+
+
+MAPS: dict[str, dict[str, Any]] = {
+    "2.0": {
+        "inputs": {f"f.cable_{k}": f"pull_{k}" for k in range(1, 5)},
+        "outputs": {
+            "q.joint_1": "angle_1",
+            "q.joint_2": "angle_2",
+            "qd.joint_1": "rate_1",
+            "qd.joint_2": "rate_2",
+        },
+    },
+    "3.0": {"inputs": {"f": "pulls"}, "outputs": {"q": "angles", "qd": "rates"}},
+}
+"""Map of the FMUs, by FMI version: inputs and outputs for the ports of the planar arm."""
 
 
 def scalar(name: str, reference: int, causality: str, unit: str = "", start: str = "") -> str:

