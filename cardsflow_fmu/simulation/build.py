@@ -111,12 +111,11 @@ def _build_continuous_plant(
 ) -> dict[str, Path]:
     """Build plant.fmu for model exchange."""
     model, name = ContinuousPlantModel, "plant"
-    advice = 'build it with kind = "cs"'
     unsupported = "models in Python" if compute == "python" else model.missing(experiment)
     if name in experiment.fmus:
         unsupported = f"an external {name}"
     if unsupported is not None:
-        what = f"model exchange does not support {unsupported}; {advice}"
+        what = f"model exchange does not support {unsupported}; build it for co-simulation"
         raise InputError(what, file=experiment.file)
     with temporary_folder() as scratch:
         libraries: Libraries = {True: _libraries(platforms, scratch, True)}

@@ -24,6 +24,7 @@ from support.robots.robots import with_coordinates
 from addin_sdfusion.robot import InputError, Robot, prismatic
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.simulation.build import build
 from sim_dart import CoreDynamics, Plant, compile_blob
 from sim_dart.core.library import Core
@@ -107,6 +108,29 @@ def test_solver_agrees_with_runge_kutta_plant(tmp_path: Path, fmi: str, seed: in
     last = cvode(file, 0.2, names, start_values=start)[-1]
     expected = np.concatenate([plant.q, plant.qd])
     np.testing.assert_allclose([last[name] for name in names], expected, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("name", ["hill_arm", "pneumatic_elbow", "bicycle"])
+def test_muscle_states_agree_with_runge_kutta_plant(tmp_path: Path, name: str) -> None:
+    """States of muscles and closed loops, with other commands than those of the start."""
+    settings = {"plant.integrator": "rk4", "plant.substeps": 10}
+    experiment = Experiment.load(f"examples/{name}", settings)
+    plant = PlantModel(experiment)
+    names = [port.name for port in plant.ports]
+    commands = [i for i, port in enumerate(plant.ports) if port.name[:2] in ("u.", "f.")]
+    plant.values[commands] = 1.3 * plant.values[commands] + 0.01
+    plant.initialize()
+    plant.step(0.0, 0.1)
+    file = build(experiment, tmp_path / "fmus", kind="me")["plant"]
+    given = dict(zip((names[i] for i in commands), plant.values[commands], strict=True))
+    force = np.array(
+        [(0.0, *given.values())], dtype=[("time", float), *((k, float) for k in given)]
+    )
+    states = [names[i] for i in plant.states]
+    last = cvode(file, 0.1, states, start_values=given)[-1]
+    expected = plant.values[plant.states]
+    scale = np.maximum(np.abs(expected), 1.0)
+    assert (np.abs([last[n] for n in states] - expected) <= 1e-8 * scale).all()
 
 
 def test_energy_and_work_balance(tmp_path: Path) -> None:
