@@ -17,6 +17,7 @@ from cardsflow_fmu.cosim.participant import Participant
 from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.cosim.signals.roles import HARDWARE
 from cardsflow_fmu.cosim.signals.units import conversion, variable_units
+from cardsflow_fmu.cosim.wiring import members
 from cardsflow_fmu.experiment.config.multiples import require_multiple
 from cardsflow_fmu.experiment.config.table import Context, validated
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
@@ -207,7 +208,9 @@ def _participants(
         participants: list[Participant] = []
         for number, component in enumerate(system.components):
             file = files[component.name]
-            values = _start_values(component, file) | dict(given.get(component.name, {}))
+            values, own = _start_values(component, file), given.get(component.name, {})
+            replaced = {name for group in own for name in members(group, values)}
+            values = {n: v for n, v in values.items() if n not in replaced} | dict(own)
             participant = FmuInstance(component.name, file, scratch / f"fmu_{number}", values)
             stack.callback(participant.close)
             _require_connectors(component, participant, file)
