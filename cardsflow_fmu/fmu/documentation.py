@@ -65,6 +65,12 @@ def _notes(fmu: FmuDescription) -> list[str]:
             if fmu.internal_step is not None
             else "; other lengths may be rejected."
         )
+        + (
+            ""
+            if fmu.needs_tool
+            else " A step of another length is discarded: the state does not change, and the next "
+            "step may have a possible length."
+        )
     )
     derivatives = (
         "Directional derivatives are derivatives of the outputs after a step of the preferred "

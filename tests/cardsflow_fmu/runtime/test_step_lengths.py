@@ -6,11 +6,14 @@ import math
 from pathlib import Path
 
 import pytest
-from support.fmu.fmu_host import require_error, running
+from fmpy import extract, fmi2, fmi3, read_model_description
+from fmpy.fmi1 import FMICallException
+from support.fmu.fmu_host import Host, require_error, running
 from support.robots.robots import PLANAR_2R
 from support.run_modes import COMPUTE
 
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.simulation.build import build
 
 pytestmark = pytest.mark.native
@@ -31,10 +34,37 @@ def test_too_long_steps_are_rejected(files: dict[str, Path], model: str, tmp_pat
     """The message is correct, and the FMU does not try to compute the step."""
     for step in (1e6, 1e300, 100.001):
         with running(files[model], tmp_path / str(step)) as host:
-            require_error(lambda host=host, step=step: host.slave.doStep(0.0, step))
+            with pytest.raises(FMICallException) as caught:
+                host.slave.doStep(0.0, step)
+            assert caught.value.status in (fmi2.fmi2Discard, fmi2.fmi2Error)
             said = f"times {REASONS[model]}, 0.001 s; the maximum is 100000"
             assert said in host.last
             assert "\n" not in host.last
+
+
+@pytest.mark.parametrize("model", REASONS)
+def test_a_discarded_step_has_no_effect(model: str, fmi: FmiVersion, tmp_path: Path) -> None:
+    """Native FMUs accept the next step if its length is possible."""
+    experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.1})
+    file = build(experiment, tmp_path, fmi=fmi, arrays=False, compute="c")[model]
+    rows = []
+    for impossible in ((), (0.5e-3, 1e6, 1.5e-3)):
+        with running(file, tmp_path / str(len(impossible))) as host:
+            host.slave.doStep(0.0, 1e-3)
+            for step in impossible:
+                require_discard(host, step, reached=1e-3)
+            host.slave.doStep(1e-3, 1e-3)
+            rows.append(host.value({"plant": "q.joint_1", "controller": "f.cable_1"}[model]))
+    assert rows[0] == rows[1]
+
+
+def require_discard(host: Host, step: float, reached: float) -> None:
+    with pytest.raises(FMICallException) as caught:
+        host.slave.doStep(reached, step)
+    assert caught.value.status == fmi2.fmi2Discard
+    assert any(reason in host.last for reason in REASONS.values())
+    if isinstance(host.slave, fmi2.FMU2Slave):
+        assert host.slave.getRealStatus(fmi2.fmi2LastSuccessfulTime) == reached
 
 
 @pytest.mark.parametrize("model", REASONS)
@@ -47,7 +77,22 @@ def test_zero_steps_are_rejected(files: dict[str, Path], model: str, tmp_path: P
 
 def test_reset_restarts_a_dead_worker(files: dict[str, Path], tmp_path: Path) -> None:
     with running(files["plant"], tmp_path / "unpacked") as host:
-        require_error(lambda: host.slave.doStep(0.0, 1e6))
+        require_error(lambda: host.slave.doStep(0.0, -1.0))
         host.slave.reset()
         host.start()
         host.slave.doStep(0.0, 1e-3)
+
+
+def test_the_event_mode_is_rejected_at_the_instantiation(tmp_path: Path) -> None:
+    file = build(Experiment.load(PLANAR_2R), tmp_path, fmi="3.0", compute="c")["plant"]
+    folder = extract(str(file), str(tmp_path / "unpacked"))
+    description = read_model_description(folder)
+    slave = fmi3.FMU3Slave(
+        guid=description.guid,
+        unzipDirectory=folder,
+        modelIdentifier=description.coSimulation.modelIdentifier,
+    )
+    with pytest.raises(Exception, match="instantiate"):
+        slave.instantiate(eventModeUsed=True)
+    slave.instantiate()
+    slave.freeInstance()

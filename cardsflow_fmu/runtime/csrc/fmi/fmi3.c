@@ -35,9 +35,15 @@ FMI3_Export fmi3Instance fmi3InstantiateCoSimulation(
     size_t nRequiredIntermediateVariables, fmi3InstanceEnvironment instanceEnvironment,
     fmi3LogMessageCallback logMessage, fmi3IntermediateUpdateCallback intermediateUpdate)
 {
-    (void)instanceName, (void)visible, (void)eventModeUsed, (void)earlyReturnAllowed;
+    (void)instanceName, (void)visible, (void)earlyReturnAllowed;
     (void)requiredIntermediateVariables, (void)nRequiredIntermediateVariables;
     const struct fmi3_component component = {instanceEnvironment, logMessage, intermediateUpdate, NULL};
+    if (eventModeUsed) {
+        if (logMessage)
+            logMessage(instanceEnvironment, fmi3Error, "logStatusError",
+                       "instantiate: hasEventMode is false; set eventModeUsed to false");
+        return NULL;
+    }
     return fmi3_open(&component, instantiationToken, resourcePath, loggingOn, CO_SIMULATION);
 }
 

@@ -210,7 +210,13 @@ enum status instance_step(struct instance *instance, double time, double step)
         return STATUS_ERROR;
     instance->model.clock[0] = time;
     instance->model.clock[1] = step;
-    if (instance->model.functions->step(&instance->model))
+    instance->model.discards_step = 0;
+    const int failed = instance->model.functions->step(&instance->model);
+    if (failed && instance->model.discards_step) {
+        log_status(&instance->log, STATUS_DISCARD, text_get(&instance->model.error));
+        return STATUS_DISCARD; /* nothing has changed, and the next step may have another length */
+    }
+    if (failed)
         return instance_fail(instance, "doStep at %.12g s: %s", time,
                              text_get(&instance->model.error));
     instance->time = time + step;

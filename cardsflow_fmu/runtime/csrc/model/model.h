@@ -69,6 +69,7 @@ struct model {
     double *values; /* one for each variable of the port table */
     struct continuous continuous;
     struct text error;
+    int discards_step; /* whether `step` failed before any change, because of the length of the step */
 };
 
 #endif

@@ -36,16 +36,18 @@ int native_reset(struct model *model)
     return 0;
 }
 
-size_t native_whole_steps(double time, double step, const char *what, struct text *error)
+size_t native_whole_steps(double time, double step, const char *what, struct model *model)
 {
+    struct text *error = &model->error;
     const double ratio = time / step, whole = floor(ratio + 0.5);
+    if (whole >= 1 && whole <= MAX_STEPS && fabs(ratio - whole) <= TOLERANCE * whole)
+        return (size_t)whole;
+    model->discards_step = 1;
     if (ratio > MAX_STEPS + 0.5) {
         text_set(error, "%.17g s is %.6g times %s, %.17g s; the maximum is %.0f; use shorter steps",
                  time, ratio, what, step, MAX_STEPS);
         return 0;
     }
-    if (whole >= 1 && fabs(ratio - whole) <= TOLERANCE * whole)
-        return (size_t)whole;
     text_set(error, "%.17g s is not a whole multiple of %s, %.17g s", time, what, step);
     return 0;
 }

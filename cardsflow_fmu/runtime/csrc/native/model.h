@@ -29,9 +29,9 @@ double *native_values(const struct native_model *native, struct native_group gro
 /* Restore the start values of the ports. */
 int native_reset(struct model *model);
 
-/* Return the number of periods in a time; 0 with a message in `error` if it is not a whole number, or too
- * large. */
-size_t native_whole_steps(double time, double step, const char *what, struct text *error);
+/* Return the number of periods in a time; 0 with a message in `model->error` if it is not a whole number, or
+ * too large. The host may then try a step of another length. */
+size_t native_whole_steps(double time, double step, const char *what, struct model *model);
 
 /* Copy the internal state of a model to the heap. Return 0, or nonzero with a message. */
 int native_save(const double *const *parts, const size_t *sizes, size_t count, void **bytes, size_t *size,

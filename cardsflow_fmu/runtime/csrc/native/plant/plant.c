@@ -102,7 +102,7 @@ static int step(struct model *model)
         return 1;
     }
     const size_t steps =
-        native_whole_steps(native->clock[1], plant->step[0], "the plant's internal step", &model->error);
+        native_whole_steps(native->clock[1], plant->step[0], "the plant's internal step", model);
     if (!steps || native_plant_apply_inputs(model))
         return 1;
     for (size_t i = 0; i < steps; i++) {
