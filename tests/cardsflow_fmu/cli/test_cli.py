@@ -115,8 +115,7 @@ MISSING = {
     ("import-cad",): ["nowhere.json"],
     ("addin", "export-snapshot"): ["nowhere.json", "-o", "there"],
     ("addin", "install"): ["--folder", "a/file"],
-    ("addin", "zip"): ["-o", "a/file/archive.zip"],
-    ("addin", "pack"): ["-o", "a/file/bundle.zip", *PUBLISHER],
+    ("addin", "pack"): ["-o", "a/file/packed", *PUBLISHER],
     ("play",): ["nowhere", "--html", "page.html"],
     ("view",): ["nowhere", "--html", "page.html"],
     ("plot",): ["nowhere"],
@@ -183,7 +182,7 @@ def test_commands_that_write_files_list_them_as_json(
         ("plot", str(results), "-o", str(tmp_path / "plot.svg")),
         ("report", str(results), "-o", str(tmp_path / "report.html")),
         ("view", str(results), "--html", str(tmp_path / "page.html")),
-        ("addin", "zip", "-o", str(tmp_path / "addin.zip")),
+        ("addin", "pack", "-o", str(tmp_path / "packed")),
         ("addin", "install", "--folder", str(tmp_path / "addins")),
     ):
         listed = cardsflow.json(*words)
@@ -515,7 +514,7 @@ def test_completion_contains_all_commands_and_options(shell: str, cardsflow: Com
         ("cardsflow compare --a", {"--atol"}),
         ("cardsflow build --fmi ", {"2.0", "3.0"}),
         ("cardsflow info exp", {"experiment.toml"}),
-        ("cardsflow addin ", {"export-snapshot", "install", "zip"}),
+        ("cardsflow addin ", {"export-snapshot", "install", "pack"}),
     ],
 )
 def test_bash_completes(

@@ -205,7 +205,7 @@ OPENSIM = Capabilities(
         ),
         changed(
             features.WRAPS,
-            "wrap-approximated_wraps",
+            "wrap-approximated",
             "OpenSim approximates paths over cylinders and ellipsoids, mostly to 1e-4 m and their "
             "moment arms to 1e-2 m{tapers}: {names}",
             approximated_wraps,
@@ -213,7 +213,7 @@ OPENSIM = Capabilities(
         ),
         changed(
             features.WRAPS,
-            "wrap-approximated_wraps",
+            "wrap-approximated",
             "OpenSim approximates paths over several surfaces in one segment",
             of_muscles(shares_segments),
             only="several in one segment",
