@@ -139,7 +139,7 @@ class _RobotBuilder:
             *body_findings(snapshot, links),
             *findings,
             *muscles.findings,
-            *point_findings(snapshot, table, links),
+            *point_findings(snapshot, table),
             *name_findings(robot),
             *design_notes(snapshot, robot),
             *up_hint(snapshot, masses.parts, base),

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 
 from ..muscles.point_names import parse_point_name
 from ..muscles.table import MuscleTable
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import error, listed, warning
 from ..robot.model.robot import Robot
-from ..snapshot import LINK_PREFIX, ROOT, DesignSnapshot, PointSnapshot, SurfaceSnapshot
+from ..snapshot import LINK_PREFIX, ROOT, DesignSnapshot, PointSnapshot
 from ..snapshot.mass_properties import Part
 from .links.links import Links, in_name_order
 
@@ -70,8 +70,8 @@ def massless_links(names: Iterable[str], parts: Mapping[str, Part]) -> list[Find
     ]
 
 
-def point_findings(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -> Iterator[Finding]:
-    """Yield findings on points that are broken, ignored or ambiguous."""
+def point_findings(snapshot: DesignSnapshot, table: MuscleTable) -> Iterator[Finding]:
+    """Yield findings on points that are broken or ignored."""
     used = {row.entity for row in (*table.points, *table.others)}
     for name in in_name_order({p.name for p in snapshot.points if p.problem and p.entity in used}):
         first = min(p.problem for p in snapshot.points if p.name == name and p.problem)
@@ -84,53 +84,11 @@ def point_findings(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -
             f"{listed(names)}"
         )
         yield warning(Subject("point", names[0]), "com-point-ignored", problem)
-    yield from _ambiguous_points(snapshot, table, links)
 
 
 def _is_com(point: PointSnapshot) -> bool:
     parsed = parse_point_name(point.name)
     return parsed is not None and parsed.role == "com" and point.use is None
-
-
-def _ambiguous_points(
-    snapshot: DesignSnapshot, table: MuscleTable, links: Links
-) -> Iterator[Finding]:
-    """Yield errors for points and faces whose component has several occurrences.
-
-    Such a point exists in every occurrence; its link or its use must select one of them.
-    """
-    stored_link = {row.entity: row.link for row in (*table.points, *table.others) if row.entity}
-    stored_link |= {row.face.entity: row.link for row in table.wraps if row.face.entity}
-    by_entity: dict[str, list[PointSnapshot | SurfaceSnapshot]] = {}
-    everything: list[PointSnapshot | SurfaceSnapshot] = [*snapshot.points, *snapshot.surfaces]
-    for item in everything:
-        if item.entity in stored_link:
-            by_entity.setdefault(item.entity, []).append(item)
-    for entity, group in sorted(by_entity.items()):
-        fitting = [p for p in group if links.of_occurrence.get(p.occurrence) == stored_link[entity]]
-        if len(group) == 1 or len(fitting) == 1 or _stored_occurrence(group[0]) in _paths(group):
-            continue
-        where = listed(_paths(group))
-        problem = (
-            f"its component has several occurrences, {where}, and it is unclear which one belongs "
-            f"to link {stored_link[entity]!r}; pick the point again in Define muscles"
-        )
-        yield error(_subject(group[0]), "ambiguous-point", problem)
-
-
-def _paths(group: Sequence[PointSnapshot | SurfaceSnapshot]) -> list[str]:
-    return sorted(item.occurrence for item in group)
-
-
-def _stored_occurrence(item: PointSnapshot | SurfaceSnapshot) -> str | None:
-    """Return the occurrence that is stored with a point or face, or None."""
-    return (item.use.occurrence if item.use else "") or None
-
-
-def _subject(item: PointSnapshot | SurfaceSnapshot) -> Subject:
-    if isinstance(item, PointSnapshot):
-        return Subject("point", item.name)
-    return Subject("wrap_surface", item.use.name if item.use else "")
 
 
 def name_findings(robot: Robot) -> Iterator[Finding]:

@@ -67,9 +67,14 @@ class _Muscles:
         self._findings: list[Finding] = []
 
     def all(self) -> RobotMuscles:
-        surfaces = tuple(s for row in self._table.wraps if (s := self._surface(row)) is not None)
+        surfaces = tuple(
+            s for row in self._table.wraps if not row.lost and (s := self._surface(row)) is not None
+        )
         known = {surface.name for surface in surfaces}
-        points = {row.name: self._table.points_of(row.name) for row in self._table.rows}
+        points = {
+            row.name: [p for p in self._table.points_of(row.name) if not p.lost]
+            for row in self._table.rows
+        }
         muscles = tuple(
             Muscle(
                 row.name,
@@ -154,7 +159,7 @@ class _Muscles:
         return WrapSurface(row.name, row.link, "cylinder", face.radius, pose, length)
 
     def _frames(self, rows: Sequence[PointRow]) -> Iterable[TaskFrame]:
-        for row in rows:
+        for row in (row for row in rows if not row.lost):
             subject = Subject("task_frame", row.name)
             if row.link == WORLD:
                 problem = (

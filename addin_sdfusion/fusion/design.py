@@ -41,7 +41,8 @@ from .joints.joints import read_joints
 from .names import Keys, Named, with_unique_names
 from .notes import Log, Notes, optional
 from .occurrences import Occurrence, Occurrences, find_occurrences, name_of
-from .points import own_attributes, read_points
+from .places import Places
+from .points import own_attributes, read_hidden_points, read_points
 from .surfaces import read_surfaces
 
 Item = TypeVar("Item")
@@ -110,14 +111,21 @@ class _DesignReader:
         if weigher is not None:
             parts, bodies = weigher.in_root_frame(parts, bodies)
         keys = Keys(occurrences.values())
-        held = attributes_of_designs(attributes, occurrences)
+        places = Places(design, occurrences)
+        held = attributes_of_designs(attributes, occurrences, places)
         instances = Instances(held, self._name(), notes)
         points = [
             instances.point(point)
             for occurrence in occurrences.values()
-            for point in self._read_all("points", occurrence, read_points(occurrence, keys, notes))
+            for point in self._read_all(
+                "points", occurrence, read_points(occurrence, keys, places, notes)
+            )
         ]
-        kept = read_kept(held, occurrences, notes)
+        visible = {places.component(path) for path in occurrences}
+        if occurrences:
+            hidden = read_hidden_points(design, visible, notes)
+            notes.attempt(self._subject, "hidden points", points.extend, hidden)
+        kept = read_kept(held, occurrences, places, notes)
         points += [instances.point(point, path) for path, point in kept]
         groups = self._read_named("group", read_groups, occurrences)
         joints = self._read_named("joint", read_joints, occurrences)
@@ -133,7 +141,7 @@ class _DesignReader:
             groups=_in_order(named for _, _, named in groups),
             joints=_in_order(named for _, _, named in joints),
             points=tuple(sorted(points, key=_point_key)),
-            surfaces=self._surfaces(list(occurrences.values()), keys, instances),
+            surfaces=self._surfaces(list(occurrences.values()), keys, places, instances),
             muscles=instances.muscles,
             intent=self._intent(),
             findings=notes.sorted(),
@@ -194,10 +202,14 @@ class _DesignReader:
         return [(path, own, unique) for (path, own), unique in zip(found, named, strict=True)]
 
     def _surfaces(
-        self, occurrences: Sequence[Occurrence], keys: Keys, instances: Instances
+        self,
+        occurrences: Sequence[Occurrence],
+        keys: Keys,
+        places: Places,
+        instances: Instances,
     ) -> tuple[SurfaceSnapshot, ...]:
         subject, read = Subject("design", "wrap surfaces"), list[SurfaceSnapshot]()
-        found = read_surfaces(self._design, occurrences, keys, self._notes)
+        found = read_surfaces(self._design, occurrences, keys, places, self._notes)
         self._notes.attempt(subject, "faces", read.extend, found)
         read = [instances.surface(surface) for surface in read]
         return tuple(sorted(read, key=lambda s: (natural_key(s.occurrence), natural_key(s.entity))))

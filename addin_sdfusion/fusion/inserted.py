@@ -7,14 +7,17 @@ are stored in the design that contains these components, in the frame of the occ
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
 
-from ..muscles.attributes import POINTS, KeptPoint, read_kept_points
+from ..muscles.attributes import POINTS, KeptPoint, partial_use, read_kept_point, read_list
 from ..robot.errors import InputError
 from ..robot.finding import Subject
-from ..snapshot import PointSnapshot
+from ..snapshot import PointSnapshot, PointUse
 from .notes import Notes, optional
-from .occurrences import Occurrence, Occurrences
-from .points import own_attributes
+from .occurrences import Occurrences
+from .places import Places
+from .points import note_moved, note_newer, own_attributes
 
 KEPT = "kept:"
 """Prefix of the entities of points that are stored in a design."""
@@ -23,53 +26,75 @@ Held = list[tuple[str, Mapping[str, str]]]
 """Path of the occurrence and attributes of each design; the first is the open design."""
 
 
-def attributes_of_designs(own: Mapping[str, str], occurrences: Occurrences) -> Held:
+def attributes_of_designs(own: Mapping[str, str], occurrences: Occurrences, places: Places) -> Held:
     """Return the attributes of the open design and of all inserted designs."""
     held: Held = [("", own)]
-    for occurrence in occurrences.values():
-        if occurrence.native is not None and _is_inserted(occurrence, occurrences):
+    for path, occurrence in occurrences.items():
+        if places.is_inserted(path):
             found = optional(lambda: own_attributes(occurrence.component.parentDesign))  # noqa: B023
             if found:
-                held.append((occurrence.path, found))
+                held.append((path, found))
     return held
 
 
-def _is_inserted(occurrence: Occurrence, occurrences: Occurrences) -> bool:
-    """Return whether the component of an occurrence belongs to another document than its parent."""
-    above = occurrences.get(occurrence.parent)
-    designs = (
-        optional(lambda: occurrence.component.parentDesign),
-        optional(lambda: None if above is None else above.component.parentDesign),
-    )
-    return designs[0] is not None and designs[0] != designs[1]
-
-
 def read_kept(
-    held: Held, occurrences: Occurrences, notes: Notes
+    held: Held, occurrences: Occurrences, places: Places, notes: Notes
 ) -> Iterator[tuple[str, PointSnapshot]]:
-    """Yield the points that are stored in designs, with the path of the inserted design."""
+    """Yield the points that are stored in designs, with the path of the inserted design.
+
+    Records that cannot be read are yielded as lost points if their muscle is known.
+    """
     for path, attributes in held:
-        for number, kept in enumerate(_stored_points(path, attributes, notes)):
-            at = "+".join(part for part in (path, kept.occurrence) if part)
-            name = kept.use.name or f"{kept.use.muscle} {kept.use.number}"
-            occurrence = occurrences.get(at)
-            if occurrence is None:
-                message = (
-                    f"{kept.use.role} point {name!r} is stored relative to {at!r}, which is not "
-                    "in the design; pick it again in Define muscles"
-                )
-                notes.warn(Subject("point", name), "lost-point", message)
-                continue
+        for number, plain in enumerate(_stored_items(path, attributes, notes)):
             entity = f"{KEPT}{path}/{number}"
-            place = occurrence.T.apply(kept.position)
-            yield path, PointSnapshot(name, at, place, entity, kept.use)
+            where = f"{POINTS}[{number}]"
+            try:
+                kept = read_kept_point(plain, where)
+            except InputError as error:
+                subject = Subject("design", path or "root")
+                message = f"a point stored in the design cannot be read ({error}); it is kept"
+                notes.add("error", subject, "bad-attribute", message)
+                use = partial_use(plain.get("use") if isinstance(plain, dict) else None)
+                if use is not None:
+                    why = f"its record cannot be read ({error})"
+                    yield path, PointSnapshot(_name(use), "", (0.0, 0.0, 0.0), entity, use, "", why)
+                continue
+            yield path, _kept_point(kept, path, entity, occurrences, places, notes)
 
 
-def _stored_points(path: str, attributes: Mapping[str, str], notes: Notes) -> tuple[KeptPoint, ...]:
+def _kept_point(
+    kept: KeptPoint,
+    path: str,
+    entity: str,
+    occurrences: Occurrences,
+    places: Places,
+    notes: Notes,
+) -> PointSnapshot:
+    found = places.find(kept.use.place, kept.occurrence, path)
+    name = _name(kept.use)
+    if kept.use.extra:
+        note_newer(kept.use, Subject("point", name), notes)
+    use = replace(kept.use, occurrence=found.path, place=())
+    if found.lost:
+        return PointSnapshot(name, found.path, kept.position, entity, use, "", found.lost)
+    if found.is_moved:
+        note_moved(Subject("point", name), kept.occurrence, found.path, notes)
+    place = occurrences[found.path].T.apply(kept.position)
+    return PointSnapshot(name, found.path, place, entity, use)
+
+
+def _name(use: PointUse) -> str:
+    return use.name or f"{use.muscle} {use.number}"
+
+
+def _stored_items(path: str, attributes: Mapping[str, str], notes: Notes) -> list[Any]:
     try:
-        return read_kept_points(attributes.get(POINTS, "[]"))
+        return read_list(attributes.get(POINTS, "[]"), POINTS)
     except InputError as error:
         subject = Subject("design", path or "root")
-        message = f"the points stored in the design cannot be read ({error}); pick them again"
+        message = (
+            f"the points stored in the design cannot be read ({error}); pick them again in Define "
+            "muscles, which keeps the stored text"
+        )
         notes.add("error", subject, "bad-attribute", message)
-        return ()
+        return []

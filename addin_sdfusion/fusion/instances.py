@@ -1,8 +1,7 @@
 """Muscles of inserted designs, for every occurrence of an inserted design.
 
-Names and paths in an inserted design are relative to that design. In the open design, muscles with
-a duplicate name get a numeric suffix, points belong to the links of their occurrences, and paths
-start at the root.
+Names in an inserted design are relative to that design. In the open design, muscles with a
+duplicate name get a numeric suffix, and points belong to the links of their occurrences.
 """
 
 from __future__ import annotations
@@ -53,10 +52,10 @@ class Instances:
         self.muscles = (*own[1], *(m for name, m in found.items() if name not in known))
 
     def point(self, point: PointSnapshot, design: str | None = None) -> PointSnapshot:
-        """Return a point with names and paths of the open design.
+        """Return a point with names of the open design.
 
         Args:
-            point: Point with names and paths of its own design.
+            point: Point with names of its own design.
             design: Path of the inserted design; None for the nearest one.
         """
         path = self._inserted_at(point.occurrence) if design is None else design
@@ -68,11 +67,11 @@ class Instances:
         own = use.muscle if use.role == "via" else use.name or point.name
         name = self._name("muscle" if use.role == "via" else use.role, own, path)
         named = replace(use, muscle=name) if use.role == "via" else replace(use, name=name)
-        placed = replace(named, link=_link(use.link), occurrence=_join_paths(path, use.occurrence))
+        placed = replace(named, link=_link(use.link))
         return replace(point, use=placed, entity=_entity(point.entity, path, name != own))
 
     def surface(self, surface: SurfaceSnapshot) -> SurfaceSnapshot:
-        """Return a wrap surface with names and paths of the open design."""
+        """Return a wrap surface with names of the open design."""
         path, use = self._inserted_at(surface.occurrence), surface.use
         if path is None or use is None:
             return surface
@@ -83,8 +82,7 @@ class Instances:
             replace(wrap, muscle=self._name("muscle", wrap.muscle, path)) for wrap in use.muscles
         )
         entity = _entity(surface.entity, path, name != use.name)
-        where = _join_paths(path, use.occurrence)
-        use = replace(use, name=name, link=_link(use.link), muscles=muscles, occurrence=where)
+        use = replace(use, name=name, link=_link(use.link), muscles=muscles)
         return replace(surface, use=use, entity=entity)
 
     def _inserted_at(self, occurrence: str) -> str | None:
@@ -122,10 +120,6 @@ def _link(own: str) -> str:
     Links of an inserted design have other names in the open design.
     """
     return own if own == WORLD else ""
-
-
-def _join_paths(path: str, below: str) -> str:
-    return f"{path}+{below}" if below else ""
 
 
 def _entity(entity: str, path: str, is_another: bool) -> str:

@@ -116,6 +116,11 @@ def identity(occurrence: Occurrence) -> tuple[str, str]:
     return found or ("", occurrence.path)
 
 
+def component_id(component: Any) -> str:
+    """Return the persistent id of a component; empty if Fusion does not report it."""
+    return optional(lambda: str(component.id)) or ""
+
+
 def every_occurrence(root: Any) -> list[Any]:
     """Return Fusion's occurrences in the context of the root, parents first.
 

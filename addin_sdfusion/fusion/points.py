@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import json
+from collections.abc import Collection, Iterator
+from dataclasses import replace
 from typing import Any
 
-from ..muscles.attributes import GROUP, stored_point
+import adsk.fusion
+
+from ..muscles.attributes import GROUP, POINT, partial_use, stored_point
 from ..muscles.point_names import is_point_name
+from ..robot.finding import Subject
 from ..robot.model.pose import Vector3
-from ..snapshot import PointSnapshot
+from ..snapshot import PointSnapshot, PointUse
 from .health import problem_of
 from .names import Keys
-from .notes import Notes
-from .occurrences import Occurrence, each_in, subject_in
+from .notes import Notes, optional
+from .occurrences import Occurrence, component_id, each_in, subject_in
+from .places import HIDDEN, Found, Places, copied
 from .units import position
 
 
-def read_points(occurrence: Occurrence, keys: Keys, notes: Notes) -> Iterator[PointSnapshot]:
+def read_points(
+    occurrence: Occurrence, keys: Keys, places: Places, notes: Notes
+) -> Iterator[PointSnapshot]:
     """Yield the points in an occurrence."""
     component = occurrence.component
     found = []
@@ -30,15 +38,80 @@ def read_points(occurrence: Occurrence, keys: Keys, notes: Notes) -> Iterator[Po
         problem = notes.attempt(subject, "state", problem_of, native, subject, notes)
         read = notes.attempt(subject, "position", _positions, occurrence, native, proxy)
         if read is not None:
-            use = stored_point(held or {}, name, notes.findings)
-            found.append((name, read, use, problem or ""))
+            use, lost = _use(held or {}, name, occurrence, places, notes)
+            found.append((name, read, use, problem or "", lost))
     count: dict[str, int] = {}
     # Sorted by position in the component, which is the same in every occurrence.
-    for name, (_, there), use, problem in sorted(found, key=lambda point: (point[0], point[1][0])):
+    found.sort(key=lambda point: (point[0], point[1][0]))
+    for name, (_, there), use, problem, lost in found:
         number = count[name] = count.get(name, -1) + 1
-        yield PointSnapshot(
-            name, occurrence.path, there, keys.key(occurrence, name, number), use, problem
-        )
+        key = keys.key(occurrence, name, number)
+        yield PointSnapshot(name, occurrence.path, there, key, use, problem, lost)
+
+
+def _use(
+    held: dict[str, str], name: str, occurrence: Occurrence, places: Places, notes: Notes
+) -> tuple[PointUse | None, str]:
+    """Return the stored use of a point, and the reason if its occurrence is unknown."""
+    use = stored_point(held, name, notes.findings)
+    if use is None:
+        bad = partial_use(_plain(held.get(POINT, "")))
+        return bad, "its record cannot be read" if bad else ""
+    scope = places.scope(occurrence.path)
+    if not (use.place or use.occurrence):
+        is_root = occurrence.path == scope
+        return (replace(use, occurrence=scope) if is_root else use), ""
+    found: Found = places.find(use.place, use.occurrence, scope, places.component(occurrence.path))
+    if found.is_moved:
+        note_moved(Subject("point", name), use.occurrence, found.path, notes)
+    return replace(use, occurrence=found.path, place=()), found.lost
+
+
+def _plain(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+
+
+def hidden_points(design: Any, visible: Collection[str]) -> Iterator[tuple[str, Any, str]]:
+    """Yield key, point and record of points whose component has no occurrence.
+
+    Args:
+        design: The design.
+        visible: Persistent ids of all components with an occurrence.
+    """
+    for attribute in optional(lambda: list(design.findAttributes(GROUP, POINT))) or ():
+        parent = optional(lambda: attribute.parent)  # noqa: B023 -- called at once
+        point = adsk.fusion.ConstructionPoint.cast(parent)
+        read = optional(lambda: _hidden_point(point, attribute, visible)) if point else None  # noqa: B023
+        if read is not None:
+            yield read
+
+
+def _hidden_point(
+    point: Any, attribute: Any, visible: Collection[str]
+) -> tuple[str, Any, str] | None:
+    own = component_id(point.component)
+    if not own or own in visible:
+        return None
+    key = f"hidden:{own}/{point.component.name}/{point.name}"
+    return key, point.nativeObject or point, str(attribute.value)
+
+
+def read_hidden_points(
+    design: Any, visible: Collection[str], notes: Notes
+) -> Iterator[PointSnapshot]:
+    """Yield the points of the add-in whose component has no occurrence, as lost points."""
+    for key, point, text in hidden_points(design, visible):
+        use = stored_point({POINT: text}, str(point.name), notes.findings)
+        use = use or partial_use(_plain(text))
+        if use is not None:
+            where = use.occurrence or str(point.component.name)
+            is_copy = use.place and use.place[-1].component != component_id(point.component)
+            why = copied(where) if is_copy else f"component {where!r} has no occurrence: {HIDDEN}"
+            use = replace(use, occurrence=where, place=())
+            yield PointSnapshot(str(point.name), "", (0.0, 0.0, 0.0), key, use, "", why)
 
 
 def _positions(occurrence: Occurrence, native: Any, proxy: Any) -> tuple[Vector3, Vector3]:
@@ -51,3 +124,22 @@ def own_attributes(entity: Any) -> dict[str, str]:
     """Return the attributes of an entity in the group of the add-in, by name."""
     attributes = entity.attributes.itemsByGroup(GROUP)
     return dict(sorted((str(attribute.name), str(attribute.value)) for attribute in attributes))
+
+
+def note_moved(subject: Subject, before: str, now: str, notes: Notes) -> None:
+    """Report that a point or face follows its occurrence to another path."""
+    message = (
+        f"{subject.name!r} was stored on {before!r}, which is now {now!r}; press OK in Define "
+        "muscles to store the new place"
+    )
+    notes.warn(subject, "moved-point", message)
+
+
+def note_newer(use: PointUse, subject: Subject, notes: Notes) -> None:
+    """Report a record of a newer version of the add-in."""
+    keys = ", ".join(sorted(use.extra.keys() - {"version"})) or "none"
+    message = (
+        f"{subject.kind} {subject.name!r} was stored by a newer version of the add-in; unknown "
+        f"keys are kept but not used: {keys}. Update the add-in"
+    )
+    notes.warn(subject, "newer-record", message)

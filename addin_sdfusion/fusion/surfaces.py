@@ -15,11 +15,12 @@ from ..muscles.attributes import GROUP, WRAP, stored_surface
 from ..robot.finding import Subject
 from ..robot.model.pose import Vector3
 from ..robot.model.rotations import add, cross, dot, subtract
-from ..snapshot import SurfaceSnapshot
+from ..snapshot import SurfaceSnapshot, SurfaceUse
 from .names import Keys
 from .notes import Notes
-from .occurrences import Occurrence
-from .points import own_attributes
+from .occurrences import Occurrence, component_id
+from .places import HIDDEN, Places, copied
+from .points import note_moved, own_attributes
 from .units import direction, length, position
 
 _AGAIN = "Pick the face again in Define muscles"
@@ -44,16 +45,36 @@ class _Extent(NamedTuple):
 
 
 def read_surfaces(
-    design: Any, occurrences: Sequence[Occurrence], keys: Keys, notes: Notes
+    design: Any, occurrences: Sequence[Occurrence], keys: Keys, places: Places, notes: Notes
 ) -> Iterator[SurfaceSnapshot]:
     """Yield the wrap surfaces of a design in every occurrence."""
     subject = Subject("design", "wrap surfaces")
     read = notes.attempt(subject, "attributes", lambda: list(design.findAttributes(GROUP, WRAP)))
     faces = [face for attribute in read or () for face in _faces(attribute, notes)]
     for body in _by_body(faces, subject, notes):
-        for occurrence in occurrences:
-            if notes.attempt(subject, "component", eq, occurrence.component, body.component):
-                yield from _in_occurrence(occurrence, body, keys, notes)
+        here = [
+            occurrence
+            for occurrence in occurrences
+            if notes.attempt(subject, "component", eq, occurrence.component, body.component)
+        ]
+        if not here:
+            yield from _hidden(body, notes)
+        for occurrence in here:
+            yield from _in_occurrence(occurrence, body, keys, places, notes)
+
+
+def _hidden(body: _Body, notes: Notes) -> Iterator[SurfaceSnapshot]:
+    """Yield the wrap surfaces of a body whose component has no occurrence, as lost surfaces."""
+    component = body.component
+    for number, (_, held) in enumerate(body.faces):
+        use = stored_surface(held, body.name, notes.findings)
+        if use is not None:
+            where = use.occurrence or str(component.name)
+            is_copy = use.place and use.place[-1].component != component_id(component)
+            why = copied(where) if is_copy else f"component {where!r} has no occurrence: {HIDDEN}"
+            key = f"hidden:{component_id(component)}/{component.name}/{body.name}/face{number}"
+            use = replace(use, occurrence=where, place=())
+            yield SurfaceSnapshot("", "sphere", 0.0, (0.0, 0.0, 0.0), entity=key, use=use, lost=why)
 
 
 def _faces(attribute: Any, notes: Notes) -> Iterator[Any]:
@@ -96,7 +117,7 @@ def _body_of(face: Any) -> _Body:
 
 
 def _in_occurrence(
-    occurrence: Occurrence, body: _Body, keys: Keys, notes: Notes
+    occurrence: Occurrence, body: _Body, keys: Keys, places: Places, notes: Notes
 ) -> Iterator[SurfaceSnapshot]:
     """Yield the wrap surfaces of one body in one occurrence."""
     read = []
@@ -106,11 +127,27 @@ def _in_occurrence(
         if pair is not None:
             own, surface = pair
             use = stored_surface(held, occurrence.path or body.name, notes.findings)
-            read.append(((held.get(WRAP, ""), own), replace(surface, use=use)))
+            read.append(((held.get(WRAP, ""), own), _placed(surface, use, places, notes)))
     read.sort(key=lambda pair: pair[0])
     for number, (_, surface) in enumerate(read):
         key = keys.key(occurrence, f"{body.name}/face", number)
         yield replace(surface, entity=key)
+
+
+def _placed(
+    surface: SurfaceSnapshot, use: SurfaceUse | None, places: Places, notes: Notes
+) -> SurfaceSnapshot:
+    """Return a surface with its use, whose occurrence is found by the stored place."""
+    scope = places.scope(surface.occurrence)
+    if use is None or not (use.place or use.occurrence):
+        if use is not None and surface.occurrence == scope:
+            use = replace(use, occurrence=scope)
+        return replace(surface, use=use)
+    owner = places.component(surface.occurrence)
+    found = places.find(use.place, use.occurrence, scope, owner)
+    if found.is_moved:
+        note_moved(Subject("wrap_surface", use.name), use.occurrence, found.path, notes)
+    return replace(surface, use=replace(use, occurrence=found.path, place=()), lost=found.lost)
 
 
 def _surface(occurrence: Occurrence, face: Any) -> tuple[Vector3, SurfaceSnapshot]:

@@ -3,14 +3,19 @@
 All attributes are in the group `CARDSFlow`. A construction point has the attribute `point` and a
 face the attribute `wrap`. The design has the attributes `muscles`, `settings`, and `points` for
 points that cannot be stored on a construction point.
+
+Every record has the key `version`. Records without it are of version 1, which stored the link and
+the path of the occurrence of every point. Version 2 stores a link only if the user chose it, and
+the occurrence by persistent identifiers. Unknown keys of a newer version are kept.
 """
 
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from ..records import from_plain, to_plain
 from ..robot.errors import InputError
@@ -18,7 +23,7 @@ from ..robot.finding import Finding
 from ..robot.json_text import json_text
 from ..robot.model.pose import Vector3
 from ..settings import ExportSettings
-from ..snapshot import MuscleSnapshot, PointUse, SurfaceUse
+from ..snapshot import MuscleSnapshot, PointUse, Role, SurfaceUse, WrapUse
 from .checks import finding
 
 GROUP = "CARDSFlow"
@@ -27,6 +32,11 @@ WRAP = "wrap"
 MUSCLES = "muscles"
 POINTS = "points"
 SETTINGS = "settings"
+UNREAD = "_unread"
+"""Suffix of the attribute with the former text of an attribute that is not a list."""
+
+VERSION = 2
+"""Version of the records that this add-in writes."""
 
 Record = TypeVar("Record")
 
@@ -46,72 +56,189 @@ class KeptPoint:
     use: PointUse
 
 
-def kept_points_text(points: Sequence[KeptPoint]) -> str:
-    """Return the text of the attribute of a design that stores points."""
-    return json_text([to_plain(p) for p in points], ensure_ascii=False, sort_keys=True)
+def kept_points_text(points: Sequence[KeptPoint], unread: Sequence[Any] = ()) -> str:
+    """Return the text of the attribute of a design that stores points.
+
+    Args:
+        points: The points.
+        unread: Stored records that are kept unchanged.
+    """
+    plain = [{**to_plain(p), "use": _plain(p.use)} for p in points]
+    return json_text([*plain, *unread], ensure_ascii=False, sort_keys=True)
 
 
 def point_text(point: PointUse) -> str:
     """Return the text of a point's attribute."""
-    plain = {"link": "", "muscle": "", "number": 0, "name": "", **to_plain(point)}
+    plain = {"link": "", "muscle": "", "number": 0, "name": "", **_plain(point)}
     return json_text(plain, ensure_ascii=False, sort_keys=True)
 
 
 def wrap_text(wrap: SurfaceUse) -> str:
     """Return the text of a face's attribute."""
-    uses = [{"side": 0, "turns": 0, **to_plain(use)} for use in wrap.muscles]
+    uses = [{"side": 0, "turns": 0, **_merge(to_plain(use))} for use in wrap.muscles]
     return json_text(
-        {"link": "", **to_plain(wrap), "muscles": uses}, ensure_ascii=False, sort_keys=True
+        {"link": "", **_plain(wrap), "muscles": uses}, ensure_ascii=False, sort_keys=True
     )
 
 
-def muscles_text(muscles: Sequence[MuscleSnapshot]) -> str:
-    """Return the text of the attribute of a design that lists the muscles, in order."""
-    plain = [{f.name: to_plain(getattr(m, f.name)) for f in fields(m)} for m in muscles]
-    return json_text(plain, ensure_ascii=False)
+def muscles_text(muscles: Sequence[MuscleSnapshot], unread: Sequence[Any] = ()) -> str:
+    """Return the text of the attribute of a design that lists the muscles, in order.
+
+    Args:
+        muscles: The muscles.
+        unread: Stored records that are kept unchanged.
+    """
+    plain = [
+        _merge({"version": VERSION, **{f.name: to_plain(getattr(m, f.name)) for f in fields(m)}})
+        for m in muscles
+    ]
+    return json_text([*plain, *unread], ensure_ascii=False)
 
 
-def settings_text(settings: ExportSettings) -> str:
-    """Return the text of the attribute of a design that stores the settings of the export."""
-    return json_text(to_plain(settings), ensure_ascii=False, sort_keys=True)
+def settings_text(settings: ExportSettings, before: str = "{}") -> str:
+    """Return the text of the attribute of a design that stores the settings of the export.
+
+    Args:
+        settings: The settings.
+        before: Stored text, whose keys of a newer version are kept.
+    """
+    plain = {"version": VERSION, **to_plain(settings)}
+    try:
+        _, extra = _split(ExportSettings, json.loads(before))
+    except (InputError, ValueError, RecursionError):
+        extra = {}
+    plain = _merge({**plain, "extra": extra})
+    return json_text(plain, ensure_ascii=False, sort_keys=True)
+
+
+def _plain(record: Any) -> dict[str, Any]:
+    return _merge({"version": VERSION, **to_plain(record)})
+
+
+def _merge(plain: dict[str, Any]) -> dict[str, Any]:
+    """Return a record with the unknown keys of a newer version as they were read."""
+    extra = plain.pop("extra", {})
+    return {**plain, **{key: json.loads(text) for key, text in extra.items()}}
+
+
+def _split(cls: type, plain: Any) -> tuple[Any, dict[str, str]]:
+    """Return the known keys of a stored record, and the other keys as JSON texts.
+
+    Raises:
+        InputError: The version is invalid.
+    """
+    if not isinstance(plain, dict):
+        return plain, {}
+    version = plain.get("version", 1)
+    if type(version) is not int or version < 1:
+        raise InputError(f"must be a version of the record, not {version!r}", key="version")
+    known = {f.name for f in fields(cls)} - {"extra"}
+    if version <= VERSION:
+        return {key: item for key, item in plain.items() if key != "version"}, {}
+    extra = {key: json_text(item) for key, item in plain.items() if key not in known}
+    return {key: item for key, item in plain.items() if key in known}, extra
+
+
+def is_newer(record: PointUse | SurfaceUse | MuscleSnapshot) -> bool:
+    """Return whether a record was stored by a newer version of the add-in."""
+    return bool(record.extra)
+
+
+def _read(cls: type[Record], plain: Any, where: str) -> Record:
+    """Return a record from a stored one of any version."""
+    known, extra = _split(cls, plain)
+    if cls is SurfaceUse and extra and isinstance(known.get("muscles"), list):
+        uses = [_split(WrapUse, {**item, "version": VERSION + 1}) for item in known["muscles"]]
+        for _, more in uses:
+            del more["version"]
+        known = {**known, "muscles": [{**use, "extra": more} for use, more in uses]}
+    if extra:
+        known = {**known, "extra": extra}
+    elif isinstance(known, dict) and "extra" in known:
+        raise InputError("unknown key 'extra'", key=where)
+    return from_plain(cls, known, where)
+
+
+def read_kept_point(plain: Any, where: str) -> KeptPoint:
+    """Return a point from an item of the attribute of a design.
+
+    Raises:
+        InputError: The item cannot be read; the message names the key. The functions below raise
+            the same error.
+    """
+    if not isinstance(plain, dict) or not isinstance(plain.get("use"), dict):
+        return from_plain(KeptPoint, plain, where)
+    use = _read(PointUse, plain["use"], f"{where}.use")
+    others = {key: item for key, item in plain.items() if key != "use"}
+    return replace(from_plain(KeptPoint, {**others, "use": {"role": use.role}}, where), use=use)
 
 
 def read_kept_points(text: str) -> tuple[KeptPoint, ...]:
-    """Return the points that are stored in the attribute of a design.
-
-    Raises:
-        InputError: The attribute cannot be read; the message names the key. The functions below
-            raise the same error.
-    """
-    return _list(KeptPoint, text, POINTS)
+    """Return the points that are stored in the attribute of a design."""
+    return tuple(
+        read_kept_point(plain, f"{POINTS}[{i}]") for i, plain in enumerate(read_list(text, POINTS))
+    )
 
 
 def read_point(text: str) -> PointUse:
     """Return the use of a point from its attribute."""
-    return from_plain(PointUse, _json(text, POINT), POINT)
+    return _read(PointUse, _json(text, POINT), POINT)
 
 
 def read_wrap(text: str) -> SurfaceUse:
     """Return the use of a face from its attribute."""
-    return from_plain(SurfaceUse, _json(text, WRAP), WRAP)
+    return _read(SurfaceUse, _json(text, WRAP), WRAP)
+
+
+def read_muscle(plain: Any, where: str) -> MuscleSnapshot:
+    """Return a muscle from an item of the attribute of a design."""
+    muscle = _read(MuscleSnapshot, plain, where)
+    return replace(muscle, color=muscle.color.lower())
 
 
 def read_muscles(text: str) -> tuple[MuscleSnapshot, ...]:
     """Return the muscles that are listed in the attribute of a design."""
-    muscles = _list(MuscleSnapshot, text, MUSCLES)
-    return tuple(replace(muscle, color=muscle.color.lower()) for muscle in muscles)
+    return tuple(
+        read_muscle(plain, f"{MUSCLES}[{i}]") for i, plain in enumerate(read_list(text, MUSCLES))
+    )
 
 
 def read_settings(text: str) -> ExportSettings:
     """Return the settings of the export that are stored in the design."""
-    return from_plain(ExportSettings, _json(text, SETTINGS), SETTINGS)
+    return from_plain(ExportSettings, _split(ExportSettings, _json(text, SETTINGS))[0], SETTINGS)
 
 
-def _list(kind: type[Record], text: str, where: str) -> tuple[Record, ...]:
+def partial_use(plain: Any) -> PointUse | None:
+    """Return role, muscle, number and name of a record that cannot be read; None if unknown."""
+    if not isinstance(plain, dict) or plain.get("role") not in get_args(Role):
+        return None
+    role: Role = plain["role"]
+    muscle, number, name = (plain.get(key) for key in ("muscle", "number", "name"))
+    if role == "via":
+        is_known = isinstance(muscle, str) and muscle and type(number) is int
+        return PointUse(role, muscle=str(muscle), number=int(number)) if is_known else None  # type: ignore[arg-type]
+    return PointUse(role, name=name) if isinstance(name, str) and name else None
+
+
+def updated_record(plain: Any, use: PointUse) -> Any:
+    """Return a stored record with muscle, number and name of its row, otherwise unchanged."""
+    if not isinstance(plain, dict):
+        return plain
+    current = {"muscle": use.muscle, "number": use.number, "name": use.name}
+    return {**plain, **{key: item for key, item in current.items() if plain.get(key, item) != item}}
+
+
+def without_tokens(text: str) -> str:
+    """Return a stored text without tokens, which differ at every call for the same entity."""
+    return re.sub(r'"token": "[^"]*"', "", text)
+
+
+def read_list(text: str, where: str) -> list[Any]:
+    """Return the items of the attribute of a design."""
     plain = _json(text, where)
     if not isinstance(plain, list):
         raise InputError("must hold a list", key=where)
-    return tuple(from_plain(kind, item, f"{where}[{i}]") for i, item in enumerate(plain))
+    return plain
 
 
 def _json(text: str, where: str) -> Any:
@@ -163,14 +290,37 @@ def stored_muscles(
         design: Name of the design.
         findings: List to which findings are appended.
     """
-    what = "the design's list of muscles"
-    todo = "open Define muscles, set the force limits and press OK"
-    return (
-        _read_attribute(
-            read_muscles, attributes, MUSCLES, (what, todo), ("design", design), findings
-        )
-        or ()
+    if MUSCLES not in attributes:
+        return ()
+    muscles = []
+    try:
+        for i, plain in enumerate(read_list(attributes[MUSCLES], MUSCLES)):
+            try:
+                muscles.append(read_muscle(plain, f"{MUSCLES}[{i}]"))
+            except InputError as error:
+                findings.append(_bad_muscles(error, design))
+    except InputError as error:
+        findings.append(_bad_muscles(error, design))
+    for muscle in filter(is_newer, muscles):
+        findings.append(_newer(f"muscle {muscle.name!r}", muscle.extra, ("muscle", muscle.name)))
+    return tuple(muscles)
+
+
+def _bad_muscles(error: InputError, design: str) -> Finding:
+    message = (
+        f"the design's list of muscles cannot be read ({error}); set the force limits in Define "
+        "muscles, which keeps the stored text"
     )
+    return finding("error", "bad-attribute", message, "design", design)
+
+
+def _newer(what: str, extra: Mapping[str, str], subject: tuple[str, str]) -> Finding:
+    keys = ", ".join(sorted(extra.keys() - {"version"})) or "none"
+    message = (
+        f"{what} was stored by a newer version of the add-in; unknown keys are kept but not used: "
+        f"{keys}. Update the add-in"
+    )
+    return finding("warning", "newer-record", message, *subject)
 
 
 def _read_attribute(
@@ -194,7 +344,13 @@ def _read_attribute(
     if key not in attributes:
         return None
     try:
-        return read(attributes[key])
+        record = read(attributes[key])
+        extra = getattr(record, "extra", {})
+        if extra:
+            new = _newer(text[0].removeprefix("the attribute of "), extra, subject)
+            if new not in findings:
+                findings.append(new)
+        return record
     except InputError as error:
         what, todo = text
         message = f"{what} cannot be read ({error}); {todo}"

@@ -27,14 +27,14 @@ def csv_text(table: MuscleTable, delimiter: str = ",") -> str:
     writer = csv.writer(stream, lineterminator="\r\n", delimiter=delimiter)
     writer.writerow(COLUMNS)
     for row in table.rows:
-        points = table.points_of(row.name)
+        points = [p for p in table.points_of(row.name) if not p.lost]
         muscle = (row.color, repr(row.f_min), repr(row.f_max), row.model, _parameters(row))
         if not points:
             writer.writerow(("via", row.name, "", "", "", "", "", *muscle, ""))
         for i, p in enumerate(points):
             end = muscle if i == 0 else ("",) * len(muscle)
             writer.writerow(("via", row.name, p.number, p.link, *map(repr, p.position), *end, ""))
-    for p in table.others:
+    for p in (p for p in table.others if not p.lost):
         where = (p.link, *map(repr, p.position))
         writer.writerow((p.role, p.name, "", *where, *[""] * 5, " ".join(p.axes)))
     return stream.getvalue()

@@ -7,13 +7,22 @@ design, at the pose of the design, in [m].
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Protocol, TypeVar
 
 from ..robot.finding import Finding
+from ..robot.finding_builders import listed
 from ..robot.model.robot import POSITIONS, WORLD
-from ..snapshot import DesignSnapshot, MuscleSnapshot, PointSnapshot, PointUse, SurfaceSnapshot
+from ..snapshot import (
+    COPY,
+    DesignSnapshot,
+    MuscleSnapshot,
+    PointSnapshot,
+    PointUse,
+    SurfaceSnapshot,
+    SurfaceUse,
+)
 from .checks import finding, table_findings
 from .point_names import is_point_name, natural_key, parse_point_name
 from .table import COLORS, MuscleTable, PointRow, WrapRow, by_name
@@ -24,9 +33,13 @@ class _Located(Protocol):
     def entity(self) -> str: ...
     @property
     def occurrence(self) -> str: ...
+    @property
+    def lost(self) -> str: ...
 
 
 Located = TypeVar("Located", bound=_Located)
+
+_SEVERAL = "its component has several occurrences"
 
 
 def read_table(
@@ -36,8 +49,8 @@ def read_table(
 
     Args:
         snapshot: The design.
-        link_of: Link of each occurrence, by path. It selects the occurrence of a point whose
-            component has several occurrences.
+        link_of: Link of each occurrence, by path. It selects the occurrence of a point without
+            a stored occurrence whose component has several occurrences.
 
     Returns:
         The table, and the findings on the table and on the names of points.
@@ -45,7 +58,7 @@ def read_table(
     findings: list[Finding] = []
     link_of = link_of or {}
     read = [(point, _use(point, findings)) for point in _valid_points(snapshot.points, findings)]
-    used = _unique_points([(point, use) for point, use in read if use], link_of)
+    used = _unique_points([(point, use) for point, use in read if use], link_of, findings)
     points = [_point_row(point, use, link_of) for point, use in used]
     via = [point for point in points if point.role == "via"]
     rows = _rows(snapshot, {point.muscle for point in via}, findings)
@@ -54,7 +67,12 @@ def read_table(
         rows,
         tuple(sorted(via, key=lambda p: (order[p.muscle], p.number))),
         by_name(point for point in points if point.role != "via"),
-        tuple(sorted(_wraps(snapshot, link_of), key=lambda w: (natural_key(w.name), w.occurrence))),
+        tuple(
+            sorted(
+                _wraps(snapshot, link_of, findings),
+                key=lambda w: (natural_key(w.name), w.occurrence),
+            )
+        ),
     )
     return table, [*findings, *table_findings(table)]
 
@@ -95,34 +113,79 @@ def _use(point: PointSnapshot, findings: list[Finding]) -> PointUse | None:
 
 
 def _unique_points(
-    read: Sequence[tuple[PointSnapshot, PointUse]], link_of: Mapping[str, str]
+    read: Sequence[tuple[PointSnapshot, PointUse]],
+    link_of: Mapping[str, str],
+    findings: list[Finding],
 ) -> list[tuple[PointSnapshot, PointUse]]:
     """Return each point once, in the occurrence that it belongs to."""
-    groups: dict[str, list[PointSnapshot]] = {}
-    for i, (point, _) in enumerate(read):
-        groups.setdefault(point.entity or f"#{i}", []).append(point)
-    attributes = {id(point): attribute for point, attribute in read}
+    groups: dict[str, list[tuple[PointSnapshot, PointUse]]] = {}
+    for i, (point, use) in enumerate(read):
+        groups.setdefault(point.entity or f"#{i}", []).append((point, use))
     chosen = []
     for group in groups.values():
-        first = attributes[id(group[0])]
-        point = _select_occurrence(group, first.occurrence, first.link, link_of)
-        chosen.append((point, attributes[id(point)]))
-    return chosen
+        subject = ("point", group[0][0].name)
+        point, lost = _select_occurrence(group, link_of, subject, findings)
+        use = next(use for other, use in group if other is point)
+        chosen.append((replace(point, lost=lost), use))
+    return _without_copies(chosen, findings)
 
 
 def _select_occurrence(
-    candidates: Sequence[Located], occurrence: str, link: str, link_of: Mapping[str, str]
-) -> Located:
-    """Return the candidate in the stored occurrence, else on the link, else the first one."""
-    tests: tuple[Callable[[Located], bool], ...] = (
-        lambda p: bool(occurrence) and p.occurrence == occurrence,
-        lambda p: link_of.get(p.occurrence) == link,
-    )
-    for test in tests:
-        for candidate in candidates:
-            if test(candidate):
-                return candidate
-    return min(candidates, key=lambda p: natural_key(p.occurrence))
+    group: Sequence[tuple[Located, PointUse | SurfaceUse]],
+    link_of: Mapping[str, str],
+    subject: tuple[str, str],
+    findings: list[Finding],
+) -> tuple[Located, str]:
+    """Return the occurrence that a point or face belongs to, and the reason if it is unknown.
+
+    It is the stored occurrence or the only one. Otherwise it is the only one on the link.
+    """
+    found = [(item, use) for item, use in group if not item.lost]
+    own = [item for item, use in found if use.occurrence and use.occurrence == item.occurrence]
+    if len(own) == 1:
+        return own[0], ""
+    if len(group) == 1 or not found:
+        return group[0][0], group[0][0].lost
+    link = found[0][1].link
+    on_link = [item for item, use in found if use.link and link_of.get(item.occurrence) == use.link]
+    if len(on_link) == 1:
+        return on_link[0], ""
+    where = listed(sorted(item.occurrence for item, _ in group))
+    why = f"{_SEVERAL}, {where}, and it is unclear which one "
+    why += f"belongs to link {link!r}" if link else "it belongs to"
+    what = subject[0].replace("_", " ")
+    message = f"{what} {subject[1]!r}: {why}; pick it again in Define muscles"
+    findings.append(finding("error", "ambiguous-point", message, *subject))
+    return group[0][0], why
+
+
+def _without_copies(
+    points: Sequence[tuple[PointSnapshot, PointUse]], findings: list[Finding]
+) -> list[tuple[PointSnapshot, PointUse]]:
+    """Return the points without copies of other points; report lost points."""
+
+    def key(use: PointUse) -> tuple[str, str, int, str]:
+        return use.role, use.muscle, use.number, use.name
+
+    originals = {key(use) for point, use in points if not point.lost.startswith(COPY)}
+    kept = []
+    for point, use in points:
+        if point.lost.startswith(COPY) and key(use) in originals:
+            message = (
+                f"construction point {point.name!r} of {point.occurrence!r} is not used: "
+                f"{point.lost}; delete it, or pick it in Define muscles"
+            )
+            findings.append(finding("warning", "copied-point", message, "point", point.name))
+            continue
+        kept.append((point, use))
+        if point.lost and not point.lost.startswith(_SEVERAL):
+            what = f"point {use.number} of muscle {use.muscle!r}" if use.muscle else point.name
+            message = (
+                f"{what} is not found: {point.lost}. It is kept; repair the design, or pick the "
+                "point again and delete the old one in Define muscles"
+            )
+            findings.append(finding("error", "lost-point", message, "point", point.name))
+    return kept
 
 
 def _link_at(item: Located, link_of: Mapping[str, str]) -> str:
@@ -138,7 +201,10 @@ def _point_row(point: PointSnapshot, use: PointUse, link_of: Mapping[str, str]) 
     )
     axes = use.axes or POSITIONS if use.role == "task" else ()
     name = "" if use.role == "via" else use.name or point.name
-    link = use.link or _link_at(point, link_of)
+    link = use.link or ("" if point.lost else _link_at(point, link_of))
+    row = replace(row, lost=point.lost)
+    if point.lost:
+        return replace(row, name=name, link=link, axes=axes)
     return replace(row, name=name, link=link, axes=axes, occurrence=point.occurrence)
 
 
@@ -164,14 +230,31 @@ def _rows(
     return tuple(ordered)
 
 
-def _wraps(snapshot: DesignSnapshot, link_of: Mapping[str, str]) -> Iterable[WrapRow]:
-    groups: dict[str, list[SurfaceSnapshot]] = {}
+def _wraps(
+    snapshot: DesignSnapshot, link_of: Mapping[str, str], findings: list[Finding]
+) -> Iterable[WrapRow]:
+    groups: dict[str, list[tuple[SurfaceSnapshot, SurfaceUse]]] = {}
     for i, surface in enumerate(snapshot.surfaces):
         if surface.use is not None:
-            groups.setdefault(surface.entity or f"#{i}", []).append(surface)
+            groups.setdefault(surface.entity or f"#{i}", []).append((surface, surface.use))
     for group in groups.values():
-        use = group[0].use
-        if use is not None:
-            face = _select_occurrence(group, use.occurrence, use.link, link_of)
-            link = use.link or _link_at(face, link_of)
-            yield WrapRow(use.name, link, use.muscles, face.occurrence, face=face)
+        subject = ("wrap_surface", group[0][1].name)
+        face, lost = _select_occurrence(group, link_of, subject, findings)
+        use = next(use for other, use in group if other is face)
+        if lost.startswith(COPY):
+            message = f"wrap surface {use.name!r} of {face.occurrence!r} is not used: {lost}"
+            findings.append(finding("warning", "copied-face", message, *subject))
+            continue
+        if lost and not lost.startswith(_SEVERAL):
+            message = f"wrap surface {use.name!r} is not found: {lost}. It is kept"
+            findings.append(finding("error", "lost-face", message, *subject))
+        face = replace(face, lost=lost)
+        link = use.link or ("" if lost else _link_at(face, link_of))
+        yield WrapRow(
+            name=use.name,
+            link=link,
+            muscles=use.muscles,
+            occurrence=use.occurrence if lost else face.occurrence,
+            extra=use.extra,
+            face=face,
+        )

@@ -100,6 +100,10 @@ def mirror_muscle(
         findings.append(finding("error", "mirrored-muscle-exists", message, "muscle", name))
     points = []
     for point in table.points_of(muscle):
+        if point.lost:
+            message = f"point {point.number} of muscle {muscle!r} is not found: {point.lost}"
+            findings.append(finding("error", "lost-point", message, "muscle", muscle))
+            continue
         link = other_side(point.link) or point.link
         if link not in links and link != WORLD:
             problem = UnknownNameError("link", link, sorted({*links} - {point.link})).what

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from ..robot.errors import UnknownNameError
+from ..robot.errors import InputError, UnknownNameError
 from ..robot.model.pose import Vector3
 from ..robot.model.robot import WORLD
 from ..snapshot import (
@@ -52,10 +52,13 @@ class PointRow(PointUse):
     Attributes:
         position: In the root frame, in [m].
         entity: Identifier of the point in the CAD system; empty if unknown.
+        lost: Reason why the point was not found; empty if it was found. A lost point is stored
+            unchanged until the user deletes it.
     """
 
     position: Vector3
     entity: str = ""
+    lost: str = ""
 
     @property
     def use(self) -> PointUse:
@@ -67,9 +70,18 @@ class PointRow(PointUse):
 
         A construction point that the add-in created is created again in the component of the other
         link, so that it moves with that link.
+
+        Raises:
+            InputError: The point was not found.
         """
+        self.require_found()
         moved = replace(self, link=link)
         return replace(moved, entity="", occurrence="", made=False) if self.made else moved
+
+    def require_found(self) -> None:
+        """Raise an InputError if the point was not found."""
+        if self.lost:
+            raise InputError(f"This point is not found: {self.lost}. Delete it or pick it again.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,7 +93,12 @@ class WrapRow(SurfaceUse):
     @property
     def use(self) -> SurfaceUse:
         """The use to store on the face."""
-        return SurfaceUse(self.name, self.link, self.muscles, self.occurrence)
+        return SurfaceUse(**{f.name: getattr(self, f.name) for f in fields(SurfaceUse)})
+
+    @property
+    def lost(self) -> str:
+        """Reason why the face was not found; empty if it was found."""
+        return self.face.lost
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +142,7 @@ class MuscleTable:
 
     def length(self, muscle: str) -> float:
         """Return the length of a muscle along its points, in [m]."""
-        positions = [point.position for point in self.points_of(muscle)]
+        positions = [point.position for point in self.points_of(muscle) if not point.lost]
         return sum(map(math.dist, positions, positions[1:]))
 
     # Muscles
@@ -285,6 +302,42 @@ class MuscleTable:
             others=by_name(point for (point,) in others.values()),
         )
 
+    # Links
+
+    def used_links(self) -> list[str]:
+        """Return the links of all points and wrap surfaces that were found."""
+        links = {p.link for p in (*self.points, *self.others) if not p.lost}
+        return sorted(links | {w.link for w in self.wraps if not w.lost}, key=natural_key)
+
+    def replace_link(self, old: str, new: str, link_of: Mapping[str, str]) -> MuscleTable:
+        """Return the table with all points and wrap surfaces of one link on another link.
+
+        Args:
+            old: The link to replace.
+            new: The other link; empty for the link of the occurrence of each point.
+            link_of: Link of each occurrence, by path.
+        """
+
+        def link(occurrence: str) -> str:
+            return new or link_of.get(occurrence, old)
+
+        def move(point: PointRow) -> PointRow:
+            if point.link != old or point.lost:
+                return point
+            there = link(point.occurrence)
+            is_there = there == link_of.get(point.occurrence)
+            return replace(point, link=there) if is_there else point.on_link(there)
+
+        return replace(
+            self,
+            points=tuple(map(move, self.points)),
+            others=tuple(map(move, self.others)),
+            wraps=tuple(
+                replace(w, link=link(w.occurrence)) if w.link == old and not w.lost else w
+                for w in self.wraps
+            ),
+        )
+
     # Checks
 
     def problems(self, links: Collection[str]) -> list[str]:
@@ -335,9 +388,9 @@ class MuscleTable:
     def _link_problems(self, links: Collection[str]) -> Iterator[str]:
         kinds = {"task": "Task point", "marker": "Marker"}
         located = [
-            *((f"Point {p.number} of {p.muscle}", p.link) for p in self.points),
-            *((f"{kinds[p.role]} {p.name}", p.link) for p in self.others),
-            *((f"Wrap surface {w.name}", w.link) for w in self.wraps),
+            *((f"Point {p.number} of {p.muscle}", p.link) for p in self.points if not p.lost),
+            *((f"{kinds[p.role]} {p.name}", p.link) for p in self.others if not p.lost),
+            *((f"Wrap surface {w.name}", w.link) for w in self.wraps if not w.lost),
         ]
         for what, link in located:
             if link not in links and link != WORLD:
@@ -368,7 +421,11 @@ def free_name(names: Sequence[str], rows: Sequence[MuscleSnapshot | PointUse | S
 def _match_existing_point(new: PointRow, free: list[PointRow]) -> PointRow:
     """Return the new point merged with an old point at its position, which leaves `free`."""
     apart = {i: math.dist(old.position, new.position) for i, old in enumerate(free)}
-    near = [i for i, old in enumerate(free) if old.link == new.link and apart[i] <= SAME]
+    near = [
+        i
+        for i, old in enumerate(free)
+        if old.link == new.link and apart[i] <= SAME and not old.lost
+    ]
     if not near:
         return new
     nearest = min(near, key=lambda i: (abs(free[i].number - new.number), apart[i]))

@@ -9,9 +9,11 @@ has the empty path. `snapshot_file` writes and reads it;
 from .design import DesignIntent, DesignSnapshot, SourceSnapshot
 from .joints import CouplingSnapshot, JointKind, JointSnapshot, MotionSnapshot
 from .muscles import (
+    COPY,
     DEFAULT_COLOR,
     F_MAX,
     F_MIN,
+    Level,
     MuscleSnapshot,
     PointSnapshot,
     PointUse,
@@ -35,6 +37,7 @@ from .parts import (
 
 __all__ = [
     "COLOR",
+    "COPY",
     "DEFAULT_COLOR",
     "F_MAX",
     "F_MIN",
@@ -48,6 +51,7 @@ __all__ = [
     "GroupSnapshot",
     "JointKind",
     "JointSnapshot",
+    "Level",
     "MassSnapshot",
     "MeshSnapshot",
     "MotionSnapshot",

@@ -18,6 +18,28 @@ F_MIN, F_MAX = 10.0, 80.0
 """Default force limits of a muscle, in [N]; earlier versions of the add-in used the same values."""
 
 
+COPY = "it is a copy"
+"""Beginning of the reason why a copied point is lost."""
+
+Extra = Mapping[str, str]
+"""Unknown keys of a record of a newer version, as JSON texts. They are stored again unchanged."""
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """One occurrence on the way from the root component of a design to a point.
+
+    Attributes:
+        component: Persistent identifier of its component.
+        instance: Number of the occurrence in its name, such as 2 in `arm:2`.
+        token: Token by which the CAD system finds the occurrence again.
+    """
+
+    component: str
+    instance: int
+    token: str = ""
+
+
 @dataclass(frozen=True, slots=True)
 class MuscleSnapshot:
     """A muscle without its via points; each via point refers to its muscle by name.
@@ -29,6 +51,7 @@ class MuscleSnapshot:
         f_max: Maximum force, in [N]; infinite if unknown.
         model: Muscle law, which relates force, length and stiffness.
         parameters: Parameters of the muscle law by name, in SI units.
+        extra: Unknown keys of a newer version of the add-in, as JSON texts.
     """
 
     name: str
@@ -37,6 +60,7 @@ class MuscleSnapshot:
     f_max: float = F_MAX
     model: CableKind = "ideal"
     parameters: Mapping[str, float] = field(default_factory=dict)
+    extra: Extra = field(default_factory=dict, hash=False)
 
     @property
     def cable_model(self) -> CableModel:
@@ -59,6 +83,9 @@ class PointUse:
         occurrence: Path of the occurrence that the point belongs to, if its component has several.
         made: Whether the add-in created the point and may therefore delete it.
         original: Name that the user gave to a point that the add-in did not create.
+        place: The occurrence by persistent identifiers, in the attributes of a design only;
+            `occurrence` is used if it is empty.
+        extra: Unknown keys of a newer version of the add-in, as JSON texts.
     """
 
     role: Role
@@ -70,6 +97,8 @@ class PointUse:
     occurrence: str = ""
     made: bool = False
     original: str = ""
+    place: tuple[Level, ...] = ()
+    extra: Extra = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +112,7 @@ class WrapUse:
         turns: Number of full turns about the axis.
         inside: Whether the muscle passes through the inside of the surface; `side` and `turns`
             are then not used.
+        extra: Unknown keys of a newer version of the add-in, as JSON texts.
     """
 
     muscle: str
@@ -90,6 +120,7 @@ class WrapUse:
     side: Literal[-1, 0, 1] = 0
     turns: int = 0
     inside: bool = False
+    extra: Extra = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,12 +133,17 @@ class SurfaceUse:
             occurrence.
         muscles: The muscles that wrap over the face.
         occurrence: Path of the occurrence that the face belongs to, if its component has several.
+        place: The occurrence by persistent identifiers, in the attributes of a design only;
+            `occurrence` is used if it is empty.
+        extra: Unknown keys of a newer version of the add-in, as JSON texts.
     """
 
     name: str
     link: str = ""
     muscles: tuple[WrapUse, ...] = ()
     occurrence: str = ""
+    place: tuple[Level, ...] = ()
+    extra: Extra = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +159,8 @@ class PointSnapshot:
         use: Use of the point; None if the name specifies it, as in designs of earlier add-ins:
             `VP_motor<number>_EXPORT_<link>_<number>`, `EE_<link>`, `VM_<link>`.
         problem: Error that the CAD system reports for the point; empty if it reports no error.
+        lost: Reason why the occurrence of the point is unknown; empty if it is known. Its position
+            is then in the frame of the lost occurrence.
     """
 
     name: str
@@ -131,6 +169,7 @@ class PointSnapshot:
     entity: str = ""
     use: PointUse | None = None
     problem: str = ""
+    lost: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,6 +185,7 @@ class SurfaceSnapshot:
         length: Length of the cylinder, in [m]; 0 for a sphere.
         entity: Identifier of the component and the face in the CAD system.
         use: Use of the face; None for a face that no muscle wraps over.
+        lost: Reason why the occurrence of the face is unknown; empty if it is known.
     """
 
     occurrence: str
@@ -156,3 +196,4 @@ class SurfaceSnapshot:
     length: float = 0.0
     entity: str = ""
     use: SurfaceUse | None = None
+    lost: str = ""

@@ -79,16 +79,17 @@ def make_points(
     if design.designType == adsk.fusion.DesignTypes.DirectDesignType:
         return [added(points, _input(points, place)) for place in places]
     feature = _base_feature(component)
+    before = feature.constructionPoints.count
     feature.startEdit()
     try:
-        made = []
         for place in places:
             new = _input(points, place)
             new.targetBaseOrFormFeature = feature
-            made.append(added(points, new))
+            added(points, new)
     finally:
         feature.finishEdit()
-    return made
+    # Objects that were created in the edit may be invalid after it. The caller checks positions.
+    return [feature.constructionPoints.item(before + i) for i in range(len(places))]
 
 
 def kept_point(row: PointRow, occurrence: Any, path: str) -> KeptPoint:

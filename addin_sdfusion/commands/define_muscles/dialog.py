@@ -10,6 +10,7 @@ from ..dialogs import Dialog, Input
 
 NEW_MUSCLE = "+ New muscle"
 OF_PART = "Link of the picked part"
+NO_LINK = "(no points yet)"
 TASK, MARKER = "Task point", "Marker"
 PLANES = {
     "YZ plane (x changes sign)": (1.0, 0.0, 0.0),
@@ -211,7 +212,7 @@ _OTHERS = Input(
 _TOOLS = Input(
     "tab_tools",
     "tab",
-    "Mirror",
+    "Mirror, links",
     children=(
         Input(
             "mirror_group",
@@ -252,6 +253,29 @@ _TOOLS = Input(
                     "Mirror",
                     "The sides of links and muscles are marked by l, left, r or right at the "
                     "beginning or end of a name: arm_l and arm_r, LeftArm and RightArm.",
+                ),
+            ),
+        ),
+        Input(
+            "links_group",
+            "group",
+            "Replace a link",
+            children=(
+                Input("old_link", "dropdown", "Link", "The link that points and surfaces name."),
+                Input(
+                    "new_link",
+                    "dropdown",
+                    "By",
+                    "Another link, or the link of the part that each point lies on.",
+                    options=(OF_PART,),
+                    value=OF_PART,
+                ),
+                Input(
+                    "replace_link",
+                    "button",
+                    "Replace",
+                    "Moves all points and wrap surfaces of the link at once, for example after "
+                    "a link was renamed.",
                 ),
             ),
         ),

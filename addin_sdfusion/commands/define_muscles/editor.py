@@ -266,6 +266,7 @@ class MuscleEditor:
             return index
         self.insert_at = None
         if what == "duplicate":
+            self.table.points_of(self.muscle)[index].require_found()
             self.table = self.table.duplicate_point(self.muscle, index)
             return index + 1
         if what == "delete":
@@ -283,6 +284,7 @@ class MuscleEditor:
 
     def point_position(self, index: int, position: Vector3) -> None:
         """Move a point of the chosen muscle to a position, in [m]."""
+        self.table.points_of(self.muscle)[index].require_found()
         self.table = self.table.change_point(
             self.muscle, index, lambda p: replace(p, position=position, entity="", made=False)
         )
@@ -290,6 +292,18 @@ class MuscleEditor:
 
     def _point(self, index: int) -> str:
         return f"Point {self.table.points_of(self.muscle)[index].number} of {self.muscle}"
+
+    def replace_link(self, old: str, new: str) -> None:
+        """Move all points and wrap surfaces of one link to another link.
+
+        Args:
+            old: The link to replace, which may not exist any more.
+            new: The other link; empty for the link of each part.
+        """
+        if not old or old == new:
+            raise InputError("Choose the link to replace and another link.")
+        self.table = self.table.replace_link(old, new, self.link_of)
+        self.message = f"Link {old} is replaced by {new or 'the link of each part'}."
 
     # Mirror and CSV
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from ...fusion.inserted import KEPT
-from ...fusion.occurrences import every_occurrence
+from ...fusion.occurrences import component_id, every_occurrence
+from ...fusion.points import hidden_points
 from ...muscles.attributes import GROUP, WRAP, stored_surface
-from ...snapshot import DesignSnapshot, SurfaceUse
+from ...snapshot import DesignSnapshot, SurfaceSnapshot
 
 
 class Entities:
@@ -31,9 +32,12 @@ class Entities:
             found = component.constructionPoints.itemByName(point.name)
             if found is not None:
                 self.points[point.entity or f"{point.occurrence}/{point.name}"] = found
+        visible = {component_id(component) for component in components.values()}
+        self.points |= {key: point for key, point, _ in hidden_points(design, visible)}
         free = [a for a in design.findAttributes(GROUP, WRAP) if a.parent is not None]
         for surface in snapshot.surfaces:
-            match = next((a for a in free if _use(a.value) == surface.use), None)
+            component = components.get(surface.occurrence)
+            match = next((a for a in free if _is_of(a, surface, component)), None)
             if match is not None and surface.entity not in self.faces:
                 free.remove(match)
                 self.faces[surface.entity] = match.parent
@@ -47,8 +51,15 @@ class Entities:
         return _key(self.faces, face, "face")
 
 
-def _use(text: str) -> SurfaceUse | None:
-    return stored_surface({WRAP: text}, "", [])
+def _is_of(attribute: Any, surface: SurfaceSnapshot, component: Any) -> bool:
+    """Return whether an attribute contains the use of a surface of a component."""
+    use, read = surface.use, stored_surface({WRAP: attribute.value}, "", [])
+    if use is None or read is None:
+        return False
+    is_hidden = surface.lost and not surface.occurrence
+    if not is_hidden and attribute.parent.body.parentComponent != component:
+        return False
+    return (use.name, use.link, use.muscles) == (read.name, read.link, read.muscles)
 
 
 def _key(known: dict[str, Any], entity: Any, kind: str) -> str:

@@ -22,6 +22,7 @@ from .dialog import (
     DIALOG,
     MARKER,
     NEW_MUSCLE,
+    NO_LINK,
     NO_SURFACE,
     OF_PART,
     PICKED_PLANE,
@@ -70,6 +71,9 @@ class DefineMuscles(Window):
             "use_delete": lambda: editor.delete_use(selected("wrap_uses")),
             "other_delete": lambda: editor.delete_other(selected("others")),
             "mirror": self._mirror,
+            "replace_link": lambda: editor.replace_link(
+                _chosen(value("old_link"), NO_LINK), _chosen(value("new_link"), OF_PART)
+            ),
             "paste": lambda: self._take(clipboard.paste().encode(), "The clipboard"),
             "copy": self._copy,
             "csv_import": self._import,

@@ -8,6 +8,7 @@ import adsk.core
 import adsk.fusion
 
 from ...fusion.notes import optional
+from ...fusion.occurrences import every_occurrence
 from ...fusion.units import CM
 from ...muscles.table import MuscleTable
 from ...muscles.wrap_path import path_over
@@ -20,11 +21,12 @@ _OPACITY = 0.4
 def draw(design: Any, table: MuscleTable, muscle: str) -> None:
     """Draw all muscles, the chosen one thick and with the numbers of its points.
 
-    Bodies are transparent in the preview, so that muscles inside them are visible. The function
+    Bodies of this document's components are transparent in the preview, so that muscles inside them
+    are visible. The function
     must be called only in `executePreview`, whose changes Fusion reverts.
     """
     if table.points:
-        optional(lambda: setattr(design.rootComponent, "opacity", _OPACITY))
+        _make_transparent(design)
     group = design.rootComponent.customGraphicsGroups.add()
     group.isSelectable = False  # the preview cannot be picked by mistake
     for row in table.rows:
@@ -35,14 +37,21 @@ def draw(design: Any, table: MuscleTable, muscle: str) -> None:
         elif points:
             _label(group, points[0], "•", color)
         if row.name == muscle:
-            for point in table.points_of(row.name):
+            for point in (p for p in table.points_of(row.name) if not p.lost):
                 _label(group, point.position, f" {point.number}", color)
+
+
+def _make_transparent(design: Any) -> None:
+    """Make the components of this document transparent; the root component has no opacity."""
+    for occurrence in every_occurrence(design.rootComponent):
+        if not occurrence.isReferencedComponent:
+            optional(lambda: setattr(occurrence.component, "opacity", _OPACITY))  # noqa: B023
 
 
 def _path(table: MuscleTable, muscle: str) -> list[Vector3]:
     """Return the path of a muscle over its via points and wrap surfaces."""
-    points = table.points_of(muscle)
-    uses = {use.after: (wrap.face, use) for wrap, use in table.wraps_of(muscle)}
+    points = [point for point in table.points_of(muscle) if not point.lost]
+    uses = {use.after: (wrap.face, use) for wrap, use in table.wraps_of(muscle) if not wrap.lost}
     path: list[Vector3] = []
     for point, after in zip(points, (*points[1:], None), strict=True):
         path.append(point.position)

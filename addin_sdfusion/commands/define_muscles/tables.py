@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ...muscles.table import PointRow
 from ...robot.errors import InputError
 from ...robot.model.laws.law import Parameter
 from ...robot.model.muscle_laws import law_of
@@ -77,6 +78,15 @@ def _position(position: Vector3) -> str:
     return ", ".join(f"{1000 * v:.1f}" for v in position)
 
 
+def _place(_: MuscleEditor, point: PointRow) -> Cell:
+    """Return the position of a point, or the reason why it is not found."""
+    return Cell(f"not found: {point.lost}") if point.lost else _text(_position(point.position))
+
+
+def _point_link(editor: MuscleEditor, point: PointRow) -> Cell:
+    return Cell(point.link) if point.lost else _link(editor, point.link)
+
+
 def _put(editor: MuscleEditor, index: int, text: str) -> None:
     """Move a point to a position given as text in [mm].
 
@@ -101,6 +111,10 @@ def _number(text: str) -> float:
         return float(text.strip().replace(",", "."))
     except ValueError:
         raise InputError(f"{text!r} is not a number.") from None
+
+
+def _other_link(editor: MuscleEditor, point: PointRow) -> Cell:
+    return Cell(f"not found: {point.lost}") if point.lost else _link(editor, point.link)
 
 
 # Parameters of the muscle law: pairs of a muscle and the name of a parameter
@@ -171,8 +185,8 @@ TABLES = {
         lambda e: e.table.points_of(e.muscle),
         (
             Column(lambda e, point: Cell(str(point.number))),
-            Column(lambda e, point: _link(e, point.link), MuscleEditor.point_link),
-            Column(lambda e, point: _text(_position(point.position)), _put),
+            Column(_point_link, MuscleEditor.point_link),
+            Column(_place, _put),
         ),
     ),
     "parameters": Rows(
@@ -221,7 +235,7 @@ TABLES = {
         (
             Column(lambda e, point: Cell(TASK if point.role == "task" else MARKER)),
             Column(lambda e, point: _text(point.name), MuscleEditor.rename_other),
-            Column(lambda e, point: _link(e, point.link), MuscleEditor.move_other),
+            Column(_other_link, MuscleEditor.move_other),
         ),
     ),
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ...muscles.table import NAMED_COLORS
 from ...robot.model.robot import WORLD
 from ..inputs import Inputs
-from .dialog import MODELS, NEW_MUSCLE, NO_SURFACE, OF_PART, OTHER_COLOR
+from .dialog import MODELS, NEW_MUSCLE, NO_LINK, NO_SURFACE, OF_PART, OTHER_COLOR
 from .editor import MuscleEditor
 from .tables import TABLES, with_chosen
 
@@ -31,6 +31,12 @@ def _show_muscle(editor: MuscleEditor, inputs: Inputs) -> None:
     names = [row.name for row in editor.table.rows]
     inputs.choose("muscle", (*names, NEW_MUSCLE), editor.muscle or NEW_MUSCLE)
     inputs.choose("link", (OF_PART, *editor.links, WORLD), editor.link or OF_PART)
+    used = editor.table.used_links()
+    old = inputs.value("old_link")
+    inputs.choose("old_link", used or (NO_LINK,), old if old in used else (used or [NO_LINK])[0])
+    new = inputs.value("new_link")
+    choices = (OF_PART, *editor.links, WORLD)
+    inputs.choose("new_link", choices, new if new in choices else OF_PART)
     count, length = len(editor.table.points_of(editor.muscle)), editor.table.length(editor.muscle)
     inputs.set("length", f"{count} points, {1000 * length:.1f} mm")
     row = editor.table.row(editor.muscle)

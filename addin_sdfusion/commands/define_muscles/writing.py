@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ...fusion.inserted import KEPT
-from ...fusion.notes import optional
-from ...fusion.occurrences import every_occurrence
+from ...fusion.notes import Notes, optional
+from ...fusion.occurrences import find_occurrences
+from ...fusion.places import Places
 from ...fusion.units import CM
 from ...muscles.attributes import (
     GROUP,
@@ -24,6 +25,8 @@ from ...muscles.attributes import (
     kept_points_text,
     muscles_text,
     point_text,
+    read_wrap,
+    without_tokens,
     wrap_text,
 )
 from ...muscles.point_names import (
@@ -34,10 +37,11 @@ from ...muscles.point_names import (
     task_point_name,
     via_point_name,
 )
-from ...muscles.table import MuscleTable, PointRow
+from ...muscles.table import MuscleTable, PointRow, WrapRow
 from ...robot.errors import InputError
 from ...robot.finding_builders import listed
 from ...robot.model.robot import WORLD
+from ...snapshot import PointUse
 from .construction_points import (
     ErrorContext,
     added,
@@ -48,6 +52,7 @@ from .construction_points import (
     native,
 )
 from .picks import Picks, is_center, problem_of
+from .stored_lists import StoredLists, update_attribute
 
 _ASSEMBLY = 1  # DesignIntentTypes
 
@@ -92,7 +97,10 @@ class Writer:
         self._points = points
         self._faces = faces
         self._link_of = link_of
-        self._occurrences = {o.fullPathName: o for o in every_occurrence(design.rootComponent)}
+        found = find_occurrences(design.rootComponent, Notes(lambda _: None))
+        self._places = Places(design, found)
+        self._occurrences = {p: o.native for p, o in found.items() if p}
+        self._lists = StoredLists(design)
         self._original: dict[str, str] = {}  # original names of construction points
 
     def write(self, before: MuscleTable, after: MuscleTable) -> None:
@@ -104,18 +112,24 @@ class Writer:
         """
         desired: list[Desired] = []
         kept = []
+        lost: list[PointRow] = []
         self._original = {row.entity: row.original for row in _rows(before)}
         inserted = {row for row in _rows(before) if self._is_inserted(row)}
         self._require_unchanged(inserted - set(_rows(after)))
         for item in _desired_points(after):
             if item.row in inserted:
                 continue
+            if item.row.lost:
+                lost.append(item.row)
+                continue
             home = self._storage_occurrence(item)
             if home is None:
                 desired.append(item)
             else:
-                kept.append(kept_point(item.as_made().row, self._occurrences.get(home), home))
-        used = {row.entity for row in (*inserted, *(w.row for w in desired)) if row.entity}
+                row = replace(item.as_made().row, occurrence=home)
+                stored = kept_point(row, self._occurrences.get(home), home)
+                kept.append(replace(stored, use=self._use(row)))
+        used = {row.entity for row in (*inserted, *lost, *(w.row for w in desired)) if row.entity}
         self._remove(before, used)
         points: list[Any] = []
         free: list[int] = []
@@ -131,15 +145,37 @@ class Writer:
                 desired[i] = self._with_origin(item, point)
             used.add(item.row.entity)
             points.append(point)
-        for i, point in self._create_at_positions([(i, desired[i]) for i in free]):
+        for i, point, path in self._create_at_positions([(i, desired[i]) for i in free]):
             points[i] = point
+            desired[i] = replace(desired[i], row=replace(desired[i].row, occurrence=path))
         self._name(list(zip(points, desired, strict=True)))
         self._write_faces(before, after)
-        self._set(self._design, MUSCLES, muscles_text(after.rows), "the design")
-        if kept or self._design.attributes.itemByName(GROUP, POINTS):
-            self._set(self._design, POINTS, kept_points_text(kept), "the design")
+        self._update_lost(before, lost)
+        unread = self._lists.unread_muscles(
+            {row.name for row in before.rows} - {row.name for row in after.rows}
+        )
+        self._set(self._design, MUSCLES, muscles_text(after.rows, unread), "the design")
+        items = self._lists.unread_points({row.entity for row in _rows(before)}, lost)
+        if kept or items or self._design.attributes.itemByName(GROUP, POINTS):
+            self._set(self._design, POINTS, kept_points_text(kept, items), "the design")
+        self._lists.keep_texts()
 
     # Points
+
+    def _use(self, row: PointRow) -> PointUse:
+        """Return the use to store: the link only if it is not the link of the occurrence."""
+        own = self._link_of.get(row.occurrence, "" if row.occurrence else WORLD)
+        link = "" if row.link == own else row.link
+        return replace(row.use, link=link, place=self._places.of(row.occurrence))
+
+    def _update_lost(self, before: MuscleTable, lost: Iterable[PointRow]) -> None:
+        """Store new numbers and muscles of lost points, whose records are otherwise unchanged."""
+        stored = set(_rows(before))
+        for row in lost:
+            point = self._points.get(row.entity)
+            if row not in stored and point is not None:
+                with ErrorContext(f"construction point {point.name!r}", self._write_problem(row)):
+                    update_attribute(point, POINT, row.use)
 
     def _is_inserted(self, row: PointRow) -> bool:
         """Return whether a point is stored in another document and is therefore read-only."""
@@ -206,7 +242,8 @@ class Writer:
             with ErrorContext(f"construction point {w.name!r}", self._write_problem(w.row)):
                 if not has_name(point, w.name):
                     point.name = w.name
-            self._set(point, POINT, point_text(w.row.use), w.name, self._write_problem(w.row))
+            text = point_text(self._use(w.row))
+            self._set(point, POINT, text, w.name, self._write_problem(w.row))
 
     def _with_origin(self, item: Desired, point: Any) -> Desired:
         """Return the row with the original name of the point."""
@@ -234,8 +271,13 @@ class Writer:
             set_by(entity)
             return self._require_position(added(points, new), occurrence, row)
 
-    def _create_at_positions(self, items: list[tuple[int, Desired]]) -> Iterator[tuple[int, Any]]:
-        """Create points at coordinates: mirrored, imported, or moved to another link."""
+    def _create_at_positions(
+        self, items: list[tuple[int, Desired]]
+    ) -> Iterator[tuple[int, Any, str]]:
+        """Create points at coordinates: mirrored, imported, or moved to another link.
+
+        Yields index, point and path of the occurrence.
+        """
         homes: dict[str, list[tuple[int, Desired]]] = {}
         for i, item in items:
             with ErrorContext(f"{item.name} on link {item.row.link!r}", ""):
@@ -248,7 +290,7 @@ class Writer:
                 positions = [item.row.position for _, item in those]
                 made = make_points(self._design, component, occurrence, positions)
                 for (i, item), point in zip(those, made, strict=True):
-                    yield i, self._require_position(point, occurrence, item.row)
+                    yield i, self._require_position(point, occurrence, item.row), path
 
     def _require_position(self, point: Any, occurrence: Any, row: PointRow) -> Any:
         """Return the point if it has the desired position, which detects a wrong frame."""
@@ -294,20 +336,34 @@ class Writer:
                         attribute.deleteMe()
         for wrap in after.wraps:
             why = problem_of(None, self._occurrences.get(wrap.occurrence))
-            if why and wrap in before.wraps:  # of another document
+            if wrap.lost or (why and wrap in before.wraps):  # not found, or of another document
+                self._update_lost_wrap(wrap, before)
                 continue
             key = wrap.face.entity
             face = self._faces.get(key) or native(self._picks.entity(key))
             if face is None:
                 problem = why or "its face does not exist any more; pick it again"
                 raise InputError(f"wrap surface {wrap.name!r}: {problem}")
-            self._set(face, WRAP, wrap_text(wrap.use), f"wrap surface {wrap.name!r}", why)
+            own = self._link_of.get(wrap.occurrence, "" if wrap.occurrence else WORLD)
+            place = self._places.of(wrap.occurrence)
+            link = "" if wrap.link == own else wrap.link
+            use = replace(wrap.use, link=link, place=place)
+            self._set(face, WRAP, wrap_text(use), f"wrap surface {wrap.name!r}", why)
+
+    def _update_lost_wrap(self, wrap: WrapRow, before: MuscleTable) -> None:
+        face = self._faces.get(wrap.face.entity)
+        if wrap not in before.wraps and face is not None:
+            with ErrorContext(f"wrap surface {wrap.name!r}", ""):
+                attribute = face.attributes.itemByName(GROUP, WRAP)
+                stored = read_wrap(attribute.value)
+                use = replace(stored, name=wrap.name, muscles=wrap.muscles)
+                face.attributes.add(GROUP, WRAP, wrap_text(use))
 
     def _set(self, owner: Any, name: str, text: str, about: str, why: str = "") -> None:
         """Set an attribute if its text changes."""
         with ErrorContext(about, why):
             attribute = owner.attributes.itemByName(GROUP, name)
-            if attribute is None or attribute.value != text:
+            if attribute is None or without_tokens(attribute.value) != without_tokens(text):
                 owner.attributes.add(GROUP, name, text)
 
 

@@ -250,7 +250,8 @@ def test_muscles_of_an_inserted_design_keep_their_forces(fusion: Any, tmp_path: 
 def test_the_preview_is_visible_through_faces_and_shows_sides(fusion: Any) -> None:
     build = arm()
     build.cylinder((build.root.occurrences[0],), 1.0, 6.0)
-    before = fusion.design.rootComponent.opacity
+    part = fusion.design.rootComponent.occurrences[0].component
+    before = part.opacity
     command = fusion.run_command(DEFINE)
     occurrences = list(fusion.design.rootComponent.occurrences)[:2]
     faces = [f for body in occurrences[0].bRepBodies for f in body.faces]
@@ -266,7 +267,7 @@ def test_the_preview_is_visible_through_faces_and_shows_sides(fusion: Any) -> No
     axis = face.geometry.axis.z
     for side, sign in (("Turning +", -1.0), ("Turning -", 1.0)):
         command.set(command.cell("wrap_uses", 1, 2).id, side)
-        assert fusion.design.rootComponent.opacity < before
+        assert part.opacity < before
         (group,) = fusion.design.rootComponent.customGraphicsGroups
         (line,) = [item for item in group if hasattr(item, "weight")]
         across = np.reshape(line.coordinates.coordinates, (-1, 3))[1:-1, 1]
@@ -276,4 +277,4 @@ def test_the_preview_is_visible_through_faces_and_shows_sides(fusion: Any) -> No
         assert all(label.viewScale.pixelScale == 1.0 for label in labels)
         assert len(labels) == 2
     command.cancel()
-    assert fusion.design.rootComponent.opacity == before
+    assert part.opacity == before

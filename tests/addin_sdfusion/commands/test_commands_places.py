@@ -69,8 +69,8 @@ def test_points_of_copies_with_equal_ids_are_distinguished(
     for occurrence in fusion.design.rootComponent.occurrences:
         point = occurrence.component.constructionPoints.item(0)
         stored = json.loads(point.attributes.itemByName("CARDSFlow", "point").value)
-        names.append((point.name, stored["link"], stored["number"]))
-    assert names == [("VP_motor0_EXPORT_a_0", "a", 0), ("VP_motor0_EXPORT_b_1", "b", 1)]
+        names.append((point.name, stored["occurrence"], stored["number"]))
+    assert names == [("VP_motor0_EXPORT_a_0", "one:1", 0), ("VP_motor0_EXPORT_b_1", "two:1", 1)]
 
 
 def test_a_coordinate_is_shown_by_its_joint(fusion: Any) -> None:

@@ -149,7 +149,7 @@ def test_points_by_coordinates_need_the_edit_of_a_base_feature(fusion: Fake) -> 
         with pytest.raises(RuntimeError, match="named"):
             made.name = "too early"
         feature.finishEdit()
-        made.name = "now"
+        feature.constructionPoints.item(0).name = "now"
     assert design.designType == 1
 
 

@@ -45,6 +45,8 @@ The fake
 * `fake.fingerprint()` is a text of all data of the user, which only the user may change.
 * `fake.options` (state.Options) contains unknown properties of Fusion; tests check that they do
   not matter.
+* `fake.designer` edits the design like a user: rename, get_latest (version suffix), paste,
+  paste_new, move, suppress, resolve, delete, group; each action is one undo step (`designer`).
 * `fake.without("Design.designIntent")` simulates an older Fusion without this member.
 * `fake.messages`, `fake.log`, `fake.world` (state.World): texts shown to the user, and answers.
 
@@ -101,6 +103,10 @@ Assumptions where the reference is ambiguous, [inferred] unless marked
   validateInputs, executePreview [manual]. Changes by the add-in cause no events. The value of a
   button toggles. A click on a row of a table causes no event.
 * The resource folder of a definition must contain icons of 16x16 and 32x32 pixels, as PNG or SVG.
+* The names of occurrences follow their component, and contain the version of an external reference.
+* Paste New copies points with their attributes; the new component has another id. Suppressed
+  occurrences are not listed, but findAttributes still finds the points of their components. A token
+  finds an occurrence after a rename, and after a move if Options.tokens_survive.
 * Sketches cannot be created and joints cannot be driven, since the add-in must not do this.
 * Below VeryHigh accuracy, masses have errors of 1 %, 0.1 % and 0.01 %.
 """

@@ -194,6 +194,7 @@ def _call(where: str, function: Callable, *, bound: bool, alive: bool = True) ->
         nonlocal checks
         if threading.get_ident() != _MAIN and not any_thread:
             check_thread(where)
+        world().calls[where] += 1
         if alive and not skip_life and args[0]._is_gone():
             raise RuntimeError(f"2 : InternalValidationError : {where} of a deleted object")
         if world().missing and where in world().missing:

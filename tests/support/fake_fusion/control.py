@@ -7,6 +7,7 @@ from __future__ import annotations
 from typing import Any
 
 from .app import Application
+from .designer import Designer
 from .driver import Driver, start
 from .model.fingerprint import fingerprint
 from .state import Options, World, roll_back, world
@@ -61,6 +62,11 @@ class Fake:
     def without(self, *members: str) -> None:
         """Remove members, such as `Design.designIntent`, to simulate an older version."""
         world().missing.update(members)
+
+    @property
+    def designer(self) -> Designer:
+        """User who edits the active design; each action is one undo step."""
+        return Designer(world().active)
 
     def run_command(self, id: str) -> Driver:
         """Press the button of a command of the add-in; see `driver`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -25,6 +25,7 @@ class Options:
         ball_vectors: Directions of a ball joint: `fixed` to occurrenceTwo at the zero pose, or
             `carried` by the preceding rotations.
         mesh_frame: Frame of the mesh of a body's proxy: `context` or `component`.
+        tokens_survive: findEntityByToken finds an occurrence that was moved to another component.
         all_joints_fail: allJoints and allAsBuiltJoints of a design with assembly constraints raise
             InternalValidationError.
     """
@@ -34,6 +35,7 @@ class Options:
     joint_transforms: Literal["context", "component"] = "component"
     ball_vectors: Literal["fixed", "carried"] = "fixed"
     mesh_frame: Literal["context", "component"] = "context"
+    tokens_survive: bool = True
     all_joints_fail: bool = False
 
 
@@ -71,6 +73,7 @@ class World:
         modeling_orientation: Preference of the up axis: 0 for y, 1 for z.
         cancel_progress_after: Number of updates after which a progress dialog is cancelled.
         do_events: Number of calls of adsk.doEvents.
+        calls: Number of calls of each member, such as `Component.getPhysicalProperties`.
         edit_scopes: Number of edits of base features.
         changing: Input whose inputChanged event is handled.
     """
@@ -97,6 +100,7 @@ class World:
         self.ui: Any = None
         self.running: Any = None
         self.changing: Any = None
+        self.calls: Counter[str] = Counter()
         self.edit_scopes = 0
         self.in_design = True
         self.modeling_orientation = 1

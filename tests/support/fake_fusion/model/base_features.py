@@ -5,7 +5,8 @@ created through the API belong to the add-in, so only the full fingerprint inclu
 
 A construction point of a base feature can be created and deleted only while the feature is edited
 [reference: ConstructionPointInput.targetBaseOrFormFeature]. Its Point3D is in the frame of the
-component [inferred].
+component [inferred]. The objects of points that are created in an edit become invalid when the edit
+ends [inferred].
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from ..state import world
 from .captures import revert
 from .component import Component
 from .data import Named, PointData
-from .entity import Deletable, WithName, reject_reference, unique, wrap, wraps
+from .entity import Deletable, Seen, WithName, reject_reference, unique, wrap, wraps
 from .points import ConstructionPoint, ConstructionPointInput, ConstructionPoints, _place
 from .timeline import WithTimeline
 
@@ -30,6 +31,7 @@ class BaseFeatureData(Named):
 
     component: Any = None
     points: list[PointData] = field(default_factory=list)
+    edits: int = 0
     is_edited: bool = False
 
 
@@ -58,6 +60,7 @@ class BaseFeature(WithName, WithTimeline, Deletable):
         if not self._data.is_edited:
             raise RuntimeError("3 : the base feature is not being edited")
         self._data.is_edited = False
+        self._data.edits += 1
         return True
 
     def deleteMe(self) -> bool:
@@ -145,7 +148,17 @@ def _add_to_feature(self: Any, made: ConstructionPointInput) -> Any:
     world().append(component.points, data, "ConstructionPoints.add")
     world().append(feature._data.points, data, "ConstructionPoints.add")
     revert(component.design)
-    return wrap(data)
+    made = wrap(data)
+    made._made_in = feature._data.edits
+    return made
+
+
+def _is_gone(self: Any) -> bool:
+    """Return whether the point was deleted, or the edit that created this object has ended."""
+    feature = self._data.__dict__.get("base_feature")
+    made_in = self.__dict__.get("_made_in")
+    is_old = feature is not None and made_in is not None and feature.edits > made_in
+    return is_old or Seen._is_gone(self)
 
 
 def _delete_from_feature(self: Any) -> bool:
@@ -156,6 +169,8 @@ def _delete_from_feature(self: Any) -> bool:
         world().remove(feature.points, self._data)
     return _delete(self)
 
+
+ConstructionPoint._is_gone = _is_gone  # type: ignore[method-assign]
 
 for _class, _name, _member in (
     (Component, "features", property(_component_features)),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,8 @@ from .bodies import BRepBodies, MeshBodies
 from .data import ComponentData, DesignData, OccurrenceData, paths_below, transform
 from .entity import Seen, WithName, occurrence, wrap, wraps
 from .physical import physical_properties
+
+_calls = count()
 
 
 def material(name: str) -> Any:
@@ -45,12 +48,32 @@ class Component(WithName, BaseComponent):
     def _siblings(self) -> list[Any]:
         return self._data.design.components
 
-    id = property(lambda self: f"{self._data.design.components.index(self._data):032x}")
+    @property
+    def name(self) -> str:
+        """Name of the component; the names of its occurrences follow it."""
+        return self._data.name
+
+    @name.setter
+    def name(self, value: str) -> None:
+        WithName.name.fset(self, value)
+        rename_occurrences(self._data)
+
+    id = property(lambda self: self._data.id)
     parentDesign = property(lambda self: wrap(self._data.source or self._data.design))
     description = property(lambda _: "")
     material = property(lambda self: material(self._data.material))
     occurrences = property(lambda self: new(Occurrences, component=self._data))
-    opacity = edited("data.opacity", "float", "opacity")
+
+    @property
+    def opacity(self) -> float:
+        """Opacity; only components below the root component have one."""
+        return self._data.opacity
+
+    @opacity.setter
+    def opacity(self, value: float) -> None:
+        if self._data is self._data.design.root:
+            raise RuntimeError("3 : the root component has no opacity")
+        world().set(self._data, "opacity", float(value), "Component.opacity")
 
     @property
     def allOccurrences(self) -> Any:
@@ -105,6 +128,13 @@ class Occurrence(Seen):
 
     _component = property(lambda self: self._data.parent)
     name = property(lambda self: self._data.name)
+
+    @property
+    def entityToken(self) -> str:
+        """Token, which differs at every call [reference]."""
+        ids = "/".join(str(id(o)) for o in self._path)
+        return f"{next(_calls)}:{ids}"
+
     fullPathName = property(lambda self: "+".join(o.name for o in self._path))
 
     @property
@@ -138,7 +168,7 @@ class Occurrence(Seen):
     def childOccurrences(self) -> Any:
         self._reject_unresolved()
         path, data = self._path, self._data
-        children = lambda: [occurrence((*path, o)) for o in data.component.occurrences]  # noqa: E731
+        children = lambda: [occurrence((*path, o)) for o in data.component.shown]  # noqa: E731
         return _listed(OccurrenceList, children)
 
     @property
@@ -176,7 +206,7 @@ class OccurrenceList(Items):
 @named
 class Occurrences(Items):
     def _all(self) -> list[Any]:
-        return [occurrence((o,)) for o in self._component.occurrences]
+        return [occurrence((o,)) for o in self._component.shown]
 
     def asArray(self) -> list:
         return self._all()
@@ -202,6 +232,15 @@ class Design(Product):
 
         return document_of(self._data)
 
+    def findEntityByToken(self, entityToken: str) -> list:
+        """Return the occurrences of a token; a moved one only if Options.tokens_survive."""
+        ids = entityToken.partition(":")[2].split("/")
+        paths = paths_below(self._data.root)
+        exact = [p for p in paths if [str(id(o)) for o in p] == ids]
+        if not exact and world().options.tokens_survive:
+            exact = [p for p in paths if str(id(p[-1])) == ids[-1]]
+        return [occurrence(p) for p in exact]
+
     def findAttributes(self, groupName: str, attributeName: str) -> list:
         """Return attributes of entities; empty names match all, `re:` starts a pattern."""
         group, name = _matcher(groupName), _matcher(attributeName)
@@ -213,6 +252,15 @@ class Design(Product):
             for attribute in owner.attributes
             if group(attribute.groupName) and name(attribute.name)
         ]
+
+
+def rename_occurrences(component: ComponentData) -> None:
+    """Rename the occurrences of a component, which are called `<component>:<number>`."""
+    for other in component.design.components:
+        for o in other.occurrences:
+            if o.component is component:
+                name = f"{component.name}:{o.name.rpartition(':')[2]}"
+                world().set(o, "name", name, "Component.name")
 
 
 def _matcher(text: str) -> Any:

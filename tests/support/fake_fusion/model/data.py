@@ -7,6 +7,7 @@ context.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from ..maths import rotation, translation
 from .shapes import NOTHING, Mass, Shape, total
 
 Path = tuple["OccurrenceData", ...]
+_ids = count(1)
 
 
 @dataclass(eq=False)
@@ -233,6 +235,7 @@ class OccurrenceData(Named):
     Attributes:
         T: Pose in the parent component, unless `poses` of a parent overrides it.
         unresolved: Whether the document of its component cannot be found.
+        suppressed: Whether it is suppressed; the API does not list it then.
         captured: Captured pose, if the occurrence was moved without capturing the position.
     """
 
@@ -242,6 +245,7 @@ class OccurrenceData(Named):
     grounded: bool = False
     ground_to_parent: bool = False
     unresolved: bool = False
+    suppressed: bool = False
     captured: Any = None
 
 
@@ -252,6 +256,7 @@ class ComponentData(Named):
     Attributes:
         referenced: Whether it belongs to another document.
         source: Design of this document, if needed.
+        id: Persistent id, which copies of a document share.
         poses: Poses of occurrences in a sub-assembly whose joints are moved in this component: by
             path from this component, relative to the parent occurrence.
     """
@@ -274,9 +279,15 @@ class ComponentData(Named):
     motion_links: list[MotionLinkData] = field(default_factory=list)
     tangents: list[str] = field(default_factory=list)
     poses: dict[Path, Any] = field(default_factory=dict)
+    id: str = field(default_factory=lambda: f"{next(_ids):032x}")
     user_mass: float | None = None
     opacity: float = 1.0
     material: str = "Steel"
+
+    @property
+    def shown(self) -> list[OccurrenceData]:
+        """Occurrences that are not suppressed."""
+        return [o for o in self.occurrences if not o.suppressed]
 
     def mass(self, above: Path = ()) -> Mass:
         """Return the mass properties including all children, in the frame of the component.
@@ -285,7 +296,7 @@ class ComponentData(Named):
             above: Path of the component.
         """
         parts = [b.mass() for b in self.bodies]
-        for o in self.occurrences:
+        for o in self.shown:
             path = (*above, o)
             parts.append(o.component.mass(path).moved(relative_pose(path)))
         whole = total(parts)
@@ -349,7 +360,7 @@ def motion(freedoms: list[Freedom]) -> np.ndarray:
 def paths_below(component: ComponentData, above: Path = ()) -> list[Path]:
     """Return the paths of all occurrences below a component, depth first."""
     found: list[Path] = []
-    for occurrence in component.occurrences:
+    for occurrence in component.shown:
         path = (*above, occurrence)
         found.append(path)
         found += paths_below(occurrence.component, path)

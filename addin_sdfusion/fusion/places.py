@@ -1,0 +1,205 @@
+"""Stored places: the occurrence that a point or face belongs to, found again after edits.
+
+Users rename components, update external references and move parts. Therefore a place lists, for
+each level from the root component to the occurrence, the persistent id of the component, the number
+of the occurrence and its token. Records of version 1 contain only the path. A place that fits no
+occurrence or several ones is an error: a point is never assigned to another occurrence.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from ..robot.finding_builders import listed
+from ..snapshot import COPY, Level
+from .notes import optional
+from .occurrences import Occurrences, component_id
+
+_VERSION = re.compile(r" v\d+(?=:\d+(?:\+|$))")  # external references: `arm v3:1`
+_INSTANCE = re.compile(r":(\d+)(?=\+|$)")
+
+HIDDEN = "it is suppressed or deleted, or cannot be read"
+"""Reason why a component has no occurrence."""
+
+Chain = tuple[tuple[str, int], ...]
+"""Id of the component and number of the occurrence for each level."""
+
+
+class Found(NamedTuple):
+    """Result of the search for a place.
+
+    Attributes:
+        path: Path of the occurrence, or the stored path if it was not found.
+        lost: Reason why it was not found; empty if it was found.
+        is_moved: Whether the occurrence has another place than stored.
+    """
+
+    path: str
+    lost: str = ""
+    is_moved: bool = False
+
+
+class Places:
+    """Places of the occurrences of a design."""
+
+    def __init__(self, design: Any, occurrences: Occurrences) -> None:
+        self._design = design
+        self._occurrences = occurrences
+        self._level: dict[str, tuple[str, int]] = {}
+        self._chains: dict[str, Chain] = {}
+        self._place: dict[str, tuple[Level, ...]] = {}
+        self._scopes: dict[str, str] = {}
+        for path, occurrence in occurrences.items():
+            number = _INSTANCE.findall(path)[-1:] or ["0"]
+            self._level[path] = component_id(occurrence.component), int(number[0])
+
+    def of(self, path: str) -> tuple[Level, ...]:
+        """Return the place of an occurrence in the open design, to be stored."""
+        if path not in self._place:
+            self._place[path] = tuple(
+                Level(*self._level[p], _token(self._occurrences[p].native))
+                for p in self._way(path, "")
+            )
+        return self._place[path]
+
+    def component(self, path: str) -> str:
+        """Return the persistent id of the component of an occurrence."""
+        return self._level[path][0]
+
+    def scope(self, path: str) -> str:
+        """Return the path of the inserted design that contains an occurrence; empty if none.
+
+        Records of an inserted design are relative to its root component.
+        """
+        if path not in self._scopes:
+            occurrence = self._occurrences[path]
+            is_scope = not path or self.is_inserted(path)
+            self._scopes[path] = path if is_scope else self.scope(occurrence.parent)
+        return self._scopes[path]
+
+    def is_inserted(self, path: str) -> bool:
+        """Return whether the component belongs to another document than its parent."""
+        if not path:
+            return False
+        occurrence = self._occurrences[path]
+        above = self._occurrences.get(occurrence.parent)
+        own, other = (
+            optional(lambda: occurrence.component.parentDesign),
+            optional(lambda: None if above is None else above.component.parentDesign),
+        )
+        return own is not None and own != other
+
+    def find(
+        self, place: tuple[Level, ...], path: str, scope: str = "", owner: str | None = None
+    ) -> Found:
+        """Return the occurrence at a stored place.
+
+        Args:
+            place: The stored place; empty in records of version 1 and for the root component.
+            path: Stored path, relative to the design that contains the record.
+            scope: Path of this design in the open design.
+            owner: Persistent id of the component that contains the point; None if the point is
+                stored in a design.
+        """
+        at = "+".join(part for part in (scope, path) if part)
+        if not place:
+            return self._find_path(at, scope, owner)
+        if owner is not None and place[-1].component != owner:
+            return Found(at, copied(at))
+        stored = tuple((level.component, level.instance) for level in place)
+        exact = [p for p in self._below(scope) if self._chain(p, scope) == stored]
+        exact = [p for p in exact if p == at] or exact
+        if len(exact) == 1:
+            return Found(exact[0])
+        if exact:
+            return Found(at, f"{listed(exact)} have the same identifiers")
+        moved = self._find_token(place, scope) or self._find_moved(stored, scope)
+        return Found(at, _absent(at)) if moved is None else Found(moved, is_moved=True)
+
+    def _find_path(self, at: str, scope: str, owner: str | None) -> Found:
+        """Return the occurrence of a record of version 1."""
+
+        def is_owned(path: str) -> bool:
+            return path in self._occurrences and owner in (None, self.component(path))
+
+        if is_owned(at):
+            return Found(at)
+        if at in self._occurrences:
+            return Found(at, copied(at))
+        paths = [p for p in self._below(scope) if is_owned(p)]
+        alike = [p for p in paths if _VERSION.sub("", p) == _VERSION.sub("", at)]
+        if not alike and owner is not None:
+            numbers = _INSTANCE.findall(at)
+            alike = [p for p in paths if _INSTANCE.findall(p) == numbers]
+        if len(alike) == 1:
+            return Found(alike[0], is_moved=True)
+        if alike:
+            return Found(at, f"it may belong to {listed(alike)}")
+        return Found(at, _absent(at))
+
+    def _find_token(self, place: tuple[Level, ...], scope: str) -> str | None:
+        """Return the occurrence that a token identifies, or a child of it."""
+        for k in range(len(place), 0, -1):
+            token = place[k - 1].token
+            entities = optional(lambda: list(self._design.findEntityByToken(token)))  # noqa: B023
+            paths = {optional(lambda: str(e.fullPathName)) for e in entities or ()}  # noqa: B023
+            known = [p for p in paths if p in self._occurrences]
+            below = [(level.component, level.instance) for level in place[k:]]
+            if len(known) == 1 and self.component(known[0]) == place[k - 1].component:
+                fitting = [
+                    p
+                    for p in self._below(known[0])
+                    if list(self._chain(p, known[0])) == below and self._is_below(p, scope)
+                ]
+                return fitting[0] if len(fitting) == 1 else None
+        return None
+
+    def _find_moved(self, stored: Chain, scope: str) -> str | None:
+        """Return the only occurrence of a component, if it has the same number elsewhere."""
+        same = [p for p in self._below(scope) if p and self._level[p][0] == stored[-1][0]]
+        if len(same) != 1 or self._level[same[0]] != stored[-1]:
+            return None
+        chain = self._chain(same[0], scope)
+        is_other_instance = [c for c, _ in chain] == [c for c, _ in stored]
+        return None if is_other_instance else same[0]
+
+    def _below(self, scope: str) -> Iterator[str]:
+        """Yield the path of a design and of all occurrences in it."""
+        return (path for path in self._occurrences if self._is_below(path, scope))
+
+    def _is_below(self, path: str, scope: str) -> bool:
+        return not scope or path == scope or path.startswith(f"{scope}+")
+
+    def _chain(self, path: str, scope: str) -> Chain:
+        if scope:
+            return tuple(self._level[p] for p in self._way(path, scope))
+        if path not in self._chains:
+            self._chains[path] = tuple(self._level[p] for p in self._way(path, scope))
+        return self._chains[path]
+
+    def _way(self, path: str, scope: str) -> list[str]:
+        """Return the paths from below the scope to an occurrence."""
+        way: list[str] = []
+        while path and path != scope:
+            way.insert(0, path)
+            path = self._occurrences[path].parent
+        return way
+
+
+def _token(native: Any) -> str:
+    return optional(lambda: str(native.entityToken)) or ""
+
+
+def copied(path: str) -> str:
+    """Return the reason why a copy of a point is not used."""
+    where = f"{path!r}" if path else "the root component"
+    return f"{COPY} of a point of {where}, for example by Paste New"
+
+
+def _absent(path: str) -> str:
+    return (
+        f"{path!r} is not in the design or cannot be read: it was deleted or suppressed, or its "
+        "external reference is unresolved"
+    )
