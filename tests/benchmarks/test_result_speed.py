@@ -75,9 +75,7 @@ def test_figure_takes_less_than_five_seconds(large: SystemResult, tmp_path: Path
 
 def test_streaming_costs_as_much_as_writing_at_the_end(tmp_path: Path) -> None:
     """The fastest loop writes every row immediately, or all rows at the end."""
-    experiment = Experiment.load(
-        PLANAR_2R, {"run.duration": 2.0, "run.compute": "python", "run.coupling": "direct"}
-    )
+    experiment = Experiment.load(PLANAR_2R, {"run.coupling": "direct"})
     loop = {"streamed": float("inf"), "kept": float("inf")}
 
     def opened() -> AbstractContextManager[OpenExperiment]:
@@ -86,7 +84,7 @@ def test_streaming_costs_as_much_as_writing_at_the_end(tmp_path: Path) -> None:
     def timed_run(name: str, system: OpenExperiment, journal: Journal | None = None) -> Recording:
         begin = time.perf_counter()
         recording = system.loop.run(None, None, None, journal)
-        loop[name] = min(loop[name], (time.perf_counter() - begin) / 2.0)
+        loop[name] = min(loop[name], (time.perf_counter() - begin) / 8.0)
         return recording
 
     def streamed() -> None:
