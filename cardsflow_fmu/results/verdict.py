@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-_MAX_RATIO = 0.5
-"""Maximum ratio of the tracking error to the range of the reference."""
+_MAX_RATIO, _WARNING_RATIO = 0.5, 0.2
+"""Maximum ratio of the tracking error to the range of the reference: of a run that succeeds, and
+of one without a warning."""
 _SMALL_ERROR = 0.01
 """Minimum tracking error for a warning, in [rad] or [m]."""
 _MAX_SHARE = 0.01
@@ -42,7 +43,7 @@ def failure(summary: Mapping[str, Any]) -> str | None:
     Args:
         summary: As for `problems`.
     """
-    if _tracking_errors(summary):
+    if _large_errors(summary, _MAX_RATIO)[0]:
         return NOT_FOLLOWED
     ticks = summary.get("ticks") or 0
     for key, name in (("infeasible_ticks", "infeasible"), ("not_converged_ticks", "not converged")):
@@ -129,22 +130,38 @@ def _contact_errors(summary: Mapping[str, Any]) -> list[str]:
 
 def _tracking_errors(summary: Mapping[str, Any]) -> list[str]:
     """Report tracking errors that are large compared to the range of the reference."""
-    rows = (summary.get("tracking") or {}).get("per_signal") or {}
-    ranges: dict[str, float] = {}
-    for row in rows.values():
-        if row.get("moves") is None:
-            return []
-        ranges[row["unit"]] = max(ranges.get(row["unit"], 0.0), float(row["moves"]))
-    large = {
-        name: row
-        for name, row in rows.items()
-        if row["max"] > max(_MAX_RATIO * ranges[row["unit"]], _SMALL_ERROR)
-    }
+    large, ranges = _large_errors(summary, _MAX_RATIO)
+    what = "not tracked" if large else "tracked poorly"
+    if not large:
+        large, ranges = _large_errors(summary, _WARNING_RATIO)
     if not large:
         return []
     name = max(large, key=lambda n: float(large[n]["max"]))
     row, others = large[name], f", and {len(large) - 1} more" if len(large) > 1 else ""
     return [
-        f"the reference is not tracked: tracking error up to {row['max']:.3g} {row['unit']} at "
+        f"the reference is {what}: tracking error up to {row['max']:.3g} {row['unit']} at "
         f"{name}{others}; range of the reference {ranges[row['unit']]:.3g} {row['unit']}"
     ]
+
+
+def _large_errors(
+    summary: Mapping[str, Any], ratio: float
+) -> tuple[dict[str, Any], dict[str, float]]:
+    """Return the signals with large tracking errors, and the range of the reference by unit.
+
+    Args:
+        summary: As for `problems`.
+        ratio: Maximum ratio of other errors to the range.
+    """
+    rows = (summary.get("tracking") or {}).get("per_signal") or {}
+    ranges: dict[str, float] = {}
+    for row in rows.values():
+        if row.get("moves") is None:
+            return {}, {}
+        ranges[row["unit"]] = max(ranges.get(row["unit"], 0.0), float(row["moves"]))
+    large = {
+        name: row
+        for name, row in rows.items()
+        if row["max"] > max(ratio * ranges[row["unit"]], _SMALL_ERROR)
+    }
+    return large, ranges

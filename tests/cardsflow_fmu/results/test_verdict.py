@@ -82,6 +82,19 @@ def test_run_that_does_not_follow_its_reference_fails(
         assert opened.summary["status"] == "failed"
 
 
+@pytest.mark.parametrize(
+    ("error", "line", "failed"),
+    [(0.04, None, None), (0.06, "tracked poorly", None), (0.15, "not tracked", NOT_FOLLOWED)],
+)
+def test_tracking_errors_above_a_fifth_of_the_range_are_a_warning(
+    error: float, line: str | None, failed: str | None
+) -> None:
+    summary = tracking_summary(error, 0.25)
+    lines = problems(summary)
+    assert [f"the reference is {line}" in text for text in lines] == [True] * (line is not None)
+    assert failure(summary) == failed
+
+
 def test_only_shares_above_the_threshold_fail() -> None:
     assert failure({"ticks": 100, "infeasible_ticks": 1}) is None
     assert failure({"ticks": 100, "infeasible_ticks": 2}) == "2 of 100 ticks infeasible"
@@ -144,7 +157,7 @@ def tracking_summary(error: float, moves: float) -> dict[str, object]:
 
 
 def test_large_tracking_errors_are_reported() -> None:
-    assert problems(tracking_summary(0.04, 0.1)) == []
+    assert problems(tracking_summary(0.015, 0.1)) == []
     assert problems(tracking_summary(0.009, 0.0)) == []
     assert "tracking error up to 0.06 rad at q.elbow" in problems(tracking_summary(0.06, 0.1))[0]
     assert problems({}) == []
