@@ -6,6 +6,7 @@ If the kernel cannot emulate line faults, the device emulates them.
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -65,12 +66,22 @@ def controller(machines: Machines, uri: str, out: Path, *words: object) -> subpr
     ("delay", "jitter", "loss"), [(0.0, 0.0, 0.0), (1.0, 0.5, 0.02)], ids=["cable", "bad cable"]
 )
 def test_a_run_between_two_machines(
-    machines: Machines, tmp_path: Path, delay: float, jitter: float, loss: float
+    machines: Machines,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    delay: float,
+    jitter: float,
+    loss: float,
 ) -> None:
+    """The commands of docs/how_to/two_machines.md, with a key on both sides."""
+    key = tmp_path / "key.bin"
+    key.write_bytes(os.urandom(32))
+    key.chmod(0o600)
+    monkeypatch.setenv("CARDSFLOW_HARDWARE_KEY_FILE", str(key))
     uri = f"udp://{machines.device_address}:5005"
     shaping = machines.shape(delay, jitter, loss)
     with (
-        device(machines, "--listen", uri, "--watchdog", 4000, *shaping),
+        device(machines, "--listen", uri, "--watchdog", 4000, "--key-file", key, *shaping),
         controller(machines, uri, tmp_path / "out") as run,
     ):
         out, err = run.communicate(timeout=MAX_WAIT)
