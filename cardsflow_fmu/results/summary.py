@@ -26,7 +26,6 @@ from cardsflow_fmu.cosim.signals.tracked_signals import (
 from cardsflow_fmu.cosim.signals.world import FRICTION_ERROR, FRICTION_NOT_CONVERGED
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.run import Accept
-from cardsflow_fmu.hardware.protocol.exchange_statistics import exchange_statistics
 from cardsflow_fmu.utils.arrays import FloatArray, IntArray
 from cardsflow_fmu.version import __version__
 
@@ -201,8 +200,17 @@ def _signals(
         "ticks": len(recording.ticks),
         "slack": _slack(slack, columns, ticks, has_failed),
         "solve_time": _solve_time(recording.solve_times),
-        **exchange_statistics(columns),
+        **_exchanges(columns),
     }
+
+
+def _exchanges(columns: Columns) -> dict[str, Any]:
+    """Return the statistics of the exchanges with hardware; empty without hardware."""
+    if "round_trip_time" not in columns:
+        return {}
+    from cardsflow_fmu.hardware.protocol.exchange_statistics import exchange_statistics
+
+    return exchange_statistics(columns)
 
 
 def _tracking(followed: Sequence[TrackedSignal], columns: Columns) -> dict[str, Any]:
