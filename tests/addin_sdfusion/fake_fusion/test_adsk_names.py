@@ -1,17 +1,15 @@
 """Tests that all names of Fusion's API in the fake and the add-in exist in the reference.
 
-The reference is a list of all members next to the repository; if that is absent, the stubs on
-PyPI (package `adsk`, of January 2022) take its place as far as they go.
+The reference is a list of the members of all classes of the fake in the repository, and the list of
+all members of the API next to the repository, if it exists.
 """
 
 from __future__ import annotations
 
 import ast
-import importlib.util
 import json
 import re
 import types
-import warnings
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -23,21 +21,17 @@ from fake_fusion.install import adsk_modules
 
 ROOT = Path(__file__).parents[3]
 LIST = ROOT / "../shared/adsk/members_2026-01.json"
+OWN = ROOT / "tests/support/fake_fusion/members.json"
 ADDIN = ROOT / "addin_sdfusion"
 EVERYWHERE = {"isValid", "objectType", "classType", "cast"}
 PYTHON = {"add", "remove", "item", "count"}
 
 
 class Reference:
-    """Reference of the API: classes, members, writable members, and values of enumerations.
+    """Reference of the API: classes, members, writable members, and values of enumerations."""
 
-    Attributes:
-        complete: Whether it includes releases after January 2022.
-    """
-
-    def __init__(self, classes: dict[str, Any], *, complete: bool) -> None:
+    def __init__(self, classes: dict[str, Any]) -> None:
         self._classes = classes
-        self.complete = complete
 
     def __contains__(self, name: str) -> bool:
         return name in self._classes
@@ -62,6 +56,7 @@ class Reference:
         }
 
 
+@cache
 def from_list(file: Path) -> Reference:
     classes = {}
     for name, entry in json.loads(file.read_text(encoding="utf-8")).items():
@@ -72,7 +67,7 @@ def from_list(file: Path) -> Reference:
         }
         values = entry.get("values") or {}
         classes[name] = {"base": entry.get("base"), "members": members, "values": values}
-    return Reference(classes, complete=True)
+    return Reference(classes)
 
 
 def _is_writable(detail: dict[str, Any]) -> bool:
@@ -80,50 +75,26 @@ def _is_writable(detail: dict[str, Any]) -> bool:
     return detail["k"] == "P" and not syntax.startswith("propertyValue")
 
 
-def from_stubs(folder: Path) -> Reference:
-    """Read the sources of the stubs without importing them, since they have the API's names."""
-    classes: dict[str, Any] = {}
-    for name in ("core", "fusion"):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # the stubs contain invalid escape sequences
-            tree = ast.parse((folder / f"{name}.py").read_text(encoding="utf-8"))
-        for node in tree.body:
-            if isinstance(node, ast.ClassDef):
-                classes[node.name] = _stub_class(node)
-    return Reference(classes, complete=False)
-
-
-def _stub_class(node: ast.ClassDef) -> dict[str, Any]:
-    members: dict[str, Any] = {}
-    values: dict[str, int] = {}
-    for item in node.body:
-        if isinstance(item, ast.FunctionDef) and not item.name.startswith("_"):
-            marks = {ast.unparse(mark) for mark in item.decorator_list}
-            is_setter = f"{item.name}.setter" in marks
-            is_property = is_setter or "property" in marks
-            members[item.name] = {"kind": "P" if is_property else "M", "writable": is_setter}
-        elif isinstance(item, ast.Assign) and isinstance(item.targets[0], ast.Name):
-            values[item.targets[0].id] = ast.literal_eval(item.value)
-    bases = [ast.unparse(base).rpartition(".")[2] for base in node.bases]
-    return {"base": bases[0] if bases else None, "members": members, "values": values}
-
-
 @cache
-def _reference() -> Reference | None:
-    if LIST.is_file():
-        return from_list(LIST)
-    stubs = importlib.util.find_spec("adsk")
-    if stubs is None or not stubs.submodule_search_locations:
-        return None
-    return from_stubs(Path(stubs.submodule_search_locations[0]))
+def from_own_list() -> Reference:
+    """Read the members of the classes of the fake, which are listed in the repository."""
+    classes = {}
+    for name, (base, kinds, values) in json.loads(OWN.read_text(encoding="utf-8")).items():
+        members = {
+            member: {"kind": "P" if kind == "W" else kind, "writable": kind == "W"}
+            for member, kind in kinds.items()
+        }
+        classes[name] = {"base": base or None, "members": members, "values": values}
+    return Reference(classes)
 
 
-@pytest.fixture
-def reference() -> Reference:
-    found = _reference()
-    if found is None:
-        pytest.skip("the list of members and the package adsk are not available")
-    return found
+@pytest.fixture(params=["repository", "complete"])
+def reference(request: pytest.FixtureRequest) -> Reference:
+    if request.param == "repository":
+        return from_own_list()
+    if not LIST.is_file():
+        pytest.skip("the complete list of members is not next to the repository")
+    return from_list(LIST)
 
 
 # The fake ----------------------------------------------------------------------------------------
@@ -151,18 +122,18 @@ def fake_classes() -> list[Any]:
 def test_fake_has_only_existing_names(namespace: str, name: str, reference: Reference) -> None:
     cls = CLASSES[namespace][name]
     if name not in reference:
-        assert not reference.complete or name == "Base", f"there is no {namespace}.{name}"
-        pytest.skip("newer than the stubs")
+        assert name == "Base", f"there is no {namespace}.{name}"
+        return
     if not issubclass(cls, Base):
         known_values = reference.values(name)
         assert known_values.keys() & cls._values.keys()
-        assert cls._values.keys() <= known_values.keys() or not reference.complete
+        assert cls._values.keys() <= known_values.keys()
         for value in known_values.keys() & cls._values.keys():
             assert cls._values[value] == known_values[value], f"{name}.{value}"
         return
     known = reference.members(name)
     unknown = public(cls).keys() - known.keys()
-    assert not unknown or not reference.complete, f"{name} has no {', '.join(sorted(unknown))}"
+    assert not unknown, f"{name} has no {', '.join(sorted(unknown))}"
     for member, found in public(cls).items():
         if member in known:
             is_property = isinstance(found, property)
@@ -273,7 +244,7 @@ def own_names() -> set[str]:
 def test_addin_uses_only_existing_names(file: Path, reference: Reference) -> None:
     tree = ast.parse(file.read_text(encoding="utf-8"))
     found = list(problems(tree, reference, own_names()))
-    assert not found or not reference.complete, "\n".join(found)
+    assert not found, "\n".join(found)
 
 
 @pytest.mark.parametrize("file", sources(), ids=lambda file: str(file.relative_to(ADDIN)))
