@@ -25,13 +25,16 @@ TEXT: Colour = (40, 44, 52)
 SLACK: Colour = (150, 60, 60)
 
 RAMP: tuple[Colour, ...] = (
-    (40, 92, 214),
-    (112, 62, 214),
-    (188, 48, 170),
-    (232, 52, 96),
-    (255, 112, 32),
+    (36, 44, 148),
+    (128, 52, 172),
+    (196, 64, 136),
+    (232, 112, 72),
+    (246, 178, 40),
 )
-"""Evenly spaced colours from minimum to maximum tension: dark blue to light orange."""
+"""Evenly spaced colours from minimum to maximum tension: dark blue to yellow.
+
+The lightness increases, so that the colours also differ for people with a colour vision deficiency.
+"""
 
 
 def tension_colour(tension: float, low: float, high: float) -> Colour:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -9,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError, Mesh, Robot
-from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.visual_meshes import visual_files, visuals
 from sim_dart.core.frames import transform
 from sim_dart.core.mesh_file import read_mesh
@@ -18,6 +18,9 @@ from .shapes import Colour, Triangles
 
 MAX_FACES = 6000
 """Maximum number of faces of a link mesh; CAD meshes have about 100 times more."""
+
+_MAX_CELLS = 256
+"""Initial number of grid cells along the longest edge of a mesh that is simplified."""
 
 LinkMeshes = Mapping[str, tuple[Triangles, ...]]
 """Surfaces of the links in their link frames; links without a mesh have no entry."""
@@ -69,12 +72,14 @@ def _colour(mesh: Mesh) -> Colour | None:
 
 def simplify(triangles: Triangles, most: int = MAX_FACES) -> Triangles:
     """Simplify a surface to a maximum number of faces by merging vertices in grid cells."""
-    cells = 256
+    cells = _MAX_CELLS
     while len(triangles.faces) > most and cells >= 2:
         candidate = _merge_vertices(triangles, cells)
-        if len(candidate.faces) <= most or cells == 2:
+        count = len(candidate.faces)
+        if count <= most or cells == 2:
             return candidate
-        cells = cells * 4 // 5
+        # the number of faces of a surface grows with the square of the number of cells
+        cells = min(cells * 4 // 5, math.ceil(1.2 * cells * math.sqrt(most / count)))
     return triangles
 
 
@@ -84,18 +89,13 @@ def _merge_vertices(triangles: Triangles, cells: int) -> Triangles:
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     size = float((high - low).max()) / cells or 1.0
     cube = np.floor((vertices - low) / size).astype(np.int64)
-    _, cell, count = np.unique(cube, axis=0, return_inverse=True, return_counts=True)
-    cell = cell.reshape(-1)
-    means = np.zeros((len(count), 3))
-    np.add.at(means, cell, vertices)
+    # one integer per cube: integers are sorted much faster than rows
+    number = np.ravel_multi_index(tuple(cube.T), (_MAX_CELLS + 1,) * 3)
+    _, cell, count = np.unique(number, return_inverse=True, return_counts=True)
+    sums = [np.bincount(cell, axis, len(count)) for axis in vertices.T]
     faces = cell[triangles.faces]
     kept = _has_distinct_corners(faces)
-    return Triangles(_means(means, count), faces[kept])
-
-
-def _means(sums: FloatArray, count: NDArray[np.int64]) -> FloatArray:
-    means: FloatArray = sums / count[:, np.newaxis]
-    return means
+    return Triangles(np.stack(sums, axis=1) / count[:, np.newaxis], faces[kept])
 
 
 def _has_distinct_corners(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
