@@ -38,7 +38,6 @@ EXTRAS = {
     "pandas": "pandas",
     "parquet": "pyarrow",
     "pinocchio": "pinocchio",
-    "rerun": "rerun",
     "ros2": "rosbags",
     "sweep": "distributed",
 }

@@ -59,15 +59,9 @@ def add_view(commands: Commands) -> None:
         action="store_true",
         help="scale the colours of muscles to f_max (default: to the largest tension of the run)",
     )
-    parser.add_argument(
-        "--rrd",
-        type=Path,
-        metavar="FILE",
-        help="write a Rerun recording; open no browser; needs the extra `rerun` (default: none)",
-    )
     add_overwrite(parser)
     add_live_options(parser)
-    add_json(parser, "the file names of --html and --rrd")
+    add_json(parser, "the file name of --html")
 
 
 def add_play(commands: Commands) -> None:
@@ -98,7 +92,7 @@ def add_play(commands: Commands) -> None:
 
 def _play(options: argparse.Namespace) -> int:
     from cardsflow_fmu.results.viewer.html.play_page import play_page
-    from cardsflow_fmu.results.viewer.view import PAGES
+    from cardsflow_fmu.results.viewer.view import PAGES, serve
     from cardsflow_fmu.simulation.play import playable
     from cardsflow_fmu.utils.overwrite import output_file, write_output
 
@@ -110,38 +104,22 @@ def _play(options: argparse.Namespace) -> int:
     elif options.json:
         raise InputError("needs --html", key="--json")
     else:
-        _serve(page, options)
+        serve(page, port=options.port, browser=not options.no_browser, report=_print_line)
     return GOOD
 
 
-def _serve(page: str, options: argparse.Namespace) -> None:
-    """Serve a page until Ctrl-C."""
-    import time
-    import webbrowser
-
-    from cardsflow_fmu.results.viewer.live.page_server import served_page
-    from cardsflow_fmu.results.viewer.view import catch_interrupt
-
-    with catch_interrupt() as ended, served_page(page, options.port) as address:
-        _print_line(f"{address}  (press Ctrl-C to stop)")
-        if not options.no_browser:
-            webbrowser.open(address)
-        while not ended():
-            time.sleep(0.1)
-
-
 def add_live_options(parser: argparse.ArgumentParser) -> None:
-    """Add port and browser of the live view."""
+    """Add port and browser of a page."""
     parser.add_argument(
         "--port",
         type=_port,
         metavar="N",
-        help="port of the live view (default: the first free one from 8080)",
+        help="port of the page (default: the first free one from 8080)",
     )
     parser.add_argument(
         "--no-browser",
         action="store_true",
-        help="only print the address of the live view (default: open a browser)",
+        help="only print the address of the page (default: open a browser)",
     )
 
 
@@ -153,20 +131,17 @@ def _port(text: str) -> int:
 
 
 def _view(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.results.viewer.view import acts_of, view, write_page, write_recording
+    from cardsflow_fmu.results.viewer.view import acts_of, view, write_page
 
     paths = [options.thing] + ([options.other] if options.other else [])
-    if options.html or options.rrd:
+    if options.html:
         acts = acts_of(
             paths, cable_set=options.cable_set, full_scale=options.full_scale, note=_note
         )
-        overwrite = options.overwrite
-        files = [write_page(acts, options.html, overwrite=overwrite)] if options.html else []
-        if options.rrd:
-            files.append(write_recording(acts, options.rrd, overwrite=overwrite))
-        print_files(files, options.json)
+        file = write_page(acts, options.html, overwrite=options.overwrite)
+        print_files([file], options.json)
     elif options.json:
-        raise InputError("needs --html or --rrd", key="--json")
+        raise InputError("needs --html", key="--json")
     else:
         view(
             paths,
@@ -224,19 +199,21 @@ def _live_view(
     experiment: Experiment, options: argparse.Namespace
 ) -> Iterator[tuple[Watch, Callable[[Result], None]]]:
     from cardsflow_fmu.results.viewer import view
-    from cardsflow_fmu.results.viewer.live import live
-    from cardsflow_fmu.results.viewer.scene.meshes import link_meshes
+    from cardsflow_fmu.results.viewer.html.page import replay_page
+    from cardsflow_fmu.results.viewer.live.page_server import page_server
+    from cardsflow_fmu.results.viewer.live.run_stream import stream_frames
 
-    robot, world = experiment.robot, experiment.scene
-    meshes = link_meshes(robot, experiment.folder, experiment.roots)
-    with live.server(options.port, browser=not options.no_browser) as opened:
-        _print_line(f"{live.address(opened)}  (press Ctrl-C to stop)")
+    act = view.experiment_act(experiment)
+    with page_server(replay_page([act], follows=True), options.port) as server:
+        view.announce(server.address, browser=not options.no_browser, report=_print_line)
 
         def replay(result: Result) -> None:
+            server.replace(replay_page([view.act_of(result)]))
             with view.catch_interrupt() as ended:
-                live.show_replay(opened, [view.act_of(result)], ended)
+                view.wait_until(ended)
 
-        yield live.live_drawing(opened, robot, meshes, world), replay
+        stage = act.stage
+        yield stream_frames(server, stage.robot, stage.meshes, experiment.scene), replay
 
 
 def _print_line(line: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -84,6 +85,11 @@ class Experiment:
     hardware: HardwareSettings = field(default_factory=HardwareSettings)
     named: tuple[Path, ...] = ()
     estimator: EstimatorTable | None = None
+
+    def show(self) -> Any:
+        """Return a page of the robot that a notebook displays; else, open the browser."""
+        # The viewer is in a higher layer than experiments.
+        return import_module("cardsflow_fmu.results.viewer.inline").show(self)
 
     @property
     def name(self) -> str:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
     from cardsflow_fmu.results.report.figures import Figure
+    from cardsflow_fmu.results.viewer.inline import ShownPage
 
 
 class SystemResult(RunData):
@@ -83,6 +84,16 @@ class SystemResult(RunData):
 
 class Result(SystemResult, ExperimentRunData):
     """Result of a run of an experiment; attributes as for `ExperimentRunData`."""
+
+    def show(self) -> ShownPage:
+        """Return the replay, which a notebook displays; outside of notebooks, open the browser.
+
+        Raises:
+            InputError: The run has no rows.
+        """
+        from cardsflow_fmu.results.viewer.inline import show
+
+        return show(self)
 
     @staticmethod
     def load(path: str | Path) -> Result:

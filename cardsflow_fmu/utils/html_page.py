@@ -2,27 +2,41 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
+from collections.abc import Sequence
 from html import escape
 
 from .overwrite import GENERATOR
 
-# Browsers load only the contents of the page itself.
-_POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
-# A page that simulates compiles WebAssembly, and starts a worker from its own text.
-_SIMULATES = _POLICY.replace("'unsafe-inline';", "'unsafe-inline' 'wasm-unsafe-eval' blob:;", 1)
-_SIMULATES += "; worker-src blob:"
+# Browsers load only the contents of the page itself, and execute only scripts with known hashes.
+# Event handlers in attributes, which a name in a file could contain, are never executed.
+_POLICY = "default-src 'none'; script-src {scripts}; style-src 'unsafe-inline'; img-src data:"
 
 
-def html_page(title: str, style: str, *parts: str, simulates: bool = False) -> str:
+def html_page(
+    title: str,
+    style: str,
+    *parts: str,
+    scripts: Sequence[str] = (),
+    simulates: bool = False,
+    connects: bool = False,
+) -> str:
     """Return a page.
 
     Args:
         title: Title in plain text.
         style: Style sheet.
         parts: Parts in HTML.
+        scripts: Scripts that may be executed, in the page and in frames that it contains.
         simulates: Whether scripts of the page may start a worker with WebAssembly.
+        connects: Whether scripts of the page may send requests to its server.
     """
-    policy = _SIMULATES if simulates else _POLICY
+    allowed = [_hash(script) for script in scripts]
+    allowed += ["'wasm-unsafe-eval'", "blob:"] if simulates else []
+    policy = _POLICY.format(scripts=" ".join(allowed) or "'none'")
+    policy += "; worker-src blob:" if simulates else ""
+    policy += "; connect-src 'self'" if connects else ""
     return "\n".join(
         (
             "<!DOCTYPE html>",
@@ -37,3 +51,13 @@ def html_page(title: str, style: str, *parts: str, simulates: bool = False) -> s
             "",
         )
     )
+
+
+def script_element(script: str) -> str:
+    """Return a script as HTML."""
+    return f"<script>{script}</script>"
+
+
+def _hash(script: str) -> str:
+    digest = hashlib.sha256(script.encode()).digest()
+    return f"'sha256-{base64.b64encode(digest).decode()}'"

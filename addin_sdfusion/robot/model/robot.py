@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, wraps
-from typing import Literal, TypeVar, cast
+from importlib import import_module
+from typing import Any, Literal, TypeVar, cast
 
 from ..errors import UnknownNameError
 from .joint import Coordinate, Joint
@@ -226,6 +227,15 @@ class Robot:
     gravity: Vector3 = GRAVITY
     wrap_surfaces: tuple[WrapSurface, ...] = ()
     loops: tuple[LoopJoint, ...] = ()
+
+    def show(self, folder: Any = None) -> Any:
+        """Return a page that a notebook displays; outside of notebooks, open the browser.
+
+        Args:
+            folder: Folder of the robot with its meshes (default: none, links are capsules).
+        """
+        # The viewer is part of another package, which this package must not require.
+        return import_module("cardsflow_fmu.results.viewer.inline").show(self, folder)
 
     @cached_property
     def coordinates(self) -> tuple[Coordinate, ...]:

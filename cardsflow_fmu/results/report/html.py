@@ -15,15 +15,16 @@ class Markup(str):
     """HTML of a table cell that is not escaped."""
 
 
-def page(title: str, *parts: str) -> str:
+def page(title: str, *parts: str, scripts: Sequence[str] = ()) -> str:
     """Return a page without external addresses.
 
     Args:
         title: Plain text.
         parts: HTML.
+        scripts: Scripts of frames in the page.
     """
     style = (files(__package__) / "report.css").read_text(encoding="utf-8")
-    return html_page(title, style, *parts)
+    return html_page(title, style, *parts, scripts=scripts)
 
 
 def section(title: str, *parts: str) -> str:

@@ -16,7 +16,7 @@ from cardsflow_fmu.results.analysis.info import robot_info
 from cardsflow_fmu.results.run_data import ExperimentRunData
 from cardsflow_fmu.results.saved_run import opened_run
 from cardsflow_fmu.results.verdict import failure_text
-from cardsflow_fmu.results.viewer.html.page import replay_page
+from cardsflow_fmu.results.viewer.html.page import replay_page, replay_script
 from cardsflow_fmu.results.viewer.scene.act import Act
 from cardsflow_fmu.results.viewer.view import PAGES, act_of
 from cardsflow_fmu.utils.overwrite import output_file, write_output
@@ -59,6 +59,7 @@ def report_page(result: ExperimentRunData) -> str:
         collapsible_section("Robot", *_robot(result)),
         collapsible_section("Experiment", f"<pre>{escape(_experiment(result))}</pre>"),
         collapsible_section("Versions", table(("what", "version"), _versions(result.summary))),
+        scripts=(replay_script(),),
     )
 
 

@@ -1,4 +1,4 @@
-"""Views of robots and runs: scenes, live view, HTML page, and Rerun file."""
+"""Views of robots and runs: scenes and HTML pages."""
 
 from .scene.motion import Motion, motion_of
 from .scene.stage import Stage

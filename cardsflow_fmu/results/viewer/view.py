@@ -1,15 +1,19 @@
-"""Views of results and robots, live or as HTML page."""
+"""Views of results and robots, in the browser or as HTML page."""
 
 from __future__ import annotations
 
 import contextlib
 import signal
 import threading
+import time
+import webbrowser
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from addin_sdfusion.robot import Finding, InputError
+from addin_sdfusion.robot import Finding, InputError, Robot
 from addin_sdfusion.robot.formats.read import holds_robot, read
+from cardsflow_fmu.cosim.signals.ports import muscle_signals
+from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.packed_files import omitted_meshes
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
 from cardsflow_fmu.results.saved_run import is_run, opened_run, require_not_experiment
@@ -17,15 +21,16 @@ from cardsflow_fmu.results.verdict import failure_text
 from cardsflow_fmu.utils.overwrite import output_file, write_output
 
 from .html.page import replay_page
-from .live.live import Ended, address, server, show_replay, show_robot
+from .live.page_server import served_page
 from .scene.act import Act
 from .scene.meshes import link_meshes
-from .scene.motion import Motion, motion_of
+from .scene.motion import Motion, motion_of, shown_signals
 from .scene.stage import Stage
 
 PAGES = (".html", ".htm")
 """Suffixes of HTML pages."""
 
+Ended = Callable[[], bool]
 NoteFindings = Callable[[Sequence[Finding]], object]
 
 
@@ -58,7 +63,16 @@ def act_of(result: ExperimentRunData, *, full_scale: bool = False) -> Act:
     world = experiment.scene
     motion = motion_of(experiment.robot, result, world=world)
     stage = Stage(experiment.robot, motion, meshes, world=world, full_scale=full_scale)
-    return Act(stage, str(result.summary.get("experiment", experiment.name)), notes(result))
+    title = str(result.summary.get("experiment", experiment.name))
+    return Act(stage, title, notes(result), shown_signals(result))
+
+
+def experiment_act(experiment: Experiment) -> Act:
+    """Return the robot of an experiment in its initial state, with its surroundings."""
+    robot, world = experiment.robot, experiment.scene
+    meshes = link_meshes(robot, experiment.folder, experiment.roots)
+    stage = Stage(robot, Motion.still(experiment.start.q), meshes, world=world)
+    return Act(stage, experiment.name, tuple(experiment.warnings()))
 
 
 def robot_act(
@@ -79,11 +93,22 @@ def robot_act(
     robot = reading.require()
     if note is not None:
         note(reading.findings)
+    return still_act(robot, reading.files[0].parent)
+
+
+def still_act(robot: Robot, folder: Path | None = None) -> Act:
+    """Return a robot in its initial pose.
+
+    Args:
+        robot: The robot.
+        folder: Folder of the robot with its meshes; None without meshes.
+    """
     start = [min(max(c.initial, c.lower), c.upper) for c in robot.coordinates]
-    folder = reading.files[0].parent
-    meshes = link_meshes(robot, folder)
-    hidden = omitted_meshes(robot, folder, [folder])
-    return Act(Stage(robot, Motion.still(start), meshes), robot.name, tuple(hidden))
+    meshes = {} if folder is None else link_meshes(robot, folder)
+    hidden = () if folder is None else tuple(omitted_meshes(robot, folder, [folder]))
+    stage = Stage(robot, Motion.still(start), meshes)
+    lengths = dict(zip(muscle_signals("l", robot), stage.muscle_lengths.T, strict=True))
+    return Act(stage, robot.name, hidden, lengths)
 
 
 def notes(result: RunData) -> tuple[str, ...]:
@@ -105,18 +130,16 @@ def write_page(acts: Sequence[Act], file: str | Path, *, overwrite: bool = False
     Raises:
         InputError: The file cannot be written.
     """
-    return write_output(output_file(file, PAGES, overwrite=overwrite), replay_page(acts))
+    return write_html(replay_page(acts), file, overwrite=overwrite)
 
 
-def write_recording(acts: Sequence[Act], file: str | Path, *, overwrite: bool = False) -> Path:
-    """Write a recording of motions for Rerun.
+def write_html(page: str, file: str | Path, *, overwrite: bool = False) -> Path:
+    """Write a page.
 
     Raises:
-        InputError: rerun-sdk is not installed, or the file cannot be written.
+        InputError: The file cannot be written.
     """
-    from .rerun_file import write_rrd
-
-    return write_rrd(acts, file, overwrite=overwrite)
+    return write_output(output_file(file, PAGES, overwrite=overwrite), page)
 
 
 def view(
@@ -141,16 +164,36 @@ def view(
         note: As for `robot_act`.
 
     Raises:
-        InputError: A path cannot be shown, viser is not installed, or the port is used.
+        InputError: A path cannot be shown, or the port is used.
     """
     acts = acts_of(paths, cable_set=cable_set, full_scale=full_scale, note=note)
-    with catch_interrupt() as ended, server(port, browser=browser) as opened:
-        report(f"{address(opened)}  (press Ctrl-C to stop)")
-        if is_run(Path(paths[0])):
-            show_replay(opened, acts, ended)
-        else:
-            stage = acts[0].stage
-            show_robot(opened, stage.robot, stage.meshes, ended)
+    serve(replay_page(acts), port=port, browser=browser, report=report)
+
+
+def serve(
+    page: str,
+    *,
+    port: int | None = None,
+    browser: bool = True,
+    report: Callable[[str], object] = print,
+) -> None:
+    """Serve a page on loopback until Ctrl-C; arguments and errors as for `view`."""
+    with catch_interrupt() as ended, served_page(page, port) as address:
+        announce(address, browser=browser, report=report)
+        wait_until(ended)
+
+
+def announce(address: str, *, browser: bool, report: Callable[[str], object]) -> None:
+    """Report the address of a page, and open it in the browser."""
+    report(f"{address}  (press Ctrl-C to stop)")
+    if browser:
+        webbrowser.open(address)
+
+
+def wait_until(ended: Ended) -> None:
+    """Wait until a function returns true."""
+    while not ended():
+        time.sleep(0.1)
 
 
 def acts_of(

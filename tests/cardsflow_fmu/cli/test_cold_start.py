@@ -19,7 +19,6 @@ HEAVY = {
     "pyarrow",
     "dask",
     "trimesh",
-    "viser",
     "pydantic",
     "fmpy",
     "dartpy",

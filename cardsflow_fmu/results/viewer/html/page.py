@@ -1,4 +1,4 @@
-"""Self-contained HTML page of a replay."""
+"""Self-contained HTML page of a replay, and the page that follows a run."""
 
 from __future__ import annotations
 
@@ -7,26 +7,46 @@ from collections.abc import Sequence
 from importlib.resources import files
 
 from cardsflow_fmu.results.viewer.scene.act import Act
-from cardsflow_fmu.utils.html_page import html_page
+from cardsflow_fmu.utils.html_page import html_page, script_element
 
 from .page_data import encode
 
 _PARTS = files(__package__) / "page_parts"
-_SCRIPTS = ("decode.js", "bodies.js", "drawing.js", "camera.js", "controls.js", "replay.js")
+_SCRIPTS = (
+    *("decode.js", "bodies.js", "drawing.js", "camera.js", "controls.js", "tooltip.js"),
+    *("plots.js", "muscle_table.js", "stream.js", "replay.js"),
+)
 
 
-def replay_page(acts: Sequence[Act]) -> str:
-    """Return a page that shows motions side by side, with player controls."""
+def replay_page(acts: Sequence[Act], *, follows: bool = False) -> str:
+    """Return a page that shows motions side by side, with player controls.
+
+    Args:
+        acts: The motions.
+        follows: Whether the page shows the frames that its server sends, see `stream_frames`.
+    """
     title = " and ".join(act.title for act in acts)
     data = base64.b64encode(encode(acts)).decode()
-    script = "\n".join(page_part(name) for name in _SCRIPTS)
     return html_page(
         title,
         page_part("page.css"),
         "<noscript>This replay requires JavaScript; allow scripts for this page.</noscript>",
         f'<script type="text/plain" id="motion">{data}</script>',
-        f"<script>\n'use strict';\n{script}</script>",
+        *(['<script type="text/plain" id="follows"></script>'] if follows else []),
+        script_element(replay_script()),
+        scripts=(replay_script(),),
+        connects=follows,
     )
+
+
+def replay_script() -> str:
+    """Return the script of a replay page."""
+    return strict_script(_SCRIPTS)
+
+
+def strict_script(names: Sequence[str]) -> str:
+    """Return a script from parts, in strict mode."""
+    return "\n".join(("'use strict';", *map(page_part, names)))
 
 
 def page_part(name: str) -> str:

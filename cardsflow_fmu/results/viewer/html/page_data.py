@@ -1,8 +1,6 @@
 """Compressed data of a replay page: all frames in a few hundred kilobytes.
 
-The points of a shape in all frames form a table. Each table is scaled to 16-bit integers between
-its minimum and maximum. It is stored column by column as differences between rows, and compressed
-with deflate. The differences are small because successive frames are similar.
+The points of a shape in all frames form a table.
 """
 
 from __future__ import annotations
@@ -14,55 +12,16 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.results.viewer.scene import colours, shapes
 from cardsflow_fmu.results.viewer.scene.act import Act
+from cardsflow_fmu.results.viewer.scene.camera import motion_plane
 from cardsflow_fmu.results.viewer.scene.stage import Stage
 
-_LEVELS = 0xFFFF
-
-
-class _TableSequence:
-    """Sequence of tables of 16-bit integers."""
-
-    def __init__(self) -> None:
-        self._parts: list[NDArray[np.uint16]] = []
-        self._size = 0
-
-    def add(self, values: ArrayLike, *, exact: bool = False) -> dict[str, Any]:
-        """Add a table and return its entry in the header; only one of equal rows is stored.
-
-        Args:
-            values: Table, shape (rows, columns).
-            exact: Whether the values are integers from 0 to 65535, which are not scaled.
-        """
-        table = np.asarray(values, dtype=np.float64)
-        if len(table) > 1 and not exact and (table == table[0]).all():
-            table = table[:1]
-        low, high = (0.0, float(_LEVELS)) if exact else _bounds(table)
-        scaled = np.rint((table - low) * (_LEVELS / (high - low)))
-        numbers = np.nan_to_num(scaled).clip(0, _LEVELS).astype(np.uint16)
-        differences = np.diff(numbers, axis=0, prepend=np.zeros_like(numbers[:1]))  # modulo 65536
-        entry = {"at": self._size, "rows": len(table), "low": low, "high": high}
-        self._parts.append(differences.T.reshape(-1))
-        self._size += differences.size
-        return entry | {"columns": table.shape[1]}
-
-    def encode(self) -> bytes:
-        """Return all low bytes, then all high bytes. High bytes are mostly 0 or 255."""
-        numbers = np.concatenate(self._parts) if self._parts else np.zeros(0, np.uint16)
-        low, high = (numbers & 0xFF).astype(np.uint8), (numbers >> 8).astype(np.uint8)
-        return low.tobytes() + high.tobytes()
-
-
-def _bounds(table: NDArray[np.float64]) -> tuple[float, float]:
-    finite = table[np.isfinite(table)]
-    if not finite.size:
-        return 0.0, 1.0
-    low, high = float(finite.min()), float(finite.max())
-    return low, high if high > low else low + 1.0
+from .robot_data import robot_data
+from .tables import TableSequence
 
 
 @dataclass
@@ -96,7 +55,7 @@ class _Track:
 
 def encode(acts: Sequence[Act]) -> bytes:
     """Return the compressed data: length of the header, header as JSON, tables."""
-    tables = _TableSequence()
+    tables = TableSequence()
     header = {
         "groups": list(shapes.GROUPS),
         "hidden": list(shapes.HIDDEN_AT_FIRST),
@@ -107,7 +66,7 @@ def encode(acts: Sequence[Act]) -> bytes:
     return zlib.compress(struct.pack("<I", len(text)) + text + tables.encode(), 9)
 
 
-def _act(act: Act, tables: _TableSequence) -> dict[str, Any]:
+def _act(act: Act, tables: TableSequence) -> dict[str, Any]:
     stage = act.stage
     tracks: dict[str, _Track] = {}
     for k in range(len(stage)):
@@ -121,7 +80,9 @@ def _act(act: Act, tables: _TableSequence) -> dict[str, Any]:
         "box": [corner.tolist() for corner in stage.box],
         "floor": stage.floor,
         "time": [round(float(t), 6) for t in stage.motion.time],
+        "plane": None if (plane := motion_plane(stage)) is None else plane.tolist(),
         "tensions": _legend(stage),
+        **robot_data(act, tables),
         "shapes": [_shape(track, tables) for track in tracks.values()],
     }
 
@@ -134,7 +95,7 @@ def _legend(stage: Stage) -> list[list[float]]:
     return [list(bounds) for bounds in dict.fromkeys(map(stage.tension_range, range(count)))]
 
 
-def _shape(track: _Track, tables: _TableSequence) -> dict[str, Any]:
+def _shape(track: _Track, tables: TableSequence) -> dict[str, Any]:
     shape = track.last
     if isinstance(shape, shapes.Trail):
         points = shape.points

@@ -15,9 +15,9 @@ from cardsflow_fmu.results.viewer.scene.act import Act
 from cardsflow_fmu.results.viewer.scene.meshes import link_meshes
 from cardsflow_fmu.results.viewer.scene.motion import Motion
 from cardsflow_fmu.results.viewer.scene.stage import Stage
-from cardsflow_fmu.utils.html_page import html_page
+from cardsflow_fmu.utils.html_page import html_page, script_element
 
-from .page import page_part
+from .page import page_part, strict_script
 from .page_data import encode
 
 _WORKER = (
@@ -25,7 +25,8 @@ _WORKER = (
     "engine_worker.js",
 )
 _SCRIPTS = (
-    *("decode.js", "bodies.js", "drawing.js", "camera.js", "controls.js", "replay.js"),
+    *("decode.js", "bodies.js", "drawing.js", "camera.js", "controls.js", "tooltip.js"),
+    *("plots.js", "replay.js"),
     *("engine_client.js", "play_panel.js", "play_pointer.js", "play.js"),
 )
 
@@ -54,13 +55,14 @@ def play_page(experiment: Experiment) -> str:
     }
     texts = {"motion": motion, "engine": engine, "play": _escaped(json_text(extra))}
     texts["engine-script"] = "\n".join(map(page_part, _WORKER))
-    script = "\n".join(map(page_part, _SCRIPTS))
+    script = strict_script(_SCRIPTS)
     return html_page(
         f"{experiment.name} - play",
         page_part("page.css") + page_part("play.css"),
         "<noscript>This page requires JavaScript; allow scripts for it.</noscript>",
         *(f'<script type="text/plain" id="{id_}">{text}</script>' for id_, text in texts.items()),
-        f"<script>\n'use strict';\n{script}</script>",
+        script_element(script),
+        scripts=(script,),
         simulates=True,
     )
 

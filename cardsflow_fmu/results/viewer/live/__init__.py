@@ -1,1 +1,1 @@
-"""Live view in a browser."""
+"""Server of pages on loopback, and frames of a run in progress."""

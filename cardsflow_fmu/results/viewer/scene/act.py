@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from cardsflow_fmu.utils.arrays import FloatArray
 
 from .stage import Stage
 
@@ -15,8 +18,10 @@ class Act:
         stage: The stage.
         title: Title of the stage.
         notes: Lines below the title.
+        signals: Recorded signals at the frames of the stage, shape (K,), by name.
     """
 
     stage: Stage
     title: str
     notes: tuple[str, ...] = ()
+    signals: Mapping[str, FloatArray] = field(default_factory=dict)

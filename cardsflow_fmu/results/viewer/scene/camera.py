@@ -1,68 +1,33 @@
-"""Camera view of a whole stage."""
+"""Plane of a motion, from which a page chooses its first view."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 
 from cardsflow_fmu.utils.arrays import FloatArray
+from sim_dart.core.frames import transform
 
 from .stage import Stage
 
-_FLAT = 0.02
-_NEAR = 2.0  # maximum distance of objects in view, as multiple of the reach
-_FAR = 1.45  # camera distance, in diagonals of the box; from 0.5 / sin(0.36) the box is in view
+_PARALLEL = 1e-3
 
 
-@dataclass(frozen=True, eq=False)
-class CameraView:
-    """Camera view of a stage.
+def motion_plane(stage: Stage) -> FloatArray | None:
+    """Return the normal of the plane in which a planar robot moves; None for other robots.
 
-    Attributes:
-        centre: Centre of all moving parts, in [m].
-        eye: Position of the camera, in [m].
-        up: Unit vector against gravity.
-        floor: Point below all parts, in [m].
-        reach: Reach of the stage, in [m].
-        right: Horizontal unit vector that points to the right in the view.
+    A robot is planar if all rotations are about parallel axes, and all translations are
+    perpendicular to these axes.
     """
-
-    centre: FloatArray
-    eye: FloatArray
-    up: FloatArray
-    floor: FloatArray
-    reach: float
-    right: FloatArray
-
-
-def view_of(stage: Stage) -> CameraView:
-    """Return a view along the shortest horizontal axis of a stage, slightly from above."""
-    low, high = _box_in_view(stage)
-    up, centre = stage.up, 0.5 * (low + high)
-    level = [axis for axis in np.eye(3) if abs(axis @ up) < 0.9]
-    thin = min(level, key=lambda axis: float(axis @ (high - low)))
-    thin = thin - (thin @ up) * up
-    back = -thin / np.linalg.norm(thin)
-    right = np.cross(up, back)
-    flat = float(np.abs(thin) @ (high - low)) < _FLAT * stage.reach
-    turn, rise = (0.2, 0.14) if flat else (0.5, 0.35)
-    direction = back + turn * right + rise * up
-    size = max(stage.reach, float(np.linalg.norm(high - low)))
-    eye = centre + _FAR * size * direction / np.linalg.norm(direction)
-    drop = 0.5 * float(np.abs(up) @ (high - low)) + 0.06 * stage.reach
-    floor = centre - drop * up
-    if stage.floor is not None:
-        floor = np.array([centre[0], centre[1], stage.floor])
-    return CameraView(centre, eye, up, floor, stage.reach, right)
-
-
-def _box_in_view(stage: Stage) -> tuple[FloatArray, FloatArray]:
-    """Return two opposite corners of a box around the robot and the objects near it."""
-    low, high = stage.box
-    middle = 0.5 * (low + high)
-    for positions in stage.environment.positions.values():
-        near = positions[np.linalg.norm(positions - middle, axis=1) < _NEAR * stage.reach]
-        if len(near):
-            low, high = np.minimum(low, near.min(axis=0)), np.maximum(high, near.max(axis=0))
-    return low, high
+    turns: list[FloatArray] = []
+    slides: list[FloatArray] = []
+    for joint in stage.robot.joints:
+        R = stage.poses[joint.parent][0, :3, :3] @ transform(joint.T_parent_joint)[:3, :3]
+        for motion in joint.motions:
+            axis = R @ np.array(motion.axis) / np.linalg.norm(motion.axis)
+            (slides if motion.kind == "translation" else turns).append(axis)
+    if not turns:
+        return None
+    normal = turns[0]
+    parallel = all(np.linalg.norm(np.cross(axis, normal)) < _PARALLEL for axis in turns)
+    within = all(abs(axis @ normal) < _PARALLEL for axis in slides)
+    return normal if parallel and within and np.isfinite(normal).all() else None

@@ -113,6 +113,18 @@ def motion_of(
     )
 
 
+_NOT_SHOWN = ("time", "qd.", "qd_d.", "qdd_d.", "yd_d.", "ydd_d.", "contact.", "object.")
+"""Prefixes of signals that no plot of a page shows."""
+
+
+def shown_signals(result: RunData) -> dict[str, FloatArray]:
+    """Return the signals that a page shows, at the rows of `frame_rows`, by name."""
+    rows = frame_rows(result["time"])
+    names = [name for name in result.names if not name.startswith(_NOT_SHOWN)]
+    columns = drop_huge_values(result.columns(names)[rows])
+    return dict(zip(names, columns.T, strict=True))
+
+
 def _tensions(robot: Robot, result: RunData) -> list[str]:
     """Return the columns of recorded tensions, or of commands if tensions are not recorded."""
     pairs = zip(muscle_signals("tension", robot), muscle_signals("f", robot), strict=True)

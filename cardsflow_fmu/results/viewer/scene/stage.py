@@ -19,7 +19,7 @@ from . import colours
 from . import shapes as s
 from .environment import Environment
 from .link_bodies import link_capsules, platform_hull
-from .link_poses import link_poses, motor_axes, moved_point
+from .link_poses import Poses, link_poses, motor_axes, moved_point
 from .meshes import LinkMeshes
 from .motion import Motion, frame_rows, motion_of, task_points
 from .muscle_paths import MusclePath, muscle_paths, unit_forces
@@ -96,6 +96,23 @@ class Stage:
     def __len__(self) -> int:
         """Return the number of frames."""
         return len(self.motion.time)
+
+    @property
+    def poses(self) -> Poses:
+        """Poses of the links."""
+        return self._poses
+
+    @property
+    def muscle_lengths(self) -> FloatArray:
+        """Lengths of the drawn muscle paths, shape (K, m), in [m]."""
+        steps = [np.diff(path.points, axis=1) for path in self._paths]
+        lengths = [np.linalg.norm(step, axis=2).sum(axis=1) for step in steps]
+        return np.stack(lengths, axis=1) if lengths else np.zeros((len(self), 0))
+
+    @property
+    def max_tension(self) -> float:
+        """Maximum tension of the motion, in [N]."""
+        return self._max_tension
 
     def scene(self, k: int) -> list[s.Shape]:
         """Return the shapes of frame k."""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import http.client
 import re
+import socket
+import struct
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 from support.browser import opened_browser
@@ -15,11 +16,10 @@ from support.recorded import sinusoidal_result
 from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import Muscle, Robot
-from cardsflow_fmu.results.viewer import Stage, motion_of
+from cardsflow_fmu.results.viewer import Motion, Stage, motion_of
 from cardsflow_fmu.results.viewer.html.page import replay_page
-from cardsflow_fmu.results.viewer.live import live
+from cardsflow_fmu.results.viewer.live.page_server import PageServer, page_server
 from cardsflow_fmu.results.viewer.scene.act import Act
-from sim_dart import MusclePaths
 
 EVIL = (
     "<img src=x onerror=\"fetch('http://evil.example/')\">"
@@ -51,49 +51,13 @@ def evil_robot() -> Robot:
 
 
 @pytest.fixture
-def opened() -> Iterator[Any]:
-    with live.server() as server:
+def opened() -> Iterator[PageServer]:
+    with page_server("<p>page</p>") as server:
         yield server
 
 
-def is_plain(text: str) -> bool:
-    """Return whether HTML only contains tags of tables and lines."""
-    return set(re.findall(r"<\s*/?\s*([a-zA-Z!]+)", text)) <= {
-        "div",
-        "b",
-        "table",
-        "tr",
-        "th",
-        "td",
-    }
-
-
-def test_titles_notes_and_tables_are_escaped() -> None:
-    robot = evil_robot()
-    assert is_plain(live.heading(EVIL, EVIL, "second"))
-    table = live.muscle_table(robot, MusclePaths(robot), [0.1, 0.2])
-    assert is_plain(table)
-    assert "&lt;iframe" in table
-
-
-def test_names_are_not_passed_to_markdown(opened: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Markdown of viser would execute scripts and open local images."""
-    texts: list[str] = []
-    made = opened.gui.add_html
-    monkeypatch.setattr(opened.gui, "add_html", lambda text: texts.append(text) or made(text))
-
-    def refused(*args: object, **options: object) -> None:
-        raise AssertionError("Markdown")
-
-    monkeypatch.setattr(opened.gui, "add_markdown", refused)
-    robot = evil_robot()
-    pictures = iter(range(2))
-    live.show_robot(opened, robot, {}, lambda: next(pictures, None) is None)
-    pictures = iter(range(2))
-    act = Act(Stage(robot, motion_of(robot, sinusoidal_result(robot, 1.0))), EVIL, (EVIL,))
-    live.show_replay(opened, [act], lambda: next(pictures, None) is None)
-    assert any("&lt;img" in text for text in texts)
-    assert all(map(is_plain, texts))
+def port_of(server: PageServer) -> int:
+    return int(server.address.rstrip("/").rpartition(":")[2])
 
 
 def answer(port: int, headers: dict[str, str], path: str = "/") -> http.client.HTTPResponse:
@@ -110,15 +74,6 @@ def answer(port: int, headers: dict[str, str], path: str = "/") -> http.client.H
         connection.close()
 
 
-SOCKET = {
-    "Upgrade": "websocket",
-    "Connection": "Upgrade",
-    "Sec-WebSocket-Version": "13",
-    "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==",
-}
-
-
-@pytest.mark.parametrize("kind", [{}, SOCKET], ids=["page", "socket"])
 @pytest.mark.parametrize(
     ("host", "origin", "admitted"),
     [
@@ -143,27 +98,51 @@ SOCKET = {
     ],
 )
 def test_requests_of_other_sites_and_host_names_are_rejected(
-    opened: Any, kind: dict[str, str], host: str | None, origin: str | None, admitted: bool
+    opened: PageServer, host: str | None, origin: str | None, admitted: bool
 ) -> None:
-    port = opened.get_port()
-    given = {"Host": host, "Origin": origin} | kind
+    port = port_of(opened)
+    given = {"Host": host, "Origin": origin}
     headers = {name: value.format(port) for name, value in given.items() if value is not None}
-    status = answer(port, headers).status
-    assert status == ((101 if kind else 200) if admitted else 403)
+    for path in ("/", "/nothing"):
+        status = answer(port, headers, path).status
+        assert status == ((200 if path == "/" else 404) if admitted else 403)
 
 
-def test_page_may_only_connect_to_its_server(opened: Any) -> None:
-    port = opened.get_port()
-    policy = answer(port, {"Host": f"127.0.0.1:{port}"}).getheader("Content-Security-Policy")
-    assert policy is not None
-    assert policy.startswith("default-src 'self'")
+@pytest.mark.parametrize(
+    "data", [b"no request\r\n\r\n", b"GET / HTTP/9\r\n\r\n", b"\xff" * 9000, b"GET /frames", b""]
+)
+def test_garbage_of_clients_prints_nothing(
+    opened: PageServer, data: bytes, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with socket.create_connection(("127.0.0.1", port_of(opened)), 60) as connection:
+        connection.sendall(data)
+        linger = struct.pack("ii", 1, 0)  # close with a reset
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)
+    assert answer(port_of(opened), {"Host": f"127.0.0.1:{port_of(opened)}"}).status == 200
+    assert capfd.readouterr() == ("", "")
+
+
+def test_events_are_streamed_and_the_page_can_be_replaced(opened: PageServer) -> None:
+    port = port_of(opened)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+    connection.request("GET", "/frames")
+    stream = connection.getresponse()
+    assert stream.getheader("Content-Type") == "text/event-stream"
+    opened.send("[1]")
+    assert stream.readline() == b"data: [1]\n"
+    stream.readline()
+    opened.replace("<p>other</p>")
+    assert stream.readline() == b"event: reload\n"
+    connection.close()
+    assert opened.page == b"<p>other</p>"
+
+
+def test_page_only_executes_its_script() -> None:
+    page = replay_page([Act(Stage(planar_2r(), Motion.still([0.1, 0.2])), "arm")])
+    policy = re.search(r'Policy" content="([^"]*)"', page)[1]
+    assert policy.startswith("default-src 'none'; script-src 'sha256-")
+    assert "unsafe-inline" not in policy.split(";")[1]
     assert "http" not in policy
-    assert "frame-src 'none'" in policy
-
-
-def test_client_cannot_make_the_server_open_a_tunnel(opened: Any) -> None:
-    assert opened.request_share_url() is None
-    assert opened._share_tunnel is None
 
 
 def test_markup_in_names_is_escaped_in_a_replay_page() -> None:
@@ -175,27 +154,17 @@ def test_markup_in_names_is_escaped_in_a_replay_page() -> None:
 
 
 @pytest.mark.browser
-@pytest.mark.parametrize("kind", ["live", "page"])
-def test_scripts_in_names_are_not_executed_in_a_browser(
-    opened: Any, tmp_path: Path, kind: str
-) -> None:
+def test_scripts_in_names_are_not_executed_in_a_browser(tmp_path: Path) -> None:
     robot = evil_robot()
     act = Act(Stage(robot, motion_of(robot, sinusoidal_result(robot, 1.0))), EVIL, (EVIL,))
-    with opened_browser(tmp_path, size=(480, 320)) as page:
-        if kind == "page":
-            file = tmp_path / "page.html"
-            file.write_text(replay_page([act]))
-            page.open(file.as_uri())
-        else:
-            page.open(live.address(opened))
-        seen = "document.body?.innerText.includes('onerror')"
-
-        def over() -> bool:
-            return bool(page.evaluate(f"!!({seen})"))
-
-        if kind == "live":
-            live.show_replay(opened, [act], over)
-        page.wait_for(seen)
+    with opened_browser(tmp_path, size=(1000, 700)) as page:
+        file = tmp_path / "page.html"
+        file.write_text(replay_page([act]))
+        page.open(file.as_uri())
+        page.wait_for("document.body?.innerText.includes('onerror')")
         assert not page.evaluate("!!document.querySelector('iframe, img[src=x]')")
         assert not [url for url in page.requests if "evil.example" in url or "passwd" in url]
         assert page.errors == []
+        page.evaluate("document.body.insertAdjacentHTML('beforeend', '<p onclick=\"hit = 1\">')")
+        page.evaluate("document.querySelector('p').click()")
+        assert page.evaluate("typeof hit") == "undefined"

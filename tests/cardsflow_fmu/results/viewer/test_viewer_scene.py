@@ -19,7 +19,6 @@ from cardsflow_fmu.results.viewer.scene.link_bodies import link_capsules
 from cardsflow_fmu.results.viewer.scene.link_poses import link_poses, moved_point
 from cardsflow_fmu.results.viewer.scene.motion import MAX_FRAMES, frame_rows
 from cardsflow_fmu.results.viewer.scene.muscle_paths import muscle_paths, unit_forces
-from cardsflow_fmu.results.viewer.scene.primitives import Body, bodies, rotations_from_z, unit_body
 from cardsflow_fmu.results.viewer.scene.stage import scene
 from cardsflow_fmu.simulation.result import SystemResult
 from sim_dart import DartDynamics
@@ -256,35 +255,17 @@ def test_diverged_state_is_drawn() -> None:
     assert len(stage.scene(len(stage) - 1)) == len(stage.scene(0))
 
 
-@pytest.mark.parametrize("kind", ["ball", "rod", "cone"])
-def test_unit_bodies_are_closed_with_outward_faces(kind: str) -> None:
-    """The volume by the divergence theorem; flat facets reduce it by some percent."""
-    body = unit_body(kind)  # type: ignore[arg-type]
-    a, b, c = (body.vertices[body.faces[:, k]] for k in range(3))
-    volume = np.sum(a * np.cross(b, c)) / 6.0
-    exact = {"ball": 4 / 3 * math.pi, "rod": math.pi, "cone": math.pi / 3}[kind]
-    assert volume == pytest.approx(exact, rel=0.08)
-    assert volume < exact
-
-
-def test_rotations_from_z_map_the_z_axis_to_the_vectors() -> None:
-    from scipy.spatial.transform import Rotation
-
-    vectors = np.random.default_rng(0).normal(size=(50, 3))
-    vectors[:3] = [[0, 0, 2.0], [0, 0, -2.0], [1e-12, 0, -1.0]]
-    turned = Rotation.from_quat(rotations_from_z(vectors)[:, [1, 2, 3, 0]]).apply([0.0, 0.0, 1.0])
-    unit = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
-    np.testing.assert_allclose(turned, unit, atol=1e-9)
-    np.testing.assert_array_equal(rotations_from_z(np.zeros((1, 3))), [[1.0, 0.0, 0.0, 0.0]])
-
-
-def test_arrow_has_its_tip_at_its_end_and_no_body_without_length() -> None:
-    arrow = s.Arrow(s.FORCES, "a", (1, 2, 3), np.zeros(3), np.ones(3), 0.01)
-    rod, cone = bodies([arrow])
-    assert isinstance(rod, Body)
-    np.testing.assert_allclose(rod.b, cone.a)
-    np.testing.assert_allclose(cone.b, np.ones(3))
-    assert list(bodies([replace(arrow, end=np.zeros(3))])) == []
+def test_colours_differ_and_get_lighter_for_every_kind_of_colour_vision() -> None:
+    """Simulate missing cones with the matrices of Machado et al. (2009), in linear RGB."""
+    lightness = np.array([0.2126, 0.7152, 0.0722])
+    srgb = np.array(RAMP) / 255.0
+    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    protan = [[0.152, 1.053, -0.205], [0.115, 0.786, 0.099], [-0.004, -0.048, 1.052]]
+    deutan = [[0.367, 0.861, -0.228], [0.280, 0.673, 0.047], [-0.012, 0.043, 0.969]]
+    tritan = [[1.256, -0.077, -0.179], [-0.078, 0.931, 0.148], [0.005, 0.691, 0.304]]
+    for seen in (np.eye(3), protan, deutan, tritan):
+        luminance = np.clip(linear @ np.array(seen).T, 0.0, 1.0) @ lightness
+        assert (np.diff(np.cbrt(luminance)) > 0.03).all()
 
 
 def test_link_capsules_reach_the_joints_that_close_loops() -> None:

@@ -1,12 +1,8 @@
-"""Worlds in views: ground, fixed and moving objects, contacts; recordings for Rerun."""
+"""Worlds in views: ground, fixed and moving objects, contacts."""
 
 from __future__ import annotations
 
 import math
-import os
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,18 +10,15 @@ import numpy as np
 import pytest
 import trimesh
 from support.browser import opened_browser
-from support.command_line import CommandLine
 from support.experiments import twin_arms
 from support.robots.robots import PLANAR_2R
 from support.robots.worlds import write_box_mesh
 
-from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result, run
 from cardsflow_fmu.results.viewer.scene import shapes as s
 from cardsflow_fmu.results.viewer.scene.act import Act
-from cardsflow_fmu.results.viewer.scene.camera import view_of
 from cardsflow_fmu.results.viewer.scene.environment import box_triangles
-from cardsflow_fmu.results.viewer.view import act_of, acts_of, write_page, write_recording
+from cardsflow_fmu.results.viewer.view import act_of, acts_of, write_page
 
 G = 9.81
 
@@ -111,7 +104,7 @@ def test_ground_is_drawn_below_objects(act: Act) -> None:
     low, high = act.stage.box
     assert (corners[:, :2].min(axis=0) < low[:2]).all()
     assert (corners[:, :2].max(axis=0) > high[:2]).all()
-    assert view_of(act.stage).floor[2] == -0.4
+    assert act.stage.floor == -0.4
 
 
 def test_contact_forces_on_objects_equal_their_weight(act: Act) -> None:
@@ -170,67 +163,3 @@ def test_all_robots_of_a_plant_are_drawn(tmp_path: Path) -> None:
     for part in ("links/{}_link_1/0", "muscles/{}_cable_1"):
         a, b = (shapes[part.format(name)].points for name in "ab")
         np.testing.assert_allclose(b - a, np.tile([5.0, 0.0, 0.0], (len(a), 1)), atol=1e-12)
-
-
-# Rerun
-
-
-@pytest.mark.extra("rerun")
-def test_recording_contains_all_frames(act: Act, tmp_path: Path) -> None:
-    import rerun as rr
-
-    file = write_recording([act, act], tmp_path / "run.rrd")
-    store = rr.chunk.RrdReader(str(file))
-    paths: dict[str, int] = {}
-    for chunk in store.stream():
-        paths[chunk.entity_path] = paths.get(chunk.entity_path, 0) + chunk.num_rows
-    frames = len(act.stage)
-    roots = {path.split("/")[1] for path in paths if "muscles" in path}
-    assert len(roots) == 2
-    for part in ("muscles/lines", "via\\ points/balls", "forces/arrows", "joint\\ values/labels"):
-        rows = [count for path, count in paths.items() if path.endswith(part)]
-        assert rows == [frames, frames], (part, sorted(paths))
-    box = [count for path, count in paths.items() if path.endswith("objects\\/top")]
-    assert box == [frames + 1, frames + 1]  # one surface, and one pose per frame
-    assert len([path for path in paths if "/tensions/" in path]) == 8
-
-
-@pytest.mark.extra("rerun")
-@pytest.mark.skipif(shutil.which("strace") is None, reason="needs strace")
-def test_writing_a_recording_opens_no_connection(
-    falling: tuple[Path, Result], tmp_path: Path
-) -> None:
-    calls = tmp_path / "calls"
-    trace = ["strace", "-f", "-e", "trace=socket,connect,sendto", "-o", str(calls)]
-    words = ["view", str(falling[0]), "--rrd", str(tmp_path / "run.rrd")]
-    command = [*trace, sys.executable, "-m", "cardsflow_fmu.cli", *words]
-    done = subprocess.run(
-        command,
-        env=os.environ | {"HOME": str(tmp_path / "home")},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if "ptrace" in done.stderr.lower():
-        pytest.skip("strace may not trace here")
-    assert done.returncode == 0, done.stderr
-    assert "socket(" not in calls.read_text()
-    assert "connect(" not in calls.read_text()
-    assert not (tmp_path / "home").exists()
-
-
-def test_missing_rerun_is_reported_with_the_extra(
-    act: Act, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "rerun", None)
-    with pytest.raises(InputError, match="uv sync --extra rerun"):
-        write_recording([act], tmp_path / "run.rrd")
-    assert not any(tmp_path.iterdir())
-
-
-def test_invalid_options_for_a_recording_are_rejected(
-    falling: tuple[Path, Result], tmp_path: Path, cardsflow: CommandLine
-) -> None:
-    line = cardsflow.error_line("view", falling[0], "--rrd", tmp_path / "run.txt")
-    assert "must end in .rrd" in line
-    assert "--html or --rrd" in cardsflow.error_line("view", falling[0], "--json")

@@ -29,11 +29,12 @@ function surroundings(act) {
   return {
     up, east, north, reach: act.reach, floorHeight,
     centre: place(...mid), middle: place(mid[0], mid[1], floorHeight),
-    flat: Math.min(size[0], size[1]) < 0.02 * act.reach, alongEast: size[0] < size[1],
+    flat: Math.min(size[0], size[1]) < 0.02 * act.reach, alongEast: size[0] < size[1], plane: act.plane,
     corners: corners(low, high).map(([e, n, u]) => place(e, n, u)),
   };
 }
 
+const RIGHT_ANGLE = Math.PI / 2;
 const SLOPE = Math.tan(0.36), FILLED = 0.88; // slope of half the field of view; filled fraction of the view at the start
 
 class Camera {
@@ -41,9 +42,27 @@ class Camera {
     this.world = world;
     this.target = world.centre;
     this.aspect = aspect;
-    const rotation = world.flat ? 0.22 : 0.5;
-    this.turn = (world.alongEast ? 0 : -Math.PI / 2) + rotation;
-    this.tilt = world.flat ? 0.14 : 0.3;
+    this.lookAtStart();
+    this.distance = this.fittingDistance();
+  }
+
+  // Turns to the plane of motion of a planar robot, or to the widest side of another one.
+  lookAtStart() {
+    const { flat, alongEast, plane, up, east, north } = this.world, rotation = flat || plane ? 0.22 : 0.5;
+    this.turn = (alongEast ? 0 : -Math.PI / 2) + rotation;
+    this.tilt = flat ? 0.14 : 0.3;
+    if (!plane) return;
+    const back = dot(plane, up) < -0.5 || dot(plane, north) > 0.5 || dot(plane, east) < -0.5 ? plane.map(x => -x) : plane;
+    const isLevel = Math.abs(dot(back, up)) < 0.999;
+    this.turn = isLevel ? Math.atan2(dot(back, north), dot(back, east)) + rotation : -Math.PI / 2;
+    this.tilt = Math.max(-RIGHT_ANGLE, Math.min(RIGHT_ANGLE, Math.asin(Math.max(-1, Math.min(1, dot(back, up)))) + (isLevel ? 0.14 : 0)));
+  }
+
+  // Shows the front, a side, the top, or the whole scene from the current direction.
+  show(view) {
+    const views = { front: [-Math.PI / 2, 0], side: [0, 0], top: [-Math.PI / 2, RIGHT_ANGLE] };
+    if (views[view]) [this.turn, this.tilt] = views[view];
+    this.target = this.world.centre;
     this.distance = this.fittingDistance();
   }
 
@@ -59,7 +78,7 @@ class Camera {
   axes() {
     const { up, east, north } = this.world, c = Math.cos(this.tilt);
     const level = sum(east.map(x => Math.cos(this.turn) * x), north, Math.sin(this.turn));
-    const back = sum(level.map(x => c * x), up, Math.sin(this.tilt)), right = unit(cross(up, back));
+    const back = sum(level.map(x => c * x), up, Math.sin(this.tilt)), right = unit(cross(up, level));
     return { back, right, top: cross(back, right) };
   }
 
@@ -78,7 +97,7 @@ class Camera {
         this.distance *= apart(before) / apart(event);
       } else if (event.buttons === 1 && !event.shiftKey) {
         this.turn -= 0.008 * dx;
-        this.tilt = Math.max(-1.5, Math.min(1.5, this.tilt + 0.008 * dy));
+        this.tilt = Math.max(-RIGHT_ANGLE, Math.min(RIGHT_ANGLE, this.tilt + 0.008 * dy));
       } else {
         const { right, top } = this.axes(), step = this.distance * 0.0011;
         this.target = sum(sum(this.target, right, -step * dx), top, step * dy);

@@ -2,16 +2,19 @@
 
 function element(tag, into, properties = {}) {
   const created = Object.assign(document.createElement(tag), properties);
-  into.append(created);
+  into?.append(created);
   return created;
 }
 
-const short = x => Number(x.toPrecision(4)).toString();
+const short = x => Number.isFinite(x) ? Number(x.toPrecision(4)).toString() : "-";
 
 function addTitle(act, into) {
   const title = element("div", into, { className: "title" });
   element("b", title, { textContent: act.title });
-  for (const note of act.notes) element("span", title, { textContent: note });
+  for (const note of act.notes) {
+    const line = element("span", title, { textContent: note, title: note });
+    line.addEventListener("click", () => line.classList.toggle("open"));
+  }
 }
 
 // Adds one switch for each group with shapes; returns the set of visible groups.
@@ -28,6 +31,8 @@ function addSwitches(motion, changed) {
     box.addEventListener("change", () => { shown[box.checked ? "add" : "delete"](group); changed(); });
   });
   addLegend(motion, panel);
+  addArrowLegend(motion, panel);
+  shown.panel = panel;
   return shown;
 }
 
@@ -41,6 +46,28 @@ function addLegend(motion, panel) {
     const row = element("span", legend);
     element("span", row, { textContent: `${short(low)} N` });
     element("span", row, { textContent: `${short(high)} N` });
+  }
+}
+
+// Adds the meaning of arrows, and the value of the longest arrow of each kind.
+function addArrowLegend(motion, panel) {
+  motion.acts.forEach((act, i) => {
+    for (const { name, colour, longest, unit } of act.arrows) {
+      const row = element("div", panel, { className: "arrow" });
+      element("i", row).style.background = `rgb(${colour})`;
+      row.append(`${name}${motion.acts.length > 1 ? ` ${i + 1}` : ""}: longest arrow ${short(longest)} ${unit}`);
+    }
+  });
+}
+
+// Adds buttons for views of the scene, which also have keys.
+function addViews(camera, panel, changed) {
+  const row = element("div", null, { className: "views" });
+  panel.querySelector("summary").after(row);
+  for (const [name, key] of [["front", "f"], ["side", "s"], ["top", "t"], ["fit", "0"]]) {
+    const show = () => { camera.show(name); changed(); };
+    element("button", row, { textContent: name, title: `key ${key}`, name: `view-${name}` }).addEventListener("click", show);
+    addEventListener("keydown", event => { if (event.key === key && event.target === document.body && !event.ctrlKey && !event.metaKey) show(); });
   }
 }
 
@@ -66,6 +93,7 @@ function addClock(end, changed) {
     show();
   };
   const seek = time => { clock.now = Math.max(0, Math.min(end, time)); show(); };
+  Object.assign(clock, { end, seek });
   clock.tick = seconds => {
     if (!clock.playing) return;
     clock.playing = clock.now + clock.speed * seconds < end;

@@ -7,10 +7,12 @@ async function unpack(text) {
   const length = new DataView(bytes.buffer).getUint32(0, true);
   const motion = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + length)));
   const tables = bytes.subarray(4 + length);
-  for (const act of motion.acts)
+  for (const act of motion.acts) {
+    for (const name of Object.keys(act.signals)) act.signals[name] = decodeTable(tables, act.signals[name]);
     for (const shape of act.shapes)
       for (const name of ["points", "colours", "values", "vertices", "faces"])
         if (shape[name]) shape[name] = decodeTable(tables, shape[name]);
+  }
   return motion;
 }
 

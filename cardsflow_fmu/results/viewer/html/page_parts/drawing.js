@@ -31,10 +31,10 @@ const BODY_VERTEX = `#version 300 es
   }`;
 
 const BODY_PIXEL = `#version 300 es
-  precision highp float; uniform vec3 up; uniform float isShadow;
+  precision highp float; uniform vec3 up, shadow; uniform float isShadow;
   in vec3 normal, toEye; in vec4 tint; out vec4 pixel; ${SHADE}
   void main() {
-    pixel = isShadow > 0.5 ? vec4(0.79, 0.82, 0.86, 1) : vec4(shade(tint.rgb, normal, toEye, up) * tint.a, tint.a);
+    pixel = isShadow > 0.5 ? vec4(shadow, 1) : vec4(shade(tint.rgb, normal, toEye, up) * tint.a, tint.a);
   }`;
 
 const MESH_VERTEX = `#version 300 es
@@ -43,11 +43,11 @@ const MESH_VERTEX = `#version 300 es
   void main() { place = projectShadow((pose * vec4(corner, 1)).xyz); gl_Position = view * vec4(place, 1); }`;
 
 const MESH_PIXEL = `#version 300 es
-  precision highp float; uniform vec3 eye, up, colour; uniform float isShadow;
+  precision highp float; uniform vec3 eye, up, colour, shadow; uniform float isShadow;
   in vec3 place; out vec4 pixel; ${SHADE}
   void main() {
     vec3 normal = cross(dFdx(place), dFdy(place));
-    pixel = isShadow > 0.5 ? vec4(0.79, 0.82, 0.86, 1) : vec4(shade(colour, normal, eye - place, up), 1);
+    pixel = isShadow > 0.5 ? vec4(shadow, 1) : vec4(shade(colour, normal, eye - place, up), 1);
   }`;
 
 const FLOOR_VERTEX = `#version 300 es
@@ -67,11 +67,14 @@ const FLOOR_PIXEL = `#version 300 es
     pixel = vec4(vec3(0.63, 0.68, 0.75) * alpha, alpha);
   }`;
 
+const SHADOW = [0.79, 0.82, 0.86], DARK_SHADOW = [0.045, 0.055, 0.07];
+
 class Drawing {
   constructor(canvas) {
     const gl = this.gl = canvas.getContext("webgl2", { antialias: true, alpha: true });
     if (!gl) throw new Error("this browser has no WebGL 2");
     this.canvas = canvas;
+    this.dark = matchMedia("(prefers-color-scheme: dark)");
     this.bodies = this.program(BODY_VERTEX, BODY_PIXEL);
     this.meshes = this.program(MESH_VERTEX, MESH_PIXEL);
     this.floor = this.program(FLOOR_VERTEX, FLOOR_PIXEL);
@@ -147,7 +150,7 @@ class Drawing {
   draw(i, count, camera, world, lists, meshes) {
     const gl = this.gl, width = this.canvas.width / count;
     gl.viewport(i * width, 0, width, this.canvas.height);
-    const uniforms = { ...camera, up: world.up, floorHeight: world.floorHeight };
+    const uniforms = { ...camera, up: world.up, floorHeight: world.floorHeight, shadow: this.dark.matches ? DARK_SHADOW : SHADOW };
     this.drawFloor(camera, world);
     gl.enable(gl.POLYGON_OFFSET_FILL);
     gl.polygonOffset(-1, -1);

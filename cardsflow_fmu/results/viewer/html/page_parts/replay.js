@@ -1,7 +1,7 @@
 // Starts the replay and draws the shapes at the current time in each animation frame.
 
 function playAct(act, index, count, drawing) {
-  const box = element("div", document.body, { className: "act" });
+  const box = element("div", document.querySelector(".scene") || document.body, { className: index === count - 1 ? "act last" : "act" });
   Object.assign(box.style, { left: `${100 * index / count}%`, width: `${100 / count}%` });
   addTitle(act, box);
   const world = surroundings(act);
@@ -72,17 +72,25 @@ function trackPointer(canvas, changed) {
 }
 
 async function start() {
-  const canvas = element("canvas", document.body), drawing = new Drawing(canvas);
+  const scene = element("div", document.body, { className: "scene" });
+  const canvas = element("canvas", scene), drawing = new Drawing(canvas);
   const motion = await unpack(document.getElementById("motion").textContent);
   let stale = true, before = performance.now();
   const changed = () => { stale = true; };
   const played = motion.acts.map((act, i) => playAct(act, i, motion.acts.length, drawing));
-  const { clientWidth, clientHeight } = played[0].box;
-  const camera = new Camera(played[0].world, clientWidth / clientHeight || 1);
   const pointer = trackPointer(canvas, changed);
   const shown = addSwitches(motion, changed), clock = addClock(Math.max(...played.map(act => act.end)), changed);
+  const panels = document.getElementById("follows") ? [] : played.map(({ act }) => new ActPanel(shown.panel, act, clock, changed));
+  shown.panel.classList.toggle("wide", panels.length > 0);
+  const { clientWidth, clientHeight } = played[0].box;
+  const camera = new Camera(played[0].world, clientWidth / clientHeight || 1), showTip = addTooltip();
+  addViews(camera, shown.panel, changed);
   camera.handleInput(canvas, changed);
+  if (document.getElementById("follows")) followRun(played[0].act, changed);
   addEventListener("resize", changed);
+  shown.panel.addEventListener("toggle", changed);
+  drawing.dark.addEventListener("change", changed);
+  window.camera = camera;
   const drawFrame = now => {
     clock.tick((now - before) / 1000);
     before = now;
@@ -90,11 +98,24 @@ async function start() {
       stale = false;
       drawing.begin();
       played.forEach((act, i) => drawAct(act, i, played.length, drawing, camera, shown, clock.now, pointer));
+      for (const panel of panels) panel.show(clock.now);
+      showTip(textAt(pointer, played, camera, shown, clock.now), pointer);
       document.body.dataset.drawn = clock.now;
     }
     requestAnimationFrame(drawFrame);
   };
   requestAnimationFrame(drawFrame);
+}
+
+// Returns the text of the thing under the pointer, or an empty text.
+function textAt(pointer, played, camera, shown, now) {
+  for (const { act, box } of played) {
+    if (!(pointer[0] >= box.offsetLeft && pointer[0] < box.offsetLeft + box.clientWidth)) continue;
+    const { view } = camera.uniforms(box.clientWidth / Math.max(box.clientHeight, 1)), [k, part] = frameAt(act.time, now);
+    const shape = shapeAt(act.shapes, shown, view, box, pointer);
+    return shape ? describe(shape, act, name => valueAt(act, name, k, part)) : "";
+  }
+  return "";
 }
 
 if (!document.getElementById("engine")) start().catch(error => { element("div", document.body, { className: "message", textContent: `The replay cannot be shown: ${error.message}.` }); });

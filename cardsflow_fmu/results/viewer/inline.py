@@ -1,0 +1,85 @@
+"""Pages of robots, experiments and results in notebooks and scripts: `show()`."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import webbrowser
+from html import escape
+from pathlib import Path
+
+from addin_sdfusion.robot import Robot
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.results.run_data import ExperimentRunData
+
+from .html.page import replay_page
+from .scene.act import Act
+from .view import act_of, experiment_act, still_act, write_html
+
+
+class ShownPage:
+    """Page that a notebook displays in its output.
+
+    The output contains the whole page, so that it also works over HTTP, in VS Code and in exported
+    notebooks.
+
+    Attributes:
+        html: The self-contained page.
+    """
+
+    def __init__(self, html: str) -> None:
+        self.html = html
+
+    def _repr_html_(self) -> str:
+        """Return the page in a frame that is isolated from the notebook."""
+        style = "width: 100%; height: 560px; border: 1px solid #8888; border-radius: 8px"
+        inner = escape(self.html)
+        return (
+            f'<iframe title="CARDSFlow" sandbox="allow-scripts" style="{style}" '
+            f'srcdoc="{inner}"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        return f"<page of {len(self.html) // 1024} KiB; .save('page.html') writes it>"
+
+    def save(self, file: str | Path, *, overwrite: bool = False) -> Path:
+        """Write the page.
+
+        Raises:
+            InputError: The file cannot be written.
+        """
+        return write_html(self.html, file, overwrite=overwrite)
+
+
+def show(
+    thing: Robot | Experiment | ExperimentRunData, folder: str | Path | None = None
+) -> ShownPage:
+    """Return the page of a robot, experiment or result; outside of notebooks, open the browser.
+
+    Args:
+        thing: The robot, the experiment or the result.
+        folder: Folder of the robot with its meshes (default: none, links are capsules).
+
+    Raises:
+        InputError: The result has no rows, or lacks joint positions.
+    """
+    shown = ShownPage(replay_page([_act(thing, folder)]))
+    if not _in_notebook():
+        with tempfile.NamedTemporaryFile(
+            "w", suffix=".html", delete=False, encoding="utf-8"
+        ) as file:
+            file.write(shown.html)
+        webbrowser.open(Path(file.name).as_uri())
+    return shown
+
+
+def _act(thing: Robot | Experiment | ExperimentRunData, folder: str | Path | None) -> Act:
+    if isinstance(thing, Robot):
+        return still_act(thing, None if folder is None else Path(folder))
+    return experiment_act(thing) if isinstance(thing, Experiment) else act_of(thing)
+
+
+def _in_notebook() -> bool:
+    """Return whether the process is the kernel of a notebook."""
+    kernel = sys.modules.get("ipykernel.kernelapp")
+    return kernel is not None and bool(kernel.IPKernelApp.initialized())
