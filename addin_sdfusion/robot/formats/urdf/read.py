@@ -22,6 +22,7 @@ from ..reading.meshes import note_missing_meshes
 from ..reading.tree import fixed_roots, parents_first
 from ..reading.unique_names import with_unique_names
 from ..reading.xml import Node, Notes, parse
+from .mimic_friction import with_leading_friction
 from .mujoco_tag import read_mujoco_tag
 from .read_joints import read_joint
 from .read_links import material_colors, note_shapes, read_link
@@ -56,6 +57,7 @@ def read_urdf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     elements = [child for child in node.all("link") if child.attribute("name", "") != WORLD]
     motors = motor_joints(node)
     joints = [read_joint(_about(child, "joint"), motors) for child in node.all("joint")]
+    joints = with_leading_friction(joints, node)
     roots = fixed_roots(elements, joints, lambda _: IDENTITY, node)
     extra_nodes = cardsflow_xml(node)
     joints, inner = join_chains([*roots, *joints], extra_nodes)

@@ -19,6 +19,7 @@ from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.formats.urdf.write import write_urdf
 from addin_sdfusion.robot.transforms.simplify import joint_frames
 from sim_dart import DartDynamics
+from sim_dart.core.supported_features import require_supported_features
 
 
 def of_text(folder: Path, text: str) -> Path:
@@ -110,3 +111,25 @@ def test_motors_that_a_cardsflow_xml_removes_are_reported(tmp_path: Path) -> Non
     assert reading.robot.motors == ()
     (finding,) = [f for f in reading.findings if f.code == "no-motors-by-effort"]
     assert "joints with an effort limit have no motor: 'a'" in finding.message
+
+
+def test_friction_of_a_mimic_joint_is_applied_to_its_leading_joint(tmp_path: Path) -> None:
+    """With the same power: 0.1 + 2 * 0.03 + 2 * 3 * 0.01 on the first joint."""
+    inertia = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    text = '<robot name="r"><link name="l0"/>'
+    joints = ((0.1, ""), (0.03, ("j1", -2)), (0.01, ("j2", 3)))
+    for k, (friction, leader) in enumerate(joints, 1):
+        mimic = f'<mimic joint="{leader[0]}" multiplier="{leader[1]}"/>' if leader else ""
+        text += (
+            f'<link name="l{k}"><inertial><mass value="1"/>{inertia}</inertial></link>'
+            f'<joint name="j{k}" type="revolute"><parent link="l{k - 1}"/><child link="l{k}"/>'
+            f'<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="5" velocity="1"/>'
+            f'<dynamics friction="{friction}"/>{mimic}</joint>'
+        )
+    file = tmp_path / "r.urdf"
+    file.write_text(text + "</robot>")
+    reading = read(file)
+    frictions = [c.friction for c in reading.require().all_coordinates]
+    assert frictions == [pytest.approx(0.22), 0.0, 0.0]
+    require_supported_features(reading.require())
+    assert "friction-of-mimic" in [finding.code for finding in reading.findings]
