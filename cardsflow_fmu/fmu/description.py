@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,6 +17,10 @@ from cardsflow_fmu.version import __version__
 FmiVersion = Literal["2.0", "3.0"]
 
 LICENSE_NAME = "BSD-3-Clause"
+
+DISPLAY_UNITS = {"rad": ("deg", math.degrees(1.0)), "rad/s": ("deg/s", math.degrees(1.0))}
+DISPLAY_UNITS |= {"m": ("mm", 1e3), "m/s": ("mm/s", 1e3)}
+"""Units in which tools display values, with their factors, by unit."""
 
 _QUANTITIES = {
     "rad": "Angle",
@@ -176,6 +181,9 @@ def _units(fmu: FmuDescription) -> Iterator[ET.Element]:
         if name in used:
             unit = ET.Element("Unit", name=name)
             ET.SubElement(unit, "BaseUnit", {base: str(n) for base, n in exponents.items()})
+            if name in DISPLAY_UNITS:
+                shown, factor = DISPLAY_UNITS[name]
+                ET.SubElement(unit, "DisplayUnit", name=shown, factor=format_number(factor))
             yield unit
 
 
@@ -187,6 +195,11 @@ def type_names(fmu: FmuDescription) -> dict[str, str]:
     taken = {variable.name for variable in fmu.variables}
     used = {variable.unit for variable in fmu.variables}
     return {u: name for u, name in _QUANTITIES.items() if u in used and name not in taken}
+
+
+def display_unit(unit: str) -> dict[str, str]:
+    """Return the attribute for the unit in which tools display values; empty for others."""
+    return {"displayUnit": DISPLAY_UNITS[unit][0]} if unit in DISPLAY_UNITS else {}
 
 
 def _log_categories() -> Iterator[ET.Element]:

@@ -11,6 +11,7 @@ from . import model_exchange
 from .description import (
     FmuDescription,
     dependency_indices,
+    display_unit,
     document,
     format_flag,
     format_start,
@@ -53,7 +54,7 @@ def _co_simulation(fmu: FmuDescription) -> ET.Element:
 def _type_definitions(types: dict[str, str]) -> Iterator[ET.Element]:
     for unit, name in types.items():
         simple = ET.Element("SimpleType", name=name)
-        ET.SubElement(simple, "Real", quantity=name, unit=unit)
+        ET.SubElement(simple, "Real", display_unit(unit), quantity=name, unit=unit)
         yield simple
 
 

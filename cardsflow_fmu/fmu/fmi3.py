@@ -11,6 +11,7 @@ from . import model_exchange
 from .description import (
     FmuDescription,
     dependency_indices,
+    display_unit,
     document,
     format_flag,
     format_number,
@@ -40,7 +41,10 @@ def describe(fmu: FmuDescription, token: str) -> ET.Element:
         fmu,
         {"fmiVersion": "3.0", "instantiationToken": token},
         interface,
-        (ET.Element("Float64Type", name=n, quantity=n, unit=unit) for unit, n in types.items()),
+        (
+            ET.Element("Float64Type", display_unit(unit), name=n, quantity=n, unit=unit)
+            for unit, n in types.items()
+        ),
         [*variables, _independent(len(fmu.ports))],
         structure,
     )

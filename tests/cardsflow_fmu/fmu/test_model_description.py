@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 
@@ -63,6 +64,23 @@ def test_units_are_defined_by_base_units() -> None:
     (unit,) = root.findall("UnitDefinitions/Unit")
     assert unit.get("name") == "N"
     assert unit[0].attrib == {"kg": "1", "m": "1", "s": "-2"}
+
+
+def test_angles_and_lengths_have_display_units() -> None:
+    """A tool displays 2 rad as 114.6 deg, and 2 m as 2000 mm."""
+    ports = [replace(INPUT, name=f"x{k}", unit=unit) for k, unit in enumerate(("rad", "m", "N"))]
+    root = describe(*ports)
+    shown = {
+        unit.get("name"): (unit.find("DisplayUnit").get("name"), 2 * factor(unit))
+        for unit in root.findall("UnitDefinitions/Unit[DisplayUnit]")
+    }
+    assert shown == {"rad": ("deg", pytest.approx(360 / math.pi)), "m": ("mm", 2000.0)}
+    types = {t.get("name"): t[0].get("displayUnit") for t in root.iter("SimpleType")}
+    assert types == {"Angle": "deg", "Length": "mm", "Force": None}
+
+
+def factor(unit: ET.Element) -> float:
+    return float(unit.find("DisplayUnit").get("factor"))
 
 
 def test_capabilities_are_declared() -> None:
