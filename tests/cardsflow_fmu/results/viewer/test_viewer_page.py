@@ -161,7 +161,7 @@ def test_page_shows_two_runs_side_by_side_and_no_control_bar_for_a_robot(
     page.open(f"{file.as_uri()}#t=2.5", offline=True)
     both = picture(page)
     assert page.evaluate("document.querySelectorAll('.act').length") == 2
-    assert "2.50 of 3.00 s" in page.evaluate("document.querySelector('output').textContent")
+    assert "2.50 of 3.00 s" in page.evaluate("document.querySelector('.bar output').textContent")
     assert colourful(both[:, :300]) > 500
     assert colourful(both[:, 340:]) > 500
 
