@@ -22,10 +22,16 @@ from .direct_participant import DirectParticipant
 _ADVICE = "run it with `compute = 'python'`, or as FMUs"
 
 
-def missing_in_loop(experiment: Experiment) -> str | None:
-    """Return a part of a run that C does not support, or None."""
-    part = _unsupported_part(experiment, experiment.columns)
-    requirements = (missing_in_c(experiment, name) for name in experiment.columns)
+def missing_in_loop(experiment: Experiment, names: Sequence[str] | None = None) -> str | None:
+    """Return a part of a run that C does not support, or None.
+
+    Args:
+        experiment: The experiment.
+        names: Names of its models (default: all).
+    """
+    names = experiment.columns if names is None else names
+    part = _unsupported_part(experiment, names)
+    requirements = (missing_in_c(experiment, name) for name in names)
     return part or next((text for text in requirements if text is not None), None)
 
 

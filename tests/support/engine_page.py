@@ -13,11 +13,10 @@ from support.browser import Page
 
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.models.browser.pack import engine_text
-from cardsflow_fmu.results.viewer.html import page
+from cardsflow_fmu.results.viewer.html.play_page import engine_script
 from cardsflow_fmu.utils.html_page import html_page
 
-PARTS = Path(page.__file__).parent / "page_parts"
-SCRIPTS = ("engine_module.js", "engine_drawing.js", "engine_changes.js", "engine.js")
+SCRIPTS = ("module", "drawing", "changes", "analysis", "engine")
 """Scripts of the worker, without its messages."""
 
 _OPEN = """
@@ -42,7 +41,7 @@ def _require_compiler() -> None:
 def open_engine(browser: Page, experiment: Experiment, folder: Path) -> None:
     """Open a page from disk, offline, with the engine of an experiment in the variable `engine`."""
     _require_compiler()
-    scripts = "\n".join((PARTS / name).read_text("utf-8") for name in SCRIPTS) + _OPEN
+    scripts = engine_script(*SCRIPTS) + _OPEN
     text = json.dumps(engine_text(experiment))
     file = folder / "engine.html"
     start = f"let engine; openEngine({text}).then(found => {{ engine = found; }});"
@@ -54,7 +53,7 @@ def open_engine(browser: Page, experiment: Experiment, folder: Path) -> None:
 def open_client(browser: Page, experiment: Experiment, folder: Path) -> None:
     """Open a page with a worker, offline; the client is the variable `play`."""
     _require_compiler()
-    worker = "\n".join((PARTS / name).read_text("utf-8") for name in (*SCRIPTS, "engine_worker.js"))
+    worker = engine_script(*SCRIPTS, "worker")
     start = """
     let play, wrong = ""; const frames = [], $ = id => document.getElementById(id).textContent;
     EngineClient.open($("engine"), $("engine-script")).then(found => {
@@ -63,7 +62,7 @@ def open_client(browser: Page, experiment: Experiment, folder: Path) -> None:
       play.onfailure = message => { wrong = message; };
     }, error => { wrong = error.message; });
     """
-    client = (PARTS / "engine_client.js").read_text("utf-8")
+    client = engine_script("client")
     text = html_page(
         "play",
         "",

@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import struct
 import zlib
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,7 @@ from cardsflow_fmu.models.by_role import C_MODELS
 from cardsflow_fmu.models.c_model import CModel
 from cardsflow_fmu.models.native.fields import field_places
 from cardsflow_fmu.models.native.loop_tables import loop_tables
-from cardsflow_fmu.models.native_loop import require_native
+from cardsflow_fmu.models.native_loop import missing_in_loop
 from cardsflow_fmu.runtime.port_table import encode_port_table
 from cardsflow_fmu.runtime.wasm import wasm_module
 from cardsflow_fmu.version import __version__
@@ -59,7 +60,7 @@ def engine_text(experiment: Experiment) -> str:
 
 def engine_data(experiment: Experiment) -> bytes:
     """Return the same as `engine_text`, not compressed."""
-    require_native(experiment, ("plant",))
+    _require_support(experiment, ("plant",))
     experiment = with_wrenches(experiment)
     packer = _Packer(experiment)
     module = packer.add(wasm_module())
@@ -68,7 +69,7 @@ def engine_data(experiment: Experiment) -> bytes:
         try:
             loops[mode] = packer.add_loop(mode)
         except InputError as error:
-            missing[mode] = str(error)
+            missing[mode] = error.what
     robot, run = experiment.robot, experiment.run
     header = {
         "version": __version__,
@@ -88,6 +89,13 @@ def engine_data(experiment: Experiment) -> bytes:
     text = json_text(header, separators=(",", ":")).encode()
     start = struct.pack("<I", len(text)) + text
     return start + bytes(-len(start) % 8) + packer.contents
+
+
+def _require_support(experiment: Experiment, names: Sequence[str]) -> None:
+    part = missing_in_loop(experiment, names)
+    if part is not None:
+        what = f"a page cannot simulate {part}; use `cardsflow run --view`"
+        raise InputError(what, file=experiment.file)
 
 
 class _Packer:
@@ -122,7 +130,7 @@ class _Packer:
         """Add the models of a mode that are not there yet; return the tables of its loop."""
         experiment = experiment_in_mode(self._experiment, mode)
         names = models_in_mode(experiment, mode)
-        require_native(experiment, names)
+        _require_support(experiment, names)
         models = {name: C_MODELS[name](experiment) for name in experiment.columns}
         parts = {
             name: WiredPorts(name, model.ports, model.inputs, model.outputs)
@@ -191,6 +199,8 @@ def _robot(robot: Robot) -> dict[str, Any]:
                 "name": muscle.name,
                 "law": law_of(muscle.model).kind,
                 "unit": command.unit if (command := law_of(muscle.model).command) else "",
+                "f_min": muscle.f_min,
+                "f_max": muscle.f_max,
                 "low": max(low, muscle.f_min) if law_of(muscle.model).kind == "ideal" else low,
                 "high": min(high, muscle.f_max) if law_of(muscle.model).kind == "ideal" else high,
             }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterator
+from importlib.resources import files
 from typing import Any
 
 from addin_sdfusion.robot import Robot
@@ -20,15 +21,18 @@ from cardsflow_fmu.utils.html_page import html_page, script_element
 from .page import page_part, strict_script
 from .page_data import encode
 
-_WORKER = (
-    *("engine_module.js", "engine_drawing.js", "engine_changes.js", "engine.js"),
-    "engine_worker.js",
-)
+_ENGINE = files(__package__) / "engine_parts"
+_WORKER = ("module", "drawing", "changes", "analysis", "engine", "worker")
 _SCRIPTS = (
     *("decode.js", "bodies.js", "drawing.js", "camera.js", "controls.js", "tooltip.js"),
     *("plots.js", "replay.js"),
-    *("engine_client.js", "play_panel.js", "play_pointer.js", "play.js"),
+    *("play_analysis.js", "play_panel.js", "play_pointer.js", "play.js"),
 )
+
+
+def engine_script(*names: str) -> str:
+    """Return scripts of the simulation, such as `client` or `worker`."""
+    return "\n".join((_ENGINE / f"{name}.js").read_text(encoding="utf-8") for name in names)
 
 
 def play_page(experiment: Experiment) -> str:
@@ -54,8 +58,8 @@ def play_page(experiment: Experiment) -> str:
         "path": experiment.file.parent.as_posix(),
     }
     texts = {"motion": motion, "engine": engine, "play": _escaped(json_text(extra))}
-    texts["engine-script"] = "\n".join(map(page_part, _WORKER))
-    script = strict_script(_SCRIPTS)
+    texts["engine-script"] = engine_script(*_WORKER)
+    script = "\n".join((strict_script(_SCRIPTS), engine_script("client")))
     return html_page(
         f"{experiment.name} - play",
         page_part("page.css") + page_part("play.css"),

@@ -1,7 +1,5 @@
 // Panel of a page that simulates: drive mode, targets, commands, live changes, table of muscles.
 
-const finiteOr = (value, other) => value === null || !Number.isFinite(value) ? other : value;
-
 // Adds a slider; returns { set(value), input }.
 function addSlider(into, name, unit, low, high, value, changed) {
   const label = element("label", into), title = element("span", label, { textContent: name, title: name });
@@ -24,6 +22,7 @@ class PlayPanel {
     this.targets = element("fieldset", this.box);
     this.addChanges();
     this.addMuscles();
+    this.analysis = new PlayAnalysis(this);
     this.addFiles();
   }
 
@@ -112,7 +111,7 @@ class PlayPanel {
       const tension = element("td", row), command = element("td", row);
       const cut = element("input", element("td", row), { type: "checkbox", ariaLabel: `cut ${name}` });
       cut.addEventListener("change", () => this.do(this.client.set(`plant.tension_scale.${name}`, cut.checked ? 0 : null)));
-      return { tension, command };
+      return { row, tension, command };
     });
   }
 
@@ -150,12 +149,20 @@ class PlayPanel {
       command.textContent = short(u);
       command.className = u <= low || high !== null && u >= high ? "bound" : "";
     });
+    if (this.box.open) this.analysis.show(frame);
     this.showStatus(frame);
+  }
+
+  // Returns which joint lacks torque, and in which direction.
+  lack(shortfall) {
+    if (!shortfall) return "the muscles cannot produce the required motion";
+    const { name, value, unit } = shortfall;
+    return `the muscles cannot produce the required motion: ${name} lacks ${value > 0 ? "+" : "−"}${short(Math.abs(value))} ${unit}`;
   }
 
   showStatus(frame = this.client.frame) {
     const { infeasible, notConverged } = frame.status;
-    const text = this.failure || (infeasible ? "the muscles cannot produce the required torque" :
+    const text = this.failure || (infeasible ? this.lack(frame.status.shortfall) :
       notConverged ? "the solver did not converge" :
       frame.behind > 0.05 ? `slower than real time: ${Math.round(100 * (1 - frame.behind))} %` : "");
     this.status.textContent = text;

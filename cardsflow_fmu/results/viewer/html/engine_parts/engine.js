@@ -21,6 +21,7 @@ class Engine {
     this.plant = this.models[0];
     this.drawing = new Drawing(this.plant, header.drawing, part);
     this.changes = new Changes(this, part);
+    this.analysis = new Analysis(this);
     this.columns = this.namesOfColumns();
     this.mode = Object.keys(this.loops)[0];
     this.reset();
@@ -274,7 +275,8 @@ class Engine {
 
   status() {
     const report = this.controller ? this.controller.group("report") : [0, 0, 0, 0];
-    return { atBound: report[0], infeasible: report[2] !== 0, notConverged: report[3] !== 0 };
+    const infeasible = report[2] !== 0, shortfall = infeasible ? this.analysis.shortfall() : null;
+    return { atBound: report[0], infeasible, notConverged: report[3] !== 0, shortfall };
   }
 
   frame() {
@@ -289,6 +291,7 @@ class Engine {
       pathSizes: this.drawing.sizes.slice(),
       tensions: this.tensions(),
       commands: this.commands(),
+      torques: this.analysis.torqueRange(),
       mode: this.mode,
       target: this.target && this.target.goal.slice(),
       pull: pulled && pulled.acting && { link: pulled.link, point: pulled.place, force: Array.from(pulled.acting) },

@@ -1,11 +1,11 @@
-// The worker of a page that simulates: it steps in real time and posts frames; engine_client.js talks to it.
+// The worker of a page that simulates: it steps in real time and posts frames; client.js talks to it.
 
 const FRAME_SECONDS = 1 / 60;
 let engine = null, isPlaying = false, speed = 1, due = 0, last = 0, behind = 0, timer = 0;
 
 function post(reply) {
   const frame = { ...engine.frame(), playing: isPlaying, speed, behind };
-  const owned = [frame.values, frame.q, frame.poses, frame.paths, frame.pathSizes, frame.tensions, frame.commands];
+  const owned = [frame.values, frame.q, frame.poses, frame.paths, frame.pathSizes, frame.tensions, frame.commands, frame.torques];
   self.postMessage({ frame, ...reply }, owned.map(array => array.buffer));
 }
 
@@ -57,6 +57,7 @@ const CALLS = {
   pull(link, point, how) { engine.pull(link, point, how); },
   release() { engine.release(); },
   set(key, value) { engine.change(key, value); },
+  momentArms(muscle, joint) { return engine.analysis.momentArms(muscle, joint); },
   getState() { return engine.saved(); },
   setState(state) { engine.load(state); },
   run(count) {

@@ -1,5 +1,8 @@
 // Simulation in a worker, for a page: calls, frames, failures.
 
+// Returns a number of the setup, in which null is infinite or missing, or another value instead.
+const finiteOr = (value, other) => value === null || !Number.isFinite(value) ? other : value;
+
 class EngineClient {
   // Opens the packed experiment `text`, see models/browser/pack.py, with the scripts of the worker.
   static async open(text, script) {

@@ -1,5 +1,8 @@
 // The C models of an experiment as WebAssembly: memory, calls and messages; see runtime/csrc/loop.
 
+// Returns a number of a header, in which null is infinite or missing, or another value instead.
+const finiteOr = (value, other) => value === null || !Number.isFinite(value) ? other : value;
+
 class Module {
   static async open(code) {
     const self = new Module();

@@ -1,0 +1,99 @@
+// Joints with their torque ranges; moment arms and recent values of the selected muscle and joint.
+
+const PLOT_SECONDS = 10;
+
+// Draws curves [{ x, y, colour }] with common axes.
+function drawCurves(canvas, curves, marker) {
+  const context = canvas.getContext("2d"), ratio = devicePixelRatio || 1;
+  const width = canvas.width = canvas.clientWidth * ratio, height = canvas.height = canvas.clientHeight * ratio;
+  const all = name => curves.flatMap(curve => curve[name]).filter(Number.isFinite);
+  const xs = all("x"), ys = all("y");
+  if (!xs.length) return;
+  const range = values => values.reduce(([a, b], v) => [Math.min(a, v), Math.max(b, v)], [Infinity, -Infinity]);
+  const [left, right] = range(xs), [low, high] = range(ys), tall = high - low || Math.abs(high) || 1;
+  const X = x => (x - left) / (right - left || 1) * width, Y = y => height - (0.1 + 0.8 * (y - low) / tall) * height;
+  const line = (x, y, colour, thick) => {
+    context.strokeStyle = colour;
+    context.lineWidth = thick * ratio;
+    context.beginPath();
+    x.forEach((value, i) => context.lineTo(X(value), Y(y[i])));
+    context.stroke();
+  };
+  if (low <= 0 && high >= 0) line([left, right], [0, 0], "#9aa5b1", 1);
+  for (const { x, y, colour } of curves) line(x, y, colour, 1.5);
+  if (marker !== undefined) line([marker, marker], [low, high], "#e08214", 1);
+  context.fillStyle = "#59626f";
+  context.font = `${11 * ratio}px system-ui, sans-serif`;
+  context.textBaseline = "top";
+  context.fillText(short(high), 2, 1);
+  context.textBaseline = "bottom";
+  context.fillText(short(low), 2, height - 1);
+}
+
+class PlayAnalysis {
+  constructor(panel) {
+    const { client, setup, box } = panel;
+    Object.assign(this, { client, setup, muscle: 0, joint: 0, times: [], tensions: [], angles: [], desired: [] });
+    this.columns = new Map(setup.columns.map(({ name }, i) => [name, i]));
+    const field = element("fieldset", box), table = element("table", field), head = element("tr", table);
+    element("legend", field, { textContent: "Joints" });
+    for (const textContent of ["name", "position", "torque range"]) element("th", head, { textContent });
+    this.rows = setup.coordinates.map(({ name }, i) => {
+      const row = element("tr", table, { className: "choice" });
+      element("td", row, { textContent: name, title: name });
+      row.addEventListener("click", () => this.select(this.muscle, i));
+      return { row, position: element("td", row), range: element("td", row) };
+    });
+    panel.rows.forEach(({ row }, i) => {
+      row.classList.add("choice");
+      row.addEventListener("click", () => this.select(i, this.joint));
+    });
+    this.muscleRows = panel.rows.map(({ row }) => row);
+    const plots = element("fieldset", box);
+    element("legend", plots, { textContent: "Plots" });
+    const plot = () => ({ title: element("div", plots), canvas: element("canvas", plots, { className: "plot" }) });
+    [this.arms, this.tension, this.angle] = [plot(), plot(), plot()];
+    this.select(0, 0);
+  }
+
+  async select(muscle, joint) {
+    Object.assign(this, { muscle, joint, tensions: [], angles: [], desired: [], times: [] });
+    this.muscleRows.forEach((row, i) => row.classList.toggle("selected", i === muscle));
+    this.rows.forEach(({ row }, i) => row.classList.toggle("selected", i === joint));
+    this.curve = null;
+    if (!this.setup.muscles.length || !this.setup.coordinates.length) return;
+    this.curve = await this.client.call("momentArms", muscle, joint);
+  }
+
+  show(frame) {
+    const { muscles, coordinates } = this.setup;
+    this.rows.forEach(({ position, range }, i) => {
+      const [low, high] = frame.torques.subarray(2 * i, 2 * i + 2);
+      position.textContent = short(frame.q[i]);
+      range.textContent = `${short(low)} … ${short(high)}`;
+    });
+    if (!muscles.length || !coordinates.length) return;
+    const muscle = muscles[this.muscle], joint = coordinates[this.joint];
+    if (this.curve) {
+      const { q, arms } = this.curve, changes = Math.min(...arms) < 0 && Math.max(...arms) > 0;
+      this.arms.title.textContent = `moment arm of ${muscle.name} about ${joint.name}${changes ? ": changes sign" : ""}`;
+      this.arms.title.className = changes ? "bound" : "";
+      drawCurves(this.arms.canvas, [{ x: q, y: arms, colour: "#2d6cdf" }], frame.q[this.joint]);
+    }
+    this.record(frame, joint.name);
+    this.tension.title.textContent = `tension of ${muscle.name}: ${short(frame.tensions[this.muscle])} N`;
+    drawCurves(this.tension.canvas, [{ x: this.times, y: this.tensions, colour: "#2d6cdf" }]);
+    this.angle.title.textContent = `position of ${joint.name}: ${short(frame.q[this.joint])} ${joint.unit}`;
+    drawCurves(this.angle.canvas, [
+      { x: this.times, y: this.desired, colour: "#1e965a" }, { x: this.times, y: this.angles, colour: "#2d6cdf" }]);
+  }
+
+  // Adds the values of a frame; going back removes the later ones.
+  record(frame, joint) {
+    const lists = [this.times, this.tensions, this.angles, this.desired];
+    while (this.times.length && this.times.at(-1) >= frame.time) lists.forEach(list => list.pop());
+    while (this.times.length && this.times[0] < frame.time - PLOT_SECONDS) lists.forEach(list => list.shift());
+    const desired = frame.mode === "joints" ? frame.target[this.joint] : frame.values[this.columns.get(`reference.q_d.${joint}`)];
+    [frame.time, frame.tensions[this.muscle], frame.q[this.joint], desired ?? NaN].forEach((value, i) => lists[i].push(value));
+  }
+}
