@@ -1,5 +1,8 @@
 // Moment arms, torque ranges, and the joint that lacks torque.
 
+// Variables have the largest number instead of infinity.
+const unlimited = force => force < 1e300 ? force : Infinity;
+
 class Analysis {
   constructor(engine) { this.engine = engine; }
 
@@ -26,7 +29,7 @@ class Analysis {
     const L = plant.array("jacobian"), scales = plant.array("tension_scale"), ranges = new Float64Array(2 * n);
     const low = controller && controller.group("f_min"), high = controller && controller.group("f_max");
     header.muscles.forEach(({ f_min, f_max }, i) => {
-      const a = scales[i] * (low ? low[i] : f_min), b = scales[i] && scales[i] * (high ? high[i] : finiteOr(f_max, Infinity));
+      const a = scales[i] * (low ? low[i] : f_min), b = scales[i] && scales[i] * unlimited(high ? high[i] : finiteOr(f_max, Infinity));
       for (let j = 0; j < n; j++) {
         const arm = -L[n * i + j];
         if (arm === 0) continue;

@@ -70,7 +70,8 @@ class PlayAnalysis {
     this.rows.forEach(({ position, range }, i) => {
       const [low, high] = frame.torques.subarray(2 * i, 2 * i + 2);
       position.textContent = short(frame.q[i]);
-      range.textContent = `${short(low)} … ${short(high)}`;
+      const bound = x => Math.abs(x) < 1e300 ? short(x) : x > 0 ? "∞" : "−∞"; // forces without a limit
+      range.textContent = `${bound(low)} … ${bound(high)}`;
     });
     if (!muscles.length || !coordinates.length) return;
     const muscle = muscles[this.muscle], joint = coordinates[this.joint];
