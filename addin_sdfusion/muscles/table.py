@@ -140,11 +140,6 @@ class MuscleTable:
         uses = [(row, use) for row in self.wraps for use in row.muscles if use.muscle == muscle]
         return tuple(sorted(uses, key=lambda pair: (pair[1].after, natural_key(pair[0].name))))
 
-    def length(self, muscle: str) -> float:
-        """Return the length of a muscle along its points, in [m]."""
-        positions = [point.position for point in self.points_of(muscle) if not point.lost]
-        return sum(map(math.dist, positions, positions[1:]))
-
     # Muscles
 
     def with_muscle(self, row: MuscleSnapshot) -> MuscleTable:

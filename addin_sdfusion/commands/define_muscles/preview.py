@@ -10,8 +10,8 @@ import adsk.fusion
 from ...fusion.notes import optional
 from ...fusion.occurrences import every_occurrence
 from ...fusion.units import CM
+from ...muscles.path import path_of
 from ...muscles.table import MuscleTable
-from ...muscles.wrap_path import path_over
 from ...robot.model.pose import Vector3
 
 _THIN, _THICK, _TEXT = 2.0, 5.0, 14.0  # pixels
@@ -22,15 +22,14 @@ def draw(design: Any, table: MuscleTable, muscle: str) -> None:
     """Draw all muscles, the chosen one thick and with the numbers of its points.
 
     Bodies of this document's components are transparent in the preview, so that muscles inside them
-    are visible. The function
-    must be called only in `executePreview`, whose changes Fusion reverts.
+    are visible. The function must be called only in `executePreview`, whose changes Fusion reverts.
     """
     if table.points:
         _make_transparent(design)
     group = design.rootComponent.customGraphicsGroups.add()
     group.isSelectable = False  # the preview cannot be picked by mistake
     for row in table.rows:
-        points = _path(table, row.name)
+        points = path_of(table, row.name).points
         color = _color(row.color)
         if len(points) > 1:
             _line(group, points, color, _THICK if row.name == muscle else _THIN)
@@ -46,18 +45,6 @@ def _make_transparent(design: Any) -> None:
     for occurrence in every_occurrence(design.rootComponent):
         if not occurrence.isReferencedComponent:
             optional(lambda: setattr(occurrence.component, "opacity", _OPACITY))  # noqa: B023
-
-
-def _path(table: MuscleTable, muscle: str) -> list[Vector3]:
-    """Return the path of a muscle over its via points and wrap surfaces."""
-    points = [point for point in table.points_of(muscle) if not point.lost]
-    uses = {use.after: (wrap.face, use) for wrap, use in table.wraps_of(muscle) if not wrap.lost}
-    path: list[Vector3] = []
-    for point, after in zip(points, (*points[1:], None), strict=True):
-        path.append(point.position)
-        if after is not None and point.number in uses:
-            path += path_over(point.position, after.position, *uses[point.number])
-    return path
 
 
 def _line(group: Any, points: list[Vector3], color: Any, weight: float) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ...muscles.path import path_of
 from ...muscles.table import PointRow
 from ...robot.errors import InputError
 from ...robot.model.laws.law import Parameter
@@ -156,8 +157,8 @@ def _muscle(editor: MuscleEditor, index: int) -> str:
 
 
 def _size(editor: MuscleEditor, row: MuscleSnapshot) -> Cell:
-    count, length = len(editor.table.points_of(row.name)), editor.table.length(row.name)
-    return Cell(f"{count}, {1000 * length:.1f} mm")
+    count, path = len(editor.table.points_of(row.name)), path_of(editor.table, row.name)
+    return Cell(f"{count}, {path.length_text}")
 
 
 # Muscles that wrap over a surface

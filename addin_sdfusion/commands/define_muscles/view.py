@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ...muscles.path import path_of
 from ...muscles.table import NAMED_COLORS
 from ...robot.model.robot import WORLD
 from ..inputs import Inputs
@@ -37,8 +38,8 @@ def _show_muscle(editor: MuscleEditor, inputs: Inputs) -> None:
     new = inputs.value("new_link")
     choices = (OF_PART, *editor.links, WORLD)
     inputs.choose("new_link", choices, new if new in choices else OF_PART)
-    count, length = len(editor.table.points_of(editor.muscle)), editor.table.length(editor.muscle)
-    inputs.set("length", f"{count} points, {1000 * length:.1f} mm")
+    count, path = len(editor.table.points_of(editor.muscle)), path_of(editor.table, editor.muscle)
+    inputs.set("length", f"{count} points, {path.length_text}")
     row = editor.table.row(editor.muscle)
     if row is None:
         return

@@ -1,4 +1,4 @@
-"""Tests of preview paths over wrap surfaces against closed forms, at any pose."""
+"""Tests of paths over wrap surfaces against closed forms, at any pose."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from addin_sdfusion.muscles.path import path_of
+from addin_sdfusion.muscles.table import MuscleTable, PointRow, WrapRow
 from addin_sdfusion.muscles.wrap_path import path_over
-from addin_sdfusion.snapshot import SurfaceSnapshot, WrapUse
+from addin_sdfusion.snapshot import MuscleSnapshot, SurfaceSnapshot, WrapUse
 
 
 def drawn(a: Any, b: Any, shape: Any = "cylinder", r: float = 1.0, **use: Any) -> np.ndarray:
@@ -19,7 +21,8 @@ def drawn(a: Any, b: Any, shape: Any = "cylinder", r: float = 1.0, **use: Any) -
     start, end = (tuple(R.apply(v) + p) for v in (a, b))
     axis = tuple(R.apply((0.0, 0.0, 1.0)))
     face = SurfaceSnapshot("l:1", shape, r, tuple(p), axis, 9.0)
-    points = path_over(start, end, face, WrapUse("m", 0, **use))
+    wrapped = path_over(start, end, face, WrapUse("m", 0, **use))
+    points = wrapped.points if wrapped else []
     return np.array([a, *R.inv().apply(np.reshape(points, (-1, 3)) - p), b])
 
 
@@ -68,3 +71,28 @@ def test_path_over_a_sphere_is_a_great_circle() -> None:
     assert length(path) == pytest.approx(
         math.sqrt(R * R - 1) + math.sqrt(S * S - 1) + sweep, rel=1e-3
     )
+
+
+def table_over(*uses: WrapUse) -> MuscleTable:
+    """Return a muscle from (-3, 0, 0.5) to (4, 0, 2.5) over a cylinder of radius 1 about z."""
+    face = SurfaceSnapshot("l:1", "cylinder", 1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 9.0)
+    ends = ((-3.0, 0.0, 0.5), (4.0, 0.0, 2.5))
+    return MuscleTable(
+        (MuscleSnapshot("m"),),
+        tuple(PointRow("via", "l", "m", i, position=p) for i, p in enumerate(ends)),
+        wraps=(WrapRow("w", "l", uses, face=face),),
+    )
+
+
+@pytest.mark.parametrize("turns", [0, 1])
+def test_the_length_of_a_muscle_includes_its_wraps(turns: int) -> None:
+    flat = math.sqrt(8.0) + math.sqrt(15.0) + math.pi - math.acos(1 / 3) - math.acos(1 / 4)
+    path = path_of(table_over(WrapUse("m", 0, 1, turns)), "m")
+    assert path.length == pytest.approx(math.hypot(flat + 2 * math.pi * turns, 2.0), rel=1e-14)
+    assert path.omitted == 0
+
+
+def test_wraps_that_the_length_does_not_include_are_counted() -> None:
+    path = path_of(table_over(WrapUse("m", 0, inside=True)), "m")
+    assert path.length == pytest.approx(math.hypot(7.0, 2.0))
+    assert path.length_text == "7280.1 mm (1 wraps are not included)"
