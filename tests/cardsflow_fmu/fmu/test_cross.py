@@ -127,7 +127,7 @@ def test_the_build_of_the_package_knows_the_platforms() -> None:
     import hatch_build
 
     assert hatch_build.parse_platforms("") == []
-    assert hatch_build.parse_platforms("all") == list(sources.PREBUILT_PLATFORMS)
+    assert hatch_build.parse_platforms("all") == [*sources.PREBUILT_PLATFORMS, "wasm32"]
     assert hatch_build.parse_platforms("x86_64-windows") == ["x86_64-windows"]
     with pytest.raises(SystemExit, match="no platform win32; platforms: x86_64-linux"):
         hatch_build.parse_platforms("win32")

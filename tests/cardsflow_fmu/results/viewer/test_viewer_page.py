@@ -83,7 +83,7 @@ def test_page_of_30_s_with_11_muscles_is_below_3_megabytes(half_a_minute: Act) -
 def test_page_has_no_external_address_and_escapes_names() -> None:
     hostile = "</script><img src=http://example.org onerror=alert(1)>"
     page = replay_page([act(planar_2r(), 0.1, hostile)])
-    assert re.findall(r"(?:https?|wss?|ftp):", page) == ["http:"]  # the title's, escaped
+    assert re.findall(r"\b(?:https?|wss?|ftp):", page) == ["http:"]  # the title's, escaped
     assert "<img" not in page
     assert "default-src 'none'" in page
 
