@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import adsk.core
 
+from ..fusion.notes import optional
 from .dialogs import Dialog, Input
 
 _MAX_VALUE = 1e9
@@ -150,6 +151,11 @@ class Inputs:
     def selected(self, name: str) -> int:
         """Return the selected row of a table, or -1."""
         return self._tables[name].selected()
+
+    def is_typed(self, changed: Any) -> bool:
+        """Return whether a text or number is typed in an input, character by character."""
+        of = ("StringValueCommandInput", "FloatSpinnerCommandInput", "IntegerSpinnerCommandInput")
+        return isinstance(changed, tuple(getattr(adsk.core, name) for name in of))
 
     def cell(self, changed: Any) -> CellEdit | None:
         """Return the cell and value of a changed input; None if it is not in a table."""
@@ -306,6 +312,12 @@ def _check(inputs: Any, item: Input) -> Any:
     return inputs.addBoolValueInput(item.id, item.label, True, "", bool(item.value))
 
 
+def _button(inputs: Any, item: Input) -> Any:
+    made = inputs.addBoolValueInput(item.id, item.label, False, "", False)
+    optional(lambda: setattr(made, "text", item.label))  # otherwise only the name is shown
+    return made
+
+
 def _text(inputs: Any, item: Input) -> Any:
     return inputs.addTextBoxCommandInput(item.id, item.label, "", item.rows, True)
 
@@ -327,7 +339,7 @@ _MAKERS: dict[str, Callable[[Any, Input], Any]] = {
     "string": lambda inputs, item: inputs.addStringValueInput(item.id, item.label, str(item.value)),
     "number": _number,
     "check": _check,
-    "button": lambda inputs, item: inputs.addBoolValueInput(item.id, item.label, False, "", False),
+    "button": _button,
     "text": _text,
     "table": _table,
 }

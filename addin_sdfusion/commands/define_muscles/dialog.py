@@ -326,6 +326,8 @@ DIALOG = Dialog(
         _WRAPS,
         _OTHERS,
         _TOOLS,
+        Input("undo", "button", "Undo", "Reverts the last edit in this dialog."),
+        Input("redo", "button", "Redo", "Repeats the edit that was undone last."),
         Input("status", "text", "Status", "Last action, and why OK is disabled.", rows=4),
     ),
 )

@@ -30,6 +30,7 @@ from .dialog import (
 )
 from .editor import MuscleEditor, Pick
 from .entities import Entities
+from .history import History
 from .picks import Picks, plane
 from .preview import draw
 from .tables import edit_cell
@@ -47,6 +48,7 @@ class DefineMuscles(Window):
         self._entities = Entities(design, self._read.snapshot)
         note = "\n".join(f.message for f in self._read.table_findings[:SHOWN])
         self.editor = MuscleEditor(self._read.table, self._read.link_of, note or self._read.note)
+        self._history = History(self.editor)
         self._plane: Plane | None = None
         editor, value, selected = self.editor, inputs.value, inputs.selected
         self._works: dict[str, Callable[[], None]] = {
@@ -78,6 +80,8 @@ class DefineMuscles(Window):
             "copy": self._copy,
             "csv_import": self._import,
             "csv_export": self._export,
+            "undo": self._history.undo,
+            "redo": self._history.redo,
         }
 
     def on_open(self) -> None:
@@ -86,7 +90,7 @@ class DefineMuscles(Window):
 
     def on_change(self, changed: Any) -> None:
         """Edit the muscle table; errors are shown in the status."""
-        name, selected = str(changed.id), None
+        name, selected, before = str(changed.id), None, self._history.state()
         try:
             if name in _FOCUS:
                 if changed.isActive:  # the event is also sent for the deactivated tab
@@ -101,6 +105,8 @@ class DefineMuscles(Window):
                 return
         except CardsflowError as error:
             self.editor.message = str(error)
+        if name not in _UNDO:
+            self._history.record(before, name if self.inputs.is_typed(changed) else "")
         show(self.editor, self.inputs, selected)
 
     def valid(self) -> bool:
@@ -197,6 +203,7 @@ _FOCUS = {
     "tab_others": "other_pick",
     "tab_tools": "plane_pick",
 }
+_UNDO = ("undo", "redo")
 _EDITS = ("up", "down", "insert", "duplicate", "delete")
 
 

@@ -634,7 +634,8 @@ STEPS = st.lists(
     st.one_of(
         st.tuples(st.just("pick"), st.integers(0, 7)),
         st.tuples(
-            st.sampled_from(["up", "down", "insert", "duplicate", "delete"]), st.integers(0, 5)
+            st.sampled_from(["up", "down", "insert", "duplicate", "delete", "undo", "redo"]),
+            st.integers(0, 5),
         ),
         st.tuples(st.just("own"), st.just(0)),
         st.tuples(st.just("muscle"), st.integers(0, 2)),

@@ -86,3 +86,48 @@ def test_a_colour_is_chosen_by_name(fusion: Any, user: User) -> None:
     command.set("palette", "Custom")
     assert command["color"].value == "#123456"
     command.cancel()
+
+
+def test_edits_are_undone_and_redone_in_the_dialog(fusion: Any, user: User) -> None:
+    command = user.define(user.vertex(3), user.circle())
+    shown = [command.table("points")]
+    for text in ("b", "bi", "biceps"):
+        command.set("muscle_name", text)  # one step
+    command.row("points", 2)
+    command.press("delete")
+    shown.append(command.table("points"))
+    command.press("delete_muscle")
+    assert command.items("muscle") == ["+ New muscle"]
+    command.press("undo")
+    assert command.table("points") == shown[1]
+    assert command["muscle_name"].value == "biceps"
+    command.press("undo")
+    assert command.table("points") == shown[0]
+    command.press("undo")
+    assert command["muscle_name"].value == "motor0"
+    command.press("redo")
+    command.press("redo")
+    assert command["muscle_name"].value == "biceps"
+    assert command.table("points") == shown[1]
+    command.press("undo")
+    command.pick("pick", user.own_point())  # an edit discards the undone edits
+    command.press("redo")
+    assert "Nothing can be redone" in command["status"].text
+    for _ in range(4):
+        command.press("undo")
+    assert command.items("muscle") == ["+ New muscle"]
+    command.press("undo")
+    assert "Nothing can be undone" in command["status"].text
+    command.ok()
+    assert user.points().keys() == {"my own point"}
+
+
+def test_buttons_have_a_text(fusion: Any, user: User) -> None:
+    from addin_sdfusion.commands.define_muscles.dialog import DIALOG
+
+    command = user.define()
+    items = [child for top in DIALOG.inputs for child in (top, *top.children)]
+    buttons = [item for item in items if item.kind == "button"]
+    assert {item.id for item in buttons} >= {"undo", "redo", "wrap_delete"}
+    for item in buttons:
+        assert command[item.id].text == command[item.id].name == item.label
