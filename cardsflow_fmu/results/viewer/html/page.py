@@ -11,11 +11,13 @@ from cardsflow_fmu.utils.html_page import html_page, script_element
 
 from .page_data import encode
 
-_PARTS = files(__package__) / "page_parts"
-_SCRIPTS = (
+_HERE = files(__package__)
+SHARED_SCRIPTS = (
     *("decode.js", "bodies.js", "drawing.js", "camera.js", "controls.js", "tooltip.js"),
-    *("plots.js", "muscle_table.js", "stream.js", "replay.js"),
+    *("plots.js", "scene.js"),
 )
+"""Scripts of replays and of pages that simulate."""
+_SCRIPTS = (*SHARED_SCRIPTS, "muscle_table.js", "stream.js", "replay.js")
 
 
 def replay_page(acts: Sequence[Act], *, follows: bool = False) -> str:
@@ -50,5 +52,6 @@ def strict_script(names: Sequence[str]) -> str:
 
 
 def page_part(name: str) -> str:
-    """Return a script or style sheet of pages."""
-    return (_PARTS / name).read_text(encoding="utf-8")
+    """Return a script or style sheet of pages, such as `page.css` or `play_parts/play.css`."""
+    part = _HERE / name if "/" in name else _HERE / "page_parts" / name
+    return part.read_text(encoding="utf-8")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterator
-from importlib.resources import files
 from typing import Any
 
 from addin_sdfusion.robot import Robot
@@ -18,21 +17,17 @@ from cardsflow_fmu.results.viewer.scene.motion import Motion
 from cardsflow_fmu.results.viewer.scene.stage import Stage
 from cardsflow_fmu.utils.html_page import html_page, script_element
 
-from .page import page_part, strict_script
+from .page import SHARED_SCRIPTS, page_part, strict_script
 from .page_data import encode
 
-_ENGINE = files(__package__) / "engine_parts"
 _WORKER = ("module", "drawing", "changes", "analysis", "engine", "worker")
-_SCRIPTS = (
-    *("decode.js", "bodies.js", "drawing.js", "camera.js", "controls.js", "tooltip.js"),
-    *("plots.js", "replay.js"),
-    *("play_analysis.js", "play_panel.js", "play_pointer.js", "play.js"),
-)
+_PLAY = ("analysis", "panel", "pointer", "bar", "play")
+_SCRIPTS = (*SHARED_SCRIPTS, *(f"play_parts/{name}.js" for name in _PLAY))
 
 
 def engine_script(*names: str) -> str:
     """Return scripts of the simulation, such as `client` or `worker`."""
-    return "\n".join((_ENGINE / f"{name}.js").read_text(encoding="utf-8") for name in names)
+    return "\n".join(page_part(f"engine_parts/{name}.js") for name in names)
 
 
 def play_page(experiment: Experiment) -> str:
@@ -52,7 +47,6 @@ def play_page(experiment: Experiment) -> str:
     motion = base64.b64encode(encode([act])).decode()
     extra = {
         "links": dict(_links_of_shapes(robot, stage)),
-        "tensions": [list(stage.tension_range(i)) for i in range(len(robot.muscles))],
         "muscleRadius": 0.004 * stage.reach,
         "hand": _hand(robot),
         "path": experiment.file.parent.as_posix(),
@@ -62,7 +56,7 @@ def play_page(experiment: Experiment) -> str:
     script = "\n".join((strict_script(_SCRIPTS), engine_script("client")))
     return html_page(
         f"{experiment.name} - play",
-        page_part("page.css") + page_part("play.css"),
+        page_part("page.css") + page_part("play_parts/play.css"),
         "<noscript>This page requires JavaScript; allow scripts for it.</noscript>",
         *(f'<script type="text/plain" id="{id_}">{text}</script>' for id_, text in texts.items()),
         script_element(script),

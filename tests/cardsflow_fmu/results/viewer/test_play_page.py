@@ -1,7 +1,6 @@
 """Page that simulates: a user drags, clicks and types."""
 
 import importlib.util
-import time
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
@@ -77,12 +76,12 @@ def test_user_pulls_a_link_cuts_a_cable_and_steps_back(browser: Page, tmp_path: 
     middle = pixels(browser, "play.handNow().map((x, i) => (x + play.pose(1)[9 + i]) / 2)")
     mouse(browser, "Pressed", middle)
     mouse(browser, "Moved", [middle[0] + 80, middle[1]])
-    browser.wait_for("play.client.frame.pull")
-    time.sleep(0.3)
-    assert browser.evaluate("Math.hypot(...play.client.frame.pull.force)") > 1.0
-    assert browser.evaluate("document.querySelectorAll('.label:not([hidden])').length") == 1
-    during = browser.evaluate("[...play.client.frame.tensions]")
-    assert max(abs(a - b) for a, b in zip(before, during, strict=True)) > 1.0  # it resists
+    pull = "Math.hypot(...(play.client.frame.pull?.force ?? [0]))"
+    browser.wait_for(f"{pull} > 1.0")
+    tensions = "play.client.frame.tensions"
+    browser.wait_for(f"{before}.some((f, i) => Math.abs(f - {tensions}[i]) > 1.0)")  # it resists
+    labels = "[...document.querySelectorAll('.label:not([hidden])')].map(l => l.textContent)"
+    browser.wait_for(f"{labels}.length === 1 && / N$/.test({labels}[0])")  # of the last drawn frame
     mouse(browser, "Released", hand)
     browser.wait_for("!play.client.frame.pull")
     browser.click("[aria-label='cut cable_1']")

@@ -197,8 +197,7 @@ def test_panels_follow_the_cursor_and_no_texts_overlap(page: Page, tmp_path: Pat
         for is_open in ("true", "false"):
             page.evaluate(f"document.querySelector('.panel').open = {is_open}")
             page.evaluate("new Promise(done => setTimeout(done, 100))")
-            if size[0] > 400 or is_open == "false":
-                assert page.evaluate(OVERLAPS) == [], (size, is_open)
+            assert page.evaluate(OVERLAPS) == [], (size, is_open)
     page.send(
         "Emulation.setDeviceMetricsOverride",
         width=1400,

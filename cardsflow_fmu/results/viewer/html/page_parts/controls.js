@@ -17,10 +17,15 @@ function addTitle(act, into) {
   }
 }
 
-// Adds one switch for each group with shapes; returns the set of visible groups.
-function addSwitches(motion, changed) {
+// Adds the panel of a page, which is closed at first in a narrow window.
+function addPanel(title) {
   const panel = element("details", document.body, { className: "panel", open: innerWidth > 700 });
-  element("summary", panel, { textContent: "Show" });
+  element("summary", panel, { textContent: title });
+  return panel;
+}
+
+// Adds one switch for each group with shapes, and the legends; returns the set of visible groups.
+function addSwitches(motion, panel, changed) {
   const used = new Set(motion.acts.flatMap(act => act.shapes.map(shape => shape.group))), shown = new Set();
   motion.groups.forEach((name, group) => {
     if (!used.has(group)) return;
@@ -32,7 +37,6 @@ function addSwitches(motion, changed) {
   });
   addLegend(motion, panel);
   addArrowLegend(motion, panel);
-  shown.panel = panel;
   return shown;
 }
 

@@ -23,9 +23,9 @@ class Play {
       force: still("Arrow", "force", [235, 140, 20], 0.006 * act.reach, forces),
       target: still("Sphere", "target", [30, 150, 90], this.targetRadius, group),
     };
-    this.force = element("div", document.body, { className: "label", hidden: true });
     this.played = playAct({ ...act, time: [0] }, 0, 1, drawing);
-    this.played.act.shapes = act.shapes;
+    this.force = element("div", this.played.box, { className: "label", hidden: true });
+    element("span", this.played.box.firstChild, { className: "hint", textContent: "Drag a link to pull it. The ? button lists the keys." });
   }
 
   pose(link, poses = this.client.frame.poses) { return poses.subarray(12 * link, 12 * link + 12); }
@@ -64,9 +64,10 @@ class Play {
     if (colour) shape.colours = { rows: 1, columns: 3, numbers: Float32Array.from(colour) };
   }
 
+  // Returns the colour of a tension, between f_min and the largest tension of a muscle up to now.
   colour(muscle, tension) {
-    const [low, high] = this.data.tensions[muscle], last = this.ramp.length - 1;
-    const part = high > low ? Math.max(0, Math.min(1, (tension - low) / (high - low))) : 0;
+    const { range } = this.panel.scale, last = this.ramp.length - 1;
+    const [low, high] = range(muscle, tension), part = high > low ? Math.max(0, Math.min(1, (tension - low) / (high - low))) : 0;
     return this.ramp[Math.round(part * last)];
   }
 
@@ -122,85 +123,36 @@ class Play {
   }
 }
 
-const SHORTCUTS = [
-  ["Space", "play or pause"], [". and ,", "one step forward or back"], ["Backspace", "reset"],
-  ["← and →", "0.1 s back or forward"], ["+ and -", "faster or slower"], ["1 to 4", "drive mode"],
-  ["drag a link", "pull it with a spring"], ["drag the green ball", "move the end effector's target"],
-  ["drag elsewhere", "turn the view; with Shift: move it"], ["?", "this help"],
-];
-
-function addHelp() {
-  const help = element("div", document.body, { className: "help", hidden: true });
-  for (const [keys, textContent] of SHORTCUTS) {
-    const row = element("div", help);
-    element("kbd", row, { textContent: keys });
-    element("span", row, { textContent });
-  }
-  help.addEventListener("click", () => { help.hidden = true; });
-  return help;
-}
-
-// Adds play, step, reset, history and speed; returns a function that shows a frame.
-function addPlayBar(client, panel) {
-  const bar = element("div", document.body, { className: "bar playing" }), help = addHelp();
-  const button = (textContent, ariaLabel, act) => {
-    const made = element("button", bar, { textContent, ariaLabel, title: ariaLabel });
-    made.addEventListener("click", () => { act(); made.blur(); });
-    return made;
-  };
-  const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
-  const at = step => Math.max(client.frame.first, Math.min(client.frame.last, step));
-  const goTo = step => panel.do(client.goTo(at(step)));
-  const toggle = () => panel.do(client.frame.playing ? client.pause() : client.play());
-  const next = () => panel.do(client.stepOnce()), back = () => goTo(client.frame.step - 1);
-  const reset = () => panel.do(client.reset());
-  const play = button("▶", "play", toggle);
-  button("❘◀", "one step back", back);
-  button("▶❘", "one step", next);
-  button("↺", "reset", reset);
-  const slider = element("input", bar, { type: "range", min: 0, max: 0, step: 1, ariaLabel: "history" });
-  slider.addEventListener("input", () => goTo(slider.valueAsNumber));
-  const output = element("output", bar), speed = element("select", bar, { ariaLabel: "speed" });
-  for (const factor of SPEEDS) element("option", speed, { value: factor, textContent: `${factor} x`, selected: factor === 1 });
-  const setSpeed = factor => { speed.value = factor; panel.do(client.setSpeed(factor)); };
-  speed.addEventListener("change", () => setSpeed(Number(speed.value)));
-  button("?", "help", () => { help.hidden = !help.hidden; });
-  const tenth = Math.max(1, Math.round(0.1 / client.setup.step));
-  const faster = by => setSpeed(SPEEDS[Math.max(0, Math.min(SPEEDS.length - 1, SPEEDS.indexOf(Number(speed.value)) + by))]);
-  const keys = {
-    " ": toggle, ".": next, ",": back, Backspace: reset, "+": () => faster(1), "-": () => faster(-1),
-    ArrowLeft: () => goTo(client.frame.step - tenth), ArrowRight: () => goTo(client.frame.step + tenth),
-    "?": () => { help.hidden = !help.hidden; }, Escape: () => { help.hidden = true; },
-  };
-  Object.keys(MODE_NAMES).forEach((mode, i) => { keys[i + 1] = () => panel.do(client.setMode(mode)); });
-  addEventListener("keydown", event => {
-    if (event.target !== document.body || event.ctrlKey || event.metaKey || !keys[event.key]) return;
-    event.preventDefault();
-    keys[event.key]();
-  });
-  return frame => {
-    play.textContent = frame.playing ? "❚❚" : "▶";
-    Object.assign(slider, { min: frame.first, max: frame.last, value: frame.step });
-    output.textContent = `${frame.time.toFixed(3)} s`;
-  };
+// Returns the value of a signal, such as `tension.NAME`, in a frame.
+function signalOf(play, name) {
+  const { frame } = play.client, { muscles, joints } = play.act, index = (list, key) => list.findIndex(one => one[key] === name);
+  const muscle = index(muscles, "tension"), joint = index(joints, "actual");
+  if (muscle >= 0) return frame.tensions[muscle];
+  return joint >= 0 ? frame.q[joint] : frame.values[play.panel.analysis.columns.get(`plant.${name}`)];
 }
 
 async function startPlay() {
   const text = id => document.getElementById(id).textContent;
-  const canvas = element("canvas", document.body), drawing = new Drawing(canvas);
+  const scene = element("div", document.body, { className: "scene" });
+  const canvas = element("canvas", scene), drawing = new Drawing(canvas);
   const motion = await unpack(text("motion"));
   const client = await EngineClient.open(text("engine"), text("engine-script"));
   const play = new Play(motion, JSON.parse(text("play")), client, drawing);
-  const panel = play.panel = new PlayPanel(client, play.data);
   let stale = true;
   const changed = () => { stale = true; };
-  play.shown = addSwitches(motion, changed);
+  const box = addPanel("Play");
+  box.classList.add("wide");
+  const panel = play.panel = new PlayPanel(client, play.data, motion, box);
+  play.shown = addSwitches({ ...motion, acts: [play.act] }, panel.shown, changed);
   const { clientWidth, clientHeight } = play.played.box;
-  const camera = new Camera(play.played.world, clientWidth / clientHeight || 1);
+  const camera = new Camera(play.played.world, clientWidth / clientHeight || 1), showTip = addTooltip();
+  addViews(camera, box, changed);
   handlePulling(canvas, camera, play);
   camera.handleInput(canvas, changed);
   const pointer = trackPointer(canvas, changed);
   addEventListener("resize", changed);
+  box.addEventListener("toggle", changed);
+  drawing.dark.addEventListener("change", changed);
   const showBar = addPlayBar(client, panel);
   client.onframe = changed;
   client.onfailure = message => { panel.failure = `${message}; step back or reset`; panel.showStatus(); };
@@ -214,6 +166,7 @@ async function startPlay() {
       drawing.begin();
       drawAct(play.played, 0, 1, drawing, camera, play.shown, 0, pointer);
       play.showForce(frame, camera, canvas);
+      showTip(frame.pull ? "" : textAt(pointer, [play.played], camera, play.shown, (act, name) => signalOf(play, name)), pointer);
       document.body.dataset.drawn = frame.time;
     }
     requestAnimationFrame(draw);

@@ -12,16 +12,35 @@ function addSlider(into, name, unit, low, high, value, changed) {
 
 const MODE_NAMES = { reference: "follow the reference", joints: "hold joint targets", task: "drag the end effector", muscles: "muscle commands" };
 
+// Adds the legend of a colour scale that grows with the largest tension; `range(muscle, tension)` returns its ends.
+function addScale(ramp, muscles, into) {
+  const low = Math.min(...muscles.map(muscle => muscle.f_min));
+  let high = -Infinity;
+  const legend = element("div", muscles.length ? into : null, { className: "legend", textContent: "tension, up to the largest one" });
+  element("i", legend).style.background = `linear-gradient(90deg, ${ramp.map(colour => `rgb(${colour})`)})`;
+  const row = element("span", legend), ends = [element("span", row), element("span", row)];
+  const range = (muscle, tension) => {
+    if (tension > high) {
+      high = tension;
+      [low, high].forEach((value, i) => { ends[i].textContent = `${short(value)} N`; });
+    }
+    return [low, high];
+  };
+  return { range };
+}
+
 class PlayPanel {
-  constructor(client, data) {
-    Object.assign(this, { client, data, setup: client.setup });
-    this.box = element("details", document.body, { className: "play", open: innerWidth > 700 });
-    element("summary", this.box, { textContent: "Play" });
-    this.status = element("div", this.box, { className: "status" });
+  constructor(client, data, motion, box) {
+    Object.assign(this, { client, data, box, setup: client.setup });
+    box.classList.add("play");
+    this.status = element("div", null, { className: "status" });
+    this.shown = element("details", box);
+    element("summary", this.shown, { textContent: "Show" });
     this.addModes();
     this.targets = element("fieldset", this.box);
     this.addChanges();
     this.addMuscles();
+    this.scale = addScale(motion.ramp, this.setup.muscles, this.muscles);
     this.analysis = new PlayAnalysis(this);
     this.addFiles();
   }
@@ -101,8 +120,9 @@ class PlayPanel {
   }
 
   addMuscles() {
-    const field = element("fieldset", this.box), table = element("table", field);
+    const field = this.muscles = element("fieldset", this.box, { className: "muscles" });
     element("legend", field, { textContent: "Muscles" });
+    const table = element("table", element("div", field));
     const head = element("tr", table);
     for (const textContent of ["name", "N", "command", "cut"]) element("th", head, { textContent });
     this.rows = this.setup.muscles.map(({ name }) => {
@@ -148,6 +168,7 @@ class PlayPanel {
       tension.textContent = short(frame.tensions[i]);
       command.textContent = short(u);
       command.className = u <= low || high !== null && u >= high ? "bound" : "";
+      command.title = command.className && `at a limit (${short(finiteOr(low, -Infinity))} to ${high === null ? "unlimited" : short(high)})`;
     });
     if (this.box.open) this.analysis.show(frame);
     this.showStatus(frame);

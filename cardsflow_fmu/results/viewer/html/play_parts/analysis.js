@@ -21,8 +21,8 @@ function drawCurves(canvas, curves, marker) {
   };
   if (low <= 0 && high >= 0) line([left, right], [0, 0], "#9aa5b1", 1);
   for (const { x, y, colour } of curves) line(x, y, colour, 1.5);
-  if (marker !== undefined) line([marker, marker], [low, high], "#e08214", 1);
-  context.fillStyle = "#59626f";
+  if (marker !== undefined) line([marker, marker], [low, high], SERIES[1], 1);
+  context.fillStyle = getComputedStyle(canvas).color;
   context.font = `${11 * ratio}px system-ui, sans-serif`;
   context.textBaseline = "top";
   context.fillText(short(high), 2, 1);
@@ -35,8 +35,9 @@ class PlayAnalysis {
     const { client, setup, box } = panel;
     Object.assign(this, { client, setup, muscle: 0, joint: 0, times: [], tensions: [], angles: [], desired: [] });
     this.columns = new Map(setup.columns.map(({ name }, i) => [name, i]));
-    const field = element("fieldset", box), table = element("table", field), head = element("tr", table);
+    const field = element("fieldset", box, { className: "muscles" });
     element("legend", field, { textContent: "Joints" });
+    const table = element("table", element("div", field)), head = element("tr", table);
     for (const textContent of ["name", "position", "torque range"]) element("th", head, { textContent });
     this.rows = setup.coordinates.map(({ name }, i) => {
       const row = element("tr", table, { className: "choice" });
@@ -51,7 +52,7 @@ class PlayAnalysis {
     this.muscleRows = panel.rows.map(({ row }) => row);
     const plots = element("fieldset", box);
     element("legend", plots, { textContent: "Plots" });
-    const plot = () => ({ title: element("div", plots), canvas: element("canvas", plots, { className: "plot" }) });
+    const plot = () => ({ title: element("div", plots), canvas: element("canvas", plots, { className: "curves" }) });
     [this.arms, this.tension, this.angle] = [plot(), plot(), plot()];
     this.select(0, 0);
   }
@@ -76,17 +77,18 @@ class PlayAnalysis {
     if (!muscles.length || !coordinates.length) return;
     const muscle = muscles[this.muscle], joint = coordinates[this.joint];
     if (this.curve) {
-      const { q, arms } = this.curve, changes = Math.min(...arms) < 0 && Math.max(...arms) > 0;
+      const { q, arms } = this.curve, isLimited = joint.lower !== null && joint.upper !== null;
+      const changes = isLimited && Math.min(...arms) < 0 && Math.max(...arms) > 0;
       this.arms.title.textContent = `moment arm of ${muscle.name} about ${joint.name}${changes ? ": changes sign" : ""}`;
       this.arms.title.className = changes ? "bound" : "";
-      drawCurves(this.arms.canvas, [{ x: q, y: arms, colour: "#2d6cdf" }], frame.q[this.joint]);
+      drawCurves(this.arms.canvas, [{ x: q, y: arms, colour: SERIES[0] }], frame.q[this.joint]);
     }
     this.record(frame, joint.name);
     this.tension.title.textContent = `tension of ${muscle.name}: ${short(frame.tensions[this.muscle])} N`;
-    drawCurves(this.tension.canvas, [{ x: this.times, y: this.tensions, colour: "#2d6cdf" }]);
+    drawCurves(this.tension.canvas, [{ x: this.times, y: this.tensions, colour: SERIES[0] }]);
     this.angle.title.textContent = `position of ${joint.name}: ${short(frame.q[this.joint])} ${joint.unit}`;
     drawCurves(this.angle.canvas, [
-      { x: this.times, y: this.desired, colour: "#1e965a" }, { x: this.times, y: this.angles, colour: "#2d6cdf" }]);
+      { x: this.times, y: this.desired, colour: SERIES[2] }, { x: this.times, y: this.angles, colour: SERIES[0] }]);
   }
 
   // Adds the values of a frame; going back removes the later ones.
