@@ -46,6 +46,9 @@ DEFINE = Example(
         "wrap_name": "elbow_l",
         "wrap_link": "upper_arm_l",
         "mirror_all": True,
+        "motion_joint": "elbow_l",
+        "motion_percent": 50.0,
+        "motion_at": "70.0° of 0.0° to 140.0°",
         "status": "Point 2 of biceps_l is on link forearm_l.",
     },
     cells={
@@ -64,6 +67,10 @@ DEFINE = Example(
             ("triceps_l", "10", "250", "ideal", "4, 388.2 mm"),
         ),
         "wrap_uses": (("biceps_l", "1", "Shorter path", "0"), ("triceps_l", "0", "Turning +", "0")),
+        "motion": (
+            ("biceps_l", "378.4 mm", "-33.3", "34.1", "▂▃▄▅▆▇███▇▆▅▃ 17.2 to 38.9"),
+            ("triceps_l", "412.0 mm", "+23.8", "-21.0", "▁▁▁▁▁▁▁▁▁▁▁▁▁ -21.0 to -21.0"),
+        ),
         "others": ((TASK, "hand_l", "hand_l"), (MARKER, "elbow_led", "forearm_l")),
     },
     choices={

@@ -199,7 +199,7 @@ def picture() -> None:
     if chromium is None:
         sys.exit("there is no Chromium on this machine")
     PICTURE.parent.mkdir(exist_ok=True)
-    PICTURE.write_bytes(_shot(chromium, page(), (2400, 2060), 64))
+    PICTURE.write_bytes(_shot(chromium, page(), (2400, 3000), 64))
     for dialog, example in DIALOGS:
         tab = next((item for item in dialog.inputs if item.kind == "tab"), None)
         body = f"<style>body {{ margin: 6px; zoom: 0.75 }}</style>{_window(dialog, example, tab)}"

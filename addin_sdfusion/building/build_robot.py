@@ -97,6 +97,26 @@ def link_of(snapshot: DesignSnapshot) -> Mapping[str, str]:
     return find_links(snapshot).of_occurrence
 
 
+def moving_robot(snapshot: DesignSnapshot) -> tuple[Robot | None, str]:
+    """Return the links and joints of a design, for motion only.
+
+    The world frame is the root frame of the design. The robot has no muscles, and its masses are
+    not valid if the snapshot has none.
+
+    Returns:
+        The robot, or None if the joints are invalid; and the first error on the joints, or an
+        empty string.
+    """
+    wrong = snapshot_findings(snapshot)
+    if not wrong:
+        building = _RobotBuilder(reverse_coordinates(snapshot))
+        if building.has_links:
+            return building.build_moving()
+        wrong = building.findings
+    errors = [finding.message for finding in wrong if finding.is_error]
+    return None, errors[0] if errors else "The design has no links."
+
+
 class _RobotBuilder:
     """Builder of one robot from a design with z up."""
 
@@ -156,6 +176,16 @@ class _RobotBuilder:
             base,
             self._tree.loops,
         )
+
+    def build_moving(self) -> tuple[Robot | None, str]:
+        """Return the robot without muscles, or None and the first error on the joints."""
+        joints, uncoupled = add_couplings(self._frames.joints, self._snapshot.couplings)
+        joints, unset = override_joint_settings(joints, self._snapshot.settings)
+        found = [*self.findings, *self._tree.findings, *self._loops.findings, *uncoupled, *unset]
+        for finding in found:
+            if finding.is_error:
+                return None, finding.message
+        return self._robot(RobotMuscles((), (), (), ()), joints), ""
 
     def _without_empty_links(self, links: Links, edges: Edges) -> Links:
         """Return the links that have bodies, joints or mass; report the others."""

@@ -25,6 +25,7 @@ INSIDE = "Inside"
 MODELS = tuple(MUSCLE_LAWS)
 """Muscle laws that can be simulated; imported tables may contain others."""
 NO_SURFACE = "(none yet)"
+NO_JOINT = "(no moving joints)"
 OTHER_COLOR = "Custom"
 
 _POINTS = (
@@ -311,6 +312,33 @@ _ALL = Input(
     ),
 )
 
+_MOTION = Input(
+    "tab_motion",
+    "tab",
+    "Motion",
+    children=(
+        Input("motion_joint", "dropdown", "Joint", "The joint that moves.", options=(NO_JOINT,)),
+        Input(
+            "motion_percent",
+            "number",
+            "Position [%]",
+            "Position in the range of the joint: 0 is its lower limit, 100 its upper limit. Parts "
+            "of the design do not move.",
+        ),
+        Input("motion_at", "text", "Position", "Position and range of the joint."),
+        Input(
+            "motion",
+            "table",
+            "Muscles",
+            "Length of each muscle at this position, its change since the pose of the design, and "
+            "its moment arm: torque at the joint per unit of muscle force.",
+            columns=("Muscle", "Length", "Change [mm]", "Arm [mm]", "Arm over the range [mm]"),
+            widths=(3, 3, 2, 2, 5),
+            rows=16,
+        ),
+    ),
+)
+
 DIALOG = Dialog(
     id="cardsflowDefineMuscles",
     folder="define_muscles",
@@ -319,6 +347,7 @@ DIALOG = Dialog(
     description="Each point belongs to the link of the clicked part. Muscles, task points, markers "
     "and wrap surfaces are stored in the design. The rest of the design is not changed. One undo "
     "reverts everything.",
+    size=(520, 640),
     edits=True,
     inputs=(
         _MUSCLES,
@@ -326,6 +355,7 @@ DIALOG = Dialog(
         _WRAPS,
         _OTHERS,
         _TOOLS,
+        _MOTION,
         Input("undo", "button", "Undo", "Reverts the last edit in this dialog."),
         Input("redo", "button", "Redo", "Repeats the edit that was undone last."),
         Input("status", "text", "Status", "Last action, and why OK is disabled.", rows=4),

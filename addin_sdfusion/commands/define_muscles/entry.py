@@ -31,6 +31,7 @@ from .dialog import (
 from .editor import MuscleEditor, Pick
 from .entities import Entities
 from .history import History
+from .motion import MotionTab
 from .picks import Picks, plane
 from .preview import draw
 from .tables import edit_cell
@@ -49,6 +50,7 @@ class DefineMuscles(Window):
         note = "\n".join(f.message for f in self._read.table_findings[:SHOWN])
         self.editor = MuscleEditor(self._read.table, self._read.link_of, note or self._read.note)
         self._history = History(self.editor)
+        self._motion = MotionTab(self._read.snapshot)
         self._plane: Plane | None = None
         editor, value, selected = self.editor, inputs.value, inputs.selected
         self._works: dict[str, Callable[[], None]] = {
@@ -95,6 +97,8 @@ class DefineMuscles(Window):
             if name in _FOCUS:
                 if changed.isActive:  # the event is also sent for the deactivated tab
                     self.inputs[_FOCUS[name]].hasFocus = True  # it receives the next click
+            elif name in _MOTION:
+                pass  # only the view changes
             elif name in _EDITS:
                 selected = self.editor.edit_point(name, self.inputs.selected("points"))
             elif name in self._works:
@@ -108,6 +112,7 @@ class DefineMuscles(Window):
         if name not in _UNDO:
             self._history.record(before, name if self.inputs.is_typed(changed) else "")
         show(self.editor, self.inputs, selected)
+        self._motion.show(self.inputs, self.editor.table)
 
     def valid(self) -> bool:
         """Return whether the table can be written."""
@@ -203,6 +208,7 @@ _FOCUS = {
     "tab_others": "other_pick",
     "tab_tools": "plane_pick",
 }
+_MOTION = ("tab_motion", "motion_joint", "motion_percent")
 _UNDO = ("undo", "redo")
 _EDITS = ("up", "down", "insert", "duplicate", "delete")
 

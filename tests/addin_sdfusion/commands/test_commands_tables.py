@@ -131,3 +131,35 @@ def test_buttons_have_a_text(fusion: Any, user: User) -> None:
     assert {item.id for item in buttons} >= {"undo", "redo", "wrap_delete"}
     for item in buttons:
         assert command[item.id].text == command[item.id].name == item.label
+
+
+def test_a_tab_shows_muscles_while_a_joint_moves(fusion: Any, user: User) -> None:
+    command = user.define(user.vertex(3), user.circle())
+    before = command.table("points")
+    length = command["length"].text.split(", ")[1]
+    command.tab("tab_motion")
+    assert command.items("motion_joint") == ["shoulder"]
+    (row,) = command.table("motion")[1:]
+    assert row[:3] == ["motor0", length, "+0.0"]
+    seen = {row[3]}
+    for percent in (0.0, 75.0, 100.0):
+        command.set("motion_percent", percent)
+        (row,) = command.table("motion")[1:]
+        seen.add(row[3])
+        assert float(row[1].split()[0]) - float(length.split()[0]) == pytest.approx(
+            float(row[2]), abs=0.11
+        )
+    assert len(seen) > 2
+    assert command["motion_at"].text == "180.0° of -180.0° to 180.0°"
+    assert command.table("points") == before
+    command.cancel()
+
+
+def test_the_motion_tab_reports_that_no_joint_moves(fusion: Any, addin: Any) -> None:
+    from fake_fusion import Builder
+
+    Builder("empty").done()
+    command = fusion.run_command("cardsflowDefineMuscles")
+    command.tab("tab_motion")
+    assert "the design has no components" in command["motion_at"].text
+    command.cancel()

@@ -1,0 +1,71 @@
+"""Tab Motion of the dialog: lengths and moment arms of the muscles while a joint moves."""
+
+from __future__ import annotations
+
+import math
+
+from ...building.build_robot import moving_robot
+from ...muscles.motion import JointSweep
+from ...muscles.table import MuscleTable
+from ...robot.model.robot import Robot
+from ...snapshot import DesignSnapshot
+from ..inputs import Cell, Inputs
+from .dialog import NO_JOINT
+
+
+class MotionTab:
+    """Tab Motion; the robot is built when the tab is first shown."""
+
+    def __init__(self, snapshot: DesignSnapshot) -> None:
+        self._snapshot = snapshot
+        self._robot: Robot | None = None
+        self._problem = ""
+        self._sweep: JointSweep | None = None
+
+    def show(self, inputs: Inputs, table: MuscleTable) -> None:
+        """Show all muscles at the chosen position of the chosen joint, if the tab is open."""
+        if not inputs["tab_motion"].isActive:
+            return
+        if self._robot is None and not self._problem:
+            self._robot, self._problem = moving_robot(self._snapshot)
+        coordinates = self._robot.coordinates if self._robot else ()
+        names = tuple(c.name for c in coordinates) or (NO_JOINT,)
+        chosen = inputs.value("motion_joint")
+        inputs.choose("motion_joint", names, chosen if chosen in names else names[0])
+        name = inputs.value("motion_joint")
+        coordinate = next((c for c in coordinates if c.name == name), None)
+        if self._robot is None or coordinate is None:
+            inputs.set("motion_at", self._problem or "No joint of the design moves.")
+            inputs.fill("motion", [])
+            return
+        if self._sweep is None or self._sweep.coordinate != coordinate:
+            self._sweep = JointSweep(self._robot, coordinate)
+            low, high = self._sweep.range()
+            share = (coordinate.initial - low) / (high - low) if high > low else 0.0
+            inputs.set("motion_percent", 100.0 * min(max(share, 0.0), 1.0))
+        self._fill(inputs, table, self._sweep)
+
+    def _fill(self, inputs: Inputs, table: MuscleTable, sweep: JointSweep) -> None:
+        low, high = sweep.range()
+        q = low + (high - low) * min(float(inputs.value("motion_percent")), 100.0) / 100.0
+        turns = sweep.coordinate.unit == "rad"
+        scale, unit = (180.0 / math.pi, "°") if turns else (1000.0, " mm")
+        where = f"{scale * q:.1f}{unit} of {scale * low:.1f}{unit} to {scale * high:.1f}{unit}"
+        if sweep.robot.loops:
+            where += "; closed loops are open while the joint moves"
+        inputs.set("motion_at", where)
+        rows = []
+        for row in table.rows:
+            at = sweep.muscle(table, row.name, q)
+            low_arm, high_arm = min(at.arms), max(at.arms)
+            plot = f"{at.plot} {_arm(low_arm, turns)} to {_arm(high_arm, turns)}"
+            change = f"{1000.0 * at.change:+.1f}"
+            texts = (row.name, at.path.length_text, change, _arm(at.arm, turns), plot)
+            rows.append([Cell(text) for text in texts])
+        inputs.fill("motion", rows)
+
+
+def _arm(arm: float, turns: bool) -> str:
+    """Return a moment arm in [mm], or without unit for a sliding joint."""
+    text = f"{1000.0 * arm:.1f}" if turns else f"{arm:.3f}"
+    return text if float(text) else text.lstrip("-")

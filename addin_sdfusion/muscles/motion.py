@@ -1,0 +1,106 @@
+"""Lengths and moment arms of muscles while one joint moves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from ..robot.model.joint import Coordinate
+from ..robot.model.link_poses import link_poses
+from ..robot.model.pose import Pose
+from ..robot.model.robot import Robot
+from ..robot.model.rotations import rotation
+from ..robot.model.transform import Transform
+from .path import MusclePath, path_of
+from .table import MuscleTable
+
+SAMPLES = 13
+"""Number of positions of the plot over the range."""
+_STEP = 1e-5  # of the central difference, in [rad] or [m]
+_UNLIMITED = {"rad": math.pi, "m": 0.1}
+_BARS = "▁▂▃▄▅▆▇█"
+
+
+@dataclass(frozen=True, slots=True)
+class MuscleMotion:
+    """A muscle at one position of a joint.
+
+    Attributes:
+        path: The path at this position.
+        change: Change of length since the pose of the design, in [m].
+        arm: Moment arm -dl/dq, in [m], or dimensionless for a sliding coordinate.
+        arms: Moment arms at `SAMPLES` positions from the lower to the upper end of the range.
+    """
+
+    path: MusclePath
+    change: float
+    arm: float
+    arms: tuple[float, ...]
+
+    @property
+    def plot(self) -> str:
+        """The moment arms over the range as bars, from the smallest to the largest one."""
+        low, high = min(self.arms), max(self.arms)
+        if high - low <= 1e-9:
+            return _BARS[0] * len(self.arms)
+        scale = (len(_BARS) - 1) / (high - low)
+        return "".join(_BARS[round(scale * (arm - low))] for arm in self.arms)
+
+
+@dataclass
+class JointSweep:
+    """Motion of a robot about or along one coordinate; the others keep the pose of the design.
+
+    Attributes:
+        robot: Robot whose world frame is the root frame of the design. Muscles, masses and loops
+            are not used.
+        coordinate: The coordinate that moves.
+    """
+
+    robot: Robot
+    coordinate: Coordinate
+    _moved: dict[float, Mapping[str, Transform]] = field(default_factory=dict)
+
+    def range(self) -> tuple[float, float]:
+        """Return the limits, in [rad] or [m]; ±180° or ±100 mm about the pose if unlimited."""
+        c = self.coordinate
+        wide = _UNLIMITED[c.unit]
+        low = c.lower if math.isfinite(c.lower) else min(c.initial, c.upper) - wide
+        high = c.upper if math.isfinite(c.upper) else max(c.initial, c.lower) + wide
+        return low, high
+
+    def muscle(self, table: MuscleTable, muscle: str, q: float) -> MuscleMotion:
+        """Return a muscle at a value of the coordinate, in [rad] or [m]."""
+        low, high = self.range()
+        samples = (low + (high - low) * k / (SAMPLES - 1) for k in range(SAMPLES))
+        path = path_of(table, muscle, self._displacements(q))
+        return MuscleMotion(
+            path,
+            path.length - path_of(table, muscle).length,
+            self._arm(table, muscle, q),
+            tuple(self._arm(table, muscle, x) for x in samples),
+        )
+
+    def _arm(self, table: MuscleTable, muscle: str, q: float) -> float:
+        before, after = (
+            path_of(table, muscle, self._displacements(x)).length for x in (q - _STEP, q + _STEP)
+        )
+        return (before - after) / (2.0 * _STEP)
+
+    def _displacements(self, q: float) -> Mapping[str, Transform]:
+        """Return the displacement of each link from the pose of the design, in the root frame."""
+        if q not in self._moved:
+            at = {c.name: c.initial for c in self.robot.coordinates}
+            before = link_poses(self.robot, at)
+            after = link_poses(self.robot, at | {self.coordinate.name: q})
+            self._moved[q] = {
+                link: _transform(T).compose(_transform(before[link]).inverse())
+                for link, T in after.items()
+                if before[link] != T
+            }
+        return self._moved[q]
+
+
+def _transform(pose: Pose) -> Transform:
+    return Transform(rotation(pose.rpy), pose.position)
