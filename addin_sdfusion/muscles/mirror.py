@@ -44,9 +44,19 @@ class Plane:
 
     def mirrored(self, p: Vector3) -> Vector3:
         """Return the mirror image of a point, in [m]."""
+        return self._shifted(p, dot(subtract(p, self.point), normalized(self.normal)))
+
+    def mirrored_direction(self, v: Vector3) -> Vector3:
+        """Return the mirror image of a direction."""
+        return self._shifted(v, dot(v, normalized(self.normal)))
+
+    def _shifted(self, p: Vector3, distance: float) -> Vector3:
         n = normalized(self.normal)
-        d = 2.0 * dot(subtract(p, self.point), n)
-        return p[0] - d * n[0], p[1] - d * n[1], p[2] - d * n[2]
+        return (
+            p[0] - 2.0 * distance * n[0],
+            p[1] - 2.0 * distance * n[1],
+            p[2] - 2.0 * distance * n[2],
+        )
 
 
 def other_side(name: str) -> str | None:
@@ -119,7 +129,7 @@ def mirror_muscle(
     table = table.delete_muscle(name).with_muscle(replace(row, name=name, color=color))
     first = min((point.number for point in points), default=0)
     table = table.with_points(name, points, first)
-    return _mirror_wraps(table, muscle, name, findings)
+    return _mirror_wraps(table, muscle, name, plane, findings)
 
 
 def _image_name(table: MuscleTable, muscle: str) -> str:
@@ -136,7 +146,7 @@ def _image_name(table: MuscleTable, muscle: str) -> str:
 
 
 def _mirror_wraps(
-    table: MuscleTable, muscle: str, image: str, findings: list[Finding]
+    table: MuscleTable, muscle: str, image: str, plane: Plane, findings: list[Finding]
 ) -> tuple[MuscleTable, list[Finding]]:
     """Return the table in which the image wraps over the surfaces of the other side."""
     wraps = {wrap.name: wrap for wrap in table.wraps}
@@ -149,6 +159,9 @@ def _mirror_wraps(
             )
             findings.append(finding("warning", "wrap-not-mirrored", message, "muscle", image))
             continue
-        turned = WrapUse(image, use.after, _MIRRORED_SIDE[use.side], use.turns, use.inside)
+        # A mirrored rotation turns the other way, unless the axis of the face is reversed too.
+        same = dot(plane.mirrored_direction(wrap.face.axis), other.face.axis) >= 0.0
+        side = _MIRRORED_SIDE[use.side] if same else use.side
+        turned = WrapUse(image, use.after, side, use.turns, use.inside)
         wraps[other.name] = replace(other, muscles=(*other.muscles, turned))
     return replace(table, wraps=tuple(wraps[wrap.name] for wrap in table.wraps)), findings

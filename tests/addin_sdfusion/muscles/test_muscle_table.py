@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -27,6 +28,7 @@ from addin_sdfusion.muscles.csv_reader import COLUMNS, read_csv
 from addin_sdfusion.muscles.csv_writer import csv_text
 from addin_sdfusion.muscles.design_table import read_table
 from addin_sdfusion.muscles.mirror import Plane, mirror_muscle, other_side
+from addin_sdfusion.muscles.path import path_of
 from addin_sdfusion.muscles.table import MuscleTable, PointRow, WrapRow, by_name
 from addin_sdfusion.robot.errors import InputError
 from addin_sdfusion.robot.finding import Finding
@@ -393,6 +395,28 @@ def test_a_muscle_is_mirrored() -> None:
     ]
     assert table.row("biceps_r").f_max == 123.0  # type: ignore[union-attr]
     assert table.wraps[1].muscles == (WrapUse("biceps_r", 0, -1),)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("shape", ["cylinder", "sphere"])
+def test_a_mirrored_muscle_passes_the_same_side_of_its_surface(shape: Any, sign: float) -> None:
+    """Fusion may report either direction of an axis; the drawn path must be the mirror image."""
+    for axis in ((0.0, 0.6, 0.8), (0.8, 0.0, 0.6)):
+        z = (0.0, 0.0, 1.0) if shape == "sphere" else axis
+        left = SurfaceSnapshot("l:1", shape, 0.05, (0.25, 0.1, 0.15), z, 0.5, "l")
+        centre, other = YZ.mirrored(left.centre), YZ.mirrored_direction(z)
+        other = z if shape == "sphere" else tuple(sign * v for v in other)
+        right = replace(left, centre=centre, axis=other, entity="r")
+        uses = (WrapUse("biceps_l", 0, 1, 1),)
+        wraps = (
+            WrapRow("elbow_l", "arm_l", uses, face=left),
+            WrapRow("elbow_r", "arm_r", face=right),
+        )
+        table = replace(biceps(), wraps=wraps)
+        table, _ = mirror_muscle(table, "biceps_l", YZ, {"torso", "arm_l", "arm_r"})
+        image = [YZ.mirrored(p) for p in path_of(table, "biceps_l").points]
+        assert len(image) > 60  # the path touches the surface
+        assert np.array(path_of(table, "biceps_r").points) == pytest.approx(np.array(image))
 
 
 def test_an_unknown_mirrored_link_is_a_finding_and_nothing_changes() -> None:
