@@ -6,7 +6,7 @@ A word at the beginning or end of a name specifies the side: `arm_l`, `left_arm`
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -15,9 +15,12 @@ from ..robot.finding import Finding
 from ..robot.model.pose import Vector3
 from ..robot.model.robot import WORLD
 from ..robot.model.rotations import dot, normalized, subtract
-from ..snapshot import WrapUse
+from ..snapshot import SurfaceSnapshot, WrapUse
 from .checks import finding
-from .table import MuscleTable, PointRow
+from .table import MuscleTable, PointRow, WrapRow
+
+FindFace = Callable[[str, SurfaceSnapshot], SurfaceSnapshot | None]
+"""Function that finds the only face of a link with the shape and place of a surface."""
 
 _OTHER = {"l": "r", "left": "right"}
 _OTHER |= {right: left for left, right in _OTHER.items()}
@@ -83,6 +86,7 @@ def mirror_muscle(
     plane: Plane,
     links: Collection[str],
     replace_existing: bool = False,
+    find_face: FindFace = lambda link, face: None,
 ) -> tuple[MuscleTable, list[Finding]]:
     """Return the table with the mirror image of a muscle added.
 
@@ -95,6 +99,7 @@ def mirror_muscle(
         links: Names of all links.
         replace_existing: Whether to replace an existing muscle with the name of the image;
             otherwise it is an error.
+        find_face: Finds the face of a wrap surface that has no counterpart yet.
 
     Returns:
         The new table, or the unchanged table if there are errors, and the findings.
@@ -129,6 +134,7 @@ def mirror_muscle(
     table = table.delete_muscle(name).with_muscle(replace(row, name=name, color=color))
     first = min((point.number for point in points), default=0)
     table = table.with_points(name, points, first)
+    table = _with_counterparts(table, muscle, plane, find_face)
     return _mirror_wraps(table, muscle, name, plane, findings)
 
 
@@ -145,13 +151,41 @@ def _image_name(table: MuscleTable, muscle: str) -> str:
     return f"{muscle}_mirrored"
 
 
+def _with_counterparts(
+    table: MuscleTable, muscle: str, plane: Plane, find_face: FindFace
+) -> MuscleTable:
+    """Return the table with the surfaces of the other side that a muscle needs."""
+    for wrap, _ in table.wraps_of(muscle):
+        name, link = _other_surface(wrap), other_side(wrap.link)
+        if name is None or link is None or any(other.name == name for other in table.wraps):
+            continue
+        image = replace(
+            wrap.face,
+            centre=plane.mirrored(wrap.face.centre),
+            axis=plane.mirrored_direction(wrap.face.axis),
+        )
+        face = None if wrap.lost else find_face(link, image)
+        if face is not None:
+            row = WrapRow(name, link, occurrence=face.occurrence, face=face)
+            table = replace(table, wraps=(*table.wraps, row))
+    return table
+
+
+def _other_surface(wrap: WrapRow) -> str | None:
+    """Return the name of a surface on the other side; None if its name does not contain a side."""
+    link = other_side(wrap.link)
+    if link is not None and wrap.name.startswith(wrap.link):
+        return link + wrap.name[len(wrap.link) :]
+    return other_side(wrap.name)
+
+
 def _mirror_wraps(
     table: MuscleTable, muscle: str, image: str, plane: Plane, findings: list[Finding]
 ) -> tuple[MuscleTable, list[Finding]]:
     """Return the table in which the image wraps over the surfaces of the other side."""
     wraps = {wrap.name: wrap for wrap in table.wraps}
     for wrap, use in table.wraps_of(muscle):
-        other = wraps.get(other_side(wrap.name) or wrap.name)
+        other = wraps.get(_other_surface(wrap) or wrap.name)
         if other is None or (other.name == wrap.name and other_side(wrap.link)):
             message = (
                 f"muscle {image!r} has no counterpart of surface {wrap.name!r} on its side; pick "

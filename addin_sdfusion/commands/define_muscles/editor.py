@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from ...muscles.mirror import Plane, mirror_muscle, other_side
+from ...muscles.mirror import FindFace, Plane, mirror_muscle, other_side
 from ...muscles.point_names import natural_key
 from ...muscles.table import MuscleTable, PointRow, WrapRow, change_uses, free_name
 from ...robot.errors import InputError
@@ -307,7 +307,9 @@ class MuscleEditor:
 
     # Mirror and CSV
 
-    def mirror(self, plane: Plane, every: bool, replace_existing: bool) -> None:
+    def mirror(
+        self, plane: Plane, every: bool, replace_existing: bool, find_face: FindFace
+    ) -> None:
         """Mirror the chosen muscle, or all muscles of its side, to the other side."""
         muscles = [self.muscle] if self.muscle else []
         if every:
@@ -316,7 +318,9 @@ class MuscleEditor:
         texts: list[str] = []
         made: list[str] = []
         for muscle in muscles:
-            table, found = mirror_muscle(self.table, muscle, plane, self.links, replace_existing)
+            table, found = mirror_muscle(
+                self.table, muscle, plane, self.links, replace_existing, find_face
+            )
             texts += [finding.message for finding in found]
             before = self.table.points_of
             made += [r.name for r in table.rows if table.points_of(r.name) != before(r.name)]

@@ -13,6 +13,7 @@ from ...muscles.table import NAMED_COLORS
 from ...robot import limits
 from ...robot.errors import CardsflowError, InputError
 from ...robot.files import read_file, write_files
+from ...snapshot import SurfaceSnapshot
 from .. import clipboard
 from ..command import Command, Window
 from ..guard import chosen_file
@@ -32,7 +33,7 @@ from .editor import MuscleEditor, Pick
 from .entities import Entities
 from .history import History
 from .motion import MotionTab
-from .picks import Picks, plane
+from .picks import Picks, faces_at, plane
 from .preview import draw
 from .tables import edit_cell
 from .view import SHOWN, show
@@ -168,7 +169,15 @@ class DefineMuscles(Window):
         if at is None:
             raise InputError("Pick a flat face or construction plane first.")
         every, again = self.inputs.value("mirror_all"), self.inputs.value("mirror_replace")
-        self.editor.mirror(at, every, again)
+        self.editor.mirror(at, every, again, self._find_face)
+
+    def _find_face(self, link: str, image: SurfaceSnapshot) -> SurfaceSnapshot | None:
+        """Return the only face of a link at the place of a mirrored surface."""
+        entities = faces_at(self.design, link, image, self.editor.link_of)
+        if len(entities) != 1:
+            return None
+        pick = self._picks.surface(entities[0], self._entities.face_key)
+        return None if pick.problem else pick.face
 
     def _import(self) -> None:
         file = chosen_file("Import muscles", "Tables (*.csv;*.txt);;All files (*.*)")

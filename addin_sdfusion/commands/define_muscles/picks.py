@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
 import adsk.core
 import adsk.fusion
 
+from ...fusion.occurrences import every_occurrence
 from ...fusion.units import CM
 from ...muscles.mirror import Plane
 from ...robot.errors import InputError
 from ...robot.model.pose import Vector3
+from ...robot.model.rotations import cross, subtract
 from ...snapshot import SurfaceSnapshot
 from .editor import HANDLE, Pick
+
+_SAME = 1e-5  # [m]
+_SAME_DIRECTION = 1e-4  # [rad]
 
 
 class Picks:
@@ -84,6 +90,39 @@ class Picks:
             "The picked entity does not define a point; pick a vertex, circle, sketch point, "
             "construction point, sphere or torus."
         )
+
+
+def faces_at(
+    design: Any, link: str, surface: SurfaceSnapshot, link_of: Mapping[str, str]
+) -> list[Any]:
+    """Return the faces of a link that have the shape and place of a surface.
+
+    Args:
+        design: The design.
+        link: Name of the link.
+        surface: A cylinder or sphere in the root frame; its length is not compared.
+        link_of: Link of each occurrence, by path.
+    """
+    return [
+        face
+        for occurrence in every_occurrence(design.rootComponent)
+        if link_of.get(occurrence.fullPathName) == link
+        for body in occurrence.bRepBodies
+        for face in body.faces
+        if _has_place(face.geometry, surface)
+    ]
+
+
+def _has_place(shape: Any, surface: SurfaceSnapshot) -> bool:
+    kind = adsk.core.Sphere if surface.shape == "sphere" else adsk.core.Cylinder
+    if not isinstance(shape, kind) or abs(shape.radius * CM - surface.radius) > _SAME:
+        return False
+    apart = subtract(_metres(shape.origin), surface.centre)
+    if surface.shape == "sphere":
+        return math.hypot(*apart) <= _SAME
+    axis = shape.axis.x, shape.axis.y, shape.axis.z
+    parallel = math.hypot(*cross(axis, surface.axis)) <= _SAME_DIRECTION
+    return parallel and math.hypot(*cross(apart, surface.axis)) <= _SAME
 
 
 def plane(entity: Any) -> Plane:

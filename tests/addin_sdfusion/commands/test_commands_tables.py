@@ -163,3 +163,41 @@ def test_the_motion_tab_reports_that_no_joint_moves(fusion: Any, addin: Any) -> 
     command.tab("tab_motion")
     assert "the design has no components" in command["motion_at"].text
     command.cancel()
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_wrap_surfaces_are_mirrored_with_their_muscle(fusion: Any, addin: Any, count: int) -> None:
+    """The face of the other side is found by its place; several candidates are not used."""
+    from fake_fusion import Builder
+    from fake_fusion.maths import translation
+
+    build = Builder("sides")
+    torso = build.place("torso", grounded=True)
+    build.box(torso, (2.0, 2.0, 2.0))
+    for side, x in (("l", 5.0), ("r", -5.0)):
+        arm = build.place(f"arm_{side}", translation((x, 0.0, 0.0)))
+        build.box(arm, (1.0, 1.0, 1.0))
+        build.cylinder(arm, 0.4, 3.0)
+        if side == "r" and count == 2:
+            build.cylinder(arm, 0.4, 3.0)
+        build.rigid_group(f"EXPORT_arm_{side}", [arm])
+    build.rigid_group("EXPORT_torso", [torso])
+    build.done()
+    user = User(fusion)
+    command = user.define(user.vertex(0), user.body("arm_l").vertices.item(1))
+    command.set("muscle_name", "biceps_l")
+    command.pick("wrap_pick", User(fusion).body("arm_l", 1).faces.item(0))
+    command.press("use_add")
+    command.press("mirror")
+    wraps = command.items("wrap")
+    if count == 2:
+        assert wraps == ["arm_l_cylinder"]
+        assert "has no counterpart of surface 'arm_l_cylinder'" in command["status"].text
+        command.cancel()
+        return
+    assert wraps == ["arm_l_cylinder", "arm_r_cylinder"]
+    command.ok()
+    face = user.body("arm_r", 1).faces.item(0)
+    stored = json.loads(face.attributes.itemByName("CARDSFlow", "wrap").value)
+    assert stored["name"] == "arm_r_cylinder"
+    assert [use["muscle"] for use in stored["muscles"]] == ["biceps_r"]
