@@ -61,6 +61,8 @@ class JointSweep:
     robot: Robot
     coordinate: Coordinate
     _moved: dict[float, Mapping[str, Transform]] = field(default_factory=dict)
+    _table: MuscleTable | None = None
+    _arms: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
     def range(self) -> tuple[float, float]:
         """Return the limits, in [rad] or [m]; ±180° or ±100 mm about the pose if unlimited."""
@@ -72,15 +74,24 @@ class JointSweep:
 
     def muscle(self, table: MuscleTable, muscle: str, q: float) -> MuscleMotion:
         """Return a muscle at a value of the coordinate, in [rad] or [m]."""
-        low, high = self.range()
-        samples = (low + (high - low) * k / (SAMPLES - 1) for k in range(SAMPLES))
         path = path_of(table, muscle, self._displacements(q))
         return MuscleMotion(
             path,
             path.length - path_of(table, muscle).length,
             self._arm(table, muscle, q),
-            tuple(self._arm(table, muscle, x) for x in samples),
+            self._over_range(table, muscle),
         )
+
+    def _over_range(self, table: MuscleTable, muscle: str) -> tuple[float, ...]:
+        """Return the moment arms over the range, computed once for each table."""
+        if self._table is not table:
+            self._table = table
+            self._arms.clear()
+        if muscle not in self._arms:
+            low, high = self.range()
+            samples = (low + (high - low) * k / (SAMPLES - 1) for k in range(SAMPLES))
+            self._arms[muscle] = tuple(self._arm(table, muscle, x) for x in samples)
+        return self._arms[muscle]
 
     def _arm(self, table: MuscleTable, muscle: str, q: float) -> float:
         before, after = (

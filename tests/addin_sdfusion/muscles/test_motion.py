@@ -73,3 +73,6 @@ def test_the_arm_over_a_cylinder_on_the_axis_is_its_radius(link: str) -> None:
     for q in (-0.5, 0.0, 0.5):
         at = moving.muscle(table(*ends, wrap), "m", q)
         assert abs(at.arm) == pytest.approx(0.05, abs=1e-8)
+        assert np.abs(at.arms) == pytest.approx(0.05, abs=1e-8)
+    other = moving.muscle(table(*ends), "m", 0.5)  # another table
+    assert len(set(other.arms)) == SAMPLES
