@@ -16,7 +16,7 @@ from cardsflow_fmu.models.browser.pack import engine_text
 from cardsflow_fmu.results.viewer.html.play_page import engine_script
 from cardsflow_fmu.utils.html_page import html_page
 
-SCRIPTS = ("module", "drawing", "changes", "analysis", "engine")
+SCRIPTS = ("module", "crc32", "drawing", "changes", "analysis", "engine")
 """Scripts of the worker, without its messages."""
 
 _OPEN = """

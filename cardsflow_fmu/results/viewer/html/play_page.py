@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 import base64
+import zlib
 from collections.abc import Iterator
 from typing import Any
 
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.json_text import json_text
-from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.cosim.signals.ports import task_names
+from cardsflow_fmu.experiment.experiment import EXPERIMENT_FILE, Experiment
+from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.models.browser.pack import engine_text
 from cardsflow_fmu.results.viewer.scene import shapes
 from cardsflow_fmu.results.viewer.scene.act import Act
 from cardsflow_fmu.results.viewer.scene.meshes import link_meshes
 from cardsflow_fmu.results.viewer.scene.motion import Motion
 from cardsflow_fmu.results.viewer.scene.stage import Stage
+from cardsflow_fmu.utils.archive import read_contents
 from cardsflow_fmu.utils.html_page import html_page, script_element
 
 from .page import SHARED_SCRIPTS, page_part, strict_script
 from .page_data import encode
 
-_WORKER = ("module", "drawing", "changes", "analysis", "engine", "worker")
-_PLAY = ("analysis", "panel", "pointer", "bar", "play")
+_WORKER = ("module", "crc32", "drawing", "changes", "analysis", "engine", "worker")
+_PLAY = ("analysis", "download", "panel", "pointer", "bar", "play")
 _SCRIPTS = (*SHARED_SCRIPTS, *(f"play_parts/{name}.js" for name in _PLAY))
 
 
@@ -50,10 +54,14 @@ def play_page(experiment: Experiment) -> str:
         "muscleRadius": 0.004 * stage.reach,
         "hand": _hand(robot),
         "path": experiment.file.parent.as_posix(),
+        "name": experiment.name,
+        "experimentFile": EXPERIMENT_FILE,
+        "tasks": list(task_names(robot)),
     }
     texts = {"motion": motion, "engine": engine, "play": _escaped(json_text(extra))}
+    texts["files"] = _files(experiment)
     texts["engine-script"] = engine_script(*_WORKER)
-    script = "\n".join((strict_script(_SCRIPTS), engine_script("client")))
+    script = "\n".join((strict_script(_SCRIPTS), engine_script("client", "crc32")))
     return html_page(
         f"{experiment.name} - play",
         page_part("page.css") + page_part("play_parts/play.css"),
@@ -72,6 +80,15 @@ def _hand(robot: Robot) -> dict[str, Any] | None:
         if not frame.is_orientation and frame.link in names:
             return {"link": names.index(frame.link), "position": list(frame.position)}
     return None
+
+
+def _files(experiment: Experiment) -> str:
+    """Return the files of the experiment as base64 of compressed JSON: base64 by path."""
+    contents = {
+        name: base64.b64encode(read_contents(source)).decode()
+        for name, source in experiment_resources(experiment).items()
+    }
+    return base64.b64encode(zlib.compress(json_text(contents).encode(), 9)).decode()
 
 
 def _escaped(text: str) -> str:

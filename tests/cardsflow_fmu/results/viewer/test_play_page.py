@@ -1,8 +1,10 @@
 """Page that simulates: a user drags, clicks and types."""
 
 import importlib.util
+import io
 import urllib.error
 import urllib.request
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,7 +13,10 @@ from support.browser import Page, opened_browser
 from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError
+from cardsflow_fmu.cli.common import parse_settings
 from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.experiment.experiment import EXPERIMENT_FILE, Experiment
+from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.results.viewer.live.page_server import served_page
 
 
@@ -94,7 +99,36 @@ def test_user_pulls_a_link_cuts_a_cable_and_steps_back(browser: Page, tmp_path: 
     assert browser.evaluate("play.panel.command()").endswith(
         "planar_2r --set plant.tension_scale.cable_1=0"
     )
+    browser.evaluate(
+        "(s => { s.value = 40; s.dispatchEvent(new Event('input')); })"
+        "(document.querySelector('[aria-label=\"f_max of cable_1\"]'))"
+    )
+    browser.wait_for("'muscles.cable_1.f_max' in play.client.changes()")
+    browser.evaluate("play.panel.setAll('mass', 1.5)")
+    browser.evaluate("play.panel.setGains('kp', 0.5)")
+    words = browser.evaluate("play.client.options(play.panel.settings())")
+    _require_same_experiment(browser, tmp_path, words[1::2])
     assert not browser.errors
+
+
+def _require_same_experiment(browser: Page, folder: Path, changes: list[str]) -> None:
+    """Check that `Download experiment` contains the experiment with changes `key=value`."""
+    browser.evaluate(
+        "window.saved = null; URL.createObjectURL = blob => { saved = blob; return '#'; };"
+        "[...document.querySelectorAll('button')]"
+        ".find(b => b.textContent === 'Download experiment').click()"
+    )
+    browser.wait_for("saved || play.panel.failure", 20)
+    assert browser.evaluate("play.panel.failure") == ""
+    numbers = browser.evaluate("saved.arrayBuffer().then(b => Array.from(new Uint8Array(b)))")
+    with zipfile.ZipFile(io.BytesIO(bytes(numbers))) as archive:
+        assert archive.testzip() is None
+        archive.extractall(folder / "downloaded")
+    downloaded = Experiment.load(folder / "downloaded" / EXPERIMENT_FILE)
+    expected = Experiment.load(EXAMPLES / "planar_2r", parse_settings(changes))
+    assert len(changes) == 6
+    actual, wanted = experiment_data(downloaded), experiment_data(expected)
+    assert {**actual, "robot": None} == {**wanted, "robot": None}
 
 
 @pytest.mark.browser

@@ -75,10 +75,10 @@ class EngineClient {
   changes() { return { ...this.live }; }
 
   // Returns the options of `cardsflow run` that reproduce the live changes: `--set`, `key=value`, ...
-  options() {
+  options(changes = this.live) {
     const quoted = name => /^[^\s."'=]+$/.test(name) ? name : JSON.stringify(name);
     const form = /^(plant\.\w+|controller\.k[pd]|muscles)\.(.+?)(\.f_max)?$/;
-    return Object.entries(this.live).filter(([key]) => key !== "noise").flatMap(([key, value]) => {
+    return Object.entries(changes).filter(([key]) => key !== "noise").flatMap(([key, value]) => {
       const found = form.exec(key);
       const full = found ? `${found[1]}.${quoted(found[2])}${found[3] || ""}` : key;
       return ["--set", `${full}=${JSON.stringify(value)}`];

@@ -33,7 +33,7 @@ function drawCurves(canvas, curves, marker) {
 class PlayAnalysis {
   constructor(panel) {
     const { client, setup, box } = panel;
-    Object.assign(this, { client, setup, muscle: 0, joint: 0, times: [], tensions: [], angles: [], desired: [] });
+    Object.assign(this, { panel, client, setup, muscle: 0, joint: 0, times: [], tensions: [], angles: [], desired: [] });
     this.columns = new Map(setup.columns.map(({ name }, i) => [name, i]));
     const field = element("fieldset", box, { className: "muscles" });
     element("legend", field, { textContent: "Joints" });
@@ -50,6 +50,7 @@ class PlayAnalysis {
       row.addEventListener("click", () => this.select(i, this.joint));
     });
     this.muscleRows = panel.rows.map(({ row }) => row);
+    this.limit = panel.limit;
     const plots = element("fieldset", box);
     element("legend", plots, { textContent: "Plots" });
     const plot = () => ({ title: element("div", plots), canvas: element("canvas", plots, { className: "curves" }) });
@@ -62,8 +63,18 @@ class PlayAnalysis {
     this.muscleRows.forEach((row, i) => row.classList.toggle("selected", i === muscle));
     this.rows.forEach(({ row }, i) => row.classList.toggle("selected", i === joint));
     this.curve = null;
+    if (this.setup.muscles.length) this.showLimit(muscle);
     if (!this.setup.muscles.length || !this.setup.coordinates.length) return;
     this.curve = await this.client.call("momentArms", muscle, joint);
+  }
+
+  // Shows the slider of f_max of the selected muscle.
+  showLimit(muscle) {
+    const { name, f_min, f_max } = this.setup.muscles[muscle], key = `muscles.${name}.f_max`, given = finiteOr(f_max, null);
+    this.limit.replaceChildren();
+    if (given === null) return;
+    const set = value => this.panel.do(this.client.set(key, value === given ? null : value));
+    addSlider(this.limit, `f_max of ${name}`, "N", f_min, 2 * given, this.client.changes()[key] ?? given, set);
   }
 
   show(frame) {

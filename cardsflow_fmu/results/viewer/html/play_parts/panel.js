@@ -40,6 +40,7 @@ class PlayPanel {
     this.targets = element("fieldset", this.box);
     this.addChanges();
     this.addMuscles();
+    this.limit = element("div", this.muscles);
     this.scale = addScale(motion.ramp, this.setup.muscles, this.muscles);
     this.analysis = new PlayAnalysis(this);
     this.addFiles();
@@ -142,10 +143,9 @@ class PlayPanel {
     button("Save state", async () => {
       const state = await this.do(this.client.getState());
       if (!state) return;
-      const link = element("a", field, { href: URL.createObjectURL(new Blob([state])), download: "state.json" });
-      link.click();
-      link.remove();
+      save(new Blob([state]), "state.json");
     });
+    button("Download experiment", () => this.do(this.download()));
     const file = element("input", field, { type: "file", accept: ".json", hidden: true });
     button("Load state", () => file.click());
     file.addEventListener("change", async () => {
@@ -154,10 +154,24 @@ class PlayPanel {
     });
   }
 
+  // Returns the live changes, without gains of the controllers of other drive modes.
+  settings() {
+    const names = new Set(gainNames(this.data, this.setup)), isGain = /^controller\.k[pd]\.(.+)$/;
+    return Object.fromEntries(Object.entries(this.client.changes()).filter(([key]) => !isGain.test(key) || names.has(isGain.exec(key)[1])));
+  }
+
+  // Downloads the files of the experiment with the live changes.
+  async download() {
+    const { noise, ...changes } = this.settings();
+    const archive = await archiveOf(document.getElementById("files").textContent, this.data, this.setup, changes);
+    save(archive, `${this.data.name}.zip`);
+    if (noise !== undefined) throw new Error("downloaded without the factor of the sensor noise, which is not a setting");
+  }
+
   // Returns the command that runs the experiment with the live changes.
   command() {
     const quote = word => /^[\w./=-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`;
-    return ["cardsflow", "run", this.data.path, ...this.client.options()].map(quote).join(" ");
+    return ["cardsflow", "run", this.data.path, ...this.client.options(this.settings())].map(quote).join(" ");
   }
 
   show(frame) {
