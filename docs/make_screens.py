@@ -1,8 +1,9 @@
 """Makes the screens in docs/images that show runs: needs Chromium.
 
-python docs/make_screens.py RESULTS_FOLDER      a folder for the runs; those that are there are kept
+python docs/make_screens.py RESULTS_FOLDER [EXAMPLE ...]     (default: all examples)
 
-Every screen is a page of `cardsflow view --html`, seen by the browser that the tests use.
+Existing runs in the folder are used again. A screen is a page of `cardsflow view --html` or
+`cardsflow play --html` in the browser of the tests.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ from support.browser import Page, opened_browser  # noqa: E402
 
 from cardsflow_fmu import Experiment, run  # noqa: E402
 from cardsflow_fmu.results.report.page import report  # noqa: E402
-from cardsflow_fmu.results.viewer.view import run_act, write_page  # noqa: E402
+from cardsflow_fmu.results.viewer.html.play_page import play_page  # noqa: E402
+from cardsflow_fmu.results.viewer.view import run_act, write_html, write_page  # noqa: E402
 
 IMAGES = ROOT / "docs" / "images"
 SIZE, REPORT_SIZE = (1100, 720), (1100, 1500)
@@ -48,17 +50,40 @@ SCREENS = (
 )
 
 
+PLAYED = (Screen("planar_2r", 1.5),)
+
+
 def main() -> None:
-    """Make all of them."""
-    runs = Path(sys.argv[1])
+    """Make the screens of some examples, or of all of them."""
+    runs, wanted = Path(sys.argv[1]), sys.argv[2:]
     for screen in SCREENS:
-        folder = runs / screen.example
-        if not folder.is_dir():
-            run(Experiment.load(ROOT / "examples" / screen.example), folder)
-        page = write_page([run_act(folder)], runs / f"{screen.example}.html")
-        see(page, f"view_{screen.example}.png", f"#t={screen.time}", "document.body?.dataset.drawn")
-    page = report(runs / "roboy_left_arm", runs / "report.html")
-    see(page, "report_roboy_left_arm.png", "", "document.readyState === 'complete'", REPORT_SIZE)
+        if not wanted or screen.example in wanted:
+            see_replay(screen, runs)
+    for screen in PLAYED:
+        if not wanted or screen.example in wanted:
+            see_play(screen, runs)
+    if not wanted or "roboy_left_arm" in wanted:
+        page = report(runs / "roboy_left_arm", runs / "report.html", overwrite=True)
+        ready = "document.readyState === 'complete'"
+        see(page, "report_roboy_left_arm.png", "", ready, REPORT_SIZE)
+
+
+def see_replay(screen: Screen, runs: Path) -> None:
+    """Make the screen of a replay."""
+    folder = runs / screen.example
+    if not folder.is_dir():
+        run(Experiment.load(ROOT / "examples" / screen.example), folder)
+    page = write_page([run_act(folder)], runs / f"{screen.example}.html", overwrite=True)
+    see(page, f"view_{screen.example}.png", f"#t={screen.time}", "document.body?.dataset.drawn")
+
+
+def see_play(screen: Screen, runs: Path) -> None:
+    """Make the screen of a page that simulates."""
+    experiment = Experiment.load(ROOT / "examples" / screen.example)
+    page = write_html(play_page(experiment), runs / f"play_{screen.example}.html", overwrite=True)
+    steps = round(screen.time / experiment.run.step)
+    ready = f"document.body?.dataset.drawn && play.client.run({steps})"
+    see(page, f"play_{screen.example}.png", "", ready)
 
 
 def see(page: Path, picture: str, fragment: str, ready: str, size: tuple[int, int] = SIZE) -> None:

@@ -103,6 +103,13 @@ def test_no_texts_overlap_names_are_text_and_the_pointer_shows_newtons(tmp_path:
                 page.evaluate("document.body." + act if "dispatch" in act else "document." + act)
                 angles = page.evaluate("[play.camera.turn, play.camera.tilt]")
                 np.testing.assert_allclose(np.degrees(angles), (turn, tilt), atol=1e-9)
+        page.evaluate("play.client.run(1500)")
+        page.wait_for("document.body.dataset.drawn === '1.5'")
+        colour = "play.shapes.find(s => s.name === `muscles/${m.name}`).colours.numbers[0]"
+        reds = page.evaluate(f"play.client.setup.muscles.map(m => {colour})")
+        tensions = page.evaluate("[...play.client.frame.tensions]")
+        assert np.argmax(reds) == np.argmax(tensions)
+        assert sorted(reds)[-2] < max(reds)  # only the largest tension has the last colour
         light = page.screenshot()[5:20, 400:420].mean()
         page.send(
             "Emulation.setEmulatedMedia",

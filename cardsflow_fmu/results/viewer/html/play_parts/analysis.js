@@ -74,7 +74,8 @@ class PlayAnalysis {
     this.limit.replaceChildren();
     if (given === null) return;
     const set = value => this.panel.do(this.client.set(key, value === given ? null : value));
-    addSlider(this.limit, `f_max of ${name}`, "N", f_min, 2 * given, this.client.changes()[key] ?? given, set);
+    const { input } = addSlider(this.limit, "f_max", "N", f_min, 2 * given, this.client.changes()[key] ?? given, set);
+    input.ariaLabel = input.title = `f_max of ${name}`;
   }
 
   show(frame) {

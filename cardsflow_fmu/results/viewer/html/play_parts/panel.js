@@ -12,21 +12,19 @@ function addSlider(into, name, unit, low, high, value, changed) {
 
 const MODE_NAMES = { reference: "follow the reference", joints: "hold joint targets", task: "drag the end effector", muscles: "muscle commands" };
 
-// Adds the legend of a colour scale that grows with the largest tension; `range(muscle, tension)` returns its ends.
+// Adds the legend of a colour scale from the smallest f_min to the largest tension up to now.
 function addScale(ramp, muscles, into) {
-  const low = Math.min(...muscles.map(muscle => muscle.f_min));
-  let high = -Infinity;
+  const scale = { low: Math.min(...muscles.map(muscle => muscle.f_min)), high: -Infinity };
   const legend = element("div", muscles.length ? into : null, { className: "legend", textContent: "tension, up to the largest one" });
   element("i", legend).style.background = `linear-gradient(90deg, ${ramp.map(colour => `rgb(${colour})`)})`;
   const row = element("span", legend), ends = [element("span", row), element("span", row)];
-  const range = (muscle, tension) => {
-    if (tension > high) {
-      high = tension;
-      [low, high].forEach((value, i) => { ends[i].textContent = `${short(value)} N`; });
-    }
-    return [low, high];
+  scale.include = tensions => {
+    const high = Math.max(scale.high, ...tensions);
+    if (high === scale.high) return;
+    scale.high = high;
+    [scale.low, high].forEach((value, i) => { ends[i].textContent = `${short(value)} N`; });
   };
-  return { range };
+  return scale;
 }
 
 class PlayPanel {

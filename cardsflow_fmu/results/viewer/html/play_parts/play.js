@@ -43,6 +43,7 @@ class Play {
   // Moves all shapes to a frame of the simulation.
   update(frame) {
     let at = 0;
+    this.panel.scale.include(frame.tensions);
     const paths = Array.from(frame.pathSizes, size => frame.paths.subarray(3 * at, 3 * (at += size)));
     for (const shape of this.shapes) {
       if (shape.link !== undefined) {
@@ -52,7 +53,7 @@ class Play {
             points[i + j] = T[9 + j] + T[3 * j] * local[i] + T[3 * j + 1] * local[i + 1] + T[3 * j + 2] * local[i + 2];
       }
       const muscle = this.muscles.get(shape.name);
-      if (muscle !== undefined) this.setPoints(shape, paths[muscle], this.colour(muscle, frame.tensions[muscle]));
+      if (muscle !== undefined) this.setPoints(shape, paths[muscle], this.colour(frame.tensions[muscle]));
       if (shape.coordinate >= 0) shape.values.numbers[0] = frame.q[shape.coordinate];
     }
     this.updateExtras(frame);
@@ -64,10 +65,10 @@ class Play {
     if (colour) shape.colours = { rows: 1, columns: 3, numbers: Float32Array.from(colour) };
   }
 
-  // Returns the colour of a tension, between f_min and the largest tension of a muscle up to now.
-  colour(muscle, tension) {
-    const { range } = this.panel.scale, last = this.ramp.length - 1;
-    const [low, high] = range(muscle, tension), part = high > low ? Math.max(0, Math.min(1, (tension - low) / (high - low))) : 0;
+  // Returns the colour of a tension, between f_min and the largest tension up to now.
+  colour(tension) {
+    const { low, high } = this.panel.scale, last = this.ramp.length - 1;
+    const part = high > low ? Math.max(0, Math.min(1, (tension - low) / (high - low))) : 0;
     return this.ramp[Math.round(part * last)];
   }
 
