@@ -76,7 +76,8 @@ def test_run_that_does_not_follow_its_reference_fails(
     assert result.complete
     line = f"FAILED: {NOT_FOLLOWED}"
     assert notes(result)[0] == line
-    assert report_page(result).index(line) < report_page(result).index("Summary")
+    page = report_page(result)
+    assert page.index(line) < page.index("Summary")
     assert figure_title(result) == line
     with open_results(tmp_path) as opened:
         assert opened.summary["status"] == "failed"
