@@ -71,7 +71,7 @@ class Finding:
 
     @property
     def located(self) -> str:
-        """The message with its place, as `file:line: message`."""
+        """The message, after the file and the line if they are known."""
         return f"{self._place}{truncate(self.message)}"
 
     @property

@@ -14,7 +14,7 @@ from support.browser import Page
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.models.browser.pack import engine_text
 from cardsflow_fmu.results.viewer.html.play_page import engine_script
-from cardsflow_fmu.utils.html_page import html_page
+from cardsflow_fmu.utils.html_page import html_page, script_element
 
 SCRIPTS = ("module", "crc32", "drawing", "changes", "analysis", "engine")
 """Scripts of the worker, without its messages."""
@@ -62,13 +62,14 @@ def open_client(browser: Page, experiment: Experiment, folder: Path) -> None:
       play.onfailure = message => { wrong = message; };
     }, error => { wrong = error.message; });
     """
-    client = engine_script("client")
+    script = engine_script("client") + start
     text = html_page(
         "play",
         "",
         f'<script type="text/plain" id="engine">{engine_text(experiment)}</script>',
         f'<script type="text/plain" id="engine-script">{worker}</script>',
-        f"<script>{client}{start}</script>",
+        script_element(script),
+        scripts=[script],
         simulates=True,
     )
     file = folder / "play.html"

@@ -223,7 +223,7 @@ def test_an_invalid_wrap_is_rejected_with_its_cell(
 def test_a_file_that_exceeds_the_time_limit_is_rejected_in_one_line(
     step: Path, tables: Tables, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["--joints", str(tables.joints), "--time-limit", "0.01"]
+    words = ["-q", "--joints", str(tables.joints), "--time-limit", "0.01"]
     assert main(["import-cad", str(step), "-o", str(tmp_path / "no"), *words]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "takes longer than 0.01 s; increase --time-limit" in line
@@ -251,7 +251,8 @@ def test_invalid_input_is_rejected_in_one_line(
     step: Path, tables: Tables, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def said(*words: Any) -> str:
-        assert main(["import-cad", str(step), "-o", str(tmp_path / "no"), *map(str, words)]) == 2
+        command = ["import-cad", str(step), "-q", "-o", str(tmp_path / "no")]  # without progress
+        assert main([*command, *map(str, words)]) == 2
         (line,) = capsys.readouterr().err.splitlines()
         return line.removeprefix("cardsflow: ")
 
@@ -271,7 +272,7 @@ def test_invalid_input_is_rejected_in_one_line(
     cut = tmp_path / "cut.step"
     for damaged in (step.read_bytes()[: len(step.read_bytes()) // 2], b"\x00\xff" * 100):
         cut.write_bytes(damaged)
-        assert main(["import-cad", str(cut), "--joints", str(tables.joints)]) == 2
+        assert main(["import-cad", str(cut), "-q", "--joints", str(tables.joints)]) == 2
         assert len(capsys.readouterr().err.splitlines()) == 1
     assert tables.muscles is not None
     tables.muscles.write_text(MUSCLES.replace("finger", "thumb"))

@@ -321,7 +321,7 @@ def test_interrupted_run_is_exit_code_130(tmp_path: Path, sign: signal.Signals) 
         "run.duration=600",
     ]
     words += ["--set", 'reference={spline="linear", points=[{time=0, q=0}, {time=600, q=0.5}]}']
-    assert run_and_interrupt(words, out, "results.csv", sign) == 130
+    assert run_and_interrupt(words, out, "results.npy", sign) == 130
     result = Result.load(out)
     assert result.summary["error"] == "interrupted"
     assert len(result.rows) > 0

@@ -176,6 +176,7 @@ def test_a_run_drives_a_device_by_topics(ros: Environment, tmp_path: Path, contr
         assert any("warning: ros2://" in line and "topics are not signed" in line for line in said)
         link = f"ros2://left?timeout=4&node=controller{controller}"
         words = run_words(tmp_path / "out", "--hardware", link, "--set", "run.duration=0.3")
+        words.append("--allow-poor-tracking")  # a busy machine misses exchanges
         done = subprocess.run(words, capture_output=True, text=True, env=ros, check=False)
         assert done.returncode == 0, done.stderr
         assert json.loads(done.stdout)["status"] == "complete"

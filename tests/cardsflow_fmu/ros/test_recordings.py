@@ -23,6 +23,7 @@ from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.cosim.signals.ports import coordinate_signals, motor_signals, muscle_signals
 from cardsflow_fmu.hardware.protocol.recording import Recorder, RecordingHeader
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
+from cardsflow_fmu.results.viewer.scene.colours import RAMP
 from cardsflow_fmu.results.viewer.scene.link_poses import link_poses
 from cardsflow_fmu.ros.recording import convert_run, write_recording
 from cardsflow_fmu.ros.robot_frames import quaternion_values
@@ -240,7 +241,8 @@ def test_cables_contain_their_points_and_are_coloured_by_tension(tmp_path: Path)
             np.testing.assert_allclose([point.x, point.y, point.z], place, atol=1e-12)
         assert marker.color.a == 1.0
         if run[name][row] == highest:
-            assert marker.color.r == 1.0
+            colour = marker.color.r, marker.color.g, marker.color.b
+            np.testing.assert_allclose(colour, np.divide(RAMP[-1], 255))
     lowest = min(
         zip(markers, muscle_signals("f", robot), strict=True), key=lambda m: run[m[1]][row]
     )
