@@ -28,18 +28,31 @@ def describe(fmu: FmuDescription, guid: str) -> ET.Element:
     if fmu.is_continuous:
         identity["numberOfEventIndicators"] = str(len(model_exchange.indicators(fmu)))
         model_exchange.mark_states(fmu, [variable[0] for variable in variables], first=1)
-        interface = model_exchange.interface_2(fmu)
+        interface = _model_exchange(fmu)
         structure = model_exchange.structure_2(fmu, structure)
     return document(fmu, identity, interface, _type_definitions(types), variables, structure)
 
 
 def _co_simulation(fmu: FmuDescription) -> ET.Element:
-    element = ET.Element(
+    return _interface(
         "CoSimulation",
-        modelIdentifier=fmu.model_name,
-        needsExecutionTool=format_flag(fmu.needs_tool),
+        fmu,
         canHandleVariableCommunicationStepSize=format_flag(fmu.any_step),
         canInterpolateInputs="false",
+    )
+
+
+def _model_exchange(fmu: FmuDescription) -> ET.Element:
+    return _interface("ModelExchange", fmu, completedIntegratorStepNotNeeded="false")
+
+
+def _interface(kind: str, fmu: FmuDescription, **more: str) -> ET.Element:
+    """Return the element of an interface, with the attributes of both kinds and with more."""
+    element = ET.Element(
+        kind,
+        more,
+        modelIdentifier=fmu.model_name,
+        needsExecutionTool=format_flag(fmu.needs_tool),
         canBeInstantiatedOnlyOncePerProcess="false",
         canGetAndSetFMUstate=format_flag(fmu.has_state),
         canSerializeFMUstate=format_flag(fmu.has_state),

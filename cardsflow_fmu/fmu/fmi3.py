@@ -35,7 +35,7 @@ def describe(fmu: FmuDescription, token: str) -> ET.Element:
     interface, structure = _co_simulation(fmu), _model_structure(fmu)
     if fmu.is_continuous:
         model_exchange.mark_states(fmu, variables)
-        interface = model_exchange.interface_3(fmu)
+        interface = _model_exchange(fmu)
         structure = model_exchange.structure_3(fmu, structure)
     return document(
         fmu,
@@ -51,14 +51,9 @@ def describe(fmu: FmuDescription, token: str) -> ET.Element:
 
 
 def _co_simulation(fmu: FmuDescription) -> ET.Element:
-    element = ET.Element(
+    element = _interface(
         "CoSimulation",
-        modelIdentifier=fmu.model_name,
-        needsExecutionTool=format_flag(fmu.needs_tool),
-        canBeInstantiatedOnlyOncePerProcess="false",
-        canGetAndSetFMUState=format_flag(fmu.has_state),
-        canSerializeFMUState=format_flag(fmu.has_state),
-        providesDirectionalDerivatives=format_flag(fmu.has_derivatives),
+        fmu,
         canHandleVariableCommunicationStepSize=format_flag(fmu.any_step),
         providesIntermediateUpdate="true",
         hasEventMode="false",
@@ -66,6 +61,29 @@ def _co_simulation(fmu: FmuDescription) -> ET.Element:
     if fmu.internal_step is not None:
         element.set("fixedInternalStepSize", format_number(fmu.internal_step))
     return element
+
+
+def _model_exchange(fmu: FmuDescription) -> ET.Element:
+    return _interface(
+        "ModelExchange",
+        fmu,
+        needsCompletedIntegratorStep="true",
+        providesEvaluateDiscreteStates="false",
+    )
+
+
+def _interface(kind: str, fmu: FmuDescription, **more: str) -> ET.Element:
+    """Return the element of an interface, with the attributes of both kinds and with more."""
+    return ET.Element(
+        kind,
+        more,
+        modelIdentifier=fmu.model_name,
+        needsExecutionTool=format_flag(fmu.needs_tool),
+        canBeInstantiatedOnlyOncePerProcess="false",
+        canGetAndSetFMUState=format_flag(fmu.has_state),
+        canSerializeFMUState=format_flag(fmu.has_state),
+        providesDirectionalDerivatives=format_flag(fmu.has_derivatives),
+    )
 
 
 def _variable(variable: Variable, types: dict[str, str]) -> ET.Element:

@@ -1,4 +1,4 @@
-"""Parts of model descriptions for model exchange: interface, states, structure."""
+"""Parts of model descriptions for model exchange: states and structure."""
 
 from __future__ import annotations
 
@@ -8,43 +8,10 @@ from collections.abc import Sequence
 from cardsflow_fmu.cosim.signals.continuous import nominal_value, state_signal
 from cardsflow_fmu.cosim.signals.variables import Variable
 
-from .description import FmuDescription, format_flag, format_number
+from .description import FmuDescription, format_number
 
 _EVENT = "event."
 _IMPULSES = ("q", "qd")  # states that events change
-
-
-def interface_2(fmu: FmuDescription) -> ET.Element:
-    """Return the element `ModelExchange` of FMI 2.0."""
-    element = ET.Element(
-        "ModelExchange",
-        modelIdentifier=fmu.model_name,
-        needsExecutionTool=format_flag(fmu.needs_tool),
-        completedIntegratorStepNotNeeded="false",
-        canBeInstantiatedOnlyOncePerProcess="false",
-        canGetAndSetFMUstate=format_flag(fmu.has_state),
-        canSerializeFMUstate=format_flag(fmu.has_state),
-        providesDirectionalDerivative=format_flag(fmu.has_derivatives),
-    )
-    if fmu.sources:
-        files = ET.SubElement(element, "SourceFiles")
-        files.extend(ET.Element("File", name=name) for name in fmu.sources)
-    return element
-
-
-def interface_3(fmu: FmuDescription) -> ET.Element:
-    """Return the element `ModelExchange` of FMI 3.0."""
-    return ET.Element(
-        "ModelExchange",
-        modelIdentifier=fmu.model_name,
-        needsExecutionTool=format_flag(fmu.needs_tool),
-        canBeInstantiatedOnlyOncePerProcess="false",
-        canGetAndSetFMUState=format_flag(fmu.has_state),
-        canSerializeFMUState=format_flag(fmu.has_state),
-        providesDirectionalDerivatives=format_flag(fmu.has_derivatives),
-        needsCompletedIntegratorStep="true",
-        providesEvaluateDiscreteStates="false",
-    )
 
 
 def indicators(fmu: FmuDescription) -> list[Variable]:

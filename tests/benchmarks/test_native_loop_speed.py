@@ -25,7 +25,7 @@ from cardsflow_fmu.models.native_loop import NativeLoop
 from cardsflow_fmu.simulation.build import build
 from sim_dart import Plant
 
-MASTER_LIMIT, LOOP_LIMIT, THREADS_LIMIT = 100.0, 120.0, 1.6  # times real time; times one thread
+MASTER_LIMIT, LOOP_LIMIT, THREADS_LIMIT = 100.0, 120.0, 1.8  # times real time; times one thread
 INSTANTIATE_LIMIT = 5e-3  # in [s]
 ENGINE_LIMIT = 2.0
 STEPS = 12_800
