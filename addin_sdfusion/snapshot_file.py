@@ -8,12 +8,12 @@ from typing import Any
 
 from .muscles.attributes import stored_muscles, stored_point, stored_surface
 from .record_schema import record_schema
-from .records import from_plain, to_plain
 from .robot import limits
 from .robot.errors import InputError
 from .robot.files import read_file, write_files
 from .robot.finding import Finding
 from .robot.json_text import json_text
+from .robot.records import from_plain, to_plain
 from .snapshot import DesignSnapshot
 
 FORMAT = 2

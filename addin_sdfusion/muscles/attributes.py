@@ -17,11 +17,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar, get_args
 
-from ..records import from_plain, to_plain
 from ..robot.errors import InputError
 from ..robot.finding import Finding
 from ..robot.json_text import json_text
 from ..robot.model.pose import Vector3
+from ..robot.records import from_plain, to_plain
 from ..settings import ExportSettings
 from ..snapshot import MuscleSnapshot, PointUse, Role, SurfaceUse, WrapUse
 from .checks import finding

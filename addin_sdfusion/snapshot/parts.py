@@ -6,8 +6,8 @@ import re
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from ..records import Form, Samples
 from ..robot.model.pose import Vector3
+from ..robot.records import Form, Samples
 
 ROOT = ""
 """Path of the root component."""

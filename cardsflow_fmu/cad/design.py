@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 from addin_sdfusion.muscles.table import COLORS
-from addin_sdfusion.records import from_plain, to_plain
 from addin_sdfusion.robot import InputError, Vector3
 from addin_sdfusion.robot.model.transform import IDENTITY, Transform
+from addin_sdfusion.robot.records import from_plain, to_plain
 from addin_sdfusion.settings import ExportSettings
 from addin_sdfusion.snapshot import (
     F_MAX,

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.exporting.export import export_robot
-from addin_sdfusion.records import from_plain, to_plain
 from addin_sdfusion.robot import CardsflowError, Finding, InputError, Subject
 from addin_sdfusion.robot.finding_builders import warning
+from addin_sdfusion.robot.records import from_plain, to_plain
 from addin_sdfusion.settings import ExportSettings
 from addin_sdfusion.snapshot import DesignSnapshot
 from addin_sdfusion.snapshot_file import read_snapshot

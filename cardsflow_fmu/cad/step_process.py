@@ -12,9 +12,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from addin_sdfusion.records import from_plain, to_plain
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.json_text import json_text
+from addin_sdfusion.robot.records import from_plain, to_plain
 from addin_sdfusion.settings import ExportSettings
 from addin_sdfusion.snapshot import DesignSnapshot
 from addin_sdfusion.snapshot_file import read_snapshot, write_snapshot

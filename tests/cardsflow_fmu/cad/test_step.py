@@ -17,9 +17,9 @@ from scipy.spatial.transform import Rotation
 from support.designs.design_strategies import forward
 from support.designs.step_hands import JOINTS, MUSCLES, TURNS, write_hands
 
-from addin_sdfusion.records import to_plain
 from addin_sdfusion.robot import InputError, RobotError, read_robot
 from addin_sdfusion.robot.model.transform import IDENTITY
+from addin_sdfusion.robot.records import to_plain
 from addin_sdfusion.settings import ExportSettings
 from cardsflow_fmu.cad import Tables, import_cad, step_process
 from cardsflow_fmu.cad.kernel import kernel, mass_of, mesh_of

@@ -17,8 +17,8 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from .robot import limits
-from .robot.errors import InputError
+from . import limits
+from .errors import InputError
 
 if TYPE_CHECKING:
     Samples = array[Any]

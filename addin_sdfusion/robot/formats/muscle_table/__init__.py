@@ -1,0 +1,1 @@
+"""The table of muscles next to a robot file, muscles.csv, and its contents as plain data."""
