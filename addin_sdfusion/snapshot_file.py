@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from .muscles.attributes import stored_muscles, stored_point, stored_surface
+from .muscles.stored import stored_muscles, stored_point, stored_surface
 from .record_schema import record_schema
 from .robot import limits
 from .robot.errors import InputError

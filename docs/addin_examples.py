@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from addin_sdfusion.commands.check.dialog import ICONS
-from addin_sdfusion.commands.define_muscles.dialog import MARKER, OF_PART, TASK
+from addin_sdfusion.commands.define_muscles.tabs.muscles import OF_PART
+from addin_sdfusion.commands.define_muscles.tabs.others import MARKER, TASK
 from addin_sdfusion.commands.export.dialog import AS_ALL, FOUND, LINKS
 
 

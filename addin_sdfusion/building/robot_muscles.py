@@ -7,7 +7,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from ..muscles.table import MuscleTable, PointRow, WrapRow
+from ..muscles.rows import PointRow, WrapRow
+from ..muscles.table import MuscleTable
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import error, unknown, warning
 from ..robot.model.muscle import CableSet, Muscle, ViaPoint, Wrap, WrapSurface

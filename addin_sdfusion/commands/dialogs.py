@@ -57,6 +57,36 @@ class Input:
 
 
 @dataclass(frozen=True, slots=True)
+class Cell:
+    """Content of a cell of a table.
+
+    Attributes:
+        value: Text, number, or chosen item of a drop-down.
+        options: Items of a drop-down.
+        editable: Whether the user may edit the text.
+        icon: Folder of the icon of a button, below `resources` of the command.
+        lines: Number of lines of a wrapped text.
+    """
+
+    value: str | int
+    options: tuple[str, ...] = ()
+    editable: bool = False
+    icon: str = ""
+    lines: int = 0
+
+    def same_input(self, other: Cell) -> bool:
+        """Return whether the same input can show the other cell."""
+        mine = bool(self.options), type(self.value), self.editable, self.icon, self.lines
+        return mine == (
+            bool(other.options),
+            type(other.value),
+            other.editable,
+            other.icon,
+            other.lines,
+        )
+
+
+@dataclass(frozen=True, slots=True)
 class Dialog:
     """Button and dialog of a command.
 

@@ -3,47 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import adsk.core
 
 from ..fusion.notes import optional
-from .dialogs import Dialog, Input
+from .dialogs import Cell, Dialog, Input
 
 _MAX_VALUE = 1e9
 _HEAD = "head"
-
-
-@dataclass(frozen=True, slots=True)
-class Cell:
-    """Content of a cell of a table.
-
-    Attributes:
-        value: Text, number, or chosen item of a drop-down.
-        options: Items of a drop-down.
-        editable: Whether the user may edit the text.
-        icon: Folder of the icon of a button, below `resources` of the command.
-        lines: Number of lines of a wrapped text.
-    """
-
-    value: str | int
-    options: tuple[str, ...] = ()
-    editable: bool = False
-    icon: str = ""
-    lines: int = 0
-
-    def same_input(self, other: Cell) -> bool:
-        """Return whether the same input can show the other cell."""
-        mine = bool(self.options), type(self.value), self.editable, self.icon, self.lines
-        return mine == (
-            bool(other.options),
-            type(other.value),
-            other.editable,
-            other.icon,
-            other.lines,
-        )
 
 
 class CellEdit(NamedTuple):
@@ -53,6 +23,13 @@ class CellEdit(NamedTuple):
     row: int
     column: int
     value: Any
+
+
+class Picked(NamedTuple):
+    """Picked entity, with the clicked Point3D in the root frame."""
+
+    entity: Any
+    point: Any
 
 
 class Inputs:
@@ -129,13 +106,14 @@ class Inputs:
             for option in options:
                 items.add(option, option in checked)
 
-    def picked(self, name: str) -> list[Any]:
+    def picked(self, name: str) -> list[Picked]:
         """Return the entities that the user picked, and clear the selection."""
         item = self._by_id[name]
-        entities = [item.selection(i).entity for i in range(item.selectionCount)]
-        if entities:
+        selections = [item.selection(i) for i in range(item.selectionCount)]
+        picked = [Picked(selection.entity, selection.point) for selection in selections]
+        if picked:
             item.clearSelection()
-        return entities
+        return picked
 
     def fill(self, name: str, rows: Sequence[Sequence[Cell]], selected: int | None = None) -> None:
         """Set the rows of a table; the selected row is unchanged if `selected` is None."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from ..muscles.attributes import stored_muscles
+from ..muscles.stored import stored_muscles
 from ..robot.finding import Subject
 from ..robot.model.robot import WORLD
 from ..snapshot import MuscleSnapshot, PointSnapshot, SurfaceSnapshot

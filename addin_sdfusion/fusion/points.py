@@ -9,8 +9,9 @@ from typing import Any
 
 import adsk.fusion
 
-from ..muscles.attributes import GROUP, POINT, partial_use, stored_point
+from ..muscles.attributes import GROUP, POINT, partial_use
 from ..muscles.point_names import is_point_name
+from ..muscles.stored import stored_point
 from ..robot.finding import Subject
 from ..robot.model.pose import Vector3
 from ..snapshot import PointSnapshot, PointUse

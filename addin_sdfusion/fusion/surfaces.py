@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 import adsk.core
 import adsk.fusion
 
-from ..muscles.attributes import GROUP, WRAP, stored_surface
+from ..muscles.attributes import GROUP, WRAP
+from ..muscles.stored import stored_surface
 from ..robot.finding import Subject
 from ..robot.model.pose import Vector3
 from ..robot.model.rotations import add, cross, dot, subtract

@@ -13,18 +13,16 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar, get_args
 
 from ..robot.errors import InputError
-from ..robot.finding import Finding
 from ..robot.json_text import json_text
 from ..robot.model.pose import Vector3
 from ..robot.records import from_plain, to_plain
 from ..settings import ExportSettings
 from ..snapshot import MuscleSnapshot, PointUse, Role, SurfaceUse, WrapUse
-from .checks import finding
 
 GROUP = "CARDSFlow"
 POINT = "point"
@@ -246,115 +244,3 @@ def _json(text: str, where: str) -> Any:
         return json.loads(text)
     except (ValueError, RecursionError) as error:
         raise InputError(f"is not JSON: {error}", key=where) from None
-
-
-def stored_point(
-    attributes: Mapping[str, str], name: str, findings: list[Finding]
-) -> PointUse | None:
-    """Return the stored use of a construction point; None if it is missing or cannot be read.
-
-    Args:
-        attributes: Attributes of the point in the group of the add-in.
-        name: Name of the point.
-        findings: List to which findings are appended.
-    """
-    what = f"the attribute of construction point {name!r}"
-    todo = "pick it again in Define muscles"
-    return _read_attribute(read_point, attributes, POINT, (what, todo), ("point", name), findings)
-
-
-def stored_surface(
-    attributes: Mapping[str, str], where: str, findings: list[Finding]
-) -> SurfaceUse | None:
-    """Return the stored use of a face; None if it is missing or cannot be read.
-
-    Args:
-        attributes: Attributes of the face in the group of the add-in.
-        where: Name of the occurrence or design.
-        findings: List to which findings are appended.
-    """
-    what = f"the attribute of a wrap face of {where!r}"
-    todo = "pick the face again in Define muscles"
-    return _read_attribute(
-        read_wrap, attributes, WRAP, (what, todo), ("occurrence", where), findings
-    )
-
-
-def stored_muscles(
-    attributes: Mapping[str, str], design: str, findings: list[Finding]
-) -> tuple[MuscleSnapshot, ...]:
-    """Return the muscles that are listed in a design; empty if the list cannot be read.
-
-    Args:
-        attributes: Attributes of the design in the group of the add-in.
-        design: Name of the design.
-        findings: List to which findings are appended.
-    """
-    if MUSCLES not in attributes:
-        return ()
-    muscles = []
-    try:
-        for i, plain in enumerate(read_list(attributes[MUSCLES], MUSCLES)):
-            try:
-                muscles.append(read_muscle(plain, f"{MUSCLES}[{i}]"))
-            except InputError as error:
-                findings.append(_bad_muscles(error, design))
-    except InputError as error:
-        findings.append(_bad_muscles(error, design))
-    for muscle in filter(is_newer, muscles):
-        findings.append(_newer(f"muscle {muscle.name!r}", muscle.extra, ("muscle", muscle.name)))
-    return tuple(muscles)
-
-
-def _bad_muscles(error: InputError, design: str) -> Finding:
-    message = (
-        f"the design's list of muscles cannot be read ({error}); set the force limits in Define "
-        "muscles, which keeps the stored text"
-    )
-    return finding("error", "bad-attribute", message, "design", design)
-
-
-def _newer(what: str, extra: Mapping[str, str], subject: tuple[str, str]) -> Finding:
-    keys = ", ".join(sorted(extra.keys() - {"version"})) or "none"
-    message = (
-        f"{what} was stored by a newer version of the add-in; unknown keys are kept but not used: "
-        f"{keys}. Update the add-in"
-    )
-    return finding("warning", "newer-record", message, *subject)
-
-
-def _read_attribute(
-    read: Callable[[str], Record],
-    attributes: Mapping[str, str],
-    key: str,
-    text: tuple[str, str],
-    subject: tuple[str, str],
-    findings: list[Finding],
-) -> Record | None:
-    """Return the value of an attribute; None with a finding if it cannot be read.
-
-    Args:
-        read: Function that parses the text of the attribute.
-        attributes: Attributes in the group of the add-in.
-        key: Name of the attribute.
-        text: Description of the attribute, and advice to the user, for the message.
-        subject: Kind and name of the subject of the finding.
-        findings: List to which the finding is appended.
-    """
-    if key not in attributes:
-        return None
-    try:
-        record = read(attributes[key])
-        extra = getattr(record, "extra", {})
-        if extra:
-            new = _newer(text[0].removeprefix("the attribute of "), extra, subject)
-            if new not in findings:
-                findings.append(new)
-        return record
-    except InputError as error:
-        what, todo = text
-        message = f"{what} cannot be read ({error}); {todo}"
-        new = finding("error", "bad-attribute", message, *subject)
-        if new not in findings:  # all occurrences of a component have the same points
-            findings.append(new)
-    return None

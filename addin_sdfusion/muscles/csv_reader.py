@@ -17,7 +17,8 @@ from ..robot.model.muscle import CableKind
 from ..robot.model.pose import Vector3
 from ..robot.model.robot import POSITIONS, WORLD, Axis
 from ..snapshot import COLOR, MuscleSnapshot, Role
-from .table import MuscleTable, PointRow, by_name
+from .rows import PointRow, by_name
+from .table import MuscleTable
 
 COLUMNS = (
     "role",

@@ -25,7 +25,8 @@ from ..snapshot import (
 )
 from .checks import finding, table_findings
 from .point_names import is_point_name, natural_key, parse_point_name
-from .table import COLORS, MuscleTable, PointRow, WrapRow, by_name
+from .rows import PointRow, WrapRow, by_name
+from .table import COLORS, MuscleTable
 
 
 class _Located(Protocol):

@@ -17,7 +17,8 @@ from ..robot.model.robot import WORLD
 from ..robot.model.rotations import dot, normalized, subtract
 from ..snapshot import SurfaceSnapshot, WrapUse
 from .checks import finding
-from .table import MuscleTable, PointRow, WrapRow
+from .rows import PointRow, WrapRow
+from .table import MuscleTable
 
 FindFace = Callable[[str, SurfaceSnapshot], SurfaceSnapshot | None]
 """Function that finds the only face of a link with the shape and place of a surface."""

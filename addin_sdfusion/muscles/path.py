@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 from ..robot.model.pose import Vector3
 from ..robot.model.transform import IDENTITY, Transform
 from ..snapshot import SurfaceSnapshot
-from .table import MuscleTable, WrapRow
+from .rows import WrapRow
+from .table import MuscleTable
 from .wrap_path import path_over
 
 

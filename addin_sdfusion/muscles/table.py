@@ -6,25 +6,12 @@ immutable: an edit returns a new one, in which the points of every muscle are nu
 
 from __future__ import annotations
 
-import math
-from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
-from ..robot.errors import InputError, UnknownNameError
-from ..robot.model.pose import Vector3
-from ..robot.model.robot import WORLD
-from ..snapshot import (
-    COLOR,
-    DEFAULT_COLOR,
-    MuscleSnapshot,
-    PointUse,
-    SurfaceSnapshot,
-    SurfaceUse,
-    WrapUse,
-)
+from ..snapshot import DEFAULT_COLOR, MuscleSnapshot, WrapUse
 from .point_names import natural_key
+from .rows import PointRow, WrapRow, change_uses, free_name
 
 NAMED_COLORS = {
     "Red": DEFAULT_COLOR,
@@ -40,65 +27,6 @@ NAMED_COLORS = {
 }
 COLORS = tuple(NAMED_COLORS.values())
 """Colours assigned to new muscles."""
-
-SAME = 1e-7
-"""Maximum distance of two points that are considered identical, in [m]."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PointRow(PointUse):
-    """The stored use of a point with its position; the occurrence is the one that contains it.
-
-    Attributes:
-        position: In the root frame, in [m].
-        entity: Identifier of the point in the CAD system; empty if unknown.
-        lost: Reason why the point was not found; empty if it was found. A lost point is stored
-            unchanged until the user deletes it.
-    """
-
-    position: Vector3
-    entity: str = ""
-    lost: str = ""
-
-    @property
-    def use(self) -> PointUse:
-        """The use to store on the point."""
-        return PointUse(**{f.name: getattr(self, f.name) for f in fields(PointUse)})
-
-    def on_link(self, link: str) -> PointRow:
-        """Return the point fixed to another link.
-
-        A construction point that the add-in created is created again in the component of the other
-        link, so that it moves with that link.
-
-        Raises:
-            InputError: The point was not found.
-        """
-        self.require_found()
-        moved = replace(self, link=link)
-        return replace(moved, entity="", occurrence="", made=False) if self.made else moved
-
-    def require_found(self) -> None:
-        """Raise an InputError if the point was not found."""
-        if self.lost:
-            raise InputError(f"This point is not found: {self.lost}. Delete it or pick it again.")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WrapRow(SurfaceUse):
-    """The stored use of a wrap surface, with its shape."""
-
-    face: SurfaceSnapshot
-
-    @property
-    def use(self) -> SurfaceUse:
-        """The use to store on the face."""
-        return SurfaceUse(**{f.name: getattr(self, f.name) for f in fields(SurfaceUse)})
-
-    @property
-    def lost(self) -> str:
-        """Reason why the face was not found; empty if it was found."""
-        return self.face.lost
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,156 +200,9 @@ class MuscleTable:
             for wrap in self.wraps
         )
 
-    # Import from a file
-
-    def merge(self, new: MuscleTable) -> MuscleTable:
-        """Return the table merged with a table read from a file, which replaces equal names.
-
-        A new point at the position of an existing point on the same link replaces that point and
-        keeps its construction point.
-        """
-        table = self
-        for row in new.rows:
-            table = table.with_muscle(row)
-        of = {row.name: self.points_of(row.name) for row in table.rows}
-        for row in new.rows:
-            free = list(of[row.name])
-            of[row.name] = tuple(_match_existing_point(p, free) for p in new.points_of(row.name))
-        others = {(point.role, point.name): [point] for point in self.others}
-        for point in new.others:
-            key = point.role, point.name
-            others[key] = [_match_existing_point(point, others.get(key, []))]
-        return replace(
-            table,
-            points=tuple(p for row in table.rows for p in of[row.name]),
-            others=by_name(point for (point,) in others.values()),
-        )
-
-    # Links
-
-    def used_links(self) -> list[str]:
-        """Return the links of all points and wrap surfaces that were found."""
-        links = {p.link for p in (*self.points, *self.others) if not p.lost}
-        return sorted(links | {w.link for w in self.wraps if not w.lost}, key=natural_key)
-
-    def replace_link(self, old: str, new: str, link_of: Mapping[str, str]) -> MuscleTable:
-        """Return the table with all points and wrap surfaces of one link on another link.
-
-        Args:
-            old: The link to replace.
-            new: The other link; empty for the link of the occurrence of each point.
-            link_of: Link of each occurrence, by path.
-        """
-
-        def link(occurrence: str) -> str:
-            return new or link_of.get(occurrence, old)
-
-        def move(point: PointRow) -> PointRow:
-            if point.link != old or point.lost:
-                return point
-            there = link(point.occurrence)
-            is_there = there == link_of.get(point.occurrence)
-            return replace(point, link=there) if is_there else point.on_link(there)
-
-        return replace(
-            self,
-            points=tuple(map(move, self.points)),
-            others=tuple(map(move, self.others)),
-            wraps=tuple(
-                replace(w, link=link(w.occurrence)) if w.link == old and not w.lost else w
-                for w in self.wraps
-            ),
-        )
-
-    # Checks
-
-    def problems(self, links: Collection[str]) -> list[str]:
-        """Return a sentence for every problem that prevents writing the table into a design.
-
-        Args:
-            links: Names of all links of the design.
-        """
-        return [*self._muscle_problems(), *self._wrap_problems(), *self._link_problems(links)]
-
-    def hints(self) -> list[str]:
-        """Return hints on incomplete muscles."""
-        return [
-            f"{row.name} needs at least two points."
-            for row in self.rows
-            if len(self.points_of(row.name)) < 2
-        ]
-
     def bad_uses(self) -> Iterator[tuple[WrapRow, WrapUse]]:
         """Yield uses of wrap surfaces with an unknown muscle or point."""
         for wrap in self.wraps:
             for use in wrap.muscles:
                 if use.after not in [p.number for p in self.points_of(use.muscle)][:-1]:
                     yield wrap, use
-
-    def _muscle_problems(self) -> Iterator[str]:
-        for row in self.rows:
-            if not COLOR.fullmatch(row.color):
-                yield f"{row.name}: the colour must be #rrggbb, not {row.color!r}."
-            if not row.f_min >= 0.0:
-                yield f"{row.name}: the minimum force must not be negative."
-            if not row.f_min <= row.f_max:
-                yield f"{row.name}: the maximum force must not be less than the minimum force."
-        for kind, points in (("task points", self.tasks), ("markers", self.markers)):
-            counts = Counter(point.name for point in points)
-            if counts.pop("", 0):
-                yield f"One of the {kind} has no name; enter one."
-            for name in sorted(name for name, count in counts.items() if count > 1):
-                yield f"Two {kind} are called {name}; rename one."
-
-    def _wrap_problems(self) -> Iterator[str]:
-        for wrap, use in self.bad_uses():
-            yield (
-                f"Wrap surface {wrap.name}: point {use.after} of {use.muscle} does not exist or is "
-                "the last point; choose the point in the table."
-            )
-
-    def _link_problems(self, links: Collection[str]) -> Iterator[str]:
-        kinds = {"task": "Task point", "marker": "Marker"}
-        located = [
-            *((f"Point {p.number} of {p.muscle}", p.link) for p in self.points if not p.lost),
-            *((f"{kinds[p.role]} {p.name}", p.link) for p in self.others if not p.lost),
-            *((f"Wrap surface {w.name}", w.link) for w in self.wraps if not w.lost),
-        ]
-        for what, link in located:
-            if link not in links and link != WORLD:
-                problem = UnknownNameError("link", link, links).what
-                yield f"{what}: {problem}; choose its link in the table."
-
-
-def change_uses(wrap: WrapRow, edit: Callable[[int, WrapUse], WrapUse | None]) -> WrapRow:
-    """Return a wrap surface with edited uses; a use is deleted if `edit` returns None."""
-    uses = [edit(i, use) for i, use in enumerate(wrap.muscles)]
-    return replace(wrap, muscles=tuple(use for use in uses if use is not None))
-
-
-def by_name(points: Any) -> tuple[PointRow, ...]:
-    """Return task points and markers in the order of a table."""
-    order = ("task", "marker")
-    return tuple(
-        sorted(points, key=lambda p: (order.index(p.role), natural_key(p.name), p.occurrence))
-    )
-
-
-def free_name(names: Sequence[str], rows: Sequence[MuscleSnapshot | PointUse | SurfaceUse]) -> str:
-    """Return the first unused name; the number of names must exceed the number of rows."""
-    taken = {row.name for row in rows}
-    return next(name for name in names if name not in taken)
-
-
-def _match_existing_point(new: PointRow, free: list[PointRow]) -> PointRow:
-    """Return the new point merged with an old point at its position, which leaves `free`."""
-    apart = {i: math.dist(old.position, new.position) for i, old in enumerate(free)}
-    near = [
-        i
-        for i, old in enumerate(free)
-        if old.link == new.link and apart[i] <= SAME and not old.lost
-    ]
-    if not near:
-        return new
-    nearest = min(near, key=lambda i: (abs(free[i].number - new.number), apart[i]))
-    return replace(free.pop(nearest), number=new.number, axes=new.axes)

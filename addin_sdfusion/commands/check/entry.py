@@ -13,8 +13,9 @@ from ...robot.finding import Finding, errors_first
 from ...snapshot_file import write_snapshot
 from .. import clipboard
 from ..command import Command, Window
+from ..dialogs import Cell
 from ..guard import application, chosen_file
-from ..inputs import Cell, Inputs
+from ..inputs import Inputs
 from ..progress_dialog import ProgressDialog
 from ..reading import Reading, read
 from .dialog import DIALOG, ICONS

@@ -1,4 +1,4 @@
-"""Construction points and wrap faces of a design, by the keys of its snapshot."""
+"""Construction points, wrap faces and picked entities of a design, by key."""
 
 from __future__ import annotations
 
@@ -7,21 +7,25 @@ from typing import Any
 from ...fusion.inserted import KEPT
 from ...fusion.occurrences import component_id, every_occurrence
 from ...fusion.points import hidden_points
-from ...muscles.attributes import GROUP, WRAP, stored_surface
+from ...muscles.attributes import GROUP, WRAP
+from ...muscles.stored import stored_surface
 from ...snapshot import DesignSnapshot, SurfaceSnapshot
+from .model.picks import HANDLE
 
 
 class Entities:
-    """Construction points and wrap faces.
+    """Entities to which the rows of the muscle table belong.
 
     Attributes:
         points: Construction points in the snapshot and picked construction points.
-        faces: Faces with a wrap attribute.
+        faces: Faces with a wrap attribute and picked faces.
+        picked: Other picked entities that define a point, by handle.
     """
 
     def __init__(self, design: Any, snapshot: DesignSnapshot) -> None:
         self.points: dict[str, Any] = {}
         self.faces: dict[str, Any] = {}
+        self.picked: dict[str, Any] = {}
         root = design.rootComponent
         components: dict[str, Any] = {"": root}
         components |= {o.fullPathName: o.component for o in every_occurrence(root)}
@@ -49,6 +53,12 @@ class Entities:
     def face_key(self, face: Any) -> str:
         """Return the key of a face; a new key if it is not in the snapshot."""
         return _key(self.faces, face, "face")
+
+    def handle(self, entity: Any) -> str:
+        """Return a new handle of a picked entity."""
+        handle = f"{HANDLE}{len(self.picked)}"
+        self.picked[handle] = entity
+        return handle
 
 
 def _is_of(attribute: Any, surface: SurfaceSnapshot, component: Any) -> bool:

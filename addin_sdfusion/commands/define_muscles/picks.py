@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -17,79 +17,93 @@ from ...robot.errors import InputError
 from ...robot.model.pose import Vector3
 from ...robot.model.rotations import cross, subtract
 from ...snapshot import SurfaceSnapshot
-from .editor import HANDLE, Pick
+from .entities import Entities
+from .model.picks import Pick
 
 _SAME = 1e-5  # [m]
 _SAME_DIRECTION = 1e-4  # [rad]
 
 
-class Picks:
-    """Picked entities, by handle."""
+def picked_point(
+    entity: Any, entities: Entities, click: Any = None, use_centre: bool = True
+) -> Pick:
+    """Return the pick of a point.
 
-    def __init__(self) -> None:
-        self._entities: dict[str, Any] = {}
+    Args:
+        entity: The selected entity: a proxy in the context of the root, or an entity of it.
+        entities: Known entities, to which the entity is added.
+        click: Clicked position in the root frame, a Point3D; None if unknown.
+        use_centre: Whether a circle, sphere or torus means its centre instead of the clicked
+            position.
 
-    def entity(self, handle: str) -> Any:
-        """Return the picked entity of a handle; None for other handles."""
-        return self._entities.get(handle)
+    Raises:
+        InputError: The entity does not define a point; the message lists valid entities.
+    """
+    defined = _defined_position(entity, use_centre)
+    occurrence = entity.assemblyContext
+    path = occurrence.fullPathName if occurrence else ""
+    part = f"What you picked in {occurrence.name!r}" if occurrence else "What you picked"
+    if defined is None:
+        return Pick(_clicked_position(entity, click), path, "", part)
+    read_only = bool(problem_of(entity, occurrence))  # stored in the open design
+    if isinstance(entity, adsk.fusion.ConstructionPoint) and not read_only:
+        return Pick(defined, path, entities.point_key(entity), f"Point {entity.name!r}")
+    return Pick(defined, path, entities.handle(entity), part)
 
-    def point(self, entity: Any, key_of: Callable[[Any], str]) -> Pick:
-        """Return the pick of an entity that defines a point.
 
-        Args:
-            entity: The selected entity: a proxy in the context of the root, or an entity of it.
-            key_of: Function that returns the key of a construction point in the snapshot.
+def picked_surface(entity: Any, entities: Entities) -> Pick:
+    """Return the pick of a cylinder or sphere.
 
-        Raises:
-            InputError: The entity does not define a point; the message lists valid entities.
-        """
-        center = self._position(entity)
-        occurrence = entity.assemblyContext
-        path = occurrence.fullPathName if occurrence else ""
-        read_only = bool(problem_of(entity, occurrence))  # stored in the open design
-        if isinstance(entity, adsk.fusion.ConstructionPoint) and not read_only:
-            return Pick(center, path, key_of(entity), f"Point {entity.name!r}")
-        handle = f"{HANDLE}{len(self._entities)}"
-        self._entities[handle] = entity
-        part = f"What you picked in {occurrence.name!r}" if occurrence else "What you picked"
-        return Pick(center, path, handle, part)
+    Raises:
+        InputError: The face is not a cylinder or sphere.
+    """
+    shape = entity.geometry
+    occurrence = entity.assemblyContext
+    path = occurrence.fullPathName if occurrence else ""
+    if isinstance(shape, adsk.core.Sphere):
+        face = SurfaceSnapshot(path, "sphere", shape.radius * CM, _metres(shape.origin))
+    elif isinstance(shape, adsk.core.Cylinder):
+        axis = shape.axis.x, shape.axis.y, shape.axis.z
+        centre = _metres(shape.origin)
+        face = SurfaceSnapshot(path, "cylinder", shape.radius * CM, centre, axis)
+    else:
+        raise InputError("Muscles can wrap only over cylinders and spheres; pick such a face.")
+    key = entities.face_key(entity)
+    part, problem = f"The face of {entity.body.name!r}", problem_of(entity, occurrence)
+    return Pick(face.centre, path, key, part, problem, replace(face, entity=key))
 
-    def surface(self, entity: Any, key_of: Callable[[Any], str]) -> Pick:
-        """Return the pick of a cylinder or sphere.
 
-        Raises:
-            InputError: The face is not a cylinder or sphere.
-        """
-        shape = entity.geometry
-        occurrence = entity.assemblyContext
-        path = occurrence.fullPathName if occurrence else ""
-        if isinstance(shape, adsk.core.Sphere):
-            face = SurfaceSnapshot(path, "sphere", shape.radius * CM, _metres(shape.origin))
-        elif isinstance(shape, adsk.core.Cylinder):
-            axis = shape.axis.x, shape.axis.y, shape.axis.z
-            centre = _metres(shape.origin)
-            face = SurfaceSnapshot(path, "cylinder", shape.radius * CM, centre, axis)
-        else:
-            raise InputError("Muscles can wrap only over cylinders and spheres; pick such a face.")
-        key = key_of(entity)
-        self._entities[key] = entity
-        part, problem = f"The face of {entity.body.name!r}", problem_of(entity, occurrence)
-        return Pick(face.centre, path, key, part, problem, replace(face, entity=key))
+def _defined_position(entity: Any, use_centre: bool) -> Vector3 | None:
+    """Return the position of a point or centre; None for a position on an edge or face."""
+    if isinstance(entity, adsk.fusion.SketchPoint):
+        return _metres(entity.worldGeometry)
+    if isinstance(entity, (adsk.fusion.BRepVertex, adsk.fusion.ConstructionPoint)):
+        return _metres(entity.geometry)
+    shape = getattr(entity, "geometry", None)
+    if use_centre and isinstance(shape, (adsk.core.Circle3D, adsk.core.Arc3D)):
+        return _metres(shape.center)
+    if use_centre and isinstance(shape, (adsk.core.Sphere, adsk.core.Torus)):
+        return _metres(shape.origin)
+    return None
 
-    def _position(self, entity: Any) -> Vector3:
-        if isinstance(entity, adsk.fusion.SketchPoint):
-            return _metres(entity.worldGeometry)
-        if isinstance(entity, (adsk.fusion.BRepVertex, adsk.fusion.ConstructionPoint)):
-            return _metres(entity.geometry)
-        shape = getattr(entity, "geometry", None)
-        if isinstance(shape, (adsk.core.Circle3D, adsk.core.Arc3D)):
-            return _metres(shape.center)
-        if isinstance(shape, (adsk.core.Sphere, adsk.core.Torus)):
-            return _metres(shape.origin)
+
+def _clicked_position(entity: Any, click: Any) -> Vector3:
+    """Return the clicked position; it must be on the body, unlike that of a window selection."""
+    box = entity.body.boundingBox if is_on_body(entity) else None
+    if click is None or box is None:
         raise InputError(
             "The picked entity does not define a point; pick a vertex, circle, sketch point, "
-            "construction point, sphere or torus."
+            "construction point, sphere or torus, or click on an edge or face."
         )
+    for low, at, high in zip(
+        _metres(box.minPoint), _metres(click), _metres(box.maxPoint), strict=True
+    ):
+        if not low - _SAME <= at <= high + _SAME:
+            raise InputError(
+                f"The position of the click on {entity.body.name!r} is unknown; click on the edge "
+                "or face in the canvas."
+            )
+    return _metres(click)
 
 
 def faces_at(
@@ -132,8 +146,8 @@ def plane(entity: Any) -> Plane:
     return Plane(_metres(shape.origin), normal)
 
 
-def is_center(entity: Any) -> bool:
-    """Return whether a point on an entity is at its centre."""
+def is_on_body(entity: Any) -> bool:
+    """Return whether an entity is an edge or face, whose point is at its centre."""
     return isinstance(entity, (adsk.fusion.BRepEdge, adsk.fusion.BRepFace))
 
 

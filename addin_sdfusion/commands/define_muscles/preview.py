@@ -11,19 +11,20 @@ from ...fusion.notes import optional
 from ...fusion.occurrences import every_occurrence
 from ...fusion.units import CM
 from ...muscles.path import path_of
-from ...muscles.table import MuscleTable
 from ...robot.model.pose import Vector3
+from .model.model import MuscleModel
 
 _THIN, _THICK, _TEXT = 2.0, 5.0, 14.0  # pixels
 _OPACITY = 0.4
 
 
-def draw(design: Any, table: MuscleTable, muscle: str) -> None:
+def draw(design: Any, model: MuscleModel) -> None:
     """Draw all muscles, the chosen one thick and with the numbers of its points.
 
     Bodies of this document's components are transparent in the preview, so that muscles inside them
     are visible. The function must be called only in `executePreview`, whose changes Fusion reverts.
     """
+    table, muscle = model.table, model.muscle
     if table.points:
         _make_transparent(design)
     group = design.rootComponent.customGraphicsGroups.add()

@@ -137,8 +137,8 @@ class Export(Window):
     def _picked(self) -> None:
         """Add the picked components; remove components that are picked again."""
         paths = list(self.settings.components)
-        for entity in self.inputs.picked("components"):
-            path = entity.fullPathName
+        for picked in self.inputs.picked("components"):
+            path = picked.entity.fullPathName
             paths = [p for p in paths if p != path] if path in paths else [*paths, path]
         self.settings = replace(self.settings, components=tuple(paths))
 

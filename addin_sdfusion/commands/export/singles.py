@@ -8,7 +8,8 @@ from typing import Any
 
 from ...robot.errors import InputError
 from ...settings import ExportSettings, JointSettings, LinkSettings
-from ..inputs import Cell, CellEdit
+from ..dialogs import Cell
+from ..inputs import CellEdit
 from .dialog import AS_ALL, COLLISIONS
 
 _COLLISION, _NAME = 1, 3

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from addin_sdfusion.muscles.csv_writer import csv_text
-from addin_sdfusion.muscles.table import COLORS, MuscleTable, PointRow
+from addin_sdfusion.muscles.rows import PointRow
+from addin_sdfusion.muscles.table import COLORS, MuscleTable
 from addin_sdfusion.robot import CardsflowError, Robot
 from addin_sdfusion.robot.files import write_files
 from addin_sdfusion.robot.formats.convert import convert

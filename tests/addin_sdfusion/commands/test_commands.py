@@ -504,12 +504,13 @@ def test_a_failed_read_shows_a_message(fusion: Any, user: User, monkeypatch: Any
 
 
 def test_failing_handlers_show_messages(fusion: Any, user: User, monkeypatch: Any) -> None:
-    from addin_sdfusion.commands.define_muscles.editor import MuscleEditor
+    from addin_sdfusion.commands.define_muscles.model import muscles, points
 
     command = user.define(user.vertex(0))
     error = failing(ZeroDivisionError("division by zero"))
-    for name in ("pick_point", "choose", "edit_point"):
-        monkeypatch.setattr(MuscleEditor, name, error)
+    monkeypatch.setattr(points, "pick_point", error)
+    monkeypatch.setattr(points, "edit_point", error)
+    monkeypatch.setattr(muscles, "choose", error)
     command.pick("pick", user.vertex(1))
     command.set("muscle", "+ New muscle")
     command.press("up")
@@ -519,13 +520,13 @@ def test_failing_handlers_show_messages(fusion: Any, user: User, monkeypatch: An
 
 
 def test_a_failed_ok_reverts_everything(fusion: Any, user: User, monkeypatch: Any) -> None:
-    from addin_sdfusion.commands.define_muscles import writing
+    from addin_sdfusion.commands.define_muscles.writing import writer
 
     before = fusion.full_fingerprint()
     command = user.define(user.vertex(0), user.vertex(1))
 
     error = RuntimeError("3 : the attribute is too long")
-    monkeypatch.setattr(writing, "muscles_text", failing(error))
+    monkeypatch.setattr(writer, "muscles_text", failing(error))
     command.ok()
     assert "the attribute is too long" in command.failed
     assert "Traceback" not in command.failed

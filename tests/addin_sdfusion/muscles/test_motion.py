@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from addin_sdfusion.muscles.motion import SAMPLES, JointSweep
-from addin_sdfusion.muscles.table import MuscleTable, PointRow, WrapRow
+from addin_sdfusion.muscles.rows import PointRow, WrapRow
+from addin_sdfusion.muscles.table import MuscleTable
 from addin_sdfusion.robot.model.joint import Coordinate, Joint, prismatic, revolute
 from addin_sdfusion.robot.model.pose import Pose
 from addin_sdfusion.robot.model.robot import Inertia, Link, Robot

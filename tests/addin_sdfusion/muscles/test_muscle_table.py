@@ -19,17 +19,17 @@ from addin_sdfusion.muscles.attributes import (
     read_settings,
     read_wrap,
     settings_text,
-    stored_muscles,
-    stored_point,
-    stored_surface,
     wrap_text,
 )
 from addin_sdfusion.muscles.csv_reader import COLUMNS, read_csv
 from addin_sdfusion.muscles.csv_writer import csv_text
 from addin_sdfusion.muscles.design_table import read_table
+from addin_sdfusion.muscles.merge import merge
 from addin_sdfusion.muscles.mirror import Plane, mirror_muscle, other_side
 from addin_sdfusion.muscles.path import path_of
-from addin_sdfusion.muscles.table import MuscleTable, PointRow, WrapRow, by_name
+from addin_sdfusion.muscles.rows import PointRow, WrapRow, by_name
+from addin_sdfusion.muscles.stored import stored_muscles, stored_point, stored_surface
+from addin_sdfusion.muscles.table import MuscleTable
 from addin_sdfusion.robot.errors import InputError
 from addin_sdfusion.robot.finding import Finding
 from addin_sdfusion.settings import ExportSettings
@@ -471,7 +471,7 @@ def test_a_table_is_read_back_unchanged(table: MuscleTable) -> None:
 @given(tables())
 def test_importing_an_exported_table_changes_nothing(table: MuscleTable) -> None:
     read, _ = read_csv(csv_text(table).encode())
-    again = table.merge(read)
+    again = merge(table, read)
     assert again.points == table.points
     assert again.rows == table.rows
 
@@ -595,7 +595,7 @@ def test_unknown_columns_are_ignored_with_a_warning() -> None:
 def test_an_import_keeps_points_with_unchanged_positions() -> None:
     table = muscle(3)
     read, _ = read_csv(csv_text(table).replace("1.0,0.0,0.0", "1.5,0.0,0.0").encode())
-    again = table.merge(read)
+    again = merge(table, read)
     assert entities(again) == ["e0", "", "e2"]
     assert again.points[1].position == (1.5, 0.0, 0.0)
     assert again.wraps == table.wraps

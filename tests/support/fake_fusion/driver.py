@@ -75,12 +75,15 @@ class Driver:
         data: The command.
         is_open: Whether its dialog is open.
         failed: Message of a failed execute, or empty.
+        clicks: Number of clicks of the user, including the click on the button of the command. An
+            item of a drop-down requires two clicks, a typed text one.
     """
 
     def __init__(self, data: CommandData) -> None:
         self.data = data
         self.is_open = True
         self.failed = ""
+        self.clicks = 1
         self._steps: list[Any] = []
 
     # Actions of the user ------------------------------------------------------------------------
@@ -91,6 +94,7 @@ class Driver:
         Raises:
             Rejected: The filters of the input reject the entity, or the input is invisible.
         """
+        self.clicks += 1
         data = self._input(id)
         self._must_be(data, SelectionCommandInput)
         self._must_be_usable(data)
@@ -116,6 +120,7 @@ class Driver:
         """
         data = self._input(id)
         self._must_be_usable(data)
+        self.clicks += 2 if "items" in data.fields else 1
         view = data.view()
         if "items" in data.fields:
             self._choose(data, value)
@@ -127,6 +132,7 @@ class Driver:
 
     def press(self, id: str) -> None:
         """Click a button."""
+        self.clicks += 1
         data = self._input(id)
         self._must_be(data, BoolValueCommandInput)
         self._must_be_usable(data)
@@ -135,10 +141,12 @@ class Driver:
 
     def row(self, id: str, row: int) -> None:
         """Click a row of a table; -1 clicks outside the rows."""
+        self.clicks += 1
         self._input(id).view().selectedRow = row
 
     def tab(self, id: str) -> None:
         """Open a tab; the event is sent first for this tab and then for the previous one."""
+        self.clicks += 1
         left, self.data.tab = self.data.active_tab(), self._input(id)
         self._changed(self.data.tab)
         if left is not None and left is not self.data.tab:
@@ -151,6 +159,7 @@ class Driver:
             Rejected: The button is disabled or does not exist.
         """
         self._must_be_open()
+        self.clicks += 1
         if not self.data.fields["isOKButtonVisible"]:
             raise Rejected("there is no OK button")
         if not self.is_valid():

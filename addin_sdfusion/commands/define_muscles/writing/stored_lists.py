@@ -6,8 +6,8 @@ import json
 from collections.abc import Collection, Iterable
 from typing import Any
 
-from ...fusion.inserted import KEPT
-from ...muscles.attributes import (
+from ....fusion.inserted import KEPT
+from ....muscles.attributes import (
     GROUP,
     MUSCLES,
     POINTS,
@@ -16,10 +16,10 @@ from ...muscles.attributes import (
     read_muscle,
     updated_record,
 )
-from ...muscles.table import PointRow
-from ...robot.errors import InputError
-from ...robot.json_text import json_text
-from ...snapshot import PointUse
+from ....muscles.rows import PointRow
+from ....robot.errors import InputError
+from ....robot.json_text import json_text
+from ....snapshot import PointUse
 
 
 class StoredLists:

@@ -3,14 +3,47 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from ...building.build_robot import moving_robot
-from ...muscles.motion import JointSweep
-from ...muscles.table import MuscleTable
-from ...robot.model.robot import Robot
-from ...snapshot import DesignSnapshot
-from ..inputs import Cell, Inputs
-from .dialog import NO_JOINT
+from ....building.build_robot import moving_robot
+from ....muscles.motion import JointSweep
+from ....muscles.table import MuscleTable
+from ....robot.model.robot import Robot
+from ....snapshot import DesignSnapshot
+from ...dialogs import Cell, Input
+from ..model.model import MuscleModel
+
+if TYPE_CHECKING:
+    from ...inputs import Inputs
+
+NO_JOINT = "(no moving joints)"
+
+TAB = Input(
+    "tab_motion",
+    "tab",
+    "Motion",
+    children=(
+        Input("motion_joint", "dropdown", "Joint", "The joint that moves.", options=(NO_JOINT,)),
+        Input(
+            "motion_percent",
+            "number",
+            "Position [%]",
+            "Position in the range of the joint: 0 is its lower limit, 100 its upper limit. Parts "
+            "of the design do not move.",
+        ),
+        Input("motion_at", "text", "Position", "Position and range of the joint."),
+        Input(
+            "motion",
+            "table",
+            "Muscles",
+            "Length of each muscle at this position, its change since the pose of the design, and "
+            "its moment arm: torque at the joint per unit of muscle force.",
+            columns=("Muscle", "Length", "Change [mm]", "Arm [mm]", "Arm over the range [mm]"),
+            widths=(3, 3, 2, 2, 5),
+            rows=16,
+        ),
+    ),
+)
 
 
 class MotionTab:
@@ -22,7 +55,7 @@ class MotionTab:
         self._problem = ""
         self._sweep: JointSweep | None = None
 
-    def show(self, inputs: Inputs, table: MuscleTable) -> None:
+    def show(self, model: MuscleModel, inputs: Inputs) -> None:
         """Show all muscles at the chosen position of the chosen joint, if the tab is open."""
         if not inputs["tab_motion"].isActive:
             return
@@ -43,7 +76,7 @@ class MotionTab:
             low, high = self._sweep.range()
             share = (coordinate.initial - low) / (high - low) if high > low else 0.0
             inputs.set("motion_percent", 100.0 * min(max(share, 0.0), 1.0))
-        self._fill(inputs, table, self._sweep)
+        self._fill(inputs, model.table, self._sweep)
 
     def _fill(self, inputs: Inputs, table: MuscleTable, sweep: JointSweep) -> None:
         low, high = sweep.range()

@@ -14,11 +14,11 @@ from typing import Any
 import adsk.core
 import adsk.fusion
 
-from ...fusion.units import CM
-from ...muscles.attributes import KeptPoint
-from ...muscles.table import PointRow
-from ...robot.errors import InputError
-from ...robot.model.pose import Vector3
+from ....fusion.units import CM
+from ....muscles.attributes import GROUP, KeptPoint, without_tokens
+from ....muscles.rows import PointRow
+from ....robot.errors import InputError
+from ....robot.model.pose import Vector3
 
 BASE_FEATURE = "CARDSFlow points"
 """Name of the base feature with the points at coordinates."""
@@ -38,6 +38,22 @@ class ErrorContext:
         if isinstance(error, Exception):
             why = self._why or str(error) or type(error).__name__
             raise InputError(f"{self._what} cannot be written: {why}") from error
+
+
+def set_attribute(owner: Any, name: str, text: str, about: str, why: str = "") -> None:
+    """Set an attribute if its text changes.
+
+    Args:
+        owner: The design, point or face.
+        name: Name of the attribute.
+        text: Text of the attribute.
+        about: Name of the object for error messages.
+        why: Known reason why it cannot be written, or empty.
+    """
+    with ErrorContext(about, why):
+        attribute = owner.attributes.itemByName(GROUP, name)
+        if attribute is None or without_tokens(attribute.value) != without_tokens(text):
+            owner.attributes.add(GROUP, name, text)
 
 
 def has_name(point: Any, name: str) -> bool:

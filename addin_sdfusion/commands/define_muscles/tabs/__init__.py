@@ -1,0 +1,1 @@
+"""Tabs of the dialog: their inputs, and how they show the model."""

@@ -1,0 +1,1 @@
+"""Writing of the muscle table into a design."""
