@@ -16,7 +16,7 @@ from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES
 
 MAX_WHEEL = 8 * 2**20
-"""Maximum size of a wheel for one platform, in bytes."""
+"""Maximum size of a wheel for one platform, compiled without optimisation, in bytes."""
 
 
 def test_list_prints_every_example_with_its_title(cardsflow: CommandLine) -> None:
@@ -83,6 +83,7 @@ def dist(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     folder = tmp_path_factory.mktemp("dist")
     done = subprocess.run(
         ["uv", "build", "-q", "-o", folder, EXAMPLES.parent],
+        env=os.environ | {"CARDSFLOW_CFLAGS": "-O0"},
         capture_output=True,
         text=True,
         check=False,
