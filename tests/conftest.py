@@ -74,8 +74,8 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Sort the tests; of a test with the mark `cases(n)`, select n cases."""
-    items.sort(key=lambda item: item.location[0])
+    """Sort the tests, long ones first; of a test with the mark `cases(n)`, select n cases."""
+    items.sort(key=lambda item: (not item.get_closest_marker("first"), item.location[0]))
     if "CARDSFLOW_LONG_TESTS" in os.environ:
         return
     tests: dict[tuple[str, int], list[pytest.Item]] = {}

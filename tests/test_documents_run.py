@@ -47,9 +47,10 @@ cardsflow() {
 
 
 def runnable() -> list[Path]:
-    """The documents with blocks that run."""
+    """The documents with blocks that run; those with most blocks first."""
     every = [*documents.documents(), *documents.example_documents()]
-    return [file for file in every if any(_runs(block) for block in blocks(file))]
+    run = {file: sum(_runs(block) for block in blocks(file)) for file in every}
+    return sorted(filter(run.__getitem__, every), key=run.__getitem__, reverse=True)
 
 
 def _runs(block: Block) -> bool:
@@ -58,6 +59,7 @@ def _runs(block: Block) -> bool:
 
 
 @pytest.mark.slow
+@pytest.mark.first
 @pytest.mark.parametrize("file", runnable(), ids=lambda file: str(file.relative_to(ROOT)))
 def test_all_blocks_run(file: Path, tmp_path: Path, client: list[str]) -> None:
     folder = tmp_path / "clone"
