@@ -93,12 +93,13 @@ def add_play(commands: Commands) -> None:
 def _play(options: argparse.Namespace) -> int:
     from cardsflow_fmu.results.viewer.html.play_page import play_page
     from cardsflow_fmu.results.viewer.view import PAGES, serve
-    from cardsflow_fmu.simulation.play import playable
+    from cardsflow_fmu.simulation.play import is_robot, playable
     from cardsflow_fmu.utils.overwrite import output_file, write_output
 
     html = options.html and output_file(options.html, PAGES, overwrite=options.overwrite)
     with playable(options.thing, parse_settings(options.set), _print_line) as experiment:
-        page = play_page(experiment)
+        robot_file = options.thing.as_posix() if is_robot(options.thing) else ""
+        page = play_page(experiment, robot_file, options.set)
     if html:
         print_files([write_output(html, page)], options.json)
     elif options.json:

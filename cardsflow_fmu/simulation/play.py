@@ -15,6 +15,13 @@ from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML
 from .starter import init
 
 
+def is_robot(path: str | Path) -> bool:
+    """Return whether a path is a robot, and not an experiment."""
+    path = Path(path)
+    is_experiment = path.suffix == ".toml" or (path.is_dir() and (path / EXPERIMENT_TOML).is_file())
+    return not is_experiment and holds_robot(path)
+
+
 @contextlib.contextmanager
 def playable(
     path: str | Path,
@@ -33,8 +40,7 @@ def playable(
         RobotError: The robot is invalid.
     """
     path = Path(path)
-    is_experiment = path.suffix == ".toml" or (path.is_dir() and (path / EXPERIMENT_TOML).is_file())
-    if is_experiment or not holds_robot(path):
+    if not is_robot(path):
         yield Experiment.load(path, settings)
         return
     with tempfile.TemporaryDirectory() as folder:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import pytest
 from support.browser import Page
 
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.models.browser.modes import MODES, Mode
 from cardsflow_fmu.models.browser.pack import engine_text
 from cardsflow_fmu.results.viewer.html.play_page import engine_script
 from cardsflow_fmu.utils.html_page import html_page, script_element
@@ -38,11 +40,13 @@ def _require_compiler() -> None:
         pytest.skip("no ziglang: the extra `cross`")
 
 
-def open_engine(browser: Page, experiment: Experiment, folder: Path) -> None:
+def open_engine(
+    browser: Page, experiment: Experiment, folder: Path, modes: Sequence[Mode] = MODES
+) -> None:
     """Open a page from disk, offline, with the engine of an experiment in the variable `engine`."""
     _require_compiler()
     scripts = engine_script(*SCRIPTS) + _OPEN
-    text = json.dumps(engine_text(experiment))
+    text = json.dumps(engine_text(experiment, modes))
     file = folder / "engine.html"
     start = f"let engine; openEngine({text}).then(found => {{ engine = found; }});"
     file.write_text(f"<script>{scripts}\n{start}</script>", "utf-8")

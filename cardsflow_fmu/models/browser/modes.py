@@ -20,9 +20,9 @@ from cardsflow_fmu.experiment.settings.names import robot_names
 from cardsflow_fmu.models.controller import ControllerModel
 from sim_dart.core.frames import moving_frames
 
-Mode = Literal["reference", "joints", "task", "muscles"]
-"""What moves the robot: the reference of the experiment, targets of joints or of the task, or
-commands of the muscles."""
+Mode = Literal["reference", "joints", "task", "muscles", "pose"]
+"""What moves the robot: the reference of the experiment, targets of joints or of the task, commands
+of muscles and motors, or joint positions without dynamics."""
 
 MODES: tuple[Mode, ...] = get_args(Mode)
 
@@ -85,7 +85,7 @@ def models_in_mode(experiment: Experiment, mode: Mode) -> tuple[str, ...]:
     """Return the names of the models that step in a mode, in the order of the columns."""
     if mode == "reference":
         return experiment.columns
-    if mode == "muscles":
+    if mode in ("muscles", "pose"):
         return ("plant",)
     return tuple(name for name in experiment.columns if name != "reference")
 
@@ -112,8 +112,10 @@ def wiring_in_mode(
         for part in parts
         for name, value in zip(part.input_names, part.inputs, strict=True)
     }
+    if len(parts) == 1:
+        return dict(starts)  # of the plant alone
     wiring = {k: v for k, v in experiment.wiring.items() if members(k, starts)}
-    if "reference" not in names:
+    if "controller" in names and "reference" not in names:
         group = ControllerModel.groups(experiment)["reference"]
         wiring |= {name: starts[name] for name in (f"controller.{port.name}" for port in group)}
     return {

@@ -46,26 +46,27 @@ _FIELDS = ("gravity", "mass", "mass_centre", "inertia", "muscle_bends", "bend_fr
 """Fields of files that a page changes while it simulates."""
 
 
-def engine_text(experiment: Experiment) -> str:
+def engine_text(experiment: Experiment, modes: Sequence[Mode] = MODES) -> str:
     """Return what a page needs to simulate an experiment, as base64 of compressed bytes.
 
     Args:
         experiment: The experiment.
+        modes: The drive modes of the page; impossible ones are omitted.
 
     Raises:
         InputError: The experiment requires Python, DART or hardware, or the module is missing.
     """
-    return base64.b64encode(zlib.compress(engine_data(experiment), 9)).decode()
+    return base64.b64encode(zlib.compress(engine_data(experiment, modes), 9)).decode()
 
 
-def engine_data(experiment: Experiment) -> bytes:
+def engine_data(experiment: Experiment, modes: Sequence[Mode] = MODES) -> bytes:
     """Return the same as `engine_text`, not compressed."""
     _require_support(experiment, ("plant",))
     experiment = with_wrenches(experiment)
     packer = _Packer(experiment)
     module = packer.add(wasm_module())
     loops, missing = {}, {}
-    for mode in MODES:
+    for mode in modes:
         try:
             loops[mode] = packer.add_loop(mode)
         except InputError as error:
@@ -131,7 +132,8 @@ class _Packer:
         experiment = experiment_in_mode(self._experiment, mode)
         names = models_in_mode(experiment, mode)
         _require_support(experiment, names)
-        models = {name: C_MODELS[name](experiment) for name in experiment.columns}
+        sources = names if mode == "pose" else experiment.columns
+        models = {name: C_MODELS[name](experiment) for name in sources}
         parts = {
             name: WiredPorts(name, model.ports, model.inputs, model.outputs)
             for name, model in models.items()
@@ -193,6 +195,15 @@ def _robot(robot: Robot) -> dict[str, Any]:
     return {
         "gravity": list(robot.gravity),
         "mass": sum(link.inertia.mass for link in robot.links),
+        "motors": [
+            {
+                "name": c.name,
+                "unit": "N·m" if c.unit == "rad" else "N",
+                "low": c.tau_min,
+                "high": c.tau_max,
+            }
+            for c in robot.motors
+        ],
         "hasFriction": any(muscle.friction for muscle in robot.muscles),
         "muscles": [
             {

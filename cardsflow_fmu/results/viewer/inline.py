@@ -5,16 +5,17 @@ from __future__ import annotations
 import sys
 import tempfile
 import webbrowser
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 
-from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.results.run_data import ExperimentRunData
 
 from .html.page import replay_page
-from .scene.act import Act
-from .view import act_of, experiment_act, still_act, write_html
+from .html.play_page import play_page
+from .view import act_of, experiment_act, page_of, still_act, write_html
 
 
 class ShownPage:
@@ -63,7 +64,7 @@ def show(
     Raises:
         InputError: The result has no rows, or lacks joint positions.
     """
-    shown = ShownPage(replay_page([_act(thing, folder)]))
+    shown = ShownPage(_page(thing, folder))
     if not _in_notebook():
         with tempfile.NamedTemporaryFile(
             "w", suffix=".html", delete=False, encoding="utf-8"
@@ -73,10 +74,17 @@ def show(
     return shown
 
 
-def _act(thing: Robot | Experiment | ExperimentRunData, folder: str | Path | None) -> Act:
+def _page(thing: Robot | Experiment | ExperimentRunData, folder: str | Path | None) -> str:
     if isinstance(thing, Robot):
-        return still_act(thing, None if folder is None else Path(folder))
-    return experiment_act(thing) if isinstance(thing, Experiment) else act_of(thing)
+        return page_of([still_act(thing, None if folder is None else Path(folder))])
+    if not isinstance(thing, Experiment):
+        return page_of([act_of(thing)])
+    try:
+        return play_page(thing)
+    except InputError as error:
+        act = experiment_act(thing)
+        note = f"warning: {error.what}"
+        return replay_page([replace(act, notes=(note, *act.notes))])
 
 
 def _in_notebook() -> bool:

@@ -8,6 +8,7 @@ import threading
 import time
 import webbrowser
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from addin_sdfusion.robot import Finding, InputError, Robot
@@ -21,6 +22,7 @@ from cardsflow_fmu.results.verdict import failure_text
 from cardsflow_fmu.utils.overwrite import output_file, write_output
 
 from .html.page import replay_page
+from .html.play_page import robot_page
 from .live.page_server import served_page
 from .scene.act import Act
 from .scene.meshes import link_meshes
@@ -124,13 +126,25 @@ def notes(result: RunData) -> tuple[str, ...]:
     return tuple(lines)
 
 
+def page_of(acts: Sequence[Act]) -> str:
+    """Return the page of motions, side by side, or of a robot at rest with joint sliders."""
+    act = acts[0]
+    if act.stage.motion.tensions is not None or not act.stage.robot.coordinates:
+        return replay_page(acts)
+    try:
+        return robot_page(act)
+    except InputError as error:
+        note = f"warning: the joints cannot be moved: {error.what}"
+        return replay_page([replace(act, notes=(note, *act.notes))])
+
+
 def write_page(acts: Sequence[Act], file: str | Path, *, overwrite: bool = False) -> Path:
-    """Write a self-contained HTML page that shows motions side by side.
+    """Write a self-contained HTML page that shows motions side by side, or a robot.
 
     Raises:
         InputError: The file cannot be written.
     """
-    return write_html(replay_page(acts), file, overwrite=overwrite)
+    return write_html(page_of(acts), file, overwrite=overwrite)
 
 
 def write_html(page: str, file: str | Path, *, overwrite: bool = False) -> Path:
@@ -167,7 +181,7 @@ def view(
         InputError: A path cannot be shown, or the port is used.
     """
     acts = acts_of(paths, cable_set=cable_set, full_scale=full_scale, note=note)
-    serve(replay_page(acts), port=port, browser=browser, report=report)
+    serve(page_of(acts), port=port, browser=browser, report=report)
 
 
 def serve(

@@ -8,13 +8,17 @@ import numpy as np
 import pytest
 from support.browser import Page, opened_browser
 from support.engine_page import engine_rows, open_client, open_engine
+from support.robots.bent_cables import with_bent_cables
+from support.robots.robots import EXAMPLES
 
+from addin_sdfusion.robot import read_robot
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.models.browser.modes import with_wrenches
+from cardsflow_fmu.models.browser.pose import pose_experiment
 from cardsflow_fmu.models.native_loop import NativeLoop
+from sim_dart import MusclePaths
 
 pytestmark = pytest.mark.browser
-EXAMPLES = Path(__file__).parents[3] / "examples"
 
 
 @pytest.fixture(scope="module")
@@ -40,6 +44,20 @@ def test_two_seconds_in_a_browser_are_those_of_the_native_library(
     count = min(2000, experiment.run.steps)
     open_engine(browser, experiment, tmp_path)
     np.testing.assert_array_equal(engine_rows(browser, count), native_rows(experiment, count))
+
+
+def test_cable_friction_in_a_browser_is_that_of_the_native_library(
+    browser: Page, tmp_path: Path
+) -> None:
+    experiment = Experiment.load(EXAMPLES / "planar_2r")
+    robot, q = experiment.robot, experiment.start.q
+    rough, smoother = (
+        replace(experiment, robot=with_bent_cables(robot, mu, q)) for mu in (0.2, 0.1)
+    )
+    expected = native_rows(rough, 500)
+    assert np.abs(expected[-1] - native_rows(smoother, 500)[-1]).max() > 0.1
+    open_engine(browser, rough, tmp_path)
+    np.testing.assert_allclose(engine_rows(browser, 500), expected, rtol=0.0, atol=1e-12)
 
 
 def test_constant_pull_acts_as_a_wrench_in_the_native_library(
@@ -123,10 +141,28 @@ def test_targets_of_joints_and_of_the_hand_are_reached(browser: Page, tmp_path: 
     assert max(browser.evaluate(script)) < 1e-6  # in rad and m
 
 
+def test_pose_has_the_lengths_and_moment_arms_of_the_robot(browser: Page, tmp_path: Path) -> None:
+    robot = read_robot(EXAMPLES / "hill_arm/robot")
+    q = np.linspace(0.3, 0.5, len(robot.coordinates))
+    open_engine(browser, pose_experiment(robot, (0 * q).tolist()), tmp_path, ("pose",))
+    browser.evaluate(f"engine.setPose({q.tolist()})")
+    frame = browser.evaluate("(f => [f.lengths, f.jacobian].map(x => [...x]))(engine.frame())")
+    state = MusclePaths(robot).evaluate(q)
+    np.testing.assert_array_equal(frame[0], state.lengths)
+    np.testing.assert_array_equal(frame[1], state.jacobian.ravel())
+    curve = browser.evaluate("engine.analysis.momentArms(0, 0)")
+    slope = np.gradient(curve["lengths"], curve["q"], edge_order=2)
+    np.testing.assert_allclose(curve["arms"], -slope, atol=1e-4)
+    run = "(() => { try { engine.run(1); } catch (error) { return error.message; } })()"
+    assert "choose another drive mode" in browser.evaluate(run)
+
+
 def test_worker_plays_and_reports_failures(browser: Page, tmp_path: Path) -> None:
     open_client(browser, Experiment.load(EXAMPLES / "planar_2r"), tmp_path)
     assert browser.evaluate("wrong") == ""
-    assert browser.evaluate("play.setup.modes") == ["reference", "joints", "task", "muscles"]
+    assert browser.evaluate("play.setup.modes") == [
+        *("reference", "joints", "task", "muscles", "pose")
+    ]
     browser.evaluate("play.play()")
     browser.wait_for("frames.length > 20 && play.frame.time > 0.1")
     browser.evaluate("play.pause()")

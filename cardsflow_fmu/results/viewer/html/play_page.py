@@ -1,18 +1,21 @@
-"""Self-contained HTML page that simulates an experiment: plant and controller run in the page."""
+"""Self-contained HTML pages of a robot that moves: a simulation with controller, or poses."""
 
 from __future__ import annotations
 
 import base64
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.cosim.signals.ports import task_names
 from cardsflow_fmu.experiment.experiment import EXPERIMENT_FILE, Experiment
+from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.models.browser.pack import engine_text
+from cardsflow_fmu.models.browser.pose import pose_experiment
 from cardsflow_fmu.results.viewer.scene import shapes
 from cardsflow_fmu.results.viewer.scene.act import Act
 from cardsflow_fmu.results.viewer.scene.meshes import link_meshes
@@ -29,41 +32,67 @@ _PLAY = ("analysis", "download", "panel", "pointer", "bar", "play")
 _SCRIPTS = (*SHARED_SCRIPTS, *(f"play_parts/{name}.js" for name in _PLAY))
 
 
+_NO_CONTACTS = (
+    "warning: this page simulates no ground, objects and contacts; `cardsflow run --view` does"
+)
+
+
 def engine_script(*names: str) -> str:
     """Return scripts of the simulation, such as `client` or `worker`."""
     return "\n".join(page_part(f"engine_parts/{name}.js") for name in names)
 
 
-def play_page(experiment: Experiment) -> str:
+def play_page(experiment: Experiment, robot_file: str = "", changes: Sequence[str] = ()) -> str:
     """Return a page in which a user drives the robot, pulls it and changes it.
 
     Args:
-        experiment: The experiment.
+        experiment: The experiment. Its page has no ground, objects and contacts.
+        robot_file: The robot if `cardsflow init` created the experiment; the command that the page
+            copies then begins with it.
+        changes: Changes `key=value` of the experiment that the command contains.
 
     Raises:
         InputError: The experiment requires Python, DART or hardware, or the compiler is missing.
     """
-    engine = engine_text(experiment)
-    robot = experiment.robot
-    meshes = link_meshes(robot, experiment.folder, experiment.roots)
-    stage = Stage(robot, Motion.still(experiment.start.q), meshes)
-    act = Act(stage, experiment.name, tuple(experiment.warnings()))
-    motion = base64.b64encode(encode([act])).decode()
+    notes = tuple(experiment.warnings())
+    if experiment.scene is not None:
+        experiment, notes = replace(experiment, scene=None), (_NO_CONTACTS, *notes)
+    meshes = link_meshes(experiment.robot, experiment.folder, experiment.roots)
+    stage = Stage(experiment.robot, Motion.still(experiment.start.q), meshes)
     extra = {
-        "links": dict(_links_of_shapes(robot, stage)),
-        "muscleRadius": 0.004 * stage.reach,
-        "hand": _hand(robot),
-        "path": experiment.file.parent.as_posix(),
+        "robotFile": robot_file,
+        "path": EXPERIMENT_TOML if robot_file else experiment.file.parent.as_posix(),
+        "changes": list(changes),
         "name": experiment.name,
         "experimentFile": EXPERIMENT_FILE,
-        "tasks": list(task_names(robot)),
+        "tasks": list(task_names(experiment.robot)),
     }
-    texts = {"motion": motion, "engine": engine, "play": _escaped(json_text(extra))}
-    texts["files"] = _files(experiment)
+    act = Act(stage, experiment.name, notes)
+    return _moving_page(act, engine_text(experiment), extra, {"files": _files(experiment)})
+
+
+def robot_page(act: Act) -> str:
+    """Return a page in which a user moves the joints of a robot and sees lengths and moment arms.
+
+    Args:
+        act: The robot at rest.
+
+    Raises:
+        InputError: The robot is not supported, or the compiler is missing.
+    """
+    experiment = pose_experiment(act.stage.robot, act.stage.motion.q[0].tolist())
+    return _moving_page(act, engine_text(experiment, ("pose",)), {}, {})
+
+
+def _moving_page(act: Act, engine: str, extra: dict[str, Any], files: dict[str, str]) -> str:
+    robot, stage = act.stage.robot, act.stage
+    extra |= {"links": dict(_links_of_shapes(robot, stage)), "hand": _hand(robot)}
+    motion = base64.b64encode(encode([act])).decode()
+    texts = {"motion": motion, "engine": engine, "play": _escaped(json_text(extra)), **files}
     texts["engine-script"] = engine_script(*_WORKER)
     script = "\n".join((strict_script(_SCRIPTS), engine_script("client", "crc32")))
     return html_page(
-        f"{experiment.name} - play",
+        act.title,
         page_part("page.css") + page_part("play_parts/play.css"),
         "<noscript>This page requires JavaScript; allow scripts for it.</noscript>",
         *(f'<script type="text/plain" id="{id_}">{text}</script>' for id_, text in texts.items()),

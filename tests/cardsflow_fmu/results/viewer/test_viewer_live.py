@@ -20,6 +20,7 @@ from support.recorded import sinusoidal_result
 from support.robots.robots import EXAMPLES, PLANAR_2R, planar_2r
 
 from cardsflow_fmu import Experiment, run
+from cardsflow_fmu.models.browser import pack
 from cardsflow_fmu.results.viewer import Stage, motion_of
 from cardsflow_fmu.results.viewer.live.page_server import PageServer, page_server
 from cardsflow_fmu.results.viewer.live.run_stream import frame_text, stream_frames
@@ -131,7 +132,10 @@ def test_command_writes_pages_of_runs_and_robots(
         assert file.read_text().startswith("<!DOCTYPE html>")
 
 
-def test_missing_meshes_are_reported_first(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_missing_meshes_are_reported_first(
+    tmp_path: Path, cardsflow: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pack, "wasm_module", lambda: b"module")
     shutil.copytree(EXAMPLES / "pick_up/robot", tmp_path / "robot")
     shutil.rmtree(tmp_path / "robot/meshes")
     code, _, err = cardsflow("view", tmp_path / "robot", "--html", tmp_path / "arm.html")

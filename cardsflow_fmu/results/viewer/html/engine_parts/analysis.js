@@ -6,21 +6,22 @@ const unlimited = force => force < 1e300 ? force : Infinity;
 class Analysis {
   constructor(engine) { this.engine = engine; }
 
-  // Returns the moment arms of a muscle about a joint, in m or without unit, over the range of the joint.
+  // Returns moment arms, in m or without unit, and lengths of a muscle over the range of a joint.
   momentArms(muscle, joint, count = 61) {
     const { engine } = this, { plant, header } = engine, { lower, upper } = header.coordinates[joint];
-    const n = header.coordinates.length, now = plant.group("q")[joint];
+    const n = header.coordinates.length, pose = plant.group("q").slice(), now = pose[joint];
     if (!this.robot) this.robot = new Model(engine.module, header.models[0], engine.changes.files[0], plant.ports);
-    const state = plant.state(), numbers = new Float64Array(state.buffer); // ticks, q, qd, ...
-    numbers.fill(0, 1 + n, 1 + 2 * n);
+    const state = plant.state();
     const low = finiteOr(lower, now - Math.PI), high = finiteOr(upper, now + Math.PI);
     const q = Array.from({ length: count }, (_, i) => low + (high - low) * i / (count - 1));
-    const arms = q.map(value => {
-      numbers[1 + joint] = value;
+    const lengths = [], arms = q.map(value => {
+      pose[joint] = value;
+      writePose(state, pose);
       this.robot.setState(state);
+      lengths.push(this.robot.array("lengths")[muscle]);
       return -this.robot.array("jacobian")[n * muscle + joint];
     });
-    return { q, arms };
+    return { q, arms, lengths };
   }
 
   // Returns minimum and maximum torque of each joint that the force limits allow at the current pose.

@@ -58,7 +58,8 @@ class EngineClient {
   setMode(mode) { return this.call("setMode", mode); }
   setJoints(values) { return this.call("setTarget", values); }
   setTask(values) { return this.call("setTarget", values); }
-  setMuscles(values) { return this.call("setMuscles", values); }
+  setMuscles(values, torques) { return this.call("setMuscles", values, torques); }
+  setPose(q) { return this.call("setPose", q); }
   pull(link, point, target, stiffness = 100) { return this.call("pull", link, point, { target, stiffness }); }
   release() { return this.call("release"); }
   getState() { return this.call("getState"); }

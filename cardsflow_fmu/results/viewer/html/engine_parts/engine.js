@@ -49,6 +49,7 @@ class Engine {
 
   // Runs some steps. Throws an error with the message of the model that failed.
   run(count, onRows = null) {
+    this.requireDynamics();
     const every = Math.max(1, Math.round(SNAPSHOT_SECONDS / this.step));
     while (count > 0) {
       if (this.isChanged || this.k % every === 0) this.remember();
@@ -74,11 +75,12 @@ class Engine {
   setMode(mode) {
     if (!this.loops[mode]) throw new Error(this.header.missing[mode] || `unknown mode ${mode}`);
     const before = new Set(this.loop.models), { models, values } = this.loops[mode];
-    const commands = this.plant.group("commands").slice();
+    const commands = this.plant.group("commands").slice(), motors = this.plant.group("torques").slice();
     const loads = new Float64Array(this.loops[mode].values[0].buffer);
     this.mode = mode;
     this.plant.values.set(loads.subarray(0, this.plant.entry.outputs[0]));
     this.plant.group("commands").set(commands);
+    this.plant.group("torques").set(motors);
     models.forEach((model, i) => {
       if (before.has(model) && model.role !== "reference") return;
       model.values.set(new Float64Array(values[i].buffer));
@@ -87,6 +89,19 @@ class Engine {
     for (const model of models.slice().reverse())
       if (!before.has(model)) model.initialize(this.time);
     this.holdTargets();
+    this.isChanged = true;
+  }
+
+  requireDynamics() {
+    if (this.mode === "pose") throw new Error("choose another drive mode: without dynamics, only the sliders move the robot");
+  }
+
+  // Moves the joints to positions, at rest.
+  setPose(q) {
+    const { plant } = this, state = plant.state();
+    writePose(state, q);
+    plant.setState(state);
+    if (this.target) this.holdTargets();
     this.isChanged = true;
   }
 
@@ -118,10 +133,11 @@ class Engine {
     }
   }
 
-  // Sets the commands of all muscles, in the mode "muscles".
-  setMuscles(values) {
+  // Sets the commands of all muscles and joint motors, in the mode "muscles".
+  setMuscles(values, torques = []) {
     const commands = this.plant.group("commands");
     this.header.commanded.forEach((muscle, i) => { commands[i] = values[muscle]; });
+    this.plant.group("torques").set(torques);
     this.isChanged = true;
   }
 
@@ -291,6 +307,9 @@ class Engine {
       pathSizes: this.drawing.sizes.slice(),
       tensions: this.tensions(),
       commands: this.commands(),
+      motors: this.plant.group("torques").slice(),
+      lengths: this.plant.group("lengths").slice(),
+      jacobian: this.plant.array("jacobian").slice(),
       torques: this.analysis.torqueRange(),
       mode: this.mode,
       target: this.target && this.target.goal.slice(),
@@ -300,6 +319,13 @@ class Engine {
       last: this.last,
     };
   }
+}
+
+// Writes joint positions, and zero velocities, into a state of the plant: ticks, q, qd, ...
+function writePose(state, q) {
+  const numbers = new Float64Array(state.buffer);
+  numbers.set(q, 1);
+  numbers.fill(0, 1 + q.length, 1 + 2 * q.length);
 }
 
 function pointAt(pose, point) {

@@ -38,6 +38,7 @@ function tick() {
 const CALLS = {
   play() {
     if (isPlaying) return;
+    engine.requireDynamics();
     isPlaying = true;
     last = performance.now() / 1000;
     due = 0;
@@ -53,7 +54,11 @@ const CALLS = {
   goTo(step) { CALLS.pause(); engine.goTo(step); },
   setMode(mode) { engine.setMode(mode); },
   setTarget(values) { engine.setTarget(values); },
-  setMuscles(values) { engine.setMuscles(values); },
+  setMuscles(values, torques) { engine.setMuscles(values, torques); },
+  setPose(q) {
+    CALLS.pause();
+    engine.setPose(q);
+  },
   pull(link, point, how) { engine.pull(link, point, how); },
   release() { engine.release(); },
   set(key, value) { engine.change(key, value); },

@@ -51,10 +51,13 @@ class PlayAnalysis {
     });
     this.muscleRows = panel.rows.map(({ row }) => row);
     this.limit = panel.limit;
+    this.isStill = panel.isStill;
     const plots = element("fieldset", box);
     element("legend", plots, { textContent: "Plots" });
     const plot = () => ({ title: element("div", plots), canvas: element("canvas", plots, { className: "curves" }) });
-    [this.arms, this.tension, this.angle] = [plot(), plot(), plot()];
+    this.arms = plot();
+    if (this.isStill) this.length = plot();
+    else [this.tension, this.angle] = [plot(), plot()];
     this.select(0, 0);
   }
 
@@ -63,10 +66,23 @@ class PlayAnalysis {
     this.muscleRows.forEach((row, i) => row.classList.toggle("selected", i === muscle));
     this.rows.forEach(({ row }, i) => row.classList.toggle("selected", i === joint));
     this.curve = null;
-    if (this.setup.muscles.length) this.showLimit(muscle);
-    if (!this.setup.muscles.length || !this.setup.coordinates.length) return;
-    this.curve = await this.client.call("momentArms", muscle, joint);
+    if (this.setup.muscles.length && !this.isStill) this.showLimit(muscle);
+    await this.computeCurve();
   }
+
+  // Computes moment arms and lengths at the current pose, one request at a time.
+  async computeCurve() {
+    if (!this.setup.muscles.length || !this.setup.coordinates.length || this.isComputing) return;
+    this.isComputing = true;
+    const { muscle, joint } = this, q = this.client.frame.q.slice();
+    const curve = await this.client.call("momentArms", muscle, joint);
+    this.isComputing = false;
+    if (muscle === this.muscle && joint === this.joint) this.curve = { ...curve, at: q };
+    else await this.computeCurve();
+  }
+
+  // Returns whether another joint has moved since the curve was computed.
+  isOld({ q }) { return !this.curve || q.some((x, i) => i !== this.joint && Math.abs(x - this.curve.at[i]) > 1e-3); }
 
   // Shows the slider of f_max of the selected muscle.
   showLimit(muscle) {
@@ -82,19 +98,25 @@ class PlayAnalysis {
     const { muscles, coordinates } = this.setup;
     this.rows.forEach(({ position, range }, i) => {
       const [low, high] = frame.torques.subarray(2 * i, 2 * i + 2);
-      position.textContent = short(frame.q[i]);
+      setText(position, short(frame.q[i]));
       const bound = x => Math.abs(x) < 1e300 ? short(x) : x > 0 ? "∞" : "−∞"; // forces without a limit
-      range.textContent = `${bound(low)} … ${bound(high)}`;
+      setText(range, `${bound(low)} … ${bound(high)}`);
     });
     if (!muscles.length || !coordinates.length) return;
     const muscle = muscles[this.muscle], joint = coordinates[this.joint];
+    if (this.isOld(frame)) this.computeCurve();
     if (this.curve) {
-      const { q, arms } = this.curve, isLimited = joint.lower !== null && joint.upper !== null;
+      const { q, arms, lengths } = this.curve, isLimited = joint.lower !== null && joint.upper !== null;
       const changes = isLimited && Math.min(...arms) < 0 && Math.max(...arms) > 0;
       this.arms.title.textContent = `moment arm of ${muscle.name} about ${joint.name}${changes ? ": changes sign" : ""}`;
       this.arms.title.className = changes ? "bound" : "";
       drawCurves(this.arms.canvas, [{ x: q, y: arms, colour: SERIES[0] }], frame.q[this.joint]);
+      if (this.length) {
+        this.length.title.textContent = `length of ${muscle.name} over ${joint.name}: ${short(frame.lengths[this.muscle])} m`;
+        drawCurves(this.length.canvas, [{ x: q, y: lengths, colour: SERIES[0] }], frame.q[this.joint]);
+      }
     }
+    if (this.isStill) return;
     this.record(frame, joint.name);
     this.tension.title.textContent = `tension of ${muscle.name}: ${short(frame.tensions[this.muscle])} N`;
     drawCurves(this.tension.canvas, [{ x: this.times, y: this.tensions, colour: SERIES[0] }]);

@@ -2,7 +2,7 @@
 
 const SHORTCUTS = [
   ["Space", "play or pause"], [". and ,", "one step forward or back"], ["Backspace", "reset"],
-  ["← and →", "0.1 s back or forward"], ["+ and -", "faster or slower"], ["1 to 4", "drive mode"],
+  ["← and →", "0.1 s back or forward"], ["+ and -", "faster or slower"], ["1 to 5", "drive mode"],
   ["f, s, t, 0", "view from the front, the side, the top; fit"],
   ["drag a link", "pull it with a spring"], ["drag the green ball", "move the end effector's target"],
   ["drag elsewhere", "turn the view; with Shift: move it"], ["?", "this help"],

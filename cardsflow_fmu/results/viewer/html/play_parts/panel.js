@@ -10,7 +10,14 @@ function addSlider(into, name, unit, low, high, value, changed) {
   return { input, title, set: number => { if (document.activeElement !== input) { input.value = number; show(); } } };
 }
 
-const MODE_NAMES = { reference: "follow the reference", joints: "hold joint targets", task: "drag the end effector", muscles: "muscle commands" };
+const PANEL_MILLISECONDS = 100; // between updates of numbers and plots while the simulation runs
+const MODE_NAMES = { reference: "follow the reference", joints: "hold joint targets", task: "drag the end effector", muscles: "muscle and motor commands",
+  pose: "set joint positions" };
+
+// Sets a text only if it differs, since each change costs a new layout.
+function setText(into, text) {
+  if (into.shown !== text) into.textContent = into.shown = text;
+}
 
 // Adds the legend of a colour scale from the smallest f_min to the largest tension up to now.
 function addScale(ramp, muscles, into) {
@@ -29,19 +36,20 @@ function addScale(ramp, muscles, into) {
 
 class PlayPanel {
   constructor(client, data, motion, box) {
-    Object.assign(this, { client, data, box, setup: client.setup });
+    Object.assign(this, { client, data, box, setup: client.setup, reach: motion.acts[0].reach });
     box.classList.add("play");
     this.status = element("div", null, { className: "status" });
+    this.isStill = this.setup.modes.length === 1; // a robot without dynamics
     this.shown = element("details", box);
     element("summary", this.shown, { textContent: "Show" });
-    this.addModes();
-    this.targets = element("fieldset", this.box);
-    this.addChanges();
+    if (!this.isStill) this.addModes();
+    this.targets = element("fieldset", this.box, { className: "targets" });
+    if (!this.isStill) this.addChanges();
     this.addMuscles();
     this.limit = element("div", this.muscles);
-    this.scale = addScale(motion.ramp, this.setup.muscles, this.muscles);
+    if (!this.isStill) this.scale = addScale(motion.ramp, this.setup.muscles, this.muscles);
     this.analysis = new PlayAnalysis(this);
-    this.addFiles();
+    if (!this.isStill) this.addFiles();
   }
 
   // Shows the message of a failed call, until the next call succeeds.
@@ -75,23 +83,32 @@ class PlayPanel {
   // Shows the sliders of a mode; called when the mode has changed.
   showTargets(frame) {
     this.mode = frame.mode;
-    this.modes[frame.mode].checked = true;
+    if (this.modes) this.modes[frame.mode].checked = true;
     this.targets.replaceChildren();
+    if (this.isStill) element("legend", this.targets, { textContent: "Joint positions" });
     this.sliders = [];
-    const { coordinates, tasks, muscles } = this.setup, values = Array.from(frame.target || frame.commands);
-    const send = () => this.do(frame.mode === "muscles" ? this.client.setMuscles(values) : this.client.setJoints(values));
-    const add = (name, unit, low, high, i) =>
-      this.sliders.push(addSlider(this.targets, name, unit, low, high, values[i], value => { values[i] = value; send(); }));
-    this.values = values;
-    if (frame.mode === "joints")
-      coordinates.forEach(({ name, unit, lower, upper }, i) =>
-        add(name, unit, finiteOr(lower, values[i] - 3), finiteOr(upper, values[i] + 3), i));
-    if (frame.mode === "task") tasks.forEach(({ name, unit }, i) => add(name, unit, values[i] - 0.5, values[i] + 0.5, i));
-    if (frame.mode === "muscles")
-      muscles.forEach(({ name, unit, low, high }, i) => {
-        if (this.setup.commanded.includes(i)) add(name, unit, finiteOr(low, 0), finiteOr(high, Math.max(100, 3 * values[i])), i);
+    const { client } = this, { coordinates, tasks, muscles, motors } = this.setup;
+    const values = this.values = Array.from(this.targetOf(frame) || frame.commands), torques = Array.from(frame.motors);
+    const send = {
+      joints: () => client.setJoints(values), task: () => client.setTask(values),
+      muscles: () => client.setMuscles(values, torques), pose: () => client.setPose(values),
+    }[frame.mode];
+    const add = ({ name, unit }, low, high, i, list = values) =>
+      this.sliders.push(addSlider(this.targets, name, unit, low, high, list[i], value => { list[i] = value; this.do(send()); }));
+    if (frame.mode === "joints" || frame.mode === "pose")
+      coordinates.forEach((c, i) => {
+        const reach = c.unit === "m" ? this.reach : 3;
+        add(c, finiteOr(c.lower, values[i] - reach), finiteOr(c.upper, values[i] + reach), i);
       });
+    if (frame.mode === "task") tasks.forEach((task, i) => add(task, values[i] - 0.5, values[i] + 0.5, i));
+    if (frame.mode !== "muscles") return;
+    for (const i of this.setup.commanded)
+      add(muscles[i], finiteOr(muscles[i].low, 0), finiteOr(muscles[i].high, Math.max(100, 3 * values[i])), i);
+    motors.forEach((motor, i) => add(motor, finiteOr(motor.low, -100), finiteOr(motor.high, 100), i, torques));
   }
+
+  // Returns the positions that the sliders of a mode set, or null.
+  targetOf({ mode, q, target }) { return mode === "pose" ? q : target; }
 
   addChanges() {
     const field = element("fieldset", this.box), { gravity } = this.setup;
@@ -123,14 +140,16 @@ class PlayPanel {
     element("legend", field, { textContent: "Muscles" });
     const table = element("table", element("div", field));
     const head = element("tr", table);
-    for (const textContent of ["name", "N", "command", "cut"]) element("th", head, { textContent });
+    for (const textContent of ["name", ...(this.isStill ? ["m", "moment arm"] : ["N", "command", "m", "cut"])])
+      element("th", head, { textContent });
     this.rows = this.setup.muscles.map(({ name }) => {
-      const row = element("tr", table);
-      element("td", row, { textContent: name, title: name });
-      const tension = element("td", row), command = element("td", row);
-      const cut = element("input", element("td", row), { type: "checkbox", ariaLabel: `cut ${name}` });
+      const row = element("tr", table), cell = () => element("td", row);
+      Object.assign(cell(), { textContent: name, title: name });
+      if (this.isStill) return { row, length: cell(), arm: cell() };
+      const cells = { row, tension: cell(), command: cell(), length: cell() };
+      const cut = element("input", cell(), { type: "checkbox", ariaLabel: `cut ${name}` });
       cut.addEventListener("change", () => this.do(this.client.set(`plant.tension_scale.${name}`, cut.checked ? 0 : null)));
-      return { row, tension, command };
+      return cells;
     });
   }
 
@@ -169,21 +188,38 @@ class PlayPanel {
   // Returns the command that runs the experiment with the live changes.
   command() {
     const quote = word => /^[\w./=-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`;
-    return ["cardsflow", "run", this.data.path, ...this.client.options(this.settings())].map(quote).join(" ");
+    const { robotFile, path, changes } = this.data, joined = words => words.map(quote).join(" ");
+    const first = robotFile ? `${joined(["cardsflow", "init", robotFile, "-o", path])} && ` : "";
+    return first + joined(["cardsflow", "run", path, ...changes.flatMap(change => ["--set", change]), ...this.client.options(this.settings())]);
   }
 
   show(frame) {
     if (frame.mode !== this.mode) this.showTargets(frame);
-    if (frame.mode === "task" && frame.target) frame.target.forEach((x, i) => { this.values[i] = x; this.sliders[i].set(x); });
-    this.rows.forEach(({ tension, command }, i) => {
-      const { low, high } = this.setup.muscles[i], u = frame.commands[i];
-      tension.textContent = short(frame.tensions[i]);
-      command.textContent = short(u);
+    const target = this.targetOf(frame);
+    if (target) target.forEach((x, i) => { this.values[i] = x; this.sliders[i].set(x); });
+    const now = performance.now();
+    if (this.box.open && (!frame.playing || now - (this.shownAt || 0) > PANEL_MILLISECONDS)) {
+      this.shownAt = now;
+      this.showMuscles(frame);
+      this.analysis.show(frame);
+    }
+    this.showStatus(frame);
+  }
+
+  showMuscles(frame) {
+    const { coordinates, muscles } = this.setup, { joint } = this.analysis;
+    this.rows.forEach(({ tension, command, length, arm }, i) => {
+      setText(length, short(frame.lengths[i]));
+      if (arm) {
+        setText(arm, short(-frame.jacobian[coordinates.length * i + joint]));
+        return;
+      }
+      const { low, high } = muscles[i], u = frame.commands[i];
+      setText(tension, short(frame.tensions[i]));
+      setText(command, short(u));
       command.className = u <= low || high !== null && u >= high ? "bound" : "";
       command.title = command.className && `at a limit (${short(finiteOr(low, -Infinity))} to ${high === null ? "unlimited" : short(high)})`;
     });
-    if (this.box.open) this.analysis.show(frame);
-    this.showStatus(frame);
   }
 
   // Returns which joint lacks torque, and in which direction.

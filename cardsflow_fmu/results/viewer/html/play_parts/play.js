@@ -25,7 +25,8 @@ class Play {
     };
     this.played = playAct({ ...act, time: [0] }, 0, 1, drawing);
     this.force = element("div", this.played.box, { className: "label", hidden: true });
-    element("span", this.played.box.firstChild, { className: "hint", textContent: "Drag a link to pull it. The ? button lists the keys." });
+    element("span", this.played.box.firstChild, { className: "hint", textContent: client.setup.modes.length > 1 ? "Drag a link to pull it. The ? button lists the keys." :
+      "Move the sliders. Click a muscle and a joint to plot the moment arm." });
   }
 
   pose(link, poses = this.client.frame.poses) { return poses.subarray(12 * link, 12 * link + 12); }
@@ -43,7 +44,7 @@ class Play {
   // Moves all shapes to a frame of the simulation.
   update(frame) {
     let at = 0;
-    this.panel.scale.include(frame.tensions);
+    if (this.panel.scale) this.panel.scale.include(frame.tensions);
     const paths = Array.from(frame.pathSizes, size => frame.paths.subarray(3 * at, 3 * (at += size)));
     for (const shape of this.shapes) {
       if (shape.link !== undefined) {
@@ -53,7 +54,7 @@ class Play {
             points[i + j] = T[9 + j] + T[3 * j] * local[i] + T[3 * j + 1] * local[i + 1] + T[3 * j + 2] * local[i + 2];
       }
       const muscle = this.muscles.get(shape.name);
-      if (muscle !== undefined) this.setPoints(shape, paths[muscle], this.colour(frame.tensions[muscle]));
+      if (muscle !== undefined) this.setPoints(shape, paths[muscle], this.panel.scale && this.colour(frame.tensions[muscle]));
       if (shape.coordinate >= 0) shape.values.numbers[0] = frame.q[shape.coordinate];
     }
     this.updateExtras(frame);
@@ -128,7 +129,7 @@ class Play {
 function signalOf(play, name) {
   const { frame } = play.client, { muscles, joints } = play.act, index = (list, key) => list.findIndex(one => one[key] === name);
   const muscle = index(muscles, "tension"), joint = index(joints, "actual");
-  if (muscle >= 0) return frame.tensions[muscle];
+  if (muscle >= 0) return play.panel.isStill ? undefined : frame.tensions[muscle];
   return joint >= 0 ? frame.q[joint] : frame.values[play.panel.analysis.columns.get(`plant.${name}`)];
 }
 
@@ -141,7 +142,7 @@ async function startPlay() {
   const play = new Play(motion, JSON.parse(text("play")), client, drawing);
   let stale = true;
   const changed = () => { stale = true; };
-  const box = addPanel("Play");
+  const box = addPanel(client.setup.modes.length > 1 ? "Play" : "Robot");
   box.classList.add("wide");
   const panel = play.panel = new PlayPanel(client, play.data, motion, box);
   play.shown = addSwitches({ ...motion, acts: [play.act] }, panel.shown, changed);
@@ -154,7 +155,8 @@ async function startPlay() {
   addEventListener("resize", changed);
   box.addEventListener("toggle", changed);
   drawing.dark.addEventListener("change", changed);
-  const showBar = addPlayBar(client, panel);
+  const showBar = panel.isStill ? () => {} : addPlayBar(client, panel);
+  if (panel.isStill) box.append(panel.status);
   client.onframe = changed;
   client.onfailure = message => { panel.failure = `${message}; step back or reset`; panel.showStatus(); };
   const draw = () => {

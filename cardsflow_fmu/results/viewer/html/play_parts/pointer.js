@@ -64,7 +64,7 @@ function handlePulling(canvas, camera, play) {
     return onRay(ray, t);
   };
   canvas.addEventListener("pointerdown", event => {
-    if (event.button !== 0 || event.shiftKey || drag) return;
+    if (event.button !== 0 || event.shiftKey || drag || play.client.frame.mode === "pose") return;
     const ray = rayAt(camera, canvas, event.offsetX, event.offsetY), target = play.targetPoint();
     if (target && hitCapsule(ray, target, target, 2 * play.targetRadius) < Infinity) drag = { place: target, isTarget: true };
     else {
