@@ -17,16 +17,19 @@ _CONSEQUENCES = {
     "missing-name": ("bad-name",),
     "joint-apart": ("joint-sides-apart",),
     "ball-axes-uncertain": ("ball-joint-turned",),
-    "link-without-mass": (
-        "no-mass-along-axis",
-        "no-inertia-about-axis",
-        "zero-inertia-about-axis",
-    ),
+    "link-without-mass": ("no-mass-along-axis", "no-inertia-about-axis"),
 }
 """Findings that are not reported because another finding of the same defect exists."""
+_MEASURED = ("zero-inertia-about-axis",)
+"""Warnings about masses that are often forgotten in files; those of a design are measured."""
 _OF_JOINTS = ("duplicate-joint", "bad-name")
 _OF_COORDINATES = ("duplicate-coordinate", "bad-name")
 _CANNOT_MOVE = ("no-mass-along-axis", "no-inertia-about-axis")
+
+
+def check_measured(robot: Robot) -> list[Finding]:
+    """Return the findings on a robot whose masses are measured."""
+    return [finding for finding in check(robot) if finding.code not in _MEASURED]
 
 
 def add_robot_findings(
@@ -42,7 +45,7 @@ def add_robot_findings(
     """
     if not robot.links:
         return list(findings)
-    checked = check(robot)
+    checked = check_measured(robot)
     stuck = {finding.subject for finding in checked if finding.code in _CANNOT_MOVE}
     found = list(findings)
     for finding in massless:

@@ -13,16 +13,16 @@ The files do not depend on the date or the machine: the same design results in i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 from ..building.build_robot import BuiltRobot, build_robot
+from ..building.robot_findings import check_measured
 from ..progress import Progress, no_progress
 from ..report import merge_similar, report_json, report_text, sort_findings
-from ..robot.checks.check import check
 from ..robot.errors import RobotError
 from ..robot.files import write_files
 from ..robot.finding import Finding, Subject
@@ -75,6 +75,35 @@ class Exported(NamedTuple):
     findings: tuple[Finding, ...]
     changed: tuple[str, ...] | None = None
     losses: Mapping[str, tuple[Finding, ...]] = {}
+
+
+def requested_findings(
+    findings: Iterable[Finding],
+    losses: Mapping[str, tuple[Finding, ...]],
+    requested: Collection[str],
+    folder: str | Path,
+) -> tuple[list[Finding], str]:
+    """Return the findings without losses of formats that were not requested, and a note on them.
+
+    Args:
+        findings: All findings of an export.
+        losses: Losses of each format, as in `Exported`.
+        requested: Formats that the user requested; the others are written by default.
+        folder: Folder of the robot.
+
+    Returns:
+        The findings, and one line on the losses; empty if there are none.
+    """
+    other = {name: lost for name, lost in losses.items() if name not in requested}
+    hidden = {finding for lost in other.values() for finding in lost}
+    if not other:
+        return list(findings), ""
+    names = " and ".join(PROGRAMS[name] for name in other)
+    note = (
+        f"the files for {names} do not contain everything: see the "
+        f"{sum(map(len, other.values()))} warnings in {Path(folder) / 'findings.txt'}"
+    )
+    return [finding for finding in findings if finding not in hidden], note
 
 
 def export_robot(
@@ -173,7 +202,7 @@ class _Export:
         """Return the robot, or raise its errors."""
         robot = self._built.robot
         if robot is not None:
-            self._findings += check(robot)
+            self._findings += check_measured(robot)
             self._findings += [finding for finding in sdf_losses(robot) if finding.is_error]
         findings = sort_findings(self._findings)
         if robot is None or any(finding.is_error for finding in findings):

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from addin_sdfusion.exporting.export import PROGRAMS
+from addin_sdfusion.exporting.export import requested_findings
 from addin_sdfusion.robot import Finding, InputError, RobotError
 from addin_sdfusion.settings import ExportSettings
 
@@ -183,18 +183,6 @@ def _requested_findings(
     the format.
     """
     defaults = ExportSettings()
-    other = {
-        name: losses
-        for name, losses in imported.losses.items()
-        if getattr(defaults, name) and name not in settings
-    }
-    hidden = {finding for losses in other.values() for finding in losses}
-    notes = list(imported.notes)
-    if other:
-        names = " and ".join(PROGRAMS[name] for name in other)
-        count = sum(map(len, other.values()))
-        notes.append(
-            f"the files for {names} do not contain everything: see the {count} warnings in "
-            f"{folder / 'findings.txt'}"
-        )
-    return [finding for finding in imported.findings if finding not in hidden], notes
+    asked = [n for n in imported.losses if not getattr(defaults, n) or n in settings]
+    findings, note = requested_findings(imported.findings, imported.losses, asked, folder)
+    return findings, [*imported.notes, *([note] if note else [])]

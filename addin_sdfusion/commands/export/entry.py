@@ -12,7 +12,7 @@ import adsk.core
 
 from ...building.build_robot import BuiltRobot, build_robot
 from ...exporting.changes import Contents, changes, contents
-from ...exporting.export import Exported, export_robot
+from ...exporting.export import Exported, export_robot, requested_findings
 from ...exporting.manifest import read_contents
 from ...exporting.robot_folder import EXPERIMENT
 from ...muscles.attributes import GROUP, SETTINGS, settings_text
@@ -119,8 +119,12 @@ class Export(Window):
             f"{len(done.files)} files were written to {folder}.",
             *_next_commands(folder, done),
         ]
-        if done.findings:
-            lines.append(f"{summary(list(done.findings))} They are in findings.txt in this folder.")
+        asked = [name for name in done.losses if not getattr(ExportSettings(), name)]
+        findings, note = requested_findings(done.findings, done.losses, asked, folder)
+        if findings:
+            lines.append(f"{summary(findings)} They are in findings.txt in this folder.")
+        if note:
+            lines.append(f"{note[0].upper()}{note[1:]}.")
         if done.changed is not None:
             changed = _listed(list(done.changed)) or "none"
             lines.append(f"Changes since the previous export:\n{changed}")

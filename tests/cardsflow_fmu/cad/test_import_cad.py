@@ -96,10 +96,8 @@ def test_only_losses_of_requested_formats_are_printed(
     in_osim, in_caspr = "[limits-are-ranges]", "[caspr-meshes]"
     assert main(["import-cad", str(EXAMPLE), "-o", str(folder)]) == 0
     printed = capsys.readouterr()
-    assert "[zero-inertia-about-axis]" in printed.err
-    assert in_osim not in printed.err
-    assert in_caspr not in printed.err
-    assert "the files for CASPR and OpenSim do not contain everything: see the" in printed.err
+    (line,) = printed.err.splitlines()  # the design has no findings
+    assert "the files for CASPR and OpenSim do not contain everything: see the" in line
     assert "test run passed" in printed.out
     report = (folder / "findings.txt").read_text()
     assert in_osim in report

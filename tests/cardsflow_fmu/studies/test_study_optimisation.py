@@ -17,6 +17,7 @@ from support.small_studies import PLANAR, run_here, small_study, write_study
 from addin_sdfusion.building.build_robot import build_robot
 from addin_sdfusion.muscles.csv_reader import read_csv
 from addin_sdfusion.muscles.csv_writer import csv_text
+from addin_sdfusion.muscles.merge import merge
 from addin_sdfusion.muscles.table import MuscleTable
 from addin_sdfusion.robot import read_robot
 from addin_sdfusion.robot.formats.read import read_trajectories
@@ -181,7 +182,7 @@ def test_the_add_in_imports_the_best_robot() -> None:
     links = {link.name for link in robot.links}
     table, findings = read_csv(csv_text(muscle_table(best)).encode(), links)
     assert not findings
-    drawn = MuscleTable().merge(table)
+    drawn = merge(MuscleTable(), table)
     points = [via(p.muscle, p.number, p.link, p.position) for p in drawn.points]
     rows = tuple(MuscleSnapshot(row.name, f_min=row.f_min, f_max=row.f_max) for row in drawn.rows)
     again = build_robot(arm(points=tuple(points), muscles=rows)).robot
