@@ -109,8 +109,9 @@ def add_convert(commands: Commands) -> None:
         "--to",
         required=True,
         metavar="FORMAT",
-        help=f"new format: {_FORMATS} (caspr includes trajectories); or a file: run.mcap for "
-        "results, motion.csv for the joint states of a recording (required)",
+        help=f"new format: {_FORMATS} (caspr includes trajectories); or a file: muscles.csv for "
+        "muscles of a robot, run.mcap for results, motion.csv for the joint states of a recording "
+        "(required)",
     )
     add_output(parser, "folder for the robot (required for a format)", metavar="FOLDER")
     add_overwrite(parser)
@@ -293,11 +294,14 @@ def _info(options: argparse.Namespace) -> int:
 
 def _convert(options: argparse.Namespace) -> int:
     from addin_sdfusion.robot.formats.convert import convert
+    from addin_sdfusion.robot.formats.muscle_table.beside import MUSCLES_CSV
     from addin_sdfusion.robot.formats.read import read, read_trajectories
     from cardsflow_fmu.utils.folder_lock import create_folder
 
-    if Path(options.to).suffix:
+    if Path(options.to).suffix and Path(options.to).name != MUSCLES_CSV:
         return convert_recording(options)
+    if Path(options.to).name == MUSCLES_CSV and options.output is None:
+        options.to, options.output = MUSCLES_CSV, Path(options.to).parent
     if options.output is None:
         raise InputError("is required: the folder for the robot", key="--output")
     reading = read(options.robot, options.cable_set, repair=options.repair)

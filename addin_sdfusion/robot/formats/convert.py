@@ -28,6 +28,7 @@ from .caspr.write import write_caspr
 from .mjcf.capabilities import mjcf_losses
 from .mjcf.write import write_mjcf
 from .mjcf.write_meshes import can_open_mesh
+from .muscle_table.beside import MUSCLES_CSV, table_losses, table_of, write_table
 from .opensim.capabilities import osim_losses
 from .opensim.write import write_osim
 from .sdf.capabilities import sdf_losses
@@ -43,6 +44,10 @@ _ROBOT_ENDINGS = ("_bodies.xml", ".sdf", ".urdf", ".osim")
 
 _MODEL_FORMATS = ("sdf", "gazebo")
 """Formats whose mesh URIs refer to models (`model://`)."""
+
+
+_WITHOUT_LINKS = ("cardsflow", MUSCLES_CSV)
+"""Formats for files that belong next to a robot file."""
 
 
 class Format(NamedTuple):
@@ -161,6 +166,7 @@ FORMATS: dict[str, Format] = {
         Format("urdf", urdf_losses, write_urdf, with_meshes=_with_files),
         Format("mjcf", mjcf_losses, write_mjcf, with_meshes=_mjcf_with_files),
         Format("osim", osim_losses, write_osim, with_meshes=_with_files),
+        Format(MUSCLES_CSV, table_losses, write_table, is_named=False),
     )
 }
 
@@ -308,12 +314,17 @@ def convert_to(format_: Format, robot: Robot, folder: str | Path) -> Conversion:
     findings = losses_in(format_, robot)
     require_writable(findings, format_.name)
     files = format_.write(format_.prepare(robot), Path(folder))
-    return Conversion(files, [*findings, *_other_robots(robot, Path(folder), files)])
+    if format_.name not in _WITHOUT_LINKS:
+        findings += _other_files(robot, Path(folder), files)
+    return Conversion(files, findings)
 
 
-def _other_robots(robot: Robot, folder: Path, files: Sequence[Path]) -> Iterator[Finding]:
-    """Report other robot files in the folder, which make the folder name ambiguous."""
-    written = {file.name for file in files}
+def _other_files(robot: Robot, folder: Path, files: Sequence[Path]) -> Iterator[Finding]:
+    """Report files in the folder that change how the written robot is read.
+
+    These are other robot files, which make the folder name ambiguous, and a muscle table.
+    """
+    written, subject = {file.name for file in files}, Subject("robot", robot.name)
     found = sorted(file.name for ending in _ROBOT_ENDINGS for file in folder.glob(f"*{ending}"))
     others = [name for name in found if name not in written]
     if others:
@@ -321,7 +332,11 @@ def _other_robots(robot: Robot, folder: Path, files: Sequence[Path]) -> Iterator
             f"the folder also has {', '.join(others[:5])}{', ...' if len(others) > 5 else ''}; "
             "specify the file instead of the folder to read this robot"
         )
-        yield warning(Subject("robot", robot.name), "beside-other-robots", problem)
+        yield warning(subject, "beside-other-robots", problem)
+    table = table_of(files[0]) if files else None
+    if table is not None:
+        problem = f"{table.name} in the folder replaces the muscles of the written robot; move it"
+        yield warning(subject, "beside-muscle-table", problem)
 
 
 def losses_in(format_: Format, robot: Robot) -> list[Finding]:

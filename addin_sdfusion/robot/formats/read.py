@@ -23,6 +23,7 @@ from .caspr.read_trajectories import (
 )
 from .kinds import ROBOT_PATHS, Kind, holds_robot, kind_of, robot_file
 from .mjcf.read import read_mjcf
+from .muscle_table.beside import table_of, with_table
 from .opensim.read import read_osim
 from .reading.equal_limits import lock_equal_limits
 from .reading.unread import note_unread
@@ -86,6 +87,8 @@ class Reading:
 def read(path: str | Path, cable_set: str | None = None, *, repair: bool = False) -> Reading:
     """Read a robot and return it with all findings.
 
+    A muscle table next to the robot file replaces the muscles of the default cable set.
+
     Args:
         path: A model.sdf, .urdf, .osim, MJCF .xml, CASPR `<name>_bodies.xml`, or the folder of one.
         cable_set: Cable set to activate; the default of the file if None.
@@ -97,9 +100,13 @@ def read(path: str | Path, cable_set: str | None = None, *, repair: bool = False
     """
     file = robot_file(Path(path))
     notes = Notes()
-    robot = _reader(file, repair)(file, cable_set, notes)
+    table = table_of(file)
+    robot = _reader(file, repair)(file, cable_set if table is None else None, notes)
     if robot is not None:
         note_unread(notes, IGNORED)
+    if robot is not None and table is not None:
+        robot = with_table(robot, table, notes)
+        robot = robot if cable_set is None else robot.with_cable_set(cable_set)
     findings = [
         *notes.findings,
         *_files_outside(file, notes.files, file.stem if robot is None else robot.name),

@@ -5,71 +5,17 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from support.robots.rare_muscle import RARE
 
-from addin_sdfusion.robot import (
-    BasePulley,
-    Branch,
-    CoordinateTerm,
-    InputError,
-    Muscle,
-    PointCondition,
-    PointMotion,
-    Polynomial,
-    Robot,
-    SimmSpline,
-    ViaPoint,
-    Wrap,
-    read_robot,
-)
+from addin_sdfusion.robot import InputError, Robot, read_robot
 from addin_sdfusion.robot.formats.muscle_table.document import MuscleDocument
 
 EXAMPLES = Path(__file__).parents[4] / "examples"
-ROBOTS = [
-    *(f"{name}/robot" for name in ("bicycle", "cable_robot", "hill_arm", "planar_2r")),
-    *("models/arm.xml", "models/leg.osim"),
-]
-RARE = Muscle(
-    "rare",
-    (
-        ViaPoint("upper", (0.1, -0.0, 1e-17), friction=0.2),
-        ViaPoint(
-            "upper",
-            (0.1, 0.2, 0.3),
-            PointCondition("elbow", -0.5, 1.0, 0.1),
-            (
-                PointMotion((1.0, 0.0, 0.0), "elbow", Polynomial((0.0, 0.5)), high=2.0),
-                PointMotion((0.0, 1.0, 0.0), "elbow", SimmSpline((0.0, 1.0), (2.0, 3.0))),
-            ),
-        ),
-        ViaPoint("world", (0.0, 0.0, 1.0)),
-        ViaPoint("world", (0.0, 0.0, 2.0)),
-    ),
-    pulley=BasePulley(
-        "rotating", (("pulley_radius", (0.02,)), ("cable_entry_vector", (0.0, 0.0, 1.0)))
-    ),
-    wraps=(
-        Wrap("a", 0, 0, 0, True),
-        Wrap("a", 1, 1, 2, friction=0.5),
-        Wrap("b", 1, rule="mujoco", side_point=ViaPoint("upper", (1.0, 2.0, 3.0))),
-        Wrap("b", 2, rule="opensim", quadrant="-y", last_segment=3),
-    ),
-    branches=(Branch(0, 2.0), Branch(2, 3.0)),
-    terms=(CoordinateTerm("elbow", 0.03),),
-    friction=0.1,
-    presliding=1e-3,
-)
 
 
 def _again(robot: Robot, empty: Robot) -> Robot:
     text = json.dumps(MuscleDocument.of(robot).to_plain(), allow_nan=False)
     return MuscleDocument.from_plain(json.loads(text)).apply_to(empty)
-
-
-@pytest.mark.parametrize("path", ROBOTS)
-def test_document_restores_the_muscles_of_examples(path: str) -> None:
-    robot = read_robot(EXAMPLES / path)
-    empty = replace(robot.with_muscles(()), wrap_surfaces=())
-    assert _again(robot, empty) == robot
 
 
 def test_document_holds_rare_properties() -> None:

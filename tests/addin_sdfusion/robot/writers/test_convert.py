@@ -124,7 +124,7 @@ def test_file_with_other_contents_is_overwritten_only_on_request(
 @pytest.mark.parametrize("format_", FORMATS)
 def test_invalid_file_name_is_reported_as_error(format_: str, name: str, tmp_path: Path) -> None:
     robot = replace(one_link(), name=name)
-    if format_ in ("sdf", "gazebo", "cardsflow"):
+    if not FORMATS[format_].is_named:
         assert convert(robot, format_, tmp_path / "out").files
         return
     assert "file-name" in [f.code for f in losses_in(FORMATS[format_], robot) if f.is_error]

@@ -291,5 +291,5 @@ def test_random_robots_with_wraps_agree(seed: int, format_: str, tmp_path: Path)
 
 
 def test_all_formats_are_tested() -> None:
-    """Gazebo files and cardsflow.xml are read again in separate tests."""
-    assert set(FORMATS) == {*PROGRAMS, "gazebo", "cardsflow"}
+    """Gazebo files, cardsflow.xml and muscles.csv are read again in separate tests."""
+    assert set(FORMATS) == {*PROGRAMS, "gazebo", "cardsflow", "muscles.csv"}
