@@ -18,8 +18,11 @@ FmiVersion = Literal["2.0", "3.0"]
 
 LICENSE_NAME = "BSD-3-Clause"
 
-DISPLAY_UNITS = {"rad": ("deg", math.degrees(1.0)), "rad/s": ("deg/s", math.degrees(1.0))}
-DISPLAY_UNITS |= {"m": ("mm", 1e3), "m/s": ("mm/s", 1e3)}
+DISPLAY_UNITS = {
+    f"{unit}{per}": (f"{shown}{per}", factor)
+    for unit, shown, factor in (("rad", "deg", math.degrees(1.0)), ("m", "mm", 1e3))
+    for per in ("", "/s", "/s2")
+}
 """Units in which tools display values, with their factors, by unit."""
 
 _QUANTITIES = {
@@ -200,6 +203,31 @@ def type_names(fmu: FmuDescription) -> dict[str, str]:
 def display_unit(unit: str) -> dict[str, str]:
     """Return the attribute for the unit in which tools display values; empty for others."""
     return {"displayUnit": DISPLAY_UNITS[unit][0]} if unit in DISPLAY_UNITS else {}
+
+
+def number_attributes(variable: Variable, types: Mapping[str, str]) -> dict[str, str]:
+    """Return the attributes of a variable that both versions share: type, unit, range, nominal.
+
+    An array has the range that contains the ranges of all elements, and the smallest nominal value.
+
+    Args:
+        variable: The variable; booleans have no such attributes.
+        types: Type names by unit; see `type_names`.
+    """
+    ports, unit = variable.ports, variable.unit
+    if variable.port.boolean:
+        return {}
+    attributes = {"unit": unit} if unit else {}
+    attributes |= {"declaredType": types[unit]} if unit in types else display_unit(unit)
+    values = {
+        "min": min(port.lower for port in ports),
+        "max": max(port.upper for port in ports),
+        "nominal": min(port.nominal for port in ports),
+    }
+    standard = {"min": -math.inf, "max": math.inf, "nominal": 1.0}
+    return attributes | {
+        key: format_number(value) for key, value in values.items() if value != standard[key]
+    }
 
 
 def _log_categories() -> Iterator[ET.Element]:

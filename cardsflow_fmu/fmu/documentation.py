@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from html import escape
 
+from cardsflow_fmu.cosim.signals.port import Port
 from cardsflow_fmu.cosim.signals.variables import Variable
 from cardsflow_fmu.version import __version__
 
 from .description import FmuDescription
 
-_HEADS = ("variable", "size", "unit", "variability", "start", "description")
+_HEADS = ("variable", "size", "unit", "variability", "start", "range", "description")
 _TITLES = {"input": "Inputs", "output": "Outputs", "parameter": "Parameters"}
 _TITLES["local"] = "State derivatives and event indicators"
 _STYLE = (
@@ -120,6 +122,16 @@ def _row(variable: Variable) -> str:
         ", ".join(units) if variable.is_array or units != ["-"] else "",
         variable.port.variability,
         ", ".join(f"{port.start:g}" for port in ports) if has_start else "",
+        ", ".join(dict.fromkeys(map(_range, ports))) if any(map(_range, ports)) else "",
         variable.description,
     )
     return "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>"
+
+
+def _range(port: Port) -> str:
+    """Return the range of a variable; empty if it is unlimited."""
+    if math.inf in (-port.lower, port.upper):
+        if -port.lower == port.upper:
+            return ""
+        return f"≥ {port.lower:g}" if port.upper == math.inf else f"≤ {port.upper:g}"
+    return f"{port.lower:g} to {port.upper:g}"

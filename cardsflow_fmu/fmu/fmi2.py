@@ -15,6 +15,7 @@ from .description import (
     document,
     format_flag,
     format_start,
+    number_attributes,
     type_names,
 )
 
@@ -83,13 +84,10 @@ def _variable(variable: Variable, types: dict[str, str]) -> ET.Element:
     )
     if port.causality != "input":
         element.set("initial", "exact" if port.causality == "parameter" else "calculated")
-    kind = ET.SubElement(element, "Boolean" if port.boolean else "Real")
-    if variable.unit in types:
-        kind.set("declaredType", types[variable.unit])
+    tag = "Boolean" if port.boolean else "Real"
+    kind = ET.SubElement(element, tag, number_attributes(variable, types))
     if port.causality in ("input", "parameter"):
         kind.set("start", format_start(port))
-    if variable.unit:
-        kind.set("unit", variable.unit)
     return element
 
 

@@ -16,6 +16,7 @@ from .description import (
     format_flag,
     format_number,
     format_start,
+    number_attributes,
     type_names,
 )
 
@@ -87,9 +88,10 @@ def _interface(kind: str, fmu: FmuDescription, **more: str) -> ET.Element:
 
 
 def _variable(variable: Variable, types: dict[str, str]) -> ET.Element:
-    port, unit = variable.port, variable.unit
+    port = variable.port
     element = ET.Element(
         "Boolean" if port.boolean else "Float64",
+        number_attributes(variable, types),
         name=variable.name,
         valueReference=str(variable.reference),
         description=variable.description,
@@ -101,10 +103,6 @@ def _variable(variable: Variable, types: dict[str, str]) -> ET.Element:
         element.set("intermediateUpdate", "true")
     else:
         element.set("start", " ".join(map(format_start, variable.ports)))
-    if unit in types:
-        element.set("declaredType", types[unit])
-    if unit:
-        element.set("unit", unit)
     if variable.is_array:
         ET.SubElement(element, "Dimension", start=str(len(variable.ports)))
     return element

@@ -74,6 +74,9 @@ def _check_port(port: Port) -> None:
         )
     if port.start - port.start != 0:
         raise InputError(f"{port.name}: the start value {port.start!r} is not finite")
+    if port.causality in ("input", "parameter") and not port.lower <= port.start <= port.upper:
+        limits = f"{port.lower!r} to {port.upper!r}"
+        raise InputError(f"{port.name}: the start value {port.start!r} is outside {limits}")
 
 
 def _check_text(text: str) -> None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 
-from cardsflow_fmu.cosim.signals.continuous import nominal_value, state_signal
+from cardsflow_fmu.cosim.signals.continuous import state_signal
 from cardsflow_fmu.cosim.signals.variables import Variable
 
-from .description import FmuDescription, format_number
+from .description import FmuDescription
 
 _EVENT = "event."
 _IMPULSES = ("q", "qd")  # states that events change
@@ -38,7 +38,6 @@ def mark_states(fmu: FmuDescription, elements: Sequence[ET.Element], first: int 
         element.set("derivative", str(place))
         if state.partition(".")[0] in _IMPULSES:
             elements[at].set("reinit", "true")
-        elements[at].set("nominal", format_number(nominal_value(fmu.variables[at].port)))
 
 
 def structure_2(fmu: FmuDescription, steps: ET.Element) -> ET.Element:

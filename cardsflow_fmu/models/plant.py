@@ -14,7 +14,7 @@ from addin_sdfusion.robot.model.muscle_laws import command_range
 from cardsflow_fmu.cosim.signals.continuous import (
     continuous_groups,
     limited_sides,
-    nominal_values,
+    state_ports_of,
 )
 from cardsflow_fmu.cosim.signals.dependencies import Dependencies, plant_dependencies
 from cardsflow_fmu.cosim.signals.groups import Groups
@@ -163,7 +163,7 @@ def continuous_file(
         tension_scale: Factor on the tension of each muscle; 1 if empty.
     """
     counts, fields = plant_fields(robot, 1, "rk4", wrenches, tension_scale)
-    fields["nominals"] = nominal_values(groups)
+    fields["nominals"] = [port.nominal for port in state_ports_of(groups)]
     fields["limited"] = [2 * j + side for j, side in limited_sides(robot)]
     return encode("plant", compile_blob(robot), groups, counts, fields)
 

@@ -10,7 +10,6 @@ from .groups import Groups
 from .port import Port, coordinate_signals
 
 _RATES = {"rad": "rad/s", "rad/s": "rad/s2", "m": "m/s", "m/s": "m/s2", "": "1/s", "J": "W"}
-_NOMINALS = {"m": 0.1}  # of positions and fibres; 1 in every other unit
 _SIDES = ("lower", "upper")
 
 
@@ -47,16 +46,6 @@ def state_ports_of(groups: Groups) -> list[Port]:
     """Return the continuous states of a plant: q, qd, states of muscles, and work with energies."""
     works = [port for port in groups["energies"] if port.name.startswith("work.")]
     return [*groups["q"], *groups["qd"], *groups["states"], *works]
-
-
-def nominal_values(groups: Groups) -> list[float]:
-    """Return the nominal value of each state."""
-    return [nominal_value(port) for port in state_ports_of(groups)]
-
-
-def nominal_value(state: Port) -> float:
-    """Return the nominal value of a state, from which solvers derive absolute tolerances."""
-    return _NOMINALS.get(state.unit, 1.0)
 
 
 def limited_sides(robot: Robot) -> list[tuple[int, int]]:

@@ -9,8 +9,17 @@ from addin_sdfusion.robot.model.muscle_laws import law_of
 
 from .groups import Groups
 from .muscles import is_modelled
-from .port import Causality, Port, coordinate_signals, motor_signals, muscle_signals, signal_names
-from .ports import TORQUE, WORKER_TIMEOUT, force_unit
+from .port import (
+    Causality,
+    Port,
+    coordinate_signals,
+    count_port,
+    motor_signals,
+    muscle_signals,
+    signal_names,
+    time_port,
+)
+from .ports import TORQUE, WORKER_TIMEOUT, coordinate_ports, force_unit
 
 STATUSES = {
     0: "waiting",
@@ -101,12 +110,7 @@ def sensor_groups(robot: Robot, encoded: Sequence[int], units: Sequence[str]) ->
     torques = zip(motor_signals(MOTOR_TORQUE, robot), robot.motors, strict=True)
     return {
         **{
-            prefix: [
-                Port(name, c.unit + per, "input", "continuous", f"{what} of {c.name}")
-                for name, c in zip(
-                    coordinate_signals(prefix, robot), robot.coordinates, strict=True
-                )
-            ]
+            prefix: coordinate_ports(prefix, per, what, robot, "input", "continuous")
             for prefix, per, what in (("q", "", "Position"), ("qd", "/s", "Velocity"))
         },
         "tensions": [
@@ -164,21 +168,19 @@ def estimator_groups(
         for key, per, what in descriptions
     }
     statuses = ", ".join(f"{number} {text}" for number, text in STATUSES.items())
-    starts = zip(coordinate_signals("q_start", robot), robot.coordinates, q, strict=True)
     names = muscle_signals("offset", robot)
     return {
         **_measurement_ports(robot, encoded, units, "input", ""),
         **outputs,
         "report": [
-            Port("innovation", "", "output", "discrete", "Mean square of normalised innovations"),
-            Port("readings", "", "output", "discrete", "Number of measurements used"),
-            Port("status", "", "output", "discrete", f"State of the estimator: {statuses}"),
+            count_port("innovation", "Mean square of normalised innovations"),
+            count_port("readings", "Number of measurements used"),
+            count_port("status", f"State of the estimator: {statuses}", max(STATUSES)),
             Port(VALID, "", "output", "discrete", "The estimate is reliable", boolean=True),
         ],
-        "q_start": [
-            Port(name, c.unit, "parameter", "fixed", f"Start position of {c.name}", value)
-            for name, c, value in starts
-        ],
+        "q_start": coordinate_ports(
+            "q_start", "", "Start position", robot, "parameter", "fixed", q
+        ),
         "offsets": [
             Port(
                 names[k],
@@ -190,7 +192,7 @@ def estimator_groups(
             )
             for k in measured_muscles(robot)
         ],
-        "step": [Port("step", "s", "parameter", "fixed", "Internal step of the estimator", step)],
+        "step": [time_port("step", "Internal step of the estimator", step)],
         "worker_timeout": [WORKER_TIMEOUT],
     }
 

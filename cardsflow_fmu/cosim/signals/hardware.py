@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from addin_sdfusion.robot import Robot
 
 from .groups import Groups
+from .muscles import nominal_force
+from .port import count_port
 from .ports import Port, force_unit, motor_signals, muscle_signals, plant_groups
 
 MEASURED_TORQUE = "torque"
@@ -34,8 +36,9 @@ def hardware_groups(
         has_tensions: Whether tensions and motor torques are measured.
     """
     tensions = [
-        Port(name, "N", "output", "continuous", f"Measured tension of muscle {muscle.name}")
+        Port(name, "N", "output", "continuous", what, nominal=nominal_force(muscle))
         for name, muscle in zip(muscle_signals("tension", robot), robot.muscles, strict=True)
+        for what in [f"Measured tension of muscle {muscle.name}"]
         if has_tensions
     ]
     tensions += [
@@ -48,11 +51,11 @@ def hardware_groups(
     modes = ", ".join(f"{number} {name}" for number, name in MODES.items())
     diagnostics = [
         Port("age", "s", "output", "continuous", "Time since the state was received"),
-        Port("missed", "", "output", "discrete", "Exchanges without a new state"),
+        count_port("missed", "Exchanges without a new state"),
         Port("round_trip_time", "s", "output", "continuous", "Time from a command to its answer"),
         Port("lateness", "s", "output", "continuous", "Lateness of the start of the step"),
-        Port("mode", "", "output", "discrete", f"State of the hardware: {modes}"),
-        Port("clamped", "", "output", "discrete", "Commands that the device clamped"),
+        count_port("mode", f"State of the hardware: {modes}", max(MODES)),
+        count_port("clamped", "Commands that the device clamped"),
     ]
     groups: dict[str, Sequence[Port]] = {}
     f_min = [muscle.f_min for muscle in robot.muscles]

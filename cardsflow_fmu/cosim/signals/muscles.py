@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from addin_sdfusion.robot import Muscle, Robot
-from addin_sdfusion.robot.model.muscle_laws import law_of, states_of
+from addin_sdfusion.robot.model.muscle_laws import command_range, law_of, states_of
 from sim_dart.muscles.friction import bend_count
 
-from .port import Causality, Port, Variability, muscle_signals, signal_names
+from .port import Causality, Port, Variability, muscle_signals, nominal_of, signal_names
 
 FORCE, COMMAND, TENSION, FAR_TENSION = "f", "u", "tension", "far_tension"
 
@@ -102,6 +103,9 @@ def state_ports(robot: Robot, causality: Causality) -> list[Port]:
             causality,
             "continuous",
             f"{_readable_name(state.name)} of muscle {muscle.name}",
+            lower=state.low,
+            upper=state.high,
+            nominal=nominal_of(state.unit),
         )
         for name, muscle in zip(names, robot.muscles, strict=True)
         for state in states_of(muscle.model)
@@ -127,7 +131,8 @@ def command_ports(
         assert command is not None
         what = f"{_readable_name(command.name)} of muscle {muscle.name}"
         start = float(starts[k]) if len(starts) else 0.0
-        ports.append(Port(name, port_unit(command.unit), causality, variability, what, start))
+        unit, (low, high) = port_unit(command.unit), command_range(muscle.model)
+        ports.append(Port(name, unit, causality, variability, what, start, lower=low, upper=high))
     return ports
 
 
@@ -136,9 +141,15 @@ def tension_ports(robot: Robot) -> list[Port]:
     muscles = [robot.muscles[k] for k in modelled_muscles(robot)]
     names = signal_names(TENSION, [muscle.name for muscle in muscles])
     return [
-        Port(name, "N", "output", "continuous", f"Tension of muscle {muscle.name}")
+        Port(name, "N", "output", "continuous", what, nominal=nominal_force(muscle))
         for name, muscle in zip(names, muscles, strict=True)
+        for what in [f"Tension of muscle {muscle.name}"]
     ]
+
+
+def nominal_force(muscle: Muscle) -> float:
+    """Return the nominal force of a muscle: its largest force, in [N], or 1 if unlimited."""
+    return muscle.f_max if 0.0 < muscle.f_max < math.inf else 1.0
 
 
 def friction_muscles(robot: Robot) -> list[int]:
@@ -152,7 +163,10 @@ def far_tension_ports(robot: Robot) -> list[Port]:
     names = signal_names(FAR_TENSION, [muscle.name for muscle in muscles])
     what = "Tension at the last via point, after cable friction, of muscle"
     return [
-        Port(name, "N", "output", "continuous", f"{what} {muscle.name}")
+        Port(
+            *(name, "N", "output", "continuous", f"{what} {muscle.name}"),
+            nominal=nominal_force(muscle),
+        )
         for name, muscle in zip(names, muscles, strict=True)
     ]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
@@ -11,6 +12,8 @@ from addin_sdfusion.robot.identifier import identifier as identifier
 
 Causality = Literal["input", "output", "parameter", "local"]
 Variability = Literal["continuous", "discrete", "fixed", "tunable"]
+
+_NOMINALS = {"m": 0.1}  # of positions, lengths and fibres; 1 in every other unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +29,8 @@ class Port:
         description: Description in one line.
         start: Start value of an input or a parameter.
         boolean: Whether the variable is a boolean, stored as 0 or 1.
+        lower, upper: Range in which the variable is intended to be; infinite if unlimited.
+        nominal: Typical magnitude, from which solvers derive absolute tolerances.
     """
 
     name: str
@@ -35,6 +40,24 @@ class Port:
     description: str
     start: float = 0.0
     boolean: bool = False
+    lower: float = -math.inf
+    upper: float = math.inf
+    nominal: float = 1.0
+
+
+def nominal_of(unit: str) -> float:
+    """Return the nominal value of a position, a length or the state of a muscle."""
+    return _NOMINALS.get(unit, 1.0)
+
+
+def time_port(name: str, description: str, start: float) -> Port:
+    """Return a parameter that is a positive time, in [s]."""
+    return Port(name, "s", "parameter", "fixed", description, start, lower=0.0)
+
+
+def count_port(name: str, description: str, upper: float = math.inf) -> Port:
+    """Return an output that is a number from 0 to `upper`, such as a count."""
+    return Port(name, "", "output", "discrete", description, lower=0.0, upper=upper)
 
 
 def signal_names(prefix: str, names: Iterable[str]) -> list[str]:

@@ -6,8 +6,10 @@ value reference of a port is its index in the table of its model.
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -20,6 +22,7 @@ from .muscles import (
     energy_ports,
     far_tension_ports,
     ideal_muscles,
+    nominal_force,
     state_ports,
     tension_ports,
 )
@@ -28,10 +31,13 @@ from .port import (
     Port,
     Variability,
     coordinate_signals,
+    count_port,
     identifier,
     motor_signals,
     muscle_signals,
+    nominal_of,
     signal_names,
+    time_port,
 )
 from .world import world_ports, wrench_ports, wrench_signals
 
@@ -47,6 +53,7 @@ __all__ = [
     "Port",
     "Variability",
     "controller_groups",
+    "coordinate_ports",
     "coordinate_signals",
     "external_load_signals",
     "force_unit",
@@ -71,13 +78,8 @@ SOLVE_TIME = "solve_time"
 """Computation time of a tick. It differs between runs and is not part of result tables."""
 
 
-WORKER_TIMEOUT = Port(
-    "worker_timeout",
-    "s",
-    "parameter",
-    "fixed",
-    "Longest duration of a call if the model runs in a worker process",
-    60.0,
+WORKER_TIMEOUT = time_port(
+    "worker_timeout", "Longest duration of a call if the model runs in a worker process", 60.0
 )
 """Parameter of the C library; models do not use it."""
 
@@ -125,7 +127,7 @@ def force_unit(coordinate: Coordinate) -> str:
     return "N.m" if coordinate.unit == "rad" else "N"
 
 
-def _coordinate_ports(
+def coordinate_ports(
     prefix: str,
     per: str,
     what: str,
@@ -134,14 +136,20 @@ def _coordinate_ports(
     variability: Variability,
     start: Sequence[float] | None = None,
 ) -> list[Port]:
-    """Return one port per coordinate. Its unit is the unit of the coordinate, followed by `per`."""
-    starts = start or [0.0] * len(robot.coordinates)
-    return [
-        Port(name, c.unit + per, causality, variability, f"{what} of {c.name}", value)
-        for name, c, value in zip(
-            coordinate_signals(prefix, robot), robot.coordinates, starts, strict=True
-        )
-    ]
+    """Return one port per coordinate. Its unit is the unit of the coordinate, followed by `per`.
+
+    Positions have the joint limits as range. Without `start`, start values are those next to 0.
+    """
+    ports = []
+    for j, (name, c) in enumerate(
+        zip(coordinate_signals(prefix, robot), robot.coordinates, strict=True)
+    ):
+        low, high = (-math.inf, math.inf) if per else (c.lower, c.upper)
+        value = start[j] if start else min(max(0.0, low), high)
+        what_of, unit = f"{what} of {c.name}", c.unit + per
+        port = Port(name, unit, causality, variability, what_of, value, lower=low, upper=high)
+        ports.append(replace(port, nominal=nominal_of(unit)))
+    return ports
 
 
 def _force_ports(
@@ -152,7 +160,12 @@ def _force_ports(
         muscle_signals("f", robot), robot.muscles, starts or [0.0] * len(robot.muscles), strict=True
     )
     return [
-        Port(name, "N", causality, variability, f"Force of muscle {muscle.name}", start)
+        Port(
+            *(name, "N", causality, variability, f"Force of muscle {muscle.name}", start),
+            lower=0.0,
+            upper=muscle.f_max,
+            nominal=nominal_force(muscle),
+        )
         for name, muscle, start in rows
     ]
 
@@ -161,8 +174,15 @@ def _torque_ports(robot: Robot, causality: Causality, variability: Variability) 
     """Return `tau.<coordinate>` of every motor."""
     rows = zip(motor_signals(TORQUE, robot), robot.motors, strict=True)
     return [
-        Port(name, force_unit(c), causality, variability, f"{_effort(c)} of the motor of {c.name}")
+        Port(
+            *(name, force_unit(c), causality, variability, what),
+            lower=c.tau_min,
+            upper=c.tau_max,
+            nominal=largest if 0.0 < largest < math.inf else 1.0,
+        )
         for name, c in rows
+        for what in [f"{_effort(c)} of the motor of {c.name}"]
+        for largest in [max(-c.tau_min, c.tau_max)]
     ]
 
 
@@ -173,7 +193,10 @@ def _effort(coordinate: Coordinate) -> str:
 def _task_ports(prefix: str, per: str, what: str, robot: Robot, causality: Causality) -> list[Port]:
     """Return one port per task coordinate. Its unit is followed by `per`."""
     return [
-        Port(name, unit + per, causality, "continuous", f"{what} {name[len(prefix) + 1 :]}")
+        Port(
+            *(name, unit + per, causality, "continuous", f"{what} {name[len(prefix) + 1 :]}"),
+            nominal=nominal_of(unit + per),
+        )
         for name, unit in zip(task_signals(prefix, robot), task_units(robot), strict=True)
     ]
 
@@ -221,11 +244,12 @@ def plant_groups(
         "torques": _torque_ports(robot, "input", "continuous"),
         "loads": _load_ports(robot, "input"),
         "wrenches": wrench_ports(wrenches, "input"),
-        "q": _coordinate_ports("q", "", "Position", robot, "output", "continuous"),
-        "qd": _coordinate_ports("qd", "/s", "Velocity", robot, "output", "continuous"),
+        "q": coordinate_ports("q", "", "Position", robot, "output", "continuous"),
+        "qd": coordinate_ports("qd", "/s", "Velocity", robot, "output", "continuous"),
         "lengths": [
-            Port(name, "m", "output", "continuous", f"Path length of muscle {muscle.name}")
+            Port(name, "m", "output", "continuous", what, lower=0.0, nominal=nominal_of("m"))
             for name, muscle in zip(muscle_signals("l", robot), robot.muscles, strict=True)
+            for what in [f"Path length of muscle {muscle.name}"]
         ],
         "tasks": _task_ports("y", "", "Task coordinate", robot, "output"),
         "tensions": tension_ports(robot),
@@ -233,13 +257,13 @@ def plant_groups(
         "states": state_ports(robot, "output"),
         "energies": energy_ports() if energy else [],
         "world": world_ports(scene),
-        "q_start": _coordinate_ports(
+        "q_start": coordinate_ports(
             "q_start", "", "Start position", robot, "parameter", "fixed", q
         ),
-        "qd_start": _coordinate_ports(
+        "qd_start": coordinate_ports(
             "qd_start", "/s", "Start velocity", robot, "parameter", "fixed", qd
         ),
-        "step": [Port("step", "s", "parameter", "fixed", "Internal step of the plant", step)],
+        "step": [time_port("step", "Internal step of the plant", step)],
         "worker_timeout": [WORKER_TIMEOUT],
         "derivatives": [],  # see `continuous`
         "indicators": [],
@@ -267,7 +291,7 @@ def _reference_ports(robot: Robot, space: Space, causality: Causality) -> list[P
     for ending, per, what in rows:
         if space == "joint":
             prefix = f"q{ending}"
-            ports += _coordinate_ports(
+            ports += coordinate_ports(
                 prefix, per, f"Desired {what}", robot, causality, "continuous"
             )
         else:
@@ -304,8 +328,8 @@ def controller_groups(
     infeasible = "No forces within the limits produce the required torque"
     undecided = "The solver found no forces, although they may exist"
     return {
-        "q": _coordinate_ports("q", "", "Position", robot, "input", "continuous"),
-        "qd": _coordinate_ports("qd", "/s", "Velocity", robot, "input", "continuous"),
+        "q": coordinate_ports("q", "", "Position", robot, "input", "continuous"),
+        "qd": coordinate_ports("qd", "/s", "Velocity", robot, "input", "continuous"),
         "reference": _reference_ports(robot, space, "input"),
         "loads": _load_ports(robot, "input"),
         "states": state_ports(robot, "input"),
@@ -318,15 +342,15 @@ def controller_groups(
         "commands": command_ports(robot, "output", "discrete"),
         "slack": _slack_ports(robot, space),
         "report": [
-            Port("at_bound", "", "output", "discrete", "Number of muscles and motors at a limit"),
-            Port(SOLVE_TIME, "s", "output", "discrete", "Computation time of the tick"),
+            count_port("at_bound", "Number of muscles and motors at a limit"),
+            Port(SOLVE_TIME, "s", "output", "discrete", "Computation time of the tick", lower=0.0),
             Port("infeasible", "", "output", "discrete", infeasible, boolean=True),
             Port("not_converged", "", "output", "discrete", undecided, boolean=True),
             *_limit_ports(space),
         ],
         **_gain_ports(robot, space, kp, kd, torque_gains),
         **_bound_ports(robot),
-        "period": [Port("period", "s", "parameter", "fixed", "Time between two ticks", period)],
+        "period": [time_port("period", "Time between two ticks", period)],
         "worker_timeout": [WORKER_TIMEOUT],
     }
 
@@ -373,7 +397,7 @@ def _gain_ports(
         if torque_gains:
             units = [f"{force_unit(c)}{per}/{c.unit}" for c in robot.coordinates]
         groups[prefix] = [
-            Port(name, u, "parameter", "tunable", f"{what} gain of {name[3:]}", value)
+            Port(name, u, "parameter", "tunable", f"{what} gain of {name[3:]}", value, lower=0.0)
             for name, u, value in zip(signals(prefix, robot), units, values, strict=True)
         ]
     return groups
@@ -391,8 +415,9 @@ def _bound_ports(robot: Robot) -> Groups:
 
 def _muscle_bounds(robot: Robot, prefix: str, what: str) -> list[Port]:
     return [
-        Port(name, "N", "parameter", "tunable", f"{what} force of muscle {muscle.name}", value)
+        Port(name, "N", "parameter", "tunable", description, value, lower=0.0)
         for name, muscle in zip(muscle_signals(prefix, robot), robot.muscles, strict=True)
+        for description in [f"{what} force of muscle {muscle.name}"]
         for value in [min(getattr(muscle, prefix), sys.float_info.max)]
     ]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -53,7 +54,8 @@ def world_ports(scene: Scene | None) -> list[Port]:
         thing, _, axis = name.removeprefix("object.").rpartition(".")
         is_rotation = axis in _QUATERNION
         what = f"{'Unit quaternion' if is_rotation else 'Position'} of {thing}"
-        ports.append(Port(name, "" if is_rotation else "m", "output", "continuous", what))
+        unit, bound = ("", 1.0) if is_rotation else ("m", math.inf)
+        ports.append(Port(name, unit, "output", "continuous", what, lower=-bound, upper=bound))
     return [*ports, *_friction_ports(scene)]
 
 
@@ -64,6 +66,6 @@ def _friction_ports(scene: Scene) -> list[Port]:
     error = "Largest speed by which a contact violates Coulomb's law since the last step"
     undecided = "Whether contact forces did not converge since the last step"
     return [
-        Port(FRICTION_ERROR, "m/s", "output", "discrete", error),
+        Port(FRICTION_ERROR, "m/s", "output", "discrete", error, lower=0.0),
         Port(FRICTION_NOT_CONVERGED, "", "output", "discrete", undecided, boolean=True),
     ]

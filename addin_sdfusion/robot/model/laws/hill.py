@@ -18,8 +18,8 @@ from .law import (
 EXCITATION = Command("excitation", "1", 0.0, 1.0)
 
 STATES = (
-    LawState("activation", "1", at_start="u"),
-    LawState("fibre_length", "m", "elastic_tendon != 0", at_start="ul"),
+    LawState("activation", "1", at_start="u", low=0.0, high=1.0),
+    LawState("fibre_length", "m", "elastic_tendon != 0", at_start="ul", low=0.0),
 )
 
 RIGID = "elastic_tendon == 0"

@@ -76,12 +76,15 @@ class LawState(NamedTuple):
         where: Condition on parameters for the state to exist; empty for a state that always exists.
             Conditional states come last.
         at_start: Variables that determine the initial value: u (command), l (length), v (rate).
+        low, high: Range of the state; infinite if unlimited.
     """
 
     name: str
     unit: str
     where: str = ""
     at_start: str = "ulv"
+    low: float = -math.inf
+    high: float = math.inf
 
 
 class Term(NamedTuple):

@@ -71,7 +71,7 @@ LAWS = (
             fraction("control_high", 1.0, "largest command"),
         ),
         Command("excitation", "1", "control_low", "control_high"),
-        (LawState("activation", "1", at_start="u"),),
+        (LawState("activation", "1", at_start="u", low=0.0, high=1.0),),
         rules=(
             Rule("length_low < length_high"),
             Rule("force >= 0 or acc0 > 0"),
