@@ -24,6 +24,8 @@ settings.register_profile("thorough", settings.get_profile("default"), max_examp
 settings.register_profile("random", settings.get_profile("thorough"), derandomize=False)
 settings.load_profile(os.environ.get("CARDSFLOW_EXAMPLES", "default"))
 
+os.environ.setdefault("SOURCE_DATE_EPOCH", "1790000000")  # FMUs of equal input have equal bytes
+
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A shell ignores Ctrl-C in background processes (`&`); the tests need the default handler.
     signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -21,6 +21,7 @@ from .packed_files import mesh_roots, omitted_meshes
 from .reader import read_experiment, read_packed_experiment
 from .settings.controller import ControllerSettings
 from .settings.estimator import EstimatorTable
+from .settings.file import AboutSettings
 from .settings.hardware import HardwareSettings
 from .settings.loads import DisturbanceSettings
 from .settings.names import robot_names
@@ -62,6 +63,7 @@ class Experiment:
         parts: The robots that `robot` consists of; empty for a single robot.
         hardware: Hardware that can run instead of the plant.
         estimator: The state estimator; None if it is not used.
+        about: Author, copyright and licence of the FMUs.
         named: Files that the user has named explicitly; they may be packed from any folder.
     """
 
@@ -83,6 +85,7 @@ class Experiment:
     world_findings: tuple[Finding, ...] = ()
     parts: tuple[RobotPart, ...] = ()
     hardware: HardwareSettings = field(default_factory=HardwareSettings)
+    about: AboutSettings = field(default_factory=AboutSettings)
     named: tuple[Path, ...] = ()
     estimator: EstimatorTable | None = None
 

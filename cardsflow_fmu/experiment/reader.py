@@ -186,6 +186,7 @@ def experiment_settings(
         "fmus": tables.fmus.by_role,
         **world,
         "hardware": hardware,
+        "about": tables.about,
         "named": named,
     }
 

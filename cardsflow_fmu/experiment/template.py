@@ -21,7 +21,7 @@ Form = Mapping[str, Any]
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
-_OTHER_TABLES = ("start", "disturbance", "world", "robots", "wiring", "fmus", "hardware")
+_OTHER_TABLES = ("start", "disturbance", "world", "robots", "wiring", "fmus", "hardware", "about")
 """Tables that a first experiment does not contain."""
 
 _INTRODUCTION = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from cardsflow_fmu.cosim.signals.dependencies import Dependencies
@@ -16,14 +16,15 @@ from cardsflow_fmu.version import __version__
 
 FmiVersion = Literal["2.0", "3.0"]
 
-LICENSE_NAME = "BSD-3-Clause"
-
 DISPLAY_UNITS = {
     f"{unit}{per}": (f"{shown}{per}", factor)
     for unit, shown, factor in (("rad", "deg", math.degrees(1.0)), ("m", "mm", 1e3))
     for per in ("", "/s", "/s2")
 }
 """Units in which tools display values, with their factors, by unit."""
+
+_TOLERANCE = 1e-6
+"""Relative tolerance of solvers for model exchange. Co-simulation uses fixed steps."""
 
 _QUANTITIES = {
     "rad": "Angle",
@@ -70,6 +71,8 @@ class FmuDescription:
         is_continuous: Whether the FMU is for model exchange; otherwise it is for co-simulation.
         dependencies: Dependencies of the outputs. If None, outputs depend on all inputs.
         sources: C files in the FMU from which its library is compiled, relative to its sources.
+        about: Attributes `author`, `copyright` and `license`, if specified.
+        generated: Time of the build in ISO 8601; empty to omit it.
     """
 
     variables: Sequence[Variable]
@@ -85,6 +88,8 @@ class FmuDescription:
     sources: Sequence[str] = ()
     dependencies: Dependencies | None = None
     is_continuous: bool = False
+    about: Mapping[str, str] = field(default_factory=dict)
+    generated: str = ""
 
     @property
     def ports(self) -> list[Port]:
@@ -110,13 +115,13 @@ def document(
         variables: Model variables.
         structure: The model structure.
     """
+    about = {**fmu.about, "generationDateAndTime": fmu.generated}
     root = ET.Element(
         "fmiModelDescription",
-        dict(identity),
+        {**identity, **{key: text for key, text in about.items() if text}},
         modelName=fmu.model_name,
         description=fmu.description,
         version=__version__,
-        license=LICENSE_NAME,
         generationTool=f"CARDSFlow {__version__}",
         variableNamingConvention="structured",
     )
@@ -240,5 +245,7 @@ def _default_experiment(fmu: FmuDescription) -> ET.Element:
     experiment = ET.Element("DefaultExperiment", startTime="0.0")
     if fmu.stop_time is not None:
         experiment.set("stopTime", format_number(fmu.stop_time))
+    if fmu.is_continuous:
+        experiment.set("tolerance", format_number(_TOLERANCE))
     experiment.set("stepSize", format_number(fmu.step))
     return experiment

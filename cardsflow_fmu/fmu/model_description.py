@@ -52,7 +52,8 @@ def _check(fmu: FmuDescription) -> None:
         if len(set(names)) < len(names):
             twice = sorted({name for name in names if names.count(name) > 1})
             raise InputError(f"several variables have the same name: {', '.join(twice)}")
-    _check_text(fmu.description)
+    for text in (fmu.description, *fmu.about.values()):
+        _check_text(text)
     for port in fmu.ports:
         _check_port(port)
 

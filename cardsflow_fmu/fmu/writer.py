@@ -1,13 +1,17 @@
-"""Writer of FMU files, which are byte-identical for equal input."""
+"""Writer of FMU files, which are byte-identical for equal input and SOURCE_DATE_EPOCH."""
 
 from __future__ import annotations
 
 import hashlib
 import os
 import sys
+import time
 import uuid
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path, PurePosixPath
+from types import MappingProxyType
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.cosim.signals.dependencies import Dependencies
@@ -53,6 +57,7 @@ def write_fmu(
     dependencies: Dependencies | None = None,
     sources: bool = True,
     is_continuous: bool = False,
+    about: Mapping[str, str] = MappingProxyType({}),
 ) -> Path:
     """Pack a model into an FMU.
 
@@ -73,6 +78,7 @@ def write_fmu(
         dependencies: Dependencies of the outputs. If None, outputs depend on all inputs.
         sources: Whether the FMU of a native model contains C sources, for other platforms.
         is_continuous: Whether the FMU is for model exchange; otherwise it is for co-simulation.
+        about: Texts of `author`, `copyright` and `license`, if specified.
 
     Returns:
         Path of the FMU.
@@ -96,6 +102,7 @@ def write_fmu(
         sources=compiled_files() if native is not None and sources else (),
         dependencies=dependencies,
         is_continuous=is_continuous,
+        about=about,
     )
     files = {_resource_name(name): read_contents(source) for name, source in resources.items()}
     if native is None:
@@ -105,6 +112,7 @@ def write_fmu(
         if sources:
             files |= source_files(model_name, fmi)
     guid = _guid({**files, "modelDescription.xml": model_description(fmu, "", fmi)})
+    fmu = replace(fmu, generated=_build_time())  # not part of the GUID
     files["modelDescription.xml"] = model_description(fmu, guid, fmi)
     files[f"resources/{_PORTS_FILE}"] = encode_port_table(
         variables, guid=guid, model_name=model_name, package=__version__, step=step
@@ -117,6 +125,21 @@ def write_fmu(
     files |= _binaries(libraries, model_name, fmi) | extra_files(fmu, fmi)
     write_archive(path, files)
     return path
+
+
+def _build_time() -> str:
+    """Return the current time, or the time in the environment variable SOURCE_DATE_EPOCH.
+
+    Raises:
+        InputError: The variable is not a time.
+    """
+    text = os.environ.get("SOURCE_DATE_EPOCH")
+    try:
+        seconds = int(time.time() if text is None else text)
+        return datetime.fromtimestamp(seconds, UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    except (ValueError, OverflowError, OSError):
+        what = f"SOURCE_DATE_EPOCH: {text!r} is not a time in seconds since 1970"
+        raise InputError(f"{what}; set it to a whole number") from None
 
 
 def _python_files(model_class: type[FmuModel], ports: Sequence[Port]) -> dict[str, bytes]:

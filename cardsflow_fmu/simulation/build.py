@@ -135,6 +135,7 @@ def _build_continuous_plant(
             native=NativeModel(model.file(experiment), has_derivatives=True),
             dependencies=model.dependencies(experiment),
             is_continuous=True,
+            about=experiment.about.model_dump(),
         )
         contents = {file.name: read_contents(file)}
     with create_folder(folder, "build"):
@@ -213,6 +214,7 @@ def build_fmus(
             native=in_c[name],
             dependencies=model_class(name).dependencies(experiment),
             sources=sources,
+            about=experiment.about.model_dump(),
         )
         for name in names
     }

@@ -22,6 +22,14 @@ from .run import RunSettings
 from .world import WorldSettings
 
 
+class AboutSettings(Table):
+    """Author, copyright and licence in the FMUs that are built."""
+
+    author: str = setting("author of the FMUs", "")
+    copyright: str = setting("copyright notice of the FMUs", "")
+    license: str = setting("licence of the FMUs, by name or link", "BSD-3-Clause")
+
+
 class ExperimentTables(Table):
     """Experiment of CARDSFlow: robot, reference, controller, and run."""
 
@@ -56,6 +64,7 @@ class ExperimentTables(Table):
         "External FMUs instead of plant, controller, reference, estimator or hardware.", {}
     )
     hardware: HardwareSettings = setting("Hardware that runs instead of the plant.", {})
+    about: AboutSettings = setting("Author, copyright and licence of the FMUs.", {})
 
     @model_validator(mode="after")
     def _check_robots(self) -> Self:

@@ -2,20 +2,27 @@ from __future__ import annotations
 
 import hashlib
 import json
+import xml.etree.ElementTree as ET
 import zipfile
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import fmpy
 import pytest
 from fmpy.validation import validate_fmu
+from support.robots.robots import PLANAR_2R
 from toy_model import PORTS, ToyModel
 
 from addin_sdfusion.robot import InputError, UnknownNameError
+from cardsflow_fmu import Experiment
 from cardsflow_fmu.cosim.signals.ports import Port
+from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.runtime.library import find_platform, library_path, this_platform
+from cardsflow_fmu.simulation.build import build_fmus
+from cardsflow_fmu.utils.archive import read_contents
 
 pytestmark = pytest.mark.native
 
@@ -165,3 +172,46 @@ def test_an_fmu_may_contain_libraries_for_several_platforms(tmp_path: Path) -> N
         with zipfile.ZipFile(path) as archive:
             names = {name for name in archive.namelist() if name.startswith("binaries/")}
             assert names == {f"binaries/{folders[0]}/toy.so", f"binaries/{folders[1]}/toy.dll"}
+
+
+def built(path: Path) -> tuple[str | None, str | None]:
+    """Build an FMU; return its GUID and the time of its build."""
+    description = fmpy.read_model_description(str(write(path)))
+    return description.guid, description.generationDateAndTime
+
+
+def test_the_time_of_the_build_is_not_part_of_the_guid(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
+    guid, when = built(tmp_path / "one.fmu")
+    assert when == "1970-01-02T00:00:00Z"
+    monkeypatch.delenv("SOURCE_DATE_EPOCH")
+    began = datetime.now(UTC).replace(microsecond=0)
+    same_guid, when = built(tmp_path / "two.fmu")
+    assert same_guid == guid
+    assert when
+    assert began <= datetime.fromisoformat(when) <= datetime.now(UTC)
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "today")
+    with pytest.raises(InputError, match="SOURCE_DATE_EPOCH: 'today' is not a time"):
+        write(tmp_path / "three.fmu")
+
+
+def test_an_experiment_specifies_author_and_licence(tmp_path: Path) -> None:
+    about = {"about.author": "A. Designer", "about.copyright": "© A", "about.license": "MIT"}
+    experiment = Experiment.load(PLANAR_2R, about)
+    again = Experiment.from_resources(unpacked_resources(experiment, tmp_path))
+    assert again.about == experiment.about
+    file = build_fmus(again, tmp_path, ["reference"], sources=False)["reference"]
+    with zipfile.ZipFile(file) as archive:
+        root = ET.fromstring(archive.read("modelDescription.xml"))
+    assert [root.get(key.removeprefix("about.")) for key in about] == list(about.values())
+
+
+def unpacked_resources(experiment: Experiment, folder: Path) -> Path:
+    """Write the resources of the experiment's FMUs to a folder."""
+    for name, content in experiment_resources(experiment).items():
+        path = folder / "resources" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(read_contents(content))
+    return folder / "resources"

@@ -96,6 +96,24 @@ def test_the_default_experiment_is_declared() -> None:
     assert experiment.attrib == {"startTime": "0.0", "stopTime": "8.0", "stepSize": "0.001"}
 
 
+def test_only_model_exchange_has_a_tolerance() -> None:
+    """Co-simulation uses fixed steps."""
+    ports = [Port("der(x.a)", "1/s", "local", "continuous", ""), replace(INPUT, name="x.a")]
+    experiment = describe(*ports, is_continuous=True).find("DefaultExperiment")
+    assert experiment is not None
+    assert experiment.get("tolerance") == "1e-06"
+
+
+def test_texts_about_the_fmu_are_attributes() -> None:
+    about = {"author": "Ä. & B.", "copyright": "", "license": "MIT"}
+    root = describe(INPUT, about=about, generated="2026-01-02T03:04:05Z")
+    assert (root.get("author"), root.get("license")) == ("Ä. & B.", "MIT")
+    assert root.get("generationDateAndTime") == "2026-01-02T03:04:05Z"
+    assert root.get("copyright") is None
+    with pytest.raises(InputError, match="characters that XML does not allow"):
+        describe(INPUT, about={"author": "\x07"})
+
+
 @pytest.mark.parametrize("name", ["q.elbow", "a.b.c", "a[1].b[2,3]", "q.'left arm'", "q.'it\\'s'"])
 def test_structured_names_are_accepted(name: str) -> None:
     assert variable_names(describe(replace(INPUT, name=name))) == [name]
