@@ -2,9 +2,10 @@
 
     python make_controller.py ../planar_2r build [--single] [--set KEY=VALUE ...]
 
-robot.h has robot, settings and signature as constant data; reference.f64 has position, velocity and
-acceleration of every tick, as doubles. With --single the law computes in single precision, for a
-microcontroller whose floating point unit knows no other.
+robot.h contains robot, settings and signature as constant data; parts.h lists the parts of the C
+core that the controller uses; reference.f64 contains position, velocity and acceleration of every
+tick, as doubles. With --single the law computes in single precision, for a microcontroller whose
+floating point unit supports no other.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from cardsflow_fmu.models.reference import make_reference
 from controllers.qp.dual_newton import library as laws
 from sim_dart import compile_blob
 from sim_dart.core.library import library as core
+from sim_dart.core.supported_features import used_parts
 from sim_dart.core.tasks import task_rows
 from sim_dart.estimation.estimated_robot import estimated_robot
 from sim_dart.muscles.friction import has_cable_friction
@@ -77,6 +79,18 @@ def header(experiment: Experiment, arrays: Mapping[str, ArrayLike], single: bool
         *estimator_lines(experiment, single),
     ]
     return "\n".join(lines) + "\n"
+
+
+def parts(experiment: Experiment) -> str:
+    """The text of parts.h, for `-DCARDSFLOW_PARTS`."""
+    names = {*used_parts(experiment.robot)}
+    if experiment.estimator is not None:
+        names |= {*used_parts(estimated_robot(experiment.robot))}
+    if experiment.controller.space == "operational":
+        names.add("USES_TASKS")
+    if experiment.controller.norm != 2.0:
+        names.add("USES_NORMS")
+    return "".join(f"#define {name} 1\n" for name in sorted(names))
 
 
 def estimator_lines(experiment: Experiment, single: bool) -> list[str]:
@@ -137,7 +151,7 @@ def number(value: float) -> str:
 
 
 def write_controller(experiment: Experiment, folder: Path, *, single: bool = False) -> None:
-    """Write robot.h and reference.f64.
+    """Write robot.h, parts.h and reference.f64.
 
     Args:
         experiment: The experiment; it ticks once a communication step.
@@ -175,6 +189,7 @@ def write_controller(experiment: Experiment, folder: Path, *, single: bool = Fal
     ticks = np.stack(make_reference(experiment).evaluate(times), axis=1)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "robot.h").write_text(header(experiment, law_settings(experiment), single))
+    (folder / "parts.h").write_text(parts(experiment))
     (folder / "reference.f64").write_bytes(ticks.astype("<f8").tobytes())
 
 

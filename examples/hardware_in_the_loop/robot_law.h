@@ -60,7 +60,7 @@ static void gravity(void *self, const real *q, real *G)
 
 static int open_law(void)
 {
-    const control_robot asked = {NULL, terms, tasks, NULL, NULL, gravity};
+    const control_robot asked = {NULL, terms, TASKS ? tasks : NULL, NULL, NULL, gravity};
     size_t length;
     if (core_size(BLOB, sizeof BLOB, NULL, 0) > sizeof robot_memory ||
         control_loop_size(COORDINATES, MUSCLES, TASKS) > sizeof loop_memory)

@@ -1,4 +1,4 @@
-"""Check that the C core supports the muscle paths of a robot."""
+"""Features of robots: checks that the C core supports them, and parts of the core that they use."""
 
 from __future__ import annotations
 
@@ -39,6 +39,24 @@ def require_supported_features(robot: Robot) -> None:
             raise InputError(f"muscle {muscle.name!r}: {feature} is not supported in simulation")
 
 
+def used_parts(robot: Robot) -> list[str]:
+    """Return the macros of csrc/optional_parts.h for the parts of the core that a robot uses."""
+    muscles = robot.muscles
+    segments = [{wrap.segment for wrap in muscle.wraps} for muscle in muscles]
+    shares = any(len(own) < len(m.wraps) for own, m in zip(segments, muscles, strict=True))
+    parts = {
+        "WRAPS": any(muscle.wraps for muscle in muscles),
+        "ELLIPSOIDS": any(surface.half_axes for surface in robot.wrap_surfaces),
+        "SEQUENCES": shares or any(muscle.pulley is not None for muscle in muscles),
+        "ROUTES": any(_has_special_routing(muscle) for muscle in muscles),
+        "CABLE_FRICTION": any(muscle.bend_friction for muscle in muscles),
+    }
+    laws = sorted({"ideal" if m.model.custom else law_of(m.model).kind for m in muscles})
+    return [f"USES_{part}" for part, is_used in parts.items() if is_used] + [
+        f"USES_LAW_{law}" for law in laws
+    ]
+
+
 def _is_long(surface: WrapSurface) -> bool:
     axes = (surface.radius, *(surface.half_axes or ()))
     return surface.half_axes is not None and max(axes) > MAX_HALF_AXIS * min(axes)
@@ -63,4 +81,4 @@ def _has_special_routing(muscle: Muscle) -> bool:
     """Return whether the path has more than fixed points and wraps of the rule `taut`."""
     changing = any(point.when is not None or point.moves for point in muscle.via_points)
     ruled = any(wrap.rule != "taut" for wrap in muscle.wraps)
-    return bool(changing or ruled or muscle.branches or muscle.terms)
+    return bool(changing or ruled or muscle.branches or muscle.terms or not muscle.via_points)

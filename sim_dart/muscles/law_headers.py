@@ -126,17 +126,25 @@ def _table_header(laws: Iterable[MuscleLawDefinition]) -> str:
         [
             _GENERATED_COMMENT,
             "#if !defined(CARDSFLOW_TANGENT) /* a handle with tangents is a copy of a plain one */",
-            *(f"extern const tension_law LAW_{law.kind};" for law in laws),
+            *(_if_used(law, f"extern const tension_law LAW_{law.kind};") for law in laws),
             "",
             "#define REQUIRE(condition, text) \\\n    if (!(condition)) return text\n",
-            *(text for law in laws for text in _functions(law).values()),
+            *(_if_used(law, "\n".join(_functions(law).values())) for law in laws),
             "#endif\n",
             *_bounds_table(laws),
             "static const law_entry LAW_TABLE[] = {",
-            *(f"    {{\n{_entry(law, bounds)}    }}," for law in laws),
+            *(
+                f"    {{\n        .name = {_quoted(law.kind)},\n{_entry(law, bounds)}\n    }},"
+                for law in laws
+            ),
             "};\n",
         ]
     )
+
+
+def _if_used(law: MuscleLawDefinition, text: str) -> str:
+    """Return text that is compiled only if firmware uses the law, see csrc/optional_parts.h."""
+    return f"#if !defined(CARDSFLOW_PARTS) || USES_LAW_{law.kind}\n{text}\n#endif"
 
 
 def _bounds(laws: Iterable[MuscleLawDefinition]) -> dict[tuple[float, float, bool], str]:
@@ -157,7 +165,6 @@ def _bounds_table(laws: Iterable[MuscleLawDefinition]) -> Iterator[str]:
 
 def _entry(law: MuscleLawDefinition, bounds: Sequence[tuple[float, float, bool]]) -> str:
     values = {
-        "name": _quoted(law.kind),
         "law": f"&LAW_{law.kind}",
         "parameters": len(law.parameters),
         "driven": int(law.command is not None),
@@ -169,7 +176,7 @@ def _entry(law: MuscleLawDefinition, bounds: Sequence[tuple[float, float, bool]]
         values["bounds"] = f"WHEN_OPENED(((const uint8_t[]){{{rows}}}))"
         values["names"] = f"WHEN_OPENED(((const char *const[]){{{names}}}))"
     values |= {name: f"WHEN_OPENED({law.kind}_{name})" for name in _functions(law)}
-    return "".join(f"        .{name} = {value},\n" for name, value in values.items())
+    return _if_used(law, "\n".join(f"        .{name} = {value}," for name, value in values.items()))
 
 
 def _functions(law: MuscleLawDefinition) -> dict[str, str]:

@@ -59,7 +59,9 @@ DOUBLES = {"sqrt", "fmod", "ceil", "round", "fabs"}
 """Functions for doubles; functions for single precision end with an f."""
 
 EMULATOR = "qemu-arm-static"
-STACK, FLASH = 4608, 147456  # in bytes; includes all muscle laws and control laws
+STACK = 4608
+FLASH, FLASH_OF_ALL_PARTS = 81920, 204800  # in bytes
+PARTS = '-DCARDSFLOW_PARTS="parts.h"'
 
 
 def build(program: Path, cpu: str, own: tuple[str, ...], flags: tuple[str, ...]) -> Path:
@@ -102,25 +104,28 @@ def test_vectors_are_bit_identical(processor: str, tmp_path: Path) -> None:
 
 @pytest.mark.cases(1)
 @pytest.mark.parametrize(
-    ("example", "processor"),
+    ("example", "processor", "has_all_parts"),
     [
-        ("planar_2r", "double"),
-        with_marks(("roboy_left_arm", "double"), LONG),
-        with_marks(("planar_2r", "M7"), LONG),
-        ("roboy_left_arm", "M4F"),
+        (example, processor, has_all_parts)
+        for has_all_parts in (False, True)
+        for example in ("planar_2r", "roboy_left_arm")
+        for processor in PROCESSORS
     ],
 )
-def test_controller_of_an_example_fits(example: str, processor: str, tmp_path: Path) -> None:
-    """Print the sizes in flash and memory, and the stack of a tick, in single precision."""
+def test_controller_of_an_example_fits(
+    example: str, processor: str, has_all_parts: bool, tmp_path: Path
+) -> None:
+    """Print the sizes in flash and memory, and the stack of a tick."""
     cpu, single = PROCESSORS[processor]
     experiment = Experiment.load(EXAMPLES / example)
     blob = write_example(tmp_path / "example.h", experiment, single=single)
-    program = build(tmp_path / "firmware.elf", cpu, FIRMWARE, ("-Os", "-g", *SINGLE_FLAGS * single))
+    flags = ("-Os", *[PARTS] * (not has_all_parts), *SINGLE_FLAGS * single)
+    program = build(tmp_path / "firmware.elf", cpu, FIRMWARE, flags)
     assert not single or not arithmetic_helpers(program)
     sizes = program_sizes(program)
-    print(f"\n{example}, {processor}: code {sizes.code},", end=" ")
+    print(f"\n{example}, {processor}, all parts {has_all_parts}: code {sizes.code},", end=" ")
     print(f"constants {sizes.constants} including the robot {blob}, memory {sizes.memory} bytes")
-    assert sizes.code + sizes.constants < FLASH
+    assert sizes.code + sizes.constants < (FLASH_OF_ALL_PARTS if has_all_parts else FLASH)
     said = {what: int(number) for what, number in map(str.split, emulate(program))}
     print(f"  robot {said['robot']}, law {said['law']}, stack {said['stack']} bytes")
     assert said["stack"] < STACK
@@ -130,7 +135,7 @@ def test_controller_of_an_example_fits(example: str, processor: str, tmp_path: P
 def test_doubles_are_detected(tmp_path: Path) -> None:
     """Firmware in double precision contains them if the processor does not support doubles."""
     write_example(tmp_path / "example.h", Experiment.load(EXAMPLES / "planar_2r"))
-    program = build(tmp_path / "firmware.elf", PROCESSORS["M4F"].cpu, FIRMWARE, ("-Os", "-g"))
+    program = build(tmp_path / "firmware.elf", PROCESSORS["M4F"].cpu, FIRMWARE, ("-Os", PARTS))
     assert {"__aeabi_dmul", "__aeabi_dadd", "sqrt"} <= arithmetic_helpers(program)
 
 

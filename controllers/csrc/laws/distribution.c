@@ -11,6 +11,7 @@
 #include "distribution.h"
 
 #include "../../../sim_dart/csrc/math/cholesky.h"
+#include "../../../sim_dart/csrc/optional_parts.h"
 #include "law_choice.h"
 #include "norm.h"
 #include "program.h"
@@ -81,6 +82,7 @@ static void eliminate_passive(computed_torque *s, size_t p, real *tau)
 /* Compute the torque without passive coordinates. Return 0, or COMPUTED_TORQUE_WRONG. */
 static int compute_torque(computed_torque *s)
 {
+    if (!USES_NORMS && s->norm[0] != 0 && s->norm[0] != 2) return COMPUTED_TORQUE_WRONG;
     joint_law_torque(s);
     memcpy(s->active_tau, s->tau, s->n * sizeof(real));
     for (size_t j = 0; j < s->n; j++)
@@ -137,7 +139,7 @@ int distribution_build_soft(computed_torque *s)
 /* Continue from the feasible least-squares forces with another norm. */
 static int finish(computed_torque *s)
 {
-    if (norm_minimize(s) != DUAL_NEWTON_SOLVED) return COMPUTED_TORQUE_NOT_CONVERGED;
+    if (USES_NORMS && norm_minimize(s) != DUAL_NEWTON_SOLVED) return COMPUTED_TORQUE_NOT_CONVERGED;
     return compute_slack(s) <= allowed(s) ? COMPUTED_TORQUE_SOLVED : COMPUTED_TORQUE_NOT_CONVERGED;
 }
 

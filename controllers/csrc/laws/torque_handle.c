@@ -4,6 +4,8 @@
 #include "operational_space.h"
 #include "torque_state.h"
 
+#include "../../../sim_dart/csrc/optional_parts.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -25,7 +27,7 @@ static size_t padded(size_t size)
 
 size_t computed_torque_size(int coordinates, int muscles, int tasks)
 {
-    if (coordinates < 1 || muscles < 1 || tasks < 0 || coordinates > DUAL_NEWTON_LARGEST_SIZE / 2 ||
+    if (coordinates < 1 || muscles < 1 || tasks < 0 || (tasks && !USES_TASKS) || coordinates > DUAL_NEWTON_LARGEST_SIZE / 2 ||
         muscles > DUAL_NEWTON_LARGEST_SIZE / 2 || tasks > DUAL_NEWTON_LARGEST_SIZE / 2)
         return 0;
     const size_t n = (size_t)coordinates, m = (size_t)muscles, k = (size_t)tasks;
@@ -88,9 +90,14 @@ static int store_forces(computed_torque *s, int status)
     return status;
 }
 
+static int has_tasks(const computed_torque *s)
+{
+    return USES_TASKS && s->k;
+}
+
 int computed_torque_solve(computed_torque *s)
 {
-    return store_forces(s, s->k ? operational_space_solve(s) : distribution_solve(s));
+    return store_forces(s, has_tasks(s) ? operational_space_solve(s) : distribution_solve(s));
 }
 
 void computed_torque_require(computed_torque *s)
@@ -100,12 +107,12 @@ void computed_torque_require(computed_torque *s)
 
 int computed_torque_build(computed_torque *s)
 {
-    return s->k ? operational_space_build(s) : distribution_build(s);
+    return has_tasks(s) ? operational_space_build(s) : distribution_build(s);
 }
 
 int computed_torque_build_soft(computed_torque *s)
 {
-    return s->k ? operational_space_build_soft(s) : distribution_build_soft(s);
+    return has_tasks(s) ? operational_space_build_soft(s) : distribution_build_soft(s);
 }
 
 dual_newton *computed_torque_program(computed_torque *s)
@@ -117,5 +124,5 @@ int computed_torque_finish(computed_torque *s, const real *x)
 {
     for (size_t i = 0; i < s->built->n; i++)
         if (!isfinite(x[i])) return COMPUTED_TORQUE_FAILED;
-    return store_forces(s, s->k ? operational_space_finish(s, x) : distribution_finish(s, x));
+    return store_forces(s, has_tasks(s) ? operational_space_finish(s, x) : distribution_finish(s, x));
 }

@@ -4,6 +4,7 @@
 #include "../core.h"
 #include "../../generated/law_parameters.h"
 #include "checks/check_cable_friction.h"
+#include "checks/check_parts.h"
 #include "checks/check_paths.h"
 #include "checks/check_robot.h"
 #include "layout_hash.h"
@@ -85,5 +86,5 @@ int blob_open(blob_view *view, const void *blob, size_t size, char *message, siz
     if (check_header(blob, size, message, capacity)) return 1;
     set_pointers(view, blob);
     return check_robot(view, message, capacity) || check_paths(view, message, capacity) ||
-           check_cable_friction(view, message, capacity);
+           check_cable_friction(view, message, capacity) || check_parts(view, message, capacity);
 }

@@ -16,6 +16,7 @@
 #include "../paths/ellipsoid/ellipsoid.h"
 #include "../paths/place.h"
 #include "../paths/span.h"
+#include "../optional_parts.h"
 
 #include <string.h>
 
@@ -98,7 +99,7 @@ static void span_direction(const core *c, int32_t s, const real *point, const re
     for (int k = 0; k < 3; k++) r[k] -= along * axis[k];
     const real rr = dot3(r, r);
     if (!(value_of(rr) > 0) || value_of(dot3(way, way)) > value_of(NO_SPAN * rr)) return;
-    if (placed.kind == SURFACE_ELLIPSOID) ellipsoid_normal(&placed, contact, r);
+    if (USES_ELLIPSOIDS && placed.kind == SURFACE_ELLIPSOID) ellipsoid_normal(&placed, contact, r);
     const real across = dot3(u, r) / dot3(r, r);
     for (int k = 0; k < 3; k++) out[k] -= across * r[k];
 }
@@ -115,7 +116,7 @@ static real turning_over(const core *c, int32_t s, const real *contact)
 {
     const wrap_surface placed = placed_surface(c, s);
     const real way = contact[CONTACT_NUMBERS - 1];
-    if (placed.kind != SURFACE_ELLIPSOID) return turning_about(contact);
+    if (!USES_ELLIPSOIDS || placed.kind != SURFACE_ELLIPSOID) return turning_about(contact);
     return value_of(way) > 0 ? ellipsoid_bend(&placed, contact + 12, contact + 3, way) : 0;
 }
 

@@ -3,13 +3,14 @@
 #include "dense.h"
 
 #include "../cable_friction/cable_friction.h"
+#include "../optional_parts.h"
 #include "inverse.h"
 
 void dense_factor(core *c, const real *armature)
 {
     const size_t n = (size_t)c->blob.counts.dofs;
     inverse_mass(c, armature, c->dense);
-    if (c->is_rubbing) cable_friction_resist(c, c->dense);
+    if (USES_CABLE_FRICTION && c->is_rubbing) cable_friction_resist(c, c->dense);
     for (size_t k = n; k-- > 0;) {
         real *row = c->dense + k * n;
         row[k] = 1 / row[k];

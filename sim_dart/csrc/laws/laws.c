@@ -6,6 +6,7 @@
 #include "../cable_friction/cable_stretch.h"
 #include "../kinematics/joint_variables.h"
 #include "../math/elementary.h"
+#include "../optional_parts.h"
 #include "../paths/span.h"
 #include "hill/activation.h"
 #include "law.h"
@@ -45,6 +46,7 @@ int laws_check(blob_view *view, char *message, size_t capacity)
             return reject(message, capacity, "muscle %d: unknown muscle law %d", (int)m, (int)kind);
         const law_entry *entry = LAW_TABLE + kind;
         const tension_law *law = entry->law;
+        if (!law) return reject(message, capacity, "the robot needs USES_LAW_%s; define it in CARDSFLOW_PARTS", entry->name);
         left -= entry->parameters;
         if (left < 0) break;
         if (parameters_check(entry, p, (int)m, message, capacity)) return 1;
@@ -91,6 +93,11 @@ static int next_muscle(const core *c, muscle_law *at)
     at->m++, at->p += at->entry->parameters, at->k += at->law->constants;
     at->x += at->states, at->xd += at->states;
     return muscle_law_at(c, at);
+}
+
+static int has_bends(const core *c)
+{
+    return USES_CABLE_FRICTION && c->blob.counts.bends;
 }
 
 #define EACH_MUSCLE(c, at) (int more = first_muscle(c, at); more; more = next_muscle(c, at))
@@ -140,7 +147,7 @@ static real command(const muscle_law *at, const real *u)
 /* Return whether the muscle is a cable with friction that stretches along its path. */
 static int does_stretch(const core *c, int32_t m)
 {
-    return c->blob.stretches && LAW_TABLE[c->blob.law_kind[m]].law->stretch && c->blob.muscle_bends[m];
+    return USES_CABLE_FRICTION && c->blob.stretches && LAW_TABLE[c->blob.law_kind[m]].law->stretch && c->blob.muscle_bends[m];
 }
 
 /* Return the length of a path at the driven end, for its law. */
@@ -223,7 +230,7 @@ void core_rates(core *c, const real *qd)
         for (int32_t j = 0; j < dofs; j++) rate += row[j] * qd[j];
         c->rates[m] = rate;
     }
-    if (c->blob.counts.bends) cable_friction_rates(c, qd);
+    if (has_bends(c)) cable_friction_rates(c, qd);
 }
 
 /* Replace the mean tensions of cables that stretch along their path by the tensions at their driven ends. */
@@ -247,8 +254,8 @@ int core_start(core *c, const real *u)
     muscle_law at;
     for EACH_MUSCLE (c, &at)
         if (at.states) at.law->start(at.k, c->lengths[at.m], command(&at, u), at.x);
-    if (c->blob.counts.bends) cable_friction_start(c);
-    if (c->blob.stretches) {
+    if (has_bends(c)) cable_friction_start(c);
+    if (USES_CABLE_FRICTION && c->blob.stretches) {
         stretch_cables(c, u);
         cable_stretch_start(c);
     }
@@ -264,7 +271,7 @@ static void add_torques(core *c)
         const real *row = c->jacobian + (size_t)m * (size_t)dofs;
         for (int32_t j = 0; j < dofs; j++) c->torques[j] -= row[j] * c->tensions[m];
     }
-    if (c->blob.counts.bends) cable_friction_pull(c);
+    if (has_bends(c)) cable_friction_pull(c);
 }
 
 int core_pull(core *c, const real *f)
@@ -279,7 +286,7 @@ int core_pull(core *c, const real *f)
         const real pull = c->tension_scale[k] * f[k];
         for (int32_t j = 0; j < dofs; j++) c->torques[j] -= row[j] * pull;
     }
-    if (!c->blob.counts.bends) return 0;
+    if (!has_bends(c)) return 0;
     for (int32_t k = 0; k < muscles; k++) c->tensions[k] = c->tension_scale[k] * larger(f[k], 0);
     cable_friction_pull(c);
     return 0;
@@ -293,7 +300,7 @@ int core_drive(core *c, const real *qd, const real *u)
     muscle_law at;
     for EACH_MUSCLE (c, &at)
         c->tensions[at.m] = bounded_tension(&at, at.x, c->lengths[at.m], c->rates[at.m], command(&at, u));
-    if (c->blob.stretches) stretch_cables(c, u);
+    if (USES_CABLE_FRICTION && c->blob.stretches) stretch_cables(c, u);
     add_torques(c);
     if (c->has_weight) add_weights(c, u);
     return 0;
@@ -307,7 +314,7 @@ int core_law_rates(core *c, const real *u)
     for EACH_MUSCLE (c, &at)
         if (at.states)
             at.law->rates(at.k, at.x, length_at(c, at.m), c->rates[at.m], command(&at, u), at.xd);
-    if (c->blob.counts.bends) cable_friction_state_rates(c);
+    if (has_bends(c)) cable_friction_state_rates(c);
     return 0;
 }
 
@@ -325,7 +332,7 @@ int core_advance(core *c, const real *u, real h)
             at.law->advance(at.k, at.x, length_at(c, at.m), c->rates[at.m], command(&at, u), h);
     }
     if (active.count) activations_finish(&active, h);
-    if (c->blob.counts.bends) cable_friction_advance(c, h);
+    if (has_bends(c)) cable_friction_advance(c, h);
     return 0;
 }
 

@@ -10,6 +10,7 @@
 #include "../kinematics/tree.h"
 #include "../kinematics/joint_variables.h"
 #include "../numbers/real_functions.h"
+#include "../optional_parts.h"
 #include "multi_wrap.h"
 #include "place.h"
 #include "routed/routed.h"
@@ -153,7 +154,7 @@ static real add_curved_segment(core *c, int32_t k, progress *at, wrap_lanes *lan
     while (at->wrap < blob->counts.wraps && blob->wrap_point[at->wrap] == k) at->wrap++;
     at->pulley += at->pulley < blob->counts.pulleys && blob->pulley_point[at->pulley] == k;
     const int32_t surfaces = at->wrap - here.wrap, pulleys = at->pulley - here.pulley;
-    if (surfaces == 1 && !pulleys) {
+    if (!USES_SEQUENCES || (surfaces == 1 && !pulleys)) {
         if (is_traced) trace_wrap(c, k, here.wrap);
         return add_wrap(c, k, here.wrap, row);
     }
@@ -176,7 +177,7 @@ static inline void place_surface(const core *c, int32_t s)
     const real *centre = c->blob.surface_centre + 3 * s, *axis = c->blob.surface_axis + 3 * s;
     const int32_t frame = c->blob.surface_frame[s];
     real *place = c->surface_place + 6 * s;
-    if (c->blob.surface_kind[s] == SURFACE_ELLIPSOID)
+    if (USES_ELLIPSOIDS && c->blob.surface_kind[s] == SURFACE_ELLIPSOID)
         tree_direction(c, frame, c->blob.surface_across + 3 * s, c->surface_across + 3 * s);
     if (frame < 0) {
         memcpy(place, centre, 3 * sizeof(real));
@@ -196,7 +197,7 @@ static void place_all(core *c)
     for (int32_t k = 0; k < blob->counts.points; k++)
         tree_point(c, blob->point_frame[k], blob->point_position + 3 * k, c->point + 3 * k);
     for (int32_t s = 0; s < blob->counts.surfaces; s++) place_surface(c, s);
-    if (blob->counts.moves) routed_place(c);
+    if (USES_ROUTES && blob->counts.moves) routed_place(c);
 }
 
 static void walk(core *c, int is_traced)
@@ -210,7 +211,7 @@ static void walk(core *c, int is_traced)
     int32_t k = 0, next = next_curved_segment(blob, &at);
     for (int32_t m = 0; m < blob->counts.muscles; m++, k++) {
         real length = 0, *own = c->jacobian + (size_t)m * dofs, *row = c->is_driven ? c->row : own;
-        const int is_routed = c->is_routed[m] != 0;
+        const int is_routed = USES_ROUTES && c->is_routed[m] != 0;
         if (c->is_driven) memset(row, 0, (size_t)blob->counts.variables * sizeof(real));
         if (is_routed) {
             length = routed_add(c, m, k, &at, row, is_traced);
@@ -218,7 +219,7 @@ static void walk(core *c, int is_traced)
             next = next_curved_segment(blob, &at);
         }
         for (const int32_t last = k + (is_routed ? 0 : blob->muscle_points[m] - 1); k < last; k++) {
-            if (k != next) {
+            if (!(USES_WRAPS || USES_SEQUENCES) || k != next) {
                 length += add_segment(c, k, row);
                 continue;
             }
@@ -233,15 +234,16 @@ static void walk(core *c, int is_traced)
 void paths_prepare(core *c)
 {
     for (int32_t w = 0; w < c->blob.counts.wraps; w++) c->wrap_turning[w] = NAN;
-    wrap_simd_prepare(c);
-    routed_prepare(c);
+    if (USES_WRAPS) wrap_simd_prepare(c);
+    if (USES_ROUTES) routed_prepare(c);
 }
 
 void paths_move(core *c)
 {
     place_all(c);
-    walk(c, c->blob.counts.bends > 0);
-    if (c->blob.counts.bends) bends_move(c);
+    const int has_bends = USES_CABLE_FRICTION && c->blob.counts.bends;
+    walk(c, has_bends);
+    if (has_bends) bends_move(c);
 }
 
 void core_trace(core *c)

@@ -24,6 +24,7 @@
 #include "../math/elementary.h"
 #include "../math/quick_arc.h"
 #include "../math/vectors.h"
+#include "../optional_parts.h"
 #include "ellipsoid/ellipsoid.h"
 #include "wrap_inside.h"
 
@@ -111,7 +112,7 @@ static inline void find_normal(const wrap_surface *s, view *v)
 
 int wrap_is_clear(const wrap_surface *s, const wrap_way *way, const real a[3], const real b[3])
 {
-    if (s->kind == SURFACE_ELLIPSOID) return ellipsoid_is_clear(s, a, b);
+    if (USES_ELLIPSOIDS && s->kind == SURFACE_ELLIPSOID) return ellipsoid_is_clear(s, a, b);
     if (way->side == WRAP_INSIDE) return wrap_inside_is_clear(s, a, b);
     view v;
     return compute_view(s, a, b, &v);
@@ -256,7 +257,7 @@ static inline int compute_contact(const wrap_surface *s, const wrap_way *way, vi
 int wrap_pull(const wrap_surface *s, const wrap_way *way, const real a[3], const real b[3], int ends,
               pull *out)
 {
-    if (s->kind == SURFACE_ELLIPSOID) return ellipsoid_pull(s, way, a, b, out);
+    if (USES_ELLIPSOIDS && s->kind == SURFACE_ELLIPSOID) return ellipsoid_pull(s, way, a, b, out);
     if (way->side == WRAP_INSIDE) return wrap_inside_pull(s, a, b, out);
     view v;
     const int is_clear = compute_view(s, a, b, &v);
@@ -284,7 +285,7 @@ void wrap_over(const wrap_surface *s, const wrap_way *way, const real A[3], cons
     view v;
     pull plain;
     out->pull.turning = 0;
-    if (s->kind == SURFACE_ELLIPSOID) {
+    if (USES_ELLIPSOIDS && s->kind == SURFACE_ELLIPSOID) {
         if (!ellipsoid_over(s, way, A, B, out)) run_straight(A, B, ellipsoid_nearest(s, A, B), out);
         return;
     }

@@ -92,7 +92,15 @@ def compiled_in_single_precision(experiment: Experiment, folder: Path) -> Path:
     make_controller.write_controller(experiment, folder, single=True)
     program = folder / "controller"
     command = ["gcc", *STRICT, *COMMON, *SINGLE, f"-I{folder}", str(FOLDER / "controller.c")]
-    command += ["-Wno-conversion", "-Wno-shadow", *SOURCES, "-o", str(program), "-lm"]
+    command += [
+        '-DCARDSFLOW_PARTS="parts.h"',
+        "-Wno-conversion",
+        "-Wno-shadow",
+        *SOURCES,
+        "-o",
+        str(program),
+        "-lm",
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return program

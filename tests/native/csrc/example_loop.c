@@ -19,7 +19,7 @@ int example_open(void)
 {
     size_t length;
     static robot_and_rows own = {NULL, TASK_ROWS, TASKS};
-    const control_robot asked = {&own, terms, tasks, NULL, NULL, NULL};
+    const control_robot asked = {&own, terms, TASKS ? tasks : NULL, NULL, NULL, NULL};
     robot_size = core_size(BLOB, sizeof BLOB, NULL, 0);
     loop_size = control_loop_size(COORDINATES, MUSCLES, TASKS);
     if (!robot_size || robot_size > sizeof robot_memory || !loop_size || loop_size > sizeof loop_memory)

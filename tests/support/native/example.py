@@ -12,13 +12,14 @@ from cardsflow_fmu.models.reference import make_reference
 from controllers.qp.dual_newton import library
 from sim_dart import compile_blob
 from sim_dart.core.library import library as core_library
+from sim_dart.core.supported_features import used_parts
 from sim_dart.core.tasks import task_rows
 
 from .vector_file import law_arrays
 
 
 def write_example(path: Path, experiment: Experiment, *, single: bool = False) -> int:
-    """Write example.h for a precision; return the size of the robot's blob, in bytes.
+    """Write example.h for a precision, and parts.h; return the size of the robot's blob, in bytes.
 
     The memory is sized for doubles and for the pointers of this machine, so it is sufficient.
     """
@@ -50,6 +51,9 @@ def write_example(path: Path, experiment: Experiment, *, single: bool = False) -
         "};",
     ]
     path.write_text("\n".join(lines) + "\n")
+    parts = used_parts(robot) + ["USES_TASKS"] * (len(rows) > 0)
+    parts += ["USES_NORMS"] * (settings.norm != 2.0)
+    (path.parent / "parts.h").write_text("".join(f"#define {part} 1\n" for part in parts))
     return len(blob)
 
 

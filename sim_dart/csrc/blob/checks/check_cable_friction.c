@@ -1,6 +1,7 @@
 #include "check_cable_friction.h"
 
 #include "../../cable_friction/bends.h"
+#include "../../optional_parts.h"
 #include "../message.h"
 
 #define MAX_FRICTION 2
@@ -29,6 +30,7 @@ static int is_simple(const blob_view *b, int32_t muscle, int32_t first)
 
 int check_cable_friction(const blob_view *view, char *message, size_t capacity)
 {
+    if (!USES_CABLE_FRICTION) return 0;
     int32_t wrap = 0, pulley = 0;
     int64_t left = view->counts.bends;
     const real *mu = view->bend_friction;

@@ -5,6 +5,7 @@
 #include "../../numbers/real_functions.h"
 #include "check_points.h"
 #include "check_routes.h"
+#include "../../optional_parts.h"
 #include "../message.h"
 
 #include <math.h>
@@ -130,6 +131,7 @@ int check_paths(const blob_view *b, char *message, size_t capacity)
 {
     return check_points("surface", b->surface_frame, b->surface_centre, b->counts.surfaces, b->counts.frames,
                         message, capacity) ||
-           check_surfaces(b, message, capacity) || check_ellipsoids(b, message, capacity) || check_wraps(b, message, capacity) ||
-           check_pulleys(b, message, capacity) || check_routes(b, message, capacity);
+           check_surfaces(b, message, capacity) || (USES_ELLIPSOIDS && check_ellipsoids(b, message, capacity)) ||
+           (USES_WRAPS && check_wraps(b, message, capacity)) || (USES_SEQUENCES && check_pulleys(b, message, capacity)) ||
+           (USES_ROUTES && check_routes(b, message, capacity));
 }

@@ -7,6 +7,7 @@
 #include "../../blob/layout.h"
 #include "../../math/elementary.h"
 #include "../../math/vectors.h"
+#include "../../optional_parts.h"
 #include "../ellipsoid/ellipsoid.h"
 #include "../wrap_inside.h"
 
@@ -186,7 +187,7 @@ static int ellipsoid_rule(const wrap_surface *s, const real *guide, const real A
 int wrap_rule(int32_t rule, const wrap_surface *s, const real *guide, const real A[3], const real B[3],
               wrap_way *way)
 {
-    if (s->kind == SURFACE_ELLIPSOID) return ellipsoid_rule(s, guide, A, B, way);
+    if (USES_ELLIPSOIDS && s->kind == SURFACE_ELLIPSOID) return ellipsoid_rule(s, guide, A, B, way);
     flat f;
     const int is_outside = flatten(s, A, B, &f);
     way->is_forced = 1, way->side = 0;

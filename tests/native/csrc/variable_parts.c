@@ -1,0 +1,3 @@
+#include "variable_parts.h"
+
+int used_parts[7];
