@@ -139,6 +139,8 @@ class Command:
         command = args.command
         inputs = Inputs(command, self.dialog)
         window = self._open_window(inputs, design)  # may be cancelled while it reads the design
+        if not command.isValid:  # another command was started while the progress was shown
+            return
         inputs.create()
         command.helpFile = str(Path(__file__).parent / "help.html")
         command.isRepeatable = True
@@ -161,13 +163,14 @@ class Command:
         self._window = window  # events before this line are ignored and OK is disabled
 
     def _on_change(self, args: Any) -> None:
-        if self._window is None or not self._same_design():
+        window = self._window
+        if window is None or not self._same_design() or window.inputs.is_own_change(args.input):
             return
-        self._window.inputs.written = str(args.input.id)
+        window.inputs.written = str(args.input.id)
         try:
-            self._window.on_change(args.input)
+            window.on_change(args.input)
         finally:
-            self._window.inputs.written = ""
+            window.inputs.written = ""
 
     def _on_validate(self, args: Any) -> None:
         valid = False

@@ -45,6 +45,7 @@ class Inputs:
         self._by_id: dict[str, Any] = {}
         self._tables: dict[str, _Table] = {}
         self._texts: dict[str, str] = {}
+        self._shown: dict[str, Any] = {}
         self._command, self._dialog = command, dialog
 
     def create(self) -> None:
@@ -72,10 +73,7 @@ class Inputs:
 
     def value(self, name: str) -> Any:
         """Return the text, number or boolean of an input, or the chosen item of a drop-down."""
-        item = self._by_id[name]
-        if isinstance(item, adsk.core.DropDownCommandInput):
-            return item.selectedItem.name if item.selectedItem else ""
-        return item.value
+        return _value(self._by_id[name])
 
     def set(self, name: str, value: str | float | bool) -> None:
         """Set the value of an input."""
@@ -84,12 +82,40 @@ class Inputs:
             if self._texts.get(name) != value:
                 self._texts[name] = str(value)
                 item.formattedText = _html(str(value))
-        elif name != self.written and item.value != value:
-            item.value = value
+        elif name != self.written:
+            self._shown[name] = value
+            if item.value != value:
+                item.value = value
 
     def choose(self, name: str, options: Sequence[str], chosen: str) -> None:
         """Set the items of a drop-down and the chosen item."""
+        self._shown[name] = chosen
         _fill(self._by_id[name].listItems, options, chosen)
+
+    def is_own_change(self, changed: Any) -> bool:
+        """Return whether the add-in, and not the user, changed an input.
+
+        Fusion may report changes by the add-in, at once or later. An input then has the value that
+        the add-in has set.
+        """
+        if self.written:
+            return True
+        if isinstance(changed, adsk.core.BoolValueCommandInput):
+            return False  # each click of a button counts
+        name = str(changed.id)
+        if name not in self._shown:
+            table, place = self._place(name)
+            return table is not None and table.shows(*place, _value(changed))
+        before, self._shown[name] = self._shown[name], self.value(name)
+        return bool(before == self._shown[name])
+
+    def _place(self, name: str) -> tuple[_Table | None, tuple[int, int]]:
+        """Return table, row and column of an input in a table; None for other inputs."""
+        table, _, place = name.partition("__")
+        if not place or table not in self._tables or _HEAD in place:
+            return None, (0, 0)
+        _, row, column = map(int, place.split("__"))
+        return self._tables[table], (row, column)
 
     def checked(self, name: str) -> list[str]:
         """Return the ticked items of a drop-down with check boxes."""
@@ -137,20 +163,13 @@ class Inputs:
 
     def cell(self, changed: Any) -> CellEdit | None:
         """Return the cell and value of a changed input; None if it is not in a table."""
-        table, _, place = str(changed.id).partition("__")
-        if not place or table not in self._tables or _HEAD in place:
+        table, (row, column) = self._place(str(changed.id))
+        if table is None or isinstance(changed, adsk.core.TextBoxCommandInput):
             return None
-        _, row, column = map(int, place.split("__"))
-        if isinstance(changed, adsk.core.DropDownCommandInput):
-            value = changed.selectedItem.name
-        elif isinstance(changed, adsk.core.TextBoxCommandInput):
-            return None
-        else:
-            value = changed.value
         if isinstance(changed, adsk.core.BoolValueCommandInput):
-            return CellEdit(table, row, column, True)
-        self._tables[table].note(row, column, value)
-        return CellEdit(table, row, column, value)
+            return CellEdit(table.id, row, column, True)
+        table.note(row, column, _value(changed))
+        return CellEdit(table.id, row, column, _value(changed))
 
 
 class _Table:
@@ -162,7 +181,7 @@ class _Table:
 
     def __init__(self, table: Any, item: Input, icons: Path) -> None:
         self._table = table
-        self._id = item.id
+        self.id = item.id
         self._icons = icons
         self._rows: list[list[Cell]] = []
         self._made = 0
@@ -212,11 +231,15 @@ class _Table:
         if row < len(self._rows):
             self._rows[row][column] = replace(self._rows[row][column], value=value)
 
+    def shows(self, row: int, column: int, value: Any) -> bool:
+        """Return whether a cell shows this value."""
+        return row < len(self._rows) and bool(self._rows[row][column].value == value)
+
     def selected(self) -> int:
         return max(int(self._table.selectedRow) - 1, -1)
 
     def _put(self, row: int, column: int, place: str, cell: Cell) -> None:
-        inputs, name = self._table.commandInputs, f"{self._id}__{place}"
+        inputs, name = self._table.commandInputs, f"{self.id}__{place}"
         made: Any
         if cell.icon:
             made = inputs.addBoolValueInput(name, "", False, str(self._icons / cell.icon), False)
@@ -233,6 +256,12 @@ class _Table:
             made = inputs.addStringValueInput(name, "", cell.value)
             made.isReadOnly = not cell.editable
         self._table.addCommandInput(made, row, column)
+
+
+def _value(item: Any) -> Any:
+    if isinstance(item, adsk.core.DropDownCommandInput):
+        return item.selectedItem.name if item.selectedItem else ""
+    return item.value
 
 
 def _fill(items: Any, options: Sequence[str], chosen: str) -> None:

@@ -51,6 +51,7 @@ class Places:
         self._chains: dict[str, Chain] = {}
         self._place: dict[str, tuple[Level, ...]] = {}
         self._scopes: dict[str, str] = {}
+        self._tokens: dict[str, list[str]] = {"": []}
         for path, occurrence in occurrences.items():
             number = _INSTANCE.findall(path)[-1:] or ["0"]
             self._level[path] = component_id(occurrence.component), int(number[0])
@@ -112,7 +113,8 @@ class Places:
         exact = [p for p in self._below(scope) if self._chain(p, scope) == stored]
         exact = [p for p in exact if p == at] or exact
         if len(exact) == 1:
-            return Found(exact[0])
+            other = self._replaced(place, exact[0], scope)
+            return Found(at, _replaced_text(at, other)) if other else Found(exact[0])
         if exact:
             return Found(at, f"{listed(exact)} have the same identifiers")
         moved = self._find_token(place, scope) or self._find_moved(stored, scope)
@@ -142,10 +144,7 @@ class Places:
     def _find_token(self, place: tuple[Level, ...], scope: str) -> str | None:
         """Return the occurrence that a token identifies, or a child of it."""
         for k in range(len(place), 0, -1):
-            token = place[k - 1].token
-            entities = optional(lambda: list(self._design.findEntityByToken(token)))  # noqa: B023
-            paths = {optional(lambda: str(e.fullPathName)) for e in entities or ()}  # noqa: B023
-            known = [p for p in paths if p in self._occurrences]
+            known = self._with_token(place[k - 1].token)
             below = [(level.component, level.instance) for level in place[k:]]
             if len(known) == 1 and self.component(known[0]) == place[k - 1].component:
                 fitting = [
@@ -155,6 +154,25 @@ class Places:
                 ]
                 return fitting[0] if len(fitting) == 1 else None
         return None
+
+    def _replaced(self, place: tuple[Level, ...], path: str, scope: str) -> str:
+        """Return the occurrence that was stored, if another one now has its component and number.
+
+        A new occurrence gets the number of one that was deleted or has another configuration.
+        """
+        for level, at in zip(place, self._way(path, scope), strict=True):
+            known = self._with_token(level.token)
+            if len(known) == 1 and known[0] != at:
+                return known[0]
+        return ""
+
+    def _with_token(self, token: str) -> list[str]:
+        """Return the paths of the occurrences that a token identifies."""
+        if token not in self._tokens:
+            entities = optional(lambda: list(self._design.findEntityByToken(token))) or ()
+            paths = {optional(lambda: str(e.fullPathName)) for e in entities}  # noqa: B023
+            self._tokens[token] = [p for p in paths if p in self._occurrences]
+        return self._tokens[token]
 
     def _find_moved(self, stored: Chain, scope: str) -> str | None:
         """Return the only occurrence of a component, if it has the same number elsewhere."""
@@ -196,6 +214,10 @@ def copied(path: str) -> str:
     """Return the reason why a copy of a point is not used."""
     where = f"{path!r}" if path else "the root component"
     return f"{COPY} of a point of {where}, for example by Paste New"
+
+
+def _replaced_text(path: str, other: str) -> str:
+    return f"{path!r} is another occurrence now; the stored one is {other!r}"
 
 
 def _absent(path: str) -> str:

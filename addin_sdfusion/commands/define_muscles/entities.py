@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ...fusion.handles import Handles
 from ...fusion.inserted import KEPT
 from ...fusion.occurrences import component_id, every_occurrence
 from ...fusion.points import hidden_points
@@ -23,9 +24,8 @@ class Entities:
     """
 
     def __init__(self, design: Any, snapshot: DesignSnapshot) -> None:
-        self.points: dict[str, Any] = {}
-        self.faces: dict[str, Any] = {}
-        self.picked: dict[str, Any] = {}
+        self.points, self.faces = Handles(design), Handles(design)
+        self.picked = Handles(design)
         root = design.rootComponent
         components: dict[str, Any] = {"": root}
         components |= {o.fullPathName: o.component for o in every_occurrence(root)}
@@ -37,7 +37,8 @@ class Entities:
             if found is not None:
                 self.points[point.entity or f"{point.occurrence}/{point.name}"] = found
         visible = {component_id(component) for component in components.values()}
-        self.points |= {key: point for key, point, _ in hidden_points(design, visible)}
+        for key, point, _ in hidden_points(design, visible):
+            self.points[key] = point
         free = [a for a in design.findAttributes(GROUP, WRAP) if a.parent is not None]
         for surface in snapshot.surfaces:
             component = components.get(surface.occurrence)
@@ -72,15 +73,15 @@ def _is_of(attribute: Any, surface: SurfaceSnapshot, component: Any) -> bool:
     return (use.name, use.link, use.muscles) == (read.name, read.link, read.muscles)
 
 
-def _key(known: dict[str, Any], entity: Any, kind: str) -> str:
+def _key(known: Handles, entity: Any, kind: str) -> str:
     """Return the key of an entity, compared by identity.
 
     Copies of a document have the same ids and names.
     """
     native = entity.nativeObject or entity
-    for key, other in known.items():
-        if other == native:
-            return key
+    for key in known:
+        if known.get(key) == native:
+            return str(key)
     key = f"picked:{kind} {len(known)}"
     known[key] = native
     return key

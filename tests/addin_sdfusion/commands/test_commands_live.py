@@ -202,9 +202,12 @@ def test_muscles_on_components_of_other_documents_are_stored_in_the_design(
     inserted(build, "parts", "[]")
     before = fusion.full_fingerprint()
     occurrences = list(fusion.design.rootComponent.occurrences)
-    vertices = [o.bRepBodies[0].vertices[k] for k, o in enumerate(occurrences)]
+
+    def vertices() -> list[Any]:
+        return [o.bRepBodies[0].vertices[k] for k, o in enumerate(occurrences)]
+
     command = fusion.run_command(DEFINE)
-    for vertex in vertices:
+    for vertex in vertices():
         command.pick("pick", vertex)
     command.ok()
     assert command.failed == ""
@@ -216,7 +219,7 @@ def test_muscles_on_components_of_other_documents_are_stored_in_the_design(
     assert fusion.full_fingerprint() == after  # no data is written again
     press_export(fusion, tmp_path / "robot")
     (found,) = via_points(tmp_path / "robot").values()
-    for point, vertex in zip(found, vertices, strict=True):
+    for point, vertex in zip(found, vertices(), strict=True):
         place = vertex.geometry
         assert point == pytest.approx([0.01 * v for v in (place.x, place.y, place.z)], abs=1e-9)
     with fusion.building():  # the points move with their parts
@@ -224,7 +227,7 @@ def test_muscles_on_components_of_other_documents_are_stored_in_the_design(
     command = fusion.run_command(DEFINE)
     seen = command.table("points")[2][2]
     command.cancel()
-    place = vertices[1].geometry
+    place = vertices()[1].geometry
     assert seen == ", ".join(f"{10.0 * v:.1f}" for v in (place.x, place.y, place.z))
     fusion.undo()  # undoes the change of the export settings
     fusion.undo()
@@ -253,18 +256,18 @@ def test_the_preview_is_visible_through_faces_and_shows_sides(fusion: Any) -> No
     part = fusion.design.rootComponent.occurrences[0].component
     before = part.opacity
     command = fusion.run_command(DEFINE)
-    occurrences = list(fusion.design.rootComponent.occurrences)[:2]
-    faces = [f for body in occurrences[0].bRepBodies for f in body.faces]
-    face = next(f for f in faces if type(f.geometry).__name__ == "Cylinder")
     command.set("link", "world")
     for place in ((-3.0, 0.0, 0.0), (3.0, 0.0, 0.0)):
         build.sketch((), points=[place])
         sketch = fusion.design.rootComponent.sketches[-1]
         command.pick("pick", sketch.sketchPoints[0])
     command.set("link", "Link of the picked part")
+    occurrence = fusion.design.rootComponent.occurrences[0]
+    faces = [f for body in occurrence.bRepBodies for f in body.faces]
+    face = next(f for f in faces if type(f.geometry).__name__ == "Cylinder")
+    axis = face.geometry.axis.z
     command.pick("wrap_pick", face)
     command.press("use_add")
-    axis = face.geometry.axis.z
     for side, sign in (("Turning +", -1.0), ("Turning -", 1.0)):
         command.set(command.cell("wrap_uses", 1, 2).id, side)
         assert part.opacity < before

@@ -76,3 +76,53 @@ def test_calls_are_counted(fusion: Any) -> None:
     design = designs.component_twice()
     _ = design.rootComponent, design.rootComponent
     assert fusion.world.calls["Design.rootComponent"] == 2
+
+
+@pytest.mark.parametrize("after", ["invalid", "valid"])
+def test_a_recomputation_makes_vertices_invalid(fusion: Any, after: Any) -> None:
+    fusion.options.recomputed = after
+    design = designs.component_twice()
+    occurrence = design.rootComponent.occurrences[1]
+    vertex = occurrence.bRepBodies[0].vertices[0]
+    token, place = vertex.entityToken, vertex.geometry.asArray()
+    fusion.designer.suppress("finger:2")
+    assert vertex.isValid
+    fusion.undo()
+    assert vertex.isValid == (after == "valid")
+    (found,) = design.findEntityByToken(token)
+    assert found.geometry.asArray() == place
+    assert occurrence.isValid
+
+
+def test_an_undone_creation_makes_its_objects_invalid(fusion: Any) -> None:
+    root = designs.component_twice().rootComponent
+    with fusion.transaction():
+        group = root.customGraphicsGroups.add()
+    fusion.undo()
+    assert not group.isValid
+    fusion.designer.delete("finger:2")
+    fusion.undo()
+    assert root.occurrences[2].isValid
+
+
+def test_a_configuration_suppresses_and_unsuppresses(fusion: Any) -> None:
+    design = designs.component_twice()
+    for hidden, shown in ((["finger:2"], ["palm:1", "finger:1"]), ([], 3 * [None])):
+        fusion.designer.configure(*hidden)
+        names = [o.name for o in design.rootComponent.occurrences]
+        assert names == shown or len(names) == len(shown) == 3
+    fusion.undo()
+    assert design.rootComponent.occurrences.count == 2
+
+
+def test_another_configuration_is_another_component(fusion: Any) -> None:
+    build = Builder()
+    held = build.component("arm", referenced=True)
+    build.box(build.place(held), (1.0, 1.0, 1.0))
+    root = build.done().rootComponent
+    before = root.occurrences[0].component.id
+    assert fusion.designer.switch_configuration("arm:1", "long") == "arm (long):1"
+    assert root.occurrences[0].name == "arm (long):1"
+    assert root.occurrences[0].component.id != before
+    fusion.undo()
+    assert root.occurrences[0].component.id == before

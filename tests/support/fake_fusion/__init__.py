@@ -46,7 +46,9 @@ The fake
 * `fake.options` (state.Options) contains unknown properties of Fusion; tests check that they do
   not matter.
 * `fake.designer` edits the design like a user: rename, get_latest (version suffix), paste,
-  paste_new, move, suppress, resolve, delete, group; each action is one undo step (`designer`).
+  paste_new, move, suppress, configure, switch_configuration, resolve, delete, group; each action
+  is one undo step (`designer`).
+* `fake.world.waiting` contains actions that `adsk.doEvents` processes: of the user, or of Fusion.
 * `fake.without("Design.designIntent")` simulates an older Fusion without this member.
 * `fake.messages`, `fake.log`, `fake.world` (state.World): texts shown to the user, and answers.
 
@@ -55,10 +57,10 @@ Commands
 After the add-in has added its commands, `fake.run_command(id)` presses the button and returns a
 `driver.Driver`: `pick(id, entity)`, `set(id, value)`, `press(id)`, `row(id, i)`, `ok()`,
 `cancel()`. `command[id]` is the API input, and `table(id)` the content of a table. Actions that the
-user cannot do raise `driver.Rejected`. Exceptions of handlers reach the test. Handlers without a
-reference are not called. `fake.world.folder_answers`, `file_answers` and `message_answers` answer
-dialogs, which are otherwise cancelled (message boxes: OK or Yes). `cancel_progress_after` cancels
-progress dialogs.
+user cannot do raise `driver.Rejected`: also a click on a hidden entity, or on one inside a body.
+Exceptions of handlers reach the test. Handlers without a reference are not called.
+`fake.world.folder_answers`, `file_answers` and `message_answers` answer dialogs, which are
+otherwise cancelled (message boxes: OK or Yes). `cancel_progress_after` cancels progress dialogs.
 
 Observed in real Fusion; default behaviour, checked by test_live_facts.py
 -------------------------------------------------------------------------
@@ -100,13 +102,17 @@ Assumptions where the reference is ambiguous, [inferred] unless marked
 * Offset and angle of a joint are between the frame on `two` and the motion; a flip reverses the
   frame on `one`. The attributes and the visibility of a face belong to the native entity.
 * Events of a command: commandCreated, then after each action of the user inputChanged,
-  validateInputs, executePreview [manual]. Changes by the add-in cause no events. The value of a
-  button toggles. A click on a row of a table causes no event.
+  validateInputs, executePreview [manual]. Changes by the add-in cause no events, unless
+  Options.change_events. The value of a button toggles. A click on a row of a table causes no event.
 * The resource folder of a definition must contain icons of 16x16 and 32x32 pixels, as PNG or SVG.
 * The names of occurrences follow their component, and contain the version of an external reference.
 * Paste New copies points with their attributes; the new component has another id. Suppressed
   occurrences are not listed, but findAttributes still finds the points of their components. A token
   finds an occurrence after a rename, and after a move if Options.tokens_survive.
+* Vertices, edges and faces become invalid when the model is recomputed: after an undo, an undone
+  preview, a new point, and the edit of a base feature, which also makes its points invalid. Tokens
+  find them again (Options.recomputed). Objects of an undone creation are invalid.
+* Each configuration of an external reference is a component with its own id.
 * Sketches cannot be created and joints cannot be driven, since the add-in must not do this.
 * Below VeryHigh accuracy, masses have errors of 1 %, 0.1 % and 0.01 %.
 """

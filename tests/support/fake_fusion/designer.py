@@ -75,23 +75,40 @@ class Designer:
         """Paste a new component: its points, attributes and bodies are copied [inferred]."""
         held = self.paths()[path]
         old = held[-1].component
-        name = unique(old.name, self._design.components)
-        new = ComponentData(name, design=self._design, opacity=old.opacity)
-        new.points = [_copied(point, new) for point in old.points]
-        new.bodies = [_copied(body, new) for body in old.bodies]
-        for body, before in zip(new.bodies, old.bodies, strict=True):
-            if before.parts is not None:
-                body.parts = tuple([_part(p, body) for p in parts] for parts in before.parts)
+        new = self._component_like(old, unique(old.name, self._design.components))
         with world().transaction():
             world().append(self._design.components, new, "paste new")
         made = self._occurrence(new, held[-1].parent, T)
         return "+".join([*(o.name for o in held[:-1]), made.name])
 
     def suppress(self, path: str, suppressed: bool = True) -> None:
-        """Suppress an occurrence; a configuration does the same."""
+        """Suppress an occurrence."""
         held = self.all_paths()[path][-1]
         with world().transaction():
             world().set(held, "suppressed", suppressed, "suppress")
+
+    def configure(self, *suppressed: str) -> None:
+        """Activate a configuration of the design, which suppresses exactly these occurrences."""
+        with world().transaction():
+            for path, held in self.all_paths().items():
+                world().set(held[-1], "suppressed", path in suppressed, "configure")
+
+    def switch_configuration(self, path: str, row: str) -> str:
+        """Use another configuration of an external reference, and return the new path.
+
+        Each configuration is a component with its own id [inferred].
+        """
+        above, held = self.paths()[path][:-1], self.paths()[path][-1]
+        name = f"{held.component.name.partition(' (')[0]} ({row})"
+        known = [c for c in self._design.components if c.name == name]
+        variant = known[0] if known else self._component_like(held.component, name)
+        number = self._free_number(variant)
+        with world().transaction():
+            if not known:
+                world().append(self._design.components, variant, "switch")
+            world().set(held, "component", variant, "switch")
+            world().set(held, "name", f"{name}:{number}", "switch")
+        return "+".join(o.name for o in (*above, held))
 
     def all_paths(self) -> dict[str, Path]:
         """Return all occurrences by path, including suppressed ones."""
@@ -135,13 +152,28 @@ class Designer:
             rename_occurrences(component)
 
     def _occurrence(self, component: ComponentData, parent: Any, T: Any) -> OccurrenceData:
-        held = [o for c in self._design.components for o in c.occurrences]
-        numbers = [int(o.name.rpartition(":")[2]) for o in held if o.component is component]
-        name = f"{component.name}:{max(numbers, default=0) + 1}"
+        name = f"{component.name}:{self._free_number(component)}"
         made = OccurrenceData(name, component=component, parent=parent, T=np.array(T, dtype=float))
         with world().transaction():
             world().append(parent.occurrences, made, "paste")
         return made
+
+    def _free_number(self, component: ComponentData) -> int:
+        held = [o for c in self._design.components for o in c.occurrences]
+        numbers = [int(o.name.rpartition(":")[2]) for o in held if o.component is component]
+        return max(numbers, default=0) + 1
+
+    def _component_like(self, old: ComponentData, name: str) -> ComponentData:
+        new = ComponentData(
+            name, design=self._design, opacity=old.opacity, referenced=old.referenced
+        )
+        new.source = old.source
+        new.points = [_copied(point, new) for point in old.points]
+        new.bodies = [_copied(body, new) for body in old.bodies]
+        for body, before in zip(new.bodies, old.bodies, strict=True):
+            if before.parts is not None:
+                body.parts = tuple([_part(p, body) for p in parts] for parts in before.parts)
+        return new
 
 
 def _copied(item: Any, component: ComponentData) -> Any:

@@ -21,7 +21,7 @@ from typing import Any
 
 from .base import FakeMistake, new
 from .maths import point
-from .model.filters import passes
+from .model.entity import current
 from .state import roll_back, world
 from .ui.command import CommandData, DefinitionData
 from .ui.events import (
@@ -35,12 +35,10 @@ from .ui.events import (
 )
 from .ui.input_lists import select_item
 from .ui.input_selection import SelectionCommandInput
-from .ui.inputs import (
-    BoolValueCommandInput,
-    InputData,
-    TextBoxCommandInput,
-    every_input,
-)
+from .ui.inputs import BoolValueCommandInput, InputData, TextBoxCommandInput, every_input
+from .ui.picking import why_not
+
+_MAX_QUEUE = 1000
 
 
 class Rejected(Exception):
@@ -77,6 +75,7 @@ class Driver:
         failed: Message of a failed execute, or empty.
         clicks: Number of clicks of the user, including the click on the button of the command. An
             item of a drop-down requires two clicks, a typed text one.
+        queue: Inputs that the add-in changed and whose events are not sent yet.
     """
 
     def __init__(self, data: CommandData) -> None:
@@ -84,21 +83,30 @@ class Driver:
         self.is_open = True
         self.failed = ""
         self.clicks = 1
+        self.queue: list[InputData] = []
         self._steps: list[Any] = []
 
     # Actions of the user ------------------------------------------------------------------------
 
-    def pick(self, id: str, entity: Any, at: Any = None) -> None:
+    def pick(self, id: str, entity: Any, at: Any = None, *, through: bool = False) -> None:
         """Click an entity while a selection input has the focus.
 
+        Args:
+            id: The selection input.
+            entity: The entity, in the context of the root.
+            at: The clicked point.
+            through: Press long, which also selects entities inside bodies.
+
         Raises:
-            Rejected: The filters of the input reject the entity, or the input is invisible.
+            Rejected: The filters of the input reject the entity, the input is invisible, or the
+                entity is hidden or inside a body.
         """
         self.clicks += 1
-        data = self._input(id)
+        data, entity = self._input(id), current(entity)
         self._must_be(data, SelectionCommandInput)
         self._must_be_usable(data)
-        self._must_be_pickable(entity, data)
+        if problem := why_not(entity, data, through):
+            raise Rejected(f"{id}: {problem}")
         self.data.focus = data
         chosen = new(Selection, entity=entity, point=point((0.0, 0.0, 0.0)) if at is None else at)
         _, most = data.fields["limits"]
@@ -226,7 +234,10 @@ class Driver:
         )
         try:
             fire(firing, CommandCreatedEventArgs, command=self.data.view())
+            if not self.is_open:  # terminated while the add-in processed events
+                return
             if self.data.inputs:
+                self._send_queue()
                 self.preview()
                 return
         except BaseException:
@@ -240,11 +251,11 @@ class Driver:
         self._undo_preview()
         if not self.is_open or not self.is_valid():
             return
-        world().journal = []
+        outer, world().journal = world().journal, []
         try:
             self._fire("executePreview")
         finally:
-            self._steps, world().journal = world().journal or [], None
+            self._steps, world().journal = world().journal or [], outer
 
     def preempt(self) -> None:
         """Start another command."""
@@ -270,6 +281,8 @@ class Driver:
         self._steps = []
 
     def _close(self) -> None:
+        if not self.is_open:
+            return
         self._undo_preview()
         self.is_open = False
         if world().running is self:
@@ -289,13 +302,27 @@ class Driver:
 
     def _changed(self, data: InputData) -> None:
         self._undo_preview()
-        world().changing = data
+        self.notify(data)
+        self._send_queue()
+        if self.is_open:
+            self.preview()
+
+    def notify(self, data: InputData) -> None:
+        """Fire inputChanged."""
+        outer, world().changing = world().changing, data
         try:
             fire(self.data.event("inputChanged"), InputChangedEventArgs, input=data.view())
         finally:
-            world().changing = None
-        if self.is_open:
-            self.preview()
+            world().changing = outer
+
+    def _send_queue(self) -> None:
+        for _ in range(_MAX_QUEUE):
+            if not self.queue or not self.is_open:
+                return
+            data = self.queue.pop(0)
+            if not data.gone:
+                self.notify(data)
+        raise FakeMistake(f"changes of {self.queue[0].id} cause events without end")
 
     # Checks ------------------------------------------------------------------------------------
 
@@ -323,19 +350,6 @@ class Driver:
             holder = holder.parent
         if data.fields.get("isReadOnly"):
             raise Rejected(f"{data.id}: it is read-only")
-
-    def _must_be_pickable(self, entity: Any, data: InputData) -> None:
-        design = world().active
-        context = (
-            entity._path[0].parent if entity._path else getattr(entity._data, "component", None)
-        )
-        if entity._data is not design.root and context is not design.root:
-            raise FakeMistake(f"{entity!r}: picked entities must be in the context of the root")
-        if not passes(entity, data.fields["filters"]):
-            expected = ", ".join(data.fields["filters"])
-            raise Rejected(f"{data.id}: {entity!r} is not one of {expected}")
-        if any(entity == chosen.entity for chosen in data.fields["selections"]):
-            raise Rejected(f"{data.id}: {entity!r} is selected already")
 
     def _choose(self, data: InputData, value: Any) -> None:
         items = data.fields["items"]

@@ -47,9 +47,11 @@ _MODULES: dict[str, types.ModuleType] = {}
 
 
 def do_events() -> None:
-    """Count a call of `adsk.doEvents`, which processes events of the user interface."""
+    """Count a call of `adsk.doEvents`, and process one waiting event of the user interface."""
     check_thread("adsk.doEvents")
     world().do_events += 1
+    if world().waiting:
+        world().waiting.popleft()()
 
 
 def adsk_modules() -> dict[str, types.ModuleType]:

@@ -28,6 +28,10 @@ class Options:
         tokens_survive: findEntityByToken finds an occurrence that was moved to another component.
         all_joints_fail: allJoints and allAsBuiltJoints of a design with assembly constraints raise
             InternalValidationError.
+        recomputed: API objects of vertices, edges and faces after the model was recomputed, and of
+            points after an edit of their base feature: `invalid`, or still `valid`.
+        change_events: inputChanged events of changes by the add-in: `never`, `nested` in the
+            change, or `queued` until the handler returns.
     """
 
     product_sign: ProductSign = "tensor"
@@ -37,6 +41,8 @@ class Options:
     mesh_frame: Literal["context", "component"] = "context"
     tokens_survive: bool = True
     all_joints_fail: bool = False
+    recomputed: Literal["invalid", "valid"] = "invalid"
+    change_events: Literal["never", "nested", "queued"] = "never"
 
 
 @dataclass
@@ -73,6 +79,9 @@ class World:
         modeling_orientation: Preference of the up axis: 0 for y, 1 for z.
         cancel_progress_after: Number of updates after which a progress dialog is cancelled.
         do_events: Number of calls of adsk.doEvents.
+        waiting: Actions of the user or of Fusion; each call of adsk.doEvents processes one.
+        recomputes: Number of times that the model was recomputed.
+        nested: Depth of nested events of inputs; see Options.change_events.
         calls: Number of calls of each member, such as `Component.getPhysicalProperties`.
         edit_scopes: Number of edits of base features.
         changing: Input whose inputChanged event is handled.
@@ -94,6 +103,9 @@ class World:
         self.progress: list[ProgressRecord] = []
         self.cancel_progress_after: int | None = None
         self.do_events = 0
+        self.waiting: deque[Callable[[], Any]] = deque()
+        self.recomputes = 0
+        self.nested = 0
         self.undo_steps: list[list[Callable[[], None]]] = []
         self.journal: list[Callable[[], None]] | None = None
         self.why: str = ""
@@ -144,14 +156,14 @@ class World:
     def append(self, items: list, item: Any, what: str = "") -> None:
         """Append to a list of the model and record it for undo."""
         self.require_edit(what)
-        self.journal.append(lambda: _remove(items, item))  # type: ignore[union-attr]
+        self.journal.append(lambda: _take_back(items, item))  # type: ignore[union-attr]
         items.append(item)
 
     def remove(self, items: list, item: Any, what: str = "") -> None:
         """Remove from a list of the model and record it for undo."""
         self.require_edit(what)
         i = next(k for k, other in enumerate(items) if other is item)
-        self.journal.append(lambda: items.insert(i, item))  # type: ignore[union-attr]
+        self.journal.append(lambda: _put_back(items, i, item))  # type: ignore[union-attr]
         del items[i]
 
     def put(self, mapping: dict, key: Any, value: Any, what: str = "") -> None:
@@ -197,13 +209,21 @@ class World:
 
 
 def roll_back(steps: list[Callable[[], None]]) -> None:
-    """Undo edits in reverse order."""
+    """Undo edits in reverse order, and recompute the model."""
     for undo in reversed(steps):
         undo()
+    world().recomputes += bool(steps)
 
 
-def _remove(items: list, item: Any) -> None:
+def _take_back(items: list, item: Any) -> None:
+    """Undo the creation of an item, whose API objects become invalid."""
     del items[next(k for k, other in enumerate(items) if other is item)]
+    item.gone = True
+
+
+def _put_back(items: list, index: int, item: Any) -> None:
+    items.insert(index, item)
+    item.gone = False
 
 
 _current = World()

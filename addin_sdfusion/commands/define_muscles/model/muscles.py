@@ -26,14 +26,20 @@ def choose(model: MuscleModel, muscle: str) -> None:
 
 
 def rename(model: MuscleModel, name: str, muscle: str | None = None) -> None:
-    """Rename a muscle (default: the chosen one); reject an empty or existing name."""
+    """Rename a muscle (default: the chosen one); reject an empty or existing name.
+
+    If no muscle exists, a new muscle gets the name.
+    """
     name, old = name.strip(), model.muscle if muscle is None else muscle
-    if not old or name == old:
+    if name == old:
         return
     if not name or not name.isprintable():
         raise InputError("The name of a muscle must contain visible characters.")
     if model.table.row(name) is not None:
         raise InputError(f"Muscle {name} exists already; choose another name.")
+    if not old:
+        choose(model, "")
+        old = model.muscle
     model.table = model.table.rename_muscle(old, name)
     model.muscle = name if old == model.muscle else model.muscle
 

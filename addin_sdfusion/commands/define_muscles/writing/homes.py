@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from ....fusion.handles import Handles
 from ....fusion.inserted import KEPT
 from ....fusion.notes import Notes, optional
 from ....fusion.occurrences import find_occurrences
@@ -27,7 +28,7 @@ class Homes:
         occurrences: Occurrences that can be read, by path.
     """
 
-    def __init__(self, design: Any, link_of: Mapping[str, str], points: Mapping[str, Any]) -> None:
+    def __init__(self, design: Any, link_of: Mapping[str, str], points: Handles) -> None:
         """Read the occurrences of a design.
 
         Args:

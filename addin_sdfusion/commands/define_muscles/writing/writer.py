@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
+from ....fusion.handles import Handles
 from ....fusion.units import CM
 from ....muscles.attributes import (
     GROUP,
@@ -128,7 +129,7 @@ class Writer:
 
     def _write_points(self, desired: list[Desired]) -> None:
         """Create, name and number the construction points."""
-        points: list[Any] = []
+        points = Handles(self._design)
         free: list[int] = []
         used: set[str] = set()
         for i, item in enumerate(desired):
@@ -141,11 +142,11 @@ class Writer:
             else:
                 desired[i] = self._with_origin(item, point)
             used.add(item.row.entity)
-            points.append(point)
+            points[i] = point
         for i, point, path in self._create_at_positions([(i, desired[i]) for i in free]):
             points[i] = point
             desired[i] = replace(desired[i], row=replace(desired[i].row, occurrence=path))
-        self._name(list(zip(points, desired, strict=True)))
+        self._name([(points.get(i), item) for i, item in enumerate(desired)])
 
     def _update_lost(self, before: MuscleTable, lost: Iterable[PointRow]) -> None:
         """Store new numbers and muscles of lost points, whose records are otherwise unchanged."""

@@ -5,8 +5,7 @@ created through the API belong to the add-in, so only the full fingerprint inclu
 
 A construction point of a base feature can be created and deleted only while the feature is edited
 [reference: ConstructionPointInput.targetBaseOrFormFeature]. Its Point3D is in the frame of the
-component [inferred]. The objects of points that are created in an edit become invalid when the edit
-ends [inferred].
+component [inferred]. All objects of its points become invalid when an edit ends [inferred].
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ class BaseFeatureData(Named):
 
     component: Any = None
     points: list[PointData] = field(default_factory=list)
-    edits: int = 0
+    edited: int = 0
     is_edited: bool = False
 
 
@@ -60,7 +59,8 @@ class BaseFeature(WithName, WithTimeline, Deletable):
         if not self._data.is_edited:
             raise RuntimeError("3 : the base feature is not being edited")
         self._data.is_edited = False
-        self._data.edits += 1
+        world().recomputes += 1
+        self._data.edited = world().recomputes
         return True
 
     def deleteMe(self) -> bool:
@@ -148,17 +148,13 @@ def _add_to_feature(self: Any, made: ConstructionPointInput) -> Any:
     world().append(component.points, data, "ConstructionPoints.add")
     world().append(feature._data.points, data, "ConstructionPoints.add")
     revert(component.design)
-    made = wrap(data)
-    made._made_in = feature._data.edits
-    return made
+    return wrap(data)
 
 
 def _is_gone(self: Any) -> bool:
-    """Return whether the point was deleted, or the edit that created this object has ended."""
+    """Return whether the point was deleted, or an edit of its base feature has ended since."""
     feature = self._data.__dict__.get("base_feature")
-    made_in = self.__dict__.get("_made_in")
-    is_old = feature is not None and made_in is not None and feature.edits > made_in
-    return is_old or Seen._is_gone(self)
+    return (feature is not None and self._is_before(feature.edited)) or Seen._is_gone(self)
 
 
 def _delete_from_feature(self: Any) -> bool:

@@ -135,6 +135,9 @@ class TriangleMesh(Base):
 
 
 class _Topology(Placed):
+    def _is_gone(self) -> bool:
+        return super()._is_gone() or self._is_before(world().recomputes)
+
     body = property(lambda self: wrap(self._data.body, self._path))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from itertools import count
 from typing import Any
 
 import numpy as np
@@ -16,8 +15,6 @@ from .bodies import BRepBodies, MeshBodies
 from .data import ComponentData, DesignData, OccurrenceData, paths_below, transform
 from .entity import Seen, WithName, occurrence, wrap, wraps
 from .physical import physical_properties
-
-_calls = count()
 
 
 def material(name: str) -> Any:
@@ -128,13 +125,6 @@ class Occurrence(Seen):
 
     _component = property(lambda self: self._data.parent)
     name = property(lambda self: self._data.name)
-
-    @property
-    def entityToken(self) -> str:
-        """Token, which differs at every call [reference]."""
-        ids = "/".join(str(id(o)) for o in self._path)
-        return f"{next(_calls)}:{ids}"
-
     fullPathName = property(lambda self: "+".join(o.name for o in self._path))
 
     @property
@@ -233,13 +223,20 @@ class Design(Product):
         return document_of(self._data)
 
     def findEntityByToken(self, entityToken: str) -> list:
-        """Return the occurrences of a token; a moved one only if Options.tokens_survive."""
-        ids = entityToken.partition(":")[2].split("/")
-        paths = paths_below(self._data.root)
+        """Return the entity of a token; a moved occurrence only if Options.tokens_survive."""
+        _, _, token = entityToken.partition(":")
+        above, _, own = token.rpartition(":")
+        ids = above.split("/") if above else []
+        paths = [(), *paths_below(self._data.root)]
         exact = [p for p in paths if [str(id(o)) for o in p] == ids]
         if not exact and world().options.tokens_survive:
-            exact = [p for p in paths if str(id(p[-1])) == ids[-1]]
-        return [occurrence(p) for p in exact]
+            exact = [p for p in paths if p and ids[-1:] == [own] == [str(id(p[-1]))]]
+        return [
+            wrap(data, path)
+            for path in exact
+            for data in ([path[-1]] if ids[-1:] == [own] else every_entity(self._data))
+            if str(id(data)) == own and not data.gone
+        ]
 
     def findAttributes(self, groupName: str, attributeName: str) -> list:
         """Return attributes of entities; empty names match all, `re:` starts a pattern."""

@@ -14,6 +14,7 @@ from ..state import world
 from .data import ComponentData, Path, transform
 
 _MAX_ATTRIBUTE = 2 * 1024 * 1024
+_calls = count()
 
 WRAPPERS: dict[Any, type] = {}
 """API class for each type of data, by class, or by class and kind."""
@@ -39,7 +40,12 @@ def wrap(data: Any, path: Path = ()) -> Any:
     if data is None:
         return None
     cls = WRAPPERS.get(type(data)) or WRAPPERS[type(data), data.kind]
-    return new(cls, data=data, path=path)
+    return new(cls, data=data, path=path, recomputes=world().recomputes)
+
+
+def current(entity: Any) -> Any:
+    """Return a valid API object of the same entity; other values are returned unchanged."""
+    return wrap(entity._data, entity._path) if isinstance(entity, Seen) else entity
 
 
 def occurrence(path: Path) -> Any:
@@ -75,12 +81,23 @@ class Seen(Base):
     def _is_gone(self) -> bool:
         return self._data.gone or any(o.gone for o in self._path)
 
+    def _is_before(self, recomputes: int) -> bool:
+        """Return whether this object is older than a computation that makes it invalid."""
+        return self._recomputes < recomputes and world().options.recomputed == "invalid"
+
     _T = property(lambda self: transform(self._path))
 
     def _placed(self, p: Any) -> np.ndarray:
         return apply(self._T, p)
 
     _component = property(lambda self: self._data.component)
+
+    @property
+    def entityToken(self) -> str:
+        """Token, which differs at every call [reference]."""
+        path = "/".join(str(id(o)) for o in self._path)
+        return f"{next(_calls)}:{path}:{id(self._data)}"
+
     attributes = property(lambda self: new(Attributes, owner=self))
 
 

@@ -152,6 +152,7 @@ class ConstructionPoints(Items):
         )
         world().append(component.points, data, "ConstructionPoints.add")
         revert(component.design)
+        world().recomputes += 1
         return wrap(data)
 
 

@@ -10,6 +10,7 @@ import weakref
 from typing import Any
 
 from ..base import Base, api, new, stored
+from ..model.entity import current
 from ..state import world
 
 
@@ -124,7 +125,7 @@ class ValidateInputsEventArgs(EventArgs):
 class Selection(Base):
     """A selected entity and the clicked position."""
 
-    entity = property(lambda self: self._entity)
+    entity = property(lambda self: current(self._entity))
     point = property(lambda self: self._point)
 
 

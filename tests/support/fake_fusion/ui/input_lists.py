@@ -6,6 +6,7 @@ from typing import Any
 
 from ..base import Base, api, new, stored
 from ..collections_ import Items, listing
+from .changes import changed_by_addin
 from .inputs import CommandInput, InputData, field
 
 
@@ -38,10 +39,13 @@ class ListItem(Base):
 
 def select_item(data: InputData, item: _ItemData, selected: bool) -> None:
     """Select an item of a list; deselect the others unless the list has check boxes."""
+    was_selected = item.selected
     if selected and not data.fields["many"]:
         for other in data.fields["items"]:
             other.selected = False
     item.selected = selected
+    if selected != was_selected:
+        changed_by_addin(data)
 
 
 @api("adsk.core")

@@ -10,6 +10,7 @@ from ..base import Base, api, new
 from ..maths import point
 from ..model.filters import FILTERS, passes
 from ..state import world
+from .changes import changed_by_addin
 from .events import Selection
 from .inputs import CommandInput, field
 
@@ -50,10 +51,13 @@ class SelectionCommandInput(CommandInput):
             return False
         chosen = new(Selection, entity=selection, point=point((0.0, 0.0, 0.0)))
         self._data.fields["selections"].append(chosen)
+        changed_by_addin(self._data)
         return True
 
     def clearSelection(self) -> bool:
-        self._data.fields["selections"].clear()
+        if self._data.fields["selections"]:
+            self._data.fields["selections"].clear()
+            changed_by_addin(self._data)
         return True
 
     @property

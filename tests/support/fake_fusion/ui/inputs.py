@@ -7,6 +7,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..base import Base, api, by_name, new
+from .changes import changed_by_addin
 
 
 class InputData:
@@ -44,7 +45,9 @@ def field(name: str, kind: str, default: Any, *, writable: bool = True) -> prope
         return self._data.fields.get(name, default)
 
     def fset(self: Any, value: Any) -> None:
-        self._data.fields[name] = value
+        before, self._data.fields[name] = self._data.fields.get(name, default), value
+        if name == "value" and value != before:
+            changed_by_addin(self._data)
 
     fset.__annotations__["value"] = kind
     return property(fget, fset if writable else None)
@@ -123,7 +126,9 @@ class _Spinner(CommandInput):
     def _write(self, value: float) -> None:
         if not self._data.fields["min"] <= value <= self._data.fields["max"]:
             raise RuntimeError("3 : invalid argument value: out of range")
-        self._data.fields["value"] = value
+        before, self._data.fields["value"] = self._data.fields["value"], value
+        if value != before:
+            changed_by_addin(self._data)
 
 
 @api("adsk.core")
