@@ -33,7 +33,8 @@ class Found(NamedTuple):
     Attributes:
         path: Path of the occurrence, or the stored path if it was not found.
         lost: Reason why it was not found; empty if it was found.
-        is_moved: Whether the occurrence has another place than stored.
+        is_moved: Whether the occurrence has another place than stored, or may be another one with
+            the same place.
     """
 
     path: str
@@ -114,7 +115,9 @@ class Places:
         exact = [p for p in exact if p == at] or exact
         if len(exact) == 1:
             other = self._replaced(place, exact[0], scope)
-            return Found(at, _replaced_text(at, other)) if other else Found(exact[0])
+            if other:
+                return Found(at, _replaced_text(at, other))
+            return Found(exact[0], is_moved=not scope and self._is_new(place, exact[0]))
         if exact:
             return Found(at, f"{listed(exact)} have the same identifiers")
         moved = self._find_token(place, scope) or self._find_moved(stored, scope)
@@ -165,6 +168,15 @@ class Places:
             if len(known) == 1 and known[0] != at:
                 return known[0]
         return ""
+
+    def _is_new(self, place: tuple[Level, ...], path: str) -> bool:
+        """Return whether a stored token finds no occurrence, although tokens find occurrences."""
+        return any(
+            level.token
+            and not self._with_token(level.token)
+            and bool(self._with_token(_token(self._occurrences[at].native)))
+            for level, at in zip(place, self._way(path, ""), strict=True)
+        )
 
     def _with_token(self, token: str) -> list[str]:
         """Return the paths of the occurrences that a token identifies."""

@@ -133,6 +133,11 @@ def note_moved(subject: Subject, before: str, now: str, notes: Notes) -> None:
         f"{subject.name!r} was stored on {before!r}, which is now {now!r}; press OK in Define "
         "muscles to store the new place"
     )
+    if now == before:
+        message = (
+            f"{subject.name!r} was stored on another occurrence, which had the name {before!r}; "
+            "check its position, and press OK in Define muscles to keep it"
+        )
     notes.warn(subject, "moved-point", message)
 
 

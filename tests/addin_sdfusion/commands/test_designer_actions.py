@@ -66,12 +66,14 @@ class Designer:
 
     Attributes:
         truth: Occurrence (data) and position in its frame, in [cm], of each via point.
+        warned: The same of points that a warning says may be on another occurrence.
     """
 
     def __init__(self, fusion: Any, order: random.Random) -> None:
         self.fusion, self.order = fusion, order
         self.data = fusion.world.active
         self.truth: dict[int, tuple[Any, np.ndarray]] = {}
+        self.warned: dict[int, tuple[Any, np.ndarray]] = {}
         self.log: list[str] = []
         self._undo: list[int] = []
 
@@ -155,6 +157,7 @@ class Designer:
         command = self.fusion.run_command(DEFINE)
         if command.is_valid():
             command.ok()
+            self.truth |= self.warned  # the user has confirmed the warnings
         else:
             command.cancel()
 
@@ -166,12 +169,16 @@ class Designer:
         problem = "\n".join([*self.log, *(f.message for f in findings)])
         assert len(rows) == len(table.points) == len(self.truth), problem
         errors = {f.subject.name for f in findings if f.is_error}
+        warned = [f.subject.name for f in snapshot.findings if f.code == "moved-point"]
+        self.warned.clear()
         for number, (occurrence, place) in self.truth.items():
             row = rows[number]
             if row.lost:
                 assert errors, problem
                 continue
             path = self.user.paths()[row.occurrence]
+            if any(name.endswith((f"_{number}", f" {number}")) for name in warned):
+                self.warned[number] = occurrence, place = path[-1], place
             assert path[-1] is occurrence, f"{row.occurrence}\n{problem}"
             expected = 0.01 * apply(transform(path), place)
             assert np.linalg.norm(expected - row.position) < 1e-6, problem

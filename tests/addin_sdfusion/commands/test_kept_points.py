@@ -344,3 +344,21 @@ def test_a_renamed_component_of_version_1_is_found_by_its_number(fusion: Any) ->
     table, codes = read(fusion)
     assert places(table) == [(0, "torso:1", False), (1, "elbow:2", False)]
     assert "moved-point" in codes
+
+
+@pytest.mark.parametrize("hidden", [False, True])
+def test_another_occurrence_with_the_same_number_is_reported(
+    fusion: Any, addin: Any, hidden: bool
+) -> None:
+    """A pasted occurrence gets the number of one that has another configuration now."""
+    draw(referenced=True)
+    define(fusion, "arm v3:2")
+    path = fusion.designer.switch_configuration("arm v3:2", "long")
+    if hidden:  # its token finds nothing
+        fusion.designer.suppress(path)
+    assert fusion.designer.paste("arm v3:1", translation((9.0, 0.0, 0.0))) == "arm v3:2"
+    snapshot = read_design(fusion.design, meshes=False, masses=None)
+    found = [p for p in snapshot.points if p.use and p.use.number == 1]
+    assert [bool(p.lost) for p in found] == [not hidden]
+    texts = [p.lost for p in found] + [f.message for f in snapshot.findings]
+    assert any(f"another occurrence{',' if hidden else ' now'}" in text for text in texts)

@@ -55,7 +55,7 @@ def test_centres_are_used_unless_switched_off(fusion: Any, user: User) -> None:
     command.pick("pick", face, click)
     command.pick("other_pick", face, click)
     command.ok()
-    made = user.points()
+    made, face = user.points(), user.face("Sphere")
     assert made["VP_motor0_EXPORT_arm_0"] == pytest.approx(position_of(face))
     assert made["VP_motor0_EXPORT_arm_1"] == pytest.approx(on_face(face))
     assert made["EE_arm"] == pytest.approx(on_face(face))
