@@ -46,44 +46,52 @@ const BODIES = {
   cone: tube(14, 0, true),
 };
 
-// Calls put(body, a, b, radius, colour) for each body of a shape; `points` is the flat list of its points at one time.
-function compose(shape, points, shown, colour, put) {
-  const at = i => points.subarray(3 * i, 3 * i + 3), last = points.length / 3 - 1, r = shape.radius;
-  const far = (a, b) => Math.hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
-  const along = (a, b, part) => a.map((x, i) => x + part * (b[i] - x));
-  switch (shape.kind) {
-    case "Line": {
-      const fine = last > 60;
+const AXES = [[214, 58, 58], [52, 160, 76], [52, 104, 220]];
+const arrow = new Float32Array(6); // neck and tip
+
+// Calls put(body, points, i, j, radius, colour) for each body of a shape, which extends from point i to point j;
+// `points` is the flat list of the points at one time, of which a trail shows only some.
+function compose({ kind, radius }, points, shown, colour, put) {
+  const last = points.length / 3 - 1;
+  switch (kind) {
+    case "Line":
       for (let i = 0; i < last; i++) {
-        put(fine ? "thread" : "tube", at(i), at(i + 1), r, colour);
-        if (i && !fine) put("bead", at(i), at(i), r, colour);
+        put(last > 60 ? "thread" : "tube", points, i, i + 1, radius, colour);
+        if (i && last <= 60) put("bead", points, i, i, radius, colour);
       }
       break;
-    }
     case "Trail":
-      for (let i = 0; i < shown; i++) put("bead", at(i), at(i), r, colour);
+      for (let i = 0; i < shown; i++) put("bead", points, i, i, radius, colour);
       break;
     case "Sphere":
-      put("ball", at(0), at(0), r, colour);
+      put("ball", points, 0, 0, radius, colour);
       break;
     case "Capsule":
-      put("ball", at(0), at(0), r, colour);
-      put("ball", at(1), at(1), r, colour);
-      put("tube", at(0), at(1), r, colour);
+      put("ball", points, 0, 0, radius, colour);
+      put("ball", points, 1, 1, radius, colour);
+      put("tube", points, 0, 1, radius, colour);
       break;
     case "Cylinder":
-      put("cylinder", at(0), at(1), r, colour);
+      put("cylinder", points, 0, 1, radius, colour);
       break;
     case "Arrow": {
-      const length = far(at(0), at(1)), head = Math.min(13 * r, 0.6 * length);
-      if (length < 0.5 * r) break;
-      const neck = along(at(0), at(1), 1 - head / length);
-      put("tube", at(0), neck, r, colour);
-      put("cone", neck, at(1), Math.min(4.5 * r, 0.6 * head), colour);
+      const length = Math.hypot(points[3] - points[0], points[4] - points[1], points[5] - points[2]);
+      if (!(length >= 0.5 * radius)) break;
+      const head = Math.min(13 * radius, 0.6 * length), part = 1 - head / length;
+      for (let k = 0; k < 3; k++) {
+        arrow[k] = points[k] + part * (points[3 + k] - points[k]);
+        arrow[3 + k] = points[3 + k];
+      }
+      put("cone", arrow, 0, 1, Math.min(4.5 * radius, 0.6 * head), colour);
+      for (let k = 0; k < 3; k++) {
+        arrow[3 + k] = arrow[k];
+        arrow[k] = points[k];
+      }
+      put("tube", arrow, 0, 1, radius, colour);
       break;
     }
     case "Frame":
-      [[214, 58, 58], [52, 160, 76], [52, 104, 220]].forEach((axis, i) => put("tube", at(0), at(i + 1), r, axis));
+      for (let i = 0; i < 3; i++) put("tube", points, 0, i + 1, radius, AXES[i]);
       break;
   }
 }

@@ -112,8 +112,16 @@ class Camera {
     }, { passive: false });
   }
 
-  // Returns the column-major projection matrix and the position of the eye.
+  // Returns the column-major projection matrix and the position of the eye, which are kept until the view changes.
   uniforms(aspect) {
+    const { turn, tilt, distance, target, kept } = this;
+    if (kept && kept.turn === turn && kept.tilt === tilt && kept.distance === distance && kept.target === target && kept.aspect === aspect)
+      return kept.uniforms;
+    this.kept = { turn, tilt, distance, target, aspect, uniforms: this.computeUniforms(aspect) };
+    return this.kept.uniforms;
+  }
+
+  computeUniforms(aspect) {
     const { back, right, top } = this.axes();
     const far = Math.max(1, this.aspect / aspect) * this.distance, eye = sum(this.target, back, far);
     const near = far / 50, end = far * 20, f = 1 / SLOPE;

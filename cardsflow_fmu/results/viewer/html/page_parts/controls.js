@@ -6,6 +6,13 @@ function element(tag, into, properties = {}) {
   return created;
 }
 
+const DARK = matchMedia("(prefers-color-scheme: dark)");
+
+// Sets a text only if it differs, since each change costs a new layout.
+function setText(into, text) {
+  if (into.shown !== text) into.textContent = into.shown = text;
+}
+
 const short = x => Number.isFinite(x) ? Number(x.toPrecision(4)).toString() : "-";
 
 function addTitle(act, into) {
@@ -84,6 +91,7 @@ function addClock(end, changed) {
   const slider = element("input", bar, { type: "range", min: 0, max: end, step: "any", ariaLabel: "time" });
   const output = element("output", bar);
   const speed = element("select", bar, { ariaLabel: "speed" });
+  clock.status = element("div", bar, { className: "status" });
   for (const factor of [0.1, 0.25, 0.5, 1, 2, 4]) element("option", speed, { value: factor, textContent: `${factor} x`, selected: factor === 1 });
   const show = () => {
     button.textContent = clock.playing ? "❚❚" : "▶";
@@ -114,4 +122,16 @@ function addClock(end, changed) {
   });
   seek(Number(new URLSearchParams(location.hash.slice(1)).get("t")) || 0);
   return clock;
+}
+
+const SLOW_SECONDS = 1 / 40; // between frames
+
+// Measures the time between frames that move; `tick(seconds, isMoving)` returns a text if it is long.
+class FrameRate {
+  constructor() { this.mean = 0; }
+
+  tick(seconds, isMoving) {
+    this.mean = isMoving ? this.mean + 0.05 * (Math.min(seconds, 0.5) - this.mean) : 0;
+    return this.mean > SLOW_SECONDS ? `drawing cannot keep up: ${Math.round(1 / this.mean)} frames per second` : "";
+  }
 }

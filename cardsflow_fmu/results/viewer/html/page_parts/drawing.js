@@ -67,6 +67,60 @@ const FLOOR_PIXEL = `#version 300 es
     pixel = vec4(vec3(0.63, 0.68, 0.75) * alpha, alpha);
   }`;
 
+const NUMBERS = 11; // of an instance of a body: both ends, radius, colour, opacity
+
+// Instances of a body that are drawn together. Their memory is used again in each frame.
+class Batch {
+  constructor(gl, { vertices, elements, count }) {
+    this.gl = gl;
+    this.size = count;
+    this.count = 0;
+    this.numbers = new Float32Array(64 * NUMBERS);
+    this.array = gl.createVertexArray();
+    gl.bindVertexArray(this.array);
+    const attribute = (place, size, stride, offset, every) => {
+      gl.enableVertexAttribArray(place);
+      gl.vertexAttribPointer(place, size, gl.FLOAT, false, 4 * stride, 4 * offset);
+      gl.vertexAttribDivisor(place, every);
+    };
+    gl.bindBuffer(gl.ARRAY_BUFFER, vertices);
+    attribute(0, 4, 7, 0, 0);
+    attribute(1, 3, 7, 4, 0);
+    this.instances = gl.createBuffer();
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.instances);
+    [[2, 3, 0], [3, 3, 3], [4, 1, 6], [5, 4, 7]].forEach(([place, size, offset]) => attribute(place, size, NUMBERS, offset, 1));
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, elements);
+    gl.bindVertexArray(null);
+  }
+
+  add(points, i, j, radius, colour, alpha) {
+    let at = NUMBERS * this.count++;
+    if (at === this.numbers.length) {
+      const larger = new Float32Array(2 * at);
+      larger.set(this.numbers);
+      this.numbers = larger;
+    }
+    const { numbers } = this;
+    for (let k = 0; k < 3; k++) numbers[at++] = points[3 * i + k];
+    for (let k = 0; k < 3; k++) numbers[at++] = points[3 * j + k];
+    numbers[at++] = radius;
+    for (let k = 0; k < 3; k++) numbers[at++] = colour[k] / 255;
+    numbers[at] = alpha;
+  }
+
+  upload() {
+    if (!this.count) return;
+    this.gl.bindBuffer(this.gl.ARRAY_BUFFER, this.instances);
+    this.gl.bufferData(this.gl.ARRAY_BUFFER, this.numbers, this.gl.DYNAMIC_DRAW, 0, NUMBERS * this.count);
+  }
+
+  draw() {
+    if (!this.count) return;
+    this.gl.bindVertexArray(this.array);
+    this.gl.drawElementsInstanced(this.gl.TRIANGLES, this.size, this.gl.UNSIGNED_SHORT, 0, this.count);
+  }
+}
+
 const SHADOW = [0.79, 0.82, 0.86], DARK_SHADOW = [0.045, 0.055, 0.07];
 
 class Drawing {
@@ -74,11 +128,15 @@ class Drawing {
     const gl = this.gl = canvas.getContext("webgl2", { antialias: true, alpha: true });
     if (!gl) throw new Error("this browser has no WebGL 2");
     this.canvas = canvas;
-    this.dark = matchMedia("(prefers-color-scheme: dark)");
+    this.dark = DARK;
     this.bodies = this.program(BODY_VERTEX, BODY_PIXEL);
     this.meshes = this.program(MESH_VERTEX, MESH_PIXEL);
     this.floor = this.program(FLOOR_VERTEX, FLOOR_PIXEL);
-    this.parts = Object.fromEntries(Object.entries(BODIES).map(([name, body]) => [name, this.body(body)]));
+    const bodies = Object.entries(BODIES).map(([name, body]) => [name, this.body(body)]);
+    const batches = () => Object.fromEntries(bodies.map(([name, body]) => [name, new Batch(gl, body)]));
+    // with shadow, without shadow, and transparent without shadow
+    this.lists = { shadowed: batches(), solid: batches(), clear: batches() };
+    this.all = Object.fromEntries(Object.entries(this.lists).map(([name, list]) => [name, Object.values(list)]));
     this.nothing = gl.createVertexArray();
     gl.enable(gl.DEPTH_TEST);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
@@ -104,26 +162,13 @@ class Drawing {
   buffer(target, data) {
     const buffer = this.gl.createBuffer();
     this.gl.bindBuffer(target, buffer);
-    if (data) this.gl.bufferData(target, data, this.gl.STATIC_DRAW);
+    this.gl.bufferData(target, data, this.gl.STATIC_DRAW);
     return buffer;
   }
 
   body({ vertices, faces }) {
-    const gl = this.gl, array = gl.createVertexArray();
-    gl.bindVertexArray(array);
-    this.buffer(gl.ARRAY_BUFFER, vertices);
-    const attribute = (place, size, stride, offset, every) => {
-      gl.enableVertexAttribArray(place);
-      gl.vertexAttribPointer(place, size, gl.FLOAT, false, 4 * stride, 4 * offset);
-      gl.vertexAttribDivisor(place, every);
-    };
-    attribute(0, 4, 7, 0, 0);
-    attribute(1, 3, 7, 4, 0);
-    const instances = this.buffer(gl.ARRAY_BUFFER);
-    [[2, 3, 0], [3, 3, 3], [4, 1, 6], [5, 4, 7]].forEach(([place, size, offset]) => attribute(place, size, 11, offset, 1));
-    this.buffer(gl.ELEMENT_ARRAY_BUFFER, faces);
-    gl.bindVertexArray(null);
-    return { array, instances, count: faces.length };
+    const { gl } = this;
+    return { vertices: this.buffer(gl.ARRAY_BUFFER, vertices), elements: this.buffer(gl.ELEMENT_ARRAY_BUFFER, faces), count: faces.length };
   }
 
   mesh(vertices, faces) {
@@ -146,28 +191,40 @@ class Drawing {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
   }
 
-  // Draws act `i` of `count` acts side by side.
-  draw(i, count, camera, world, lists, meshes) {
-    const gl = this.gl, width = this.canvas.width / count;
+  // Removes the instances of all batches, which the next act fills again.
+  clearBatches() {
+    for (const list of Object.values(this.all)) for (const batch of list) batch.count = 0;
+  }
+
+  // Draws act `i` of `count` acts side by side: the batches, and meshes with `pose` and `tint`.
+  draw(i, count, camera, world, meshes) {
+    const gl = this.gl, width = this.canvas.width / count, { shadowed, solid, clear } = this.all;
     gl.viewport(i * width, 0, width, this.canvas.height);
-    const uniforms = { ...camera, up: world.up, floorHeight: world.floorHeight, shadow: this.dark.matches ? DARK_SHADOW : SHADOW };
     this.drawFloor(camera, world);
-    gl.enable(gl.POLYGON_OFFSET_FILL);
-    gl.polygonOffset(-1, -1);
-    this.drawAll({ ...uniforms, isShadow: 1 }, lists.shadowed, meshes);
-    gl.disable(gl.POLYGON_OFFSET_FILL);
-    this.drawAll({ ...uniforms, isShadow: 0 }, lists.solid, meshes);
+    for (const list of Object.values(this.all)) for (const batch of list) batch.upload();
+    const uniforms = { ...camera, up: world.up, floorHeight: world.floorHeight, shadow: this.dark.matches ? DARK_SHADOW : SHADOW };
+    this.use(this.meshes, uniforms);
+    this.drawMeshes(meshes, 1);
+    this.drawMeshes(meshes, 0);
+    this.use(this.bodies, uniforms);
+    this.castShadows(this.bodies, 1);
+    for (const batch of shadowed) batch.draw();
+    this.castShadows(this.bodies, 0);
+    for (const batch of shadowed) batch.draw();
+    for (const batch of solid) batch.draw();
     gl.enable(gl.BLEND);
     gl.depthMask(false);
-    this.drawAll({ ...uniforms, isShadow: 0 }, lists.clear, []);
+    for (const batch of clear) batch.draw();
     gl.depthMask(true);
     gl.disable(gl.BLEND);
+    gl.bindVertexArray(null);
   }
 
   use({ program, at }, uniforms) {
     const gl = this.gl;
     gl.useProgram(program);
-    for (const [name, value] of Object.entries(uniforms)) {
+    for (const name in uniforms) {
+      const value = uniforms[name];
       if (at[name] === undefined) continue;
       if (typeof value === "number") gl.uniform1f(at[name], value);
       else if (value.length === 3) gl.uniform3fv(at[name], value);
@@ -175,22 +232,24 @@ class Drawing {
     }
   }
 
-  drawAll(uniforms, lists, meshes) {
-    const gl = this.gl;
-    this.use(this.bodies, uniforms);
-    for (const [name, numbers] of Object.entries(lists)) {
-      const part = this.parts[name];
-      gl.bindVertexArray(part.array);
-      gl.bindBuffer(gl.ARRAY_BUFFER, part.instances);
-      gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(numbers), gl.DYNAMIC_DRAW);
-      gl.drawElementsInstanced(gl.TRIANGLES, part.count, gl.UNSIGNED_SHORT, 0, numbers.length / 11);
-    }
-    for (const { mesh, pose, colour } of meshes) {
-      this.use(this.meshes, { ...uniforms, pose, colour });
+  // Begins or ends the drawing of shadows, which are in front of the floor.
+  castShadows({ at }, isShadow) {
+    const { gl } = this;
+    gl.uniform1f(at.isShadow, isShadow);
+    if (isShadow) gl.enable(gl.POLYGON_OFFSET_FILL);
+    else gl.disable(gl.POLYGON_OFFSET_FILL);
+    gl.polygonOffset(-1, -1);
+  }
+
+  drawMeshes(meshes, isShadow) {
+    const { gl, meshes: { at } } = this;
+    this.castShadows(this.meshes, isShadow);
+    for (const { mesh, pose, tint } of meshes) {
+      gl.uniformMatrix4fv(at.pose, false, pose);
+      gl.uniform3fv(at.colour, tint);
       gl.bindVertexArray(mesh.array);
       gl.drawElements(gl.TRIANGLES, mesh.count, gl.UNSIGNED_SHORT, 0);
     }
-    gl.bindVertexArray(null);
   }
 
   drawFloor(camera, { middle, east, north, reach }) {

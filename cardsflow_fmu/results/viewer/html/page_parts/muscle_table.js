@@ -47,7 +47,7 @@ class ActPanel {
     for (const { muscle, row, cells } of this.rows || []) {
       this.columns.forEach(([, , names], i) => {
         const x = value(names(muscle));
-        cells[i].textContent = x === undefined ? "" : short(x);
+        setText(cells[i], x === undefined ? "" : short(x));
       });
       const force = value([muscle.force, muscle.tension]), { f_min: low, f_max: high } = muscle;
       const near = 1e-3 * Math.max(1, (high ?? low) - low);

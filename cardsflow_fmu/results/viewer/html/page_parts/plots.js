@@ -2,6 +2,7 @@
 
 const SERIES = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"]; // differ for colour-blind people, too
 const MAX_SERIES = 6;
+const PANEL_MILLISECONDS = 100; // between updates of numbers and plots
 
 const signal = (act, name) => act.signals[name];
 
@@ -58,12 +59,27 @@ class Plot {
   }
 
   draw(now, k, part) {
-    const { canvas } = this, ratio = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
+    const { canvas } = this, width = canvas.clientWidth, height = canvas.clientHeight;
     if (!width) return;
-    if (canvas.width !== Math.round(width * ratio)) Object.assign(canvas, { width: Math.round(width * ratio), height: Math.round(height * ratio) });
-    const pen = canvas.getContext("2d"), style = getComputedStyle(canvas);
+    this.drawCurves(width, height);
+    this.series.forEach(({ table }, i) => setText(this.outputs[i], short(rowAt(table, k, part, [0])[0])));
+    const pen = canvas.getContext("2d"), ratio = canvas.width / width;
+    pen.clearRect(0, 0, canvas.width, canvas.height);
+    pen.drawImage(this.curves, 0, 0);
+    pen.fillStyle = this.colour;
+    pen.fillRect(now / this.end * canvas.width, 0, ratio, canvas.height);
+  }
+
+  // Draws the curves without the cursor into another canvas, again only if the size or the colours change.
+  drawCurves(width, height) {
+    const { canvas } = this, ratio = window.devicePixelRatio || 1, key = `${width} ${height} ${ratio} ${DARK.matches}`;
+    if (this.key === key) return;
+    Object.assign(canvas, { width: Math.round(width * ratio), height: Math.round(height * ratio) });
+    this.curves = Object.assign(document.createElement("canvas"), { width: canvas.width, height: canvas.height });
+    this.key = key;
+    this.colour = getComputedStyle(canvas).color;
+    const pen = this.curves.getContext("2d");
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    pen.clearRect(0, 0, width, height);
     const y = value => 4 + (height - 8) * (this.high - value) / (this.high - this.low);
     this.series.forEach(({ table }, i) => {
       pen.strokeStyle = SERIES[i];
@@ -71,15 +87,8 @@ class Plot {
       pen.beginPath();
       for (let x = 0; x <= width; x++) pen.lineTo(x, y(rowAt(table, ...frameAt(this.act.time, x / width * this.end), [0])[0]));
       pen.stroke();
-      this.outputs[i].textContent = short(rowAt(table, k, part, [0])[0]);
     });
-    pen.strokeStyle = style.color;
-    pen.lineWidth = 1;
-    pen.beginPath();
-    pen.moveTo(now / this.end * width, 0);
-    pen.lineTo(now / this.end * width, height);
-    pen.stroke();
-    pen.fillStyle = style.color;
+    pen.fillStyle = this.colour;
     pen.font = "10px system-ui, sans-serif";
     pen.fillText(short(this.high), 2, 10);
     pen.fillText(short(this.low), 2, height - 3);

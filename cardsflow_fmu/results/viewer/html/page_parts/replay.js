@@ -4,7 +4,7 @@ async function start() {
   const scene = element("div", document.body, { className: "scene" });
   const canvas = element("canvas", scene), drawing = new Drawing(canvas);
   const motion = await unpack(document.getElementById("motion").textContent);
-  let stale = true, before = performance.now();
+  let stale = true, stalePanel = true, shownAt = 0, before = performance.now();
   const changed = () => { stale = true; };
   const played = motion.acts.map((act, i) => playAct(act, i, motion.acts.length, drawing));
   const pointer = trackPointer(canvas, changed);
@@ -20,16 +20,23 @@ async function start() {
   panel.addEventListener("toggle", changed);
   drawing.dark.addEventListener("change", changed);
   window.camera = camera;
+  const rate = new FrameRate();
   const drawFrame = now => {
-    clock.tick((now - before) / 1000);
+    const seconds = (now - before) / 1000;
+    clock.tick(seconds);
     before = now;
+    if (clock.status) setText(clock.status, rate.tick(seconds, clock.playing));
     if (stale) {
       stale = false;
+      stalePanel = true;
       drawing.begin();
       played.forEach((act, i) => drawAct(act, i, played.length, drawing, camera, shown, clock.now, pointer));
-      for (const one of panels) one.show(clock.now);
       showTip(textAt(pointer, played, camera, shown, (act, name) => valueAt(act, name, ...frameAt(act.time, clock.now))), pointer);
       document.body.dataset.drawn = clock.now;
+    }
+    if (stalePanel && now - shownAt > PANEL_MILLISECONDS) {
+      [stalePanel, shownAt] = [false, now];
+      for (const one of panels) one.show(clock.now);
     }
     requestAnimationFrame(drawFrame);
   };

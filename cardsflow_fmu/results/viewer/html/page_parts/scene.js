@@ -21,44 +21,64 @@ function frameAt(times, now) {
   return [k, next === undefined ? 0 : Math.max(0, Math.min(1, (now - times[k]) / (next - times[k])))];
 }
 
+// Draws the shapes of an act at a time. Shapes keep their memory from frame to frame.
 function drawAct(played, index, count, drawing, camera, shown, now, pointer) {
-  const { act, box, world } = played, [k, part] = frameAt(act.time, now);
-  const lists = { solid: {}, clear: {}, shadowed: {} }, meshes = [], rgb = [0, 0, 0], value = [0];
+  const { act, box, world } = played, [k, part] = frameAt(act.time, now), { lists } = drawing;
   const uniforms = camera.uniforms(box.clientWidth / Math.max(box.clientHeight, 1));
+  const meshes = played.meshes ||= [], value = played.value ||= [0], rgb = played.rgb ||= [0, 0, 0];
+  let list = lists.solid, alpha = 1;
+  const put = (body, points, i, j, radius, colour) => list[body].add(points, i, j, radius, colour, alpha);
+  drawing.clearBatches();
+  meshes.length = 0;
   for (const shape of act.shapes) {
-    const visible = shown.has(shape.group);
+    const visible = shown.has(shape.group), { kind } = shape;
     if (!visible && !shape.element) continue;
-    const trail = shape.kind === "Trail";
-    const points = trail ? shape.points.numbers : rowAt(shape.points, k, part, shape.now);
-    const colour = rowAt(shape.colours, k, 0, rgb), alpha = shape.opacity || 1;
-    if (shape.kind === "Label") placeLabel(shape, points, rowAt(shape.values, k, part, value)[0], box, uniforms.view, visible, pointer);
-    else if (shape.kind === "MeshShape") meshes.push({ mesh: shape.mesh, pose: poseOf(points, shape.lever), colour: colour.map(c => c / 255) });
-    else {
-      const targets = alpha < 1 ? [lists.clear] : trail || shape.kind === "Frame" || points.length > 200 ? [lists.solid] : [lists.solid, lists.shadowed];
-      const shownPoints = trail ? rowAt(shape.values, k, 0, value)[0] : 0;
-      compose(shape, points, shownPoints, colour, (body, a, b, radius, [red, green, blue]) => {
-        for (const list of targets)
-          (list[body] ||= []).push(a[0], a[1], a[2], b[0], b[1], b[2], radius, red / 255, green / 255, blue / 255, alpha);
-      });
+    const trail = kind === "Trail", points = pointsAt(shape, k, part);
+    if (kind === "Label") {
+      placeLabel(shape, points, rowAt(shape.values, k, part, value)[0], box, uniforms.view, visible, pointer);
+      continue;
     }
+    rowAt(shape.colours, k, 0, rgb);
+    if (kind === "MeshShape") {
+      poseOf(points, shape.lever, shape.pose ||= new Float32Array(16));
+      shape.tint ||= new Float32Array(3);
+      for (let i = 0; i < 3; i++) shape.tint[i] = rgb[i] / 255;
+      meshes.push(shape);
+      continue;
+    }
+    alpha = shape.opacity || 1;
+    list = alpha < 1 ? lists.clear : trail || kind === "Frame" || points.length > 200 ? lists.solid : lists.shadowed;
+    compose(shape, points, trail ? rowAt(shape.values, k, 0, value)[0] : 0, rgb, put);
   }
-  drawing.draw(index, count, uniforms, world, lists, meshes);
+  drawing.draw(index, count, uniforms, world, meshes);
 }
 
-function poseOf(p, lever) {
-  const axis = i => [0, 1, 2].map(j => (p[3 * i + j] - p[j]) / lever);
-  return new Float32Array([...axis(1), 0, ...axis(2), 0, ...axis(3), 0, p[0], p[1], p[2], 1]);
+// Returns the points of a shape between frames k and k + 1, or all points of a trail.
+function pointsAt({ kind, points, now }, k, part) {
+  return kind === "Trail" || points.rows === 1 ? points.numbers : rowAt(points, k, part, now);
+}
+
+// Returns the pose of a mesh, column by column, from its origin and the tips of its axes.
+function poseOf(p, lever, into = new Float32Array(16)) {
+  for (let i = 0; i < 3; i++) for (let j = 0; j < 3; j++) into[4 * i + j] = (p[3 * i + 3 + j] - p[j]) / lever;
+  for (let j = 0; j < 3; j++) into[12 + j] = p[j];
+  into[15] = 1;
+  return into;
 }
 
 const NEAR = 70; // in pixels: a hidden label is shown if the pointer is closer
 
 function placeLabel({ element: label, label: title }, point, value, box, view, visible, pointer) {
+  if (!visible && Number.isNaN(pointer[0])) {
+    label.hidden = true;
+    return;
+  }
   const place = project(view, point);
   const x = place && place[0] * box.clientWidth, y = place && place[1] * box.clientHeight;
   const near = place && Math.hypot(x + box.offsetLeft - pointer[0], y + box.offsetTop - pointer[1]) < NEAR;
   label.hidden = !place || !(visible || near);
   if (label.hidden) return;
-  label.textContent = `${title}: ${value.toFixed(3)}`;
+  setText(label, `${title}: ${value.toFixed(3)}`);
   label.style.transform = `translate(${x}px, ${y}px) translate(-50%, -50%)`;
 }
 

@@ -10,14 +10,9 @@ function addSlider(into, name, unit, low, high, value, changed) {
   return { input, title, set: number => { if (document.activeElement !== input) { input.value = number; show(); } } };
 }
 
-const PANEL_MILLISECONDS = 100; // between updates of numbers and plots while the simulation runs
 const MODE_NAMES = { reference: "follow the reference", joints: "hold joint targets", task: "drag the end effector", muscles: "muscle and motor commands",
   pose: "set joint positions" };
 
-// Sets a text only if it differs, since each change costs a new layout.
-function setText(into, text) {
-  if (into.shown !== text) into.textContent = into.shown = text;
-}
 
 // Adds the legend of a colour scale from the smallest f_min to the largest tension up to now.
 function addScale(ramp, muscles, into) {
@@ -39,6 +34,7 @@ class PlayPanel {
     Object.assign(this, { client, data, box, setup: client.setup, reach: motion.acts[0].reach });
     box.classList.add("play");
     this.status = element("div", null, { className: "status" });
+    this.slow = "";
     this.isStill = this.setup.modes.length === 1; // a robot without dynamics
     this.shown = element("details", box);
     element("summary", this.shown, { textContent: "Show" });
@@ -193,17 +189,14 @@ class PlayPanel {
     return first + joined(["cardsflow", "run", path, ...changes.flatMap(change => ["--set", change]), ...this.client.options(this.settings())]);
   }
 
+  // Shows numbers and plots of a frame; `showStatus` shows the rest.
   show(frame) {
     if (frame.mode !== this.mode) this.showTargets(frame);
     const target = this.targetOf(frame);
     if (target) target.forEach((x, i) => { this.values[i] = x; this.sliders[i].set(x); });
-    const now = performance.now();
-    if (this.box.open && (!frame.playing || now - (this.shownAt || 0) > PANEL_MILLISECONDS)) {
-      this.shownAt = now;
-      this.showMuscles(frame);
-      this.analysis.show(frame);
-    }
-    this.showStatus(frame);
+    if (!this.box.open) return;
+    this.showMuscles(frame);
+    this.analysis.show(frame);
   }
 
   showMuscles(frame) {
@@ -233,8 +226,8 @@ class PlayPanel {
     const { infeasible, notConverged } = frame.status;
     const text = this.failure || (infeasible ? this.lack(frame.status.shortfall) :
       notConverged ? "the solver did not converge" :
-      frame.behind > 0.05 ? `slower than real time: ${Math.round(100 * (1 - frame.behind))} %` : "");
-    this.status.textContent = text;
+      frame.behind > 0.05 ? `slower than real time: ${Math.round(100 * (1 - frame.behind))} %` : this.slow);
+    setText(this.status, text);
     this.status.className = this.failure || infeasible ? "status bad" : "status";
   }
 }

@@ -62,7 +62,6 @@ class Play {
 
   setPoints(shape, numbers, colour) {
     shape.points = { rows: 1, columns: numbers.length, numbers };
-    shape.now = new Float32Array(numbers.length);
     if (colour) shape.colours = { rows: 1, columns: 3, numbers: Float32Array.from(colour) };
   }
 
@@ -140,7 +139,7 @@ async function startPlay() {
   const motion = await unpack(text("motion"));
   const client = await EngineClient.open(text("engine"), text("engine-script"));
   const play = new Play(motion, JSON.parse(text("play")), client, drawing);
-  let stale = true;
+  let stale = true, stalePanel = true, shownAt = 0, before = performance.now();
   const changed = () => { stale = true; };
   const box = addPanel(client.setup.modes.length > 1 ? "Play" : "Robot");
   box.classList.add("wide");
@@ -159,18 +158,26 @@ async function startPlay() {
   if (panel.isStill) box.append(panel.status);
   client.onframe = changed;
   client.onfailure = message => { panel.failure = `${message}; step back or reset`; panel.showStatus(); };
-  const draw = () => {
+  const rate = new FrameRate();
+  const draw = now => {
+    panel.slow = rate.tick((now - before) / 1000, client.frame.playing);
+    before = now;
     if (stale) {
       stale = false;
+      stalePanel = true;
       const { frame } = client;
       play.update(frame);
       showBar(frame);
-      panel.show(frame);
+      panel.showStatus(frame);
       drawing.begin();
       drawAct(play.played, 0, 1, drawing, camera, play.shown, 0, pointer);
       play.showForce(frame, camera, canvas);
       showTip(frame.pull ? "" : textAt(pointer, [play.played], camera, play.shown, (act, name) => signalOf(play, name)), pointer);
       document.body.dataset.drawn = frame.time;
+    }
+    if (stalePanel && now - shownAt > PANEL_MILLISECONDS) {
+      [stalePanel, shownAt] = [false, now];
+      panel.show(client.frame);
     }
     requestAnimationFrame(draw);
   };
