@@ -1,13 +1,24 @@
-"""Server of one page on loopback, which only answers requests from this computer."""
+"""Server of one page on loopback, which only answers requests from this computer.
+
+A page that changes files has actions and a token. The address contains the token, so that other
+users of the computer cannot read the page, and each request of an action contains it.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import hmac
 import http.server
+import json
+import re
+import secrets
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
 
 from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.json_text import json_text
+from addin_sdfusion.robot.limits import JSON
 
 from .local_requests import HOST, is_local_request
 
@@ -21,18 +32,28 @@ _HEADERS = {
 }
 
 
+Action = Callable[[Mapping[str, Any]], Mapping[str, Any]]
+"""Function of the JSON object in a request; returns the JSON object of the answer."""
+
+
 class PageServer:
     """Page that can be replaced, and events for it; threads can use it at the same time.
 
     Args:
         page: The page in HTML, which contains everything that it needs.
+        actions: Actions of POST requests by path.
+        token: Token of the address and of actions; empty for a page without actions.
 
     Attributes:
         address: Address for a browser.
+        path: Path of the page, with the token.
     """
 
-    def __init__(self, page: str) -> None:
-        self.address = ""
+    def __init__(
+        self, page: str, actions: Mapping[str, Action] | None = None, token: str = ""
+    ) -> None:
+        self.address, self.path = "", f"/?token={token}" if token else "/"
+        self.actions, self._token = actions or {}, token
         self._page, self._event, self._number = page.encode(), b"", 0
         self._closed = False
         self._changed = threading.Condition()
@@ -41,6 +62,11 @@ class PageServer:
     def page(self) -> bytes:
         """The page as UTF-8."""
         return self._page
+
+    def is_authorised(self, token: object) -> bool:
+        """Return whether a request has the token."""
+        given = token.encode("utf-8", "replace") if isinstance(token, str) else b""
+        return bool(self._token) and hmac.compare_digest(given, self._token.encode())
 
     def send(self, text: str) -> None:
         """Send a line of text to the page; a slow page omits all but the last one."""
@@ -74,6 +100,11 @@ class PageServer:
             self._changed.notify_all()
 
 
+def new_token() -> str:
+    """Return a new token, which cannot be guessed."""
+    return secrets.token_urlsafe(24)
+
+
 @contextlib.contextmanager
 def served_page(page: str, port: int | None = None) -> Iterator[str]:
     """Serve a page and yield its address; arguments and errors as for `page_server`."""
@@ -82,17 +113,24 @@ def served_page(page: str, port: int | None = None) -> Iterator[str]:
 
 
 @contextlib.contextmanager
-def page_server(page: str, port: int | None = None) -> Iterator[PageServer]:
+def page_server(
+    page: str,
+    port: int | None = None,
+    actions: Mapping[str, Action] | None = None,
+    token: str = "",
+) -> Iterator[PageServer]:
     """Serve a page on loopback.
 
     Args:
         page: The page in HTML, which contains everything that it needs.
         port: The port (default: the first free port from 8080).
+        actions: Actions of POST requests by path, such as `/save`.
+        token: Token from `new_token` for actions; empty for a page without actions.
 
     Raises:
         InputError: The port is used.
     """
-    served = PageServer(page)
+    served = PageServer(page, actions, token)
 
     class Handler(_Handler):
         """Handler of this page."""
@@ -100,7 +138,7 @@ def page_server(page: str, port: int | None = None) -> Iterator[PageServer]:
         server_of_page = served
 
     server = _open(Handler, port)
-    served.address = f"http://{HOST}:{server.server_address[1]}/"
+    served.address = f"http://{HOST}:{server.server_address[1]}{served.path}"
     thread = threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True)
     thread.start()
     try:
@@ -122,7 +160,9 @@ class _Handler(http.server.BaseHTTPRequestHandler):
         """Send the page, or its events."""
         if not is_local_request(self.headers):
             self.send_error(http.HTTPStatus.FORBIDDEN)
-        elif self.path == "/":
+        elif self.path == "/" != self.server_of_page.path:
+            self.send_error(http.HTTPStatus.FORBIDDEN, "Use the printed address with its token")
+        elif self.path == self.server_of_page.path:
             page = self.server_of_page.page
             self._start("text/html; charset=utf-8", len(page))
             self.wfile.write(page)
@@ -132,6 +172,36 @@ class _Handler(http.server.BaseHTTPRequestHandler):
                 self.wfile.write(event)
         else:
             self.send_error(http.HTTPStatus.NOT_FOUND)
+
+    def do_POST(self) -> None:
+        """Answer the request of an action."""
+        action = self.server_of_page.actions.get(self.path)
+        if not is_local_request(self.headers):
+            self.send_error(http.HTTPStatus.FORBIDDEN)
+        elif action is None:
+            self.send_error(http.HTTPStatus.NOT_FOUND)
+        else:
+            request = self._read_request()
+            if request is None:
+                self.send_error(http.HTTPStatus.BAD_REQUEST)
+            elif not self.server_of_page.is_authorised(request.get("token")):
+                self.send_error(http.HTTPStatus.FORBIDDEN)
+            else:
+                answer = json_text(action(request)).encode()
+                self._start("application/json", len(answer))
+                self.wfile.write(answer)
+
+    def _read_request(self) -> Mapping[str, Any] | None:
+        """Return the JSON object of a request; None if it is invalid or too large."""
+        size = self.headers.get("Content-Length", "")
+        is_json = self.headers.get_content_type() == "application/json"
+        if not is_json or not re.fullmatch("[0-9]{1,9}", size) or int(size) > JSON:
+            return None
+        try:
+            request = json.loads(self.rfile.read(int(size)))
+        except (ValueError, RecursionError):
+            return None
+        return request if isinstance(request, dict) else None
 
     def _start(self, kind: str, length: int | None = None) -> None:
         self.send_response(http.HTTPStatus.OK)
