@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 
+from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.results.viewer.scene.act import Act
 from cardsflow_fmu.utils.html_page import html_page, script_element
 
@@ -17,6 +18,8 @@ SHARED_SCRIPTS = (
     *("plots.js", "scene.js"),
 )
 """Scripts of replays and of pages that simulate."""
+EDITING_SCRIPTS = ("links.js", "widgets.js")
+"""Scripts of pages in which a user changes something."""
 _SCRIPTS = (*SHARED_SCRIPTS, "muscle_table.js", "stream.js", "replay.js")
 
 
@@ -29,15 +32,40 @@ def replay_page(acts: Sequence[Act], *, follows: bool = False) -> str:
     """
     title = " and ".join(act.title for act in acts)
     data = base64.b64encode(encode(acts)).decode()
+    texts = {"motion": data} | ({"follows": ""} if follows else {})
+    return page_with(title, ("page.css",), texts, replay_script(), connects=follows)
+
+
+def page_with(
+    title: str,
+    styles: Sequence[str],
+    texts: Mapping[str, str],
+    script: str,
+    *,
+    simulates: bool = False,
+    connects: bool = False,
+) -> str:
+    """Return a page with a script and its data.
+
+    Args:
+        title: Title in plain text.
+        styles: Names of style sheets, as for `page_part`.
+        texts: Data for the script, by the ids of their elements; without the character `<`, except
+            for scripts.
+        script: The script.
+        simulates: Whether scripts of the page may start a worker with WebAssembly.
+        connects: Whether scripts of the page may send requests to its server.
+    """
+    data = (f'<script type="text/plain" id="{id_}">{text}</script>' for id_, text in texts.items())
     return html_page(
         title,
-        page_part("page.css"),
-        "<noscript>This replay requires JavaScript; allow scripts for this page.</noscript>",
-        f'<script type="text/plain" id="motion">{data}</script>',
-        *(['<script type="text/plain" id="follows"></script>'] if follows else []),
-        script_element(replay_script()),
-        scripts=(replay_script(),),
-        connects=follows,
+        "".join(map(page_part, styles)),
+        "<noscript>This page requires JavaScript; allow scripts for this page.</noscript>",
+        *data,
+        script_element(script),
+        scripts=(script,),
+        simulates=simulates,
+        connects=connects,
     )
 
 
@@ -49,6 +77,11 @@ def replay_script() -> str:
 def strict_script(names: Sequence[str]) -> str:
     """Return a script from parts, in strict mode."""
     return "\n".join(("'use strict';", *map(page_part, names)))
+
+
+def data_json(data: object) -> str:
+    """Return data as JSON that cannot end an element."""
+    return json_text(data).replace("<", "\\u003c")
 
 
 def page_part(name: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,20 +16,19 @@ from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.models.browser.pack import engine_text
 from cardsflow_fmu.models.browser.pose import pose_experiment
-from cardsflow_fmu.results.viewer.scene import shapes
 from cardsflow_fmu.results.viewer.scene.act import Act
 from cardsflow_fmu.results.viewer.scene.meshes import link_meshes
 from cardsflow_fmu.results.viewer.scene.motion import Motion
 from cardsflow_fmu.results.viewer.scene.stage import Stage
 from cardsflow_fmu.utils.archive import read_contents
-from cardsflow_fmu.utils.html_page import html_page, script_element
 
-from .page import SHARED_SCRIPTS, page_part, strict_script
+from .page import EDITING_SCRIPTS, SHARED_SCRIPTS, data_json, page_part, page_with, strict_script
 from .page_data import encode
+from .robot_data import links_of_shapes
 
 _WORKER = ("module", "crc32", "drawing", "changes", "analysis", "engine", "worker")
 _PLAY = ("analysis", "download", "panel", "pointer", "bar", "play")
-_SCRIPTS = (*SHARED_SCRIPTS, *(f"play_parts/{name}.js" for name in _PLAY))
+_SCRIPTS = (*SHARED_SCRIPTS, *EDITING_SCRIPTS, *(f"play_parts/{name}.js" for name in _PLAY))
 
 
 _NO_CONTACTS = (
@@ -86,20 +85,13 @@ def robot_page(act: Act) -> str:
 
 def _moving_page(act: Act, engine: str, extra: dict[str, Any], files: dict[str, str]) -> str:
     robot, stage = act.stage.robot, act.stage
-    extra |= {"links": dict(_links_of_shapes(robot, stage)), "hand": _hand(robot)}
+    extra |= {"links": dict(links_of_shapes(robot, stage)), "hand": _hand(robot)}
     motion = base64.b64encode(encode([act])).decode()
-    texts = {"motion": motion, "engine": engine, "play": _escaped(json_text(extra)), **files}
+    texts = {"motion": motion, "engine": engine, "play": data_json(extra), **files}
     texts["engine-script"] = engine_script(*_WORKER)
     script = "\n".join((strict_script(_SCRIPTS), engine_script("client", "crc32")))
-    return html_page(
-        act.title,
-        page_part("page.css") + page_part("play_parts/play.css"),
-        "<noscript>This page requires JavaScript; allow scripts for it.</noscript>",
-        *(f'<script type="text/plain" id="{id_}">{text}</script>' for id_, text in texts.items()),
-        script_element(script),
-        scripts=(script,),
-        simulates=True,
-    )
+    styles = ("page.css", "play_parts/play.css")
+    return page_with(act.title, styles, texts, script, simulates=True)
 
 
 def _hand(robot: Robot) -> dict[str, Any] | None:
@@ -118,32 +110,3 @@ def _files(experiment: Experiment) -> str:
         for name, source in experiment_resources(experiment).items()
     }
     return base64.b64encode(zlib.compress(json_text(contents).encode(), 9)).decode()
-
-
-def _escaped(text: str) -> str:
-    """Return JSON that cannot end a script element."""
-    return text.replace("<", "\\u003c")
-
-
-def _links_of_shapes(robot: Robot, stage: Stage) -> Iterator[tuple[str, str]]:
-    """Yield the name of each shape that moves with a link, and the link."""
-    children = {joint.name: joint.child for joint in robot.joints}
-    parts = {
-        shapes.WRAP_SURFACES: {s.name: s.link for s in robot.wrap_surfaces},
-        shapes.VIA_POINTS: {
-            f"{muscle.name}/{v}": point.link
-            for muscle in robot.muscles
-            for v, point in enumerate(muscle.via_points)
-        },
-        shapes.LINK_FRAMES: {link.name: link.name for link in robot.links},
-        shapes.JOINT_FRAMES: children,
-        shapes.JOINT_VALUES: {c.name: j.child for j in robot.joints for c in j.coordinates},
-        shapes.LINKS: {f"joint {name}": child for name, child in children.items()},
-    }
-    names = [link.name for link in robot.links]
-    for shape in stage.scene(0):
-        link = parts.get(shape.group, {}).get(shape.key)
-        if link is None and shape.group == shapes.LINKS:
-            link = shape.key.rpartition("/")[0]
-        if link in names:
-            yield shape.name, link

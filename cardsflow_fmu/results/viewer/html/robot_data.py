@@ -15,7 +15,7 @@ from cardsflow_fmu.cosim.signals.ports import (
     task_signals,
     task_units,
 )
-from cardsflow_fmu.results.viewer.scene import colours
+from cardsflow_fmu.results.viewer.scene import colours, shapes
 from cardsflow_fmu.results.viewer.scene.act import Act
 from cardsflow_fmu.results.viewer.scene.shapes import Colour
 from cardsflow_fmu.results.viewer.scene.stage import Stage
@@ -109,3 +109,27 @@ def _arrow(name: str, colour: Colour, longest: float, unit: str) -> dict[str, An
 def _finite(value: float) -> float | None:
     """Return a number, or None if it is infinite, because JSON has no infinity."""
     return value if np.isfinite(value) else None
+
+
+def links_of_shapes(robot: Robot, stage: Stage) -> Iterator[tuple[str, str]]:
+    """Yield the name of each shape that moves with a link, and the link."""
+    children = {joint.name: joint.child for joint in robot.joints}
+    parts = {
+        shapes.WRAP_SURFACES: {s.name: s.link for s in robot.wrap_surfaces},
+        shapes.VIA_POINTS: {
+            f"{muscle.name}/{v}": point.link
+            for muscle in robot.muscles
+            for v, point in enumerate(muscle.via_points)
+        },
+        shapes.LINK_FRAMES: {link.name: link.name for link in robot.links},
+        shapes.JOINT_FRAMES: children,
+        shapes.JOINT_VALUES: {c.name: j.child for j in robot.joints for c in j.coordinates},
+        shapes.LINKS: {f"joint {name}": child for name, child in children.items()},
+    }
+    names = [link.name for link in robot.links]
+    for shape in stage.scene(0):
+        link = parts.get(shape.group, {}).get(shape.key)
+        if link is None and shape.group == shapes.LINKS:
+            link = shape.key.rpartition("/")[0]
+        if link in names:
+            yield shape.name, link

@@ -36,8 +36,10 @@ def link_poses(robot: Robot, q: FloatArray) -> Poses:
     }
 
 
-def motor_axes(robot: Robot, q: FloatArray, poses: Poses) -> list[tuple[FloatArray, FloatArray]]:
-    """Return points on the motor axes and their directions, in the order of q, shape (K, 3) each.
+def coordinate_axes(
+    robot: Robot, q: FloatArray, poses: Poses
+) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Return points on the axes of the coordinates and their directions, shape (K, 3) each.
 
     Args:
         robot: A valid robot.
@@ -55,7 +57,7 @@ def motor_axes(robot: Robot, q: FloatArray, poses: Poses) -> list[tuple[FloatArr
             if driver is not None:
                 name = joint.coordinates[motion.coordinate].name
                 found.setdefault(name, (T[:, :3, 3], T[:, :3, :3] @ np.array(motion.axis)))
-    return [found[motor.name] for motor in robot.motors]
+    return found
 
 
 def motion_transforms(motion: Motion, values: FloatArray) -> FloatArray:

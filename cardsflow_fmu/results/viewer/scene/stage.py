@@ -19,7 +19,7 @@ from . import colours
 from . import shapes as s
 from .environment import Environment
 from .link_bodies import link_capsules, platform_hull
-from .link_poses import Poses, link_poses, motor_axes, moved_point
+from .link_poses import Poses, coordinate_axes, link_poses, moved_point
 from .meshes import LinkMeshes
 from .motion import Motion, frame_rows, motion_of, task_points
 from .muscle_paths import MusclePath, muscle_paths, unit_forces
@@ -273,7 +273,8 @@ class Stage:
 
     @cached_property
     def _motor_axes(self) -> list[tuple[FloatArray, FloatArray]]:
-        return motor_axes(self.robot, self.motion.q, self._poses)
+        axes = coordinate_axes(self.robot, self.motion.q, self._poses)
+        return [axes[motor.name] for motor in self.robot.motors]
 
     def _frames(self, k: int) -> Iterator[s.Shape]:
         for joint, poses in zip(self.robot.joints, self._joints, strict=True):

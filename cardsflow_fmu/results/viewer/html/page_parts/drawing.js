@@ -134,8 +134,8 @@ class Drawing {
     this.floor = this.program(FLOOR_VERTEX, FLOOR_PIXEL);
     const bodies = Object.entries(BODIES).map(([name, body]) => [name, this.body(body)]);
     const batches = () => Object.fromEntries(bodies.map(([name, body]) => [name, new Batch(gl, body)]));
-    // with shadow, without shadow, and transparent without shadow
-    this.lists = { shadowed: batches(), solid: batches(), clear: batches() };
+    // with shadow, without shadow, transparent without shadow, and in front of everything
+    this.lists = { shadowed: batches(), solid: batches(), clear: batches(), top: batches() };
     this.all = Object.fromEntries(Object.entries(this.lists).map(([name, list]) => [name, Object.values(list)]));
     this.nothing = gl.createVertexArray();
     gl.enable(gl.DEPTH_TEST);
@@ -198,7 +198,7 @@ class Drawing {
 
   // Draws act `i` of `count` acts side by side: the batches, and meshes with `pose` and `tint`.
   draw(i, count, camera, world, meshes) {
-    const gl = this.gl, width = this.canvas.width / count, { shadowed, solid, clear } = this.all;
+    const gl = this.gl, width = this.canvas.width / count, { shadowed, solid, clear, top } = this.all;
     gl.viewport(i * width, 0, width, this.canvas.height);
     this.drawFloor(camera, world);
     for (const list of Object.values(this.all)) for (const batch of list) batch.upload();
@@ -217,6 +217,10 @@ class Drawing {
     for (const batch of clear) batch.draw();
     gl.depthMask(true);
     gl.disable(gl.BLEND);
+    if (top.some(batch => batch.count)) {
+      gl.clear(gl.DEPTH_BUFFER_BIT); // so that links do not hide handles
+      for (const batch of top) batch.draw();
+    }
     gl.bindVertexArray(null);
   }
 

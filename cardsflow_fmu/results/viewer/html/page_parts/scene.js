@@ -47,7 +47,7 @@ function drawAct(played, index, count, drawing, camera, shown, now, pointer) {
       continue;
     }
     alpha = shape.opacity || 1;
-    list = alpha < 1 ? lists.clear : trail || kind === "Frame" || points.length > 200 ? lists.solid : lists.shadowed;
+    list = shape.onTop ? lists.top : alpha < 1 ? lists.clear : trail || kind === "Frame" || points.length > 200 ? lists.solid : lists.shadowed;
     compose(shape, points, trail ? rowAt(shape.values, k, 0, value)[0] : 0, rgb, put);
   }
   drawing.draw(index, count, uniforms, world, meshes);

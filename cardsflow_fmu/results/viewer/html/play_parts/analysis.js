@@ -2,34 +2,6 @@
 
 const PLOT_SECONDS = 10;
 
-// Draws curves [{ x, y, colour }] with common axes.
-function drawCurves(canvas, curves, marker) {
-  const context = canvas.getContext("2d"), ratio = devicePixelRatio || 1;
-  const width = canvas.width = canvas.clientWidth * ratio, height = canvas.height = canvas.clientHeight * ratio;
-  const all = name => curves.flatMap(curve => curve[name]).filter(Number.isFinite);
-  const xs = all("x"), ys = all("y");
-  if (!xs.length) return;
-  const range = values => values.reduce(([a, b], v) => [Math.min(a, v), Math.max(b, v)], [Infinity, -Infinity]);
-  const [left, right] = range(xs), [low, high] = range(ys), tall = high - low || Math.abs(high) || 1;
-  const X = x => (x - left) / (right - left || 1) * width, Y = y => height - (0.1 + 0.8 * (y - low) / tall) * height;
-  const line = (x, y, colour, thick) => {
-    context.strokeStyle = colour;
-    context.lineWidth = thick * ratio;
-    context.beginPath();
-    x.forEach((value, i) => context.lineTo(X(value), Y(y[i])));
-    context.stroke();
-  };
-  if (low <= 0 && high >= 0) line([left, right], [0, 0], "#9aa5b1", 1);
-  for (const { x, y, colour } of curves) line(x, y, colour, 1.5);
-  if (marker !== undefined) line([marker, marker], [low, high], SERIES[1], 1);
-  context.fillStyle = getComputedStyle(canvas).color;
-  context.font = `${11 * ratio}px system-ui, sans-serif`;
-  context.textBaseline = "top";
-  context.fillText(short(high), 2, 1);
-  context.textBaseline = "bottom";
-  context.fillText(short(low), 2, height - 1);
-}
-
 class PlayAnalysis {
   constructor(panel) {
     const { client, setup, box } = panel;

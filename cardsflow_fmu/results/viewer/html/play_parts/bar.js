@@ -8,20 +8,9 @@ const SHORTCUTS = [
   ["drag elsewhere", "turn the view; with Shift: move it"], ["?", "this help"],
 ];
 
-function addHelp() {
-  const help = element("div", document.body, { className: "help", hidden: true });
-  for (const [keys, textContent] of SHORTCUTS) {
-    const row = element("div", help);
-    element("kbd", row, { textContent: keys });
-    element("span", row, { textContent });
-  }
-  help.addEventListener("click", () => { help.hidden = true; });
-  return help;
-}
-
 // Adds play, step, reset, history and speed; returns a function that shows a frame.
 function addPlayBar(client, panel) {
-  const bar = element("div", document.body, { className: "bar playing" }), help = addHelp();
+  const bar = element("div", document.body, { className: "bar playing" }), help = addHelp(SHORTCUTS);
   bar.append(panel.status);
   const button = (textContent, ariaLabel, act) => {
     const made = element("button", bar, { textContent, ariaLabel, title: ariaLabel });

@@ -66,9 +66,3 @@ function zip(files) {
   const end = record(0x06054b50, [[2, 0], [2, 0], [2, files.length], [2, files.length], [4, listed], [4, size], [2, 0]]);
   return new Blob([...parts, ...directory, end], { type: "application/zip" });
 }
-
-function save(blob, download) {
-  const link = element("a", document.body, { href: URL.createObjectURL(blob), download });
-  link.click();
-  link.remove();
-}

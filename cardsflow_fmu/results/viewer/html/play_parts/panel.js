@@ -1,15 +1,5 @@
 // Panel of a page that simulates: drive mode, targets, commands, live changes, table of muscles.
 
-// Adds a slider; returns { set(value), input }.
-function addSlider(into, name, unit, low, high, value, changed) {
-  const label = element("label", into), title = element("span", label, { textContent: name, title: name });
-  const input = element("input", label, { type: "range", min: low, max: high, step: "any", value, ariaLabel: name });
-  const output = element("output", label), show = () => { output.textContent = `${short(input.valueAsNumber)} ${unit}`; };
-  input.addEventListener("input", () => { show(); changed(input.valueAsNumber); });
-  show();
-  return { input, title, set: number => { if (document.activeElement !== input) { input.value = number; show(); } } };
-}
-
 const MODE_NAMES = { reference: "follow the reference", joints: "hold joint targets", task: "drag the end effector", muscles: "muscle and motor commands",
   pose: "set joint positions" };
 

@@ -9,10 +9,7 @@ class Play {
     this.muscles = new Map(client.setup.muscles.map(({ name }, i) => [`muscles/${name}`, i]));
     for (const shape of act.shapes) {
       const link = data.links[shape.name];
-      if (link !== undefined) {
-        shape.link = numbers.get(link);
-        shape.local = this.locals(shape.points.numbers, client.frame.poses, shape.link);
-      }
+      if (link !== undefined) fixShape(shape, numbers.get(link), this.pose(numbers.get(link)));
       if (shape.kind === "Label") shape.coordinate = client.setup.coordinates.findIndex(c => shape.name.endsWith(`/${c.name}`));
     }
     const group = motion.groups.indexOf("muscles"), forces = motion.groups.indexOf("forces");
@@ -31,15 +28,7 @@ class Play {
 
   pose(link, poses = this.client.frame.poses) { return poses.subarray(12 * link, 12 * link + 12); }
 
-  locals(points, poses, link) {
-    const local = new Float32Array(points.length), T = this.pose(link, poses);
-    for (let i = 0; i < points.length; i += 3)
-      for (let j = 0; j < 3; j++)
-        for (let k = 0; k < 3; k++) local[i + j] += T[3 * k + j] * (points[i + k] - T[9 + k]);
-    return local;
-  }
-
-  inLink(link, place) { return Array.from(this.locals(Float32Array.from(place), this.client.frame.poses, link)); }
+  inLink(link, place) { return toLink(this.pose(link), place); }
 
   // Moves all shapes to a frame of the simulation.
   update(frame) {
@@ -47,22 +36,12 @@ class Play {
     if (this.panel.scale) this.panel.scale.include(frame.tensions);
     const paths = Array.from(frame.pathSizes, size => frame.paths.subarray(3 * at, 3 * (at += size)));
     for (const shape of this.shapes) {
-      if (shape.link !== undefined) {
-        const T = this.pose(shape.link, frame.poses), { local } = shape, points = shape.points.numbers;
-        for (let i = 0; i < local.length; i += 3)
-          for (let j = 0; j < 3; j++)
-            points[i + j] = T[9 + j] + T[3 * j] * local[i] + T[3 * j + 1] * local[i + 1] + T[3 * j + 2] * local[i + 2];
-      }
+      if (shape.link !== undefined) moveShape(shape, this.pose(shape.link, frame.poses));
       const muscle = this.muscles.get(shape.name);
-      if (muscle !== undefined) this.setPoints(shape, paths[muscle], this.panel.scale && this.colour(frame.tensions[muscle]));
+      if (muscle !== undefined) setPoints(shape, paths[muscle], this.panel.scale && this.colour(frame.tensions[muscle]));
       if (shape.coordinate >= 0) shape.values.numbers[0] = frame.q[shape.coordinate];
     }
     this.updateExtras(frame);
-  }
-
-  setPoints(shape, numbers, colour) {
-    shape.points = { rows: 1, columns: numbers.length, numbers };
-    if (colour) shape.colours = { rows: 1, columns: 3, numbers: Float32Array.from(colour) };
   }
 
   // Returns the colour of a tension, between f_min and the largest tension up to now.
@@ -76,13 +55,13 @@ class Play {
     const shapes = [], { spring, force, target } = this.extra;
     if (pull && this.spring) {
       const size = Math.hypot(...pull.force), end = sum(pull.point, pull.force, 0.15 * this.act.reach / Math.max(size, 1e-9));
-      this.setPoints(spring, Float32Array.from([...pull.point, ...this.spring]));
-      this.setPoints(force, Float32Array.from([...pull.point, ...end]));
+      setPoints(spring, Float32Array.from([...pull.point, ...this.spring]));
+      setPoints(force, Float32Array.from([...pull.point, ...end]));
       shapes.push(spring, force);
     }
     const point = mode === "task" && this.targetPoint();
     if (point) {
-      this.setPoints(target, Float32Array.from(point));
+      setPoints(target, Float32Array.from(point));
       shapes.push(target);
     }
     this.played.act.shapes = [...this.shapes, ...shapes];
@@ -103,8 +82,7 @@ class Play {
   }
 
   handNow() {
-    const { link, position } = this.data.hand, T = this.pose(link);
-    return [0, 1, 2].map(i => T[9 + i] + dot(Array.from(T.subarray(3 * i, 3 * i + 3)), position));
+    return toWorld(this.pose(this.data.hand.link), this.data.hand.position);
   }
 
   moveTarget(place) {
