@@ -62,8 +62,8 @@ class ExportSettings:
         name: Name of the robot; if empty, the name of the design.
         links: The source of links: rigid groups called `EXPORT_<link>`; components; or `auto`,
             which uses rigid groups if the design has any, otherwise components.
-        components: Full paths of the occurrences that become links, if components are links; if
-            empty, the top-level occurrences.
+        components: Full paths of the occurrences that become links, or their names if unique, if
+            components are links; if empty, the top-level occurrences.
         base: Name of the link at the root of the tree; if empty, it is found automatically.
         fixed_base: Whether the base is fixed to the world; otherwise it floats.
         cut_joints: Names of the joints at which closed loops are cut. They are exported as loop

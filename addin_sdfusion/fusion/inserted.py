@@ -13,14 +13,11 @@ from typing import Any
 from ..muscles.attributes import POINTS, KeptPoint, partial_use, read_kept_point, read_list
 from ..robot.errors import InputError
 from ..robot.finding import Subject
-from ..snapshot import PointSnapshot, PointUse
+from ..snapshot import KEPT, PointSnapshot, PointUse
 from .notes import Notes, optional
 from .occurrences import Occurrences
 from .places import Places
 from .points import note_moved, note_newer, own_attributes
-
-KEPT = "kept:"
-"""Prefix of the entities of points that are stored in a design."""
 
 Held = list[tuple[str, Mapping[str, str]]]
 """Path of the occurrence and attributes of each design; the first is the open design."""

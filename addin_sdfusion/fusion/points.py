@@ -14,7 +14,7 @@ from ..muscles.point_names import is_point_name
 from ..muscles.stored import stored_point
 from ..robot.finding import Subject
 from ..robot.model.pose import Vector3
-from ..snapshot import PointSnapshot, PointUse
+from ..snapshot import HIDDEN_KEY, PointSnapshot, PointUse
 from .health import problem_of
 from .names import Keys
 from .notes import Notes, optional
@@ -96,7 +96,7 @@ def _hidden_point(
     own = component_id(point.component)
     if not own or own in visible:
         return None
-    key = f"hidden:{own}/{point.component.name}/{point.name}"
+    key = f"{HIDDEN_KEY}{own}/{point.component.name}/{point.name}"
     return key, point.nativeObject or point, str(attribute.value)
 
 
@@ -112,7 +112,8 @@ def read_hidden_points(
             is_copy = use.place and use.place[-1].component != component_id(point.component)
             why = copied(where) if is_copy else f"component {where!r} has no occurrence: {HIDDEN}"
             use = replace(use, occurrence=where, place=())
-            yield PointSnapshot(str(point.name), "", (0.0, 0.0, 0.0), key, use, "", why)
+            at = optional(lambda: position(point.geometry)) or (0.0, 0.0, 0.0)  # noqa: B023
+            yield PointSnapshot(str(point.name), "", at, key, use, "", why)
 
 
 def _positions(occurrence: Occurrence, native: Any, proxy: Any) -> tuple[Vector3, Vector3]:

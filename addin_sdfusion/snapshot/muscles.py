@@ -21,6 +21,14 @@ F_MIN, F_MAX = 10.0, 80.0
 COPY = "it is a copy"
 """Beginning of the reason why a copied point is lost."""
 
+KEPT = "kept:"
+"""Prefix of the entities of points that are stored in a design. The position of a lost one is in
+the frame of its part."""
+
+HIDDEN_KEY = "hidden:"
+"""Prefix of the entities of points whose component has no occurrence. They are lost; their position
+is in the frame of their part."""
+
 Extra = Mapping[str, str]
 """Unknown keys of a record of a newer version, as JSON texts. They are stored again unchanged."""
 

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from ...robot.finding import Finding, Subject
-from ...robot.finding_builders import error, unknown
+from ...robot.finding_builders import error, listed, unknown
 from ...robot.transforms.joint_chains import Names
 from ...snapshot import ROOT, DesignSnapshot, OccurrenceSnapshot, bare_name
 
@@ -44,11 +44,32 @@ def _link_occurrences(
     selected = snapshot.settings.components
     if not selected:
         return sorted(path for path, o in occurrences.items() if o.parent == ROOT), []
-    findings = []
-    for path in sorted(set(selected) - occurrences.keys()):
-        problem = f"{unknown('component', path, sorted(occurrences))}; choose the links in Export"
-        findings.append(error(Subject("occurrence", path), "unknown-component", problem))
-    return sorted(occurrences.keys() & set(selected)), findings
+    findings: list[Finding] = []
+    chosen: set[str] = set()
+    for text in sorted(set(selected)):
+        named = _paths_of(text, occurrences)
+        if len(named) == 1:
+            chosen.update(named)
+            continue
+        problem = (
+            f"{listed(named)} have this name; use a path"
+            if named
+            else unknown("component", text, sorted(occurrences))
+        )
+        problem += "; choose the links in Export"
+        findings.append(error(Subject("occurrence", text), "unknown-component", problem))
+    return sorted(chosen), findings
+
+
+def _paths_of(text: str, occurrences: Mapping[str, OccurrenceSnapshot]) -> list[str]:
+    """Return the occurrences with a path, or else with a name such as `arm` or `arm:1`."""
+    if text in occurrences:
+        return [text]
+    return sorted(
+        path
+        for path, o in occurrences.items()
+        if text in (o.component, bare_name(o.component), path.removeprefix(f"{o.parent}+"))
+    )
 
 
 def _names(chosen: Sequence[str], occurrences: Mapping[str, OccurrenceSnapshot]) -> dict[str, str]:

@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from ...fusion.handles import Handles
-from ...fusion.inserted import KEPT
 from ...fusion.occurrences import component_id, every_occurrence
 from ...fusion.points import hidden_points
 from ...muscles.attributes import GROUP, WRAP
 from ...muscles.stored import stored_surface
-from ...snapshot import DesignSnapshot, SurfaceSnapshot
+from ...snapshot import KEPT, DesignSnapshot, SurfaceSnapshot
 from .model.picks import HANDLE
 
 

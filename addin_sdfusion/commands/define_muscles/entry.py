@@ -6,6 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from ...fusion.notes import Notes
+from ...fusion.occurrences import find_occurrences
 from ...muscles.csv_reader import read_csv
 from ...muscles.csv_writer import csv_text
 from ...muscles.mirror import Plane
@@ -29,7 +31,7 @@ from .preview import draw
 from .tabs.motion import MotionTab
 from .tabs.muscles import NEW_MUSCLE, OF_PART
 from .tabs.others import MARKER
-from .tabs.tools import NO_LINK, PICKED_PLANE, PLANES
+from .tabs.tools import NO_LINK, NO_PART, PICKED_PLANE, PLANES
 from .tabs.wraps import NO_SURFACE
 from .writing.writer import Writer
 
@@ -72,6 +74,7 @@ class DefineMuscles(Window):
             "replace_link": lambda: links.replace_link(
                 model, _chosen(value("old_link"), NO_LINK), _chosen(value("new_link"), OF_PART)
             ),
+            "replace_part": self._replace_part,
             "paste": lambda: self._take(clipboard.paste().encode(), "The clipboard"),
             "copy": self._copy,
             "csv_import": self._import,
@@ -159,6 +162,12 @@ class DefineMuscles(Window):
             raise InputError("Pick a flat face or construction plane first.")
         every, again = self.inputs.value("mirror_all"), self.inputs.value("mirror_replace")
         muscles.mirror(self.model, at, every, again, self._find_face)
+
+    def _replace_part(self) -> None:
+        old, new = (_chosen(self.inputs.value(n), NO_PART) for n in ("old_part", "new_part"))
+        found = find_occurrences(self.design.rootComponent, Notes(lambda _: None))
+        poses = {path: occurrence.T for path, occurrence in found.items()}
+        links.replace_part(self.model, old, new, poses, self._find_face)
 
     def _find_face(self, link: str, image: SurfaceSnapshot) -> SurfaceSnapshot | None:
         """Return the only face of a link at the place of a mirrored surface."""

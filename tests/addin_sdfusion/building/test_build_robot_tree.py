@@ -309,6 +309,20 @@ def test_repeated_components_are_separate_links() -> None:
     }
 
 
+def test_chosen_components_are_paths_or_unique_names() -> None:
+    paths = ("hand:1", "hand:1+finger:1", "hand:1+finger:2", "foot:1")
+    occurrences = tuple(part(p, p.rpartition("+")[0]) for p in paths)
+
+    def chosen(*texts: str) -> DesignSnapshot:
+        return DesignSnapshot("robot", ExportSettings(components=texts), occurrences)
+
+    expected = {"hand:1", "hand:1+finger:1", "hand:1+finger:2"}
+    assert link_of(chosen("hand", "finger:2")).keys() == expected
+    found = build_robot(chosen("finger", "foot")).findings
+    (message,) = (f.message for f in found if f.code == "unknown-component")
+    assert "'hand:1+finger:1', 'hand:1+finger:2' have this name; use a path" in message
+
+
 def test_links_with_equal_names_are_reported() -> None:
     occurrences = (part("a:2"), replace(part("b:1"), component="a_2"))
     snapshot = DesignSnapshot("two", occurrences=occurrences, bodies=(body("a:2"), body("b:1")))

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from fake_fusion import Builder
-from fake_fusion.maths import translation
+from fake_fusion.maths import rotation, translation
 from support.designs.exported import read_design
 
 from addin_sdfusion.building.build_robot import link_of
@@ -362,3 +362,61 @@ def test_another_occurrence_with_the_same_number_is_reported(
     assert [bool(p.lost) for p in found] == [not hidden]
     texts = [p.lost for p in found] + [f.message for f in snapshot.findings]
     assert any(f"another occurrence{',' if hidden else ' now'}" in text for text in texts)
+
+
+@pytest.mark.parametrize("how", ["referenced", "suppressed", "found"])
+def test_replacing_a_part_repairs_all_its_points(fusion: Any, how: str) -> None:
+    """Points stay at the same place on the part, to 1e-9 cm; unrelated points do not change."""
+    build = draw(referenced=how == "referenced")
+    old, other = "arm v3" if how == "referenced" else "arm", "new arm"
+    T = rotation(0.8, (1.0, 2.0, 3.0)) @ translation((4.0, 5.0, 6.0))
+    path = build.place(other, T)
+    build.box(path, (1.0, 1.0, 6.0))
+    build.cylinder(path, 0.5, 3.0)
+    build.done()
+    arm = occurrence(fusion, f"{old}:1")
+    corners = [arm.bRepBodies[0].vertices[k] for k in (0, 3, 5)]
+    command = fusion.run_command(DEFINE)
+    command.pick("pick", occurrence(fusion, "torso:1").bRepBodies[0].vertices[0])
+    for corner in corners:
+        command.pick("pick", corner)
+    if how == "found":
+        command.pick("wrap_pick", arm.bRepBodies[1].faces[0])
+    command.ok()
+    expected = [occurrence(fusion, f"{other}:1").bRepBodies[0].vertices[k] for k in (0, 3, 5)]
+    fixed = read(fusion)[0].points[0]
+    if how == "referenced":
+        fusion.designer.resolve(f"{old}:1", False)
+    elif how == "suppressed":
+        fusion.designer.suppress(f"{old}:1")
+        fusion.designer.delete(f"{old}:2")
+    command = fusion.run_command(DEFINE)
+    assert command.items("old_part") == [f"{old}:1", "torso:1"]
+    command.set("old_part", f"{old}:1")
+    command.set("new_part", f"{other}:1")
+    command.press("replace_part")
+    assert "3 points" in command["status"].text or how == "found"
+    command.ok()
+    assert command.failed == ""
+    table, _ = read(fusion)
+    assert table.points[0] == fixed
+    assert places(table)[1:] == [(k, f"{other}:1", False) for k in (1, 2, 3)]
+    for row, corner in zip(table.points[1:], expected, strict=True):
+        assert row.position == pytest.approx(
+            [v / 100 for v in corner.geometry.asArray()], abs=1e-11
+        )
+    assert [wrap.occurrence for wrap in table.wraps] == ([f"{other}:1"] if how == "found" else [])
+
+
+def test_replacing_a_part_needs_a_part_with_a_link(fusion: Any) -> None:
+    build = draw()
+    define(fusion, "arm:1")
+    for path in ("torso:1", "arm:1"):
+        fusion.designer.group(f"EXPORT_{path[:3]}", path)
+    build.done()
+    command = fusion.run_command(DEFINE)
+    command.set("old_part", "arm:1")
+    command.set("new_part", "arm:1")
+    command.press("replace_part")
+    assert "Choose the part to replace" in command["status"].text
+    assert "arm:2" not in command.items("new_part")

@@ -1,12 +1,13 @@
-"""Tab with the tools: mirror muscles, replace a link."""
+"""Tab with the tools: mirror muscles, replace a link or a part."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ....muscles.point_names import natural_key
 from ....robot.model.robot import WORLD
 from ...dialogs import Input
-from ..model.links import used_links
+from ..model.links import used_links, used_parts
 from ..model.model import MuscleModel
 from .muscles import OF_PART
 
@@ -20,7 +21,7 @@ PLANES = {
 }
 """Planes through the origin of the design, with their normals."""
 PICKED_PLANE = "A picked plane"
-NO_LINK = "(no points yet)"
+NO_LINK = NO_PART = "(no points yet)"
 
 TAB = Input(
     "tab_tools",
@@ -92,14 +93,36 @@ TAB = Input(
                 ),
             ),
         ),
+        Input(
+            "parts_group",
+            "group",
+            "Replace a part",
+            children=(
+                Input("old_part", "dropdown", "Part", "The part that points and surfaces lie on."),
+                Input("new_part", "dropdown", "By", "Another part."),
+                Input(
+                    "replace_part",
+                    "button",
+                    "Replace part",
+                    "Moves all points and wrap surfaces of the part at once to the same places on "
+                    "the other part, also points that are not found because the part was deleted "
+                    "or replaced.",
+                ),
+            ),
+        ),
     ),
 )
 
 
 def show(model: MuscleModel, inputs: Inputs) -> None:
-    """Show the links that can be replaced."""
+    """Show the links and parts that can be replaced."""
     used = used_links(model.table)
     old, new = inputs.value("old_link"), inputs.value("new_link")
     inputs.choose("old_link", used or (NO_LINK,), old if old in used else (used or [NO_LINK])[0])
     choices = (OF_PART, *model.links, WORLD)
     inputs.choose("new_link", choices, new if new in choices else OF_PART)
+    parts, every = used_parts(model.table), sorted(filter(None, model.link_of), key=natural_key)
+    for name, options in (("old_part", parts), ("new_part", every)):
+        chosen = inputs.value(name)
+        chosen = chosen if chosen in options else (options or [NO_PART])[0]
+        inputs.choose(name, options or (NO_PART,), chosen)

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any
 
 from ....fusion.handles import Handles
-from ....fusion.inserted import KEPT
 from ....fusion.notes import Notes, optional
 from ....fusion.occurrences import find_occurrences
 from ....fusion.places import Places
@@ -15,7 +14,7 @@ from ....muscles.point_names import natural_key
 from ....muscles.rows import PointRow, WrapRow
 from ....robot.errors import InputError
 from ....robot.model.robot import WORLD
-from ....snapshot import PointUse, SurfaceUse
+from ....snapshot import KEPT, PointUse, SurfaceUse
 from ..picks import problem_of
 
 _ASSEMBLY = 1  # DesignIntentTypes

@@ -6,7 +6,6 @@ import json
 from collections.abc import Collection, Iterable
 from typing import Any
 
-from ....fusion.inserted import KEPT
 from ....muscles.attributes import (
     GROUP,
     MUSCLES,
@@ -19,7 +18,7 @@ from ....muscles.attributes import (
 from ....muscles.rows import PointRow
 from ....robot.errors import InputError
 from ....robot.json_text import json_text
-from ....snapshot import PointUse
+from ....snapshot import KEPT, PointUse
 
 
 class StoredLists:
