@@ -37,6 +37,8 @@ DEFINE = Example(
         "muscle": "biceps_l",
         "link": OF_PART,
         "length": "3 points, 411.7 mm",
+        "preview": "Lines behind bodies of bolt:1 are hidden; switch off their light bulbs to see "
+        "them.",
         "muscle_name": "biceps_l",
         "palette": "Red",
         "color": "#d62728",
@@ -69,8 +71,8 @@ DEFINE = Example(
         ),
         "wrap_uses": (("biceps_l", "1", "Shorter path", "0"), ("triceps_l", "0", "Turning +", "0")),
         "motion": (
-            ("biceps_l", "378.4 mm", "-33.3", "34.1", "▂▃▄▅▆▇███▇▆▅▃ 17.2 to 38.9"),
-            ("triceps_l", "412.0 mm", "+23.8", "-21.0", "▁▁▁▁▁▁▁▁▁▁▁▁▁ -21.0 to -21.0"),
+            ("■ biceps_l", "378.4 mm", "-33.3", "34.1", "▂▃▄▅▆▇███▇▆▅▃ 17.2 to 38.9"),
+            ("■ triceps_l", "412.0 mm", "+23.8", "-21.0", "▁▁▁▁▁▁▁▁▁▁▁▁▁ -21.0 to -21.0"),
         ),
         "others": ((TASK, "hand_l", "hand_l"), (MARKER, "elbow_led", "forearm_l")),
     },

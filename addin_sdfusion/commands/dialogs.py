@@ -66,6 +66,7 @@ class Cell:
         editable: Whether the user may edit the text.
         icon: Folder of the icon of a button, below `resources` of the command.
         lines: Number of lines of a wrapped text.
+        color: Colour of a square before a wrapped text, #rrggbb; empty for no square.
     """
 
     value: str | int
@@ -73,6 +74,7 @@ class Cell:
     editable: bool = False
     icon: str = ""
     lines: int = 0
+    color: str = ""
 
     def same_input(self, other: Cell) -> bool:
         """Return whether the same input can show the other cell."""

@@ -222,7 +222,7 @@ class _Table:
         elif cell.options:
             _fill(item.listItems, cell.options, str(cell.value))
         elif cell.lines:
-            item.formattedText = _html(str(cell.value))
+            item.formattedText = _cell_html(cell)
         elif item.value != cell.value:
             item.value = cell.value
 
@@ -245,7 +245,7 @@ class _Table:
             made = inputs.addBoolValueInput(name, "", False, str(self._icons / cell.icon), False)
             made.tooltipDescription = str(cell.value)
         elif cell.lines:
-            made = inputs.addTextBoxCommandInput(name, "", _html(str(cell.value)), cell.lines, True)
+            made = inputs.addTextBoxCommandInput(name, "", _cell_html(cell), cell.lines, True)
         elif cell.options:
             style = adsk.core.DropDownStyles.TextListDropDownStyle
             made = inputs.addDropDownCommandInput(name, "", style)
@@ -274,6 +274,11 @@ def _fill(items: Any, options: Sequence[str], chosen: str) -> None:
     for i, option in enumerate(options):
         if option == chosen and not items.item(i).isSelected:
             items.item(i).isSelected = True
+
+
+def _cell_html(cell: Cell) -> str:
+    square = f'<font color="{cell.color}">■</font> ' if cell.color else ""
+    return square + _html(str(cell.value))
 
 
 def _html(text: str) -> str:

@@ -19,6 +19,7 @@ SAMPLES = 13
 """Number of positions of the plot over the range."""
 _STEP = 1e-5  # of the central difference, in [rad] or [m]
 _UNLIMITED = {"rad": math.pi, "m": 0.1}
+_POSITIVE, _NEGATIVE, _ZERO = (214, 39, 40), (31, 119, 180), (190, 190, 190)
 _BARS = "▁▂▃▄▅▆▇█"
 
 
@@ -111,6 +112,19 @@ class JointSweep:
                 if before[link] != T
             }
         return self._moved[q]
+
+
+def arm_color(arm: float, largest: float) -> str:
+    """Return the colour of a moment arm: red if positive, blue if negative, grey near zero.
+
+    Args:
+        arm: The moment arm.
+        largest: Largest absolute value of all moment arms, which has the full colour.
+    """
+    share = min(abs(arm) / largest, 1.0) if largest > 0.0 else 0.0
+    full = _POSITIVE if arm > 0.0 else _NEGATIVE
+    mixed = (round(z + share * (f - z)) for z, f in zip(_ZERO, full, strict=True))
+    return "#{:02x}{:02x}{:02x}".format(*mixed)
 
 
 def _transform(pose: Pose) -> Transform:

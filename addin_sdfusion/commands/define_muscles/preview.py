@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import adsk.core
@@ -12,17 +13,24 @@ from ...fusion.occurrences import every_occurrence
 from ...fusion.units import CM
 from ...muscles.path import path_of
 from ...robot.model.pose import Vector3
+from ...snapshot import DesignSnapshot
 from .model.model import MuscleModel
 
 _THIN, _THICK, _TEXT = 2.0, 5.0, 14.0  # pixels
 _OPACITY = 0.4
+_NAMES = 4
 
 
-def draw(design: Any, model: MuscleModel) -> None:
+def draw(design: Any, model: MuscleModel, colors: Mapping[str, str]) -> None:
     """Draw all muscles, the chosen one thick and with the numbers of its points.
 
     Bodies of this document's components are transparent in the preview, so that muscles inside them
     are visible. The function must be called only in `executePreview`, whose changes Fusion reverts.
+
+    Args:
+        design: The design.
+        model: The model.
+        colors: Colours of muscles that replace their own colours.
     """
     table, muscle = model.table, model.muscle
     if table.points:
@@ -31,7 +39,7 @@ def draw(design: Any, model: MuscleModel) -> None:
     group.isSelectable = False  # the preview cannot be picked by mistake
     for row in table.rows:
         points = path_of(table, row.name).points
-        color = _color(row.color)
+        color = _color(colors.get(row.name, row.color))
         if len(points) > 1:
             _line(group, points, color, _THICK if row.name == muscle else _THIN)
         elif points:
@@ -39,6 +47,27 @@ def draw(design: Any, model: MuscleModel) -> None:
         if row.name == muscle:
             for point in (p for p in table.points_of(row.name) if not p.lost):
                 _label(group, point.position, f" {point.number}", color)
+
+
+def visibility(snapshot: DesignSnapshot) -> str:
+    """Return which lines of the preview are not visible.
+
+    Fusion changes the opacity only of components, not of the root component, and not of components
+    of other documents. Lines of custom graphics are hidden by opaque bodies.
+    """
+    referenced = [o.path for o in snapshot.occurrences if o.referenced]
+    visible = [body.occurrence for body in snapshot.bodies if body.visible]
+    opaque = [path for path in visible if any(_is_in(path, o) for o in referenced)]
+    names = ["the root component"] if "" in visible else []
+    names += sorted({path.rpartition("+")[2] for path in opaque})
+    if not names:
+        return "All lines are visible."
+    shown = ", ".join(names[:_NAMES]) + (", ..." if len(names) > _NAMES else "")
+    return f"Lines behind bodies of {shown} are hidden; switch off their light bulbs to see them."
+
+
+def _is_in(path: str, occurrence: str) -> bool:
+    return path == occurrence or path.startswith(f"{occurrence}+")
 
 
 def _make_transparent(design: Any) -> None:

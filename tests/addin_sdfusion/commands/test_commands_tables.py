@@ -10,6 +10,8 @@ from typing import Any
 import pytest
 from support.designs.user import User
 
+RED, BLUE = "#d62728", "#1f77b4"
+
 
 def test_all_muscles_are_in_one_table(fusion: Any, user: User) -> None:
     command = user.define(user.vertex(3), user.circle())
@@ -140,18 +142,53 @@ def test_a_tab_shows_muscles_while_a_joint_moves(fusion: Any, user: User) -> Non
     command.tab("tab_motion")
     assert command.items("motion_joint") == ["shoulder"]
     (row,) = command.table("motion")[1:]
-    assert row[:3] == ["motor0", length, "+0.0"]
+    assert row[0].endswith("</font> motor0")
+    assert row[1:3] == [length, "+0.0"]
     seen = {row[3]}
     for percent in (0.0, 75.0, 100.0):
         command.set("motion_percent", percent)
         (row,) = command.table("motion")[1:]
         seen.add(row[3])
+        color = RED if float(row[3]) > 0.0 else BLUE  # of the only muscle, thus the full colour
+        assert row[0].startswith(f'<font color="{color}">')
+        assert line_color(user) == color
         assert float(row[1].split()[0]) - float(length.split()[0]) == pytest.approx(
             float(row[2]), abs=0.11
         )
     assert len(seen) > 2
     assert command["motion_at"].text == "180.0° of -180.0° to 180.0°"
     assert command.table("points") == before
+    command.tab("tab_muscles")
+    assert line_color(user) not in (BLUE, "#bebebe")
+    command.cancel()
+
+
+def line_color(user: User) -> str:
+    """Return the colour of the first line of the preview."""
+    color = user.root.customGraphicsGroups.item(0).item(0).color.color
+    return f"#{color.red:02x}{color.green:02x}{color.blue:02x}"
+
+
+def test_arm_colors_depend_on_sign_and_size() -> None:
+    from addin_sdfusion.muscles.motion import arm_color
+
+    assert [arm_color(x, 2.0) for x in (2.0, -2.0, 0.0)] == [RED, BLUE, "#bebebe"]
+    assert arm_color(0.0, 0.0) == "#bebebe"
+    assert arm_color(1.0, 2.0) == "#ca7273"
+
+
+def test_hidden_lines_are_reported(fusion: Any, addin: Any) -> None:
+    from support.designs.user import build_arm
+
+    build = build_arm()
+    command = fusion.run_command("cardsflowDefineMuscles")
+    assert command["preview"].text == "All lines are visible."
+    bolt = build.place(build.component("bolt", referenced=True))
+    build.box(bolt, (1.0, 1.0, 1.0))
+    build.box((), (1.0, 1.0, 1.0))
+    command = fusion.run_command("cardsflowDefineMuscles")
+    expected = "Lines behind bodies of the root component, bolt:1 are hidden"
+    assert command["preview"].text.startswith(expected)
     command.cancel()
 
 

@@ -374,16 +374,16 @@ def test_replacing_a_part_repairs_all_its_points(fusion: Any, how: str) -> None:
     build.box(path, (1.0, 1.0, 6.0))
     build.cylinder(path, 0.5, 3.0)
     build.done()
-    arm = occurrence(fusion, f"{old}:1")
-    corners = [arm.bRepBodies[0].vertices[k] for k in (0, 3, 5)]
+    arm, corners = occurrence(fusion, f"{old}:1"), (0, 3, 5)
     command = fusion.run_command(DEFINE)
     command.pick("pick", occurrence(fusion, "torso:1").bRepBodies[0].vertices[0])
     for corner in corners:
-        command.pick("pick", corner)
+        command.pick("pick", arm.bRepBodies[0].vertices[corner])
     if how == "found":
         command.pick("wrap_pick", arm.bRepBodies[1].faces[0])
     command.ok()
-    expected = [occurrence(fusion, f"{other}:1").bRepBodies[0].vertices[k] for k in (0, 3, 5)]
+    vertices = occurrence(fusion, f"{other}:1").bRepBodies[0].vertices
+    expected = [[v / 100 for v in vertices[k].geometry.asArray()] for k in corners]
     fixed = read(fusion)[0].points[0]
     if how == "referenced":
         fusion.designer.resolve(f"{old}:1", False)
@@ -402,9 +402,7 @@ def test_replacing_a_part_repairs_all_its_points(fusion: Any, how: str) -> None:
     assert table.points[0] == fixed
     assert places(table)[1:] == [(k, f"{other}:1", False) for k in (1, 2, 3)]
     for row, corner in zip(table.points[1:], expected, strict=True):
-        assert row.position == pytest.approx(
-            [v / 100 for v in corner.geometry.asArray()], abs=1e-11
-        )
+        assert row.position == pytest.approx(corner, abs=1e-11)
     assert [wrap.occurrence for wrap in table.wraps] == ([f"{other}:1"] if how == "found" else [])
 
 

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from ....building.build_robot import moving_robot
-from ....muscles.motion import JointSweep
+from ....muscles.motion import JointSweep, arm_color
 from ....muscles.table import MuscleTable
 from ....robot.model.robot import Robot
 from ....snapshot import DesignSnapshot
@@ -37,7 +37,8 @@ TAB = Input(
             "table",
             "Muscles",
             "Length of each muscle at this position, its change since the pose of the design, and "
-            "its moment arm: torque at the joint per unit of muscle force.",
+            "its moment arm: torque at the joint per unit of muscle force. Here and in the canvas, "
+            "muscles with a positive moment arm are red, with a negative one blue.",
             columns=("Muscle", "Length", "Change [mm]", "Arm [mm]", "Arm over the range [mm]"),
             widths=(3, 3, 2, 2, 5),
             rows=16,
@@ -47,16 +48,22 @@ TAB = Input(
 
 
 class MotionTab:
-    """Tab Motion; the robot is built when the tab is first shown."""
+    """Tab Motion; the robot is built when the tab is first shown.
+
+    Attributes:
+        colors: Colours of the muscles by their moment arms, while the tab is open.
+    """
 
     def __init__(self, snapshot: DesignSnapshot) -> None:
         self._snapshot = snapshot
         self._robot: Robot | None = None
         self._problem = ""
         self._sweep: JointSweep | None = None
+        self.colors: dict[str, str] = {}
 
     def show(self, model: MuscleModel, inputs: Inputs) -> None:
         """Show all muscles at the chosen position of the chosen joint, if the tab is open."""
+        self.colors = {}
         if not inputs["tab_motion"].isActive:
             return
         if self._robot is None and not self._problem:
@@ -87,14 +94,17 @@ class MotionTab:
         if sweep.robot.loops:
             where += "; closed loops are open while the joint moves"
         inputs.set("motion_at", where)
+        motions = {row.name: sweep.muscle(table, row.name, q) for row in table.rows}
+        largest = max((abs(at.arm) for at in motions.values()), default=0.0)
+        self.colors = {name: arm_color(at.arm, largest) for name, at in motions.items()}
         rows = []
-        for row in table.rows:
-            at = sweep.muscle(table, row.name, q)
+        for name, at in motions.items():
             low_arm, high_arm = min(at.arms), max(at.arms)
             plot = f"{at.plot} {_arm(low_arm, turns)} to {_arm(high_arm, turns)}"
             change = f"{1000.0 * at.change:+.1f}"
-            texts = (row.name, at.path.length_text, change, _arm(at.arm, turns), plot)
-            rows.append([Cell(text) for text in texts])
+            texts = (at.path.length_text, change, _arm(at.arm, turns), plot)
+            shown = Cell(name, lines=1, color=self.colors[name])
+            rows.append([shown, *(Cell(text) for text in texts)])
         inputs.fill("motion", rows)
 
 

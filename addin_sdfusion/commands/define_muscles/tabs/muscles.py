@@ -83,6 +83,7 @@ TAB = Input(
             children=_TABLE_BUTTONS,
         ),
         Input("length", "text", "Length", "Length at the pose of the design."),
+        Input("preview", "text", "Preview", "Which lines are not visible in the canvas.", rows=2),
         properties.GROUP,
     ),
 )
