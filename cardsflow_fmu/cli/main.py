@@ -36,6 +36,7 @@ COMMANDS = {
         "size": "robot.add_size",
         "activations": "robot.add_activations",
         "study": "study.add_study",
+        "optimise": "study.add_optimise",
     },
     "Hardware": {
         "device": "device.add_device",

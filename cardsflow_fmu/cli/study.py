@@ -1,4 +1,4 @@
-"""`cardsflow study`: many runs of one experiment."""
+"""`cardsflow study` and `optimise`: many runs of one experiment, and optimal motions."""
 
 from __future__ import annotations
 
@@ -12,14 +12,25 @@ from typing import TYPE_CHECKING, Any
 
 from addin_sdfusion.robot.json_text import json_text
 
-from .common import FAILED, GOOD, add_json, add_output
+from .common import (
+    FAILED,
+    GOOD,
+    add_experiment,
+    add_json,
+    add_output,
+    add_overwrite,
+    parse_settings,
+    print_files,
+)
 from .parser import Commands
-from .terminal.messages import print_warning
+from .terminal.messages import print_note, print_warning
 from .terminal.progress import show_progress
 
 if TYPE_CHECKING:
+    from cardsflow_fmu.simulation.optimal.optimise import OptimisedMotion
     from cardsflow_fmu.studies.execution.executors import RunExecutor
     from cardsflow_fmu.studies.run import StudyResult
+    from controllers.optimal.sqp import Progress
 
 
 _MAX_ERRORS = 5
@@ -136,3 +147,60 @@ def _print(result: StudyResult) -> None:
 
 def _best_line(best: dict[str, Any]) -> str:
     return f"best: {best['objective']:.6g} in run {best['run']} ({best['hash']}); robot: best/"
+
+
+def add_optimise(commands: Commands) -> None:
+    """Add `optimise`."""
+    parser = commands.add(
+        "optimise",
+        _optimise,
+        "Compute the optimal motion of an experiment with [motion].",
+        "cardsflow optimise examples/planar_2r --set motion.duration=0.5",
+        "It writes the motion, and a figure of it. An experiment follows it with "
+        '`reference.type = "optimised"`. Ctrl-C keeps the best motion so far.',
+    )
+    add_experiment(parser)
+    what = "file of the motion (default: motion.csv next to the experiment)"
+    add_output(parser, what, metavar="FILE")
+    add_overwrite(parser)
+    add_json(parser, "cost, duration, iterations and files")
+
+
+def _optimise(options: argparse.Namespace) -> int:
+    from cardsflow_fmu.simulation.optimal.files import motion_file, write_motion_files
+    from cardsflow_fmu.simulation.optimal.optimise import load_for_motion, optimise
+
+    experiment = load_for_motion(options.experiment, parse_settings(options.set))
+    file = motion_file(experiment, options.output, overwrite=options.overwrite)
+    heads = f"{'iteration':>9} {'cost':>13} {'infeasibility':>13} {'step':>6} {'substeps':>8}"
+    print_note(f"{heads} {'time':>8}", prefix="")
+    motion = optimise(experiment, _print_iteration)
+    for note in motion.notes:
+        print_note(note)
+    files = write_motion_files(motion, file, overwrite=options.overwrite)
+    solution = motion.solution
+    if solution.status != "optimal":
+        print_warning(
+            f"{solution.status}: the motion satisfies the constraints, but is not optimal"
+        )
+    if not options.json:
+        _print_motion(motion)
+    iterations = solution.history[-1].iteration
+    numbers = {"cost": solution.cost, "duration": motion.duration, "iterations": iterations}
+    print_files(files, options.json, status=solution.status, **numbers)
+    return GOOD if solution.status == "optimal" else FAILED
+
+
+def _print_iteration(own: Progress, substeps: int) -> None:
+    line = f"{own.iteration:>9} {own.cost:>13.6g} {own.violation:>13.2e} {own.share:>6.2g}"
+    line += f" {substeps:>8}"
+    print_note(f"{line} {own.seconds:>6.2f} s", prefix="")
+
+
+def _print_motion(motion: OptimisedMotion) -> None:
+    solution = motion.solution
+    last = solution.history[-1]
+    print(
+        f"cost        {solution.cost:.6g} after {last.iteration} iterations, {last.seconds:.2f} s"
+    )
+    print(f"duration    {motion.duration:.6g} s")

@@ -17,6 +17,7 @@ from cardsflow_fmu.cosim.signals.roles import ESTIMATOR, HARDWARE, ROLES, SENSOR
 from cardsflow_fmu.utils.key_file import key_warning
 from sim_dart.muscles.friction import has_cable_friction
 
+from .motion.settings import MotionTable
 from .packed_files import mesh_roots, omitted_meshes
 from .reader import read_experiment, read_packed_experiment
 from .settings.controller import ControllerSettings
@@ -65,6 +66,7 @@ class Experiment:
         estimator: The state estimator; None if it is not used.
         about: Author, copyright and licence of the FMUs.
         named: Files that the user has named explicitly; they may be packed from any folder.
+        motion: Optimal motion for `cardsflow optimise`; None without it. FMUs do not contain it.
     """
 
     file: Path
@@ -88,6 +90,7 @@ class Experiment:
     about: AboutSettings = field(default_factory=AboutSettings)
     named: tuple[Path, ...] = ()
     estimator: EstimatorTable | None = None
+    motion: MotionTable | None = None
 
     def show(self) -> Any:
         """Return a page of the robot that a notebook displays; else, open the browser."""

@@ -22,6 +22,7 @@ from sim_dart.plant.settings import require_rk4_support
 from sim_dart.scene import Scene
 
 from .loops import closing_dynamics, with_dependent, with_resting_points
+from .motion.settings import MotionTable
 from .packed_files import (
     mesh_roots,
     named_files,
@@ -171,11 +172,13 @@ def experiment_settings(
     wiring = complete_wiring(tables.wiring, robot, disturbance, plant)
     if estimator is not None:
         wiring = _estimator_wiring(robot, estimator, hardware) | wiring
+    motion = data.get("motion")
     return {
         "file": file,
         **robots,
         "robot": robot,
         "reference": reference,
+        "motion": None if motion is None else MotionTable.read(motion, context, "motion"),
         "disturbance": disturbance,
         "start": start,
         "plant": plant,

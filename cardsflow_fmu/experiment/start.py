@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -9,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from addin_sdfusion.robot import Robot, UnknownNameError
+from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from addin_sdfusion.robot.checks.plausible import is_in_degrees
 from addin_sdfusion.robot.formats.read import read_trajectory, trajectories_file
-from addin_sdfusion.robot.model.trajectory import Space, Trajectory
+from addin_sdfusion.robot.model.trajectory import Space, Trajectory, TrajectoryPoint
 from cardsflow_fmu.experiment.config.names import Names
 from cardsflow_fmu.experiment.config.table import Context
 from sim_dart.dynamics.core import CoreDynamics
@@ -20,6 +21,9 @@ from sim_dart.dynamics.core import CoreDynamics
 from .recorded_motion import motion_of_rows, read_motion
 from .settings.plant import StartSettings
 from .settings.reference import FlowerSettings, ReferenceSettings, ReferenceTable
+
+OPTIMISED_MOTION = "motion.csv"
+"""Default name of the file of an optimal motion."""
 
 _REACHABLE = 1e-3  # tolerance of a reference at the edge of the workspace, in [m] or [rad]
 
@@ -47,6 +51,8 @@ def read_reference(
         dynamics: Dynamics that close the loops of the start pose; None without loops.
     """
     table = ReferenceTable.read(data, context, "reference")
+    if table.type is not None:
+        return _start_of_motion(table, start, context, robot, dynamics)
     curve = _read_curve(table, space, context, robot_path, in_file, robot)
     space = curve.space if isinstance(curve, Trajectory) else "operational"
     first, approach = _first_point(curve), table.approach
@@ -70,6 +76,37 @@ def read_reference(
         with context.at("reference"):
             _inverse_kinematics(robot, first, settings.q, tolerance=_REACHABLE)
     return settings, ReferenceSettings(space, curve, approach)
+
+
+def _start_of_motion(
+    table: ReferenceTable,
+    data: Mapping[str, Any],
+    context: Context,
+    robot: Robot,
+    dynamics: CoreDynamics | None,
+) -> tuple[StartSettings, ReferenceSettings]:
+    """Return the start, and a rest at the start or the optimal motion from there."""
+    start = _read_start(data, context, robot, None, None, dynamics=dynamics)
+    if table.type == "rest":
+        points = TrajectoryPoint(0.0, start.q), TrajectoryPoint(1.0, start.q)
+        return start, ReferenceSettings("joint", Trajectory("rest", "linear", points, 1.0))
+    file = optimised_file(table, context)
+    with context.at("reference.file"):
+        if not file.is_file():
+            own = shlex.quote(str(context.file))
+            raise InputError(f"{file} does not exist; compute it: `cardsflow optimise {own}`")
+        motion = read_motion(file, {"joint": _names("joint", context)}, None)
+        first = motion.points[0]
+        if not np.allclose([*first.q, *first.qd], [*start.q, *start.qd], rtol=0.0, atol=_REACHABLE):
+            own = shlex.quote(str(context.file))
+            what = f"{file.name} begins at another state than [start]"
+            raise InputError(f"{what}; compute it again: `cardsflow optimise {own}`")
+    return start, ReferenceSettings("joint", motion)
+
+
+def optimised_file(table: ReferenceTable, context: Context) -> Path:
+    """Return the file of the optimal motion of an experiment (default: next to it)."""
+    return context.file.parent / OPTIMISED_MOTION if table.file is None else table.file
 
 
 def _names(space: Space, context: Context) -> Names:
@@ -158,7 +195,7 @@ def _read_start(
     data: Mapping[str, Any],
     context: Context,
     robot: Robot,
-    curve: Trajectory | FlowerSettings,
+    curve: Trajectory | FlowerSettings | None,
     begin: tuple[float, ...] | None,
     *,
     at_rest: bool = False,

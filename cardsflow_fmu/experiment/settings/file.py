@@ -8,6 +8,7 @@ from pydantic import ConfigDict, Field, model_validator
 
 from cardsflow_fmu.experiment.config.messages import SettingError
 from cardsflow_fmu.experiment.config.table import Listed, Table, setting
+from cardsflow_fmu.experiment.motion.settings import MotionTable
 
 from .controller import ControllerSettings
 from .estimator import EstimatorTable
@@ -48,6 +49,9 @@ class ExperimentTables(Table):
     reference: ReferenceTable = setting(
         "Reference: points, a recorded motion, a named trajectory, or a flower.",
         None,
+    )
+    motion: MotionTable = setting(
+        "Optimal motion from the start to goals, for `cardsflow optimise`.", None
     )
     controller: ControllerSettings = setting("The controller.")
     disturbance: DisturbanceSettings = setting("External forces on end-effector points.", {})

@@ -13,13 +13,16 @@ def robot_names(robot: Robot, space: Space = "joint") -> dict[str, Names]:
     coordinates = Names("coordinate", [c.name for c in robot.coordinates])
     groups = {f.name: [f"{f.name}.{axis}" for axis in f.axes] for f in robot.task_frames}
     tasks = Names("task coordinate", task_names(robot), groups)
+    muscles = [muscle.name for muscle in robot.muscles]
+    motors = [coordinate.name for coordinate in robot.motors]
     points = [frame.name for frame in robot.task_frames if not frame.is_orientation]
     return {
         "coordinate": coordinates,
         "task coordinate": tasks,
         "followed": coordinates if space == "joint" else tasks,
-        "muscle": Names("muscle", [muscle.name for muscle in robot.muscles]),
-        "motor": Names("motor", [motor.name for motor in robot.motors]),
+        "muscle": Names("muscle", muscles),
+        "motor": Names("motor", motors),
+        "actuator": Names("muscle or motor", [*muscles, *motors]),
         "link": Names("link", [link.name for link in robot.links]),
         "point": Names("task frame that is a point", points),
     }

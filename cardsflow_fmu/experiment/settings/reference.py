@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, WithJsonSchema, model_validator
@@ -84,8 +84,13 @@ class PointSettings(Table):
 
 
 class ReferenceTable(Table):
-    """Reference: points, a recorded motion, a named trajectory, or a flower."""
+    """Reference: points, a recorded motion, a named trajectory, a flower, or an optimal motion."""
 
+    type: Literal["optimised", "rest"] = setting(
+        "optimised: the motion that `cardsflow optimise` writes; rest: rest at the start (default: "
+        "as the other keys specify)",
+        None,
+    )
     name: Text = setting("name of the trajectory of the points", "reference")
     spline: Spline = setting(
         "interpolation of the points (default: minimum jerk, without stops)",
@@ -115,7 +120,9 @@ class ReferenceTable(Table):
 
     @model_validator(mode="after")
     def _check_kind(self) -> Self:
-        if self.flower is not None:
+        if self.type is not None:
+            self.require_only(("type", "file") if self.type == "optimised" else ("type",))
+        elif self.flower is not None:
             self.require_only(("flower", "approach"))
         elif self.points is not None:
             self.require_only(("name", "spline", "points", "approach"))

@@ -245,7 +245,12 @@ int core_tangent_step(core_tangent *t, double h, int32_t steps)
 
 int core_tangent_runge_kutta(core_tangent *t, double h, int32_t steps)
 {
-    return core_runge_kutta(t->core, t->core->commands, torques(t), h, steps);
+    return core_tangent_runge_kutta_along(t, h, 0, steps);
+}
+
+int core_tangent_runge_kutta_along(core_tangent *t, double h, double change, int32_t steps)
+{
+    return core_runge_kutta(t->core, t->core->commands, torques(t), with_tangent(h, SMALL * change), steps);
 }
 
 int core_tangent_derivative(core_tangent *t)

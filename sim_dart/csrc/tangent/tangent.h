@@ -80,6 +80,9 @@ void core_tangent_energies(core_tangent *a);
 int core_tangent_step(core_tangent *a, double h, int32_t steps);
 int core_tangent_runge_kutta(core_tangent *a, double h, int32_t steps);
 
+/* Do the same as core_tangent_runge_kutta, with the change `change` of the length of each step. */
+int core_tangent_runge_kutta_along(core_tangent *a, double h, double change, int32_t steps);
+
 /* Do the same as core_derivative, with the commands, torques and external wrenches. */
 int core_tangent_derivative(core_tangent *a);
 

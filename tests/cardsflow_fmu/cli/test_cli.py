@@ -122,6 +122,7 @@ MISSING = {
     ("compare",): ["nowhere", "nowhere"],
     ("report",): ["nowhere"],
     ("study",): ["nowhere.toml"],
+    ("optimise",): ["nowhere.toml"],
 }
 
 

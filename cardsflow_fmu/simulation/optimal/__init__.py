@@ -1,0 +1,1 @@
+"""Optimal motions of experiments."""

@@ -1,0 +1,52 @@
+"""Explanation why a motion does not satisfy its constraints."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from controllers.optimal.problem import OptimalProblem
+from controllers.optimal.sqp import Solution
+from controllers.optimal.transcription import excess
+
+_AT_LIMIT = 1e-4  # distance from a limit, relative to its range
+_MAX_NAMES = 3
+
+
+def infeasibility(problem: OptimalProblem, solution: Solution) -> str:
+    """Return the most violated constraint with its node, and the forces that are at a limit."""
+    what, node = _worst(problem, solution)
+    T = solution.iterate.duration
+    time = node * T / problem.intervals
+    text = f"no motion found: {what} at node {node} of {problem.intervals} (t = {time:.4g} s)"
+    limited = _at_limits(problem, solution)
+    if limited:
+        text += f"; at their limits most of the time: {', '.join(limited)}"
+    return f"{text}; use a longer duration, wider bounds or another goal"
+
+
+def _worst(problem: OptimalProblem, solution: Solution) -> tuple[str, int]:
+    """Return the largest violation of a bound of a state or of a node constraint, and its node."""
+    x = solution.iterate.x
+    found: list[tuple[float, str, int]] = []
+    for constraint, values in zip(problem.constraints, solution.linearisation.values, strict=True):
+        miss = excess(values, constraint.low, constraint.high)
+        k, row = np.unravel_index(int(miss.argmax()), miss.shape)
+        what = f"{constraint.name}.{constraint.rows[row]} is missed by {miss[k, row]:.3g}"
+        found.append((float(miss[k, row]), what, int(constraint.nodes[k])))
+    beyond = excess(x, problem.x_low, problem.x_high)
+    k, row = np.unravel_index(int(beyond.argmax()), beyond.shape)
+    low, high = problem.x_low[k, row], problem.x_high[k, row]
+    bound = f"must be {low:.4g}" if low == high else f"must be from {low:.4g} to {high:.4g}"
+    what = f"{problem.state_names[row]} {bound}, but is {x[k, row]:.4g}"
+    found.append((float(beyond[k, row]), what, int(k)))
+    _, what, node = max(found)
+    return what, node
+
+
+def _at_limits(problem: OptimalProblem, solution: Solution) -> list[str]:
+    """Return the controls that are at a limit in more than half of the intervals."""
+    u, low, high = solution.iterate.u, problem.u_low, problem.u_high
+    near = _AT_LIMIT * np.where(np.isfinite(high - low), high - low, 1.0)
+    share = (u >= high - near).mean(axis=0)
+    order = np.argsort(-share)[:_MAX_NAMES]
+    return [problem.control_names[k] for k in order if share[k] > 0.5]

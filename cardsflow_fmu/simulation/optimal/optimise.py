@@ -1,0 +1,127 @@
+"""Optimal motion of an experiment: solution, file of the motion, figure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from addin_sdfusion.robot import CardsflowError
+from cardsflow_fmu.cosim.signals.ports import motor_signals, muscle_signals
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.utils.arrays import FloatArray
+from controllers.optimal.qp import has_piqp
+from controllers.optimal.sqp import Optimiser, Progress, Solution
+
+from .diagnosis import infeasibility
+from .problem import MotionProblem, motion_problem
+
+MARK_COLUMN = "cardsflow.interval"
+NO_PIQP = (
+    "PIQP is not installed, so that iterations take about twice as long: install cardsflow[motion]"
+)
+
+
+class NoMotionError(CardsflowError):
+    """No motion satisfies the constraints."""
+
+
+@dataclass(frozen=True)
+class OptimisedMotion:
+    """Optimal motion of an experiment.
+
+    Attributes:
+        solution: Result of the optimisation.
+        problem: The problem.
+        times: Times of the samples, shape (k,), in [s].
+        columns: Samples of q, qd, qdd, forces and torques by name of the column.
+        notes: Lines about neglected properties.
+    """
+
+    solution: Solution
+    problem: MotionProblem
+    times: FloatArray
+    columns: Mapping[str, FloatArray]
+    notes: tuple[str, ...]
+
+    @property
+    def duration(self) -> float:
+        """Duration, in [s]."""
+        return self.solution.iterate.duration
+
+
+def load_for_motion(path: Path, settings: Mapping[str, Any] | None = None) -> Experiment:
+    """Load an experiment whose reference does not exist yet; the reference is a rest."""
+    return Experiment.load(path, {**(settings or {}), "reference": {"type": "rest"}})
+
+
+def optimise(
+    experiment: Experiment, progress: Callable[[Progress, int], None] = lambda own, substeps: None
+) -> OptimisedMotion:
+    """Compute the optimal motion of an experiment with [motion].
+
+    An interruption returns the best motion so far; its `solution.status` is `interrupted`.
+
+    Args:
+        experiment: From `load_for_motion`.
+        progress: Function of the progress and the number of substeps, called after every iteration.
+
+    Raises:
+        NoMotionError: No motion satisfies the constraints; the message names one of them.
+    """
+    own = motion_problem(experiment)
+    assert experiment.motion is not None
+    guess, limit = own.guess, experiment.motion.max_iterations
+    while True:
+        steps = own.shooting.steps
+        solver = Optimiser(own.problem, max_iterations=limit)
+        solution = solver.solve(guess, lambda done: progress(done, steps))  # noqa: B023
+        _require_motion(own, solution)
+        assert solution is not None
+        if solution.status == "interrupted" or not own.refine(solution.iterate):
+            break
+        guess = solution.iterate
+    notes = (*own.notes, *([] if has_piqp() else [NO_PIQP]))
+    times, columns = _samples(own, solution, experiment.run.step)
+    return OptimisedMotion(solution, own, times, columns, notes)
+
+
+def _require_motion(own: MotionProblem, solution: Solution | None) -> None:
+    """Check that a motion satisfies the constraints."""
+    if solution is None:
+        raise NoMotionError("the simulation of the start diverges; use more substeps")
+    if solution.status == "infeasible":
+        raise NoMotionError(infeasibility(own.problem, solution))
+    if not solution.is_feasible:
+        last = solution.history[-1]
+        what = f"after {last.iteration} iterations, the largest violation is {last.violation:.2g}"
+        raise NoMotionError(f"{solution.status}: {what}; increase motion.max_iterations")
+
+
+def _samples(
+    own: MotionProblem, solution: Solution, step: float
+) -> tuple[FloatArray, dict[str, FloatArray]]:
+    """Return the motion at multiples of a step, by simulation from the node before each."""
+    at, dynamics, n = solution.iterate, own.dynamics, own.dynamics.n
+    count = int(np.ceil(at.duration / step - 1e-9))
+    times = np.minimum(np.arange(count + 1) * step, at.duration)
+    h = at.duration / len(at.u)
+    interval = np.minimum((times / h + 1e-9).astype(int), len(at.u) - 1)
+    parts = own.shooting.run(at.x[interval], at.u[interval], times - interval * h, False)
+    assert parts is not None
+    x, u = parts.ends, at.u[interval]
+    forces = np.zeros((len(times), len(dynamics.f_min)))
+    forces[:, [*own.shooting.driven, *range(dynamics.m, len(dynamics.f_min))]] = u
+    qdd = own.shooting.rates(x, u)[:, n : 2 * n]
+    robot = dynamics.robot
+    names = [
+        *(f"{letter}.{c.name}" for letter in ("q", "qd", "qdd") for c in robot.coordinates),
+        *muscle_signals("f", robot),
+        *motor_signals("tau", robot),
+    ]
+    table = np.concatenate([x[:, :n], x[:, n : 2 * n], qdd, forces], axis=1)
+    columns = dict(zip(names, table.T, strict=True))
+    return times, {**columns, MARK_COLUMN: interval.astype(float)}

@@ -1,0 +1,254 @@
+"""Optimal-control problem of an experiment with [motion]."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError, Robot
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.motion.settings import (
+    MAX_SUBSTEPS,
+    GoalSettings,
+    MotionCostSettings,
+    MotionTable,
+)
+from cardsflow_fmu.utils.arrays import FloatArray
+from controllers.arrays import IntArray
+from controllers.dynamics import actuator_names
+from controllers.force_distribution.gravity_compensation import gravity_compensation
+from controllers.optimal.costs import Costs
+from controllers.optimal.problem import Iterate, NodeConstraint, OptimalProblem
+from sim_dart.dynamics.core import CoreDynamics
+from sim_dart.muscles.friction import has_cable_friction
+from sim_dart.optimal.shooting import Shooting
+
+_INTEGRATION_ERROR = 1e-5  # of an interval, in rad, m, and their rates
+_WHOLE = 1e-6  # deviation of a time from a node, relative to an interval
+
+
+class MotionProblem(NamedTuple):
+    """Optimal-control problem of an experiment.
+
+    Attributes:
+        problem: The problem.
+        guess: Rest at the start, with forces that hold the robot.
+        dynamics: The robot's dynamics, without friction.
+        shooting: Its motion over intervals.
+        notes: Properties of the robot that the motion neglects, one line each.
+    """
+
+    problem: OptimalProblem
+    guess: Iterate
+    dynamics: CoreDynamics
+    shooting: Shooting
+    notes: tuple[str, ...]
+
+    def refine(self, at: Iterate) -> bool:
+        """Double the Runge-Kutta steps if the intervals are not accurate; return whether it did."""
+        h = np.full(len(at.u), at.duration / len(at.u))
+        coarse = self.shooting.run(at.x[:-1], at.u, h, False)
+        self.shooting.steps *= 2
+        fine = self.shooting.run(at.x[:-1], at.u, h, False)
+        if coarse is None or fine is None or self.shooting.steps > MAX_SUBSTEPS:
+            return False
+        if abs(fine.ends - coarse.ends).max() > _INTEGRATION_ERROR:
+            return True
+        self.shooting.steps //= 2
+        return False
+
+
+def motion_problem(experiment: Experiment) -> MotionProblem:
+    """Return the problem of an experiment.
+
+    Raises:
+        InputError: The experiment has no [motion], its robot is not supported, or a goal is beyond
+            the bounds; the message names the key.
+    """
+    motion = experiment.motion
+    if motion is None:
+        what = 'missing; for example: duration = 1.0, goals = [{ y = { "hand.x" = 0.4 } }]'
+        raise InputError(what, file=experiment.file, key="motion")
+    robot, notes = _frictionless(experiment.robot)
+    if robot.loops:
+        what = "does not support closed kinematic loops"
+        raise InputError(what, file=experiment.file, key="motion")
+    dynamics, shooting = CoreDynamics(robot), Shooting(robot, motion.substeps)
+    _require_support(experiment, dynamics, shooting)
+    x_low, x_high = _state_bounds(experiment, motion, dynamics, shooting)
+    u_low, u_high = _force_bounds(experiment, motion, dynamics, shooting)
+    constraints = _fix_goals(experiment, motion, dynamics, x_low, x_high)
+    names = actuator_names(dynamics)
+    problem = OptimalProblem(
+        shooting,
+        x_low,
+        x_high,
+        np.tile(u_low, (motion.intervals, 1)),
+        np.tile(u_high, (motion.intervals, 1)),
+        motion.duration,
+        _costs(motion.cost, shooting, dynamics),
+        constraints,
+        tuple(f"{letter}.{c.name}" for letter in ("q", "qd") for c in robot.coordinates),
+        tuple(names[k] for k in _actuators(dynamics, shooting)),
+    )
+    forces = gravity_compensation(dynamics, x_low[0, : shooting.n])
+    held = np.clip(forces[_actuators(dynamics, shooting)], u_low, u_high)
+    guess = Iterate(
+        np.tile(x_low[0], (motion.intervals + 1, 1)),
+        np.tile(held, (motion.intervals, 1)),
+        float(np.sqrt(motion.duration[0] * motion.duration[1])),
+    )
+    return MotionProblem(problem, guess, dynamics, shooting, notes)
+
+
+def _actuators(dynamics: CoreDynamics, shooting: Shooting) -> list[int]:
+    """Return the indices of the driven actuators among all muscles and motors."""
+    return [*shooting.driven, *range(dynamics.m, len(dynamics.f_min))]
+
+
+def _frictionless(robot: Robot) -> tuple[Robot, tuple[str, ...]]:
+    """Return the robot without friction, which is not differentiable, and notes about it."""
+    notes = []
+    if has_cable_friction(robot):
+        robot = robot.with_muscles([muscle.with_friction_scaled(0.0) for muscle in robot.muscles])
+        notes.append("the motion neglects cable friction")
+    if any(c.friction for c in robot.coordinates):
+        joints = tuple(
+            replace(joint, coordinates=tuple(replace(c, friction=0.0) for c in joint.coordinates))
+            for joint in robot.joints
+        )
+        robot = replace(robot, joints=joints)
+        notes.append("the motion neglects Coulomb friction of joints")
+    return robot, tuple(notes)
+
+
+def _require_support(experiment: Experiment, dynamics: CoreDynamics, shooting: Shooting) -> None:
+    if shooting.nx != 2 * shooting.n:
+        what = "does not support passive muscles with states"
+        raise InputError(what, file=experiment.file, key="motion")
+    if not shooting.nu:
+        raise InputError("requires muscles or motors", file=experiment.file, key="motion")
+
+
+def _override(values: FloatArray, own: tuple[float, ...]) -> FloatArray:
+    """Return values that are replaced by those that are set."""
+    given = np.array(own or np.full(len(values), np.nan))
+    return np.where(np.isnan(given), values, given)
+
+
+def _state_bounds(
+    experiment: Experiment, motion: MotionTable, dynamics: CoreDynamics, shooting: Shooting
+) -> tuple[FloatArray, FloatArray]:
+    """Return the bounds of the states at the nodes, with the fixed start."""
+    own, n = motion.bounds, shooting.n
+    low, high = _override(dynamics.q_min, own.q_min), _override(dynamics.q_max, own.q_max)
+    speed = _override(np.full(n, np.inf), own.qd_max)
+    names, q, qd = dynamics.coordinate_names, experiment.start.q, experiment.start.qd
+    for k, name in enumerate(names):
+        _require_order(experiment, f"q_max.{name}", low[k], high[k])
+        for letter, value, least, most in (
+            ("q", q[k], low[k], high[k]),
+            ("qd", qd[k], -speed[k], speed[k]),
+        ):
+            if not least <= value <= most:
+                what = f"must be within the bounds {least:.6g} to {most:.6g} of the motion"
+                raise InputError(
+                    f"{what}, not {value!r}", file=experiment.file, key=f"start.{letter}.{name}"
+                )
+    x_low = np.tile([*low, *-speed], (motion.intervals + 1, 1))
+    x_high = np.tile([*high, *speed], (motion.intervals + 1, 1))
+    x_low[0] = x_high[0] = [*q, *qd]
+    return x_low, x_high
+
+
+def _require_order(experiment: Experiment, key: str, low: float, high: float) -> None:
+    if low > high:
+        what = f"must be at least the minimum, {low:.6g}, not {high:.6g}"
+        raise InputError(what, file=experiment.file, key=f"motion.bounds.{key}")
+
+
+def _force_bounds(
+    experiment: Experiment, motion: MotionTable, dynamics: CoreDynamics, shooting: Shooting
+) -> tuple[FloatArray, FloatArray]:
+    own, names = motion.bounds, actuator_names(dynamics)
+    low, high = _override(dynamics.f_min, own.f_min), _override(dynamics.f_max, own.f_max)
+    for k, name in enumerate(names):
+        _require_order(experiment, f"f_max.{name}", low[k], high[k])
+        if k < dynamics.m and low[k] < 0.0:
+            what = f"must be at least 0, since a muscle cannot push, not {low[k]!r}"
+            raise InputError(what, file=experiment.file, key=f"motion.bounds.f_min.{name}")
+    driven = _actuators(dynamics, shooting)
+    return low[driven], high[driven]
+
+
+def _costs(own: MotionCostSettings, shooting: Shooting, dynamics: CoreDynamics) -> Costs:
+    driven = _actuators(dynamics, shooting)
+    has_none = not own.time and not any((*own.forces, *own.force_rates, *own.speeds))
+    forces = np.ones(len(driven)) if has_none else np.array(own.forces)[driven]
+    states = np.array([*np.zeros(shooting.n), *own.speeds])
+    rates = np.array(own.force_rates)[driven]
+    none = np.zeros(shooting.nu), np.zeros(shooting.nx)
+    return Costs(forces, states, rates, own.time, *none)
+
+
+def _fix_goals(
+    experiment: Experiment,
+    motion: MotionTable,
+    dynamics: CoreDynamics,
+    x_low: FloatArray,
+    x_high: FloatArray,
+) -> list[NodeConstraint]:
+    """Fix the states of the goals in the bounds; return the constraints of task coordinates."""
+    constraints, n = [], dynamics.n
+    for k, goal in enumerate(motion.goals):
+        key = f"motion.goals[{k}]"
+        node = _node(experiment, motion, goal, f"{key}.time")
+        if goal.rest is True or (goal.rest is None and node == motion.intervals):
+            x_low[node, n:] = x_high[node, n:] = 0.0
+        for j, value in enumerate(goal.q):
+            if np.isnan(value):
+                continue
+            if not x_low[node, j] <= value <= x_high[node, j]:
+                name = dynamics.coordinate_names[j]
+                low, high = x_low[node, j], x_high[node, j]
+                what = f"must be within the bounds {low:.6g} to {high:.6g}, not {value!r}"
+                raise InputError(what, file=experiment.file, key=f"{key}.q.{name}")
+            x_low[node, j] = x_high[node, j] = value
+        rows = np.flatnonzero(~np.isnan(goal.y)) if goal.y else np.empty(0, dtype=int)
+        if len(rows):
+            target = np.array(goal.y)[rows]
+            names = tuple(dynamics.task_names[row] for row in rows)
+            evaluate = _TaskRows(dynamics, rows, x_low.shape[1])
+            constraints.append(
+                NodeConstraint(f"goals[{k}].y", names, np.array([node]), evaluate, target, target)
+            )
+    return constraints
+
+
+def _node(experiment: Experiment, motion: MotionTable, goal: GoalSettings, key: str) -> int:
+    if goal.time is None:
+        return motion.intervals
+    at = goal.time / motion.duration[1] * motion.intervals
+    node = round(at)
+    if abs(at - node) > _WHOLE or not node:
+        h = motion.duration[1] / motion.intervals
+        what = f"must be a multiple of an interval, {h:.6g} s, above 0, not {goal.time!r} s"
+        raise InputError(f"{what}; change motion.intervals", file=experiment.file, key=key)
+    return node
+
+
+class _TaskRows:
+    """Some task coordinates y(q) with their derivatives by the states."""
+
+    def __init__(self, dynamics: CoreDynamics, rows: IntArray, nx: int) -> None:
+        self._dynamics, self._rows, self._nx = dynamics, rows, nx
+
+    def __call__(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        own, n = self._dynamics, self._dynamics.n
+        y = np.array([own.task_position(row[:n])[self._rows] for row in x])
+        J = np.zeros((*y.shape, self._nx))
+        for k, row in enumerate(x):
+            J[k, :, :n] = own.task_jacobian(row[:n])[self._rows]
+        return y, J

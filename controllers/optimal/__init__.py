@@ -1,0 +1,1 @@
+"""Optimal motions: multiple shooting, solved by sequential quadratic programming."""

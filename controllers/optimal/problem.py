@@ -1,0 +1,123 @@
+"""Optimal-control problem: dynamics over intervals, bounds, costs, and constraints at nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from controllers.arrays import FloatArray, IntArray
+
+from .costs import Costs
+
+
+class IntervalResult(Protocol):
+    """Ends of k intervals and their derivatives.
+
+    Attributes:
+        ends: States at the ends, shape (k, nx).
+        A, B, c: Derivatives by the states at the starts, the controls and the lengths, shapes
+            (k, nx, nx), (k, nx, nu), (k, nx).
+    """
+
+    @property
+    def ends(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def A(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def B(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def c(self) -> FloatArray: ...  # noqa: D102
+
+
+class IntervalDynamics(Protocol):
+    """Motion over intervals with constant controls."""
+
+    def run(
+        self, x: FloatArray, u: FloatArray, h: FloatArray, derivatives: bool = True
+    ) -> IntervalResult | None:
+        """Simulate k intervals of lengths h, shape (k,); None if a state diverged."""
+
+
+@dataclass(frozen=True)
+class NodeConstraint:
+    """Constraint low <= g(x) <= high at some nodes.
+
+    Attributes:
+        name: Name for messages.
+        rows: Names of the r rows of g.
+        nodes: Indices of the nodes, shape (k,).
+        evaluate: Function of states, shape (k, nx), that returns g, shape (k, r), and its
+            derivatives, shape (k, r, nx).
+        low, high: Bounds, shape (r,); equal bounds are an equality.
+    """
+
+    name: str
+    rows: tuple[str, ...]
+    nodes: IntArray
+    evaluate: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+    low: FloatArray
+    high: FloatArray
+
+
+class Iterate(NamedTuple):
+    """A motion with `N` intervals that may still violate its constraints.
+
+    Attributes:
+        x: States at the nodes, shape (N + 1, nx).
+        u: Controls in the intervals, shape (N, nu).
+        duration: Duration, in [s].
+    """
+
+    x: FloatArray
+    u: FloatArray
+    duration: float
+
+
+@dataclass(frozen=True)
+class OptimalProblem:
+    """Optimal-control problem with `N` intervals of equal length.
+
+    Attributes:
+        dynamics: Motion over intervals.
+        x_low, x_high: Bounds of the states at the nodes, shape (N + 1, nx); equal bounds fix a
+            state.
+        u_low, u_high: Bounds of the controls, shape (N, nu).
+        duration: Smallest and largest duration, in [s]; equal for a fixed one.
+        costs: The cost.
+        constraints: Constraints at nodes.
+        state_names, control_names: Names for messages.
+    """
+
+    dynamics: IntervalDynamics
+    x_low: FloatArray
+    x_high: FloatArray
+    u_low: FloatArray
+    u_high: FloatArray
+    duration: tuple[float, float]
+    costs: Costs
+    constraints: Sequence[NodeConstraint] = ()
+    state_names: tuple[str, ...] = ()
+    control_names: tuple[str, ...] = ()
+
+    @property
+    def intervals(self) -> int:
+        """Number of intervals."""
+        return len(self.u_low)
+
+    @property
+    def is_free_time(self) -> bool:
+        """Whether the duration is free."""
+        return self.duration[0] < self.duration[1]
+
+    def clip(self, iterate: Iterate) -> Iterate:
+        """Return the nearest iterate within the bounds of controls, duration and start."""
+        x = iterate.x.copy()
+        x[0] = np.clip(x[0], self.x_low[0], self.x_high[0])
+        return Iterate(
+            x,
+            np.clip(iterate.u, self.u_low, self.u_high),
+            float(np.clip(iterate.duration, *self.duration)),
+        )

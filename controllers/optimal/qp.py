@@ -1,0 +1,98 @@
+"""Sparse quadratic programs with the structure of an optimal-control problem."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.sparse import csc_matrix
+
+from controllers.arrays import FloatArray
+
+from .interior_point import solve_interior
+
+_TOLERANCE = 1e-9
+_MAX_ITERATIONS = 150
+
+
+class QuadraticProgram(NamedTuple):
+    """Minimise 1/2 d'P d + g'd subject to A d = b, low <= C d <= high, lb <= d <= ub.
+
+    Attributes:
+        P: Positive semidefinite, shape (n, n).
+        g: Shape (n,).
+        A: Equalities, shape (e, n).
+        b: Shape (e,).
+        C: Inequalities, shape (i, n).
+        low, high: Shape (i,); may be infinite.
+        lb, ub: Bounds, shape (n,); may be infinite.
+    """
+
+    P: csc_matrix
+    g: FloatArray
+    A: csc_matrix
+    b: FloatArray
+    C: csc_matrix
+    low: FloatArray
+    high: FloatArray
+    lb: FloatArray
+    ub: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class QpSolution:
+    """Solution of a quadratic program.
+
+    Attributes:
+        d: The solution, shape (n,).
+        y: Multipliers of the equalities, shape (e,).
+        is_solved: Whether d is optimal; otherwise the program is infeasible or ill-conditioned.
+    """
+
+    d: FloatArray
+    y: FloatArray
+    is_solved: bool
+
+
+@cache
+def _piqp() -> Any:
+    try:
+        return import_module("piqp")
+    except ImportError:
+        return None
+
+
+def has_piqp() -> bool:
+    """Return whether PIQP, which uses the structure over time, is installed."""
+    return _piqp() is not None
+
+
+def solve_qp(qp: QuadraticProgram, in_stages: bool = True) -> QpSolution:
+    """Solve a program by PIQP, or by a sparse interior-point method.
+
+    Args:
+        qp: The program.
+        in_stages: Whether variables only occur together with those of adjacent stages in time,
+            except some global ones at the end.
+    """
+    piqp = _piqp()
+    if piqp is None:
+        return QpSolution(*solve_interior(*qp))
+    solver = piqp.SparseSolver()
+    own = solver.settings
+    if in_stages:
+        own.kkt_solver = piqp.KKTSolver.sparse_multistage
+    own.eps_abs = own.eps_rel = own.eps_duality_gap_abs = own.eps_duality_gap_rel = _TOLERANCE
+    own.max_iter = _MAX_ITERATIONS
+    some = qp.C.shape[0] > 0
+    solver.setup(
+        *(qp.P, qp.g, qp.A, qp.b),
+        *((qp.C, qp.low, qp.high) if some else (None, None, None)),
+        *(qp.lb, qp.ub),
+    )
+    is_solved = solver.solve() == piqp.PIQP_SOLVED
+    result = solver.result
+    return QpSolution(np.array(result.x), np.array(result.y), is_solved)

@@ -1,0 +1,234 @@
+"""Sequential quadratic programming with a Gauss-Newton Hessian and a filter line search."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from controllers.arrays import FloatArray
+
+from .problem import Iterate, OptimalProblem
+from .qp import QpSolution, QuadraticProgram, solve_qp
+from .relaxation import solve_relaxed
+from .transcription import Linearisation, Transcription
+
+_SHARES = 0.5 ** np.arange(9)
+_MARGIN = 1e-5  # required decrease, relative to the violation
+_ARMIJO = 1e-4
+_ROUNDING = 1e-9  # of the cost
+_PROGRESS = 0.99  # of the violation, for an iteration with relaxed constraints
+_MIN_DAMPING, _MAX_DAMPING, _MORE_DAMPING = 1e-10, 1e6, 1e-6
+_DAMPING, _DAMPING_FREE_TIME = 1e-8, 1e-2  # first damping; a duration has no Hessian of its own
+_PENALTY = 10.0  # of a relaxed constraint, relative to the largest gradient
+_STALLED = 6  # iterations without progress
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """State of the optimisation after an iteration.
+
+    Attributes:
+        iteration: Number of the iteration, from 0 for the start.
+        cost: The cost.
+        violation: Largest violation of a constraint, scaled.
+        share: Share of the step that was used.
+        seconds: Time since the start, in [s].
+    """
+
+    iteration: int
+    cost: float
+    violation: float
+    share: float
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """Result of an optimisation.
+
+    Attributes:
+        iterate: The best motion.
+        linearisation: Terms at this motion.
+        status: `optimal`, `infeasible`, `not converged`, or `interrupted`.
+        is_feasible: Whether the motion satisfies all constraints.
+        history: Progress, one entry per iteration.
+    """
+
+    iterate: Iterate
+    linearisation: Linearisation
+    status: str
+    is_feasible: bool
+    history: tuple[Progress, ...]
+
+    @property
+    def cost(self) -> float:
+        """The cost."""
+        return self.linearisation.cost
+
+
+@dataclass
+class _State:
+    """Iterate with its terms, and the memory of the globalisation.
+
+    Attributes:
+        at: The iterate.
+        own: Its terms.
+        damping: Number on the diagonal of the Hessian.
+        filter: Pairs of violation and cost that later iterates must improve.
+        idle: Number of iterations without progress.
+        curvature: See `Transcription.duration_curvature`.
+    """
+
+    at: Iterate
+    own: Linearisation
+    damping: float
+    filter: list[tuple[float, float]] = field(default_factory=list)
+    idle: int = 0
+    curvature: float = 0.0
+
+
+class Optimiser:
+    """Solver of optimal-control problems.
+
+    Args:
+        problem: The problem.
+        tolerance: Relative decrease of the cost that a step must promise; otherwise the motion is
+            optimal.
+        feasibility: Largest accepted violation of a constraint, scaled.
+        max_iterations: Number of iterations.
+    """
+
+    def __init__(
+        self,
+        problem: OptimalProblem,
+        tolerance: float = 1e-7,
+        feasibility: float = 1e-7,
+        max_iterations: int = 100,
+    ) -> None:
+        self.problem = problem
+        self.transcription = Transcription(problem)
+        self._tolerance, self._feasibility = tolerance, feasibility
+        self._max_iterations = max_iterations
+
+    def solve(
+        self, guess: Iterate, progress: Callable[[Progress], None] = lambda _: None
+    ) -> Solution | None:
+        """Return the optimal motion near a guess; None if the guess diverges.
+
+        An interruption (KeyboardInterrupt) returns the last motion.
+
+        Args:
+            guess: First iterate.
+            progress: Function that is called after every iteration.
+        """
+        began = time.perf_counter()
+        at = self.problem.clip(guess)
+        first = self.transcription.linearise(at)
+        if first is None:
+            return None
+        damping = _DAMPING_FREE_TIME if self.problem.is_free_time else _DAMPING
+        state, history = _State(at, first, damping), list[Progress]()
+
+        def report(share: float) -> None:
+            seconds, violation = time.perf_counter() - began, self._worst(state)
+            history.append(Progress(len(history), state.own.cost, violation, share, seconds))
+            progress(history[-1])
+
+        status = ""
+        try:
+            report(0.0)
+            while not status and len(history) <= self._max_iterations:
+                status, share = self._iterate(state)
+                if share:
+                    report(share)
+        except KeyboardInterrupt:
+            status = "interrupted"
+        feasible = self._worst(state) <= self._feasibility
+        if status in ("", "stalled"):
+            status = "not converged" if feasible else "infeasible"
+        return Solution(state.at, state.own, status, feasible, tuple(history))
+
+    def _iterate(self, state: _State) -> tuple[str, float]:
+        """Improve the iterate. Return the status if this is the end, and the share of the step."""
+        qp, is_relaxed = self._step(state)
+        step = qp.d
+        if not qp.is_solved:
+            return self._increase_damping(state), 0.0
+        feasible = self._worst(state) <= self._feasibility
+        if feasible and not is_relaxed and self._promise(state.own, step) < self._tolerance:
+            return "optimal", 0.0
+        moved, share = self._search(state, step)
+        found = None if moved is None else self.transcription.linearise(moved)
+        if moved is None or found is None:
+            return self._increase_damping(state), 0.0
+        violation = self.transcription.violation
+        stays = is_relaxed and violation(moved, found) >= _PROGRESS * violation(state.at, state.own)
+        if self.problem.is_free_time and not is_relaxed:
+            terms = state.at, state.own, moved, found, qp.y
+            state.curvature = self.transcription.duration_curvature(*terms)
+        state.at, state.own = moved, found
+        state.idle = state.idle + 1 if stays else 0
+        if share == 1.0:
+            state.damping = max(0.2 * state.damping, _MIN_DAMPING)
+        else:
+            state.damping = max(state.damping / share, _MORE_DAMPING)
+        return "stalled" if state.idle >= _STALLED else "", share
+
+    def _increase_damping(self, state: _State) -> str:
+        state.damping = max(10.0 * state.damping, _MORE_DAMPING)
+        state.idle += 1
+        return "stalled" if state.idle >= _STALLED or state.damping > _MAX_DAMPING else ""
+
+    def _worst(self, state: _State) -> float:
+        """Return the largest scaled violation of a constraint."""
+        own = self.transcription.violations(state.at, state.own.gaps, state.own.values)
+        return max(float(part.max(initial=0.0)) for part in own)
+
+    def _step(self, state: _State) -> tuple[QpSolution, bool]:
+        """Return the step, and whether constraints had to be relaxed."""
+        own = state.at, state.own, state.damping, state.curvature
+        program = self.transcription.program(*own)
+        found = solve_qp(program)
+        return (found, False) if found.is_solved else (self._relaxed(program), True)
+
+    def _relaxed(self, program: QuadraticProgram) -> QpSolution:
+        transcription = self.transcription
+        soft = np.zeros(transcription.size, dtype=bool)
+        soft[transcription.state_indices] = True
+        weight = _PENALTY * max(float(abs(program.g).max()), 1.0)
+        return solve_relaxed(program, transcription.hard_rows, soft, weight)
+
+    def _promise(self, own: Linearisation, step: FloatArray) -> float:
+        """Return the change of the cost along a step, relative to the cost."""
+        slope = float(self.transcription.gradient(own.terms) @ step)
+        return abs(slope) / max(abs(own.cost), 1e-12)
+
+    def _search(self, state: _State, step: FloatArray) -> tuple[Iterate | None, float]:
+        """Return the first iterate along a step that the filter accepts, and its share."""
+        transcription, own = self.transcription, state.own
+        theta = transcription.violation(state.at, own)
+        slope = float(transcription.gradient(own.terms) @ step)
+        for share in _SHARES.tolist():
+            moved = transcription.move(state.at, step, share)
+            tried = transcription.evaluate(moved)
+            if tried is None:
+                continue
+            new_theta, cost = tried
+            descends = slope < 0.0 and -share * slope > 10.0 * theta * abs(own.cost)
+            if descends and new_theta <= max(theta, 0.1 * self._feasibility):
+                rounding = _ROUNDING * max(abs(own.cost), 1e-12)
+                accepted = cost <= own.cost + _ARMIJO * share * slope + rounding
+            else:
+                less = own.cost - _MARGIN * theta * abs(own.cost)
+                accepted = new_theta <= (1.0 - _MARGIN) * theta or cost < less
+            if any(new_theta >= worst and cost >= best for worst, best in state.filter):
+                continue
+            if accepted:
+                if not descends:
+                    less = own.cost - _MARGIN * theta * abs(own.cost)
+                    state.filter.append(((1.0 - _MARGIN) * theta, less))
+                return moved, share
+        return None, 0.0

@@ -1,0 +1,1 @@
+"""Intervals of motions with exact derivatives, for optimal control."""

@@ -1,0 +1,151 @@
+"""Optimal motions of a mass with closed-form solutions, with and without PIQP."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from controllers.optimal import qp
+from controllers.optimal.costs import Costs
+from controllers.optimal.problem import Iterate, NodeConstraint, OptimalProblem
+from controllers.optimal.sqp import Optimiser, Progress, Solution
+
+Floats = NDArray[np.float64]
+MASS, FORCE = 2.0, 50.0
+
+
+class Ends(NamedTuple):
+    ends: Floats
+    A: Floats
+    B: Floats
+    c: Floats
+
+
+class Mass:
+    """A mass on a line, exact for constant forces."""
+
+    def run(self, x: Floats, u: Floats, h: Floats, derivatives: bool = True) -> Ends:
+        a = u[:, 0] / MASS
+        ends = np.stack([x[:, 0] + h * x[:, 1] + 0.5 * h * h * a, x[:, 1] + h * a], axis=1)
+        A = np.tile(np.eye(2), (len(h), 1, 1))
+        A[:, 0, 1] = h
+        B = np.stack([0.5 * h * h / MASS, h / MASS], axis=1)[:, :, None]
+        return Ends(ends, A, B, np.stack([x[:, 1] + h * a, a], axis=1))
+
+
+def costs(force: float = 0.0, rate: float = 0.0, speed: float = 0.0, time: float = 0.0) -> Costs:
+    zero = np.zeros(1), np.zeros(2)
+    return Costs(np.array([force]), np.array([0.0, speed]), np.array([rate]), time, *zero)
+
+
+def problem(
+    cost: Costs, duration: tuple[float, float], N: int = 50, distance: float = 1.0
+) -> OptimalProblem:
+    low = np.full((N + 1, 2), -100.0)
+    high = -low
+    low[0] = high[0] = 0.0
+    low[-1] = high[-1] = [distance, 0.0]
+    force = np.full((N, 1), FORCE)
+    names = ("x", "v"), ("f",)
+    return OptimalProblem(Mass(), low, high, -force, force, duration, cost, (), *names)
+
+
+def solve(own: OptimalProblem, **options: float) -> Solution:
+    N = own.intervals
+    start = Iterate(np.zeros((N + 1, 2)), np.zeros((N, 1)), float(np.sqrt(np.prod(own.duration))))
+    found = Optimiser(own, **options).solve(start)  # type: ignore[arg-type]
+    assert found is not None
+    return found
+
+
+@pytest.fixture(params=["piqp", "sparse"])
+def _solver(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    if request.param == "piqp":
+        pytest.importorskip("piqp")
+    else:
+        monkeypatch.setattr(qp, "_piqp", lambda: None)
+
+
+@pytest.mark.usefixtures("_solver")
+def test_least_time_is_that_of_full_acceleration_and_braking() -> None:
+    found = solve(problem(costs(time=1.0), (0.05, 5.0)))
+    assert found.status == "optimal"
+    assert found.iterate.duration == pytest.approx(2.0 * np.sqrt(MASS / FORCE), abs=1e-6)
+    np.testing.assert_allclose(abs(found.iterate.u), FORCE, atol=1e-2)
+    assert len(found.history) <= 12
+
+
+@pytest.mark.usefixtures("_solver")
+def test_least_effort_is_that_of_the_normal_equations() -> None:
+    """The smallest forces that satisfy both end conditions, in one step."""
+    found, T, N = solve(problem(costs(force=3.0), (0.8, 0.8))), 0.8, 50
+    h, k = T / N, np.arange(N)
+    rows = np.stack([h * h * (N - k - 0.5), np.full(N, h)]) / MASS
+    forces = np.linalg.lstsq(rows, np.array([1.0, 0.0]), rcond=None)[0]
+    assert abs(forces).max() < FORCE
+    np.testing.assert_allclose(found.iterate.u[:, 0], forces, rtol=1e-6, atol=1e-6)
+    assert found.cost == pytest.approx(3.0 * h * forces @ forces, rel=1e-8)
+
+
+def test_free_duration_balances_effort_and_time() -> None:
+    """Effort 12 w m² d² / (T³ (1 - 1/N²)) with constant forces in N intervals."""
+    found = solve(problem(costs(force=1.0, time=144.0), (0.1, 3.0)), tolerance=1e-11)
+    assert found.status == "optimal"
+    expected = (36.0 * MASS**2 / 144.0 / (1.0 - 1.0 / 50**2)) ** 0.25
+    assert found.iterate.duration == pytest.approx(expected, rel=1e-6)
+
+
+def test_unreachable_goal_is_infeasible_and_the_force_is_at_its_limit() -> None:
+    found = solve(problem(costs(force=1.0), (0.3, 0.3)))
+    assert found.status == "infeasible"
+    assert not found.is_feasible
+    assert found.iterate.x[-1, 0] < 1.0
+
+
+def test_node_constraint_keeps_the_mass_out_of_a_range() -> None:
+    own = problem(costs(force=1.0), (1.0, 1.0))
+
+    def speed(x: Floats) -> tuple[Floats, Floats]:
+        return x[:, 1:], np.tile([[[0.0, 1.0]]], (len(x), 1, 1))
+
+    limit = NodeConstraint("speed", ("v",), np.arange(51), speed, np.array([-9.0]), np.array([1.2]))
+    found = solve(OptimalProblem(**{**vars(own), "constraints": (limit,)}))
+    assert found.status == "optimal"
+    assert found.iterate.x[:, 1].max() == pytest.approx(1.2, abs=1e-6)
+
+
+def test_gradient_and_hessian_of_the_costs_match_differences() -> None:
+    rng = np.random.default_rng(1)
+    own = Costs(*(rng.uniform(0.5, 2.0, k) for k in (2, 3, 2)), 0.7, np.zeros(2), np.ones(3))
+    x, u, T, e = rng.normal(size=(6, 3)), rng.normal(size=(5, 2)), 0.8, 1e-6
+    terms = own.terms(x, u, T)
+    dx, du, dt = rng.normal(size=x.shape), rng.normal(size=u.shape), 0.3
+
+    def along(s: float) -> float:
+        return own.value(x + s * dx, u + s * du, T + s * dt)
+
+    slope = (terms.gx * dx).sum() + (terms.gu * du).sum() + terms.gt * dt
+    assert slope == pytest.approx((along(e) - along(-e)) / (2.0 * e), rel=1e-8)
+    coupling = 2.0 * (terms.uv * du[:-1] * du[1:]).sum()
+    curvature = (terms.xx * dx**2).sum() + (terms.uu * du**2).sum() + coupling
+    e = 1e-3
+    fixed = [own.value(x + s * dx, u + s * du, T) for s in (e, 0.0, -e)]
+    second = (fixed[0] - 2.0 * fixed[1] + fixed[2]) / e**2
+    assert curvature == pytest.approx(second, rel=1e-6)
+
+
+def test_interruption_returns_the_motion_so_far() -> None:
+    own = problem(costs(time=1.0), (0.05, 5.0))
+
+    def interrupt(progress: Progress) -> None:
+        if progress.iteration == 3:
+            raise KeyboardInterrupt
+
+    start = Iterate(np.zeros((51, 2)), np.zeros((50, 1)), 1.0)
+    found = Optimiser(own).solve(start, interrupt)
+    assert found is not None
+    assert found.status == "interrupted"
+    assert len(found.history) == 4
