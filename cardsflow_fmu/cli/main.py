@@ -47,6 +47,7 @@ COMMANDS = {
     "CAD and files": {
         "import-cad": "addin.add_import_cad",
         "convert": "robot.add_convert",
+        "edit": "view.add_edit",
         "addin": "addin.add_addin",
     },
     "Shell and editor": {"schema": "init.add_schema", "completion": "init.add_completion"},

@@ -47,12 +47,7 @@ def add_view(commands: Commands) -> None:
         nargs="?",
         help="the folder of another run to show next to it (default: none)",
     )
-    parser.add_argument(
-        "--html",
-        type=Path,
-        metavar="FILE",
-        help="write a self-contained HTML page; open no browser (default: none)",
-    )
+    _add_html(parser)
     add_cable_set(parser)
     parser.add_argument(
         "--full-scale",
@@ -79,15 +74,64 @@ def add_play(commands: Commands) -> None:
         help=f"an experiment.toml or the folder that contains it; or {ROBOT_FILE}",
     )
     add_settings(parser)
+    _add_html(parser)
+    add_overwrite(parser)
+    add_live_options(parser)
+    add_json(parser, "the file name of --html")
+
+
+def add_edit(commands: Commands) -> None:
+    """Add `edit`."""
+    parser = commands.add(
+        "edit",
+        _edit,
+        "Add muscles to a robot and change them in the browser.",
+        "cardsflow edit arm.urdf",
+        "It writes them to muscles.csv next to the robot file, which stays unchanged.",
+    )
+    parser.add_argument("robot", type=Path, help=ROBOT_FILE)
+    _add_html(parser)
+    add_overwrite(parser)
+    add_live_options(parser)
+    add_json(parser, "the file name of --html")
+
+
+def _add_html(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--html",
         type=Path,
         metavar="FILE",
         help="write a self-contained HTML page; open no browser (default: none)",
     )
-    add_overwrite(parser)
-    add_live_options(parser)
-    add_json(parser, "the file name of --html")
+
+
+def _edit(options: argparse.Namespace) -> int:
+    from cardsflow_fmu.results.viewer.html.edit_page import edit_page
+    from cardsflow_fmu.results.viewer.live.page_server import new_token
+    from cardsflow_fmu.results.viewer.view import PAGES, serve
+    from cardsflow_fmu.simulation.edit import EditSession
+    from cardsflow_fmu.utils.overwrite import output_file, write_output
+
+    html = options.html and output_file(options.html, PAGES, overwrite=options.overwrite)
+    if options.json and not html:
+        raise InputError("needs --html", key="--json")
+    session = EditSession(options.robot, _print_line)
+    _note(session.findings)
+    token = None if html else new_token()
+    page = edit_page(session.robot, session.file.parent, session.data(token))
+    if token is None:
+        print_files([write_output(html, page)], options.json)
+        return GOOD
+    _print_line(session.summary)
+    serve(
+        page,
+        port=options.port,
+        browser=not options.no_browser,
+        report=_print_line,
+        actions={"/evaluate": session.evaluate, "/save": session.save},
+        token=token,
+    )
+    return GOOD
 
 
 def _play(options: argparse.Namespace) -> int:

@@ -51,6 +51,13 @@ class EditSession:
         self.table = table_of(self.file) or _new_table(self.file)
         self._report, self._lock = report, threading.Lock()
 
+    @property
+    def summary(self) -> str:
+        """Line that states where the muscles are saved."""
+        count = len(self.robot.muscles)
+        own = "" if self.table.exists() or not count else f" and then replace those of {self.file}"
+        return f"{count} muscles; changes are saved to {self.table}{own}"
+
     def data(self, token: str | None) -> dict[str, Any]:
         """Return the data of a page: name, document, laws, files, token and digest.
 

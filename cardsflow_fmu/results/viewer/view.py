@@ -7,7 +7,7 @@ import signal
 import threading
 import time
 import webbrowser
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,7 +23,7 @@ from cardsflow_fmu.utils.overwrite import output_file, write_output
 
 from .html.page import replay_page
 from .html.play_page import robot_page
-from .live.page_server import served_page
+from .live.page_server import Action, page_server
 from .scene.act import Act
 from .scene.meshes import link_meshes
 from .scene.motion import Motion, motion_of, shown_signals
@@ -190,10 +190,12 @@ def serve(
     port: int | None = None,
     browser: bool = True,
     report: Callable[[str], object] = print,
+    actions: Mapping[str, Action] | None = None,
+    token: str = "",
 ) -> None:
-    """Serve a page on loopback until Ctrl-C; arguments and errors as for `view`."""
-    with catch_interrupt() as ended, served_page(page, port) as address:
-        announce(address, browser=browser, report=report)
+    """Serve a page on loopback until Ctrl-C; see `view` and `page_server`."""
+    with catch_interrupt() as ended, page_server(page, port, actions, token) as server:
+        announce(server.address, browser=browser, report=report)
         wait_until(ended)
 
 

@@ -106,13 +106,6 @@ def new_token() -> str:
 
 
 @contextlib.contextmanager
-def served_page(page: str, port: int | None = None) -> Iterator[str]:
-    """Serve a page and yield its address; arguments and errors as for `page_server`."""
-    with page_server(page, port) as server:
-        yield server.address
-
-
-@contextlib.contextmanager
 def page_server(
     page: str,
     port: int | None = None,

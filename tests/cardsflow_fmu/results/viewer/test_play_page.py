@@ -17,14 +17,15 @@ from cardsflow_fmu.cli.common import parse_settings
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.experiment.experiment import EXPERIMENT_FILE, Experiment
 from cardsflow_fmu.experiment.writer import experiment_data
-from cardsflow_fmu.results.viewer.live.page_server import served_page
+from cardsflow_fmu.results.viewer.live.page_server import page_server
 
 
 def test_server_only_answers_requests_of_its_own_page() -> None:
-    with served_page("<p>robot</p>") as address:
+    with page_server("<p>robot</p>") as server:
+        address = server.address
         assert urllib.request.urlopen(address, timeout=5).read() == b"<p>robot</p>"
         port = int(address.rstrip("/").rpartition(":")[2])
-        with pytest.raises(InputError, match=f"port {port} is used"), served_page("", port):
+        with pytest.raises(InputError, match=f"port {port} is used"), page_server("", port):
             pass
         for headers in ({"Origin": "http://example.org"}, {"Host": "example.org"}):
             with pytest.raises(urllib.error.HTTPError, match="403"):
