@@ -6,19 +6,22 @@ import difflib
 import hashlib
 import threading
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from addin_sdfusion.robot import CardsflowError, InputError, check
+from addin_sdfusion.robot import CardsflowError, InputError, Robot, check
 from addin_sdfusion.robot.files import read_file, write_files
+from addin_sdfusion.robot.finding_builders import listed
 from addin_sdfusion.robot.formats.kinds import BY_SUFFIX, kind_of
 from addin_sdfusion.robot.formats.muscle_table.beside import MUSCLES_CSV, table_of
 from addin_sdfusion.robot.formats.muscle_table.document import MuscleDocument
 from addin_sdfusion.robot.formats.muscle_table.read import read_table
 from addin_sdfusion.robot.formats.muscle_table.write import table_text
 from addin_sdfusion.robot.formats.read import read
+from addin_sdfusion.robot.formats.urdf.read import BY_EFFORT
 from addin_sdfusion.robot.limits import XML
 from addin_sdfusion.robot.model.laws import MUSCLE_LAWS
 from cardsflow_fmu.utils.arrays import FloatArray
@@ -46,8 +49,10 @@ class EditSession:
 
     def __init__(self, path: str | Path, report: Callable[[str], object] = print) -> None:
         reading = read(path)
-        self.robot, self.file = reading.require(), reading.files[0]
-        self.findings = reading.findings
+        robot, self.file = reading.require(), reading.files[0]
+        self.findings = tuple(f for f in reading.findings if f.code != BY_EFFORT)
+        # with a muscle table, these joints have no motors
+        self.robot = robot if self.findings == reading.findings else _without_motors(robot)
         self.table = table_of(self.file) or _new_table(self.file)
         self._report, self._lock = report, threading.Lock()
 
@@ -55,8 +60,10 @@ class EditSession:
     def summary(self) -> str:
         """Line that states where the muscles are saved."""
         count = len(self.robot.muscles)
+        motors = [motor.name for motor in self.robot.motors]
+        hint = f"; these joints also have motors: {listed(motors)}" if motors else ""
         own = "" if self.table.exists() or not count else f" and then replace those of {self.file}"
-        return f"{count} muscles; changes are saved to {self.table}{own}"
+        return f"{count} muscles; changes are saved to {self.table}{own}{hint}"
 
     def data(self, token: str | None) -> dict[str, Any]:
         """Return the data of a page: name, document, laws, files, token and digest.
@@ -172,6 +179,14 @@ def muscle_laws() -> dict[str, list[dict[str, Any]]]:
         ]
         for name, law in MUSCLE_LAWS.items()
     }
+
+
+def _without_motors(robot: Robot) -> Robot:
+    joints = tuple(
+        replace(j, coordinates=tuple(replace(c, actuated=False) for c in j.coordinates))
+        for j in robot.joints
+    )
+    return replace(robot, joints=joints)
 
 
 def _new_table(file: Path) -> Path:

@@ -16,6 +16,7 @@ from support.robots.robots import EXAMPLES
 from support.robots.urdf_arm import TABLE, URDF
 
 from addin_sdfusion.robot import read_robot
+from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.results.viewer.live.page_server import new_token, page_server
 from cardsflow_fmu.simulation.edit import EditSession
 
@@ -161,6 +162,16 @@ def test_table_of_one_of_several_robots_has_its_name(arm: Path) -> None:
     assert EditSession(arm).table == arm.with_name("arm.muscles.csv")
 
 
+def test_muscles_replace_motors_by_effort(arm: Path) -> None:
+    arm.write_text(URDF.replace('effort="0"', 'effort="9"'))
+    assert [motor.name for motor in read_robot(arm).motors] == ["shoulder"]
+    session = EditSession(arm, report=lambda line: None)
+    assert session.robot.motors == ()
+    assert session.summary == f"0 muscles; changes are saved to {arm.with_name('muscles.csv')}"
+    session.save({"document": document(), "digest": "", "write": True})
+    assert read_robot(arm).motors == ()
+
+
 def test_data_of_the_page_contains_laws(session: EditSession) -> None:
     data = session.data("secret")
     assert data["token"] == "secret"
@@ -223,3 +234,14 @@ def test_server_only_answers_its_own_page(session: EditSession, arm: Path) -> No
         assert (status, len(answer["muscles"])) == (200, 2)
         assert client.send("/save", good)[0] == 200
     assert arm.with_name("muscles.csv").exists()
+
+
+def test_command_writes_a_page(
+    arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = tmp_path / "edit.html"
+    assert main(["edit", str(arm), "--html", str(page)]) == 0
+    assert capsys.readouterr().out == f"{page}\n"
+    assert '"token": null' in page.read_text()
+    assert main(["edit", str(arm), "--json"]) == 2
+    assert "--json: needs --html" in capsys.readouterr().err

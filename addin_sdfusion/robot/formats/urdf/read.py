@@ -17,6 +17,7 @@ from ...model.joint import Joint
 from ...model.pose import IDENTITY
 from ...model.robot import WORLD, Robot
 from ..cardsflow.extras import cardsflow_xml, read_extras
+from ..muscle_table.beside import table_of
 from ..reading.chains import join_chains
 from ..reading.meshes import note_missing_meshes
 from ..reading.tree import fixed_roots, parents_first
@@ -28,6 +29,8 @@ from .read_joints import read_joint
 from .read_links import material_colors, note_shapes, read_link
 from .read_motors import motor_joints
 
+BY_EFFORT = "motors-by-effort"
+"""Code of the finding on motors that the file does not define."""
 XACRO = (
     "is xacro, not URDF; convert it with `xacro {0} > {1}` (xacro is part of ROS; if it is "
     "missing, install it with `pip install xacro`)"
@@ -101,18 +104,20 @@ def _with_motors_by_effort(
     names = [c.name for joint in joints for c in joint.coordinates if c.actuated]
     if not names:
         return robot
-    if extra_nodes:
+    table = table_of(node.file)
+    if extra_nodes or table is not None:
+        source = "cardsflow.xml" if table is None else table.name
         problem = (
-            "cardsflow.xml specifies what drives the robot; joints with an effort limit have no "
+            f"{source} specifies what drives the robot; joints with an effort limit have no "
             f"motor: {', '.join(map(repr, names[:10]))}; add a <transmission> for each motor"
         )
         node.warning("no-motors-by-effort", problem)
         return robot
     problem = (
-        f"no <transmission>, <ros2_control> or cardsflow.xml defines motors; the "
+        "no <transmission>, <ros2_control>, cardsflow.xml or muscles.csv defines drives; the "
         f"{len(names)} joints with an effort limit get motors"
     )
-    node.warning("motors-by-effort", problem)
+    node.warning(BY_EFFORT, problem)
     return replace(robot, joints=joints)
 
 
