@@ -10,7 +10,7 @@ from typing import Any
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu.cosim.signals.units import Unit
 
-from .fmu_description import read_unpacked_description
+from .fmu_description import STRUCTURAL, read_unpacked_description, set_structure
 from .fmu_variables import Row, Signal, read_signals
 from .participant import Idle
 from .wiring import members
@@ -40,6 +40,7 @@ class DescribedFmu(Idle):
         self.name = name
         self._file = file
         self._description = _description(file, folder)
+        set_structure(self._description, start_values or {}, file)
         try:
             signals = read_signals(self._description, folder)
         except (TypeError, ValueError, KeyError, RecursionError) as error:
@@ -53,8 +54,14 @@ class DescribedFmu(Idle):
         self._input_row, self._output_row = inputs, outputs
         self._start_rows = self._create_start_rows(signals, start_values or {})
 
-    def _create_start_rows(self, signals: list[Signal], values: Mapping[str, float]) -> list[Row]:
-        """Return the rows to set before initialization: complete variables with new values."""
+    def _create_start_rows(
+        self, signals: list[Signal], values: Mapping[str, float]
+    ) -> dict[bool, list[Row]]:
+        """Return the rows to set before initialization: complete variables with new values.
+
+        Returns:
+            The rows of structural parameters (True), which are set first, and of others (False).
+        """
         by_element = {name: signal for signal in signals for name in signal.names}
         groups = {name: members(name, by_element) for name in values}
         for name, found in groups.items():
@@ -63,11 +70,11 @@ class DescribedFmu(Idle):
         expanded = {m: value for name, value in values.items() for m in groups[name]}
         values = expanded | {name: value for name, value in values.items() if name in by_element}
         changed = {by_element[name].names: by_element[name] for name in values}
-        rows = []
+        rows: dict[bool, list[Row]] = {True: [], False: []}
         for signal in changed.values():
             pairs = zip(signal.names, signal.start, strict=True)
             start = tuple(float(values.get(name, old)) for name, old in pairs)
-            rows.append(Row([replace(signal, start=start)]))
+            rows[signal.causality == STRUCTURAL].append(Row([replace(signal, start=start)]))
             if signal.causality == "input":
                 for name, value in zip(signal.names, start, strict=True):
                     self.inputs[self.input_names.index(name)] = value

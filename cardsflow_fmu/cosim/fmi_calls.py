@@ -33,6 +33,8 @@ _TYPES = [
     ctypes.c_bool,
 ]
 """C types in the order of `fmu_type` in csrc/fmu_step.h."""
+_BOOL2 = len(_TYPES)
+"""Boolean of FMI 2.0, an int."""
 
 Log = Callable[[int, str], None]
 """Function that receives the status and the text of a message."""
@@ -64,6 +66,14 @@ class FmuCalls(ABC):
     @abstractmethod
     def _instantiate(self, name: str, description: Any, folder: Path) -> Any: ...
 
+    def enter_configuration(self) -> int:
+        """Enter the mode in which structural parameters of FMI 3.0 can be set."""
+        return self._call("EnterConfigurationMode")
+
+    def exit_configuration(self) -> int:
+        """Leave the mode for structural parameters."""
+        return self._call("ExitConfigurationMode")
+
     @abstractmethod
     def enter_initialization(self) -> int:
         """Set up the experiment and enter the initialization mode."""
@@ -86,7 +96,8 @@ class FmuCalls(ABC):
             values, count = row.values[bank.place], len(bank.references)
             references = (ctypes.c_uint32 * count)(*bank.references)
             get, set_ = (self._address(f"{verb}{bank.function}") for verb in ("Get", "Set"))
-            kind = _TYPES.index(bank.ctype)
+            is_bool2 = self._version == 2 and bank.function == "Boolean"
+            kind = _BOOL2 if is_bool2 else _TYPES.index(bank.ctype)
             failed = library.fmu_row_add(
                 *(handle, kind, get, set_, references, count, values.ctypes.data, values.size)
             )

@@ -6,6 +6,7 @@ import io
 import math
 import re
 import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,8 @@ from addin_sdfusion.robot.files import read_file
 from cardsflow_fmu.utils.archive import open_archive, read_entry, unpack_archive
 
 DESCRIPTION = "modelDescription.xml"
+STRUCTURAL = "structuralParameter"
+"""Causality of parameters of FMI 3.0 that specify sizes of arrays."""
 
 
 def read_description(file: Path) -> Any:
@@ -53,6 +56,36 @@ def read_unpacked_description(file: Path, folder: Path) -> Any:
     return _description(read_file(folder / DESCRIPTION, limits.DESCRIPTION), file)
 
 
+def set_structure(description: Any, values: Mapping[str, float], file: Path) -> None:
+    """Set structural parameters of FMI 3.0, and the shapes of the arrays that depend on them.
+
+    Args:
+        description: FMPy's model description, which is changed.
+        values: Start values of variables, by name; others are ignored.
+        file: The .fmu.
+
+    Raises:
+        InputError: A value is not a size, or the FMU has too many variables.
+    """
+    for variable in description.modelVariables:
+        if variable.causality == STRUCTURAL and variable.name in values:
+            size = float(values[variable.name])
+            if not (size >= 0 and size.is_integer()):
+                what = f"the structural parameter {variable.name} must be a number of items"
+                raise InputError(f"{what}, not {size:g}", file=file)
+            variable.start = str(int(size))
+    for variable in description.modelVariables:
+        lengths = [d.start or d.variable.start for d in variable.dimensions]
+        variable.shape = tuple(map(int, lengths))
+    _require_few_variables(description, file)
+
+
+def _require_few_variables(description: Any, file: Path) -> None:
+    if sum(math.prod(v.shape or ()) for v in description.modelVariables) > limits.COLUMNS:
+        what = f"cannot be used as an FMU: it has more than {limits.COLUMNS} variables"
+        raise InputError(what, file=file)
+
+
 def _description(data: bytes, file: Path) -> Any:
     fault = limits.xml_fault(data, limits.DESCRIPTION_TAGS)
     if fault is None and b"<!" in re.sub(rb"<!(--|\[CDATA\[)", b"", data.replace(b"\0", b"")):
@@ -67,9 +100,7 @@ def _description(data: bytes, file: Path) -> Any:
     except Exception as error:
         reason = re.sub(r"\s+", " ", str(error))
         raise InputError(f"is not an FMU: {reason}", file=file) from None
-    if sum(map(math.prod, shapes)) > limits.COLUMNS:
-        what = f"cannot be used as an FMU: it has more than {limits.COLUMNS} variables"
-        raise InputError(what, file=file)
+    _require_few_variables(description, file)
     return description
 
 

@@ -95,7 +95,7 @@ class FmuInstance(DescribedFmu):
         assert handle is not None
         self.c_step = CStep(address(library.fmu_step), handle, self._failure)
 
-    def _start(self, calls: FmuCalls, rows: list[Row]) -> None:
+    def _start(self, calls: FmuCalls, rows: dict[bool, list[Row]]) -> None:
         """Initialize the instance.
 
         Ctrl-C is handled after the initialization, since hardware may answer slowly.
@@ -112,16 +112,26 @@ class FmuInstance(DescribedFmu):
         if interrupted:
             raise KeyboardInterrupt
 
-    def _initialize(self, calls: FmuCalls, rows: list[Row]) -> None:
-        library = run_library()
-        for row in rows:
-            if library.fmu_row_set(calls.row(row)) >= DISCARD:
-                raise self._error("at the start")
-        if calls.enter_initialization() >= DISCARD or calls.exit_initialization() >= DISCARD:
-            raise self._error("at the start")
+    def _initialize(self, calls: FmuCalls, rows: dict[bool, list[Row]]) -> None:
+        if structure := rows[True]:
+            self._require(calls.enter_configuration())
+            self._set_rows(calls, structure)
+            self._require(calls.exit_configuration())
+        self._set_rows(calls, rows[False])
+        self._require(calls.enter_initialization())
+        self._require(calls.exit_initialization())
         self._is_stepping = True
-        if library.fmu_row_get(self._outputs) >= DISCARD:
+        if run_library().fmu_row_get(self._outputs) >= DISCARD:
             raise self._error(_READING)
+
+    def _set_rows(self, calls: FmuCalls, rows: list[Row]) -> None:
+        for row in rows:
+            self._require(run_library().fmu_row_set(calls.row(row)))
+
+    def _require(self, status: int) -> None:
+        """Raise the error of a call before the first step."""
+        if status >= DISCARD:
+            raise self._error("at the start")
 
     def _on_log(self, status: int, text: str) -> None:
         if status:

@@ -153,7 +153,7 @@ class Master:
         stepper, steps, times = self._stepper, self.count - 1, np.empty(_CHUNK)
         while (first := self._done) < steps:
             if pacer is not None:
-                self._lateness.append(pacer.wait(first * self._step))
+                self._wait(pacer, first, is_interrupted)
             count = min(_CHUNK, steps - first) if pacer is None else 1
             stepper.done = stepper.recorded = stepper.ticks = 0
             try:
@@ -166,10 +166,17 @@ class Master:
             self._require_good_row(rows)
             yield self._done
         if pacer is not None:
-            self._lateness.append(pacer.wait(steps * self._step))
+            self._wait(pacer, steps, is_interrupted)
         stepper.record(steps * self._step, rows[steps])
         self._recorded = self.count
         self._require_good_row(rows)
+
+    def _wait(self, pacer: Pacer, k: int, is_interrupted: Callable[[], bool]) -> None:
+        """Wait until step k starts. A step can take longer than a user waits after Ctrl-C."""
+        lateness = pacer.wait(k * self._step, is_interrupted)
+        if is_interrupted():
+            raise SimulationError(INTERRUPTED)
+        self._lateness.append(lateness)
 
     def _require_good_row(self, rows: FloatArray) -> None:
         """Raise the error that the last row shows."""

@@ -20,6 +20,8 @@ _MAX_LATE_FRACTION = 0.01
 """Maximum fraction of steps that are late by more than one step in a run that keeps up."""
 _PRIORITY = 20
 """Priority among real-time threads; below those of the operating system."""
+_MAX_SLEEP = 0.1
+"""Maximum time without a check for Ctrl-C, in [s]."""
 _SET_TIMER_SLACK, _GET_TIMER_SLACK = 29, 30
 _MIN_SLACK = 1  # [ns]; the default of Linux is 50 µs
 
@@ -52,11 +54,12 @@ class Pacer:
         self.slips = 0
         self.slipped = 0.0
 
-    def wait(self, t: float) -> float:
+    def wait(self, t: float, is_interrupted: Callable[[], bool] = lambda: False) -> float:
         """Wait until time t of the run. The first call defines the current time as t.
 
         Args:
             t: Time of the run, in [s].
+            is_interrupted: Called regularly; if it returns true, the wait ends.
 
         Returns:
             The lateness, in [s]; 0 or more.
@@ -66,14 +69,14 @@ class Pacer:
             return 0.0
         due = self._origin + t
         rest = due - self._clock()
-        while rest > 0.0:
-            self._sleep(rest)
+        while rest > 0.0 and not is_interrupted():
+            self._sleep(min(rest, _MAX_SLEEP))
             rest = due - self._clock()
         if -rest > self._step:
             self._origin -= rest
             self.slips += 1
             self.slipped -= rest
-        return -rest
+        return max(-rest, 0.0)
 
 
 def timeliness(lateness: FloatArray, step: float) -> dict[str, Any]:

@@ -42,7 +42,7 @@ struct fmu {
     struct fmu_row *inputs, *outputs;
 };
 
-static const size_t SIZES[] = {8, 4, 1, 1, 2, 2, 4, 4, 8, 8, sizeof(bool)};
+static const size_t SIZES[] = {8, 4, 1, 1, 2, 2, 4, 4, 8, 8, sizeof(bool), 4};
 
 struct fmu_row *fmu_row_open(int32_t version, void *instance)
 {
@@ -137,6 +137,10 @@ static void write_buffer(struct bank *bank)
     case FMU_BOOL:
         for (size_t i = 0; i < bank->size; i++)
             ((bool *)bank->buffer)[i] = rint(bank->values[i]) != 0;
+        return;
+    case FMU_BOOL2:
+        for (size_t i = 0; i < bank->size; i++)
+            ((int32_t *)bank->buffer)[i] = rint(bank->values[i]) != 0;
     }
 }
 
@@ -156,6 +160,7 @@ static void read_buffer(struct bank *bank)
     case FMU_UINT16:
         READ(uint16_t);
     case FMU_INT32:
+    case FMU_BOOL2:
         READ(int32_t);
     case FMU_UINT32:
         READ(uint32_t);

@@ -22,7 +22,8 @@ enum fmu_type { /* in the order of fmu_variables.py */
     FMU_UINT32,
     FMU_INT64,
     FMU_UINT64,
-    FMU_BOOL
+    FMU_BOOL,
+    FMU_BOOL2 /* of FMI 2.0: an int, 0 or 1 */
 };
 
 enum { FMU_DISCARD = 2 }; /* lowest status that means failure */

@@ -10,6 +10,7 @@ import pytest
 
 from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
 from cardsflow_fmu.cosim.master import Master
+from cardsflow_fmu.cosim.pacing import Pacer
 from cardsflow_fmu.cosim.recording import NumberLog, Recording
 
 pytestmark = pytest.mark.native
@@ -144,6 +145,22 @@ def test_an_interrupted_run_keeps_the_recorded_rows(law: Callable[..., float], r
     assert str(recording.failure) == "interrupted"
     assert len(recording.rows) == rows
     assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == before
+
+
+def test_ctrl_c_ends_the_wait_for_a_long_step() -> None:
+    """In real time, a wait checks for Ctrl-C every 0.1 s."""
+    slept: list[float] = []
+
+    def sleep(seconds: float) -> None:
+        slept.append(seconds)
+        if len(slept) == 3:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    pacer = Pacer(30.0, clock=lambda: sum(slept), sleep=sleep)
+    recording = Master(system([]), wiring={}, step=30.0, steps=3).run(pacer=pacer)
+    assert str(recording.failure) == "interrupted"
+    assert (len(recording.rows), len(recording.lateness)) == (1, 1)
+    assert slept == [0.1, 0.1, 0.1]
 
 
 def test_progress_ends_with_all_steps() -> None:

@@ -93,15 +93,18 @@ FMI3 = f"""<?xml version="1.0" encoding="UTF-8"?>
 </fmiModelDescription>"""
 
 
-def external_fmu(path: Path, compiler: str, fmi: str, description: str | None = None) -> Path:
-    """Compile and pack the external plant for FMI `2.0` or `3.0`; return the .fmu file."""
-    name = f"body_fmi{fmi[0]}"
+def external_fmu(
+    path: Path, compiler: str, fmi: str, description: str | None = None, model: str = "body"
+) -> Path:
+    """Compile and pack a model for FMI `2.0` or `3.0`; return the .fmu file."""
+    name = f"{model}_fmi{fmi[0]}"
     platform = this_platform()
     library = path.with_suffix(".so")
-    source = _SOURCES / f"{name}.c"
+    source = _SOURCES / f"model_fmi{fmi[0]}.c"
     rest = path.with_suffix(".c")
     rest.write_text(_absent(source.read_text(), fmi))
     flags = ["-shared", "-fPIC", "-O1", "-Wall", "-ffp-contract=off", f"-I{_HEADERS}"]
+    flags.append(f'-DMODEL="{_SOURCES / model}.h"')
     sources = [str(source), str(rest)]
     subprocess.run([compiler, *flags, "-o", str(library), *sources], check=True)
     folder = platform.folder(fmi)
@@ -116,7 +119,7 @@ def _absent(source: str, fmi: str) -> str:
     """Return C code of the missing functions of an FMU: those of `IDLE` succeed, others fail."""
     header = (_HEADERS / f"fmi{fmi[0]}Functions.h").read_text()
     names = set(re.findall(r"TYPE\s+(fmi[23]\w+);", header))
-    missing = [name for name in sorted(names) if not re.search(rf"\b{name}\(", source)]
+    missing = [name for name in sorted(names) if not re.search(rf"\b{name}\b", source)]
     return "".join(f"int {n}(void) {{ return {0 if n[4:] in IDLE else 3}; }}\n" for n in missing)
 
 

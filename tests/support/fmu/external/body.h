@@ -1,8 +1,5 @@
-/* The model of the external FMUs: two joints pulled by four cables, in their own units. */
-#ifndef BODY_H
-#define BODY_H
-
-#include <stddef.h>
+/* Two joints pulled by four cables, in their own units. */
+#define TOKEN "{body}"
 
 enum { CABLES = 4, JOINTS = 2 };
 
@@ -14,35 +11,58 @@ typedef struct {
     double angles[JOINTS]; /* deg */
     double rates[JOINTS]; /* deg/s */
     double inertia; /* kg.m2 */
-    int brake;
-} body;
+    model_boolean brake;
+} model;
 
-static void body_start(body *b)
+static void model_start(model *m)
 {
-    *b = (body){.angles = {-28.64788975654116, 28.64788975654116}, .inertia = 2.0};
+    *m = (model){.angles = {-28.64788975654116, 28.64788975654116}, .inertia = 2.0};
 }
 
-/* Bodies with these inertias stop after a while. */
-static inline int is_stuck(const body *b, double t)
+#if FMI == 2 /* pulls 0..3, angles 4..5, rates 6..7, inertia 8, brake 9 */
+static void *model_variable(model *m, unsigned r, size_t *size)
 {
-    return b->inertia == 1e6 && t > 0.0095;
+    *size = 1;
+    return r < 9 ? (void *)(m->pulls + r) : r == 9 ? &m->brake : NULL;
+}
+#else /* pulls[4] 1, angles[2] 2, rates[2] 3, inertia 4, brake 5 */
+static void *model_variable(model *m, unsigned r, size_t *size)
+{
+    void *const found[] = {NULL, m->pulls, m->angles, m->rates, &m->inertia, &m->brake};
+    *size = r == 1 ? CABLES : r == 2 || r == 3 ? JOINTS : 1;
+    return r < 6 ? found[r] : NULL;
 }
 
-static inline int ends(const body *b, double t)
+static int is_structural(unsigned r)
 {
-    return b->inertia == 1e7 && t > 0.0095;
+    return (void)r, 0;
 }
 
-static void body_step(body *b, double h)
+static int model_ends(const model *m, double t)
 {
-    for (size_t i = 0; i < JOINTS && !b->brake; i++) {
+    return m->inertia == 1e7 && t > 0.0095;
+}
+#endif
+
+static int model_initialise(const model *m)
+{
+    return !(m->inertia > 0.0);
+}
+
+/* Bodies with this inertia stop after a while. */
+static int model_fails(const model *m, double t)
+{
+    return m->inertia == 1e6 && t > 0.0095;
+}
+
+static void model_step(model *m, double h)
+{
+    for (size_t i = 0; i < JOINTS && !m->brake; i++) {
         double torque = 0.0;
         for (size_t k = 0; k < CABLES; k++) {
-            torque += LEVERS[i][k] * 1000.0 * b->pulls[k];
+            torque += LEVERS[i][k] * 1000.0 * m->pulls[k];
         }
-        b->rates[i] += h * torque / b->inertia * DEGREES;
-        b->angles[i] += h * b->rates[i];
+        m->rates[i] += h * torque / m->inertia * DEGREES;
+        m->angles[i] += h * m->rates[i];
     }
 }
-
-#endif
