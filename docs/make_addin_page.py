@@ -90,7 +90,7 @@ def page() -> str:
 def _part(dialog: Dialog, example: Example) -> str:
     icon = ROOT / "addin_sdfusion/commands" / dialog.folder / "resources/32x32.png"
     tabs = [item for item in dialog.inputs if item.kind == "tab"]
-    windows = [_window(dialog, example, tab) for tab in tabs or [None]]
+    windows = [window(dialog, example, tab) for tab in tabs or [None]]
     return (
         f"<section><h2>{_image(icon, 24)}{escape(dialog.name)}</h2>\n"
         f"<p>{escape(dialog.tooltip)} {escape(dialog.description)}</p>\n"
@@ -98,7 +98,8 @@ def _part(dialog: Dialog, example: Example) -> str:
     )
 
 
-def _window(dialog: Dialog, example: Example, tab: Input | None) -> str:
+def window(dialog: Dialog, example: Example, tab: Input | None) -> str:
+    """A dialog with an open tab."""
     tabs = "".join(
         f'<span class="{"open" if item is tab else ""}">{escape(item.label)}</span>'
         for item in dialog.inputs
@@ -199,18 +200,18 @@ def picture() -> None:
     if chromium is None:
         sys.exit("there is no Chromium on this machine")
     PICTURE.parent.mkdir(exist_ok=True)
-    PICTURE.write_bytes(_shot(chromium, page(), (2400, 3000), 64))
+    PICTURE.write_bytes(shot(chromium, page(), (2400, 3000), 64))
     for dialog, example in DIALOGS:
         tab = next((item for item in dialog.inputs if item.kind == "tab"), None)
-        body = f"<style>body {{ margin: 6px; zoom: 0.75 }}</style>{_window(dialog, example, tab)}"
+        body = f"<style>body {{ margin: 6px; zoom: 0.75 }}</style>{window(dialog, example, tab)}"
         width = round(0.75 * dialog.size[0]) + 24
         clip = ROOT / "addin_sdfusion/commands" / dialog.folder / "resources/toolclip.png"
         clip.write_bytes(
-            _shot(chromium, f"<!DOCTYPE html><style>{STYLE}</style>{body}", (width, 900), 16, 6)
+            shot(chromium, f"<!DOCTYPE html><style>{STYLE}</style>{body}", (width, 900), 16, 6)
         )
 
 
-def _shot(chromium: str, text: str, size: tuple[int, int], colors: int, margin: int = 24) -> bytes:
+def shot(chromium: str, text: str, size: tuple[int, int], colors: int, margin: int = 24) -> bytes:
     """A page as a picture of so many colours, without what is empty right and below."""
     with tempfile.TemporaryDirectory() as folder:
         shot, html = Path(folder) / "page.png", Path(folder) / "page.html"

@@ -63,6 +63,18 @@ def test_the_picture_is_small() -> None:
     assert len(data) < 200_000
 
 
+def test_the_guide_has_a_small_picture_of_each_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """If this fails, run: python docs/make_addin_steps.py."""
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    steps = list(script("make_addin_steps").steps())
+    assert [step.clicks for step in steps][:2] == [5, 10]  # OK is the last click
+    guide = (ROOT / "docs/how_to/muscles_in_fusion.md").read_text(encoding="utf-8")
+    for step in steps:
+        assert f"../images/fusion/{step.name}.png" in guide
+        assert len((ROOT / f"docs/images/fusion/{step.name}.png").read_bytes()) < 60_000
+        assert step.page.count("<polyline") == (1 if step is steps[0] else 2)
+
+
 @dialogs
 def test_ids_are_unique_and_inputs_have_tooltips(dialog: Dialog) -> None:
     items = list(all_inputs(dialog.inputs))
