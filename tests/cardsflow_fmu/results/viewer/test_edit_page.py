@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,10 +14,14 @@ from support.browser import Page, opened_browser
 from support.robots.every_field import robot_of_every_field
 
 from addin_sdfusion.muscles.mirror import other_side
+from addin_sdfusion.robot import read_robot
 from addin_sdfusion.robot.formats.muscle_table.document import MuscleDocument
 from addin_sdfusion.robot.formats.muscle_table.write import table_text
 from addin_sdfusion.robot.formats.read import read
+from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.results.viewer.html.edit_page import edit_page
+from cardsflow_fmu.results.viewer.live.page_server import new_token, page_server
+from cardsflow_fmu.simulation.edit import EditSession
 
 OVERLAPS = (Path(__file__).parent / "overlaps.js").read_text(encoding="utf-8")
 EVIL = "<img src=x onerror=hit=1></script><script>hit=1</script>"
@@ -122,7 +127,7 @@ class Hand:
         """Drag from a place to another one."""
         self.mouse("Moved", begin)
         self.mouse("Pressed", begin, 1)
-        for part in (0.3, 0.7, 1.0):
+        for part in (0.5, 1.0):
             self.mouse("Moved", [a + part * (b - a) for a, b in zip(begin, end, strict=True)], 1)
         self.mouse("Released", end)
 
@@ -294,3 +299,89 @@ def test_no_texts_overlap_and_hostile_names_stay_text(browser: Page, tmp_path: P
     for _ in range(browser.evaluate("edit.document.past.length")):
         hand.key("z", control=True)
     assert not browser.errors
+
+
+@contextlib.contextmanager
+def served_arm(browser: Page, file: Path) -> Iterator[Hand]:
+    """Serve the page of `cardsflow edit` and open it."""
+    edited, token = EditSession(file, report=lambda line: None), new_token()
+    page = edit_page(edited.robot, edited.file.parent, edited.data(token))
+    actions = {"/evaluate": edited.evaluate, "/save": edited.save}
+    browser.send(
+        "Network.emulateNetworkConditions",
+        offline=False,
+        latency=0,
+        downloadThroughput=-1,
+        uploadThroughput=-1,
+    )
+    _resize(browser, 1000, 700)
+    with page_server(page, None, actions, token) as server:
+        browser.open(server.address)
+        browser.wait_for("window.edit?.result && document.body.dataset.drawn")
+        yield Hand(browser)
+
+
+@pytest.mark.browser
+def test_arm_gets_six_muscles_by_clicks_and_drags_and_tracks(browser: Page, tmp_path: Path) -> None:
+    file = write_arm(tmp_path)
+    with served_arm(browser, file) as hand:
+        hand.surface("cylinder", "upper", (0.0, 0.0, 0.3))
+        # begin and end of each muscle, and the side of the axes
+        pairs = (
+            *(("base", 0.25, "upper", 0.06, 1.0), ("base", 0.22, "upper", 0.09, -1.0)),
+            *(("upper", 0.13, "fore", 0.06, 1.0), ("upper", 0.16, "fore", 0.1, -1.0)),
+            *(("base", 0.18, "fore", 0.14, 1.0), ("base", 0.15, "fore", 0.18, -1.0)),
+        )
+        for k, (first, low, last, high, side) in enumerate(pairs):
+            browser.click("[aria-label='new muscle']")
+            hand.click(hand.pixel(first, (0.0, 0.0, low)))
+            if k == 3:
+                hand.click(hand.pixel("upper", (-0.03, 0.0, 0.3)))
+            hand.click(hand.pixel(last, (0.0, 0.0, high)))
+            browser.click("[aria-label='new muscle']")
+            for i in (0, 1):
+                place = f"edit.worldOf(edit.document.data.muscles[{k}].points[{i}])"
+                ends = f"[0, {0.045 * side}].map(x => edit.pixelOf(sum({place}, [x, 0, 0])))"
+                hand.drag(*browser.evaluate(ends))
+        for (first, _, last, _, side), muscle in zip(
+            pairs, hand.document()["muscles"], strict=True
+        ):
+            assert [point["link"] for point in muscle["points"]] == [first, last]
+            for point in muscle["points"]:
+                np.testing.assert_allclose(point["position"][0], 0.045 * side, atol=0.006)
+        browser.wait_for("edit.result.arms.muscle_4 && !edit.server.isBusy")
+        expected = [{"surface": "cylinder_1", "segment": 0, "side": 0}]
+        assert hand.document()["muscles"][3]["wraps"] == expected
+        assert browser.evaluate("edit.result.error") == ""
+        hand.shown()
+        warning = browser.evaluate("document.querySelector('.edit .bound').textContent")
+        assert warning.startswith("The moment arm changes sign about shoulder at ")  # muscle 6
+
+        before = browser.evaluate("edit.result.lengths.get('muscle_3')")
+        height = browser.evaluate("edit.poses.hand[11]")
+        browser.evaluate("edit.setJoint(1, 0.5)")
+        browser.wait_for(f"edit.poses.hand[11] < {height} - 0.01")
+        assert browser.evaluate("edit.result.lengths.get('muscle_3')") < before - 0.01
+        assert browser.evaluate("edit.result.paths.get('muscle_4').length") > 2  # on the cylinder
+
+        (tmp_path / "muscles.csv").write_text("name,frame,link,x [m],y [m],z [m]\n")
+        browser.click("[aria-label=save]")
+        browser.wait_for("/changed on disk/.test(document.querySelector('.dialog').textContent)")
+        assert not browser.evaluate("document.querySelector('.dialog .main')")
+        hand.key("Escape")
+        (tmp_path / "muscles.csv").unlink()
+        browser.click("[aria-label=save]")
+        browser.wait_for("document.querySelector('.dialog .main')")
+        browser.click(".dialog .main")
+        browser.wait_for("!edit.document.isChanged")
+        document = MuscleDocument.from_plain(hand.document())
+    assert (tmp_path / "muscles.csv").read_text() == table_text(document)
+    assert browser.errors == []
+    run = tmp_path / "experiment.toml"
+    assert main(["init", str(file), "-o", str(run)]) == 0
+    assert main(["run", str(run), "-o", str(tmp_path / "results")]) == 0
+    summary = json.loads((tmp_path / "results" / "summary.json").read_text())
+    assert summary["tracking"]["rms"] < 1e-3
+    robot = read_robot(file)
+    assert len(robot.muscles) == 6
+    assert not robot.motors  # the muscles alone have moved the arm

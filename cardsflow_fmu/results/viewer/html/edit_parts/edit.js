@@ -116,11 +116,13 @@ class Editor {
     return muscle && muscle.points.length ? "Click the next point, or a wrap surface to route over it. Enter or Done ends." : "Click the first point on a link.";
   }
 
+  // Adds a muscle without points, with law and limits of the selected or last muscle.
   newMuscle() {
-    const law = "ideal" in this.data.laws ? "ideal" : Object.keys(this.data.laws)[0] ?? "ideal";
-    const muscle = { name: freeName(this.document.data.muscles, "muscle"), law, parameters: {}, f_min: 0, f_max: null, points: [], wraps: [] };
+    const { muscles } = this.document.data, like = this.document.muscle(this.selected.muscle) ?? muscles.at(-1);
+    const { law, parameters, f_min, f_max } = like ?? { law: "ideal", parameters: {}, f_min: 0, f_max: null };
+    const muscle = { name: freeName(muscles, "muscle"), law, parameters: { ...parameters }, f_min, f_max, points: [], wraps: [] };
     this.placing = null;
-    this.drawing = { muscle: muscle.name, isNew: true };
+    this.drawing = { muscle: muscle.name };
     this.selected = { muscle: muscle.name, point: null, wrap: null };
     this.change(data => { data.muscles.push(muscle); });
   }
