@@ -31,7 +31,7 @@ from .assembly import Assembly, Material, Part, Place
 from .build123d_joints import joint_record
 from .kernel import MILLIMETRE, Face, face_of, kernel, transform
 
-_DYNAMICS = ("damping", "friction", "stiffness", "rest", "effort")
+_DYNAMICS = ("damping", "friction", "stiffness", "rest", "effort", "velocity")
 
 
 @dataclass(frozen=True)
@@ -182,7 +182,8 @@ class Design:
 
         Args:
             joint: One of the two connected joints.
-            values: `damping`, `friction`, `stiffness`, `rest`, `effort`, see MotionSnapshot.
+            values: `damping`, `friction`, `stiffness`, `rest`, `effort`, `velocity`, see
+                MotionSnapshot.
 
         Raises:
             InputError: A parameter is unknown.

@@ -125,7 +125,7 @@ def _motions(row: JointRow) -> tuple[MotionSnapshot, ...]:
     ) -> MotionSnapshot:
         limits = row.value, row.lower, row.upper
         snapshot = MotionSnapshot(kind, axis, *limits, role, row.damping, row.friction)
-        return replace(snapshot, effort=row.effort)
+        return replace(snapshot, effort=row.effort, velocity=row.velocity)
 
     if row.kind == "revolute":
         return (motion("rotation", axis),)

@@ -19,10 +19,12 @@ from .assembly import Assembly, Place
 
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 _RADIANS = {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0}
+_LINEAR_SPEEDS = {"m/s": 1.0, "mm/s": 0.001}
+_ANGULAR_SPEEDS = {"rad/s": 1.0, "deg/s": math.pi / 180.0, "rpm": math.pi / 30.0}
 _DENSITIES = {"kg/m3": 1.0, "kg/m^3": 1.0, "kg/m³": 1.0, "g/cm3": 1e3, "g/cm^3": 1e3, "g/cm³": 1e3}
 _MASSES = {"kg": 1.0, "g": 0.001}
 _HEADER = re.compile(r"(?P<name>[a-z_ ]*[a-z_]) *(?:[\[(](?P<unit>[^\])]+)[\])])?", re.IGNORECASE)
-_QUANTITY = re.compile(r"(?P<number>[-+0-9.eE]+) *(?P<unit>[a-zA-Z°]*)")
+_QUANTITY = re.compile(r"(?P<number>[-+0-9.eE]+) *(?P<unit>[a-zA-Z°/]*)")
 
 KINDS: Mapping[str, JointKind] = {
     "rigid": "rigid",
@@ -95,6 +97,7 @@ class JointRow:
         value: Current value in the file, in [rad] or [m].
         damping, friction: In [N·m·s/rad] and [N·m], or [N·s/m] and [N].
         effort: Maximum torque or force, in [N·m] or [N]; None if not specified.
+        velocity: Maximum velocity, in [rad/s] or [m/s]; None if not specified.
     """
 
     name: Cell
@@ -109,6 +112,7 @@ class JointRow:
     damping: float
     friction: float
     effort: float | None
+    velocity: float | None
 
 
 @dataclass(frozen=True)
@@ -136,7 +140,7 @@ def read_joints(file: Path) -> tuple[JointRow, ...]:
     """
     required = ("name", "type", "parent", "child")
     vectors = ("x", "y", "z", "axis x", "axis y", "axis z")
-    numbers = ("lower", "upper", "value", "damping", "friction", "effort")
+    numbers = ("lower", "upper", "value", "damping", "friction", "effort", "velocity")
     return tuple(_joint(row) for row in read_rows(file, required, (*vectors, *numbers)))
 
 
@@ -201,6 +205,7 @@ def _joint(row: Mapping[str, Cell]) -> JointRow:
         number("damping") or 0.0,
         number("friction") or 0.0,
         number("effort"),
+        number("velocity", _LINEAR_SPEEDS if kind == "slider" else _ANGULAR_SPEEDS),
     )
 
 

@@ -192,6 +192,10 @@ def test_joints_are_read_with_their_units(tmp_path: Path) -> None:
         (HEAD + GOOD.replace("10,20", "ten,20"), "joints.csv:2: x: must be a number, not 'ten'"),
         (HEAD + GOOD.replace("10,20", "nan,20"), "joints.csv:2: x: must be a number"),
         (HEAD + GOOD.replace("1.5", "1.5 mm"), "joints.csv:2: upper: no unit 'mm'"),
+        (
+            (HEAD + GOOD).replace("\n", ",velocity\n", 1).replace("10 deg", "0,1 m/s"),
+            "joints.csv:2: velocity: no unit 'm/s'",
+        ),
         (HEAD + GOOD.replace("0,1,0", "0,0,0"), "joints.csv:2: axis x: an axis must not be"),
         (HEAD + GOOD.replace("0,1,0", ",,"), "joints.csv:2: name: a revolute joint needs an axis"),
         (HEAD + GOOD.replace("10,20,30", ",,"), "joints.csv:2: name: a revolute joint needs an o"),

@@ -140,6 +140,8 @@ def test_tables_complete_a_robot(step: Path, tables: Tables, tmp_path: Path) -> 
     limits = {c.name: (c.lower, c.upper, c.damping) for c in robot.coordinates}
     assert limits["wrist"] == pytest.approx((-math.pi / 2, math.pi / 2, 0.1))
     assert limits["slip"] == pytest.approx((-0.005, 0.005, 0.0))
+    speeds = {c.name: c.max_velocity for c in robot.coordinates}
+    assert speeds == pytest.approx({"wrist": math.pi, "curl": math.pi, "slip": 0.02})
     (muscle,) = robot.muscles
     assert (muscle.f_min, muscle.f_max) == (5.0, 50.0)
     poses = forward(robot, {c.name: 0.0 for c in robot.coordinates})

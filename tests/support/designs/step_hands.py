@@ -61,11 +61,12 @@ def write_hands(file: Path) -> None:
     writer.Write(str(file))
 
 
-JOINTS = """name,type,parent,child,x [mm],y [mm],z [mm],axis x,axis y,axis z,lower,upper,damping
-base,fixed,world,palm:1,,,,,,,,,
-wrist,revolute,palm:1,händ,10,0,5,0,1,0,-90 deg,90 deg,0.1
-curl,revolute,händ:1+palm:1,händ:1+finger:1,0,0,0,1,0,0,,,
-slip,slider,palm:1,händ_2,,,,0,0,1,-5 mm,5 mm,
+JOINTS = """name,type,parent,child,x [mm],y [mm],z [mm],axis x,axis y,axis z,lower,upper,damping,\
+velocity
+base,fixed,world,palm:1,,,,,,,,,,
+wrist,revolute,palm:1,händ,10,0,5,0,1,0,-90 deg,90 deg,0.1,180 deg/s
+curl,revolute,händ:1+palm:1,händ:1+finger:1,0,0,0,1,0,0,,,,30 rpm
+slip,slider,palm:1,händ_2,,,,0,0,1,-5 mm,5 mm,,20 mm/s
 """
 MUSCLES = """role,name,number,link,x [mm],y [mm],z [mm],f_min,f_max
 via,m,0,palm,0,0,0,5,50
