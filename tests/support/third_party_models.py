@@ -95,7 +95,9 @@ OSIM = """<?xml version="1.0" encoding="UTF-8"?>
         <translation>0 0 0.1</translation><orientation>0 0 0.2</orientation></PhysicalOffsetFrame>
     </frames></WeldConstraint>
   <WeldConstraint name="off"><isEnforced>false</isEnforced></WeldConstraint>
-  <ConstantDistanceConstraint name="rod"/>
+  <ConstantDistanceConstraint name="rod"><socket_body_1>/bodyset/shank</socket_body_1>
+    <socket_body_2>/ground</socket_body_2><constant_distance>0.5</constant_distance>
+  </ConstantDistanceConstraint>
 </objects></ConstraintSet>
 <ForceSet><objects>
   <Thelen2003Muscle name="vas"><max_isometric_force>500</max_isometric_force><Af>0.3</Af>

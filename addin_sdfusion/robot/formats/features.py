@@ -9,6 +9,7 @@ from typing import Any
 from ..finding import Subject
 from ..finding_builders import listed
 from ..model.joint import Coordinate, Joint
+from ..model.loop import LOOP_TYPES
 from ..model.muscle import Muscle, ViaPoint, Wrap, WrapSurface
 from ..model.pose import IDENTITY
 from ..model.robot import GRAVITY, MARKERS, Link, Robot
@@ -330,7 +331,7 @@ def loops_except(held: Container[str]) -> Row:
     return omitted(
         LOOPS,
         find=of_robot(lambda robot: other_loops(robot, held)),
-        only="except balls, hinges and fixed joints",
+        only=", ".join(kind for kind in LOOP_TYPES if kind not in held),
     )
 
 

@@ -16,7 +16,7 @@ from ..features import Words, of_coordinates, of_links, of_muscles, of_robot
 from ..writing import wrap_ends
 from ..writing.plain_paths import with_markers
 from .write_bodies import MAX_NESTED, MotionJoint, chains_too_deep, coordinate_order, motion_joints
-from .write_constraints import EQUALITIES, STEP, has_friction, is_supported
+from .write_constraints import LOOPS, STEP, has_friction, is_supported
 from .write_inertia import missing_inertia, written_inertias
 from .write_muscles import LAWS
 from .write_tendons import first_wraps
@@ -191,8 +191,6 @@ def _shapes(link: Link) -> Words:
     return {"count": len(link.shapes)} if link.shapes else {}
 
 
-_LOOPS = (*EQUALITIES, "revolute")
-
 MJCF = Capabilities(
     "MJCF",
     (
@@ -230,12 +228,12 @@ MJCF = Capabilities(
             of_robot(_is_soft),
             only="others",
         ),
-        features.loops_except(_LOOPS),
+        features.loops_except(LOOPS),
         changed(
             features.LOOPS,
             "soft-loops",
             "loops in MuJoCo are soft: their equalities act as springs with dampers",
-            of_robot(lambda robot: any(loop.type in _LOOPS for loop in robot.loops)),
+            of_robot(lambda robot: any(loop.type in LOOPS for loop in robot.loops)),
             only="balls, hinges and fixed joints",
         ),
         omitted(features.LIMIT_FORCES),

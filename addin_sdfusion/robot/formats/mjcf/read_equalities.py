@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Literal
 
 from ...checks.loops import rigid_bodies
 from ...finding import Subject
@@ -16,9 +15,9 @@ from ...model.loop import LoopJoint
 from ...model.pose import Pose
 from ...model.robot import Robot
 from ...model.transform import Transform
-from ...transforms.hinge_loops import merge_points_to_hinges
 from ...transforms.joint_chains import Names
-from ..reading.loops import End, loop_joint
+from ...transforms.loop_points import LoopPoint
+from ..reading.loops import closing_joints
 from ..reading.xml import Node
 from .compiled import Compiled, Row, rotation_of, transform, vector
 from .document import Document, note_equality
@@ -76,23 +75,24 @@ def _couple(row: Row, node: Node, compiled: Compiled, known: dict[str, Coordinat
 
 def with_loops(robot: Robot, document: Document, compiled: Compiled) -> Robot:
     """Return the robot with loop joints from equalities, which are exact here."""
-    bodies, names = rigid_bodies(robot.joints), Names(joint.name for joint in robot.joints)
-    loops, nodes = [], []
+    names = Names(joint.name for joint in robot.joints)
+    parts: list[LoopJoint | LoopPoint] = []
+    nodes: dict[str, Node] = {}
+    exact: dict[str, Node] = {}
     for row in compiled.equalities:
         if row["type"] in (CONNECT, WELD) and row["active0"]:
             name = names.unique(row["name"] or row["type"])
-            node = document.node_at(row["line"]).with_subject(Subject("joint", name))
-            loop = _loop(row, node, name, compiled, bodies)
-            if loop is not None:
-                loops.append(loop)
-                nodes.append(document.node_at(row["line"]))
-    _note_exact(nodes, "loops")
-    return replace(robot, loops=merge_points_to_hinges(loops))
+            nodes[name] = document.node_at(row["line"]).with_subject(Subject("joint", name))
+            parts.append(_part(row, name, compiled))
+            exact[name] = document.node_at(row["line"])
+    bodies = rigid_bodies(robot.joints)
+    loops, _ = closing_joints(parts, nodes, bodies)
+    moving = [part.name for part in parts if bodies.get(part.parent) != bodies.get(part.child)]
+    _note_exact([exact[name] for name in moving], "loops")
+    return replace(robot, loops=loops)
 
 
-def _loop(
-    row: Row, node: Node, name: str, compiled: Compiled, bodies: Mapping[str, str]
-) -> LoopJoint | None:
+def _part(row: Row, name: str, compiled: Compiled) -> LoopJoint | LoopPoint:
     first, second = row["obj1id"], row["obj2id"]
     is_point = row["type"] == CONNECT
     if row["objtype"] == "site":
@@ -101,11 +101,13 @@ def _loop(
         first_frame, second_frame = _ends(row["data"], is_point)
         names = [compiled.bodies[k]["name"] for k in (first, second)]
         ends = (names[0], first_frame), (names[1], second_frame)
-    type_: Literal["ball", "fixed"] = "ball" if is_point else "fixed"
-    return loop_joint(node, name, type_, ends, bodies)
+    (parent, T_parent), (child, T_child) = ends
+    if is_point:
+        return LoopPoint(name, parent, child, "point", T_parent.position, T_child.position)
+    return LoopJoint(name, parent, child, "fixed", (), T_parent, T_child)
 
 
-def _site(compiled: Compiled, number: int, is_point: bool) -> End:
+def _site(compiled: Compiled, number: int, is_point: bool) -> tuple[str, Pose]:
     row = compiled.sites[number]
     pose = Pose(vector(row["pos"])) if is_point else transform(row).pose()
     return compiled.bodies[row["bodyid"]]["name"], pose

@@ -19,7 +19,6 @@ from xml.etree import ElementTree
 
 from ...model.coupling import all_values
 from ...model.robot import WORLD, Robot
-from ...transforms.hinge_loops import with_hinges_as_points
 from ...transforms.joint_chains import Names
 from ..capability import require_writable
 from ..writing.file_names import write_document
@@ -66,7 +65,7 @@ def _mjcf(robot: Robot, meshes: MeshFiles) -> str:
     add_shapes(robot, bodies)
     sites = _task_sites(robot, bodies)
     add_wrap_geoms(robot, bodies)
-    add_loops(with_hinges_as_points(robot), root, bodies, sites)
+    add_loops(robot, root, bodies, sites)
     add_tendons(robot, root, bodies, sites)
     _actuators(robot, root)
     _initial(robot, root)

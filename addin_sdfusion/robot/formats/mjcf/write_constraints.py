@@ -12,8 +12,11 @@ from collections.abc import Mapping
 from xml.etree import ElementTree
 
 from ...model.function import Function, Polynomial, taylor
+from ...model.loop import LoopType
+from ...model.pose import Pose
 from ...model.robot import Robot
 from ...transforms.joint_chains import Names
+from ...transforms.loop_points import loop_points
 from ..writing.xml_text import element, numbers
 from .write_bodies import coordinate_order, placement
 
@@ -29,8 +32,8 @@ SOLIMP_MAX = numbers((0.9999, 0.9999, 1e-3, 0.5, 2.0))
 """Maximum impedance of a constraint in MuJoCo, for all violations."""
 NO_SLIP = {"noslip_iterations": "30", "noslip_tolerance": "1e-12"}
 """Options that reduce the creep of friction; a residual of 1e-6 rad/s would remain otherwise."""
-EQUALITIES = {"ball": "connect", "fixed": "weld"}
-"""MuJoCo's equality for each supported type of loop joint; hinges are written as two balls."""
+LOOPS: tuple[LoopType, ...] = ("fixed", "ball", "revolute")
+"""Types of loop joints that MuJoCo's equalities can represent."""
 
 
 def add_constraints(robot: Robot, root: ElementTree.Element) -> None:
@@ -92,7 +95,7 @@ def has_friction(robot: Robot) -> bool:
 def add_loops(
     robot: Robot, root: ElementTree.Element, bodies: Mapping[str, ElementTree.Element], sites: Names
 ) -> None:
-    """Add an equality between two new sites for each loop joint that MuJoCo supports.
+    """Add the equalities of all loop joints that MuJoCo supports, between new sites.
 
     Args:
         robot: The robot.
@@ -100,12 +103,21 @@ def add_loops(
         bodies: Body of each link.
         sites: Names of the sites.
     """
-    held = [loop for loop in robot.loops if loop.type in EQUALITIES]
+    held = [loop for loop in robot.loops if loop.type in LOOPS]
     equalities = element(root, "equality") if held else root
+    names = Names([*(j.name for j in robot.joints), *(loop.name for loop in robot.loops)])
+
+    def add(kind: str, name: str, *ends: tuple[str, Pose]) -> None:
+        words = {}
+        for k, (link, T) in enumerate(ends, start=1):
+            site = words[f"site{k}"] = sites.unique(f"{name}:{k}")
+            element(bodies[link], "site", None, name=site, **placement(T))
+        element(equalities, kind, None, name=name, **words)
+
     for loop in held:
-        ends = (loop.parent, loop.T_parent_joint), (loop.child, loop.T_child_joint)
-        names = [sites.unique(f"{loop.name}:{k}") for k in (1, 2)]
-        for name, (link, T) in zip(names, ends, strict=True):
-            element(bodies[link], "site", None, name=name, **placement(T))
-        words = dict(zip(("site1", "site2"), names, strict=True))
-        element(equalities, EQUALITIES[loop.type], None, name=loop.name, **words)
+        if loop.type == "fixed":
+            ends = (loop.parent, loop.T_parent_joint), (loop.child, loop.T_child_joint)
+            add("weld", loop.name, *ends)
+        for point in loop_points(loop, names):
+            ends = (point.parent, Pose(point.in_parent)), (point.child, Pose(point.in_child))
+            add("connect", point.name, *ends)

@@ -46,7 +46,7 @@ Line = Mapping[str, str]
 
 
 def table_text(document: MuscleDocument) -> str:
-    """Return the text of a muscles.csv; columns without content are left out."""
+    """Return the text of a muscles.csv; columns without content are omitted."""
     lines = [line for muscle in document.muscles for line in _muscle(muscle)]
     lines += [_surface(surface) for surface in document.wraps]
     columns = [c for c in COLUMNS if c in ALWAYS or any(line.get(c) for line in lines)]

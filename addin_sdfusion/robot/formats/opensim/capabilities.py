@@ -23,7 +23,7 @@ from ..writing.plain_paths import with_markers
 from .writing.bodies import MIN_MASS, links_fixed_to_world
 from .writing.functions import can_write_sum
 from .writing.joints import has_three_rotations, is_chain, is_one_joint
-from .writing.loops import CONSTRAINTS
+from .writing.loops import SUPPORTED
 from .writing.muscles import CLASSES, changed_parameters, has_other_bounds, ignored_damping
 from .writing.names import renamed_objects
 from .writing.points import changed_ranges, loses_motion, ranges_without_limits
@@ -145,7 +145,7 @@ OPENSIM = Capabilities(
             of_coordinates(_has_equal_limits),
             only="equal limits",
         ),
-        features.loops_except((*CONSTRAINTS, "revolute")),
+        features.loops_except(SUPPORTED),
         omitted(features.ARMATURES),
         changed(
             "links without mass",
@@ -199,7 +199,7 @@ OPENSIM = Capabilities(
         ),
         changed(
             "cylinders without ends",
-            f"cylinders in OpenSim are finite; {{surface!r}} is written {ENDLESS!r} m long",
+            "cylinder-has-ends",
             f"cylinder {{surface!r}} ends in OpenSim: it is {ENDLESS!r} m long",
             _long_cylinders,
         ),

@@ -20,7 +20,6 @@ from ...model.joint import Joint
 from ...model.muscle import CableSet, Muscle
 from ...model.robot import MARKERS, WORLD, Robot, TaskFrame, TaskSet
 from ...model.transform import IDENTITY
-from ...transforms.hinge_loops import merge_points_to_hinges
 from ..cardsflow.extras import DEFAULT_SET
 from ..reading.meshes import note_missing_meshes
 from ..reading.tree import parents_first
@@ -81,7 +80,7 @@ def read_osim(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     context = PathContext(frames, wraps, ranges)
     with_unique_names(muscles, partial(Subject, "muscle"))
     read = [muscle for node in muscles if (muscle := read_muscle(node, context)) is not None]
-    loops = merge_points_to_hinges(read_loops(constraints, frames, joints))
+    loops = read_loops(constraints, frames, joints)
     note_shapes(model)
     note_missing_meshes(model, links)
     surfaces = {name: wrap.surface for name, wrap in wraps.items() if wrap is not None}

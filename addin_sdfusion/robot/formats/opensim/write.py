@@ -17,7 +17,6 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from ...model.robot import WORLD, Robot
-from ...transforms.hinge_loops import with_hinges_as_points
 from ...transforms.joint_chains import Names
 from ..capability import require_writable
 from ..writing.file_names import write_document
@@ -27,7 +26,7 @@ from .capabilities import PATH_FEATURES, osim_losses
 from .writing.bodies import MIN_MASS, add_body, frame_path, links_fixed_to_world, objects
 from .writing.forces import add_joint_forces, add_muscle
 from .writing.joints import add_couplers, add_joints, coordinate_paths
-from .writing.loops import CONSTRAINTS, add_loop
+from .writing.loops import SUPPORTED, add_loop
 from .writing.names import GROUND, with_legal_names
 from .writing.points import ranges_of_points
 from .writing.wraps import add_surfaces, wrap_names
@@ -58,12 +57,12 @@ def write_osim(
 
 
 def _add_constraints(model: ElementTree.Element, robot: Robot) -> None:
-    held = [loop for loop in with_hinges_as_points(robot).loops if loop.type in CONSTRAINTS]
+    held = [loop for loop in robot.loops if loop.type in SUPPORTED]
     if held or any(c.coupling for c in robot.all_coordinates):
         constraints = objects(model, "ConstraintSet", "constraintset")
         names = add_couplers(constraints, robot)
         for loop in held:
-            add_loop(constraints, replace(loop, name=names.unique(loop.name)))
+            add_loop(constraints, replace(loop, name=names.unique(loop.name)), names)
 
 
 def _osim(robot: Robot, meshes: MeshFiles) -> str:

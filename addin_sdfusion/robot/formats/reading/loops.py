@@ -2,43 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Literal
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from ...model.loop import LoopJoint
-from ...model.pose import Pose
 from ...model.robot import WORLD
+from ...transforms.loop_points import LoopPoint, join_points
 from .xml import Node
 
-End = tuple[str, Pose]
-"""Name of a link, and a frame in it."""
 
-
-def loop_joint(
-    node: Node, name: str, type_: Literal["ball", "fixed"], ends: tuple[End, End],
-    bodies: Mapping[str, str],
-) -> LoopJoint | None:  # fmt: skip
-    """Return the loop joint of a constraint, or None if both links belong to one rigid body.
+def closing_joints(
+    parts: Sequence[LoopJoint | LoopPoint], nodes: Mapping[str, Node], bodies: Mapping[str, str]
+) -> tuple[tuple[LoopJoint, ...], tuple[LoopPoint, ...]]:
+    """Return loop joints, and the conditions that do not form one.
 
     Args:
-        node: Element of the constraint.
-        name: Name of the joint.
-        type_: `ball` for coincident points, `fixed` for coincident frames.
-        ends: The coincident frames.
+        parts: Loop joints and conditions on points, in the order of the file.
+        nodes: Element of each part, by name.
         bodies: Rigid body of each link; see `rigid_bodies`.
     """
-    (parent, T_parent_joint), (child, T_child_joint) = ends
-    if child == WORLD:
-        (child, T_child_joint), (parent, T_parent_joint) = ends
-    if bodies.get(parent) == bodies.get(child):
-        problem = f"{name!r} connects {parent!r} and {child!r}, which are one rigid body; ignored"
-        node.warning("loop-of-no-length", problem)
-        return None
-    return LoopJoint(
-        name,
-        parent,
-        child,
-        type_,
-        T_parent_joint=T_parent_joint,
-        T_child_joint=T_child_joint,
+    joints = []
+    found, others = join_points(parts)
+    for loop in found:
+        if bodies.get(loop.parent) == bodies.get(loop.child):
+            problem = (
+                f"{loop.name!r} connects {loop.parent!r} and {loop.child!r}, which are one rigid "
+                "body; ignored"
+            )
+            nodes[loop.name].warning("loop-of-no-length", problem)
+        else:
+            joints.append(_reversed(loop) if loop.child == WORLD else loop)
+    return tuple(joints), others
+
+
+def _reversed(loop: LoopJoint) -> LoopJoint:
+    """Return the same loop joint with exchanged links."""
+    return replace(
+        loop,
+        parent=loop.child,
+        child=loop.parent,
+        axes=loop.axes[::-1],
+        T_parent_joint=loop.T_child_joint,
+        T_child_joint=loop.T_parent_joint,
     )

@@ -1,64 +1,105 @@
-"""Reader of OpenSim constraints that close loops: coincident points, welded frames."""
+"""Reader of OpenSim constraints that close loops: conditions on points, welded frames."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import Literal
+from collections.abc import Sequence
 
 from ....checks.loops import rigid_bodies
 from ....finding import Subject
 from ....model.joint import Joint
 from ....model.loop import LoopJoint
-from ....model.pose import Pose
-from ....model.transform import IDENTITY
+from ....model.pose import Vector3
+from ....model.rotations import normalized
+from ....model.transform import IDENTITY, Transform
 from ....transforms.joint_chains import Names
-from ...reading.loops import End, loop_joint
+from ....transforms.loop_points import Kind, LoopPoint
+from ...reading.loops import closing_joints
 from ...reading.xml import ZERO, Node
 from .coordinates import COUPLER
 from .document import is_true
 from .frames import Frames, pose_of
 
-POINT, WELD = "PointConstraint", "WeldConstraint"
+_WELD = "WeldConstraint"
+_KINDS: dict[str, Kind] = {
+    "PointConstraint": "point",
+    "PointOnLineConstraint": "line",
+    "ConstantDistanceConstraint": "distance",
+}
+_SOCKETS = {
+    "line": ("socket_line_body", "socket_follower_body"),
+    "point": ("socket_body_1", "socket_body_2"),
+}
+_PLACES = {
+    "line": ("point_on_line", "point_on_follower"),
+    "point": ("location_body_1", "location_body_2"),
+}
 
 
 def read_loops(
     constraints: Sequence[Node], frames: Frames, joints: Sequence[Joint]
-) -> Iterator[LoopJoint]:
-    """Yield the loop joints of a model; report unsupported constraints.
+) -> tuple[LoopJoint, ...]:
+    """Return the loop joints of a model; report unsupported constraints.
 
     Args:
         constraints: All constraints.
         frames: Frames of the model.
         joints: Joints of the tree, parents first.
     """
-    names, bodies = Names(joint.name for joint in joints), rigid_bodies(joints)
+    names = Names(joint.name for joint in joints)
+    parts: list[LoopJoint | LoopPoint] = []
+    nodes: dict[str, Node] = {}
     for node in constraints:
         if node.tag == COUPLER or not is_true(node, "isEnforced", True):
             continue
-        given = node.attribute("name", "") or node.tag
-        if node.tag not in (POINT, WELD):
-            problem = (
-                f"<{node.tag}> {given!r} is not supported and is ignored (known: {POINT}, "
-                f"{WELD}); the motion of the robot differs"
-            )
-            node.warning("loop-left-out", problem)
+        if node.tag != _WELD and node.tag not in _KINDS:
+            _note_left_out(node)
             continue
-        name = names.unique(given)
-        about = node.with_subject(Subject("joint", name))
-        first, second = (_end(about, frames, k) for k in ("1", "2"))
-        kind: Literal["ball", "fixed"] = "ball" if node.tag == POINT else "fixed"
-        loop = loop_joint(about, name, kind, (first, second), bodies)
-        if loop is not None:
-            yield loop
+        name = names.unique(node.attribute("name", "") or node.tag)
+        about = nodes[name] = node.with_subject(Subject("joint", name))
+        part = _weld(about, frames, name) if node.tag == _WELD else _point(about, frames, name)
+        parts.append(part)
+    loops, others = closing_joints(parts, nodes, rigid_bodies(joints))
+    for point in others:
+        _note_left_out(nodes[point.name])
+    return loops
 
 
-def _end(node: Node, frames: Frames, number: str) -> End:
-    """Return the link at one end, and the pose of the frame in it."""
-    constraint_path = f"/constraintset/{node.attribute('name', '')}"
-    if node.tag == WELD:
-        link, T_link_frame = frames.place(node, f"socket_frame{number}", constraint_path)
-        return link, pose_of(T_link_frame)
-    link, T_link_frame = frames.place(node, f"socket_body_{number}", constraint_path)
-    tag = f"location_body_{number}"
+def _note_left_out(node: Node) -> None:
+    given = node.attribute("name", "") or node.tag
+    known = ", ".join((*_KINDS, _WELD))
+    problem = (
+        f"<{node.tag}> {given!r} is not supported and is ignored (known: {known}, if they form a "
+        "joint); the motion of the robot differs"
+    )
+    node.warning("loop-left-out", problem)
+
+
+def _weld(node: Node, frames: Frames, name: str) -> LoopJoint:
+    path = f"/constraintset/{node.attribute('name', '')}"
+    (parent, T_parent), (child, T_child) = (
+        frames.place(node, f"socket_frame{k}", path) for k in (1, 2)
+    )
+    return LoopJoint(name, parent, child, "fixed", (), pose_of(T_parent), pose_of(T_child))
+
+
+def _point(node: Node, frames: Frames, name: str) -> LoopPoint:
+    kind = _KINDS[node.tag]
+    words = "line" if kind == "line" else "point"
+    path = f"/constraintset/{node.attribute('name', '')}"
+    placed = [frames.place(node, tag, path) for tag in _SOCKETS[words]]
+    (parent, T), (child, _) = placed
+    first, second = (
+        _place(node, tag, T) for tag, (_, T) in zip(_PLACES[words], placed, strict=True)
+    )
+    direction, distance = ZERO, 0.0
+    if kind == "line":
+        given = node.vector("line_direction_vec")
+        direction = normalized(T.rotate(given)) if any(given) else ZERO
+    if kind == "distance":
+        distance = node.number("constant_distance")
+    return LoopPoint(name, parent, child, kind, first, second, direction, distance)
+
+
+def _place(node: Node, tag: str, T: Transform) -> Vector3:
     point = node.vector(tag) if node.all(tag) else ZERO
-    return link, Pose(point if T_link_frame == IDENTITY else T_link_frame.apply(point))
+    return point if T == IDENTITY else T.apply(point)
