@@ -74,7 +74,9 @@ def _real_time_lines(summary: Mapping[str, Any]) -> list[str]:
             lines[0] += (
                 f": {hardware['missed']} exchanges missed, "
                 f"{hardware.get('clamped') or 0} commands clamped, oldest state "
-                f"{_text(hardware['oldest_state'], 1e3)} ms, round trip median "
+                f"{_text(hardware['oldest_state'], 1e3)} ms "
+                f"({hardware.get('old_states') or 0} steps on states older than 2 steps), "
+                "round trip median "
                 f"{_text(hardware['round_trip']['median'], 1e6)}, "
                 f"99 % {_text(hardware['round_trip']['p99'], 1e6)} us"
             )

@@ -9,6 +9,9 @@ import numpy as np
 
 from cardsflow_fmu.utils.arrays import FloatArray
 
+_MAX_AGE = 2
+"""Age of an old state, in steps."""
+
 
 def exchange_statistics(columns: Mapping[str, FloatArray]) -> dict[str, Any]:
     """Return missed exchanges, clamped commands, round trip times and ages; empty without hardware.
@@ -22,9 +25,10 @@ def exchange_statistics(columns: Mapping[str, FloatArray]) -> dict[str, Any]:
     if missed is None or trips is None or "age" not in columns:
         return {}
     if len(missed) < 2:
-        empty = dict.fromkeys(("missed", "clamped", "round_trip", "oldest_state"))
+        empty = dict.fromkeys(("missed", "clamped", "round_trip", "oldest_state", "old_states"))
         return {"hardware": {"exchanges": 0, **empty, "unit": "s"}}
     median, p99 = np.quantile(trips[1:], [0.5, 0.99])
+    ages, step = columns["age"][1:], columns["time"][1] - columns["time"][0]
     clamped = columns.get("clamped")  # FMUs of earlier versions do not have this output
     return {
         "hardware": {
@@ -36,7 +40,8 @@ def exchange_statistics(columns: Mapping[str, FloatArray]) -> dict[str, Any]:
                 "p99": float(p99),
                 "max": float(trips[1:].max()),
             },
-            "oldest_state": float(columns["age"][1:].max()),
+            "oldest_state": float(ages.max()),
+            "old_states": int(np.count_nonzero(ages > _MAX_AGE * step)),
             "unit": "s",
         }
     }

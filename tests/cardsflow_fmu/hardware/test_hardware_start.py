@@ -11,6 +11,7 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.settings.hardware import Faults
 from cardsflow_fmu.hardware.emulator.faults import FaultyLine
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
+from cardsflow_fmu.hardware.protocol.exchange_statistics import exchange_statistics
 from cardsflow_fmu.hardware.session.connect import Connection, make_session
 from cardsflow_fmu.hardware.session.session import HardwareSession
 from cardsflow_fmu.results.verdict import failure, problems
@@ -64,6 +65,35 @@ def test_many_missed_exchanges_are_a_warning_or_a_failure(
     assert len(problems(summary)) == warns
     failed = f"{missed} of 1000 exchanges with the hardware missed" if fails else None
     assert failure(summary) == failed
+
+
+def test_a_late_computer_is_reported_when_the_device_is_safe(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The device enters its safe state since the computer of the controller was late by 80 ms."""
+    world, session = late_session(monkeypatch, outage=1e-4)
+    session.exchange(0.0, PULL)
+    session.exchange(session.step, PULL)
+    world.sleep(0.08)
+    with pytest.raises(HardwareError, match="started steps late by up to") as caught:
+        for k in range(2, 5):
+            session.exchange(k * session.step, PULL)
+    late = float(str(caught.value).split("late by up to ")[1].split()[0])
+    assert 79.0 <= late <= 80.0
+    assert "entered its safe state" in str(caught.value)
+
+
+def test_steps_on_old_states_are_counted() -> None:
+    """States older than two steps, without the state before the run."""
+    columns = {
+        "time": 1e-3 * np.arange(5),
+        "missed": np.array([0.0, 0.0, 1.0, 2.0, 2.0]),
+        "round_trip_time": np.full(5, 2e-4),
+        "age": 1e-3 * np.array([9.0, 0.9, 1.9, 2.9, 0.9]),
+    }
+    hardware = exchange_statistics(columns)["hardware"]
+    assert (hardware["exchanges"], hardware["old_states"]) == (4, 1)
+    assert hardware["oldest_state"] == pytest.approx(2.9e-3)
 
 
 @pytest.mark.parametrize("bound", [100.0, 20.0])
