@@ -37,8 +37,7 @@ DEFINE = Example(
         "muscle": "biceps_l",
         "link": OF_PART,
         "length": "3 points, 411.7 mm",
-        "preview": "Lines behind bodies of bolt:1 are hidden; switch off their light bulbs to see "
-        "them.",
+        "preview": "Lines behind bodies are paler.",
         "muscle_name": "biceps_l",
         "palette": "Red",
         "color": "#d62728",

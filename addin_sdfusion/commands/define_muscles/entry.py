@@ -27,7 +27,7 @@ from .model import links, muscles, points, wraps
 from .model.model import MuscleModel
 from .model.picks import Pick
 from .picks import faces_at, picked_point, picked_surface, plane
-from .preview import draw, visibility
+from .preview import draw
 from .tabs.motion import MotionTab
 from .tabs.muscles import NEW_MUSCLE, OF_PART
 from .tabs.others import MARKER
@@ -83,7 +83,6 @@ class DefineMuscles(Window):
 
     def on_open(self) -> None:
         """Show the muscle table of the design."""
-        self.inputs.set("preview", visibility(self._read.snapshot))
         show(self.model, self.inputs)
 
     def on_change(self, changed: Any) -> None:

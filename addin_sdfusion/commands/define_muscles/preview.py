@@ -8,24 +8,21 @@ from typing import Any
 import adsk.core
 import adsk.fusion
 
-from ...fusion.notes import optional
-from ...fusion.occurrences import every_occurrence
 from ...fusion.units import CM
 from ...muscles.path import path_of
 from ...robot.model.pose import Vector3
-from ...snapshot import DesignSnapshot
 from .model.model import MuscleModel
 
 _THIN, _THICK, _TEXT = 2.0, 5.0, 14.0  # pixels
-_OPACITY = 0.4
-_NAMES = 4
+_COVERED = 0.6
+"""Opacity of lines and labels behind bodies."""
 
 
 def draw(design: Any, model: MuscleModel, colors: Mapping[str, str]) -> None:
     """Draw all muscles, the chosen one thick and with the numbers of its points.
 
-    Bodies of this document's components are transparent in the preview, so that muscles inside them
-    are visible. The function must be called only in `executePreview`, whose changes Fusion reverts.
+    Lines and labels are visible through bodies that cover them. The function must be called only in
+    `executePreview`, whose changes Fusion reverts.
 
     Args:
         design: The design.
@@ -33,8 +30,6 @@ def draw(design: Any, model: MuscleModel, colors: Mapping[str, str]) -> None:
         colors: Colours of muscles that replace their own colours.
     """
     table, muscle = model.table, model.muscle
-    if table.points:
-        _make_transparent(design)
     group = design.rootComponent.customGraphicsGroups.add()
     group.isSelectable = False  # the preview cannot be picked by mistake
     for row in table.rows:
@@ -47,34 +42,6 @@ def draw(design: Any, model: MuscleModel, colors: Mapping[str, str]) -> None:
         if row.name == muscle:
             for point in (p for p in table.points_of(row.name) if not p.lost):
                 _label(group, point.position, f" {point.number}", color)
-
-
-def visibility(snapshot: DesignSnapshot) -> str:
-    """Return which lines of the preview are not visible.
-
-    Fusion changes the opacity only of components, not of the root component, and not of components
-    of other documents. Lines of custom graphics are hidden by opaque bodies.
-    """
-    referenced = [o.path for o in snapshot.occurrences if o.referenced]
-    visible = [body.occurrence for body in snapshot.bodies if body.visible]
-    opaque = [path for path in visible if any(_is_in(path, o) for o in referenced)]
-    names = ["the root component"] if "" in visible else []
-    names += sorted({path.rpartition("+")[2] for path in opaque})
-    if not names:
-        return "All lines are visible."
-    shown = ", ".join(names[:_NAMES]) + (", ..." if len(names) > _NAMES else "")
-    return f"Lines behind bodies of {shown} are hidden; switch off their light bulbs to see them."
-
-
-def _is_in(path: str, occurrence: str) -> bool:
-    return path == occurrence or path.startswith(f"{occurrence}+")
-
-
-def _make_transparent(design: Any) -> None:
-    """Make the components of this document transparent; the root component has no opacity."""
-    for occurrence in every_occurrence(design.rootComponent):
-        if not occurrence.isReferencedComponent:
-            optional(lambda: setattr(occurrence.component, "opacity", _OPACITY))  # noqa: B023
 
 
 def _line(group: Any, points: list[Vector3], color: Any, weight: float) -> None:
@@ -105,4 +72,4 @@ def _label(group: Any, position: Vector3, text: str, color: Any) -> None:
 def _color(text: str) -> Any:
     red, green, blue = (int(text[i : i + 2], 16) for i in (1, 3, 5))
     color = adsk.core.Color.create(red, green, blue, 255)
-    return adsk.fusion.CustomGraphicsSolidColorEffect.create(color)
+    return adsk.fusion.CustomGraphicsShowThroughColorEffect.create(color, _COVERED)

@@ -177,21 +177,6 @@ def test_arm_colors_depend_on_sign_and_size() -> None:
     assert arm_color(1.0, 2.0) == "#ca7273"
 
 
-def test_hidden_lines_are_reported(fusion: Any, addin: Any) -> None:
-    from support.designs.user import build_arm
-
-    build = build_arm()
-    command = fusion.run_command("cardsflowDefineMuscles")
-    assert command["preview"].text == "All lines are visible."
-    bolt = build.place(build.component("bolt", referenced=True))
-    build.box(bolt, (1.0, 1.0, 1.0))
-    build.box((), (1.0, 1.0, 1.0))
-    command = fusion.run_command("cardsflowDefineMuscles")
-    expected = "Lines behind bodies of the root component, bolt:1 are hidden"
-    assert command["preview"].text.startswith(expected)
-    command.cancel()
-
-
 def test_the_motion_tab_reports_that_no_joint_moves(fusion: Any, addin: Any) -> None:
     from fake_fusion import Builder
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterator
 
+from ....muscles.checks import table_findings
 from ....muscles.table import MuscleTable
 from ....robot.errors import UnknownNameError
 from ....robot.model.robot import WORLD
@@ -18,7 +19,7 @@ def problems(table: MuscleTable, links: Collection[str]) -> list[str]:
         table: The table.
         links: Names of all links of the design.
     """
-    return [*_muscle_problems(table), *_wrap_problems(table), *_link_problems(table, links)]
+    return [*_muscle_problems(table), *_errors(table), *_link_problems(table, links)]
 
 
 def _muscle_problems(table: MuscleTable) -> Iterator[str]:
@@ -37,12 +38,11 @@ def _muscle_problems(table: MuscleTable) -> Iterator[str]:
             yield f"Two {kind} are called {name}; rename one."
 
 
-def _wrap_problems(table: MuscleTable) -> Iterator[str]:
-    for wrap, use in table.bad_uses():
-        yield (
-            f"Wrap surface {wrap.name}: point {use.after} of {use.muscle} does not exist or is "
-            "the last point; choose the point in the table."
-        )
+def _errors(table: MuscleTable) -> Iterator[str]:
+    """Yield the errors that Check would report."""
+    for finding in table_findings(table):
+        if finding.is_error:
+            yield f"{finding.message[0].upper()}{finding.message[1:]}."
 
 
 def _link_problems(table: MuscleTable, links: Collection[str]) -> Iterator[str]:

@@ -83,7 +83,7 @@ TAB = Input(
             children=_TABLE_BUTTONS,
         ),
         Input("length", "text", "Length", "Length at the pose of the design."),
-        Input("preview", "text", "Preview", "Which lines are not visible in the canvas.", rows=2),
+        Input("preview", "text", "Preview", "What the canvas shows."),
         properties.GROUP,
     ),
 )
@@ -142,4 +142,7 @@ def show(model: MuscleModel, inputs: Inputs) -> None:
     inputs.choose("link", (OF_PART, *model.links, WORLD), model.link or OF_PART)
     path = path_of(model.table, model.muscle)
     inputs.set("length", f"{len(model.points)} points, {path.length_text}")
+    lost = sum(bool(point.lost) for point in (*model.table.points, *model.table.others))
+    not_drawn = f" {lost} points that are not found are not drawn." if lost else ""
+    inputs.set("preview", f"Lines behind bodies are paler.{not_drawn}")
     properties.show(model, inputs)

@@ -13,7 +13,7 @@ from ..maths import matrix
 from ..state import world
 from .bodies import BRepBodies, MeshBodies
 from .data import ComponentData, DesignData, OccurrenceData, paths_below, transform
-from .entity import Seen, WithName, occurrence, wrap, wraps
+from .entity import Seen, WithName, WithToken, occurrence, wrap, wraps
 from .physical import physical_properties
 
 
@@ -120,7 +120,7 @@ class Component(WithName, BaseComponent):
 
 @api("adsk.fusion")
 @wraps(OccurrenceData)
-class Occurrence(Seen):
+class Occurrence(WithToken):
     """Occurrence of a component. `_path` ends with the occurrence itself."""
 
     _component = property(lambda self: self._data.parent)

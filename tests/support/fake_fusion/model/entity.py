@@ -92,12 +92,6 @@ class Seen(Base):
 
     _component = property(lambda self: self._data.component)
 
-    @property
-    def entityToken(self) -> str:
-        """Token, which differs at every call [reference]."""
-        path = "/".join(str(id(o)) for o in self._path)
-        return f"{next(_calls)}:{path}:{id(self._data)}"
-
     attributes = property(lambda self: new(Attributes, owner=self))
 
 
@@ -105,7 +99,17 @@ def _same(a: Path, b: Path) -> bool:
     return len(a) == len(b) and all(x is y for x, y in zip(a, b, strict=True))
 
 
-class Placed(Seen):
+class WithToken(Seen):
+    """Entity with a token; a design has none."""
+
+    @property
+    def entityToken(self) -> str:
+        """Token, which differs at every call [reference]."""
+        path = "/".join(str(id(o)) for o in self._path)
+        return f"{next(_calls)}:{path}:{id(self._data)}"
+
+
+class Placed(WithToken):
     """Entity that can have proxies."""
 
     assemblyContext = property(lambda self: occurrence(self._path))
@@ -119,7 +123,7 @@ class Placed(Seen):
         return wrap(self._data, occurrence._path)
 
 
-class WithName(Seen):
+class WithName(WithToken):
     """Entity with a writable name."""
 
     @property

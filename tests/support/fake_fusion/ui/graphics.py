@@ -42,6 +42,20 @@ class CustomGraphicsSolidColorEffect(CustomGraphicsColorEffect):
 
 
 @api("adsk.fusion")
+class CustomGraphicsShowThroughColorEffect(CustomGraphicsColorEffect):
+    """Colour of an entity that is visible, with an opacity, through bodies that cover it."""
+
+    @staticmethod
+    def create(color: Color, opacity: float) -> CustomGraphicsShowThroughColorEffect:
+        if not 0.0 <= opacity <= 1.0:
+            raise RuntimeError("3 : invalid argument opacity")
+        return new(CustomGraphicsShowThroughColorEffect, rgba=color, share=float(opacity))
+
+    color = property(lambda self: self._rgba)
+    opacity = property(lambda self: self._share)
+
+
+@api("adsk.fusion")
 class CustomGraphicsBillBoard(Base):
     @staticmethod
     def create(anchorPoint: Point3D | None) -> CustomGraphicsBillBoard:  # noqa: F821
