@@ -117,14 +117,19 @@ def _edit(options: argparse.Namespace) -> int:
         raise InputError("needs --html", key="--json")
     session = EditSession(options.robot, _print_line)
     _note(session.findings)
-    token = None if html else new_token()
-    page = edit_page(session.robot, session.file.parent, session.data(token))
-    if token is None:
+    if html:
+        page = edit_page(session.robot, session.file.parent, session.data(None))
         print_files([write_output(html, page)], options.json)
         return GOOD
+    token = new_token()
+
+    def current_page() -> str:
+        session.reload()
+        return edit_page(session.robot, session.file.parent, session.data(token))
+
     _print_line(session.summary)
     serve(
-        page,
+        current_page,
         port=options.port,
         browser=not options.no_browser,
         report=_print_line,

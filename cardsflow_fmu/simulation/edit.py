@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 import hashlib
 import threading
@@ -15,7 +16,7 @@ import numpy as np
 from addin_sdfusion.robot import CardsflowError, InputError, Robot, check
 from addin_sdfusion.robot.files import read_file, write_files
 from addin_sdfusion.robot.finding_builders import listed
-from addin_sdfusion.robot.formats.kinds import BY_SUFFIX, kind_of
+from addin_sdfusion.robot.formats.kinds import BY_SUFFIX, kind_of, robot_file
 from addin_sdfusion.robot.formats.muscle_table.beside import MUSCLES_CSV, table_of
 from addin_sdfusion.robot.formats.muscle_table.document import MuscleDocument
 from addin_sdfusion.robot.formats.muscle_table.read import read_table
@@ -48,13 +49,22 @@ class EditSession:
     """
 
     def __init__(self, path: str | Path, report: Callable[[str], object] = print) -> None:
-        reading = read(path)
-        robot, self.file = reading.require(), reading.files[0]
-        self.findings = tuple(f for f in reading.findings if f.code != BY_EFFORT)
-        # with a muscle table, these joints have no motors
-        self.robot = robot if self.findings == reading.findings else _without_motors(robot)
-        self.table = table_of(self.file) or _new_table(self.file)
-        self._report, self._lock = report, threading.Lock()
+        self._path, self._report, self._lock = path, report, threading.Lock()
+        self.reload()
+
+    def reload(self) -> None:
+        """Read the robot again; raises as the constructor."""
+        file = robot_file(Path(self._path))
+        table = table_of(file) or _new_table(file)
+        content = _content(table)  # read first: a later change is then a conflict
+        reading = read(file)
+        robot = reading.require()
+        findings = tuple(f for f in reading.findings if f.code != BY_EFFORT)
+        with self._lock:
+            self.file, self.findings = file, findings
+            # with a muscle table, joints with an effort limit have no motors
+            self.robot = robot if findings == reading.findings else _without_motors(robot)
+            self.table, self._opened = table, content
 
     @property
     def summary(self) -> str:
@@ -71,7 +81,7 @@ class EditSession:
         Args:
             token: Token of requests to a server; None for a page without a server.
         """
-        content = self._content()
+        content = self._opened
         text = "" if content is None else content.decode("utf-8-sig", "replace")
         return {
             "name": self.robot.name,
@@ -109,11 +119,11 @@ class EditSession:
             answer = {"path": str(self.table), "diff": "", "conflict": None, "error": None}
             try:
                 text = self._text(MuscleDocument.from_plain(request.get("document")))
-                before = self._content()
+                before = _content(self.table)
                 answer |= {"diff": self._diff(before, text), "digest": _digest(before)}
                 if request.get("digest") != _digest(before):
-                    what = "changed on disk after this page read it"
-                    answer["conflict"] = f"{self.table}: {what}; copy or move it, and reload"
+                    what = "another program has changed it; reload the page to edit the new file"
+                    answer["conflict"] = f"{self.table}: {what} (unsaved changes are lost)"
                 elif request.get("write") is True:
                     write_files(self.table.parent, {self.table.name: text})
                     answer["digest"] = _digest(text.encode())
@@ -152,15 +162,16 @@ class EditSession:
             raise InputError(what, file=self.table)
         return text
 
-    def _content(self) -> bytes | None:
-        """Return the content of the table, or None if it does not exist."""
-        return read_file(self.table, XML) if self.table.exists() else None
-
     def _diff(self, before: bytes | None, text: str) -> str:
         old = b"" if before is None else before
         lines = old.decode("utf-8-sig", "replace").splitlines()
         name = self.table.name
         return "\n".join(difflib.unified_diff(lines, text.splitlines(), name, name, lineterm=""))
+
+
+def _content(table: Path) -> bytes | None:
+    """Return the content of a file, or None if it does not exist."""
+    return read_file(table, XML) if table.exists() else None
 
 
 def muscle_laws() -> dict[str, list[dict[str, Any]]]:
@@ -191,16 +202,16 @@ def _without_motors(robot: Robot) -> Robot:
 
 def _new_table(file: Path) -> Path:
     """Return the name of a new table, which no other robot file in the folder uses."""
-    others = (
-        other
-        for other in sorted(file.parent.iterdir())
-        if other != file and other.suffix in (*BY_SUFFIX, ".xml") and other.is_file()
-    )
-    is_shared = any(_is_robot(other) for other in others)
-    return file.with_name(f"{file.stem}.{MUSCLES_CSV}" if is_shared else MUSCLES_CSV)
+    with contextlib.suppress(OSError):
+        for other in sorted(file.parent.iterdir()):
+            if other.name != file.name and _is_robot(other):
+                return file.with_name(f"{file.stem}.{MUSCLES_CSV}")
+    return file.with_name(MUSCLES_CSV)
 
 
 def _is_robot(file: Path) -> bool:
+    if file.suffix not in (*BY_SUFFIX, ".xml") or not file.is_file():
+        return False
     try:
         return kind_of(file) is not None
     except InputError:

@@ -23,7 +23,7 @@ from cardsflow_fmu.utils.overwrite import output_file, write_output
 
 from .html.page import replay_page
 from .html.play_page import robot_page
-from .live.page_server import Action, page_server
+from .live.page_server import Action, Page, page_server
 from .scene.act import Act
 from .scene.meshes import link_meshes
 from .scene.motion import Motion, motion_of, shown_signals
@@ -185,7 +185,7 @@ def view(
 
 
 def serve(
-    page: str,
+    page: Page,
     *,
     port: int | None = None,
     browser: bool = True,

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from support.command_line import CommandLine
-from support.robots.robots import planar_2r
+from support.robots.robots import EXAMPLES, planar_2r
 
 from addin_sdfusion.robot import Motion, TaskFrame, TaskSet, read_robot, write_caspr, write_sdf
 from addin_sdfusion.robot.formats.convert import FORMATS
@@ -83,6 +83,14 @@ def test_other_formats_report_lost_trajectories(
     (lost,) = [f for f in made["findings"] if f["code"] == "trajectories-left-out"]
     assert all(f"'{name}'" in lost["message"] for name in ("line", "mean", "file", "curve"))
     assert cardsflow.json("check", arm, "--for", format_) == made["findings"]
+
+
+def test_muscles_are_written_as_a_table(tmp_path: Path, cardsflow: CommandLine) -> None:
+    robot, file = EXAMPLES / "pneumatic_elbow/robot", tmp_path / "muscles.csv"
+    made = cardsflow.json("convert", robot, "--to", file)
+    assert made["files"] == [str(file)]
+    assert [f["code"] for f in made["findings"]] == ["links-left-out"]
+    assert file.read_text().startswith("role,name,number,frame,link,x [m]")
 
 
 @pytest.mark.parametrize(

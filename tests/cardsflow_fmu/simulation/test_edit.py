@@ -16,9 +16,11 @@ from support.robots.robots import EXAMPLES
 from support.robots.urdf_arm import TABLE, URDF
 
 from addin_sdfusion.robot import read_robot
+from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.results.viewer.live.page_server import new_token, page_server
 from cardsflow_fmu.simulation.edit import EditSession
+from cardsflow_fmu.simulation.starter import init
 
 
 @pytest.fixture
@@ -139,7 +141,7 @@ def test_saving_shows_the_difference_and_writes(session: EditSession, arm: Path)
 def test_file_changed_meanwhile_is_not_overwritten(session: EditSession, arm: Path) -> None:
     arm.with_name("muscles.csv").write_text(TABLE)
     answer = session.save({"document": document(), "digest": "", "write": True})
-    assert "changed on disk" in answer["conflict"]
+    assert "another program has changed it" in answer["conflict"]
     assert arm.with_name("muscles.csv").read_text() == TABLE
 
 
@@ -192,9 +194,8 @@ def test_muscles_of_roboy_are_evaluated() -> None:
 class Client:
     """Client of the server of a page, with the headers of its own page."""
 
-    def __init__(self, address: str, token: str) -> None:
-        parts = urlsplit(address)
-        self.host, self.token = parts.netloc, token
+    def __init__(self, address: str) -> None:
+        self.host = urlsplit(address).netloc
 
     def send(
         self,
@@ -217,7 +218,7 @@ def test_server_only_answers_its_own_page(session: EditSession, arm: Path) -> No
     actions = {"/evaluate": session.evaluate, "/save": session.save}
     good = {"document": document(), "digest": "", "write": True, "token": token}
     with page_server("<p>page</p>", None, actions, token) as server:
-        client = Client(server.address, token)
+        client = Client(server.address)
         assert client.send("/save", good | {"token": "wrong"})[0] == 403
         assert client.send("/save", {k: v for k, v in good.items() if k != "token"})[0] == 403
         assert client.send("/save", good | {"token": None})[0] == 403
@@ -234,6 +235,31 @@ def test_server_only_answers_its_own_page(session: EditSession, arm: Path) -> No
         assert (status, len(answer["muscles"])) == (200, 2)
         assert client.send("/save", good)[0] == 200
     assert arm.with_name("muscles.csv").exists()
+
+
+def test_reloaded_page_shows_the_file_on_disk(session: EditSession, arm: Path) -> None:
+    def page() -> str:
+        session.reload()
+        return json.dumps(session.data(None))
+
+    with page_server(page) as server:
+        client = Client(server.address)
+        arm.with_name("muscles.csv").write_text(TABLE)
+        found = client.send("/", "", "GET")[1]
+        assert [m["name"] for m in found["document"]["muscles"]] == ["front", "back"]
+        assert session.save({**found, "write": True})["conflict"] is None
+        arm.with_name("muscles.csv").write_text("name\n")
+        assert client.send("/", "", "GET")[0] == 500
+
+
+def test_urdf_with_new_muscles_tracks_its_first_experiment(
+    session: EditSession, arm: Path, tmp_path: Path
+) -> None:
+    session.save({"document": document(), "digest": "", "write": True})
+    init(arm, tmp_path / "experiment.toml")
+    changes = {"run.duration": 0.2, "run.coupling": "direct"}
+    result = run(Experiment.load(tmp_path, changes), tmp_path / "results")
+    assert result.summary["tracking"]["max"] < 1e-4
 
 
 def test_command_writes_a_page(

@@ -16,7 +16,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import CardsflowError, InputError
 from addin_sdfusion.robot.json_text import json_text
 from addin_sdfusion.robot.limits import JSON
 
@@ -34,13 +34,15 @@ _HEADERS = {
 
 Action = Callable[[Mapping[str, Any]], Mapping[str, Any]]
 """Function of the JSON object in a request; returns the JSON object of the answer."""
+Page = str | Callable[[], str]
 
 
 class PageServer:
     """Page that can be replaced, and events for it; threads can use it at the same time.
 
     Args:
-        page: The page in HTML, which contains everything that it needs.
+        page: The page in HTML, which contains everything that it needs; or a function that returns
+            it for each request.
         actions: Actions of POST requests by path.
         token: Token of the address and of actions; empty for a page without actions.
 
@@ -50,18 +52,19 @@ class PageServer:
     """
 
     def __init__(
-        self, page: str, actions: Mapping[str, Action] | None = None, token: str = ""
+        self, page: Page, actions: Mapping[str, Action] | None = None, token: str = ""
     ) -> None:
         self.address, self.path = "", f"/?token={token}" if token else "/"
         self.actions, self._token = actions or {}, token
-        self._page, self._event, self._number = page.encode(), b"", 0
+        self._page, self._event, self._number = page, b"", 0
         self._closed = False
         self._changed = threading.Condition()
 
     @property
     def page(self) -> bytes:
         """The page as UTF-8."""
-        return self._page
+        page = self._page
+        return (page if isinstance(page, str) else page()).encode()
 
     def is_authorised(self, token: object) -> bool:
         """Return whether a request has the token."""
@@ -74,7 +77,7 @@ class PageServer:
 
     def replace(self, page: str) -> None:
         """Replace the page, and reload it in the browser."""
-        self._page = page.encode()
+        self._page = page
         self._publish(_RELOAD)
 
     def close(self) -> None:
@@ -107,7 +110,7 @@ def new_token() -> str:
 
 @contextlib.contextmanager
 def page_server(
-    page: str,
+    page: Page,
     port: int | None = None,
     actions: Mapping[str, Action] | None = None,
     token: str = "",
@@ -115,7 +118,7 @@ def page_server(
     """Serve a page on loopback.
 
     Args:
-        page: The page in HTML, which contains everything that it needs.
+        page: The page, as for `PageServer`.
         port: The port (default: the first free port from 8080).
         actions: Actions of POST requests by path, such as `/save`.
         token: Token from `new_token` for actions; empty for a page without actions.
@@ -156,15 +159,22 @@ class _Handler(http.server.BaseHTTPRequestHandler):
         elif self.path == "/" != self.server_of_page.path:
             self.send_error(http.HTTPStatus.FORBIDDEN, "Use the printed address with its token")
         elif self.path == self.server_of_page.path:
-            page = self.server_of_page.page
-            self._start("text/html; charset=utf-8", len(page))
-            self.wfile.write(page)
+            self._send_page()
         elif self.path == "/frames":
             self._start("text/event-stream")
             for event in self.server_of_page.events():
                 self.wfile.write(event)
         else:
             self.send_error(http.HTTPStatus.NOT_FOUND)
+
+    def _send_page(self) -> None:
+        try:
+            page = self.server_of_page.page
+        except CardsflowError as error:
+            self.send_error(http.HTTPStatus.INTERNAL_SERVER_ERROR, explain=str(error))
+            return
+        self._start("text/html; charset=utf-8", len(page))
+        self.wfile.write(page)
 
     def do_POST(self) -> None:
         """Answer the request of an action."""
