@@ -2,8 +2,8 @@
 
 python docs/make_screens.py RESULTS_FOLDER [EXAMPLE ...]     (default: all examples)
 
-Existing runs in the folder are used again. A screen is a page of `cardsflow view --html` or
-`cardsflow play --html` in the browser of the tests.
+Existing runs in the folder are used again. A screen is a page of `cardsflow view --html`,
+`cardsflow play --html` or `cardsflow edit` in the browser of the tests.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from PIL import Image  # noqa: E402
 from support.browser import Page, opened_browser  # noqa: E402
+from support.edit_page import served_editor  # noqa: E402
 
 from cardsflow_fmu import Experiment, run  # noqa: E402
 from cardsflow_fmu.results.report.page import report  # noqa: E402
@@ -62,6 +63,8 @@ def main() -> None:
     for screen in PLAYED:
         if not wanted or screen.example in wanted:
             see_play(screen, runs)
+    if not wanted or "hill_arm" in wanted:
+        see_edit("hill_arm", "triceps_lateral")
     if not wanted or "roboy_left_arm" in wanted:
         page = report(runs / "roboy_left_arm", runs / "report.html", overwrite=True)
         ready = "document.readyState === 'complete'"
@@ -84,6 +87,19 @@ def see_play(screen: Screen, runs: Path) -> None:
     steps = round(screen.time / experiment.run.step)
     ready = f"document.body?.dataset.drawn && play.client.run({steps})"
     see(page, f"play_{screen.example}.png", "", ready)
+
+
+def see_edit(example: str, muscle: str) -> None:
+    """Make the screen of a page that edits muscles, with a selected muscle."""
+    robot = ROOT / "examples" / example / "robot"
+    with (
+        tempfile.TemporaryDirectory() as profile,
+        opened_browser(Path(profile), SIZE) as browser,
+        served_editor(browser, robot),
+    ):
+        browser.evaluate(f"edit.select({{ muscle: {muscle!r}, point: 1 }})")
+        browser.evaluate("new Promise(done => setTimeout(done, 1500))")
+        save(browser, IMAGES / f"edit_{example}.png")
 
 
 def see(page: Path, picture: str, fragment: str, ready: str, size: tuple[int, int] = SIZE) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.browser import Page, opened_browser
+from support.edit_page import served_editor
 from support.robots.every_field import robot_of_every_field
 
 from addin_sdfusion.muscles.mirror import other_side
@@ -20,8 +20,6 @@ from addin_sdfusion.robot.formats.muscle_table.write import table_text
 from addin_sdfusion.robot.formats.read import read
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.results.viewer.html.edit_page import edit_page
-from cardsflow_fmu.results.viewer.live.page_server import new_token, page_server
-from cardsflow_fmu.simulation.edit import EditSession
 
 OVERLAPS = (Path(__file__).parent / "overlaps.js").read_text(encoding="utf-8")
 EVIL = "<img src=x onerror=hit=1></script><script>hit=1</script>"
@@ -301,30 +299,12 @@ def test_no_texts_overlap_and_hostile_names_stay_text(browser: Page, tmp_path: P
     assert not browser.errors
 
 
-@contextlib.contextmanager
-def served_arm(browser: Page, file: Path) -> Iterator[Hand]:
-    """Serve the page of `cardsflow edit` and open it."""
-    edited, token = EditSession(file, report=lambda line: None), new_token()
-    page = edit_page(edited.robot, edited.file.parent, edited.data(token))
-    actions = {"/evaluate": edited.evaluate, "/save": edited.save}
-    browser.send(
-        "Network.emulateNetworkConditions",
-        offline=False,
-        latency=0,
-        downloadThroughput=-1,
-        uploadThroughput=-1,
-    )
-    _resize(browser, 1000, 700)
-    with page_server(page, None, actions, token) as server:
-        browser.open(server.address)
-        browser.wait_for("window.edit?.result && document.body.dataset.drawn")
-        yield Hand(browser)
-
-
 @pytest.mark.browser
 def test_arm_gets_six_muscles_by_clicks_and_drags_and_tracks(browser: Page, tmp_path: Path) -> None:
     file = write_arm(tmp_path)
-    with served_arm(browser, file) as hand:
+    _resize(browser, 1000, 700)
+    with served_editor(browser, file):
+        hand = Hand(browser)
         hand.surface("cylinder", "upper", (0.0, 0.0, 0.3))
         # begin and end of each muscle, and the side of the axes
         pairs = (

@@ -1,11 +1,11 @@
 // Pose of the joints with torque ranges, moment arms over the range of a joint, and the findings of `cardsflow check`.
 
 class EditAnalysis {
-  constructor(editor, into) {
+  constructor(editor, arms, rest) {
     this.editor = editor;
-    this.addArms(into);
-    this.addJoints(into);
-    const { body } = addSection(into, "Check");
+    this.addArms(arms);
+    this.addJoints(rest);
+    const { body } = addSection(rest, "Check");
     this.findings = body;
   }
 
@@ -54,7 +54,7 @@ class EditAnalysis {
     this.warning.textContent = changing.length ? `The moment arm changes sign about ${changing.map(where).join(" and ")}: ${cause}.` : "";
     this.arms.legend.textContent = selected.muscle ? `Moment arms of ${selected.muscle}` : "Moment arms";
     this.legend.replaceChildren();
-    if (!curves.length) this.legend.textContent = selected.muscle ? "none: the muscle crosses no joint" : "";
+    if (!curves.length) this.legend.textContent = result.paths.has(selected.muscle) ? "none: the muscle crosses no joint" : "not evaluated, see Check";
     curves.forEach(({ joint, x, y, colour }) => {
       const item = element("span", this.legend), i = data.coordinates.findIndex(({ name }) => name === joint);
       element("i", item).style.background = colour;

@@ -3,8 +3,8 @@
 const SIDE_NAMES = [["0", "shorter"], ["1", "side +"], ["-1", "side −"]];
 
 class MuscleSection {
-  constructor(editor, into) {
-    this.editor = editor;
+  constructor(editor, into, law) {
+    Object.assign(this, { editor, law });
     const list = addSection(into, "Muscles");
     list.field.className = "muscles";
     this.list = list.body;
@@ -22,6 +22,7 @@ class MuscleSection {
     if (key !== this.key) {
       this.key = key;
       this.box.replaceChildren();
+      this.law.replaceChildren();
       this.shows = [];
       if (muscle) this.addMuscle(muscle);
     }
@@ -115,7 +116,7 @@ class MuscleSection {
   }
 
   addLaw(muscle) {
-    const { editor } = this, { body } = addSection(this.box, "Muscle law"), { laws } = editor.data;
+    const { editor } = this, { body } = addSection(this.law, "Muscle law"), { laws } = editor.data;
     const done = () => editor.endStep();
     this.shows.push(addChoice(body, { name: "law", title: "muscle law", get: () => this.muscle.law, set: law => editor.setLaw(law),
       options: () => [...new Set([...Object.keys(laws), muscle.law])] }));

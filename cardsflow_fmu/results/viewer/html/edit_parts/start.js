@@ -16,7 +16,8 @@ async function startEdit() {
   const camera = editor.camera = new Camera(editor.played.world, clientWidth / clientHeight || 1), showTip = addTooltip();
   addViews(camera, box, editor.redraw);
   editor.saving = new Saving(editor);
-  const sections = [new MuscleSection(editor, box), new WrapSection(editor, box), new EditAnalysis(editor, box)];
+  const [muscles, arms, wraps, law, rest] = Array.from({ length: 5 }, () => element("div", box));
+  const sections = [new MuscleSection(editor, muscles, law), new WrapSection(editor, wraps), new EditAnalysis(editor, arms, rest)];
   const showBar = addEditBar(editor), pointer = trackPointer(canvas, editor.redraw);
   new EditPointer(editor);
   camera.handleInput(canvas, editor.redraw);
