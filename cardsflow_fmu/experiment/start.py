@@ -52,7 +52,7 @@ def read_reference(
     """
     table = ReferenceTable.read(data, context, "reference")
     if table.type is not None:
-        return _start_of_motion(table, start, context, robot, dynamics)
+        return _start_of_motion(table, start, space, context, robot, dynamics)
     curve = _read_curve(table, space, context, robot_path, in_file, robot)
     space = curve.space if isinstance(curve, Trajectory) else "operational"
     first, approach = _first_point(curve), table.approach
@@ -81,27 +81,27 @@ def read_reference(
 def _start_of_motion(
     table: ReferenceTable,
     data: Mapping[str, Any],
+    space: Space,
     context: Context,
     robot: Robot,
     dynamics: CoreDynamics | None,
 ) -> tuple[StartSettings, ReferenceSettings]:
     """Return the start, and a rest at the start or the optimal motion from there."""
     start = _read_start(data, context, robot, None, None, dynamics=dynamics)
+    first = start.q if space == "joint" else _task_position(robot, start.q)
     if table.type == "rest":
-        points = TrajectoryPoint(0.0, start.q), TrajectoryPoint(1.0, start.q)
-        return start, ReferenceSettings("joint", Trajectory("rest", "linear", points, 1.0))
+        points = TrajectoryPoint(0.0, first), TrajectoryPoint(1.0, first)
+        return start, ReferenceSettings(space, Trajectory("rest", "linear", points, 1.0, space))
     file = optimised_file(table, context)
+    command = f"`cardsflow optimise {shlex.quote(str(context.file))}`"
     with context.at("reference.file"):
         if not file.is_file():
-            own = shlex.quote(str(context.file))
-            raise InputError(f"{file} does not exist; compute it: `cardsflow optimise {own}`")
-        motion = read_motion(file, {"joint": _names("joint", context)}, None)
-        first = motion.points[0]
-        if not np.allclose([*first.q, *first.qd], [*start.q, *start.qd], rtol=0.0, atol=_REACHABLE):
-            own = shlex.quote(str(context.file))
-            what = f"{file.name} begins at another state than [start]"
-            raise InputError(f"{what}; compute it again: `cardsflow optimise {own}`")
-    return start, ReferenceSettings("joint", motion)
+            raise InputError(f"{file} does not exist; compute it: {command}")
+        motion = read_motion(file, {space: _names(space, context)}, None)
+        if not np.allclose(motion.points[0].q, first, rtol=0.0, atol=_REACHABLE):
+            what = f"{file.name} begins at another pose than [start]"
+            raise InputError(f"{what}; compute it again: {command}")
+    return start, ReferenceSettings(space, motion)
 
 
 def optimised_file(table: ReferenceTable, context: Context) -> Path:

@@ -15,14 +15,23 @@ from .qp import QpSolution, QuadraticProgram, solve_qp
 from .relaxation import solve_relaxed
 from .transcription import Linearisation, Transcription
 
+OPTIMAL, INFEASIBLE, NOT_CONVERGED, INTERRUPTED = STATUSES = (
+    "optimal",
+    "infeasible",
+    "not converged",
+    "interrupted",
+)
+
 _SHARES = 0.5 ** np.arange(9)
 _MARGIN = 1e-5  # required decrease, relative to the violation
 _ARMIJO = 1e-4
 _ROUNDING = 1e-9  # of the cost
 _PROGRESS = 0.99  # of the violation, for an iteration with relaxed constraints
-_MIN_DAMPING, _MAX_DAMPING, _MORE_DAMPING = 1e-10, 1e6, 1e-6
+_MIN_DAMPING, _MAX_DAMPING, _MORE_DAMPING = 1e-10, 1e4, 1e-5
 _DAMPING, _DAMPING_FREE_TIME = 1e-8, 1e-2  # first damping; a duration has no Hessian of its own
 _PENALTY = 10.0  # of a relaxed constraint, relative to the largest gradient
+_GOOD = 0.3  # factor of the violation, for much less damping
+_FREE_STEPS, _FREE_VIOLATION = 3, 100.0  # first steps, since a rest violates few constraints
 _STALLED = 6  # iterations without progress
 
 
@@ -52,7 +61,7 @@ class Solution:
     Attributes:
         iterate: The best motion.
         linearisation: Terms at this motion.
-        status: `optimal`, `infeasible`, `not converged`, or `interrupted`.
+        status: One of `STATUSES`.
         is_feasible: Whether the motion satisfies all constraints.
         history: Progress, one entry per iteration.
     """
@@ -80,6 +89,7 @@ class _State:
         filter: Pairs of violation and cost that later iterates must improve.
         idle: Number of iterations without progress.
         curvature: See `Transcription.duration_curvature`.
+        free: Number of steps that may increase both cost and violation.
     """
 
     at: Iterate
@@ -88,6 +98,7 @@ class _State:
     filter: list[tuple[float, float]] = field(default_factory=list)
     idle: int = 0
     curvature: float = 0.0
+    free: int = _FREE_STEPS
 
 
 class Optimiser:
@@ -124,32 +135,54 @@ class Optimiser:
             guess: First iterate.
             progress: Function that is called after every iteration.
         """
-        began = time.perf_counter()
-        at = self.problem.clip(guess)
-        first = self.transcription.linearise(at)
-        if first is None:
-            return None
-        damping = _DAMPING_FREE_TIME if self.problem.is_free_time else _DAMPING
-        state, history = _State(at, first, damping), list[Progress]()
+        began, history = time.perf_counter(), list[Progress]()
 
-        def report(share: float) -> None:
+        def report(state: _State, share: float) -> None:
             seconds, violation = time.perf_counter() - began, self._worst(state)
             history.append(Progress(len(history), state.own.cost, violation, share, seconds))
             progress(history[-1])
 
-        status = ""
+        found = None
+        for free in (_FREE_STEPS, 0):
+            found = self._attempt(guess, free, report, history)
+            if found is None or found.is_feasible or found.status != NOT_CONVERGED:
+                break
+        return found
+
+    def _attempt(
+        self,
+        guess: Iterate,
+        free: int,
+        report: Callable[[_State, float], None],
+        history: list[Progress],
+    ) -> Solution | None:
+        """Return the motion after iterations from a guess; see `_State.free`."""
+        at = self.problem.clip(guess)
+        own = self.transcription.linearise(at)
+        if own is None:
+            return None
+        damping = _DAMPING_FREE_TIME if self.problem.is_free_time else _DAMPING
+        state, status = _State(at, own, damping, free=free), ""
         try:
-            report(0.0)
-            while not status and len(history) <= self._max_iterations:
+            report(state, 0.0)
+            for _ in range(self._max_iterations):
                 status, share = self._iterate(state)
                 if share:
-                    report(share)
+                    report(state, share)
+                if status:
+                    break
         except KeyboardInterrupt:
-            status = "interrupted"
+            status = INTERRUPTED
+        if status not in (OPTIMAL, INTERRUPTED):
+            status = INFEASIBLE if self._is_dynamic(state) else NOT_CONVERGED
         feasible = self._worst(state) <= self._feasibility
-        if status in ("", "stalled"):
-            status = "not converged" if feasible else "infeasible"
         return Solution(state.at, state.own, status, feasible, tuple(history))
+
+    def _is_dynamic(self, state: _State) -> bool:
+        """Return whether bounds and goals are violated more than the dynamics."""
+        gaps, *others = self.transcription.violations(state.at, state.own.gaps, state.own.values)
+        worst = max(float(part.max(initial=0.0)) for part in others)
+        return worst > max(float(gaps.max()), self._feasibility)
 
     def _iterate(self, state: _State) -> tuple[str, float]:
         """Improve the iterate. Return the status if this is the end, and the share of the step."""
@@ -159,8 +192,8 @@ class Optimiser:
             return self._increase_damping(state), 0.0
         feasible = self._worst(state) <= self._feasibility
         if feasible and not is_relaxed and self._promise(state.own, step) < self._tolerance:
-            return "optimal", 0.0
-        moved, share = self._search(state, step)
+            return OPTIMAL, 0.0
+        moved, share = self._search(state, step, is_relaxed)
         found = None if moved is None else self.transcription.linearise(moved)
         if moved is None or found is None:
             return self._increase_damping(state), 0.0
@@ -169,18 +202,24 @@ class Optimiser:
         if self.problem.is_free_time and not is_relaxed:
             terms = state.at, state.own, moved, found, qp.y
             state.curvature = self.transcription.duration_curvature(*terms)
+        reduced = violation(moved, found) / max(violation(state.at, state.own), self._feasibility)
         state.at, state.own = moved, found
         state.idle = state.idle + 1 if stays else 0
-        if share == 1.0:
-            state.damping = max(0.2 * state.damping, _MIN_DAMPING)
-        else:
-            state.damping = max(state.damping / share, _MORE_DAMPING)
+        self._adapt_damping(state, share, reduced)
         return "stalled" if state.idle >= _STALLED else "", share
+
+    def _adapt_damping(self, state: _State, share: float, reduced: float) -> None:
+        """Change the damping after a step that multiplied the violation by `reduced`."""
+        if share < 1.0:
+            state.damping = max(state.damping / share, _MORE_DAMPING)
+        elif reduced > 1.0 and state.free <= 0:
+            state.damping = max(4.0 * state.damping, _MORE_DAMPING)
+        else:
+            state.damping = max((0.2 if reduced < _GOOD else 0.5) * state.damping, _MIN_DAMPING)
 
     def _increase_damping(self, state: _State) -> str:
         state.damping = max(10.0 * state.damping, _MORE_DAMPING)
-        state.idle += 1
-        return "stalled" if state.idle >= _STALLED or state.damping > _MAX_DAMPING else ""
+        return "stalled" if state.damping > _MAX_DAMPING else ""
 
     def _worst(self, state: _State) -> float:
         """Return the largest scaled violation of a constraint."""
@@ -206,8 +245,13 @@ class Optimiser:
         slope = float(self.transcription.gradient(own.terms) @ step)
         return abs(slope) / max(abs(own.cost), 1e-12)
 
-    def _search(self, state: _State, step: FloatArray) -> tuple[Iterate | None, float]:
-        """Return the first iterate along a step that the filter accepts, and its share."""
+    def _search(
+        self, state: _State, step: FloatArray, is_relaxed: bool
+    ) -> tuple[Iterate | None, float]:
+        """Return the first iterate along a step that the filter accepts, and its share.
+
+        A relaxed step must reduce the violation.
+        """
         transcription, own = self.transcription, state.own
         theta = transcription.violation(state.at, own)
         slope = float(transcription.gradient(own.terms) @ step)
@@ -217,13 +261,17 @@ class Optimiser:
             if tried is None:
                 continue
             new_theta, cost = tried
+            if state.free > 0 and new_theta <= _FREE_VIOLATION * (1.0 + theta):
+                state.free -= 1
+                return moved, share
             descends = slope < 0.0 and -share * slope > 10.0 * theta * abs(own.cost)
             if descends and new_theta <= max(theta, 0.1 * self._feasibility):
                 rounding = _ROUNDING * max(abs(own.cost), 1e-12)
                 accepted = cost <= own.cost + _ARMIJO * share * slope + rounding
             else:
                 less = own.cost - _MARGIN * theta * abs(own.cost)
-                accepted = new_theta <= (1.0 - _MARGIN) * theta or cost < less
+                accepted = new_theta <= (1.0 - _MARGIN) * theta
+                accepted |= cost < less and not is_relaxed
             if any(new_theta >= worst and cost >= best for worst, best in state.filter):
                 continue
             if accepted:

@@ -4,12 +4,33 @@ from __future__ import annotations
 
 import numpy as np
 
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.experiment.experiment import Experiment
+from controllers.analysis.kinematics import inverse_kinematics
 from controllers.optimal.problem import OptimalProblem
 from controllers.optimal.sqp import Solution
 from controllers.optimal.transcription import excess
 
+from .problem import MotionProblem
+
 _AT_LIMIT = 1e-4  # distance from a limit, relative to its range
 _MAX_NAMES = 3
+
+
+def require_reachable(experiment: Experiment, own: MotionProblem) -> None:
+    """Check that a pose exists for every goal with all task coordinates.
+
+    Raises:
+        InputError: No pose within the joint limits reaches a goal; the message names the key.
+    """
+    assert experiment.motion is not None
+    for k, goal in enumerate(experiment.motion.goals):
+        if goal.y and np.isfinite(goal.y).all():
+            try:
+                inverse_kinematics(own.dynamics, np.array(goal.y), np.array(experiment.start.q))
+            except InputError as error:
+                error.file, error.key = experiment.file, f"motion.goals[{k}].y"
+                raise
 
 
 def infeasibility(problem: OptimalProblem, solution: Solution) -> str:

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import CardsflowError
-from cardsflow_fmu.cosim.signals.ports import motor_signals, muscle_signals
+from cardsflow_fmu.cosim.signals.ports import motor_signals, muscle_signals, task_signals
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.optimal.qp import has_piqp
 from controllers.optimal.sqp import Optimiser, Progress, Solution
+from sim_dart.dynamics.core import CoreDynamics
 
-from .diagnosis import infeasibility
+from .diagnosis import infeasibility, require_reachable
 from .problem import MotionProblem, motion_problem
 
 MARK_COLUMN = "cardsflow.interval"
@@ -79,6 +80,8 @@ def optimise(
         steps = own.shooting.steps
         solver = Optimiser(own.problem, max_iterations=limit)
         solution = solver.solve(guess, lambda done: progress(done, steps))  # noqa: B023
+        if solution is None or not solution.is_feasible:
+            require_reachable(experiment, own)
         _require_motion(own, solution)
         assert solution is not None
         if solution.status == "interrupted" or not own.refine(solution.iterate):
@@ -98,7 +101,8 @@ def _require_motion(own: MotionProblem, solution: Solution | None) -> None:
     if not solution.is_feasible:
         last = solution.history[-1]
         what = f"after {last.iteration} iterations, the largest violation is {last.violation:.2g}"
-        raise NoMotionError(f"{solution.status}: {what}; increase motion.max_iterations")
+        hint = "change motion.duration, intervals or bounds"
+        raise NoMotionError(f"no motion found: {solution.status}; {what}; {hint}")
 
 
 def _samples(
@@ -124,4 +128,18 @@ def _samples(
     ]
     table = np.concatenate([x[:, :n], x[:, n : 2 * n], qdd, forces], axis=1)
     columns = dict(zip(names, table.T, strict=True))
+    columns |= _task_columns(dynamics, x[:, :n], x[:, n : 2 * n], qdd)
     return times, {**columns, MARK_COLUMN: interval.astype(float)}
+
+
+def _task_columns(
+    dynamics: CoreDynamics, q: FloatArray, qd: FloatArray, qdd: FloatArray
+) -> dict[str, FloatArray]:
+    """Return the samples of y, yd and ydd by name of the column."""
+    rows = []
+    for at, rates, accelerations in zip(q, qd, qdd, strict=True):
+        y, J = dynamics.task_position(at), dynamics.task_jacobian(at)
+        ydd = J @ accelerations + dynamics.task_bias(at, rates)
+        rows.append(np.concatenate([y, J @ rates, ydd]))
+    names = [name for letter in ("y", "yd", "ydd") for name in task_signals(letter, dynamics.robot)]
+    return dict(zip(names, np.array(rows).T, strict=True)) if names else {}

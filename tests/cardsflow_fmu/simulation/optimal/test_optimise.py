@@ -12,6 +12,7 @@ from support.robots.robots import PLANAR_2R
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.utils.csv_table import read_csv
+from sim_dart import CoreDynamics
 
 TOML = """
 [robot]
@@ -64,6 +65,11 @@ def test_run_follows_the_optimised_motion(cardsflow: CommandLine, file: Path) ->
     assert forces.min() >= 10.0
     summary = cardsflow.json("run", file)
     assert summary["tracking"]["rms"] < 5e-3
+    reference = Experiment.load(file, {"controller.type": "operational_space"}).reference
+    assert reference.space == "operational"
+    dynamics = CoreDynamics(Experiment.load(file).robot)
+    last = dynamics.task_position([0.6, -0.4])
+    np.testing.assert_allclose(reference.curve.points[-1].q, last, atol=1e-6)
     assert (file.parent / "motion.svg").is_file()
     assert cardsflow.json("optimise", file)["status"] == "optimal"  # replaces its own files
 
@@ -71,7 +77,7 @@ def test_run_follows_the_optimised_motion(cardsflow: CommandLine, file: Path) ->
 def test_motion_that_begins_elsewhere_is_rejected(cardsflow: CommandLine, file: Path) -> None:
     assert cardsflow("optimise", file)[0] == 0
     line = cardsflow.error_line("run", file, "--set", "start.q=[0.2, 0.5]")
-    assert "motion.csv begins at another state than [start]; compute it again" in line
+    assert "motion.csv begins at another pose than [start]; compute it again" in line
 
 
 def test_infeasible_motion_names_constraint_node_and_forces(
@@ -100,6 +106,7 @@ def test_infeasible_motion_names_constraint_node_and_forces(
         ("motion.goals=[{q={joint_3=1.0}}]", "motion.goals[0].q.joint_3", "did you mean"),
         ("motion.goals=[{q=[1.0]}]", "motion.goals[0].q", "must have 2 values"),
         ("motion.goals=[{y={hand=1.0}}]", "motion.goals[0].y.hand", "no task coordinate"),
+        ("motion.goals=[{y=[1.0,2.9]}]", "motion.goals[0].y", "no configuration reaches"),
         ("motion.goals=[{q=[9.0,0.0]}]", "motion.goals[0].q.joint_1", "within the bounds"),
         ("motion.goals=[{time=0.7,q=[0,0]}]", "motion.goals[0].time", "within the duration"),
         ("motion.goals=[{time=0.1,q=[0,0]}]", "motion.goals[0].time", "multiple of an interval"),
