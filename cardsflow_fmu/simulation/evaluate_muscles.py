@@ -17,6 +17,7 @@ from sim_dart import MusclePaths
 _SAMPLES = 25  # positions of a joint on a curve of moment arms
 _MIN_ARM = 1e-9  # in [m], or without unit
 _HALF_TURN = np.pi  # range to each side of a coordinate without limits, in [rad] or [m]
+_LOOPS = "note: poses here do not close the loops; moment arms are about each coordinate alone"
 
 
 def evaluate_muscles(robot: Robot, pose: FloatArray) -> dict[str, Any]:
@@ -46,7 +47,8 @@ def evaluate_muscles(robot: Robot, pose: FloatArray) -> dict[str, Any]:
     if valid is not None:
         result |= _evaluate_valid(valid, pose)
         findings += drive_findings(valid)
-    return result | {"findings": [str(replace(f, file=None, line=None)) for f in findings]}
+    lines = [str(replace(finding, file=None, line=None)) for finding in findings]
+    return result | {"findings": [_LOOPS, *lines] if robot.loops else lines}
 
 
 def _without_errors(robot: Robot, findings: Sequence[Finding]) -> Robot | None:

@@ -592,6 +592,12 @@ def test_unknown_columns_are_ignored_with_a_warning() -> None:
     assert COLUMNS[0] == "role"
 
 
+def test_tables_of_robot_files_are_rejected() -> None:
+    table, findings = read_csv(b"name,frame,link,x,y,z\nm,link,arm,1,2,3\n")
+    assert codes(findings) == ["bad-frame"]
+    assert table == MuscleTable()
+
+
 def test_an_import_keeps_points_with_unchanged_positions() -> None:
     table = muscle(3)
     read, _ = read_csv(csv_text(table).replace("1.0,0.0,0.0", "1.5,0.0,0.0").encode())

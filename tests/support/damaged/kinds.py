@@ -12,7 +12,19 @@ from pathlib import Path
 from cardsflow_fmu.cli.main import main
 
 from .mutations import damage_file
-from .robot_files import gltf, mesh, mjcf, osim, read_hull, robot_of, sdf, snapshot, step_file, urdf
+from .robot_files import (
+    gltf,
+    mesh,
+    mjcf,
+    osim,
+    read_hull,
+    robot_of,
+    sdf,
+    snapshot,
+    step_file,
+    table,
+    urdf,
+)
 from .run_files import (
     bag_folder,
     calibration,
@@ -117,6 +129,7 @@ KINDS: dict[str, Kind] = {
     "study folder": Kind(study_folder, "out/*/*.json", [read_runs], damage_run),
     "sdf": Kind(sdf, "model.sdf", _ROBOT),
     "urdf": Kind(urdf, "*.urdf", _ROBOT),
+    "muscle table": Kind(table, "muscles.csv", _ROBOT),
     "cardsflow": Kind(robot_of("hill_arm"), "*.*", _ROBOT),
     "caspr": Kind(robot_of("planar_2r"), "*.*", _ROBOT),
     "osim": Kind(osim, "leg.osim", [*_ROBOT, ("convert", ".", "--to", "sdf", "-o", "x")]),

@@ -13,6 +13,7 @@ from addin_sdfusion.robot import (
     read_robot,
     write_sdf,
 )
+from addin_sdfusion.robot.formats.convert import convert
 from addin_sdfusion.robot.formats.urdf.write import write_urdf
 
 from ..robots.robots import EXAMPLES, PLANAR_2R
@@ -91,6 +92,13 @@ def robot_of(name: str) -> Callable[[Path], None]:
 
 def urdf(folder: Path) -> None:
     write_urdf(read_robot(PLANAR_2R / "robot"), folder)
+
+
+def table(folder: Path) -> None:
+    """Write a robot with a muscle table next to it."""
+    robot = read_robot(EXAMPLES / "hill_arm/robot")
+    write_urdf(robot.with_muscles(()), folder)
+    convert(robot, "muscles.csv", folder)
 
 
 def osim(folder: Path) -> None:
