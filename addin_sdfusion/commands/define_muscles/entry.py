@@ -25,6 +25,7 @@ from .dialog import DIALOG, SHOWN, edit_cell, show
 from .entities import Entities
 from .model import links, muscles, points, wraps
 from .model.model import MuscleModel
+from .model.parts import replace_part
 from .model.picks import Pick
 from .picks import faces_at, picked_point, picked_surface, plane
 from .preview import draw
@@ -167,7 +168,7 @@ class DefineMuscles(Window):
         old, new = (_chosen(self.inputs.value(n), NO_PART) for n in ("old_part", "new_part"))
         found = find_occurrences(self.design.rootComponent, Notes(lambda _: None))
         poses = {path: occurrence.T for path, occurrence in found.items()}
-        links.replace_part(self.model, old, new, poses, self._find_face)
+        replace_part(self.model, old, new, poses, self._find_face)
 
     def _find_face(self, link: str, image: SurfaceSnapshot) -> SurfaceSnapshot | None:
         """Return the only face of a link at the place of a mirrored surface."""

@@ -406,6 +406,37 @@ def test_replacing_a_part_repairs_all_its_points(fusion: Any, how: str) -> None:
     assert [wrap.occurrence for wrap in table.wraps] == ([f"{other}:1"] if how == "found" else [])
 
 
+def test_replacing_a_part_moves_points_of_the_parts_in_it(fusion: Any) -> None:
+    """A second leg is placed; points on the foot of the first one move to its foot."""
+    build = Builder("robot")
+    leg, foot = build.component("leg"), build.component("foot")
+    paths = [build.place(leg, translation((20.0 * k, 0.0, 0.0))) for k in (0, 1)]
+    build.box(paths[0], (2.0, 2.0, 9.0))
+    build.place(foot, translation((0.0, 0.0, -6.0)), above=paths[0])
+    build.box(foot, (2.0, 4.0, 1.0))
+    build.done()
+    occurrences = {o.fullPathName: o for o in fusion.design.rootComponent.allOccurrences}
+    command = fusion.run_command(DEFINE)
+    for path in ("leg:1", "leg:1+foot:1"):
+        command.pick("pick", occurrences[path].bRepBodies[0].vertices[2])
+    assert command.items("old_part") == ["leg:1", "leg:1+foot:1"]
+    before = [row[2] for row in command.table("points")[1:]]
+    command.set("old_part", "leg:1")
+    command.set("new_part", "leg:2")
+    command.press("replace_part")
+    assert command["status"].text.startswith("2 points and surfaces of leg:1 are moved to leg:2.")
+    command.ok()
+    assert command.failed == ""
+    table, _ = read(fusion)
+    assert [(p.occurrence, p.link) for p in table.points] == [
+        ("leg:2", "leg_2"),
+        ("leg:2+foot:1", "leg_2"),
+    ]
+    shown = [", ".join(f"{1000 * v:.1f}" for v in p.position) for p in table.points]
+    x = [float(text.split(",")[0]) for text in (*before, *shown)]
+    assert [b - a for a, b in zip(x[:2], x[2:], strict=True)] == pytest.approx([200.0, 200.0])
+
+
 def test_replacing_a_part_needs_a_part_with_a_link(fusion: Any) -> None:
     build = draw()
     define(fusion, "arm:1")

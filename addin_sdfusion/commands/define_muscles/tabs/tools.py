@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 from ....muscles.point_names import natural_key
 from ....robot.model.robot import WORLD
 from ...dialogs import Input
-from ..model.links import used_links, used_parts
+from ..model.links import used_links
 from ..model.model import MuscleModel
+from ..model.parts import used_parts
 from .muscles import OF_PART
 
 if TYPE_CHECKING:
@@ -104,9 +105,9 @@ TAB = Input(
                     "replace_part",
                     "button",
                     "Replace part",
-                    "Moves all points and wrap surfaces of the part at once to the same places on "
-                    "the other part, also points that are not found because the part was deleted "
-                    "or replaced.",
+                    "Moves all points and wrap surfaces of the part, and of the parts in it, to "
+                    "the same places on the other part. This also repairs points that are not "
+                    "found because the part was deleted or replaced.",
                 ),
             ),
         ),
