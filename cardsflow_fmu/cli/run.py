@@ -296,6 +296,12 @@ def add_build(commands: Commands) -> None:
         help="engine of the models: c requires C in every FMU, so that they run without Python; "
         "python uses a Python process in every FMU (default: C where available)",
     )
+    parser.add_argument(
+        "--results",
+        action="store_true",
+        help="add reference results to the FMUs, with which other tools compare theirs "
+        "(default: none)",
+    )
     add_json(parser, "the file names")
 
 
@@ -313,6 +319,7 @@ def _build(options: argparse.Namespace) -> int:
             platforms=options.platforms,
             compute=options.compute,
             kind=options.kind,
+            with_results=options.results,
         )
     if options.kind == "me":
         print_note("plant.fmu is for model exchange; the other models are sampled: use --kind cs")

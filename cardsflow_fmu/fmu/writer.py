@@ -35,6 +35,7 @@ from .description import FmiVersion, FmuDescription
 from .extras import extra_files
 from .model_description import model_description
 from .native_sources import compiled_files, source_files
+from .related_files import ReferenceResults, related_files
 
 _PORTS_FILE = "ports.bin"
 _PYTHON_FILE = "python.txt"  # the interpreter for a worker process, if it exists
@@ -58,6 +59,7 @@ def write_fmu(
     sources: bool = True,
     is_continuous: bool = False,
     about: Mapping[str, str] = MappingProxyType({}),
+    results: ReferenceResults | None = None,
 ) -> Path:
     """Pack a model into an FMU.
 
@@ -79,6 +81,7 @@ def write_fmu(
         sources: Whether the FMU of a native model contains C sources, for other platforms.
         is_continuous: Whether the FMU is for model exchange; otherwise it is for co-simulation.
         about: Texts of `author`, `copyright` and `license`, if specified.
+        results: Reference results to include.
 
     Returns:
         Path of the FMU.
@@ -95,6 +98,7 @@ def write_fmu(
         step,
         stop_time,
         internal_step,
+        native is not None and native.has_internal_steps,
         model_class.any_step,
         model_class.has_derivatives if native is None else native.has_derivatives,
         model_class.has_state,
@@ -123,6 +127,8 @@ def write_fmu(
     if libraries is None:
         libraries = {this_platform().tuple: library_path(native=native is not None)}
     files |= _binaries(libraries, model_name, fmi) | extra_files(fmu, fmi)
+    if results is not None:
+        files |= related_files(model_name, results)
     write_archive(path, files)
     return path
 

@@ -22,6 +22,7 @@ from cardsflow_fmu.models.by_role import C_MODELS, missing_in_c, model_class, mo
 from cardsflow_fmu.models.plant import ContinuousPlantModel
 from cardsflow_fmu.runtime.library import find_platform, prebuilt_libraries, this_platform
 from cardsflow_fmu.runtime.model_file import NativeModel
+from cardsflow_fmu.simulation.reference_results import reference_results
 from cardsflow_fmu.simulation.ssp.from_experiment import experiment_system, replace_plant
 from cardsflow_fmu.simulation.ssp.writer import write_ssp
 from cardsflow_fmu.utils.archive import read_contents
@@ -48,6 +49,7 @@ def build(
     platforms: Sequence[str] | None = None,
     compute: Compute | None = None,
     kind: Kind = "cs",
+    with_results: bool = False,
 ) -> dict[str, Path]:
     """Build plant.fmu, controller.fmu, reference.fmu, hardware.fmu and their system.ssp.
 
@@ -65,6 +67,7 @@ def build(
             omitted. `python` for models that a Python process hosts (default: `run.compute`, with
             Python for models without a C version).
         kind: `cs` for co-simulation, `me` for model exchange.
+        with_results: Whether FMUs contain reference results; hardware.fmu does not.
 
     Returns:
         The FMUs by model name; the .ssp is in the same folder.
@@ -75,7 +78,9 @@ def build(
             support the plant.
     """
     if validated(Kind, kind, "kind") == "me":
-        return _build_continuous_plant(experiment, Path(folder), fmi, arrays, platforms, compute)
+        return _build_continuous_plant(
+            experiment, Path(folder), fmi, arrays, platforms, compute, with_results
+        )
     native: bool | None = validated(Compute, compute or experiment.run.compute, "compute") == "c"
     if compute is None and native:
         native = None
@@ -87,13 +92,22 @@ def build(
         libraries: Libraries = {kind: _libraries(platforms, scratch, kind) for kind in kinds}
         if fmi == "2.0" and platforms is None:
             libraries = _fmi_2_libraries(libraries)
-        files = build_fmus(experiment, scratch, names, fmi, arrays, libraries, native)
+        files = build_fmus(
+            *(experiment, scratch, names, fmi, arrays, libraries, native), with_results=with_results
+        )
         inner = files
         if fmi != "2.0":
             folder_2 = scratch / "inner"
             folder_2.mkdir()
             libraries = _fmi_2_libraries(libraries)
-            inner = build_fmus(experiment, folder_2, names, libraries=libraries, native=native)
+            inner = build_fmus(
+                experiment,
+                folder_2,
+                names,
+                libraries=libraries,
+                native=native,
+                with_results=with_results,
+            )
         system = _build_system(experiment, inner, scratch)
         contents = {path.name: read_contents(path) for path in (*files.values(), system)}
     with create_folder(Path(folder), "build"):
@@ -108,6 +122,7 @@ def _build_continuous_plant(
     arrays: bool,
     platforms: Sequence[str] | None,
     compute: Compute | None,
+    with_results: bool,
 ) -> dict[str, Path]:
     """Build plant.fmu for model exchange."""
     model, name = ContinuousPlantModel, "plant"
@@ -136,6 +151,9 @@ def _build_continuous_plant(
             dependencies=model.dependencies(experiment),
             is_continuous=True,
             about=experiment.about.model_dump(),
+            results=reference_results(experiment, name, experiment.run.step, is_continuous=True)
+            if with_results
+            else None,
         )
         contents = {file.name: read_contents(file)}
     with create_folder(folder, "build"):
@@ -184,6 +202,7 @@ def build_fmus(
     libraries: Libraries | None = None,
     native: bool | None = None,
     sources: bool = True,
+    with_results: bool = False,
 ) -> dict[str, Path]:
     """Build all FMUs except external ones in an existing folder; return them by model name."""
     names = [name for name in names if name not in experiment.fmus]
@@ -215,6 +234,9 @@ def build_fmus(
             dependencies=model_class(name).dependencies(experiment),
             sources=sources,
             about=experiment.about.model_dump(),
+            results=reference_results(experiment, name, steps.get(name, experiment.run.step))
+            if with_results and name != HARDWARE
+            else None,
         )
         for name in names
     }
