@@ -14,6 +14,7 @@ in a wheel by the environment variable `CARDSFLOW_PLATFORMS`, `all` or names suc
     python hatch_build.py                            into the source tree
     python hatch_build.py --platforms all            and for the other platforms
     python hatch_build.py --sanitize --output DIR    with the address and UB sanitizers
+    python hatch_build.py --sanitize thread --output DIR    with the thread sanitizer
 """
 
 from __future__ import annotations
@@ -64,7 +65,10 @@ EXAMPLES = "cardsflow_fmu/examples_data"
 
 LIBRARIES = _SOURCES.LIBRARIES
 FLAGS = [*_SOURCES.FLAGS, *_SOURCES.WARNINGS]
-SANITIZE = ["-O0", "-g1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+SANITIZE = {
+    "address": ["-O0", "-g1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"],
+    "thread": ["-O1", "-g1", "-fsanitize=thread"],
+}
 SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
 
@@ -157,17 +161,18 @@ def compile_libraries(output: Path) -> list[Path]:
         return list(pool.map(lambda one: compile_library(one, output), largest_first))
 
 
-def compile_sanitized(output: Path) -> list[Path]:
-    """The same with sanitizers; what both libraries of FMUs are made of is compiled once."""
+def compile_sanitized(output: Path, sanitizer: str) -> list[Path]:
+    """The same with a sanitizer; what both libraries of FMUs are made of is compiled once."""
+    flags = SANITIZE[sanitizer]
     *others, fmi, native = LIBRARIES
     both = set(native.sources(ROOT))
     common = [name for name in fmi.sources(ROOT) if name in both]
     with ThreadPoolExecutor(os.cpu_count()) as pool, tempfile.TemporaryDirectory() as folder:
-        first = pool.map(lambda one: compile_library(one, output, SANITIZE), others)
-        command = [*compiler(), *_flags(native, False, SANITIZE), "-fPIC", "-D_GNU_SOURCE", "-c"]
+        first = pool.map(lambda one: compile_library(one, output, flags), others)
+        command = [*compiler(), *_flags(native, False, flags), "-fPIC", "-D_GNU_SOURCE", "-c"]
         _run([*command, *(str(ROOT / name) for name in common)], Path(folder))
         objects = {name: f"{folder}/{Path(name).stem}.o" for name in common}
-        then = pool.map(lambda one: compile_library(one, output, SANITIZE, objects), (fmi, native))
+        then = pool.map(lambda one: compile_library(one, output, flags, objects), (fmi, native))
         return [*first, *then]
 
 
@@ -302,13 +307,22 @@ def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description="compile the C libraries")
     parser.add_argument("--output", type=Path, default=ROOT, help="folder to build below")
-    parser.add_argument("--sanitize", action="store_true", help="address, undefined behaviour")
+    parser.add_argument(
+        "--sanitize",
+        nargs="?",
+        const="address",
+        choices=tuple(SANITIZE),
+        help="address, which also finds undefined behaviour, or thread (default: address)",
+    )
     parser.add_argument(
         "--platforms", default="", help="for native FMUs: all, or x86_64-windows, ...; by ziglang"
     )
     arguments = parser.parse_args()
     write_headers()
-    made = (compile_sanitized if arguments.sanitize else compile_libraries)(arguments.output)
+    if arguments.sanitize:
+        made = compile_sanitized(arguments.output, arguments.sanitize)
+    else:
+        made = compile_libraries(arguments.output)
     made += compile_all_prebuilt(parse_platforms(arguments.platforms), arguments.output)
     print(*made, sep="\n")
 
