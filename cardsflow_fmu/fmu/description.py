@@ -64,6 +64,7 @@ class FmuDescription:
         step: Preferred communication step, in [s].
         stop_time: Preferred end, in [s].
         internal_step: Divisor of communication steps, in [s].
+        returns_early: Whether communication steps may end after any internal step.
         any_step: Whether communication steps may have any length.
         has_derivatives: Whether the model has directional derivatives.
         has_state: Whether an earlier state can be restored.
@@ -81,6 +82,7 @@ class FmuDescription:
     step: float
     stop_time: float | None = None
     internal_step: float | None = None
+    returns_early: bool = False
     any_step: bool = False
     has_derivatives: bool = False
     has_state: bool = True

@@ -63,15 +63,10 @@ def _notes(fmu: FmuDescription) -> list[str]:
         if fmu.any_step
         else f"Communication steps are {fmu.step!r} s"
         + (
-            f", or whole multiples of {fmu.internal_step!r} s."
+            f", or whole multiples of {fmu.internal_step!r} s. A step of another length is "
+            "discarded: the state does not change, and the next step may have a possible length."
             if fmu.internal_step is not None
             else "; other lengths may be rejected."
-        )
-        + (
-            ""
-            if fmu.needs_tool
-            else " A step of another length is discarded: the state does not change, and the next "
-            "step may have a possible length."
         )
     )
     derivatives = (

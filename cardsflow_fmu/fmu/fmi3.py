@@ -57,6 +57,7 @@ def _co_simulation(fmu: FmuDescription) -> ET.Element:
         fmu,
         canHandleVariableCommunicationStepSize=format_flag(fmu.any_step),
         providesIntermediateUpdate="true",
+        canReturnEarlyAfterIntermediateUpdate=format_flag(fmu.returns_early),
         hasEventMode="false",
     )
     if fmu.internal_step is not None:

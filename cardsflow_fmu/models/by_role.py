@@ -49,7 +49,8 @@ def model_in_c(experiment: Experiment, model: str, native: bool | None) -> Nativ
         return None
     if native:
         require_in_c(experiment, model, "build it without --compute c")
-    return NativeModel(C_MODELS[model].file(experiment), has_derivatives=model == "plant")
+    is_plant = model == "plant"
+    return NativeModel(C_MODELS[model].file(experiment), is_plant, is_plant)
 
 
 def require_in_c(experiment: Experiment, model: str, advice: str) -> None:

@@ -74,7 +74,9 @@ class DartPlant:
         loads = self._loads if self._loads.any() else None
         wrenches = self._wrenches if self._wrenches.any() else None
         commands, torques = self._muscle_commands(), self._torques if self._torques.size else None
-        steps = whole_steps(h, plant.step_size, "the plant's internal step", most=MAX_STEPS)
+        steps = whole_steps(
+            *(h, plant.step_size, "the plant's internal step"), most=MAX_STEPS, parameter="step"
+        )
         for _ in range(steps):
             plant.step(commands, torques, loads, wrenches)
         self._write_outputs()

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from addin_sdfusion.robot import CardsflowError, InputError
+from cardsflow_fmu.utils.multiples import StepLengthError
 from cardsflow_fmu.version import __version__
 
 from .model import FmuModel
@@ -62,10 +63,13 @@ class HostedModel:
         return None
 
     def step(self) -> str | None:
-        """Advance by the step of the clock."""
+        """Advance by the step of the clock. An impossible length is set to 0; see `model.h`."""
         try:
             time, step = self._clock
             self._model.step(time, step)
+        except StepLengthError as error:
+            self._clock[1] = 0.0
+            return _failure(error)
         except BaseException as error:
             return self._fail(error)
         return None

@@ -90,6 +90,10 @@ class FmuModel(ABC):
         Args:
             t: Time at the beginning of the step, in [s].
             h: Length of the step, in [s].
+
+        Raises:
+            StepLengthError: The length is impossible, and nothing has changed. The host may try a
+                step of another length; other errors end the simulation.
         """
 
     @abstractmethod

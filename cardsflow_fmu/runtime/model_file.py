@@ -26,10 +26,12 @@ class NativeModel(NamedTuple):
     Attributes:
         contents: Contents of `resources/native.bin`.
         has_derivatives: Whether it has directional derivatives.
+        has_internal_steps: Whether communication steps may end after any internal step.
     """
 
     contents: bytes
     has_derivatives: bool = False
+    has_internal_steps: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,8 +12,18 @@ MAX_STEPS = 100_000
 """Maximum number of steps of a model in one call; more steps would block the host for too long."""
 
 
+class StepLengthError(InputError):
+    """A step whose length is impossible. The model has not changed: another length is possible."""
+
+
 def whole_steps(
-    time: float, step: float, what: str, *, key: str | None = None, most: float = math.inf
+    time: float,
+    step: float,
+    what: str,
+    *,
+    key: str | None = None,
+    most: float = math.inf,
+    parameter: str | None = None,
 ) -> int:
     """Return the number of steps in a time.
 
@@ -23,20 +33,24 @@ def whole_steps(
         what: Name of the step, for the message.
         key: Key of the time, for the message.
         most: Maximum number of steps.
+        parameter: Parameter that sets the step, for the message.
 
     Returns:
         Number of steps, at least 1.
 
     Raises:
-        InputError: The time is not an integer multiple of the step, or has too many steps.
+        StepLengthError: The time is not an integer multiple of the step, or has too many steps.
     """
     ratio = time / step
     if ratio > most + 0.5:
         what = f"{time!r} s is {ratio:.6g} times {what}, {step!r} s"
-        raise InputError(f"{what}; the maximum is {most}; use shorter steps", key=key)
+        raise StepLengthError(f"{what}; the maximum is {most}; use shorter steps", key=key)
     steps = round(ratio) if math.isfinite(ratio) else 0
     if steps < 1 or abs(ratio - steps) > _TOLERANCE * steps:
-        raise InputError(f"{time!r} s is not a whole multiple of {what}, {step!r} s", key=key)
+        what = f"{time!r} s is not a whole multiple of {what}, {step!r} s"
+        if parameter is not None:
+            what += f"; use a multiple, or set the parameter {parameter} before the initialization"
+        raise StepLengthError(what, key=key)
     return steps
 
 

@@ -16,11 +16,13 @@ from cardsflow_fmu.runtime.derivatives import Indices
 from cardsflow_fmu.runtime.port_table import encode_port_table
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.compiled.library import address
+from cardsflow_fmu.utils.multiples import StepLengthError
 from cardsflow_fmu.version import __version__
 
 from .binding import native_library
 
 _MESSAGE_SIZE = 512  # in bytes
+_DISCARDED = 2  # NATIVE_MODEL_DISCARDED in C
 _STEP = 1.0  # arbitrary, since only FMU hosts use this entry of the port table
 
 
@@ -76,9 +78,10 @@ class OpenedModel:
 
         Raises:
             SimulationError: The step failed.
+            StepLengthError: The length of the step is impossible.
         """
-        if self._step(self.handle, t, h):
-            raise SimulationError(self.message)
+        if code := self._step(self.handle, t, h):
+            raise (StepLengthError if code == _DISCARDED else SimulationError)(self.message)
 
     def _step_error(self, code: int, t: float) -> SimulationError:
         return SimulationError(self.message)

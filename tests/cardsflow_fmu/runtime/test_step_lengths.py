@@ -14,10 +14,13 @@ from support.run_modes import COMPUTE
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.fmu.description import FmiVersion
-from cardsflow_fmu.simulation.build import build
+from cardsflow_fmu.models.plant import PlantModel
+from cardsflow_fmu.simulation.build import build, build_fmus
+from cardsflow_fmu.utils.multiples import StepLengthError
 
 pytestmark = pytest.mark.native
 
+FMI = ("2.0", "3.0")
 NO_STEP = (0.0, -1e-3, math.nan, math.inf, -math.inf)
 REASONS = {"plant": "the plant's internal step", "controller": "the controller's period"}
 
@@ -36,17 +39,24 @@ def test_too_long_steps_are_rejected(files: dict[str, Path], model: str, tmp_pat
         with running(files[model], tmp_path / str(step)) as host:
             with pytest.raises(FMICallException) as caught:
                 host.slave.doStep(0.0, step)
-            assert caught.value.status in (fmi2.fmi2Discard, fmi2.fmi2Error)
+            assert caught.value.status == fmi2.fmi2Discard
             said = f"times {REASONS[model]}, 0.001 s; the maximum is 100000"
             assert said in host.last
             assert "\n" not in host.last
 
 
+@pytest.mark.parametrize("where", ["native", "in-process", "worker"])
 @pytest.mark.parametrize("model", REASONS)
-def test_a_discarded_step_has_no_effect(model: str, fmi: FmiVersion, tmp_path: Path) -> None:
-    """Native FMUs accept the next step if its length is possible."""
+def test_a_discarded_step_has_no_effect(
+    model: str, where: str, fmi: FmiVersion, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The next step has a possible length."""
+    if where == "worker" and model == "controller":
+        pytest.skip("as slow as the plant, which is tested")
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.1})
-    file = build(experiment, tmp_path, fmi=fmi, arrays=False, compute="c")[model]
+    monkeypatch.setenv("CARDSFLOW_FMU_HOST", where)
+    options = {"fmi": fmi, "arrays": False, "native": where == "native", "sources": False}
+    file = build_fmus(experiment, tmp_path, [model], **options)[model]
     rows = []
     for impossible in ((), (0.5e-3, 1e6, 1.5e-3)):
         with running(file, tmp_path / str(len(impossible))) as host:
@@ -56,6 +66,19 @@ def test_a_discarded_step_has_no_effect(model: str, fmi: FmiVersion, tmp_path: P
             host.slave.doStep(1e-3, 1e-3)
             rows.append(host.value({"plant": "q.joint_1", "controller": "f.cable_1"}[model]))
     assert rows[0] == rows[1]
+
+
+@pytest.mark.parametrize("engine", ["core", "dart"])
+def test_the_message_about_a_short_step_names_the_parameter(engine: str) -> None:
+    """With this parameter, the plant accepts the step."""
+    experiment = Experiment.load(PLANAR_2R, {"plant.engine": engine})
+    plant = PlantModel(experiment)
+    plant.initialize()
+    with pytest.raises(StepLengthError, match="set the parameter step before the initialization"):
+        plant.step(0.0, 0.5e-3)
+    plant.views["step"][0] = 0.5e-3
+    plant.initialize()
+    plant.step(0.0, 0.5e-3)
 
 
 def require_discard(host: Host, step: float, reached: float) -> None:

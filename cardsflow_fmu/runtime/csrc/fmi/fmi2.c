@@ -320,7 +320,7 @@ FMI2_Export fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunication
     if (!c)
         return fmi2Error;
     return (fmi2Status)instance_step(instance_of(c), currentCommunicationPoint,
-                                     communicationStepSize);
+                                     communicationStepSize, NULL);
 }
 
 FMI2_Export fmi2Status fmi2CancelStep(fmi2Component c)

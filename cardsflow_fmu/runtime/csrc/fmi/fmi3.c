@@ -35,9 +35,10 @@ FMI3_Export fmi3Instance fmi3InstantiateCoSimulation(
     size_t nRequiredIntermediateVariables, fmi3InstanceEnvironment instanceEnvironment,
     fmi3LogMessageCallback logMessage, fmi3IntermediateUpdateCallback intermediateUpdate)
 {
-    (void)instanceName, (void)visible, (void)earlyReturnAllowed;
+    (void)instanceName, (void)visible;
     (void)requiredIntermediateVariables, (void)nRequiredIntermediateVariables;
-    const struct fmi3_component component = {instanceEnvironment, logMessage, intermediateUpdate, NULL};
+    const struct fmi3_component component = {instanceEnvironment, logMessage, intermediateUpdate,
+                                             earlyReturnAllowed,  INFINITY,   NULL};
     if (eventModeUsed) {
         if (logMessage)
             logMessage(instanceEnvironment, fmi3Error, "logStatusError",
@@ -141,14 +142,19 @@ FMI3_Export fmi3Status fmi3GetDirectionalDerivative(
 
 /* Co-simulation */
 
-/* Inform the importer about a completed step; it may get variables in the callback. */
-static void update(const struct fmi3_component *component)
+/* Inform the importer about a completed internal step; it may get variables in the callback. Return whether
+ * the step ends here, because the importer wants it to end before the next internal step is completed. */
+static int update(void *context, double time, double next)
 {
+    struct fmi3_component *component = context;
+    const fmi3Boolean can_return = component->may_return_early && next > time;
     fmi3Boolean early_return_requested = fmi3False;
-    double time = component->instance->time, early_return_time = time;
-    if (component->intermediate_update)
-        component->intermediate_update(component->environment, time, fmi3False, fmi3True, fmi3True,
-                                       fmi3False, &early_return_requested, &early_return_time);
+    double early_return_time = time;
+    component->intermediate_update(component->environment, time, fmi3False, fmi3True, fmi3True, can_return,
+                                   &early_return_requested, &early_return_time);
+    if (early_return_requested)
+        component->return_time = early_return_time;
+    return can_return && component->return_time < next - 1e-6 * (next - time);
 }
 
 FMI3_Export fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoint,
@@ -163,11 +169,13 @@ FMI3_Export fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentComm
         return fmi3Error;
     if (!eventHandlingNeeded || !terminateSimulation || !earlyReturn || !lastSuccessfulTime)
         return fmi3_reject(instance, STATUS_ERROR, "doStep: null pointer");
-    enum status status =
-        instance_step(fmi3_instance(instance), currentCommunicationPoint, communicationStepSize);
-    *eventHandlingNeeded = *terminateSimulation = *earlyReturn = fmi3False;
-    *lastSuccessfulTime = fmi3_instance(instance)->time;
-    if (status == STATUS_OK)
-        update(instance);
+    struct fmi3_component *component = instance;
+    const struct step_observer observer = {update, component};
+    component->return_time = INFINITY;
+    enum status status = instance_step(component->instance, currentCommunicationPoint, communicationStepSize,
+                                       component->intermediate_update ? &observer : NULL);
+    *eventHandlingNeeded = *terminateSimulation = fmi3False;
+    *lastSuccessfulTime = component->instance->time;
+    *earlyReturn = status == STATUS_OK && *lastSuccessfulTime < currentCommunicationPoint + communicationStepSize;
     return (fmi3Status)status;
 }

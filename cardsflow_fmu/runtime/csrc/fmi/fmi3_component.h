@@ -9,6 +9,8 @@ struct fmi3_component {
     fmi3InstanceEnvironment environment;
     fmi3LogMessageCallback log_message;
     fmi3IntermediateUpdateCallback intermediate_update;
+    fmi3Boolean may_return_early;
+    double return_time; /* time at which the importer wants the step to end, or infinity */
     struct instance *instance;
 };
 

@@ -11,7 +11,7 @@ FMI3_Export fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, f
                                                       fmi3LogMessageCallback logMessage)
 {
     (void)instanceName, (void)visible;
-    const struct fmi3_component component = {instanceEnvironment, logMessage, NULL, NULL};
+    const struct fmi3_component component = {instanceEnvironment, logMessage, NULL, fmi3False, 0, NULL};
     return fmi3_open(&component, instantiationToken, resourcePath, loggingOn, MODEL_EXCHANGE);
 }
 

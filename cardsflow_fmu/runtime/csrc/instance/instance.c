@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const double MAX_INTERNAL_STEPS = 100000; /* as for steps of a model */
+
 enum status instance_fail(struct instance *instance, const char *format, ...)
 {
     struct text text = {NULL};
@@ -203,23 +205,42 @@ static enum status check_step(struct instance *instance, double time, double ste
     return STATUS_OK;
 }
 
-enum status instance_step(struct instance *instance, double time, double step)
+/* Return the number of internal steps in a step: 1 for models without them and for impossible lengths. */
+static size_t internal_steps(const struct model *model, double step)
+{
+    const double ratio = model->internal_step ? step / *model->internal_step : 1, whole = floor(ratio + 0.5);
+    return whole > 1 && whole <= MAX_INTERNAL_STEPS && fabs(ratio - whole) <= 1e-9 * whole ? (size_t)whole : 1;
+}
+
+static enum status advance(struct instance *instance, double time, double step)
+{
+    instance->model.clock[0] = time;
+    instance->model.clock[1] = step;
+    if (!instance->model.functions->step(&instance->model))
+        return STATUS_OK;
+    if (instance->model.clock[1] == 0) { /* nothing has changed */
+        log_status(&instance->log, STATUS_DISCARD, text_get(&instance->model.error));
+        return STATUS_DISCARD;
+    }
+    return instance_fail(instance, "doStep at %.12g s: %s", time, text_get(&instance->model.error));
+}
+
+enum status instance_step(struct instance *instance, double time, double step, const struct step_observer *observer)
 {
     if (!instance_allows(instance, "doStep", STEP_MODE) ||
         check_step(instance, time, step) != STATUS_OK)
         return STATUS_ERROR;
-    instance->model.clock[0] = time;
-    instance->model.clock[1] = step;
-    instance->model.discards_step = 0;
-    const int failed = instance->model.functions->step(&instance->model);
-    if (failed && instance->model.discards_step) {
-        log_status(&instance->log, STATUS_DISCARD, text_get(&instance->model.error));
-        return STATUS_DISCARD; /* nothing has changed, and the next step may have another length */
+    const size_t count = observer ? internal_steps(&instance->model, step) : 1;
+    const double length = step / (double)count, end = time + step;
+    for (size_t k = 0; k < count; k++) {
+        const enum status status = advance(instance, time + (double)k * length, length);
+        if (status != STATUS_OK)
+            return status;
+        instance->time = k + 1 < count ? time + (double)(k + 1) * length : end;
+        const double next = k + 2 < count ? time + (double)(k + 2) * length : end;
+        if (observer && observer->completed(observer->context, instance->time, next))
+            break;
     }
-    if (failed)
-        return instance_fail(instance, "doStep at %.12g s: %s", time,
-                             text_get(&instance->model.error));
-    instance->time = time + step;
     return STATUS_OK;
 }
 

@@ -45,7 +45,16 @@ enum status instance_set_up(struct instance *instance, const char *call, double 
                             double stop_time);
 enum status instance_enter_initialization_mode(struct instance *instance);
 enum status instance_exit_initialization_mode(struct instance *instance);
-enum status instance_step(struct instance *instance, double time, double step);
+
+/* Function that is called when a step or an internal step is completed, with the end of the next internal
+ * step, or the same time after the last one. It returns whether the communication step ends here. */
+struct step_observer {
+    int (*completed)(void *context, double time, double next);
+    void *context;
+};
+
+/* Advance by a communication step. With an observer, compute the internal steps one by one. */
+enum status instance_step(struct instance *instance, double time, double step, const struct step_observer *observer);
 enum status instance_terminate(struct instance *instance);
 enum status instance_reset(struct instance *instance);
 

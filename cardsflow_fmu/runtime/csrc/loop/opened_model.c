@@ -66,7 +66,9 @@ int native_model_initialize(struct opened_model *opened, double t)
 
 int native_model_step(struct opened_model *opened, double t, double h)
 {
-    return opened->model.functions->step(at(opened, t, h));
+    if (!opened->model.functions->step(at(opened, t, h)))
+        return 0;
+    return opened->model.clock[1] == 0 ? NATIVE_MODEL_DISCARDED : 1;
 }
 
 int native_model_get_state(struct opened_model *opened, void **bytes, size_t *size)

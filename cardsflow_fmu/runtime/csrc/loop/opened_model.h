@@ -38,6 +38,8 @@ NATIVE_API void native_model_close(struct opened_model *opened);
 
 /* Each function returns 0, or nonzero with a message: see model_functions. Times are in s. */
 NATIVE_API int native_model_initialize(struct opened_model *opened, double t);
+/* A step of an impossible length fails with NATIVE_MODEL_DISCARDED; the model has not changed. */
+enum { NATIVE_MODEL_DISCARDED = 2 };
 NATIVE_API int native_model_step(struct opened_model *opened, double t, double h);
 /* The bytes belong to the model and are valid until the next call. */
 NATIVE_API int native_model_get_state(struct opened_model *opened, void **bytes, size_t *size);

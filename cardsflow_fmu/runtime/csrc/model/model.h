@@ -23,7 +23,8 @@ struct derivative {
 struct model_functions {
     /* Apply the parameters, go to the start state and compute the outputs there. */
     int (*initialize)(struct model *model);
-    /* Advance from clock[0] by clock[1] with constant inputs. */
+    /* Advance from clock[0] by clock[1] with constant inputs. A step whose length is impossible fails before
+     * any change and sets clock[1] to 0; the next step may have another length. */
     int (*step)(struct model *model);
     /* Restore the start values; also used after a failure. */
     int (*reset)(struct model *model);
@@ -66,10 +67,10 @@ struct model {
     const struct model_functions *functions;
     void *backend;
     double *clock;  /* time at the beginning of the step and its length, both in s */
+    const double *internal_step; /* in s; a step may be split into such steps. NULL for models without them */
     double *values; /* one for each variable of the port table */
     struct continuous continuous;
     struct text error;
-    int discards_step; /* whether `step` failed before any change, because of the length of the step */
 };
 
 #endif

@@ -36,19 +36,26 @@ int native_reset(struct model *model)
     return 0;
 }
 
-size_t native_whole_steps(double time, double step, const char *what, struct model *model)
+const char *native_port_name(const struct native_model *native, const double *value)
 {
+    return native->ports->ports[value - native->values].name;
+}
+
+size_t native_whole_steps(double time, const double *parameter, const char *what, struct model *model)
+{
+    const double step = *parameter;
     struct text *error = &model->error;
     const double ratio = time / step, whole = floor(ratio + 0.5);
     if (whole >= 1 && whole <= MAX_STEPS && fabs(ratio - whole) <= TOLERANCE * whole)
         return (size_t)whole;
-    model->discards_step = 1;
+    model->clock[1] = 0; /* see `step` of model.h */
     if (ratio > MAX_STEPS + 0.5) {
         text_set(error, "%.17g s is %.6g times %s, %.17g s; the maximum is %.0f; use shorter steps",
                  time, ratio, what, step, MAX_STEPS);
         return 0;
     }
-    text_set(error, "%.17g s is not a whole multiple of %s, %.17g s", time, what, step);
+    text_set(error, "%.17g s is not a whole multiple of %s, %.17g s; use a multiple, or set the parameter %s "
+             "before the initialization", time, what, step, native_port_name(model->backend, parameter));
     return 0;
 }
 

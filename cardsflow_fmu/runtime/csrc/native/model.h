@@ -29,9 +29,12 @@ double *native_values(const struct native_model *native, struct native_group gro
 /* Restore the start values of the ports. */
 int native_reset(struct model *model);
 
+/* Return the name of the variable of a value. */
+const char *native_port_name(const struct native_model *native, const double *value);
+
 /* Return the number of periods in a time; 0 with a message in `model->error` if it is not a whole number, or
- * too large. The host may then try a step of another length. */
-size_t native_whole_steps(double time, double step, const char *what, struct model *model);
+ * too large. The period is a parameter. The host may then try a step of another length. */
+size_t native_whole_steps(double time, const double *parameter, const char *what, struct model *model);
 
 /* Copy the internal state of a model to the heap. Return 0, or nonzero with a message. */
 int native_save(const double *const *parts, const size_t *sizes, size_t count, void **bytes, size_t *size,

@@ -243,7 +243,7 @@ static int step(struct model *model)
     struct native_robot *robot = &native->robot;
     struct controller *c = native->own;
     const size_t periods =
-        native_whole_steps(native->clock[1], c->period[0], "the controller's period", model);
+        native_whole_steps(native->clock[1], c->period, "the controller's period", model);
     if (!periods || check_parameters(model))
         return 1;
     const double period = (double)periods * c->period[0];

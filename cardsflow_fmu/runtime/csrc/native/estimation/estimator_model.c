@@ -95,7 +95,7 @@ static int step(struct model *model)
     const struct native_model *native = model->backend;
     struct estimator_model *s = native->own;
     const size_t steps =
-        native_whole_steps(native->clock[1], s->step[0], "the estimator's internal step", model);
+        native_whole_steps(native->clock[1], s->step, "the estimator's internal step", model);
     if (!steps)
         return 1;
     if (s->since < 0) {

@@ -102,7 +102,7 @@ static int step(struct model *model)
         return 1;
     }
     const size_t steps =
-        native_whole_steps(native->clock[1], plant->step[0], "the plant's internal step", model);
+        native_whole_steps(native->clock[1], plant->step, "the plant's internal step", model);
     if (!steps || native_plant_apply_inputs(model))
         return 1;
     for (size_t i = 0; i < steps; i++) {
@@ -169,5 +169,7 @@ int native_plant_open(struct model *model, struct native_model *native, struct t
     model->functions = &FUNCTIONS;
     if (plant_is_continuous(plant))
         native_plant_continuous_open(model);
+    else
+        model->internal_step = plant->step;
     return 0;
 }

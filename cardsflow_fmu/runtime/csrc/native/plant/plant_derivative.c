@@ -159,7 +159,7 @@ static int advance_with_tangent(struct model *model, core_tangent *tangent, stru
     const int is_at_start = native->clock[1] == 0;
     size_t steps = 0;
     if (!is_at_start && !plant_is_continuous(plant) &&
-        !(steps = native_whole_steps(native->clock[1], plant->step[0], "the plant's internal step", model)))
+        !(steps = native_whole_steps(native->clock[1], plant->step, "the plant's internal step", model)))
         return 1;
     int failed = core_tangent_move(tangent) || (is_at_start && core_tangent_start(tangent));
     for (size_t i = 0; i < steps && !failed; i++)

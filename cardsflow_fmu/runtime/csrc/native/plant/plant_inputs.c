@@ -15,11 +15,6 @@ const double *native_plant_torques(const struct plant *plant)
     return plant->settings.of.torques.count ? plant->motor_torques : NULL;
 }
 
-const char *native_port_name(const struct native_model *native, const double *value)
-{
-    return native->ports->ports[value - native->values].name;
-}
-
 static int check_finite(struct model *model, const double *values, size_t count)
 {
     for (size_t i = 0; i < count; i++)

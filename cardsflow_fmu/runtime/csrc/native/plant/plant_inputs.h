@@ -14,7 +14,4 @@ const double *native_plant_torques(const struct plant *plant);
  * message if a torque, load or wrench is not finite. */
 int native_plant_apply_inputs(struct model *model);
 
-/* Return the name of the variable of a value. */
-const char *native_port_name(const struct native_model *native, const double *value);
-
 #endif
