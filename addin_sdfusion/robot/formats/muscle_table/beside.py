@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ...files import read_file, write_files
 from ...finding import Finding, Subject
 from ...finding_builders import listed, warning
 from ...limits import XML
 from ...model.robot import Robot
-from ..reading.xml import Notes
 from .document import MuscleDocument
 from .read import read_table
 from .write import table_text
+
+if TYPE_CHECKING:  # readers require lxml, which Fusion does not provide
+    from ..reading.xml import Notes
 
 MUSCLES_CSV = "muscles.csv"
 
