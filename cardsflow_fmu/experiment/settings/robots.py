@@ -153,9 +153,10 @@ def require_movable(robot: Robot, reading: Reading) -> None:
         raise InputError(what)
     if robot.muscles or robot.motors:
         return
-    kind = kind_of(reading.files[0]) or "sdf"
-    what = f"robot {robot.name!r} has no muscles and no motors; add {_DRIVES[kind]}, or motors in "
-    what += "an experiment.toml: [robot.joints.NAME] motor = true"
+    file = reading.files[0]
+    what = f"robot {robot.name!r} has no muscles and no motors; add muscles with `cardsflow edit "
+    what += f"{file}`, {_DRIVES[kind_of(file) or 'sdf']}, or motors in an experiment.toml: "
+    what += "[robot.joints.NAME] motor = true"
     omitted = [finding.message for finding in reading.findings if finding.code == _LEFT_OUT]
     if omitted:
         what += f" (omitted drives: {len(omitted)}, such as: {omitted[0]})"

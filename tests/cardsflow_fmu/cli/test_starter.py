@@ -225,7 +225,7 @@ UNDRIVEN = {
         '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
         '</link><joint name="j" type="revolute"><parent link="a"/><child link="b"/>'
         '<limit lower="-1" upper="1" effort="0" velocity="1"/></joint></robot>',
-        "no muscles and no motors; add efforts above 0",
+        "no muscles and no motors; add muscles with `cardsflow edit .*, efforts above 0",
     ),
     "arm.xml": (
         '<mujoco><worldbody><site name="s"/><body><joint/><geom size="0.1"/></body></worldbody>'
