@@ -16,12 +16,10 @@ from . import colours
 from . import shapes as s
 from .meshes import read_triangles
 from .shapes import Triangles
+from .solids import box_triangles
 
 _WIDE = 3.0
 """Edge length of the drawn ground, as multiple of the diagonal of the box above it."""
-
-_BOX_SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-_BOX_FACES = np.array([face for a, b, c, d in _BOX_SIDES for face in ((a, b, c), (a, c, d))])
 
 
 class Environment:
@@ -82,12 +80,6 @@ def _triangles(thing: SceneObject) -> Triangles | None:
         return None
     mesh = read_triangles(thing.shape.file)
     return mesh and Triangles(mesh.vertices * np.array(thing.shape.scale), mesh.faces)
-
-
-def box_triangles(half: FloatArray) -> Triangles:
-    """Return the surface of a box at the origin, from half of its edge lengths in [m]."""
-    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-    return Triangles(corners * half, _BOX_FACES)
 
 
 def _ground(height: float, box: tuple[FloatArray, FloatArray]) -> s.Shape:

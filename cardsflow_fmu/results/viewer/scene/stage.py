@@ -24,6 +24,7 @@ from .meshes import LinkMeshes
 from .motion import Motion, frame_rows, motion_of, task_points
 from .muscle_paths import MusclePath, muscle_paths, unit_forces
 from .shapes import Triangles
+from .solids import shape_triangles
 from .trail import trail_points
 from .wrap_surfaces import wrap_shape
 
@@ -56,8 +57,9 @@ class Stage:
     Args:
         robot: The robot.
         motion: Motion of the robot.
-        meshes: Surfaces of the links. Other links are drawn as capsules, and as the convex hull of
-            their muscle attachments if these span an area, as on platforms.
+        meshes: Surfaces of the links. Other links are drawn as capsules, with their collision
+            shapes, and as the convex hull of their muscle attachments if these span an area, as on
+            platforms.
         world: Objects and ground around the robot.
         full_scale: Whether colours range to f_max instead of the maximum tension of the motion.
 
@@ -79,6 +81,8 @@ class Stage:
     ) -> None:
         self.robot, self.motion = robot, motion
         self.meshes = meshes or {}
+        bare = [link for link in robot.links if link.name not in self.meshes and link.shapes]
+        self._solids = {link.name: tuple(map(shape_triangles, link.shapes)) for link in bare}
         self._poses = link_poses(robot, motion.q)
         self._paths = muscle_paths(robot, motion.q, self._poses)
         self._unit_forces = [unit_forces(path) for path in self._paths]
@@ -165,7 +169,7 @@ class Stage:
 
     def _mesh_corners(self) -> Iterator[tuple[str, tuple[float, float, float]]]:
         """Yield the corners of the bounding box of each mesh, in the link frame."""
-        for link, meshes in self.meshes.items():
+        for link, meshes in (*self.meshes.items(), *self._solids.items()):
             for mesh in meshes:
                 low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
                 for x, y, z in product(*zip(low.tolist(), high.tolist(), strict=True)):
@@ -214,7 +218,14 @@ class Stage:
             if link.name in self._hulls:
                 key, hull = f"{link.name}/hull", self._hulls[link.name]
                 yield s.MeshShape(s.LINKS, key, colours.LINK, T, hull, lever=reach / 2)
-            for i, ends in enumerate(link_capsules(self.robot, link)):
+            capsules, solids = (
+                list(link_capsules(self.robot, link)),
+                self._solids.get(link.name, ()),
+            )
+            for i, solid in enumerate(solids, len(capsules)):
+                key = f"{link.name}/{i}"
+                yield s.MeshShape(s.LINKS, key, colours.LINK, T, solid, lever=reach / 2)
+            for i, ends in enumerate(capsules):
                 a, b = (T[:3, :3] @ end + T[:3, 3] for end in ends)
                 yield s.Capsule(s.LINKS, f"{link.name}/{i}", colours.LINK, a, b, 0.01 * reach)
         for joint, poses in zip(self.robot.joints, self._joints, strict=True):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +15,13 @@ from support.experiments import twin_arms
 from support.robots.robots import PLANAR_2R
 from support.robots.worlds import write_box_mesh
 
+from addin_sdfusion.robot import Pose, Shape
 from cardsflow_fmu import Experiment, Result, run
 from cardsflow_fmu.results.viewer.scene import shapes as s
 from cardsflow_fmu.results.viewer.scene.act import Act
-from cardsflow_fmu.results.viewer.scene.environment import box_triangles
+from cardsflow_fmu.results.viewer.scene.motion import Motion
+from cardsflow_fmu.results.viewer.scene.solids import box_triangles, cylinder_triangles
+from cardsflow_fmu.results.viewer.scene.stage import Stage
 from cardsflow_fmu.results.viewer.view import act_of, acts_of, write_page
 
 G = 9.81
@@ -121,11 +125,29 @@ def test_all_frames_have_the_same_shapes(act: Act) -> None:
     assert all(each == names[0] for each in names)
 
 
-def test_box_is_closed_with_outward_faces() -> None:
-    box = box_triangles(np.array([0.1, 0.2, 0.3]))
-    mesh = trimesh.Trimesh(box.vertices, box.faces, process=False)
+@pytest.mark.parametrize(
+    ("surface", "volume"),
+    [
+        (box_triangles(np.array([0.1, 0.2, 0.3])), 0.2 * 0.4 * 0.6),
+        # a prism with 24 sides
+        (cylinder_triangles(0.1, 0.5), 12 * np.sin(np.pi / 12) * 0.1**2 * 0.5),
+    ],
+)
+def test_solid_is_closed_with_outward_faces(surface: s.Triangles, volume: float) -> None:
+    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
     assert mesh.is_watertight
-    assert mesh.volume == pytest.approx(0.2 * 0.4 * 0.6)
+    assert mesh.volume == pytest.approx(volume)
+
+
+def test_collision_shapes_of_links_without_mesh_are_drawn() -> None:
+    tilted = Shape("cylinder", (0.05, 0.4), Pose((0.0, 0.0, 0.2), (np.pi / 2, 0.0, 0.0)))
+    robot = Experiment.load(PLANAR_2R).robot
+    links = tuple(replace(link, shapes=(tilted,)) for link in robot.links[:1])
+    stage = Stage(replace(robot, links=(*links, *robot.links[1:])), Motion.still(np.zeros(2)))
+    (drawn,) = (shape for shape in stage.scene(0) if isinstance(shape, s.MeshShape))
+    size = np.ptp(drawn.triangles.vertices, axis=0)
+    np.testing.assert_allclose(size, (0.1, 0.4, 0.1), rtol=1e-12)
+    assert stage.reach > Stage(robot, Motion.still(np.zeros(2))).reach
 
 
 def test_missing_mesh_is_drawn_as_small_sphere(tmp_path: Path) -> None:

@@ -32,7 +32,7 @@ async function startEdit() {
       showBar();
       if (box.open) for (const section of sections) section.show();
       drawing.begin();
-      drawAct(editor.played, 0, 1, drawing, camera, editor.shown, 0, pointer);
+      drawAct(editor.played, 0, 1, drawing, camera, editor.shown, 0, [NaN, NaN]); // the panel shows joint values
       showTip(editor.hint ? editor.hint.text : tipOf(editor, pointer), pointer);
       document.body.dataset.drawn = editor.document.past.length;
     }
