@@ -223,6 +223,8 @@ def _example(command: Any, tab: Input) -> _Shown:
             values[item.id] = command[item.id].text.replace("<br/>", "\n")
         elif item.kind in ("string", "number", "check"):
             values[item.id] = command[item.id].value
+        elif item.kind == "slider":
+            values[item.id] = command[item.id].valueOne
     return _Shown(values, cells, choices)
 
 

@@ -13,6 +13,7 @@ Kind = Literal[
     "choices",
     "string",
     "number",
+    "slider",
     "check",
     "button",
     "table",
@@ -27,7 +28,8 @@ class Input:
     Attributes:
         id: Id, unique in the dialog.
         kind: Type of the input. `tab` and `group` contain inputs; `choices` is a drop-down with
-            check boxes; `text` is a read-only message; `number` has no unit.
+            check boxes; `text` is a read-only message; `number` has no unit; `slider` is a
+            percentage.
         label: Label next to or on the input.
         tooltip: Explanation of the input.
         options: Fixed items of a drop-down.

@@ -84,8 +84,8 @@ class Inputs:
                 item.formattedText = _html(str(value))
         elif name != self.written:
             self._shown[name] = value
-            if item.value != value:
-                item.value = value
+            if _value(item) != value:
+                setattr(item, _value_name(item), value)
 
     def choose(self, name: str, options: Sequence[str], chosen: str) -> None:
         """Set the items of a drop-down and the chosen item."""
@@ -258,10 +258,15 @@ class _Table:
         self._table.addCommandInput(made, row, column)
 
 
+def _value_name(item: Any) -> str:
+    """Return the name of the property with the value of an input."""
+    return "valueOne" if isinstance(item, adsk.core.FloatSliderCommandInput) else "value"
+
+
 def _value(item: Any) -> Any:
     if isinstance(item, adsk.core.DropDownCommandInput):
         return item.selectedItem.name if item.selectedItem else ""
-    return item.value
+    return getattr(item, _value_name(item))
 
 
 def _fill(items: Any, options: Sequence[str], chosen: str) -> None:
@@ -320,6 +325,10 @@ def _number(inputs: Any, item: Input) -> Any:
     return inputs.addFloatSpinnerCommandInput(item.id, item.label, "", 0.0, _MAX_VALUE, 1.0, value)
 
 
+def _slider(inputs: Any, item: Input) -> Any:
+    return inputs.addFloatSliderCommandInput(item.id, item.label, "", 0.0, 100.0, False)
+
+
 def _check(inputs: Any, item: Input) -> Any:
     return inputs.addBoolValueInput(item.id, item.label, True, "", bool(item.value))
 
@@ -350,6 +359,7 @@ _MAKERS: dict[str, Callable[[Any, Input], Any]] = {
     "choices": _choices,
     "string": lambda inputs, item: inputs.addStringValueInput(item.id, item.label, str(item.value)),
     "number": _number,
+    "slider": _slider,
     "check": _check,
     "button": _button,
     "text": _text,

@@ -35,7 +35,13 @@ from .ui.events import (
 )
 from .ui.input_lists import select_item
 from .ui.input_selection import SelectionCommandInput
-from .ui.inputs import BoolValueCommandInput, InputData, TextBoxCommandInput, every_input
+from .ui.inputs import (
+    BoolValueCommandInput,
+    FloatSliderCommandInput,
+    InputData,
+    TextBoxCommandInput,
+    every_input,
+)
 from .ui.picking import why_not
 
 _MAX_QUEUE = 1000
@@ -134,6 +140,8 @@ class Driver:
             self._choose(data, value)
         elif isinstance(view, TextBoxCommandInput):
             view.text = value
+        elif isinstance(view, FloatSliderCommandInput):
+            view.valueOne = value
         else:
             view.value = value
         self._changed(data)

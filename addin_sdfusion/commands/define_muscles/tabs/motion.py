@@ -26,7 +26,7 @@ TAB = Input(
         Input("motion_joint", "dropdown", "Joint", "The joint that moves.", options=(NO_JOINT,)),
         Input(
             "motion_percent",
-            "number",
+            "slider",
             "Position [%]",
             "Position in the range of the joint: 0 is its lower limit, 100 its upper limit. Parts "
             "of the design do not move.",

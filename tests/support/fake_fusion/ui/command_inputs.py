@@ -14,6 +14,7 @@ from .input_selection import SelectionCommandInput
 from .input_table import TableCommandInput
 from .inputs import (
     BoolValueCommandInput,
+    FloatSliderCommandInput,
     FloatSpinnerCommandInput,
     GroupCommandInput,
     InputData,
@@ -141,6 +142,20 @@ class CommandInputs(Items):
             step=float(spinStep),
             value=float(initialValue),
         )
+
+    def addFloatSliderCommandInput(
+        self,
+        id: str,
+        name: str,
+        unitType: str,
+        min: float,
+        max: float,
+        hasTwoSliders: bool = False,
+    ) -> Any:
+        if not min < max or hasTwoSliders:
+            raise RuntimeError("3 : invalid argument min, max or hasTwoSliders")
+        cls, lower, upper = FloatSliderCommandInput, float(min), float(max)
+        return self._add(cls, id, name, unitType=unitType, min=lower, max=upper, value=lower)
 
     def addSelectionInput(self, id: str, name: str, commandPrompt: str) -> Any:
         return self._add(

@@ -120,15 +120,17 @@ class TextBoxCommandInput(CommandInput):
     text = field("text", "str", "")
 
 
-class _Spinner(CommandInput):
-    value = property(lambda self: self._data.fields["value"])
-
+class _Ranged(CommandInput):
     def _write(self, value: float) -> None:
         if not self._data.fields["min"] <= value <= self._data.fields["max"]:
             raise RuntimeError("3 : invalid argument value: out of range")
         before, self._data.fields["value"] = self._data.fields["value"], value
         if value != before:
             changed_by_addin(self._data)
+
+
+class _Spinner(_Ranged):
+    value = property(lambda self: self._data.fields["value"])
 
 
 @api("adsk.core")
@@ -161,6 +163,23 @@ class FloatSpinnerCommandInput(_Spinner):
 
     @value.setter
     def value(self, value: float) -> None:
+        self._write(float(value))
+
+
+@api("adsk.core")
+class FloatSliderCommandInput(_Ranged):
+    """Slider with one handle, whose value is in internal units."""
+
+    minimumValue = field("min", "float", 0.0, writable=False)
+    maximumValue = field("max", "float", 0.0, writable=False)
+    unitType = field("unitType", "str", "", writable=False)
+
+    @property
+    def valueOne(self) -> float:
+        return self._data.fields["value"]
+
+    @valueOne.setter
+    def valueOne(self, value: float) -> None:
         self._write(float(value))
 
 
