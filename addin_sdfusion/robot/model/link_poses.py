@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from .coupling import all_values
-from .joint import Motion
+from .joint import Joint, Motion
 from .pose import IDENTITY, Pose
 from .robot import WORLD, Robot
 from .rotations import axis_rotation, compose, inverse, normalized, rpy
@@ -23,12 +23,26 @@ def link_poses(robot: Robot, q: Mapping[str, float]) -> dict[str, Pose]:
         robot: A valid robot.
         q: Values of the free coordinates by name, in [rad] or [m].
     """
-    poses, values = {WORLD: IDENTITY}, all_values(robot, q)
+    values = all_values(robot, q)
+
+    def displacement(joint: Joint, motion: Motion) -> float:
+        x = 0.0 if motion.is_fixed else values[joint.coordinates[motion.coordinate].name]
+        return motion.displacement(x)
+
+    return _poses(robot, displacement)
+
+
+def unmoved_poses(robot: Robot) -> dict[str, Pose]:
+    """Return the pose of every link in the world without motions, except constant ones."""
+    return _poses(robot, lambda _, motion: motion.displacement(0.0) if motion.is_fixed else 0.0)
+
+
+def _poses(robot: Robot, displacement: Callable[[Joint, Motion], float]) -> dict[str, Pose]:
+    poses = {WORLD: IDENTITY}
     for joint in robot.joints:
         T = compose(poses[joint.parent], joint.T_parent_joint)
         for motion in joint.motions:
-            x = 0.0 if motion.is_fixed else values[joint.coordinates[motion.coordinate].name]
-            T = compose(T, _motion_pose(motion, motion.displacement(x)))
+            T = compose(T, _motion_pose(motion, displacement(joint, motion)))
         poses[joint.child] = compose(T, inverse(joint.T_child_joint))
     return poses
 

@@ -184,17 +184,24 @@ def random_loops(
 def closed_chain(kind: LoopType, seed: int = 0) -> tuple[Robot, NDArray[np.float64]]:
     """Return a chain of seven bars whose end is connected to the world, and a closed pose."""
     rng = np.random.default_rng(seed)
+    q = rng.uniform(-1.0, 1.0, 7)
     joints, links = [], []
     for k in range(7):
         a, *_ = np.linalg.qr(rng.normal(size=(3, 3)))[0].T
         parent = f"link_{k - 1}" if k else WORLD
         at = Pose(vector(rng, 0.3), vector(rng))
         joints.append(
-            Joint(f"q{k}", parent, f"link_{k}", revolute(_three(a)), (Coordinate(f"q{k}"),), at)
+            Joint(
+                f"q{k}",
+                parent,
+                f"link_{k}",
+                revolute(_three(a)),
+                (Coordinate(f"q{k}", initial=float(q[k])),),
+                at,
+            )
         )
         body = bar(f"link_{k}", float(rng.uniform(0.2, 0.4)))
         links.append(replace(body, inertia=replace(body.inertia, ixx=1e-3)))
-    q = rng.uniform(-1.0, 1.0, 7)
     robot = Robot("chain", tuple(links), tuple(joints))
     poses = {name: T.real for name, T in link_poses(robot, q.astype(complex)).items()}
     loop = _closed_loop(rng, "closing", kind, WORLD, "link_6", poses)

@@ -234,7 +234,7 @@ MJCF = Capabilities(
             "soft-loops",
             "loops in MuJoCo are soft: their equalities act as springs with dampers",
             of_robot(lambda robot: any(loop.type in LOOPS for loop in robot.loops)),
-            only="balls, hinges and fixed joints",
+            only=", ".join(LOOPS),
         ),
         omitted(features.LIMIT_FORCES),
         rejected(

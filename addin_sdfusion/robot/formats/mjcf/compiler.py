@@ -42,7 +42,7 @@ FIELDS = {
     "geom": "type bodyid pos quat size group dataid",
     "site": "bodyid pos quat",
     "mesh": "pos quat",
-    "tendon": "adr num stiffness stiffnesspoly damping dampingpoly frictionloss armature "
+    "tendon": "adr num length0 stiffness stiffnesspoly damping dampingpoly frictionloss armature "
     "limited lengthspring springyield actfrclimited",
     "wrap": "type objid prm",
     "eq": "type obj1id obj2id objtype active0 data",

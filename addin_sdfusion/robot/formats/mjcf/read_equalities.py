@@ -32,7 +32,7 @@ def with_couplings(joints: Sequence[Joint], document: Document, compiled: Compil
     coupled: list[Node] = []
     for row in compiled.equalities:
         node = document.node_at(row["line"])
-        if not row["active0"] or row["type"] in (CONNECT, WELD):
+        if not row["active0"] or row["type"] in (CONNECT, WELD) or is_distance(row, compiled):
             continue
         if row["type"] != "joint":
             note_equality(node)
@@ -80,19 +80,42 @@ def with_loops(robot: Robot, document: Document, compiled: Compiled) -> Robot:
     nodes: dict[str, Node] = {}
     exact: dict[str, Node] = {}
     for row in compiled.equalities:
-        if row["type"] in (CONNECT, WELD) and row["active0"]:
+        is_part = row["type"] in (CONNECT, WELD) or is_distance(row, compiled)
+        if is_part and row["active0"]:
             name = names.unique(row["name"] or row["type"])
             nodes[name] = document.node_at(row["line"]).with_subject(Subject("joint", name))
             parts.append(_part(row, name, compiled))
             exact[name] = document.node_at(row["line"])
     bodies = rigid_bodies(robot.joints)
-    loops, _ = closing_joints(parts, nodes, bodies)
-    moving = [part.name for part in parts if bodies.get(part.parent) != bodies.get(part.child)]
+    loops, others = closing_joints(parts, nodes, bodies)
+    for point in others:
+        note_equality(exact[point.name])
+    used = [part for part in parts if part not in others]
+    moving = [part.name for part in used if bodies.get(part.parent) != bodies.get(part.child)]
     _note_exact([exact[name] for name in moving], "loops")
     return replace(robot, loops=loops)
 
 
+def is_distance(row: Row, compiled: Compiled) -> bool:
+    """Return whether an equality keeps the distance of two sites: a tendon of constant length."""
+    if row["type"] != "tendon" or row["obj2id"] >= 0:
+        return False
+    return [wrap["type"] for wrap in _path(row, compiled)] == ["site", "site"]
+
+
+def _path(row: Row, compiled: Compiled) -> Sequence[Row]:
+    tendon = compiled.tendons[row["obj1id"]]
+    return compiled.wraps[tendon["adr"] : tendon["adr"] + tendon["num"]]
+
+
 def _part(row: Row, name: str, compiled: Compiled) -> LoopJoint | LoopPoint:
+    if row["type"] == "tendon":
+        (parent, at_parent), (child, at_child) = (
+            _site(compiled, wrap["objid"], True) for wrap in _path(row, compiled)
+        )
+        length = compiled.tendons[row["obj1id"]]["length0"] + row["data"][0]
+        places = at_parent.position, at_child.position
+        return LoopPoint(name, parent, child, "distance", *places, distance=length)
     first, second = row["obj1id"], row["obj2id"]
     is_point = row["type"] == CONNECT
     if row["objtype"] == "site":

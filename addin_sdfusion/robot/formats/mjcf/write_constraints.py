@@ -8,15 +8,18 @@ limit then absorbs the whole velocity in one step and returns at most 1/(4 z²) 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from xml.etree import ElementTree
 
 from ...model.function import Function, Polynomial, taylor
+from ...model.link_poses import unmoved_poses
 from ...model.loop import LoopType
 from ...model.pose import Pose
 from ...model.robot import Robot
+from ...model.rotations import apply
 from ...transforms.joint_chains import Names
-from ...transforms.loop_points import loop_points
+from ...transforms.loop_points import LoopPoint, loop_points
 from ..writing.xml_text import element, numbers
 from .write_bodies import coordinate_order, placement
 
@@ -32,7 +35,7 @@ SOLIMP_MAX = numbers((0.9999, 0.9999, 1e-3, 0.5, 2.0))
 """Maximum impedance of a constraint in MuJoCo, for all violations."""
 NO_SLIP = {"noslip_iterations": "30", "noslip_tolerance": "1e-12"}
 """Options that reduce the creep of friction; a residual of 1e-6 rad/s would remain otherwise."""
-LOOPS: tuple[LoopType, ...] = ("fixed", "ball", "revolute")
+LOOPS: tuple[LoopType, ...] = ("fixed", "ball", "revolute", "universal")
 """Types of loop joints that MuJoCo's equalities can represent."""
 
 
@@ -107,17 +110,49 @@ def add_loops(
     equalities = element(root, "equality") if held else root
     names = Names([*(j.name for j in robot.joints), *(loop.name for loop in robot.loops)])
 
-    def add(kind: str, name: str, *ends: tuple[str, Pose]) -> None:
+    def add_sites(name: str, *ends: tuple[str, Pose]) -> dict[str, str]:
         words = {}
         for k, (link, T) in enumerate(ends, start=1):
             site = words[f"site{k}"] = sites.unique(f"{name}:{k}")
             element(bodies[link], "site", None, name=site, **placement(T))
-        element(equalities, kind, None, name=name, **words)
+        return words
 
     for loop in held:
         if loop.type == "fixed":
             ends = (loop.parent, loop.T_parent_joint), (loop.child, loop.T_child_joint)
-            add("weld", loop.name, *ends)
+            element(equalities, "weld", None, name=loop.name, **add_sites(loop.name, *ends))
         for point in loop_points(loop, names):
             ends = (point.parent, Pose(point.in_parent)), (point.child, Pose(point.in_child))
-            add("connect", point.name, *ends)
+            words = add_sites(point.name, *ends)
+            if point.kind == "point":
+                element(equalities, "connect", None, name=point.name, **words)
+            else:
+                _add_distance(robot, root, equalities, point, words)
+
+
+def _add_distance(
+    robot: Robot,
+    root: ElementTree.Element,
+    equalities: ElementTree.Element,
+    point: LoopPoint,
+    words: Mapping[str, str],
+) -> None:
+    """Add a tendon between two sites with a constant length, relative to that at qpos0."""
+    name = {"name": point.name}
+    tendon = element(element(root, "tendon"), "spatial", None, **name)
+    for site in words.values():
+        element(tendon, "site", site=site)
+    poses = unmoved_poses(robot)
+    first, second = (
+        apply(poses[point.parent], point.in_parent),
+        apply(poses[point.child], point.in_child),
+    )
+    change = point.distance - math.dist(first, second)
+    element(
+        equalities,
+        "tendon",
+        None,
+        **name,
+        tendon1=point.name,
+        polycoef=numbers((change, 0, 0, 0, 0)),
+    )

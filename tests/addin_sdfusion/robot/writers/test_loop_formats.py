@@ -137,3 +137,21 @@ def test_loops_close_in_opensim(kind: LoopType, tmp_path: Path) -> None:
     found = [c.getAccelerationValue(model.state) for c in model.coordinates]
     expected = CoreDynamics(robot).acceleration(q, 0 * q, 0 * q)
     np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-10)
+
+
+@pytest.mark.interop
+@pytest.mark.parametrize("kind", LOOPS)
+def test_loops_close_in_mujoco(kind: LoopType, tmp_path: Path) -> None:
+    """At a closed pose, constraint errors are zero, and the free motions are those of the core."""
+    mujoco = pytest.importorskip("mujoco")
+    robot, q = closed_chain(kind)
+    (file,) = write_mjcf(robot, tmp_path)
+    model = mujoco.MjModel.from_xml_path(str(file))
+    data = mujoco.MjData(model)
+    data.qpos = q
+    mujoco.mj_forward(model, data)
+    assert np.abs(data.efc_pos).max() < 1e-14
+    assert len(data.efc_pos) == {"fixed": 6, "ball": 3, "revolute": 6, "universal": 4}[kind]
+    J, expected = data.efc_J.reshape(-1, model.nv), loop_jacobian(robot, q)
+    assert np.linalg.matrix_rank(J, 1e-9) == np.linalg.matrix_rank(expected, 1e-9)
+    assert np.abs(J @ null_space(expected, rcond=1e-9)).max() < 1e-12
