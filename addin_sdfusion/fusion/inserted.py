@@ -11,13 +11,14 @@ from dataclasses import replace
 from typing import Any
 
 from ..muscles.attributes import POINTS, KeptPoint, partial_use, read_kept_point, read_list
+from ..muscles.stored import newer_record
 from ..robot.errors import InputError
 from ..robot.finding import Subject
 from ..snapshot import KEPT, PointSnapshot, PointUse
 from .notes import Notes, optional
 from .occurrences import Occurrences
 from .places import Places
-from .points import note_moved, note_newer, own_attributes
+from .points import note_moved, own_attributes
 
 Held = list[tuple[str, Mapping[str, str]]]
 """Path of the occurrence and attributes of each design; the first is the open design."""
@@ -70,7 +71,8 @@ def _kept_point(
     found = places.find(kept.use.place, kept.occurrence, path)
     name = _name(kept.use)
     if kept.use.extra:
-        note_newer(kept.use, Subject("point", name), notes)
+        new = newer_record(f"point {name!r}", kept.use.extra, ("point", name))
+        notes.findings.append(new)
     use = replace(kept.use, occurrence=found.path, place=())
     if found.lost:
         return PointSnapshot(name, found.path, kept.position, entity, use, "", found.lost)

@@ -140,13 +140,3 @@ def note_moved(subject: Subject, before: str, now: str, notes: Notes) -> None:
             "check its position, and press OK in Define muscles to keep it"
         )
     notes.warn(subject, "moved-point", message)
-
-
-def note_newer(use: PointUse, subject: Subject, notes: Notes) -> None:
-    """Report a record of a newer version of the add-in."""
-    keys = ", ".join(sorted(use.extra.keys() - {"version"})) or "none"
-    message = (
-        f"{subject.kind} {subject.name!r} was stored by a newer version of the add-in; unknown "
-        f"keys are kept but not used: {keys}. Update the add-in"
-    )
-    notes.warn(subject, "newer-record", message)

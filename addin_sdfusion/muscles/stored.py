@@ -77,7 +77,9 @@ def stored_muscles(
     except InputError as error:
         findings.append(_bad_muscles(error, design))
     for muscle in filter(is_newer, muscles):
-        findings.append(_newer(f"muscle {muscle.name!r}", muscle.extra, ("muscle", muscle.name)))
+        findings.append(
+            newer_record(f"muscle {muscle.name!r}", muscle.extra, ("muscle", muscle.name))
+        )
     return tuple(muscles)
 
 
@@ -89,7 +91,14 @@ def _bad_muscles(error: InputError, design: str) -> Finding:
     return finding("error", "bad-attribute", message, "design", design)
 
 
-def _newer(what: str, extra: Mapping[str, str], subject: tuple[str, str]) -> Finding:
+def newer_record(what: str, extra: Mapping[str, str], subject: tuple[str, str]) -> Finding:
+    """Return a warning about a record of a newer version.
+
+    Args:
+        what: Name of the record for the message.
+        extra: Unknown keys of the record.
+        subject: Kind and name of its object.
+    """
     keys = ", ".join(sorted(extra.keys() - {"version"})) or "none"
     message = (
         f"{what} was stored by a newer version of the add-in; unknown keys are kept but not used: "
@@ -122,7 +131,7 @@ def _read_attribute(
         record = read(attributes[key])
         extra = getattr(record, "extra", {})
         if extra:
-            new = _newer(text[0].removeprefix("the attribute of "), extra, subject)
+            new = newer_record(text[0].removeprefix("the attribute of "), extra, subject)
             if new not in findings:
                 findings.append(new)
         return record

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from fake_fusion import Builder, designs
 from fake_fusion.driver import Rejected
-from fake_fusion.maths import rotation, translation
+from fake_fusion.maths import point, rotation, translation
 from hypothesis import given
 from hypothesis import strategies as st
 from support.designs.exported import failing
@@ -639,10 +639,12 @@ STEPS = st.lists(
             st.integers(0, 5),
         ),
         st.tuples(st.just("own"), st.just(0)),
+        st.tuples(st.just("face"), st.integers(0, 3)),
+        st.tuples(st.just("part"), st.integers(0, 3)),
         st.tuples(st.just("muscle"), st.integers(0, 2)),
         st.tuples(st.just("ok"), st.just(0)),
     ),
-    max_size=14,
+    max_size=10,
 )
 
 
@@ -662,6 +664,16 @@ def test_any_sequence_of_edits_is_stored_and_undone(steps: list[tuple[str, int]]
                 command.pick("pick", user.vertex(number))
             elif what == "own":
                 command.pick("pick", own)
+            elif what == "face":
+                face = user.face("Plane")
+                place = np.array(face.geometry.origin.asArray())
+                across = np.cross(face.geometry.normal.asArray(), (1.0, 0.0, 0.0))
+                command.pick("pick", face, point(place + 0.1 * number * across))
+            elif what == "part":
+                for name in ("old_part", "new_part"):
+                    items = command.items(name)
+                    command.set(name, items[number % len(items)])
+                command.press("replace_part")
             elif what == "muscle":
                 names = command.items("muscle")
                 command.set("muscle", names[number % len(names)])
