@@ -143,32 +143,6 @@ def document(
     return root
 
 
-def dependency_indices(
-    fmu: FmuDescription, output: Variable, causalities: Sequence[str], *, at_start: bool
-) -> list[int] | None:
-    """Return the indices of the variables that an output depends on.
-
-    Args:
-        fmu: The FMU.
-        output: An output of the FMU.
-        causalities: Causalities of the variables to return.
-        at_start: Whether to return dependencies at the start instead of over a step.
-
-    Returns:
-        The indices in the FMU's variables, in ascending order, or None if unknown.
-    """
-    if fmu.dependencies is None:
-        return None
-    dependencies = fmu.dependencies.at_start if at_start else fmu.dependencies.direct
-    names = frozenset[str]().union(*(dependencies[port.name] for port in output.ports))
-    return [
-        index
-        for index, variable in enumerate(fmu.variables)
-        if variable.port.causality in causalities
-        and any(port.name in names for port in variable.ports)
-    ]
-
-
 def format_flag(value: bool) -> str:
     """Format a boolean for XML."""
     return "true" if value else "false"

@@ -7,10 +7,8 @@ from collections.abc import Iterator
 
 from cardsflow_fmu.cosim.signals.variables import Variable
 
-from . import model_exchange
 from .description import (
     FmuDescription,
-    dependency_indices,
     display_unit,
     document,
     format_flag,
@@ -18,6 +16,10 @@ from .description import (
     number_attributes,
     type_names,
 )
+from .structure import add_unknowns, indicators, mark_states, unknowns_of
+
+_UNKNOWNS = {"output": "Outputs", "derivative": "Derivatives", "initial": "InitialUnknowns"}
+"""Elements for kinds of unknowns. FMI 2.0 only counts event indicators."""
 
 
 def describe(fmu: FmuDescription, guid: str) -> ET.Element:
@@ -25,12 +27,11 @@ def describe(fmu: FmuDescription, guid: str) -> ET.Element:
     types = type_names(fmu)
     identity = {"fmiVersion": "2.0", "guid": guid}
     variables = [_variable(variable, types) for variable in fmu.variables]
-    interface, structure = _co_simulation(fmu), _model_structure(fmu)
+    interface = _model_exchange(fmu) if fmu.is_continuous else _co_simulation(fmu)
     if fmu.is_continuous:
-        identity["numberOfEventIndicators"] = str(len(model_exchange.indicators(fmu)))
-        model_exchange.mark_states(fmu, [variable[0] for variable in variables], first=1)
-        interface = _model_exchange(fmu)
-        structure = model_exchange.structure_2(fmu, structure)
+        identity["numberOfEventIndicators"] = str(len(indicators(fmu)))
+        mark_states(fmu, [variable[0] for variable in variables], first=1)
+    structure = _model_structure(fmu)
     return document(fmu, identity, interface, _type_definitions(types), variables, structure)
 
 
@@ -92,19 +93,12 @@ def _variable(variable: Variable, types: dict[str, str]) -> ET.Element:
 
 
 def _model_structure(fmu: FmuDescription) -> ET.Element:
-    """Return the element `ModelStructure`.
-
-    It declares dependencies on inputs over a step, and on inputs and parameters at the start.
-    """
+    """Return the element `ModelStructure`. Over a step, outputs depend on inputs."""
     structure = ET.Element("ModelStructure")
-    outputs = [(i, v) for i, v in enumerate(fmu.variables, 1) if v.port.causality == "output"]
-    knowns = {"Outputs": ("input",), "InitialUnknowns": ("input", "parameter")}
-    for tag, causalities in knowns.items() if outputs else ():
-        unknowns = ET.SubElement(structure, tag)
-        for index, variable in outputs:
-            unknown = ET.SubElement(unknowns, "Unknown", index=str(index))
-            at_start = tag == "InitialUnknowns"
-            indices = dependency_indices(fmu, variable, causalities, at_start=at_start)
-            if indices is not None:
-                unknown.set("dependencies", " ".join(str(k + 1) for k in indices))
+    places = {variable.name: index for index, variable in enumerate(fmu.variables, 1)}
+    unknowns = unknowns_of(fmu, ("input",))
+    for kind, tag in _UNKNOWNS.items():
+        if group := [unknown for unknown in unknowns if unknown.kind == kind]:
+            parent = ET.SubElement(structure, tag)
+            add_unknowns(parent, group, lambda _: "Unknown", "index", lambda v: places[v.name])
     return structure

@@ -7,10 +7,8 @@ import xml.etree.ElementTree as ET
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.cosim.signals.variables import Variable
 
-from . import model_exchange
 from .description import (
     FmuDescription,
-    dependency_indices,
     display_unit,
     document,
     format_flag,
@@ -19,8 +17,15 @@ from .description import (
     number_attributes,
     type_names,
 )
+from .structure import add_unknowns, mark_states, unknowns_of
 
 _TIME = "time"
+_UNKNOWNS = {
+    "output": "Output",
+    "derivative": "ContinuousStateDerivative",
+    "initial": "InitialUnknown",
+    "indicator": "EventIndicator",
+}
 
 
 def describe(fmu: FmuDescription, token: str) -> ET.Element:
@@ -33,21 +38,18 @@ def describe(fmu: FmuDescription, token: str) -> ET.Element:
         raise InputError(f"the name {_TIME!r} is reserved for the independent variable of FMI 3.0")
     types = type_names(fmu)
     variables = [_variable(variable, types) for variable in fmu.variables]
-    interface, structure = _co_simulation(fmu), _model_structure(fmu)
     if fmu.is_continuous:
-        model_exchange.mark_states(fmu, variables)
-        interface = _model_exchange(fmu)
-        structure = model_exchange.structure_3(fmu, structure)
+        mark_states(fmu, variables)
     return document(
         fmu,
         {"fmiVersion": "3.0", "instantiationToken": token},
-        interface,
+        _model_exchange(fmu) if fmu.is_continuous else _co_simulation(fmu),
         (
             ET.Element("Float64Type", display_unit(unit), name=n, quantity=n, unit=unit)
             for unit, n in types.items()
         ),
         [*variables, _independent(len(fmu.ports))],
-        structure,
+        _model_structure(fmu),
     )
 
 
@@ -121,19 +123,13 @@ def _independent(reference: int) -> ET.Element:
 
 
 def _model_structure(fmu: FmuDescription) -> ET.Element:
-    """Return the element `ModelStructure`.
-
-    It declares dependencies on inputs and tunable parameters over a step, and on inputs and all
-    parameters at the start.
-    """
+    """Return the element `ModelStructure`."""
     structure = ET.Element("ModelStructure")
-    outputs = [variable for variable in fmu.variables if variable.port.causality == "output"]
-    for tag in ("Output", "InitialUnknown"):
-        for output in outputs:
-            unknown = ET.SubElement(structure, tag, valueReference=str(output.reference))
-            causalities, at_start = ("input", "parameter"), tag == "InitialUnknown"
-            indices = dependency_indices(fmu, output, causalities, at_start=at_start)
-            if indices is not None:
-                references = (str(fmu.variables[k].reference) for k in indices)
-                unknown.set("dependencies", " ".join(references))
+    add_unknowns(
+        structure,
+        unknowns_of(fmu),
+        lambda unknown: _UNKNOWNS[unknown.kind],
+        "valueReference",
+        lambda variable: variable.reference,
+    )
     return structure

@@ -23,7 +23,7 @@ from support.native.targets import (
     single_flags,
 )
 
-from cardsflow_fmu.runtime.sources import CONTROL, CORE, Library
+from cardsflow_fmu.runtime.sources import CONTROL, CORE, LIBRARIES, Library
 from controllers.qp import dual_newton
 from sim_dart.core import library as core
 
@@ -83,3 +83,19 @@ def test_symbols_of_the_core_with_tangents(target: str, tmp_path: Path) -> None:
     defined, called = symbols([*TARGETS[target].compiler, "-O1"], [DERIVATIVES], tmp_path)
     assert all(symbol.startswith("core_tangent_") for symbol in defined)
     assert called - defined <= EXACT | OTHERS | ELEMENTARY
+
+
+@pytest.mark.parametrize("library", LIBRARIES, ids=[one.target for one in LIBRARIES])
+def test_libraries_have_no_variables_outside_of_instances(library: Library) -> None:
+    """Therefore, instances in several threads are independent."""
+    if shutil.which("readelf") is None or sys.platform != "linux":
+        pytest.skip("no readelf")
+    if "CARDSFLOW_LIBRARY_DIR" in os.environ:
+        pytest.skip("sanitizers add variables")
+    lines = run(["readelf", "-SW", ROOT / f"{library.target}.so"]).splitlines()
+    rows = [line.partition("]")[2].split() for line in lines if "]" in line]
+    sizes = {row[0]: int(row[4], 16) for row in rows if len(row) > 4 and row[0].startswith(".")}
+    of_the_compiler = 8  # bytes in each section
+    assert sizes[".data"] <= of_the_compiler
+    assert sizes[".bss"] <= of_the_compiler
+    assert not {".tdata", ".tbss"} & set(sizes)

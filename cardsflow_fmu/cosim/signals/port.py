@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
-from addin_sdfusion.robot import InputError, Robot
+from addin_sdfusion.robot import Coordinate, InputError, Robot
 from addin_sdfusion.robot.identifier import identifier as identifier
 
 Causality = Literal["input", "output", "parameter", "local"]
@@ -93,3 +93,41 @@ def motor_signals(prefix: str, robot: Robot) -> list[str]:
 def muscle_signals(prefix: str, robot: Robot) -> list[str]:
     """Return `prefix.<muscle>` for every muscle, in the order of f."""
     return signal_names(prefix, [muscle.name for muscle in robot.muscles])
+
+
+def task_signals(prefix: str, robot: Robot) -> list[str]:
+    """Return `prefix.<frame>.<axis>` for every task coordinate, in the order of y."""
+    frames = signal_names(prefix, [frame.name for frame in robot.task_frames])
+    return [
+        f"{name}.{axis}"
+        for name, frame in zip(frames, robot.task_frames, strict=True)
+        for axis in frame.axes
+    ]
+
+
+def task_units(robot: Robot) -> list[str]:
+    """Return the unit of every task coordinate, in the order of y."""
+    return [
+        "rad" if frame.is_orientation else "m" for frame in robot.task_frames for axis in frame.axes
+    ]
+
+
+def task_names(robot: Robot) -> tuple[str, ...]:
+    """Return `<frame>.<axis>` for every task coordinate, in the order of y."""
+    return tuple(f"{frame.name}.{axis}" for frame in robot.task_frames for axis in frame.axes)
+
+
+def load_signals(robot: Robot) -> list[str]:
+    """Return `w.<frame>.fx`, `.fy`, `.fz` for every task frame that is a point."""
+    points = [frame.name for frame in robot.task_frames if not frame.is_orientation]
+    return [f"{name}.f{axis}" for name in signal_names("w", points) for axis in "xyz"]
+
+
+def force_unit(coordinate: Coordinate) -> str:
+    """Return the unit of the generalised force of a coordinate."""
+    return "N.m" if coordinate.unit == "rad" else "N"
+
+
+def effort(coordinate: Coordinate) -> str:
+    """Return the kind of the generalised force of a coordinate, for descriptions."""
+    return "Torque" if coordinate.unit == "rad" else "Force"

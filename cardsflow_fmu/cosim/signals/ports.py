@@ -7,15 +7,15 @@ value reference of a port is its index in the table of its model.
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from addin_sdfusion.robot import Coordinate, Robot
+from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.model.trajectory import Space
 
+from .controller_parameters import bound_ports, gain_ports
 from .groups import Groups
 from .muscles import (
     command_ports,
@@ -32,11 +32,17 @@ from .port import (
     Variability,
     coordinate_signals,
     count_port,
+    effort,
+    force_unit,
     identifier,
+    load_signals,
     motor_signals,
     muscle_signals,
     nominal_of,
     signal_names,
+    task_names,
+    task_signals,
+    task_units,
     time_port,
 )
 from .world import world_ports, wrench_ports, wrench_signals
@@ -84,34 +90,6 @@ WORKER_TIMEOUT = time_port(
 """Parameter of the C library; models do not use it."""
 
 
-def task_signals(prefix: str, robot: Robot) -> list[str]:
-    """Return `prefix.<frame>.<axis>` for every task coordinate, in the order of y."""
-    frames = signal_names(prefix, [frame.name for frame in robot.task_frames])
-    return [
-        f"{name}.{axis}"
-        for name, frame in zip(frames, robot.task_frames, strict=True)
-        for axis in frame.axes
-    ]
-
-
-def task_units(robot: Robot) -> list[str]:
-    """Return the unit of every task coordinate, in the order of y."""
-    return [
-        "rad" if frame.is_orientation else "m" for frame in robot.task_frames for axis in frame.axes
-    ]
-
-
-def task_names(robot: Robot) -> tuple[str, ...]:
-    """Return `<frame>.<axis>` for every task coordinate, in the order of y."""
-    return tuple(f"{frame.name}.{axis}" for frame in robot.task_frames for axis in frame.axes)
-
-
-def load_signals(robot: Robot) -> list[str]:
-    """Return `w.<frame>.fx`, `.fy`, `.fz` for every task frame that is a point."""
-    points = [frame.name for frame in robot.task_frames if not frame.is_orientation]
-    return [f"{name}.f{axis}" for name in signal_names("w", points) for axis in "xyz"]
-
-
 def external_load_signals(robot: Robot, wrenched: Sequence[str]) -> list[str]:
     """Return the inputs for external forces on end-effector points and wrenches on links.
 
@@ -120,11 +98,6 @@ def external_load_signals(robot: Robot, wrenched: Sequence[str]) -> list[str]:
         wrenched: Names of the links with external wrenches.
     """
     return [*load_signals(robot), *wrench_signals(wrenched)]
-
-
-def force_unit(coordinate: Coordinate) -> str:
-    """Return the unit of the generalised force of a coordinate."""
-    return "N.m" if coordinate.unit == "rad" else "N"
 
 
 def coordinate_ports(
@@ -181,13 +154,9 @@ def _torque_ports(robot: Robot, causality: Causality, variability: Variability) 
             nominal=largest if 0.0 < largest < math.inf else 1.0,
         )
         for name, c in rows
-        for what in [f"{_effort(c)} of the motor of {c.name}"]
+        for what in [f"{effort(c)} of the motor of {c.name}"]
         for largest in [max(-c.tau_min, c.tau_max)]
     ]
-
-
-def _effort(coordinate: Coordinate) -> str:
-    return "Torque" if coordinate.unit == "rad" else "Force"
 
 
 def _task_ports(prefix: str, per: str, what: str, robot: Robot, causality: Causality) -> list[Port]:
@@ -348,8 +317,8 @@ def controller_groups(
             Port("not_converged", "", "output", "discrete", undecided, boolean=True),
             *_limit_ports(space),
         ],
-        **_gain_ports(robot, space, kp, kd, torque_gains),
-        **_bound_ports(robot),
+        **gain_ports(robot, space, kp, kd, torque_gains),
+        **bound_ports(robot),
         "period": [time_port("period", "Time between two ticks", period)],
         "worker_timeout": [WORKER_TIMEOUT],
     }
@@ -377,56 +346,4 @@ def _slack_ports(robot: Robot, space: Space) -> list[Port]:
     return [
         Port(name, unit, "output", "discrete", f"{what} {name.removeprefix('slack.')}")
         for name, unit in slack_signals(robot, space).items()
-    ]
-
-
-def _gain_ports(
-    robot: Robot,
-    space: Space,
-    kp: Sequence[float],
-    kd: Sequence[float],
-    torque_gains: bool,
-) -> Groups:
-    signals = coordinate_signals if space == "joint" else task_signals
-    groups = {}
-    for prefix, unit, per, what, values in (
-        ("kp", "1/s2", "", "Position", kp),
-        ("kd", "1/s", ".s", "Velocity", kd),
-    ):
-        units = [unit] * len(values)
-        if torque_gains:
-            units = [f"{force_unit(c)}{per}/{c.unit}" for c in robot.coordinates]
-        groups[prefix] = [
-            Port(name, u, "parameter", "tunable", f"{what} gain of {name[3:]}", value, lower=0.0)
-            for name, u, value in zip(signals(prefix, robot), units, values, strict=True)
-        ]
-    return groups
-
-
-def _bound_ports(robot: Robot) -> Groups:
-    return {
-        f"f_{side}": [
-            *_muscle_bounds(robot, f"f_{side}", what),
-            *_motor_bounds(robot, f"tau_{side}", what),
-        ]
-        for side, what in (("min", "Smallest"), ("max", "Largest"))
-    }
-
-
-def _muscle_bounds(robot: Robot, prefix: str, what: str) -> list[Port]:
-    return [
-        Port(name, "N", "parameter", "tunable", description, value, lower=0.0)
-        for name, muscle in zip(muscle_signals(prefix, robot), robot.muscles, strict=True)
-        for description in [f"{what} force of muscle {muscle.name}"]
-        for value in [min(getattr(muscle, prefix), sys.float_info.max)]
-    ]
-
-
-def _motor_bounds(robot: Robot, prefix: str, what: str) -> list[Port]:
-    limit = sys.float_info.max
-    return [
-        Port(name, force_unit(c), "parameter", "tunable", description, value)
-        for name, c in zip(motor_signals(prefix, robot), robot.motors, strict=True)
-        for description in [f"{what} {_effort(c).lower()} of the motor of {c.name}"]
-        for value in [min(max(getattr(c, prefix), -limit), limit)]
     ]

@@ -1,0 +1,74 @@
+"""Parameters of a controller: gains and force limits; see `ports`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot.model.trajectory import Space
+
+from .groups import Groups
+from .port import (
+    Port,
+    coordinate_signals,
+    effort,
+    force_unit,
+    motor_signals,
+    muscle_signals,
+    task_signals,
+)
+
+
+def gain_ports(
+    robot: Robot,
+    space: Space,
+    kp: Sequence[float],
+    kd: Sequence[float],
+    torque_gains: bool,
+) -> Groups:
+    """Return the position and velocity gains; see `controller_groups`."""
+    signals = coordinate_signals if space == "joint" else task_signals
+    groups = {}
+    for prefix, unit, per, what, values in (
+        ("kp", "1/s2", "", "Position", kp),
+        ("kd", "1/s", ".s", "Velocity", kd),
+    ):
+        units = [unit] * len(values)
+        if torque_gains:
+            units = [f"{force_unit(c)}{per}/{c.unit}" for c in robot.coordinates]
+        groups[prefix] = [
+            Port(name, u, "parameter", "tunable", f"{what} gain of {name[3:]}", value, lower=0.0)
+            for name, u, value in zip(signals(prefix, robot), units, values, strict=True)
+        ]
+    return groups
+
+
+def bound_ports(robot: Robot) -> Groups:
+    """Return the force limits of muscles, then those of motors."""
+    return {
+        f"f_{side}": [
+            *_muscle_bounds(robot, f"f_{side}", what),
+            *_motor_bounds(robot, f"tau_{side}", what),
+        ]
+        for side, what in (("min", "Smallest"), ("max", "Largest"))
+    }
+
+
+def _muscle_bounds(robot: Robot, prefix: str, what: str) -> list[Port]:
+    return [
+        Port(name, "N", "parameter", "tunable", description, value, lower=0.0)
+        for name, muscle in zip(muscle_signals(prefix, robot), robot.muscles, strict=True)
+        for description in [f"{what} force of muscle {muscle.name}"]
+        for value in [min(getattr(muscle, prefix), sys.float_info.max)]
+    ]
+
+
+def _motor_bounds(robot: Robot, prefix: str, what: str) -> list[Port]:
+    limit = sys.float_info.max
+    return [
+        Port(name, force_unit(c), "parameter", "tunable", description, value)
+        for name, c in zip(motor_signals(prefix, robot), robot.motors, strict=True)
+        for description in [f"{what} {effort(c).lower()} of the motor of {c.name}"]
+        for value in [min(max(getattr(c, prefix), -limit), limit)]
+    ]
