@@ -122,7 +122,7 @@ class EditSession:
                 before = _content(self.table)
                 answer |= {"diff": self._diff(before, text), "digest": _digest(before)}
                 if request.get("digest") != _digest(before):
-                    what = "another program has changed it; reload the page to edit the new file"
+                    what = "changed on disk; reload the page to edit the new file"
                     answer["conflict"] = f"{self.table}: {what} (unsaved changes are lost)"
                 elif request.get("write") is True:
                     write_files(self.table.parent, {self.table.name: text})

@@ -141,7 +141,7 @@ def test_saving_shows_the_difference_and_writes(session: EditSession, arm: Path)
 def test_file_changed_meanwhile_is_not_overwritten(session: EditSession, arm: Path) -> None:
     arm.with_name("muscles.csv").write_text(TABLE)
     answer = session.save({"document": document(), "digest": "", "write": True})
-    assert "another program has changed it" in answer["conflict"]
+    assert "changed on disk" in answer["conflict"]
     assert arm.with_name("muscles.csv").read_text() == TABLE
 
 

@@ -58,7 +58,24 @@ def with_table(robot: Robot, table: Path, notes: Notes) -> Robot:
         notes.findings.insert(0, replace(found, file=table))
     for subject, line in reading.lines.items():
         notes.locations[subject] = (table, line)
+    notes.findings += [replace(f, file=table) for f in _shared_surfaces(robot, changed)]
     return changed
+
+
+def _shared_surfaces(robot: Robot, changed: Robot) -> Iterator[Finding]:
+    """Report surfaces that a table changes although other cable sets use them."""
+    used = {
+        wrap.surface
+        for group in robot.cable_sets
+        if group.name != robot.cable_set
+        for muscle in group.muscles
+        for wrap in muscle.wraps
+    }
+    before = {surface.name: surface for surface in robot.wrap_surfaces}
+    for surface in changed.wrap_surfaces:
+        if surface.name in used and surface != before.get(surface.name):
+            problem = "the muscle table changes it, also for other cable sets; rename it there"
+            yield warning(Subject("wrap_surface", surface.name), "shared-surface", problem)
 
 
 def write_table(robot: Robot, folder: Path) -> list[Path]:

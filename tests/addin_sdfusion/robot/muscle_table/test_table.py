@@ -97,6 +97,15 @@ def test_other_cable_sets_of_the_robot_remain(tmp_path: Path) -> None:
     assert "beside-muscle-table" in [f.code for f in again.findings]
 
 
+def test_changed_surfaces_of_other_cable_sets_are_reported(tmp_path: Path) -> None:
+    robot = read_robot(EXAMPLES / "hill_arm/robot")
+    again = replace(robot.cable_sets[0], name="b")
+    convert(replace(robot, cable_sets=(*robot.cable_sets, again)), "sdf", tmp_path)
+    surfaces = tuple(replace(s, radius=0.9 * s.radius) for s in robot.wrap_surfaces)
+    convert(replace(robot, wrap_surfaces=surfaces), "muscles.csv", tmp_path)
+    assert _codes(read(tmp_path)).count("shared-surface") == len(surfaces)
+
+
 @pytest.mark.parametrize(
     ("table", "code", "line"),
     [
