@@ -269,7 +269,7 @@ def convert(
     """
     meshes = None if mesh_folder is None else CarriedMeshes.of(robot, mesh_folder)
     chosen = format_of(format_, trajectories, meshes)
-    if Path(folder).is_dir():
+    if Path(folder).is_dir() and any(Path(folder).iterdir()):
         _require_free_places(chosen, robot, Path(folder), sources, overwrite=overwrite)
     return convert_to(chosen, robot, folder)
 

@@ -15,6 +15,7 @@ import threading
 import types
 import typing
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from .state import world
@@ -37,7 +38,7 @@ class Base:
 
     def __setattr__(self, name: str, value: Any) -> None:
         if not name.startswith("_"):
-            member = inspect.getattr_static(type(self), name, None)
+            member = _member(type(self), name)
             if not isinstance(member, property):
                 raise AttributeError(f"{type(self).__name__} has no member {name!r} to write")
             if member.fset is None:
@@ -68,6 +69,11 @@ class Base:
         return arg if isinstance(arg, cls) else None
 
 
+@cache
+def _member(cls: type, name: str) -> Any:
+    return inspect.getattr_static(cls, name, None)
+
+
 def new(cls: type, **fields: Any) -> Any:
     """Create an API object.
 
@@ -76,13 +82,16 @@ def new(cls: type, **fields: Any) -> Any:
         fields: Private fields, without the underscore.
     """
     made = object.__new__(cls)
-    made.__dict__.update({f"_{name}": value for name, value in fields.items()})
+    held = made.__dict__
+    for name, value in fields.items():
+        held["_" + name] = value
     return made
 
 
 def by_name(name: str, **fields: Any) -> Any:
     """Create an API object of a class given by name."""
-    return new(_every_class()[name], **fields)
+    core, fusion = CLASSES["adsk.core"], CLASSES["adsk.fusion"]
+    return new(core.get(name) or fusion[name], **fields)
 
 
 def stored(path: str, kind: str) -> property:
@@ -186,23 +195,24 @@ def _call(where: str, function: Callable, *, bound: bool, alive: bool = True) ->
     parameters = list(inspect.signature(function).parameters.values())[bound:]
     required = sum(p.default is p.empty for p in parameters)
     if any(p.kind is p.VAR_POSITIONAL for p in parameters):
-        parameters, required, checks = [], 0, []
-    skip_life = where.endswith(".isValid")
+        parameters = []
+    looks_at_life = alive and not where.endswith(".isValid")
     any_thread = where == "Application.get"
 
     def guarded(*args: Any) -> Any:
         nonlocal checks
         if threading.get_ident() != _MAIN and not any_thread:
             check_thread(where)
-        world().calls[where] += 1
-        if alive and not skip_life and args[0]._is_gone():
+        running = world()
+        running.calls[where] += 1
+        if looks_at_life and args[0]._is_gone():
             raise RuntimeError(f"2 : InternalValidationError : {where} of a deleted object")
-        if world().missing and where in world().missing:
+        if where in running.missing:
             raise AttributeError(f"{where}: this version of Fusion has no such member")
-        values = args[1:] if bound else args
-        if checks is None:
-            checks = [_check(function, p) for p in parameters]
-        if checks or parameters:
+        if parameters:
+            values = args[1:] if bound else args
+            if checks is None:
+                checks = [_check(function, p) for p in parameters]
             if not required <= len(values) <= len(parameters):
                 raise TypeError(f"{where} takes {len(parameters)} arguments, not {len(values)}")
             for value, check, parameter in zip(values, checks, parameters, strict=False):

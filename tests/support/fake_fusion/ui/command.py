@@ -34,6 +34,7 @@ class CommandData:
     def __init__(self, definition: Any) -> None:
         self.definition = definition
         self.inputs: list[InputData] = []
+        self.ids: set[str] = set()
         self.listeners = {name: Listeners() for name in _EVENTS}
         self.gone = False
         self.tab: InputData | None = None

@@ -53,9 +53,11 @@ class CommandInputs(Items):
         return None if found is None else found.view()
 
     def _add(self, cls: type, id: str, name: str, **fields: Any) -> Any:
-        if not id or any(data.id == id for data in below(self._command.inputs)):
+        ids = self._command.ids
+        if not id or id in ids:
             raise RuntimeError(f"3 : invalid argument id {id!r}: it is empty or taken")
         data = InputData(cls, id, name, self._command, self._parent)
+        ids.add(id)
         data.fields.update(fields)
         self._shelf.append(data)
         return data.view()

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from ..base import Base, api, by_name, new
@@ -31,6 +32,7 @@ class InputData:
     def remove(self) -> None:
         """Remove the input and its children from the dialog."""
         self.gone = True
+        self.command.ids.discard(self.id)
         for child in self.children:
             child.remove()
         holder = self.parent.children if self.parent else self.command.inputs
@@ -183,13 +185,14 @@ class FloatSliderCommandInput(_Ranged):
         self._write(float(value))
 
 
-def below(inputs: list[InputData]) -> list[InputData]:
-    found = []
+def below(inputs: list[InputData]) -> Iterator[InputData]:
+    """Yield inputs and all inputs in them."""
     for data in inputs:
-        found += [data, *below(data.children)]
-    return found
+        yield data
+        if data.children:
+            yield from below(data.children)
 
 
 def every_input(command: Any) -> list[InputData]:
     """Return all inputs of a command, including nested ones."""
-    return below(command.inputs)
+    return list(below(command.inputs))
