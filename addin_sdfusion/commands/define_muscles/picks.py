@@ -15,13 +15,17 @@ from ...fusion.units import CM
 from ...muscles.mirror import Plane
 from ...robot.errors import InputError
 from ...robot.model.pose import Vector3
-from ...robot.model.rotations import cross, subtract
+from ...robot.model.rotations import add, cross, dot, normalized, subtract
 from ...snapshot import SurfaceSnapshot
 from .entities import Entities
 from .model.picks import Pick
 
 _SAME = 1e-5  # [m]
 _SAME_DIRECTION = 1e-4  # [rad]
+_CLICK = 1e-3
+"""Maximum distance of a clicked position from its entity, in [m]."""
+_FACET = 0.02
+"""Maximum distance from a curved face, which Fusion draws with facets, as a share of its radius."""
 
 
 def picked_point(
@@ -63,8 +67,7 @@ def picked_surface(entity: Any, entities: Entities) -> Pick:
     if isinstance(shape, adsk.core.Sphere):
         face = SurfaceSnapshot(path, "sphere", shape.radius * CM, _metres(shape.origin))
     elif isinstance(shape, adsk.core.Cylinder):
-        axis = shape.axis.x, shape.axis.y, shape.axis.z
-        centre = _metres(shape.origin)
+        axis, centre = _direction(shape.axis), _metres(shape.origin)
         face = SurfaceSnapshot(path, "cylinder", shape.radius * CM, centre, axis)
     else:
         raise InputError("Muscles can wrap only over cylinders and spheres; pick such a face.")
@@ -88,22 +91,51 @@ def _defined_position(entity: Any, use_centre: bool) -> Vector3 | None:
 
 
 def _clicked_position(entity: Any, click: Any) -> Vector3:
-    """Return the clicked position; it must be on the body, unlike that of a window selection."""
+    """Return the clicked position, moved onto the exact surface or line.
+
+    Raises:
+        InputError: The position is unknown, or it is not on the entity, such as the position of a
+            window selection.
+    """
     box = entity.body.boundingBox if is_on_body(entity) else None
     if click is None or box is None:
         raise InputError(
             "The picked entity does not define a point; pick a vertex, circle, sketch point, "
             "construction point, sphere or torus, or click on an edge or face."
         )
-    for low, at, high in zip(
-        _metres(box.minPoint), _metres(click), _metres(box.maxPoint), strict=True
-    ):
-        if not low - _SAME <= at <= high + _SAME:
-            raise InputError(
-                f"The position of the click on {entity.body.name!r} is unknown; click on the edge "
-                "or face in the canvas."
-            )
-    return _metres(click)
+    clicked, corners = _metres(click), (_metres(box.minPoint), _metres(box.maxPoint))
+    place = _nearest(entity.geometry, clicked)
+    is_in_box = all(
+        low - _CLICK <= at <= high + _CLICK
+        for low, at, high in zip(corners[0], place, corners[1], strict=True)
+    )
+    radius = getattr(entity.geometry, "radius", 0.0) * CM
+    if not is_in_box or math.dist(place, clicked) > max(_CLICK, _FACET * radius):
+        raise InputError(
+            f"The position of the click on {entity.body.name!r} is unknown; click on the edge or "
+            "face in the canvas."
+        )
+    return place
+
+
+def _nearest(shape: Any, place: Vector3) -> Vector3:
+    """Return the nearest position on a plane, cylinder, sphere or line; else the same position."""
+    if isinstance(shape, adsk.core.Plane):
+        origin, normal = _metres(shape.origin), _direction(shape.normal)
+        return subtract(place, _scaled(normal, dot(normal, subtract(place, origin))))
+    if isinstance(shape, adsk.core.Line3D):
+        start, end = _metres(shape.startPoint), _metres(shape.endPoint)
+        along = normalized(subtract(end, start))
+        return add(start, _scaled(along, dot(along, subtract(place, start))))
+    if not isinstance(shape, (adsk.core.Cylinder, adsk.core.Sphere)):
+        return place
+    foot = _metres(shape.origin)
+    if isinstance(shape, adsk.core.Cylinder):
+        axis = _direction(shape.axis)
+        foot = add(foot, _scaled(axis, dot(axis, subtract(place, foot))))
+    across = subtract(place, foot)
+    outward = normalized(across) if any(across) else (1.0, 0.0, 0.0)  # all directions are equal
+    return add(foot, _scaled(outward, shape.radius * CM))
 
 
 def faces_at(
@@ -134,7 +166,7 @@ def _has_place(shape: Any, surface: SurfaceSnapshot) -> bool:
     apart = subtract(_metres(shape.origin), surface.centre)
     if surface.shape == "sphere":
         return math.hypot(*apart) <= _SAME
-    axis = shape.axis.x, shape.axis.y, shape.axis.z
+    axis = _direction(shape.axis)
     parallel = math.hypot(*cross(axis, surface.axis)) <= _SAME_DIRECTION
     return parallel and math.hypot(*cross(apart, surface.axis)) <= _SAME
 
@@ -142,8 +174,7 @@ def _has_place(shape: Any, surface: SurfaceSnapshot) -> bool:
 def plane(entity: Any) -> Plane:
     """Return the plane of a flat face or construction plane, in the root frame."""
     shape = entity.geometry
-    normal = shape.normal.x, shape.normal.y, shape.normal.z
-    return Plane(_metres(shape.origin), normal)
+    return Plane(_metres(shape.origin), _direction(shape.normal))
 
 
 def is_on_body(entity: Any) -> bool:
@@ -166,3 +197,11 @@ def problem_of(entity: Any, occurrence: Any) -> str:
 
 def _metres(p: Any) -> Vector3:
     return p.x * CM, p.y * CM, p.z * CM
+
+
+def _direction(v: Any) -> Vector3:
+    return v.x, v.y, v.z
+
+
+def _scaled(v: Vector3, factor: float) -> Vector3:
+    return factor * v[0], factor * v[1], factor * v[2]

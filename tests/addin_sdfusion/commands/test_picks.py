@@ -61,11 +61,24 @@ def test_centres_are_used_unless_switched_off(fusion: Any, user: User) -> None:
     assert made["EE_arm"] == pytest.approx(on_face(face))
 
 
-def test_a_click_outside_the_body_is_rejected(fusion: Any, user: User) -> None:
+@pytest.mark.parametrize("kind", ["Plane", "Cylinder", "Sphere"])
+def test_clicks_near_a_face_are_moved_onto_it_and_others_are_rejected(
+    fusion: Any, user: User, kind: str
+) -> None:
+    """Fusion may report a position on a facet of the drawn face, or an unknown position."""
+    place, shape = on_face(user.face(kind)), user.face(kind).geometry
+    centre, is_flat = np.array(shape.origin.asArray()), kind == "Plane"
+    outward = np.array(shape.normal.asArray()) if is_flat else place - centre
+    outward /= np.linalg.norm(outward)
     command = user.define()
-    command.pick("pick", user.face("Plane"), point((500.0, 0.0, 0.0)))
-    assert "position of the click on" in command["status"].text
+    command.set("centres", False)
+    for wrong in (place + 0.6 * outward if is_flat else centre, (500.0, 0.0, 0.0)):
+        command.pick("pick", user.face(kind), point(wrong))
+        assert "position of the click on" in command["status"].text
     assert len(command.table("points")) == 1
+    command.pick("pick", user.face(kind), point(place - 0.01 * outward))
+    command.ok()
+    assert user.points()["VP_motor0_EXPORT_arm_0"] == pytest.approx(place, abs=1e-9)
 
 
 def test_a_position_on_a_part_of_another_document_is_stored(fusion: Any, addin: Any) -> None:
