@@ -165,16 +165,18 @@ class Places:
         """
         for level, at in zip(place, self._way(path, scope), strict=True):
             known = self._with_token(level.token)
-            if len(known) == 1 and known[0] != at:
+            if len(known) == 1 and known[0] != at and self._has_own_token(at):
                 return known[0]
         return ""
+
+    def _has_own_token(self, path: str) -> bool:
+        """Return whether the token of an occurrence finds it, and no other one."""
+        return self._with_token(_token(self._occurrences[path].native)) == [path]
 
     def _is_new(self, place: tuple[Level, ...], path: str) -> bool:
         """Return whether a stored token finds no occurrence, although tokens find occurrences."""
         return any(
-            level.token
-            and not self._with_token(level.token)
-            and bool(self._with_token(_token(self._occurrences[at].native)))
+            level.token and not self._with_token(level.token) and self._has_own_token(at)
             for level, at in zip(place, self._way(path, ""), strict=True)
         )
 

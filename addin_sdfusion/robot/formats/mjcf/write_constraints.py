@@ -108,7 +108,8 @@ def add_loops(
     """
     held = [loop for loop in robot.loops if loop.type in LOOPS]
     equalities = element(root, "equality") if held else root
-    names = Names([*(j.name for j in robot.joints), *(loop.name for loop in robot.loops)])
+    taken = [*(j.name for j in robot.joints), *(loop.name for loop in robot.loops)]
+    names = Names([*taken, *(muscle.name for muscle in robot.muscles)])
 
     def add_sites(name: str, *ends: tuple[str, Pose]) -> dict[str, str]:
         words = {}

@@ -31,8 +31,10 @@ PARENT, CHILD = Pose((0.5, 0.1, -0.2), (0.3, 0.2, -0.4)), Pose((0.1, 0.2, 0.3), 
 
 
 def of_type(kind: LoopType) -> Robot:
-    axes = (AXIS, OTHER)[: AXES[kind]]
-    return with_loop(four_bar(), type=kind, axes=axes, T_parent_joint=PARENT, T_child_joint=CHILD)
+    axes, robot = (AXIS, OTHER)[: AXES[kind]], four_bar()
+    first, *others = robot.muscles
+    robot = robot.with_muscles([replace(first, name="closing_axes"), *others])
+    return with_loop(robot, type=kind, axes=axes, T_parent_joint=PARENT, T_child_joint=CHILD)
 
 
 def gaps(robot: Robot, q: Any) -> Any:
