@@ -34,8 +34,8 @@ from ...model.robot import Robot
 from ...records import from_plain
 from .options import MuscleOptions, PointOptions, WrapOptions, options_text, read_options
 
-CABLE_SET = "muscles"
-"""Name of the cable set of a robot whose file has no muscles."""
+CABLE_SET = "cardsflow"
+"""Name of the cable set of a robot whose file has no muscles, as in other files without names."""
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ def test_document_creates_a_cable_set() -> None:
     bare = replace(robot, cable_sets=(), cable_set="", wrap_surfaces=())
     again = _again(robot, bare)
     assert again.muscles == robot.muscles
-    assert again.cable_set == "muscles"
+    assert again.cable_set == "cardsflow"
 
 
 def test_document_keeps_surfaces_of_other_cable_sets() -> None:
