@@ -17,8 +17,6 @@ from cardsflow_fmu import Experiment, build
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.simulation.build import build_fmus
 
-pytestmark = pytest.mark.native
-
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 
 
