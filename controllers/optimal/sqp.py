@@ -125,7 +125,11 @@ class Optimiser:
         self._max_iterations = max_iterations
 
     def solve(
-        self, guess: Iterate, progress: Callable[[Progress], None] = lambda _: None
+        self,
+        guess: Iterate,
+        progress: Callable[[Progress], None] = lambda _: None,
+        *,
+        is_near: bool = False,
     ) -> Solution | None:
         """Return the optimal motion near a guess; None if the guess diverges.
 
@@ -134,6 +138,7 @@ class Optimiser:
         Args:
             guess: First iterate.
             progress: Function that is called after every iteration.
+            is_near: Whether the guess is near the optimal motion.
         """
         began, history = time.perf_counter(), list[Progress]()
 
@@ -143,7 +148,7 @@ class Optimiser:
             progress(history[-1])
 
         found = None
-        for free in (_FREE_STEPS, 0):
+        for free in (0,) if is_near else (_FREE_STEPS, 0):
             found = self._attempt(guess, free, report, history)
             if found is None or found.is_feasible or found.status != NOT_CONVERGED:
                 break

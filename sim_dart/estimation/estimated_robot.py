@@ -25,7 +25,12 @@ def estimated_robot(robot: Robot) -> Robot:
         muscle if is_passive else replace(muscle, model=CableModel())
         for muscle, is_passive in zip(robot.muscles, passive_muscles(robot), strict=True)
     )
-    return replace(robot.with_muscles(muscles), joints=tuple(map(_unlimited, robot.joints)))
+    return without_limits(robot.with_muscles(muscles))
+
+
+def without_limits(robot: Robot) -> Robot:
+    """Return the robot without joint limits."""
+    return replace(robot, joints=tuple(map(_unlimited, robot.joints)))
 
 
 def passive_muscles(robot: Robot) -> BoolArray:

@@ -16,7 +16,7 @@ from addin_sdfusion.robot import CardsflowError, Robot
 from sim_dart.core.arrays import FloatArray, IntArray
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core, library
-from sim_dart.estimation.estimated_robot import estimated_robot
+from sim_dart.estimation.estimated_robot import estimated_robot, without_limits
 from sim_dart.muscles.laws import MuscleLaws
 
 _MAX_THREADS = 8
@@ -88,18 +88,21 @@ class _Worker:
 class Shooting:
     """Motion of a robot over intervals with constant forces, and its exact derivatives.
 
-    The state x is (q, qd, states of passive muscles). The control u is the tensions of all driven
-    muscles, then the torques of motors at joints. Joints have no limits, since limits are
-    constraints of the optimal motion.
+    The state x is (q, qd, states of muscles). The control u is the commands of all driven muscles,
+    then the torques of motors at joints. Joints have no limits, since limits are constraints of
+    the optimal motion.
 
     Args:
-        robot: The robot. Its driven muscles are treated as ideal cables.
+        robot: The robot.
         steps: Runge-Kutta steps in each interval.
+        with_laws: Whether muscles have their laws; otherwise driven muscles are ideal cables, whose
+            commands are tensions.
         threads: Number of threads (default: number of processors, at most 8).
 
     Attributes:
         n: Number of coordinates.
         nx: Number of states.
+        laws: Laws of the muscles, for the names and ranges of states and commands.
         driven: Indices of the driven muscles.
         nu: Number of controls.
         steps: Runge-Kutta steps in each interval.
@@ -108,15 +111,19 @@ class Shooting:
         CardsflowError: This core does not support derivatives.
     """
 
-    def __init__(self, robot: Robot, steps: int = 1, threads: int = 0) -> None:
-        own = estimated_robot(robot)
+    def __init__(
+        self, robot: Robot, steps: int = 1, threads: int = 0, with_laws: bool = False
+    ) -> None:
+        own = without_limits(robot) if with_laws else estimated_robot(robot)
         count = threads or min(os.cpu_count() or 1, _MAX_THREADS)
         self._workers = [_Worker(own) for _ in range(count)]
         self._pool = ThreadPoolExecutor(count) if count > 1 else None
         self.steps = steps
         self.n, self._m = len(robot.coordinates), len(robot.muscles)
-        self.nx = 2 * self.n + len(MuscleLaws(own, Core(compile_blob(own))).state_names)
-        self.driven = [k for k, muscle in enumerate(own.muscles) if muscle.model.kind == "ideal"]
+        self._core = Core(compile_blob(own))
+        self.laws = MuscleLaws(own, self._core)
+        self.nx = 2 * self.n + len(self.laws.state_names)
+        self.driven = np.flatnonzero(~self.laws.passive).tolist()
         motors = [k for k, c in enumerate(robot.coordinates) if c.actuated]
         self._controls = np.array([*self.driven, *(self._m + k for k in motors)], dtype=np.int32)
         self.nu = len(self._controls)
@@ -144,6 +151,28 @@ class Shooting:
         ends, rows = found
         A, B = rows[:, :, : self.nx], rows[:, :, self.nx : -1]
         return Intervals(ends, A, B, rows[:, :, -1] if derivatives else rows[:, :, 0:0])
+
+    def start(self, q: FloatArray, commands: FloatArray) -> FloatArray:
+        """Return the states of muscles at rest.
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+            commands: Commands of all muscles, shape (m,).
+        """
+        self._core.move(self._core.handle, q.tobytes())
+        self.laws.start(commands)
+        return self.laws.states.copy()
+
+    def tensions(self, x: FloatArray, u: FloatArray) -> FloatArray:
+        """Return the tensions of all muscles, shape (k, m), in [N], as for `run`."""
+        commands = np.zeros((len(x), self._m))
+        commands[:, self.driven] = u[:, : len(self.driven)]
+        found = np.empty((len(x), self._m))
+        for k, row in enumerate(x):
+            self._core.move(self._core.handle, row[: self.n].tobytes())
+            self.laws.states[:] = row[2 * self.n :]
+            found[k] = self.laws.drive(row[self.n : 2 * self.n], commands[k])
+        return found
 
     def rates(self, x: FloatArray, u: FloatArray) -> FloatArray:
         """Return the time derivatives of states, shape (k, nx), as for `run`."""

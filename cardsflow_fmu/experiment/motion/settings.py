@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
@@ -82,6 +82,14 @@ class MotionCostSettings(Table):
     speeds: tuple[FromZero, ...] = named_setting(
         "coordinate", "weight of the squared joint velocities", 0.0
     )
+    commands: tuple[FromZero, ...] = named_setting(
+        "actuator",
+        'weight of the squared commands, with `muscles = "laws"` (default: 1 without other costs)',
+        0.0,
+    )
+    activations: tuple[FromZero, ...] = named_setting(
+        "muscle", 'weight of the squared activations, with `muscles = "laws"`', 0.0
+    )
     time: FromZero = setting("weight of the duration", 0.0)
 
 
@@ -93,6 +101,12 @@ class MotionBoundSettings(Table):
     )
     f_max: tuple[float, ...] = named_setting(
         "actuator", "maximum forces and torques (default: of the robot)", None, others=_FREE
+    )
+    u_min: tuple[float, ...] = named_setting(
+        "muscle", "minimum commands (default: of the muscle law)", None, others=_FREE
+    )
+    u_max: tuple[float, ...] = named_setting(
+        "muscle", "maximum commands (default: of the muscle law)", None, others=_FREE
     )
     q_min: tuple[float, ...] = named_setting(
         "coordinate", "minimum joint positions (default: joint limits)", None, others=_FREE
@@ -117,12 +131,37 @@ class MotionTable(Table):
     substeps: Annotated[int, Field(ge=1, le=MAX_SUBSTEPS), AS_WHOLE] = setting(
         "Runge-Kutta steps per interval; doubled until the intervals are accurate", 1
     )
+    muscles: Literal["forces", "laws"] = setting(
+        "forces: the motion has tensions; laws: it has commands, such as excitations, and the "
+        "states of the muscle laws",
+        "forces",
+    )
+    start_command: tuple[float, ...] = named_setting(
+        "muscle",
+        'commands with which the muscles rest at the start, with `muscles = "laws"` (default: '
+        "those that hold the robot)",
+        None,
+        others=_FREE,
+    )
     goals: Annotated[tuple[GoalSettings, ...], Listed, Field(min_length=1)] = setting("the goals")
     cost: MotionCostSettings = setting("the cost (default: squared forces)", {})
     bounds: MotionBoundSettings = setting("bounds, in addition to those of the robot", {})
     max_iterations: Annotated[int, Field(ge=1, le=10_000), AS_WHOLE] = setting(
         "maximum number of iterations", 200
     )
+
+    @model_validator(mode="after")
+    def _check_muscles(self) -> Self:
+        own = ["commands", "activations"] if self.muscles == "forces" else ["forces"]
+        found = [f"cost.{key}" for key in own if key in self.cost.model_fields_set]
+        limits = {"u_min", "u_max"} & self.bounds.model_fields_set
+        if self.muscles == "forces":
+            found += [f"bounds.{key}" for key in sorted(limits)]
+            found += ["start_command"] if self.start_command else []
+        if found:
+            other = "laws" if self.muscles == "forces" else "forces"
+            raise SettingError(f'requires motion.muscles = "{other}"', key=found[0])
+        return self
 
     @model_validator(mode="after")
     def _check_goals(self) -> Self:

@@ -14,12 +14,14 @@ from cardsflow_fmu.cosim.signals.ports import motor_signals, muscle_signals, tas
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.optimal.qp import has_piqp
-from controllers.optimal.sqp import Optimiser, Progress, Solution
+from controllers.optimal.sqp import INTERRUPTED, Optimiser, Progress, Solution
 from sim_dart.dynamics.core import CoreDynamics
 
 from .diagnosis import infeasibility, require_reachable
 from .problem import MotionProblem, motion_problem
 
+_INTEGRATION_ERROR = 1e-5  # of an interval, in rad, m, and their rates
+_MAX_REFINED = 8  # substeps up to which they are doubled automatically
 MARK_COLUMN = "cardsflow.interval"
 NO_PIQP = (
     "PIQP is not installed, so that iterations take about twice as long: install cardsflow[motion]"
@@ -79,15 +81,22 @@ def optimise(
     while True:
         steps = own.shooting.steps
         solver = Optimiser(own.problem, max_iterations=limit)
-        solution = solver.solve(guess, lambda done: progress(done, steps))  # noqa: B023
+        is_near = guess is not own.guess
+        solution = solver.solve(guess, lambda done: progress(done, steps), is_near=is_near)  # noqa: B023
         if solution is None or not solution.is_feasible:
             require_reachable(experiment, own)
         _require_motion(own, solution)
         assert solution is not None
-        if solution.status == "interrupted" or not own.refine(solution.iterate):
+        error = own.integration_error(solution.iterate)
+        is_limit = own.shooting.steps >= _MAX_REFINED
+        if solution.status == INTERRUPTED or error <= _INTEGRATION_ERROR or is_limit:
             break
+        own.shooting.steps *= 2
         guess = solution.iterate
     notes = (*own.notes, *([] if has_piqp() else [NO_PIQP]))
+    if error > _INTEGRATION_ERROR:
+        what = f"the integration error of an interval is up to {error:.2g}"
+        notes += (f"{what}; increase motion.substeps or motion.intervals",)
     times, columns = _samples(own, solution, experiment.run.step)
     return OptimisedMotion(solution, own, times, columns, notes)
 
@@ -117,8 +126,8 @@ def _samples(
     parts = own.shooting.run(at.x[interval], at.u[interval], times - interval * h, False)
     assert parts is not None
     x, u = parts.ends, at.u[interval]
-    forces = np.zeros((len(times), len(dynamics.f_min)))
-    forces[:, [*own.shooting.driven, *range(dynamics.m, len(dynamics.f_min))]] = u
+    torques = u[:, len(own.shooting.driven) :]
+    forces = np.concatenate([own.shooting.tensions(x, u), torques], axis=1)
     qdd = own.shooting.rates(x, u)[:, n : 2 * n]
     robot = dynamics.robot
     names = [
@@ -128,8 +137,18 @@ def _samples(
     ]
     table = np.concatenate([x[:, :n], x[:, n : 2 * n], qdd, forces], axis=1)
     columns = dict(zip(names, table.T, strict=True))
+    columns |= _law_columns(own, x, u)
     columns |= _task_columns(dynamics, x[:, :n], x[:, n : 2 * n], qdd)
     return times, {**columns, MARK_COLUMN: interval.astype(float)}
+
+
+def _law_columns(own: MotionProblem, x: FloatArray, u: FloatArray) -> dict[str, FloatArray]:
+    """Return the samples of the commands and states of muscle laws by name of the column."""
+    laws, driven = own.shooting.laws, own.shooting.driven
+    names = muscle_signals("u", own.dynamics.robot)
+    found = {names[k]: u[:, j] for j, k in enumerate(driven) if laws.modelled[k]}
+    states = x[:, 2 * own.shooting.n :].T
+    return found | dict(zip(laws.state_names, states, strict=True))
 
 
 def _task_columns(

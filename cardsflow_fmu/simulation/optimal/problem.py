@@ -10,22 +10,27 @@ import numpy as np
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.motion.settings import (
-    MAX_SUBSTEPS,
     GoalSettings,
-    MotionCostSettings,
     MotionTable,
 )
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.arrays import IntArray
 from controllers.dynamics import actuator_names
-from controllers.force_distribution.gravity_compensation import gravity_compensation
-from controllers.optimal.costs import Costs
 from controllers.optimal.problem import Iterate, NodeConstraint, OptimalProblem
 from sim_dart.dynamics.core import CoreDynamics
 from sim_dart.muscles.friction import has_cable_friction
 from sim_dart.optimal.shooting import Shooting
 
-_INTEGRATION_ERROR = 1e-5  # of an interval, in rad, m, and their rates
+from .muscles import (
+    actuators,
+    control_bounds,
+    motion_costs,
+    override,
+    require_order,
+    resting_controls,
+    state_ranges,
+)
+
 _WHOLE = 1e-6  # deviation of a time from a node, relative to an interval
 
 
@@ -46,18 +51,15 @@ class MotionProblem(NamedTuple):
     shooting: Shooting
     notes: tuple[str, ...]
 
-    def refine(self, at: Iterate) -> bool:
-        """Double the Runge-Kutta steps if the intervals are not accurate; return whether it did."""
+    def integration_error(self, at: Iterate) -> float:
+        """Return the largest error of the ends of the intervals, in rad, m, and their rates."""
         h = np.full(len(at.u), at.duration / len(at.u))
-        coarse = self.shooting.run(at.x[:-1], at.u, h, False)
-        self.shooting.steps *= 2
-        fine = self.shooting.run(at.x[:-1], at.u, h, False)
-        if coarse is None or fine is None or self.shooting.steps > MAX_SUBSTEPS:
-            return False
-        if abs(fine.ends - coarse.ends).max() > _INTEGRATION_ERROR:
-            return True
-        self.shooting.steps //= 2
-        return False
+        steps, ends = self.shooting.steps, []
+        for self.shooting.steps in (steps, 2 * steps):
+            found = self.shooting.run(at.x[:-1], at.u, h, False)
+            ends.append(np.full_like(at.x[1:], np.inf) if found is None else found.ends)
+        self.shooting.steps = steps
+        return float(np.nan_to_num(abs(ends[1] - ends[0]), nan=np.inf).max())
 
 
 def motion_problem(experiment: Experiment) -> MotionProblem:
@@ -75,37 +77,35 @@ def motion_problem(experiment: Experiment) -> MotionProblem:
     if robot.loops:
         what = "does not support closed kinematic loops"
         raise InputError(what, file=experiment.file, key="motion")
-    dynamics, shooting = CoreDynamics(robot), Shooting(robot, motion.substeps)
-    _require_support(experiment, dynamics, shooting)
-    x_low, x_high = _state_bounds(experiment, motion, dynamics, shooting)
-    u_low, u_high = _force_bounds(experiment, motion, dynamics, shooting)
+    with_laws = motion.muscles == "laws"
+    dynamics = CoreDynamics(robot)
+    shooting = Shooting(robot, motion.substeps, with_laws=with_laws)
+    if not shooting.nu:
+        raise InputError("requires muscles or motors", file=experiment.file, key="motion")
+    bounds = control_bounds(experiment, motion, dynamics, shooting)
+    q = np.array(experiment.start.q)
+    controls, states = resting_controls(motion, dynamics, shooting, q, bounds)
+    x_low, x_high = _state_bounds(experiment, motion, dynamics, shooting, states)
     constraints = _fix_goals(experiment, motion, dynamics, x_low, x_high)
-    names = actuator_names(dynamics)
+    names, N = actuator_names(dynamics), motion.intervals
     problem = OptimalProblem(
         shooting,
         x_low,
         x_high,
-        np.tile(u_low, (motion.intervals, 1)),
-        np.tile(u_high, (motion.intervals, 1)),
+        np.tile(bounds[0], (N, 1)),
+        np.tile(bounds[1], (N, 1)),
         motion.duration,
-        _costs(motion.cost, shooting, dynamics),
+        motion_costs(motion, shooting, dynamics),
         constraints,
-        tuple(f"{letter}.{c.name}" for letter in ("q", "qd") for c in robot.coordinates),
-        tuple(names[k] for k in _actuators(dynamics, shooting)),
+        (
+            *(f"{letter}.{c.name}" for letter in ("q", "qd") for c in robot.coordinates),
+            *shooting.laws.state_names,
+        ),
+        tuple(names[k] for k in actuators(dynamics, shooting)),
     )
-    forces = gravity_compensation(dynamics, x_low[0, : shooting.n])
-    held = np.clip(forces[_actuators(dynamics, shooting)], u_low, u_high)
-    guess = Iterate(
-        np.tile(x_low[0], (motion.intervals + 1, 1)),
-        np.tile(held, (motion.intervals, 1)),
-        float(np.sqrt(motion.duration[0] * motion.duration[1])),
-    )
+    duration = float(np.sqrt(motion.duration[0] * motion.duration[1]))
+    guess = Iterate(np.tile(x_low[0], (N + 1, 1)), np.tile(controls, (N, 1)), duration)
     return MotionProblem(problem, guess, dynamics, shooting, notes)
-
-
-def _actuators(dynamics: CoreDynamics, shooting: Shooting) -> list[int]:
-    """Return the indices of the driven actuators among all muscles and motors."""
-    return [*shooting.driven, *range(dynamics.m, len(dynamics.f_min))]
 
 
 def _frictionless(robot: Robot) -> tuple[Robot, tuple[str, ...]]:
@@ -124,30 +124,20 @@ def _frictionless(robot: Robot) -> tuple[Robot, tuple[str, ...]]:
     return robot, tuple(notes)
 
 
-def _require_support(experiment: Experiment, dynamics: CoreDynamics, shooting: Shooting) -> None:
-    if shooting.nx != 2 * shooting.n:
-        what = "does not support passive muscles with states"
-        raise InputError(what, file=experiment.file, key="motion")
-    if not shooting.nu:
-        raise InputError("requires muscles or motors", file=experiment.file, key="motion")
-
-
-def _override(values: FloatArray, own: tuple[float, ...]) -> FloatArray:
-    """Return values that are replaced by those that are set."""
-    given = np.array(own or np.full(len(values), np.nan))
-    return np.where(np.isnan(given), values, given)
-
-
 def _state_bounds(
-    experiment: Experiment, motion: MotionTable, dynamics: CoreDynamics, shooting: Shooting
+    experiment: Experiment,
+    motion: MotionTable,
+    dynamics: CoreDynamics,
+    shooting: Shooting,
+    states: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the bounds of the states at the nodes, with the fixed start."""
     own, n = motion.bounds, shooting.n
-    low, high = _override(dynamics.q_min, own.q_min), _override(dynamics.q_max, own.q_max)
-    speed = _override(np.full(n, np.inf), own.qd_max)
+    low, high = override(dynamics.q_min, own.q_min), override(dynamics.q_max, own.q_max)
+    speed = override(np.full(n, np.inf), own.qd_max)
     names, q, qd = dynamics.coordinate_names, experiment.start.q, experiment.start.qd
     for k, name in enumerate(names):
-        _require_order(experiment, f"q_max.{name}", low[k], high[k])
+        require_order(experiment, f"q_max.{name}", low[k], high[k])
         for letter, value, least, most in (
             ("q", q[k], low[k], high[k]),
             ("qd", qd[k], -speed[k], speed[k]),
@@ -157,40 +147,11 @@ def _state_bounds(
                 raise InputError(
                     f"{what}, not {value!r}", file=experiment.file, key=f"start.{letter}.{name}"
                 )
-    x_low = np.tile([*low, *-speed], (motion.intervals + 1, 1))
-    x_high = np.tile([*high, *speed], (motion.intervals + 1, 1))
-    x_low[0] = x_high[0] = [*q, *qd]
+    weakest, strongest = state_ranges(shooting, dynamics)
+    x_low = np.tile([*low, *-speed, *weakest], (motion.intervals + 1, 1))
+    x_high = np.tile([*high, *speed, *strongest], (motion.intervals + 1, 1))
+    x_low[0] = x_high[0] = [*q, *qd, *states]
     return x_low, x_high
-
-
-def _require_order(experiment: Experiment, key: str, low: float, high: float) -> None:
-    if low > high:
-        what = f"must be at least the minimum, {low:.6g}, not {high:.6g}"
-        raise InputError(what, file=experiment.file, key=f"motion.bounds.{key}")
-
-
-def _force_bounds(
-    experiment: Experiment, motion: MotionTable, dynamics: CoreDynamics, shooting: Shooting
-) -> tuple[FloatArray, FloatArray]:
-    own, names = motion.bounds, actuator_names(dynamics)
-    low, high = _override(dynamics.f_min, own.f_min), _override(dynamics.f_max, own.f_max)
-    for k, name in enumerate(names):
-        _require_order(experiment, f"f_max.{name}", low[k], high[k])
-        if k < dynamics.m and low[k] < 0.0:
-            what = f"must be at least 0, since a muscle cannot push, not {low[k]!r}"
-            raise InputError(what, file=experiment.file, key=f"motion.bounds.f_min.{name}")
-    driven = _actuators(dynamics, shooting)
-    return low[driven], high[driven]
-
-
-def _costs(own: MotionCostSettings, shooting: Shooting, dynamics: CoreDynamics) -> Costs:
-    driven = _actuators(dynamics, shooting)
-    has_none = not own.time and not any((*own.forces, *own.force_rates, *own.speeds))
-    forces = np.ones(len(driven)) if has_none else np.array(own.forces)[driven]
-    states = np.array([*np.zeros(shooting.n), *own.speeds])
-    rates = np.array(own.force_rates)[driven]
-    none = np.zeros(shooting.nu), np.zeros(shooting.nx)
-    return Costs(forces, states, rates, own.time, *none)
 
 
 def _fix_goals(
@@ -206,7 +167,7 @@ def _fix_goals(
         key = f"motion.goals[{k}]"
         node = _node(experiment, motion, goal, f"{key}.time")
         if goal.rest is True or (goal.rest is None and node == motion.intervals):
-            x_low[node, n:] = x_high[node, n:] = 0.0
+            x_low[node, n : 2 * n] = x_high[node, n : 2 * n] = 0.0
         for j, value in enumerate(goal.q):
             if np.isnan(value):
                 continue

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.robots.robots import PLANAR_2R
+from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import Robot
 from cardsflow_fmu import Experiment
@@ -54,6 +54,24 @@ def test_derivatives_match_differences(robot: Robot, threads: int) -> None:
     assert ends[1] is not None
     along = np.einsum("kij,kj->ki", found.A, dx) + np.einsum("kij,kj->ki", found.B, du)
     along += found.c * dh[:, None]
+    np.testing.assert_allclose(along, (ends[0].ends - ends[1].ends) / (2 * e), rtol=1e-6, atol=1e-6)
+
+
+def test_derivatives_with_muscle_laws_match_differences() -> None:
+    """Commands and activations of Hill-type muscles."""
+    robot = Experiment.load(EXAMPLES / "hill_arm").robot
+    shooting, e = Shooting(robot, STEPS, with_laws=True), 1e-6
+    assert shooting.nx == 4 + 6  # one activation per muscle
+    rng = np.random.default_rng(2)
+    x = rng.uniform(0.2, 0.8, (COUNT, shooting.nx))
+    u, h = rng.uniform(0.2, 0.8, (COUNT, 6)), np.full(COUNT, H)
+    found = shooting.run(x, u, h)
+    assert found is not None
+    dx, du = rng.normal(size=x.shape), rng.normal(size=u.shape)
+    ends = [shooting.run(x + s * dx, u + s * du, h, False) for s in (e, -e)]
+    assert ends[0] is not None
+    assert ends[1] is not None
+    along = np.einsum("kij,kj->ki", found.A, dx) + np.einsum("kij,kj->ki", found.B, du)
     np.testing.assert_allclose(along, (ends[0].ends - ends[1].ends) / (2 * e), rtol=1e-6, atol=1e-6)
 
 

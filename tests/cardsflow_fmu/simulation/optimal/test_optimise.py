@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support.command_line import CommandLine
-from support.robots.robots import PLANAR_2R
+from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.simulation.optimal.optimise import load_for_motion, optimise
 from cardsflow_fmu.utils.csv_table import read_csv
-from sim_dart import CoreDynamics
+from sim_dart import CoreDynamics, Plant
 
 TOML = """
 [robot]
@@ -35,6 +37,56 @@ kd = 90.0
 
 [run]
 coupling = "direct"
+"""
+
+SQUAT = """
+[robot]
+path = "P2.osim"
+
+[start]
+q = { hip_flexion_r = -2.0, knee_angle_r = -2.0, ankle_angle_r = -0.5 }
+
+[motion]
+duration = 1.0
+goals = [{ q = 0.0 }]
+
+[motion.cost]  # 1 / (150, 300, 150 N·m)²
+forces = { hip_flexion_r = 4.444444444444444e-5, knee_angle_r = 1.1111111111111111e-5, ankle_angle_r = 4.444444444444444e-5 }
+
+[motion.bounds]
+q_min = { hip_flexion_r = -2.0, knee_angle_r = -2.0, ankle_angle_r = -0.5 }
+q_max = { hip_flexion_r = 0.5, knee_angle_r = 0.0, ankle_angle_r = 0.7 }
+
+[controller]
+kp = 400.0
+kd = 40.0
+"""  # noqa: E501
+
+PENDULUM = """<robot name="pendulum"><link name="base"/>
+<link name="rod"><inertial><origin xyz="0 0 -1"/><mass value="1"/>
+<inertia ixx="0.001" iyy="0.001" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="pivot" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 1 0"/>
+<limit effort="3" velocity="50"/></joint></robot>"""
+
+SWING_UP = """
+[robot]
+path = "pendulum.urdf"
+
+[robot.joints.pivot]
+motor = true
+effort = 3.0
+
+[start]
+q = 0.0
+
+[motion]
+duration = 6.0
+intervals = 100
+goals = [{ q = 3.141592653589793 }]
+
+[controller]
+kp = 100.0
+kd = 20.0
 """
 
 
@@ -113,6 +165,7 @@ def test_infeasible_motion_names_constraint_node_and_forces(
         ("motion.goals=[{where=1}]", "motion.goals[0].where", "no key 'where'"),
         ("motion.cost={force=1.0}", "motion.cost.force", "did you mean 'forces'"),
         ("motion.cost={forces=-1.0}", "motion.cost.forces", "must not be negative"),
+        ("motion.cost={commands=1.0}", "motion.cost.commands", 'requires motion.muscles = "laws"'),
         ("motion.bounds.f_min=-1.0", "motion.bounds.f_min.cable_1", "cannot push"),
         ("motion.bounds.f_max=1.0", "motion.bounds.f_max.cable_1", "at least the minimum"),
         ("motion.bounds.q_max.joint_1=-0.6", "start.q.joint_1", "bounds -3.1"),
@@ -128,6 +181,53 @@ def test_wrong_input_is_one_line_with_the_key(
     assert lines[0].startswith(f"cardsflow: {file}: {key}: ")
     assert message in lines[0]
     assert len(lines) == 1
+
+
+def test_squat_to_stand_costs_as_much_as_with_moco(shared: Path, tmp_path: Path) -> None:
+    """Within 0.1 % of the converged cost, with the constraints satisfied to 1e-6."""
+    reference = shared / "reference/moco"
+    robot = tmp_path / "P2.osim"
+    robot.write_bytes((reference / "P2.osim").read_bytes())
+    joints = ("hip_flexion_r", "knee_angle_r", "ankle_angle_r")
+    (tmp_path / "experiment.toml").write_text(SQUAT)
+    motion = optimise(load_for_motion(tmp_path / "experiment.toml"))
+    best = json.loads((reference / "P2.json").read_text())["best_cost"]
+    assert motion.solution.status == "optimal"
+    assert motion.solution.cost == pytest.approx(best, rel=1e-3)
+    assert motion.solution.history[-1].violation < 1e-6
+    ends = [[motion.columns[f"q.{name}"][row] for name in joints] for row in (0, -1)]
+    np.testing.assert_allclose(ends, [[-2.0, -2.0, -0.5], [0.0, 0.0, 0.0]], atol=1e-6)
+
+
+def test_pendulum_swings_up_with_less_torque_than_its_weight(tmp_path: Path) -> None:
+    """Energy: the work of the motor is the change of the potential energy, m g d = 2 m g l."""
+    (tmp_path / "pendulum.urdf").write_text(PENDULUM)
+    (tmp_path / "experiment.toml").write_text(SWING_UP)
+    motion = optimise(load_for_motion(tmp_path / "experiment.toml"))
+    assert motion.solution.status == "optimal"
+    torque, speed = motion.columns["tau.pivot"], motion.columns["qd.pivot"]
+    assert abs(torque).max() <= 3.0 + 1e-9  # the weight is 9.81 N·m
+    work = np.trapezoid(torque * speed, motion.times)
+    assert work == pytest.approx(2.0 * 9.81, rel=1e-2)
+
+
+def test_motion_with_muscle_laws_has_excitations_that_reach_the_goal(file: Path) -> None:
+    """The written excitations, replayed with the plant, reach the end of the motion."""
+    own = {"motion.goals": [{"y": [0.5, -0.12]}], "motion.duration": 0.8, "motion.muscles": "laws"}
+    experiment = load_for_motion(EXAMPLES / "hill_arm", own)
+    motion = optimise(experiment)
+    assert motion.solution.status == "optimal"
+    robot, names = experiment.robot, [muscle.name for muscle in experiment.robot.muscles]
+    plant = Plant(robot, step=1e-3, integrator="rk4")
+    plant.reset(experiment.start.q)
+    states = [motion.columns[name] for name in plant.muscle_state_names]
+    state = plant.get_state()
+    state[-len(states) :] = [rows[0] for rows in states]
+    plant.set_state(state)
+    u = np.array([motion.columns[f"u.{name}"] for name in names]).T
+    for row in u[:-1]:
+        plant.step(row)
+    np.testing.assert_allclose(plant.task_position, [0.5, -0.12], atol=1e-4)
 
 
 def test_experiment_without_motion_is_rejected_with_an_example(cardsflow: CommandLine) -> None:

@@ -1,0 +1,94 @@
+"""Controls and muscle states of an optimal motion: bounds and start."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.model.muscle_laws import states_of
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.motion.settings import MotionTable
+from cardsflow_fmu.utils.arrays import FloatArray
+from controllers.dynamics import actuator_names
+from controllers.force_distribution.gravity_compensation import gravity_compensation
+from controllers.optimal.costs import Costs
+from sim_dart.dynamics.core import CoreDynamics
+from sim_dart.optimal.shooting import Shooting
+
+Bounds = tuple[FloatArray, FloatArray]
+
+
+def actuators(dynamics: CoreDynamics, shooting: Shooting) -> list[int]:
+    """Return the indices of the driven actuators among all muscles and motors."""
+    return [*shooting.driven, *range(dynamics.m, len(dynamics.f_min))]
+
+
+def override(values: FloatArray, own: tuple[float, ...]) -> FloatArray:
+    """Return values that are replaced by those that are set."""
+    given = np.array(own or np.full(len(values), np.nan))
+    return np.where(np.isnan(given), values, given)
+
+
+def require_order(experiment: Experiment, key: str, low: float, high: float) -> None:
+    """Check that a maximum is not below the minimum."""
+    if low > high:
+        what = f"must be at least the minimum, {low:.6g}, not {high:.6g}"
+        raise InputError(what, file=experiment.file, key=f"motion.bounds.{key}")
+
+
+def control_bounds(
+    experiment: Experiment, motion: MotionTable, dynamics: CoreDynamics, shooting: Shooting
+) -> Bounds:
+    """Return the bounds of the controls, shape (nu,): forces, or commands of muscle laws."""
+    own, names = motion.bounds, actuator_names(dynamics)
+    low, high = override(dynamics.f_min, own.f_min), override(dynamics.f_max, own.f_max)
+    for k, name in enumerate(names):
+        require_order(experiment, f"f_max.{name}", low[k], high[k])
+        if k < dynamics.m and low[k] < 0.0:
+            what = f"must be at least 0, since a muscle cannot push, not {low[k]!r}"
+            raise InputError(what, file=experiment.file, key=f"motion.bounds.f_min.{name}")
+    laws = shooting.laws
+    least = override(laws.command_low, own.u_min)
+    most = override(laws.command_high, own.u_max)
+    for k in np.flatnonzero(laws.modelled & ~laws.passive).tolist():
+        require_order(experiment, f"u_max.{names[k]}", least[k], most[k])
+        low[k] = max(least[k], laws.command_low[k])
+        high[k] = min(most[k], laws.command_high[k])
+    driven = actuators(dynamics, shooting)
+    return low[driven], high[driven]
+
+
+def resting_controls(
+    motion: MotionTable, dynamics: CoreDynamics, shooting: Shooting, q: FloatArray, bounds: Bounds
+) -> tuple[FloatArray, FloatArray]:
+    """Return controls that hold the robot at q, shape (nu,), and the states of its muscles."""
+    forces, m, driven = gravity_compensation(dynamics, q), dynamics.m, actuators(dynamics, shooting)
+    shooting.start(q, np.zeros(m))  # moves the core to q
+    commands = shooting.laws.resting_commands(forces[:m])
+    commands = override(commands, motion.start_command)
+    controls = np.concatenate([commands, forces[m:]])[driven]
+    return np.clip(controls, *bounds), shooting.start(q, commands)
+
+
+def state_ranges(shooting: Shooting, dynamics: CoreDynamics) -> Bounds:
+    """Return the ranges of the states of the muscles."""
+    states = [state for muscle in dynamics.robot.muscles for state in states_of(muscle.model)]
+    own = states if len(states) == shooting.nx - 2 * shooting.n else []
+    low = [-np.inf if state.low is None else state.low for state in own]
+    high = [np.inf if state.high is None else state.high for state in own]
+    return np.array(low), np.array(high)
+
+
+def motion_costs(motion: MotionTable, shooting: Shooting, dynamics: CoreDynamics) -> Costs:
+    """Return the costs of a motion."""
+    own, driven = motion.cost, actuators(dynamics, shooting)
+    weights = own.forces if motion.muscles == "forces" else own.commands
+    given = (*weights, *own.force_rates, *own.speeds, *own.activations, own.time)
+    controls = np.array(weights)[driven] if any(given) else np.ones(len(driven))
+    activations = dict(zip(dynamics.muscle_names, own.activations, strict=True))
+    names = [name.partition(".") for name in shooting.laws.state_names]
+    of_states = [activations[muscle] * (kind == "activation") for kind, _, muscle in names]
+    states = np.array([*np.zeros(shooting.n), *own.speeds, *of_states])
+    rates = np.array(own.force_rates)[driven]
+    none = np.zeros(shooting.nu), np.zeros(shooting.nx)
+    return Costs(controls, states, rates, own.time, *none)
