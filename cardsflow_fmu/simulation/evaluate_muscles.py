@@ -24,7 +24,7 @@ def evaluate_muscles(robot: Robot, pose: FloatArray) -> dict[str, Any]:
     """Return lengths, paths, moment arms, torque ranges and findings as plain data.
 
     Args:
-        robot: A robot whose muscles and wrap surfaces may have errors; these are left out.
+        robot: A robot whose muscles and wrap surfaces may have errors; these are omitted.
         pose: Joint positions, shape (n,), in [rad] or [m].
 
     Returns:
