@@ -14,7 +14,7 @@ from addin_sdfusion.robot import SimulationError
 from addin_sdfusion.robot.files import replace_file
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.utils.arrays import FloatArray
-from cardsflow_fmu.utils.csv_table import rows_bytes
+from cardsflow_fmu.utils.csv_table import text_size, write_rows
 
 from .files import NPY, SUMMARY, TABLE, UNITS
 from .folder import OutputFolder
@@ -25,6 +25,8 @@ STARTED = SimulationError("the run was killed, or is still in progress")
 
 _INTERVAL = 0.05
 _BLOCK = 512
+_MAX_BLOCK_TEXT = 2**20
+"""Maximum size of the text of a block with more than one row, in bytes."""
 
 
 class Journal:
@@ -52,7 +54,8 @@ class Journal:
         form: Literal["csv", "npy", "auto"] = "csv",
     ) -> None:
         self._folder, self._contents, self._streamed = folder, contents, streamed
-        self._blocks: list[bytes] = []
+        self._text = np.empty(0, np.uint8)  # formatted rows that are not yet written
+        self._block = self._pending = 0
         self._formatted = self._written = self._size = 0
         self._written_at = time.monotonic()
         self._file: FileIO | None = None
@@ -91,6 +94,8 @@ class Journal:
                 folder.write(contents, self._streamed)
             return
         self._store = RowStore(count, columns, folder.path)
+        self._block = min(max(_MAX_BLOCK_TEXT // text_size(1, columns), 1), _BLOCK, count)
+        self._text = np.empty(text_size(self._block, columns), np.uint8)
         header = ",".join(names) + "\n"
         folder.write(contents | {TABLE: header}, self._streamed)
         self._file = FileIO(path, "ab")
@@ -122,15 +127,24 @@ class Journal:
         Raises:
             SimulationError: The file cannot be written.
         """
-        new = self.rows[self._formatted : filled]
-        if len(new) and self.table == TABLE:
-            self._blocks.append(rows_bytes(new))
+        while self.table == TABLE and self._formatted < filled:
+            begin, end = self._formatted, min(filled, self._written + self._block)
+            new = self.rows[begin:end]
+            self._pending += write_rows(new, self._text[self._pending :]) + 1
+            self._formatted = end
+            if end - self._written == self._block:
+                self._flush()
+                self._release()
         self._formatted = filled
         if filled - self._written < _BLOCK and time.monotonic() - self._written_at < _INTERVAL:
             return
         self._flush()
+        self._release()
+
+    def _release(self) -> None:
+        """Release the memory of rows that are in a file."""
         assert self._store is not None
-        self._store.release(filled)
+        self._store.release(self._formatted)
 
     def close(self) -> None:
         """Write all pending rows."""
@@ -150,10 +164,10 @@ class Journal:
         if self.table == NPY and self._store is not None:
             self._store.publish(self._formatted)
             self._written, self._written_at = self._formatted, time.monotonic()
-        if not self._blocks or self._file is None:
+        if not self._pending or self._file is None:
             return
-        block = memoryview(b"\n".join([*self._blocks, b""]))
-        self._blocks.clear()
+        block = self._text[: self._pending].data
+        self._pending = 0
         self._written = self._formatted
         self._written_at = time.monotonic()
         try:

@@ -43,17 +43,30 @@ def rows_bytes(rows: FloatArray) -> bytes:
     """
     values = np.ascontiguousarray(rows, float)
     count = max(_BLOCK // (_MAX_NUMBER * max(values.shape[1], 1)), 1)
+    text = np.empty(text_size(count, values.shape[1]), np.uint8)  # stays in the processor's cache
     blocks = (values[first : first + count] for first in range(0, len(values), count))
-    return b"\n".join(map(_block_bytes, blocks))
+    return b"\n".join(text[: write_rows(block, text)].tobytes() for block in blocks)
 
 
-def _block_bytes(values: FloatArray) -> bytes:
-    """Return contiguous rows as CSV. Small blocks stay in the cache of the processor."""
-    text = np.empty(values.size * _MAX_NUMBER + _ROOM, np.uint8)
-    size = run_library().csv_rows(
-        *(_powers().ctypes.data, values.ctypes.data, *values.shape, text.ctypes.data)
+def text_size(rows: int, columns: int) -> int:
+    """Return the size of an array for `write_rows`, in bytes."""
+    return rows * columns * _MAX_NUMBER + _ROOM
+
+
+def write_rows(rows: FloatArray, text: NDArray[np.uint8]) -> int:
+    """Write rows as CSV into an array; return the number of bytes without the final newline.
+
+    Args:
+        rows: Values, contiguous, shape (rows, columns).
+        text: Bytes, shape (`text_size` of the rows or more,).
+    """
+    assert rows.flags.c_contiguous
+    assert text.size >= text_size(*rows.shape)
+    return int(
+        run_library().csv_rows(
+            *(_powers().ctypes.data, rows.ctypes.data, *rows.shape, text.ctypes.data)
+        )
     )
-    return text[:size].tobytes()
 
 
 @cache
