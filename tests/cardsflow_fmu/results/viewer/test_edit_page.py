@@ -346,14 +346,15 @@ def test_arm_gets_six_muscles_by_clicks_and_drags_and_tracks(browser: Page, tmp_
 
         (tmp_path / "muscles.csv").write_text("name,frame,link,x [m],y [m],z [m]\n")
         browser.click("[aria-label=save]")
-        browser.wait_for("/changed on disk/.test(document.querySelector('.dialog').textContent)")
-        assert not browser.evaluate("document.querySelector('.dialog .main')")
+        dialog = "document.querySelector('.dialog')"
+        browser.wait_for(f"/reload the page/.test({dialog}.textContent)", 30.0)
+        assert not browser.evaluate(f"{dialog}.textContent.includes('Write')")
         hand.key("Escape")
         (tmp_path / "muscles.csv").unlink()
         browser.click("[aria-label=save]")
-        browser.wait_for("document.querySelector('.dialog .main')")
+        browser.wait_for("document.querySelector('.dialog .main')?.textContent === 'Write'", 30.0)
         browser.click(".dialog .main")
-        browser.wait_for("!edit.document.isChanged")
+        browser.wait_for("!edit.document.isChanged", 30.0)
         document = MuscleDocument.from_plain(hand.document())
     assert (tmp_path / "muscles.csv").read_text() == table_text(document)
     assert browser.errors == []

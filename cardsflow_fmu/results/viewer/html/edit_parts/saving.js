@@ -18,7 +18,10 @@ class Saving {
     const { editor } = this;
     try {
       if (editor.server.exists) await this.preview();
-      else this.offer("muscles.csv", muscleTableText(editor.document.data), "This page has no server; download the file and put it beside the robot.");
+      else {
+        this.show(this.fileName, "This page has no server; download the file and put it beside the robot.", muscleTableText(editor.document.data));
+        this.addDownload();
+      }
     } catch (error) {
       editor.fail(error.message);
     }
@@ -32,8 +35,8 @@ class Saving {
       return;
     }
     this.show(`Save ${path}`, conflict || "", diff);
-    if (!conflict) addButton(this.buttons, "Write", () => this.write()).className = "main";
-    addButton(this.buttons, "Cancel", () => this.close());
+    if (conflict) this.addDownload();
+    else this.addChoices("Write", () => this.write());
   }
 
   async write() {
@@ -54,15 +57,22 @@ class Saving {
     }
   }
 
-  offer(name, text, note) {
-    this.show(name, note, text);
-    addButton(this.buttons, "Download", () => {
-      save(new Blob([text], { type: "text/plain" }), name);
-      this.editor.document.markSaved();
-      this.close();
-      this.editor.say(`downloaded ${name}; put it beside the robot`);
-    }).className = "main";
+  // Returns the name of the file that the robot's reader finds beside the robot.
+  get fileName() { return Object.keys(this.editor.data.files)[0] ?? "muscles.csv"; }
+
+  addChoices(name, act) {
+    addButton(this.buttons, name, act).className = "main";
     addButton(this.buttons, "Cancel", () => this.close());
+  }
+
+  addDownload() {
+    const { editor, fileName } = this;
+    this.addChoices("Download", () => {
+      save(new Blob([muscleTableText(editor.document.data)], { type: "text/plain" }), fileName);
+      editor.document.markSaved();
+      this.close();
+      editor.say(`downloaded ${fileName}; put it beside the robot`);
+    });
   }
 
   // Shows lines of a difference with colours.
