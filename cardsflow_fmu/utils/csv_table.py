@@ -62,9 +62,11 @@ def write_rows(rows: FloatArray, text: NDArray[np.uint8]) -> int:
     """
     assert rows.flags.c_contiguous
     assert text.size >= text_size(*rows.shape)
+    places = np.empty(rows.shape[1] + 1, np.uintp)
     return int(
         run_library().csv_rows(
-            *(_powers().ctypes.data, rows.ctypes.data, *rows.shape, text.ctypes.data)
+            *(_powers().ctypes.data, rows.ctypes.data, *rows.shape),
+            *(places.ctypes.data, text.ctypes.data),
         )
     )
 

@@ -167,12 +167,32 @@ static char *put_number(const struct csv_power *powers, double value, char *text
     return put_decimal(text, shortest(powers, fraction, exponent));
 }
 
-size_t csv_rows(const struct csv_power *powers, const double *values, size_t rows, size_t columns, char *text)
+/* Copy a text of at most CSV_NUMBER bytes; more bytes are copied, in whole registers. The texts may overlap. */
+static char *put_again(char *text, const char *from, size_t length)
+{
+    char room[32];
+    memcpy(room, from, sizeof room);
+    memcpy(text, room, sizeof room);
+    return text + length;
+}
+
+/* Controllers hold their outputs: a value that equals that of the row before has the same text, with its
+ * separator. places[j] is the position of the last text of column j. */
+size_t csv_rows(const struct csv_power *powers, const double *values, size_t rows, size_t columns, size_t *places,
+                char *text)
 {
     const char *begin = text;
     for (size_t i = 0; i < rows; i++) {
+        const double *row = values + i * columns;
+        places[columns] = (size_t)(text - begin); /* the end of the row before */
         for (size_t j = 0; j < columns; j++) {
-            text = put_number(powers, values[i * columns + j], text);
+            const size_t last = i ? places[j] : 0, length = i ? places[j + 1] - last : 0;
+            places[j] = (size_t)(text - begin);
+            if (i && !memcmp(row + j, row + j - columns, sizeof *row)) {
+                text = put_again(text, begin + last, length);
+                continue;
+            }
+            text = put_number(powers, row[j], text);
             *text++ = j + 1 < columns ? ',' : '\n';
         }
     }

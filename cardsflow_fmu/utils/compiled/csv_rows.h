@@ -22,8 +22,9 @@ struct csv_power {
 };
 
 /* Write rows as lines: numbers with commas between them, lines with newlines between them. Return the number of
- * bytes, at most CSV_NUMBER for each number; `text` must have CSV_ROOM bytes more. `powers` contains 10^CSV_MIN_POWER to 10^CSV_MAX_POWER. */
+ * bytes, at most CSV_NUMBER for each number; `text` must have CSV_ROOM bytes more. `powers` contains 10^CSV_MIN_POWER
+ * to 10^CSV_MAX_POWER; `places` is memory for columns + 1 numbers. */
 RUN_API size_t csv_rows(const struct csv_power *powers, const double *values, size_t rows, size_t columns,
-                        char *text);
+                        size_t *places, char *text);
 
 #endif

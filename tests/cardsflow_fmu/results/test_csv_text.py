@@ -18,6 +18,14 @@ def bits(numbers: np.ndarray) -> np.ndarray:
     return numbers.astype(np.uint64).view(float).reshape(-1, 4)
 
 
+def held(rows: np.ndarray) -> np.ndarray:
+    """Return rows in which about half of the numbers are those of the row before."""
+    is_new = RNG.random(rows.shape) < 0.5
+    is_new[0] = True
+    last = np.maximum.accumulate(np.where(is_new, np.arange(len(rows))[:, None], 0))
+    return np.take_along_axis(rows, last, axis=0)
+
+
 CASES = {
     "all bit patterns": bits(RNG.integers(0, 2**64, 40_000, np.uint64)),
     "measured values": np.round(RNG.normal(size=(10_000, 4)), 3),
@@ -27,6 +35,9 @@ CASES = {
     "powers of two": bits(np.arange(2048, dtype=np.uint64) * np.uint64(FRACTION)),
     "next to powers of two": bits(np.arange(1, 2045, dtype=np.uint64) * np.uint64(FRACTION) - 1),
     "smallest numbers": bits(np.arange(1000)),
+    "held values": held(bits(RNG.integers(0, 2**64, 20_000, np.uint64))),
+    "held short values": held(RNG.integers(-2, 3, (2_000, 4)) * 0.5),
+    "one held column": held(RNG.integers(0, 2, (2_000, 1)).astype(float)),
     "special": np.array([[0.0, -0.0, np.nan, np.inf], [-np.inf, 1e15, 1e16, 5e-324]]),
 }
 
