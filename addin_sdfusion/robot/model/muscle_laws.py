@@ -67,12 +67,15 @@ def muscle_parameters(muscle: Muscle) -> dict[str, float]:
 def command_range(model: CableModel) -> tuple[float, float]:
     """Return minimum and maximum of a muscle's command; (0, 0) for a passive muscle."""
     command = law_of(model).command
-    if command is None:
-        return 0.0, 0.0
+    return (0.0, 0.0) if command is None else range_of(command, model)
+
+
+def range_of(signal: Command | LawState, model: CableModel) -> tuple[float, float]:
+    """Return minimum and maximum of the command or a state of a muscle with these parameters."""
     values = law_parameters(model)
     low, high = (
         evaluate(limit, values) if isinstance(limit, str) else limit
-        for limit in (command.low, command.high)
+        for limit in (signal.low, signal.high)
     )
     return low, high
 

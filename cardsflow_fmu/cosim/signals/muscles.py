@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from addin_sdfusion.robot import Muscle, Robot
-from addin_sdfusion.robot.model.muscle_laws import command_range, law_of, states_of
+from addin_sdfusion.robot.model.muscle_laws import law_of, range_of, states_of
 from sim_dart.muscles.friction import bend_count
 
 from .port import Causality, Port, Variability, muscle_signals, nominal_of, signal_names
@@ -103,12 +103,13 @@ def state_ports(robot: Robot, causality: Causality) -> list[Port]:
             causality,
             "continuous",
             f"{_readable_name(state.name)} of muscle {muscle.name}",
-            lower=state.low,
-            upper=state.high,
-            nominal=nominal_of(state.unit),
+            lower=low,
+            upper=high,
+            nominal=high if high < math.inf else nominal_of(state.unit),
         )
         for name, muscle in zip(names, robot.muscles, strict=True)
         for state in states_of(muscle.model)
+        for low, high in [range_of(state, muscle.model)]
     ]
     return [ports[k] for k in state_order(robot)]
 
@@ -131,7 +132,7 @@ def command_ports(
         assert command is not None
         what = f"{_readable_name(command.name)} of muscle {muscle.name}"
         start = float(starts[k]) if len(starts) else 0.0
-        unit, (low, high) = port_unit(command.unit), command_range(muscle.model)
+        unit, (low, high) = port_unit(command.unit), range_of(command, muscle.model)
         ports.append(Port(name, unit, causality, variability, what, start, lower=low, upper=high))
     return ports
 

@@ -65,6 +65,16 @@ def test_states_for_model_exchange_have_the_attributes_of_outputs(fmi: FmiVersio
     assert found["der(activation.biceps)"].get("min") is None
 
 
+def test_the_nominal_pressure_is_the_largest_pressure(fmi: FmiVersion) -> None:
+    experiment = Experiment.load(EXAMPLES / "pneumatic_elbow")
+    muscle = experiment.robot.muscles[0]
+    found = numbers(ContinuousPlantModel.table(experiment), fmi, is_continuous=True)
+    largest = repr(dict(muscle.model.parameters)["max_pressure"])
+    pressure = found[f"pressure.{muscle.name}"]
+    assert [pressure.get(key) for key in SHOWN[:3]] == ["0.0", largest, largest]
+    assert found[f"u.{muscle.name}"].get("max") == largest
+
+
 @pytest.mark.parametrize("name", ["planar_2r", "hill_arm"])
 def test_results_are_within_the_ranges(name: str) -> None:
     """The ranges are the joint limits, force limits and command limits of the robot."""

@@ -76,15 +76,15 @@ class LawState(NamedTuple):
         where: Condition on parameters for the state to exist; empty for a state that always exists.
             Conditional states come last.
         at_start: Variables that determine the initial value: u (command), l (length), v (rate).
-        low, high: Range of the state; infinite if unlimited.
+        low, high: Range of the state: numbers, or formulas of parameters; infinite if unlimited.
     """
 
     name: str
     unit: str
     where: str = ""
     at_start: str = "ulv"
-    low: float = -math.inf
-    high: float = math.inf
+    low: float | str = -math.inf
+    high: float | str = math.inf
 
 
 class Term(NamedTuple):

@@ -36,7 +36,7 @@ LAWS = (
             ),
         ),
         Command("pressure", "Pa", 0.0, "max_pressure"),
-        (LawState("pressure", "Pa", at_start="u", low=0.0),),
+        (LawState("pressure", "Pa", at_start="u", low=0.0, high="max_pressure"),),
         at_start="ul",
         at_once="pressure_time_constant == 0",
     ),
