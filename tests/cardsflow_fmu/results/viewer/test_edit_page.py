@@ -275,6 +275,16 @@ def test_no_texts_overlap_and_hostile_names_stay_text(browser: Page, tmp_path: P
     hand.muscle((EVIL, (0.0, 0.0, 0.2)), ("upper", (0.0, 0.0, 0.1)), ("fore", (0.0, 0.0, 0.1)))
     hand.surface("ellipsoid", "upper", (0.0, 0.0, 0.3))
     hand.enter("name of the wrap surface", EVIL)
+    muscle = browser.evaluate("edit.selected.muscle")
+    browser.evaluate("edit.select({ muscle: edit.selected.muscle })")
+    height = "edit.document.data.wraps[0].half_axes[1]"
+    for part, selected in ((2.0, None), (0.8, EVIL)):  # beside the ellipsoid, and on it
+        frame = "edit.frameOf(edit.document.data.wraps[0])"
+        place = f"(({{ centre, axes }}) => sum(centre, axes[2], {part} * {height}))({frame})"
+        sideways = f"sum({place}, [{0.08 if selected is None else 0.0}, 0, 0])"
+        hand.click(browser.evaluate(f"edit.pixelOf({sideways})"))
+        assert browser.evaluate("edit.selected.wrap") == selected
+    assert browser.evaluate("[edit.selected.wrap, edit.selected.muscle]") == [EVIL, muscle]
     hand.choose("route over a surface", EVIL)
     hand.enter("name of the muscle", EVIL)
     browser.evaluate("edit.select({ muscle: edit.selected.muscle, point: 1, wrap: null })")

@@ -103,12 +103,14 @@ function hitShape(ray, shape, thicker) {
   if (shape.kind === "Sphere") return { t: hitBall(ray, pointAt(p, 0), shape.radius) };
   if (shape.kind === "Capsule") return { t: hitCapsule(ray, pointAt(p, 0), pointAt(p, 1), thicker * shape.radius) };
   if (shape.kind === "Cylinder") return { t: hitCylinder(ray, pointAt(p, 0), pointAt(p, 1), shape.radius) };
-  if (shape.kind !== "MeshShape" || !meetsBall(ray, pointAt(p, 0), meshRadius(shape))) return { t: Infinity };
-  const pose = poseOf(p, shape.lever), column = k => [pose[4 * k], pose[4 * k + 1], pose[4 * k + 2]];
-  const local = v => [0, 1, 2].map(k => dot(v, column(k)));
+  if (shape.kind !== "MeshShape") return { t: Infinity };
+  const pose = poseOf(p, shape.lever), columns = [0, 1, 2].map(k => [pose[4 * k], pose[4 * k + 1], pose[4 * k + 2]]);
+  const squares = columns.map(c => dot(c, c)); // not 1 for an ellipsoid, whose mesh is a sphere
+  if (!meetsBall(ray, pointAt(p, 0), Math.sqrt(Math.max(...squares)) * meshRadius(shape))) return { t: Infinity };
+  const local = v => columns.map((c, k) => dot(v, c) / squares[k]);
   const numbers = shape.vertices.numbers, faces = shape.faces.numbers;
   const { t, face } = hitMesh({ eye: local(sum(ray.eye, pointAt(p, 0), -1)), direction: local(ray.direction) }, numbers, faces);
-  const placed = v => [0, 1, 2].reduce((sumOf, k) => sum(sumOf, column(k), v[k]), pointAt(p, 0));
+  const placed = v => [0, 1, 2].reduce((sumOf, k) => sum(sumOf, columns[k], v[k]), pointAt(p, 0));
   return { t, vertices: face < 0 ? [] : [0, 1, 2].map(k => placed(pointAt(numbers, faces[face + k]))) };
 }
 
