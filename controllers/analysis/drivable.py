@@ -28,6 +28,7 @@ ACCELERATION = {"rad": 0.3, "m": 0.03}
 
 # The effect of a drive is limited to this multiple of the median. Otherwise one very strong drive
 # would make all others appear weak.
+_MAX_TORQUE = 1e150  # whose square is finite
 _MAX_STRENGTH = 1e3
 # Relative to the direction with the largest acceleration. Weaker directions are not drivable.
 _RANK_TOLERANCE = 1e-5
@@ -102,6 +103,7 @@ def find_drivable(terms: Terms, candidates: Sequence[int]) -> DrivableCoordinate
     return DrivableCoordinates(tuple(sorted(rows)), margin, missing)
 
 
+@np.errstate(over="ignore")  # of muscles with huge moment arms
 def force_margin(terms: Terms, rows: Sequence[int]) -> tuple[float, FloatArray, FloatArray]:
     """Solve eq. (1) for the given coordinates.
 
@@ -117,6 +119,7 @@ def force_margin(terms: Terms, rows: Sequence[int]) -> tuple[float, FloatArray, 
         return -np.inf, np.zeros(len(index)), np.full(m, np.nan)
     w = np.maximum(0.5 * (terms.high - terms.low), 1e-300)
     A = terms.A[index] / root[:, None] * w  # of (f - low) / w
+    A = np.clip(A, -_MAX_TORQUE, _MAX_TORQUE)
     b = (terms.torque[index] - terms.A[index] @ terms.low) / root
     size = max(float(np.abs(A).max(initial=0.0)), 1e-300)
     from scipy.optimize import linprog  # slow to import
@@ -141,6 +144,7 @@ def _scaled_torques(terms: Terms, rows: Sequence[int]) -> FloatArray:
     """Return the torques of the full force ranges, relative to the square roots of the inertias."""
     root = np.sqrt(np.diag(terms.M)[list(rows)])
     scaled: FloatArray = terms.A[list(rows)] * (terms.high - terms.low) / root[:, None]
+    scaled = np.clip(scaled, -_MAX_TORQUE, _MAX_TORQUE)
     sizes = np.linalg.norm(scaled, axis=0)
     limit = _MAX_STRENGTH * float(np.median(sizes[sizes > 0.0])) if sizes.any() else 1.0
     scaled *= np.minimum(1.0, limit / np.maximum(sizes, 1e-300))

@@ -86,3 +86,8 @@ def test_coordinate_without_mass_has_no_margin() -> None:
     t, _, forces = force_margin(replace(one, M=np.diag([1.0, 0.0])), range(2))
     assert t == -np.inf
     assert np.isnan(forces).all()
+
+
+def test_huge_torques_of_a_muscle_are_accepted() -> None:
+    found = find_drivable(terms([[1e300, 0.0], [-0.1, 0.1]], [0.5, 0.5], 0.0, 1e10), range(2))
+    assert set(found.coordinates) | set(found.missing) == {0, 1}
