@@ -13,7 +13,9 @@ from cardsflow_fmu.experiment.config.table import (
     AS_WHOLE,
     FromZero,
     Listed,
+    Positive,
     Table,
+    Vector3,
     setting,
 )
 
@@ -66,6 +68,16 @@ class GoalSettings(Table):
         if not self.model_fields_set & {"q", "y", "rest"}:
             raise SettingError("missing; set q or y", key="q")
         return self
+
+
+class ObstacleSettings(Table):
+    """Sphere that an end-effector point must not enter, at the nodes between intervals."""
+
+    centre: Vector3 = setting("centre, in the world frame, in m")
+    radius: Positive = setting("radius, in m")
+    points: Annotated[tuple[str, ...], Listed] = setting(
+        "names of the task frames (default: all points)", ()
+    )
 
 
 class MotionCostSettings(Table):
@@ -144,6 +156,9 @@ class MotionTable(Table):
         others=_FREE,
     )
     goals: Annotated[tuple[GoalSettings, ...], Listed, Field(min_length=1)] = setting("the goals")
+    obstacles: Annotated[tuple[ObstacleSettings, ...], Listed] = setting(
+        "spheres that end-effector points must not enter", ()
+    )
     cost: MotionCostSettings = setting("the cost (default: squared forces)", {})
     bounds: MotionBoundSettings = setting("bounds, in addition to those of the robot", {})
     max_iterations: Annotated[int, Field(ge=1, le=10_000), AS_WHOLE] = setting(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from addin_sdfusion.robot import CardsflowError
 from cardsflow_fmu.cosim.signals.ports import motor_signals, muscle_signals, task_signals
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.arrays import FloatArray
+from controllers.optimal.problem import Iterate
 from controllers.optimal.qp import has_piqp
 from controllers.optimal.sqp import INTERRUPTED, Optimiser, Progress, Solution
 from sim_dart.dynamics.core import CoreDynamics
@@ -21,6 +22,7 @@ from .diagnosis import infeasibility, require_reachable
 from .problem import MotionProblem, motion_problem
 
 _INTEGRATION_ERROR = 1e-5  # of an interval, in rad, m, and their rates
+_ROUGH = 1e-3  # tolerance of a first guess
 _MAX_REFINED = 8  # substeps up to which they are doubled automatically
 MARK_COLUMN = "cardsflow.interval"
 NO_PIQP = (
@@ -77,11 +79,12 @@ def optimise(
     """
     own = motion_problem(experiment)
     assert experiment.motion is not None
-    guess, limit = own.guess, experiment.motion.max_iterations
+    limit = experiment.motion.max_iterations
+    guess = first = _through_obstacles(own) if experiment.motion.obstacles else own.guess
     while True:
         steps = own.shooting.steps
         solver = Optimiser(own.problem, max_iterations=limit)
-        is_near = guess is not own.guess
+        is_near = guess is not first
         solution = solver.solve(guess, lambda done: progress(done, steps), is_near=is_near)  # noqa: B023
         if solution is None or not solution.is_feasible:
             require_reachable(experiment, own)
@@ -99,6 +102,14 @@ def optimise(
         notes += (f"{what}; increase motion.substeps or motion.intervals",)
     times, columns = _samples(own, solution, experiment.run.step)
     return OptimisedMotion(solution, own, times, columns, notes)
+
+
+def _through_obstacles(own: MotionProblem) -> Iterate:
+    """Return the motion without obstacles, since a start at rest can be stuck behind one."""
+    goals = [each for each in own.problem.constraints if len(each.nodes) == 1]
+    free = replace(own.problem, constraints=goals)
+    found = Optimiser(free, tolerance=_ROUGH).solve(own.guess)
+    return own.guess if found is None or not found.is_feasible else found.iterate
 
 
 def _require_motion(own: MotionProblem, solution: Solution | None) -> None:

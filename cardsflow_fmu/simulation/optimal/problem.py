@@ -14,7 +14,6 @@ from cardsflow_fmu.experiment.motion.settings import (
     MotionTable,
 )
 from cardsflow_fmu.utils.arrays import FloatArray
-from controllers.arrays import IntArray
 from controllers.dynamics import actuator_names
 from controllers.optimal.problem import Iterate, NodeConstraint, OptimalProblem
 from sim_dart.dynamics.core import CoreDynamics
@@ -30,6 +29,7 @@ from .muscles import (
     resting_controls,
     state_ranges,
 )
+from .tasks import TaskRows, obstacle_constraints
 
 _WHOLE = 1e-6  # deviation of a time from a node, relative to an interval
 
@@ -87,6 +87,7 @@ def motion_problem(experiment: Experiment) -> MotionProblem:
     controls, states = resting_controls(motion, dynamics, shooting, q, bounds)
     x_low, x_high = _state_bounds(experiment, motion, dynamics, shooting, states)
     constraints = _fix_goals(experiment, motion, dynamics, x_low, x_high)
+    constraints += obstacle_constraints(experiment, motion, dynamics, shooting.nx)
     names, N = actuator_names(dynamics), motion.intervals
     problem = OptimalProblem(
         shooting,
@@ -181,7 +182,7 @@ def _fix_goals(
         if len(rows):
             target = np.array(goal.y)[rows]
             names = tuple(dynamics.task_names[row] for row in rows)
-            evaluate = _TaskRows(dynamics, rows, x_low.shape[1])
+            evaluate = TaskRows(dynamics, rows, x_low.shape[1])
             constraints.append(
                 NodeConstraint(f"goals[{k}].y", names, np.array([node]), evaluate, target, target)
             )
@@ -198,18 +199,3 @@ def _node(experiment: Experiment, motion: MotionTable, goal: GoalSettings, key: 
         what = f"must be a multiple of an interval, {h:.6g} s, above 0, not {goal.time!r} s"
         raise InputError(f"{what}; change motion.intervals", file=experiment.file, key=key)
     return node
-
-
-class _TaskRows:
-    """Some task coordinates y(q) with their derivatives by the states."""
-
-    def __init__(self, dynamics: CoreDynamics, rows: IntArray, nx: int) -> None:
-        self._dynamics, self._rows, self._nx = dynamics, rows, nx
-
-    def __call__(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        own, n = self._dynamics, self._dynamics.n
-        y = np.array([own.task_position(row[:n])[self._rows] for row in x])
-        J = np.zeros((*y.shape, self._nx))
-        for k, row in enumerate(x):
-            J[k, :, :n] = own.task_jacobian(row[:n])[self._rows]
-        return y, J

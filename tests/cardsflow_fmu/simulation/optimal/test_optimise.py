@@ -163,6 +163,16 @@ def test_infeasible_motion_names_constraint_node_and_forces(
         ("motion.goals=[{time=0.7,q=[0,0]}]", "motion.goals[0].time", "within the duration"),
         ("motion.goals=[{time=0.1,q=[0,0]}]", "motion.goals[0].time", "multiple of an interval"),
         ("motion.goals=[{where=1}]", "motion.goals[0].where", "no key 'where'"),
+        (
+            "motion.obstacles=[{centre=[0,0,0],radius=0.1,points=['hand']}]",
+            "motion.obstacles[0].points",
+            "no end-effector point 'hand'",
+        ),
+        (
+            "motion.obstacles=[{centre=[0,0,0],radius=9.0}]",
+            "motion.obstacles[0]",
+            "contains tip at the start",
+        ),
         ("motion.cost={force=1.0}", "motion.cost.force", "did you mean 'forces'"),
         ("motion.cost={forces=-1.0}", "motion.cost.forces", "must not be negative"),
         ("motion.cost={commands=1.0}", "motion.cost.commands", 'requires motion.muscles = "laws"'),
@@ -228,6 +238,21 @@ def test_motion_with_muscle_laws_has_excitations_that_reach_the_goal(file: Path)
     for row in u[:-1]:
         plant.step(row)
     np.testing.assert_allclose(plant.task_position, [0.5, -0.12], atol=1e-4)
+
+
+def test_tip_moves_around_an_obstacle_at_a_higher_cost(file: Path) -> None:
+    slower = {"motion.duration": 0.9, "motion.intervals": 50}
+    free = optimise(load_for_motion(file, slower))
+    way = np.stack([free.columns["y.tip.x"], free.columns["y.tip.z"]], axis=1)
+    middle = way[len(way) // 2]
+    sphere = {"centre": [middle[0], 0.0, middle[1] - 0.03], "radius": 0.1}
+    around = optimise(load_for_motion(file, slower | {"motion.obstacles": [sphere]}))
+    assert around.solution.status == "optimal"
+    dynamics = CoreDynamics(load_for_motion(file).robot)
+    nodes = [dynamics.task_position(row[:2]) for row in around.solution.iterate.x]
+    centre = np.array([middle[0], middle[1] - 0.03])
+    assert np.linalg.norm(nodes - centre, axis=1).min() == pytest.approx(0.1, abs=1e-6)
+    assert around.solution.cost > free.solution.cost
 
 
 def test_experiment_without_motion_is_rejected_with_an_example(cardsflow: CommandLine) -> None:

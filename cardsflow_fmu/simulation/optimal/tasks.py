@@ -1,0 +1,89 @@
+"""Constraints of task coordinates: goals, and obstacles for end-effector points."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.motion.settings import MotionTable, ObstacleSettings
+from cardsflow_fmu.utils.arrays import FloatArray
+from controllers.arrays import IntArray
+from controllers.optimal.problem import NodeConstraint
+from sim_dart.dynamics.core import CoreDynamics
+
+
+class TaskRows:
+    """Some task coordinates y(q) with their derivatives by the states.
+
+    Args:
+        dynamics: The robot.
+        rows: Indices of the task coordinates.
+        nx: Number of states.
+    """
+
+    def __init__(self, dynamics: CoreDynamics, rows: IntArray, nx: int) -> None:
+        self._dynamics, self._rows, self._nx = dynamics, rows, nx
+
+    def __call__(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return y, shape (k, rows), and its derivatives, shape (k, rows, nx)."""
+        own, n = self._dynamics, self._dynamics.n
+        y = np.array([own.task_position(row[:n])[self._rows] for row in x])
+        J = np.zeros((*y.shape, self._nx))
+        for k, row in enumerate(x):
+            J[k, :, :n] = own.task_jacobian(row[:n])[self._rows]
+        return y, J
+
+
+class _Distance:
+    """Distance of a point from a centre, with its derivatives."""
+
+    def __init__(self, point: TaskRows, centre: FloatArray) -> None:
+        self._point, self._centre = point, centre
+
+    def __call__(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        y, J = self._point(x)
+        away = y - self._centre
+        distance = np.linalg.norm(away, axis=1)
+        direction = away / np.maximum(distance, 1e-9)[:, None]
+        return distance[:, None], np.einsum("ki,kij->kj", direction, J)[:, None, :]
+
+
+def obstacle_constraints(
+    experiment: Experiment, motion: MotionTable, dynamics: CoreDynamics, nx: int
+) -> list[NodeConstraint]:
+    """Return a constraint for each obstacle and point, at all nodes after the start.
+
+    Raises:
+        InputError: A point does not exist, or starts inside an obstacle.
+    """
+    points = [frame.name for frame in dynamics.robot.task_frames if not frame.is_orientation]
+    found = []
+    for k, own in enumerate(motion.obstacles):
+        key, kind = f"motion.obstacles[{k}]", "end-effector point"
+        for name in set(own.points) - set(points):
+            where = f"{key}.points"
+            raise UnknownNameError(kind, name, points, file=experiment.file, key=where)
+        for name in own.points or points:
+            distance = _Distance(*_axes(dynamics, name, own, nx))
+            start = distance(np.array([[*experiment.start.q, *np.zeros(nx - dynamics.n)]]))[0]
+            if start[0, 0] < own.radius:
+                what = f"contains {name} at the start, {start[0, 0]:.4g} m from its centre"
+                raise InputError(what, file=experiment.file, key=key)
+            nodes, low = np.arange(1, motion.intervals + 1), np.array([own.radius])
+            high = np.array([np.inf])
+            found.append(NodeConstraint(key.partition(".")[2], (name,), nodes, distance, low, high))
+    return found
+
+
+def _axes(
+    dynamics: CoreDynamics, point: str, own: ObstacleSettings, nx: int
+) -> tuple[TaskRows, FloatArray]:
+    """Return the coordinates of a point, and those of the centre along the same axes."""
+    names = [f"{point}.{axis}" for axis in "xyz"]
+    pairs = product(enumerate(dynamics.task_names), enumerate(names))
+    rows = [(row, axis) for (row, name), (axis, wanted) in pairs if name == wanted]
+    indices = np.array([row for row, _ in rows], dtype=int)
+    return TaskRows(dynamics, indices, nx), np.array([own.centre[axis] for _, axis in rows])
