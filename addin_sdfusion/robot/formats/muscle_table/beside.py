@@ -34,7 +34,7 @@ def table_of(file: Path) -> Path | None:
 
 
 def with_table(robot: Robot, table: Path, notes: Notes) -> Robot:
-    """Return the robot with the muscles and wrap surfaces of a table instead of its own.
+    """Replace the muscles and wrap surfaces of a robot by those of a table.
 
     Args:
         robot: The robot as in its file.

@@ -20,7 +20,7 @@ Options = TypeVar("Options")
 
 
 def options_text(options: Any) -> str:
-    """Return options as JSON without default values; empty if there are none."""
+    """Return options as JSON without default values; an empty text if all are default values."""
     plain = to_plain(options)
     return json_text(plain) if plain else ""
 
