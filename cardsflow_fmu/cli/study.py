@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
+import shlex
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -185,9 +186,13 @@ def _optimise(options: argparse.Namespace) -> int:
         )
     if not options.json:
         _print_motion(motion)
-    iterations = solution.history[-1].iteration
-    numbers = {"cost": solution.cost, "duration": motion.duration, "iterations": iterations}
+    numbers = {"cost": solution.cost, "duration": motion.duration, "iterations": motion.iterations}
     print_files(files, options.json, status=solution.status, **numbers)
+    if not options.json:
+        own = "" if options.output is None else f", file={json_text(str(files[0].resolve()))}"
+        reference = f'reference={{type="optimised"{own}}}'
+        command = ["cardsflow", "run", str(options.experiment), "--set", reference]
+        print(f"next        {shlex.join(command)}")
     return GOOD if solution.status == "optimal" else FAILED
 
 

@@ -44,6 +44,8 @@ class OptimisedMotion:
         times: Times of the samples, shape (k,), in [s].
         columns: Samples of q, qd, qdd, forces and torques by name of the column.
         notes: Lines about neglected properties.
+        iterations: Number of iterations, with all numbers of substeps.
+        seconds: Time of the iterations, in [s].
     """
 
     solution: Solution
@@ -51,6 +53,8 @@ class OptimisedMotion:
     times: FloatArray
     columns: Mapping[str, FloatArray]
     notes: tuple[str, ...]
+    iterations: int
+    seconds: float
 
     @property
     def duration(self) -> float:
@@ -79,7 +83,7 @@ def optimise(
     """
     own = motion_problem(experiment)
     assert experiment.motion is not None
-    limit = experiment.motion.max_iterations
+    limit, iterations, seconds = experiment.motion.max_iterations, 0, 0.0
     guess = first = _through_obstacles(own) if experiment.motion.obstacles else own.guess
     while True:
         steps = own.shooting.steps
@@ -90,6 +94,8 @@ def optimise(
             require_reachable(experiment, own)
         _require_motion(own, solution)
         assert solution is not None
+        iterations += solution.history[-1].iteration
+        seconds += solution.history[-1].seconds
         error = own.integration_error(solution.iterate)
         is_limit = own.shooting.steps >= _MAX_REFINED
         if solution.status == INTERRUPTED or error <= _INTEGRATION_ERROR or is_limit:
@@ -101,7 +107,7 @@ def optimise(
         what = f"the integration error of an interval is up to {error:.2g}"
         notes += (f"{what}; increase motion.substeps or motion.intervals",)
     times, columns = _samples(own, solution, experiment.run.step)
-    return OptimisedMotion(solution, own, times, columns, notes)
+    return OptimisedMotion(solution, own, times, columns, notes, iterations, seconds)
 
 
 def _through_obstacles(own: MotionProblem) -> Iterate:

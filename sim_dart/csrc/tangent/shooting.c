@@ -45,7 +45,7 @@ core_shooting *core_shooting_open(core *plain, void *memory)
 }
 
 /* Read q, qd and law_states, or their changes. */
-static void read(const core_shooting *s, void (*get)(const core_tangent *, enum tangent_array, double *), double *to)
+static void read_end(const core_shooting *s, void (*get)(const core_tangent *, enum tangent_array, double *), double *to)
 {
     get(s->tangent, TANGENT_Q, to);
     get(s->tangent, TANGENT_QD, to + s->n);
@@ -95,9 +95,9 @@ int core_shooting_run(core_shooting *s, int32_t count, int32_t steps, const doub
             const int bad = simulate(s, steps, h[k], start, own);
             s->changes[inputs[j]] = 0;
             if (bad) return 1 + k;
-            read(s, core_tangent_changes, s->end);
+            read_end(s, core_tangent_changes, s->end);
             for (size_t i = 0; i < s->width; i++) rows[i * across + j] = s->end[i];
-            if (!j) read(s, core_tangent_values, end);
+            if (!j) read_end(s, core_tangent_values, end);
         }
     }
     return 0;
