@@ -234,25 +234,25 @@ def count_of_steps(tmp_path: Path) -> int:
 def test_a_full_disk_at_any_write_or_move_keeps_the_old_export(tmp_path, arm):
     (arm / "model.sdf").write_text("changed")
     (arm / "notes.txt").write_text("mine")
-    before = files_of(arm)
+    before, other = files_of(arm), built(other_arm())
     steps = count_of_steps(tmp_path)
     assert steps > 50
     for number in range(steps):
         with failing(number, full), pytest.raises(MachineError) as caught:
-            export_built(built(other_arm()), ALL, arm)
+            export_built(other, ALL, arm)
         assert caught.value.file == arm
         assert "No space left" in str(caught.value)
         assert files_of(arm) == before, number
-    export_built(built(other_arm()), ALL, arm)
+    export_built(other, ALL, arm)
     assert read_robot(arm).links[0].inertia.mass == 7.0
 
 
 @pytest.mark.slow
 def test_an_interrupted_swap_is_undone(tmp_path, arm):
-    before = files_of(arm)
+    before, other = files_of(arm), built(other_arm())
     for number in range(0, count_of_steps(tmp_path), 5):
         with failing(number, KeyboardInterrupt), contextlib.suppress(KeyboardInterrupt):
-            export_built(built(other_arm()), ALL, arm)
+            export_built(other, ALL, arm)
             continue
         assert files_of(arm) == before, number
 
@@ -260,11 +260,11 @@ def test_an_interrupted_swap_is_undone(tmp_path, arm):
 @pytest.mark.slow
 def test_after_a_crash_the_next_export_restores_the_old_one(tmp_path, arm):
     """The process is killed during the moves, without cleanup."""
-    before = files_of(arm)
+    before, other = files_of(arm), built(other_arm())
     steps = count_of_steps(tmp_path)
     for number in range(steps - 45, steps, 2):
         with failing(number, KilledError, dead=True), contextlib.suppress(KilledError, OSError):
-            export_built(built(other_arm()), ALL, arm)
+            export_built(other, ALL, arm)
         with folder_replacement(arm):  # recovers without new files
             pass
         after = files_of(arm)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
 from typing import cast
@@ -93,7 +93,7 @@ class Node:
         """Return the element as the description of an object, and record the object's location."""
         self.notes.used.add(self.element)
         self.notes.locations[subject] = (self.file, self.line)
-        return replace(self, subject=subject)
+        return Node(self.element, self.file, subject, self.notes)
 
     def mark_used(self) -> None:
         """Mark the element and all elements below it as used; see `reading/unread.py`."""
@@ -111,7 +111,7 @@ class Node:
         """Return the child elements with these tags, in order; all children if no tag is given."""
         self.notes.used.add(self.element)
         found = self.element.iterchildren(*tags) if tags else self.element.iterchildren()
-        return [replace(self, element=child) for child in found]
+        return [Node(child, self.file, self.subject, self.notes) for child in found]
 
     def optional(self, tag: str) -> Node | None:
         """Return the child with this tag, or None if it does not exist."""
