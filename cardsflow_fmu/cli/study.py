@@ -203,9 +203,6 @@ def _print_iteration(own: Progress, substeps: int) -> None:
 
 
 def _print_motion(motion: OptimisedMotion) -> None:
-    solution = motion.solution
-    last = solution.history[-1]
-    print(
-        f"cost        {solution.cost:.6g} after {last.iteration} iterations, {last.seconds:.2f} s"
-    )
+    iterations = f"{motion.iterations} iterations, {motion.seconds:.2f} s"
+    print(f"cost        {motion.solution.cost:.6g} after {iterations}")
     print(f"duration    {motion.duration:.6g} s")

@@ -32,6 +32,7 @@ _DAMPING, _DAMPING_FREE_TIME = 1e-8, 1e-2  # first damping; a duration has no He
 _PENALTY = 10.0  # of a relaxed constraint, relative to the largest gradient
 _GOOD = 0.3  # factor of the violation, for much less damping
 _FREE_STEPS, _FREE_VIOLATION = 3, 100.0  # first steps, since a rest violates few constraints
+_NEAR = 1e-3  # violation below which a rejected step may be followed
 _STALLED = 6  # iterations without progress
 
 
@@ -199,6 +200,10 @@ class Optimiser:
         if feasible and not is_relaxed and self._promise(state.own, step) < self._tolerance:
             return OPTIMAL, 0.0
         moved, share = self._search(state, step, is_relaxed)
+        if moved is None and not is_relaxed and self._worst(state) < _NEAR:
+            # the filter rejects steps of second order near the optimum: follow one, and start anew
+            moved, share, state.filter = self.transcription.move(state.at, step, 1.0), 1.0, []
+            state.damping = max(10.0 * state.damping, _MORE_DAMPING)
         found = None if moved is None else self.transcription.linearise(moved)
         if moved is None or found is None:
             return self._increase_damping(state), 0.0
