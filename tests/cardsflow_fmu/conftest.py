@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from support.browser import Page, opened_browser
 from support.command_line import CommandLine
 from support.fmu.fmu_host import Host, opened, unpack
 from support.fmu.worker_host import unpack_stubborn
@@ -67,3 +68,17 @@ def compiler() -> str:
 def cardsflow(capsys: pytest.CaptureFixture[str]) -> CommandLine:
     """The command line."""
     return CommandLine(capsys)
+
+
+@pytest.fixture(scope="session")
+def opened_tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    """The tab of a browser, which all tests of a process use."""
+    with opened_browser(tmp_path_factory.mktemp("browser")) as tab:
+        yield tab
+
+
+@pytest.fixture
+def page(opened_tab: Page) -> Page:
+    """An empty page."""
+    opened_tab.reset()
+    return opened_tab

@@ -19,6 +19,9 @@ import pytest
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
+SIZE = (1000, 700)
+"""Size of the window of tests, in pixels."""
+
 _FLAGS = (
     "--headless=new",
     "--no-sandbox",
@@ -48,6 +51,7 @@ class Page:
         self._socket, self._number = socket, 0
         self.requests: list[str] = []
         self.errors: list[str] = []
+        self._scripts: list[str] = []
         for domain in ("Page", "Runtime", "Log", "Network"):
             self.send(f"{domain}.enable")
 
@@ -74,6 +78,41 @@ class Page:
                 uploadThroughput=0,
             )
         self.send("Page.navigate", url=url)
+
+    def run_first(self, script: str) -> None:
+        """Run a script at the start of each page, until `reset`."""
+        made = self.send("Page.addScriptToEvaluateOnNewDocument", source=script)
+        self._scripts.append(made["identifier"])
+
+    def resize(self, width: int, height: int) -> None:
+        """Change the size of the window."""
+        self.send(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
+
+    def reset(self) -> None:
+        """Close the page, and begin with a window of the first size and a network."""
+        while self._scripts:
+            script = self._scripts.pop()
+            self.send("Page.removeScriptToEvaluateOnNewDocument", identifier=script)
+        self.open("about:blank")
+        self.send(
+            "Network.emulateNetworkConditions",
+            offline=False,
+            latency=0,
+            downloadThroughput=-1,
+            uploadThroughput=-1,
+        )
+        self.send("Emulation.setEmulatedMedia", features=[])
+        self.send("Input.dispatchMouseEvent", type="mouseMoved", x=0, y=0)
+        self.resize(*SIZE)
+        self.evaluate("0")
+        self.requests.clear()
+        self.errors.clear()
 
     def evaluate(self, expression: str) -> Any:
         """Return the value of a JavaScript expression."""
@@ -123,7 +162,7 @@ class Page:
 
 
 @contextlib.contextmanager
-def opened_browser(folder: Path, size: tuple[int, int] = (1000, 700)) -> Iterator[Page]:
+def opened_browser(folder: Path, size: tuple[int, int] = SIZE) -> Iterator[Page]:
     """Start a browser with its profile in a folder; yield its tab. Skip without Chromium."""
     client = pytest.importorskip("websockets.sync.client", reason="needs websockets")
     if CHROMIUM is None:
@@ -134,13 +173,7 @@ def opened_browser(folder: Path, size: tuple[int, int] = (1000, 700)) -> Iterato
         url = _debugger(folder / "profile" / "DevToolsActivePort", process)
         with client.connect(url, max_size=2**26, open_timeout=300) as socket:
             page = Page(socket)
-            page.send(
-                "Emulation.setDeviceMetricsOverride",
-                width=size[0],
-                height=size[1],
-                deviceScaleFactor=1,
-                mobile=False,
-            )
+            page.resize(*size)
             yield page
     finally:
         process.terminate()

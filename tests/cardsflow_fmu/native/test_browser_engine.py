@@ -1,12 +1,11 @@
 """Simulation in a browser: the same bits as the native library, and what a user does to it."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from support.browser import Page, opened_browser
+from support.browser import Page
 from support.engine_page import engine_rows, open_client, open_engine
 from support.robots.bent_cables import with_bent_cables
 from support.robots.robots import EXAMPLES
@@ -21,12 +20,6 @@ from sim_dart import MusclePaths
 pytestmark = pytest.mark.browser
 
 
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    with opened_browser(tmp_path_factory.mktemp("browser")) as page:
-        yield page
-
-
 def native_rows(experiment: Experiment, count: int) -> np.ndarray:
     """Return the first rows of a run in the native library."""
     run = experiment.run.copy_with(duration=count * experiment.run.step)
@@ -38,16 +31,16 @@ def native_rows(experiment: Experiment, count: int) -> np.ndarray:
     "name", ["planar_2r", "roboy_left_arm", "hill_arm", "cable_robot", "no_joint_encoders"]
 )
 def test_two_seconds_in_a_browser_are_those_of_the_native_library(
-    browser: Page, tmp_path: Path, name: str
+    page: Page, tmp_path: Path, name: str
 ) -> None:
     experiment = Experiment.load(EXAMPLES / name)
     count = min(2000, experiment.run.steps)
-    open_engine(browser, experiment, tmp_path)
-    np.testing.assert_array_equal(engine_rows(browser, count), native_rows(experiment, count))
+    open_engine(page, experiment, tmp_path)
+    np.testing.assert_array_equal(engine_rows(page, count), native_rows(experiment, count))
 
 
 def test_cable_friction_in_a_browser_is_that_of_the_native_library(
-    browser: Page, tmp_path: Path
+    page: Page, tmp_path: Path
 ) -> None:
     experiment = Experiment.load(EXAMPLES / "planar_2r")
     robot, q = experiment.robot, experiment.start.q
@@ -56,13 +49,11 @@ def test_cable_friction_in_a_browser_is_that_of_the_native_library(
     )
     expected = native_rows(rough, 500)
     assert np.abs(expected[-1] - native_rows(smoother, 500)[-1]).max() > 0.1
-    open_engine(browser, rough, tmp_path)
-    np.testing.assert_allclose(engine_rows(browser, 500), expected, rtol=0.0, atol=1e-12)
+    open_engine(page, rough, tmp_path)
+    np.testing.assert_allclose(engine_rows(page, 500), expected, rtol=0.0, atol=1e-12)
 
 
-def test_constant_pull_acts_as_a_wrench_in_the_native_library(
-    browser: Page, tmp_path: Path
-) -> None:
+def test_constant_pull_acts_as_a_wrench_in_the_native_library(page: Page, tmp_path: Path) -> None:
     experiment = Experiment.load(EXAMPLES / "planar_2r")
     link = experiment.robot.links[-1].name
     pulled = with_wrenches(experiment)
@@ -70,11 +61,11 @@ def test_constant_pull_acts_as_a_wrench_in_the_native_library(
     pulled = replace(pulled, wiring=pulled.wiring | wires)
     expected = native_rows(pulled, 300)
     assert np.abs(expected - native_rows(experiment, 300)).max() > 1.0  # tensions resist
-    open_engine(browser, experiment, tmp_path)
-    browser.evaluate(
+    open_engine(page, experiment, tmp_path)
+    page.evaluate(
         f"engine.pull(engine.drawing.links.indexOf({link!r}), [0, 0, 0], {{ force: [4, 0, -3] }})"
     )
-    np.testing.assert_array_equal(engine_rows(browser, 300), expected)
+    np.testing.assert_array_equal(engine_rows(page, 300), expected)
 
 
 CHANGES = {
@@ -91,21 +82,19 @@ CHANGES = {
 
 
 @pytest.mark.parametrize("name", CHANGES)
-def test_live_changes_are_settings_of_the_experiment(
-    browser: Page, tmp_path: Path, name: str
-) -> None:
+def test_live_changes_are_settings_of_the_experiment(page: Page, tmp_path: Path, name: str) -> None:
     experiment = Experiment.load(EXAMPLES / name)
-    open_engine(browser, experiment, tmp_path)
+    open_engine(page, experiment, tmp_path)
     for key, value in CHANGES[name].items():
-        browser.evaluate(f"engine.change({key!r}, {value!r})")
-    browser.evaluate("engine.reset()")
+        page.evaluate(f"engine.change({key!r}, {value!r})")
+    page.evaluate("engine.reset()")
     expected = native_rows(Experiment.load(EXAMPLES / name, CHANGES[name]), 200)
     assert np.abs(expected - native_rows(experiment, 200)).max() > 1e-4
-    np.testing.assert_allclose(engine_rows(browser, 200), expected, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(engine_rows(page, 200), expected, rtol=1e-9, atol=1e-12)
 
 
-def test_going_back_repeats_the_same_steps(browser: Page, tmp_path: Path) -> None:
-    open_engine(browser, Experiment.load(EXAMPLES / "hill_arm"), tmp_path)
+def test_going_back_repeats_the_same_steps(page: Page, tmp_path: Path) -> None:
+    open_engine(page, Experiment.load(EXAMPLES / "hill_arm"), tmp_path)
     script = """(() => {
       engine.run(205);
       engine.pull(1, [0, 0, 0.1], { target: [0.2, 0, 0.3], stiffness: 40 });
@@ -123,13 +112,13 @@ def test_going_back_repeats_the_same_steps(browser: Page, tmp_path: Path) -> Non
       engine.load(saved);
       return [early, last, [end, again, [...engine.frame().values]].map(String)];
     })()"""
-    early, last, (end, again, loaded) = browser.evaluate(script)
+    early, last, (end, again, loaded) = page.evaluate(script)
     assert (early, last) == (17, 103)
     assert end == again == loaded
 
 
-def test_targets_of_joints_and_of_the_hand_are_reached(browser: Page, tmp_path: Path) -> None:
-    open_engine(browser, Experiment.load(EXAMPLES / "roboy_left_arm"), tmp_path)
+def test_targets_of_joints_and_of_the_hand_are_reached(page: Page, tmp_path: Path) -> None:
+    open_engine(page, Experiment.load(EXAMPLES / "roboy_left_arm"), tmp_path)
     script = """["joints", "task"].map(mode => {
       engine.setMode(mode);
       const goal = engine.target.goal.map((x, i) => x + (i ? -0.03 : 0.04));
@@ -138,42 +127,40 @@ def test_targets_of_joints_and_of_the_hand_are_reached(browser: Page, tmp_path: 
       const now = engine.plant.group(mode === "joints" ? "q" : "tasks");
       return Math.max(...goal.map((x, i) => Math.abs(x - now[i])));
     })"""
-    assert max(browser.evaluate(script)) < 1e-6  # in rad and m
+    assert max(page.evaluate(script)) < 1e-6  # in rad and m
 
 
-def test_pose_has_the_lengths_and_moment_arms_of_the_robot(browser: Page, tmp_path: Path) -> None:
+def test_pose_has_the_lengths_and_moment_arms_of_the_robot(page: Page, tmp_path: Path) -> None:
     robot = read_robot(EXAMPLES / "hill_arm/robot")
     q = np.linspace(0.3, 0.5, len(robot.coordinates))
-    open_engine(browser, pose_experiment(robot, (0 * q).tolist()), tmp_path, ("pose",))
-    browser.evaluate(f"engine.setPose({q.tolist()})")
-    frame = browser.evaluate("(f => [f.lengths, f.jacobian].map(x => [...x]))(engine.frame())")
+    open_engine(page, pose_experiment(robot, (0 * q).tolist()), tmp_path, ("pose",))
+    page.evaluate(f"engine.setPose({q.tolist()})")
+    frame = page.evaluate("(f => [f.lengths, f.jacobian].map(x => [...x]))(engine.frame())")
     state = MusclePaths(robot).evaluate(q)
     np.testing.assert_array_equal(frame[0], state.lengths)
     np.testing.assert_array_equal(frame[1], state.jacobian.ravel())
-    curve = browser.evaluate("engine.analysis.momentArms(0, 0)")
+    curve = page.evaluate("engine.analysis.momentArms(0, 0)")
     slope = np.gradient(curve["lengths"], curve["q"], edge_order=2)
     np.testing.assert_allclose(curve["arms"], -slope, atol=1e-4)
     run = "(() => { try { engine.run(1); } catch (error) { return error.message; } })()"
-    assert "choose another drive mode" in browser.evaluate(run)
+    assert "choose another drive mode" in page.evaluate(run)
 
 
-def test_worker_plays_and_reports_failures(browser: Page, tmp_path: Path) -> None:
-    open_client(browser, Experiment.load(EXAMPLES / "planar_2r"), tmp_path)
-    assert browser.evaluate("wrong") == ""
-    assert browser.evaluate("play.setup.modes") == [
+def test_worker_plays_and_reports_failures(page: Page, tmp_path: Path) -> None:
+    open_client(page, Experiment.load(EXAMPLES / "planar_2r"), tmp_path)
+    assert page.evaluate("wrong") == ""
+    assert page.evaluate("play.setup.modes") == [
         *("reference", "joints", "task", "muscles", "pose")
     ]
-    browser.evaluate("play.play()")
-    browser.wait_for("frames.length > 20 && play.frame.time > 0.1")
-    browser.evaluate("play.pause()")
-    assert browser.evaluate("play.setMode('task').then(() => play.frame.mode)") == "task"
-    assert "cannot be changed" in browser.evaluate(
+    page.evaluate("play.play()")
+    page.wait_for("frames.length > 20 && play.frame.time > 0.1")
+    page.evaluate("play.pause()")
+    assert page.evaluate("play.setMode('task').then(() => play.frame.mode)") == "task"
+    assert "cannot be changed" in page.evaluate(
         "play.set('run.step', 1).catch(error => error.message)"
     )
-    browser.evaluate(
-        "play.set('plant.mass_scale.link_2', 1e-9).then(() => play.setMode('muscles'))"
-    )
-    assert browser.evaluate("play.options()") == ["--set", "plant.mass_scale.link_2=1e-9"]
+    page.evaluate("play.set('plant.mass_scale.link_2', 1e-9).then(() => play.setMode('muscles'))")
+    assert page.evaluate("play.options()") == ["--set", "plant.mass_scale.link_2=1e-9"]
     failure = "play.setMuscles([NaN, 0, 0, 0]).then(() => play.run(3000)).catch(e => e.message)"
-    assert "command nan of f.cable_1 is not finite" in browser.evaluate(failure)
-    assert not browser.errors
+    assert "command nan of f.cable_1 is not finite" in page.evaluate(failure)
+    assert not page.errors

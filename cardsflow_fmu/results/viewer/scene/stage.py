@@ -158,7 +158,7 @@ class Stage:
         return 0.0 if tensions is None else float(np.nanmax(tensions, initial=0.0))
 
     def _box(self) -> tuple[FloatArray, FloatArray]:
-        points = [T[:, :3, 3] for T in self._poses.values()]
+        points = [T[:, :3, 3] for name, T in self._poses.items() if name != WORLD]
         points += [path.points.reshape(-1, 3) for path in self._paths]
         points += [moved_point(self._poses[link], corner) for link, corner in self._mesh_corners()]
         all_points = np.concatenate([*points, *self._tips.values()])

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.browser import opened_browser
+from support.browser import Page
 from support.recorded import sinusoidal_result
 from support.robots.robots import EXAMPLES, planar_2r
 
@@ -103,49 +103,48 @@ def test_plane_of_planar_robots_is_found_and_of_others_not() -> None:
 
 
 @pytest.mark.browser
-def test_label_is_shown_near_the_pointer_or_on_request(tmp_path: Path) -> None:
+def test_label_is_shown_near_the_pointer_or_on_request(page: Page, tmp_path: Path) -> None:
     robot = planar_2r()
     act = Act(Stage(robot, motion_of(robot, sinusoidal_result(robot, 1.0))), "waving")
     file = write_page([act], tmp_path / "page.html")
-    with opened_browser(tmp_path) as page:
-        page.open(file.as_uri(), offline=True)
-        page.wait_for("document.body?.dataset.drawn !== undefined")
-        shown = "[...document.querySelectorAll('.label')].filter(l => !l.hidden).length"
-        assert page.evaluate(shown) == 0
-        box = 'input[name="joint values"]'
-        page.evaluate(f"document.querySelector('{box}').click()")
-        page.wait_for(f"{shown} === 2")
-        x, y = page.evaluate(
-            "(r => [r.x + r.width / 2, r.y + r.height / 2])"
-            "(document.querySelector('.label').getBoundingClientRect())"
-        )
-        page.evaluate(f"document.querySelector('{box}').click()")
-        page.wait_for(f"{shown} === 0")
-        page.send("Input.dispatchMouseEvent", type="mouseMoved", x=x + 15, y=y)
-        page.wait_for(f"{shown} >= 1")
-        assert not page.evaluate("document.querySelector('.label').hidden")
-        page.send("Input.dispatchMouseEvent", type="mouseMoved", x=40, y=300)
-        page.wait_for(f"{shown} === 0")
-        assert page.errors == []
+    page.open(file.as_uri(), offline=True)
+    page.wait_for("document.body?.dataset.drawn !== undefined")
+    shown = "[...document.querySelectorAll('.label')].filter(l => !l.hidden).length"
+    assert page.evaluate(shown) == 0
+    box = 'input[name="joint values"]'
+    page.evaluate(f"document.querySelector('{box}').click()")
+    page.wait_for(f"{shown} === 2")
+    x, y = page.evaluate(
+        "(r => [r.x + r.width / 2, r.y + r.height / 2])"
+        "(document.querySelector('.label').getBoundingClientRect())"
+    )
+    page.evaluate(f"document.querySelector('{box}').click()")
+    page.wait_for(f"{shown} === 0")
+    page.send("Input.dispatchMouseEvent", type="mouseMoved", x=x + 15, y=y)
+    page.wait_for(f"{shown} >= 1")
+    assert not page.evaluate("document.querySelector('.label').hidden")
+    page.send("Input.dispatchMouseEvent", type="mouseMoved", x=40, y=300)
+    page.wait_for(f"{shown} === 0")
+    assert page.errors == []
 
 
 @pytest.mark.browser
 @pytest.mark.parametrize("size", [(1000, 700), (420, 700)])
-def test_page_shows_meshes_in_all_frames(tmp_path: Path, size: tuple[int, int]) -> None:
+def test_page_shows_meshes_in_all_frames(page: Page, tmp_path: Path, size: tuple[int, int]) -> None:
     stage, points = arm_with_mast()
     file = write_page([Act(stage, "mast")], tmp_path / "page.html")
-    with opened_browser(tmp_path, size) as page:
-        page.open(file.as_uri(), offline=True)
-        page.wait_for("document.body?.dataset.drawn !== undefined")
-        places = np.array(
-            page.evaluate(
-                "unpack(document.getElementById('motion').textContent).then(motion => {"
-                "const box = document.querySelector('.act');"
-                "const aspect = box.clientWidth / box.clientHeight;"
-                "const camera = new Camera(surroundings(motion.acts[0]), aspect);"
-                f"return {points.tolist()}.map(p => project(camera.uniforms(aspect).view, p)); }})"
-            )
+    page.resize(*size)
+    page.open(file.as_uri(), offline=True)
+    page.wait_for("document.body?.dataset.drawn !== undefined")
+    places = np.array(
+        page.evaluate(
+            "unpack(document.getElementById('motion').textContent).then(motion => {"
+            "const box = document.querySelector('.act');"
+            "const aspect = box.clientWidth / box.clientHeight;"
+            "const camera = new Camera(surroundings(motion.acts[0]), aspect);"
+            f"return {points.tolist()}.map(p => project(camera.uniforms(aspect).view, p)); }})"
         )
+    )
     assert places.min() > 0.0
     assert places.max() < 1.0
     assert np.ptp(places, axis=0).max() > 0.5  # and fills the view

@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from support.browser import opened_browser
+from support.browser import Page
 from support.recorded import sinusoidal_result
 from support.robots.robots import planar_2r
 
@@ -154,17 +154,16 @@ def test_markup_in_names_is_escaped_in_a_replay_page() -> None:
 
 
 @pytest.mark.browser
-def test_scripts_in_names_are_not_executed_in_a_browser(tmp_path: Path) -> None:
+def test_scripts_in_names_are_not_executed_in_a_browser(page: Page, tmp_path: Path) -> None:
     robot = evil_robot()
     act = Act(Stage(robot, motion_of(robot, sinusoidal_result(robot, 1.0))), EVIL, (EVIL,))
-    with opened_browser(tmp_path, size=(1000, 700)) as page:
-        file = tmp_path / "page.html"
-        file.write_text(replay_page([act]))
-        page.open(file.as_uri())
-        page.wait_for("document.body?.innerText.includes('onerror')")
-        assert not page.evaluate("!!document.querySelector('iframe, img[src=x]')")
-        assert not [url for url in page.requests if "evil.example" in url or "passwd" in url]
-        assert page.errors == []
-        page.evaluate("document.body.insertAdjacentHTML('beforeend', '<p onclick=\"hit = 1\">')")
-        page.evaluate("document.querySelector('p').click()")
-        assert page.evaluate("typeof hit") == "undefined"
+    file = tmp_path / "page.html"
+    file.write_text(replay_page([act]))
+    page.open(file.as_uri())
+    page.wait_for("document.body?.innerText.includes('onerror')")
+    assert not page.evaluate("!!document.querySelector('iframe, img[src=x]')")
+    assert not [url for url in page.requests if "evil.example" in url or "passwd" in url]
+    assert page.errors == []
+    page.evaluate("document.body.insertAdjacentHTML('beforeend', '<p onclick=\"hit = 1\">')")
+    page.evaluate("document.querySelector('p').click()")
+    assert page.evaluate("typeof hit") == "undefined"

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from support.browser import opened_browser
+from support.browser import Page
 from support.experiments import twin_arms
 from support.robots.robots import PLANAR_2R
 from support.robots.worlds import write_box_mesh
@@ -163,20 +163,19 @@ def test_missing_mesh_is_drawn_as_small_sphere(tmp_path: Path) -> None:
 
 
 @pytest.mark.browser
-def test_page_shows_and_hides_a_world(act: Act, tmp_path: Path) -> None:
+def test_page_shows_and_hides_a_world(act: Act, page: Page, tmp_path: Path) -> None:
     file = write_page([act], tmp_path / "world.html")
-    with opened_browser(tmp_path) as page:
-        page.open(file.as_uri(), offline=True)
-        page.wait_for("document.body?.dataset.drawn !== undefined")
-        shown = page.screenshot()
-        for name in ("objects", "ground", "contacts"):
-            page.evaluate(f"document.querySelector('input[name=\"{name}\"]').click()")
-            page.evaluate("new Promise(done => setTimeout(done, 200))")
-            hidden = page.screenshot()
-            assert np.count_nonzero(np.abs(hidden - shown).max(axis=2) > 8) > 100, name
-            shown = hidden
-        assert page.errors == []
-        assert page.requests == [file.as_uri()]
+    page.open(file.as_uri(), offline=True)
+    page.wait_for("document.body?.dataset.drawn !== undefined")
+    shown = page.screenshot()
+    for name in ("objects", "ground", "contacts"):
+        page.evaluate(f"document.querySelector('input[name=\"{name}\"]').click()")
+        page.evaluate("new Promise(done => setTimeout(done, 200))")
+        hidden = page.screenshot()
+        assert np.count_nonzero(np.abs(hidden - shown).max(axis=2) > 8) > 100, name
+        shown = hidden
+    assert page.errors == []
+    assert page.requests == [file.as_uri()]
 
 
 def test_all_robots_of_a_plant_are_drawn(tmp_path: Path) -> None:

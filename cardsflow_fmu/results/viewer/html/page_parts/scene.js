@@ -26,16 +26,17 @@ function drawAct(played, index, count, drawing, camera, shown, now, pointer) {
   const { act, box, world } = played, [k, part] = frameAt(act.time, now), { lists } = drawing;
   const uniforms = camera.uniforms(box.clientWidth / Math.max(box.clientHeight, 1));
   const meshes = played.meshes ||= [], value = played.value ||= [0], rgb = played.rgb ||= [0, 0, 0];
+  const taken = played.taken ||= [];
   let list = lists.solid, alpha = 1;
   const put = (body, points, i, j, radius, colour) => list[body].add(points, i, j, radius, colour, alpha);
   drawing.clearBatches();
-  meshes.length = 0;
+  meshes.length = taken.length = 0;
   for (const shape of act.shapes) {
     const visible = shown.has(shape.group), { kind } = shape;
     if (!visible && !shape.element) continue;
     const trail = kind === "Trail", points = pointsAt(shape, k, part);
     if (kind === "Label") {
-      placeLabel(shape, points, rowAt(shape.values, k, part, value)[0], box, uniforms.view, visible, pointer);
+      placeLabel(shape, points, rowAt(shape.values, k, part, value)[0], box, uniforms.view, visible, pointer, taken);
       continue;
     }
     rowAt(shape.colours, k, 0, rgb);
@@ -67,19 +68,35 @@ function poseOf(p, lever, into = new Float32Array(16)) {
 }
 
 const NEAR = 70; // in pixels: a hidden label is shown if the pointer is closer
+const GAP = 2; // between labels, in pixels
 
-function placeLabel({ element: label, label: title }, point, value, box, view, visible, pointer) {
-  if (!visible && Number.isNaN(pointer[0])) {
-    label.hidden = true;
-    return;
-  }
-  const place = project(view, point);
+// Shows a label at a point. `taken` contains the rectangles of title and other labels, which it avoids.
+function placeLabel({ element: label, label: title }, point, value, box, view, visible, pointer, taken) {
+  const place = visible || !Number.isNaN(pointer[0]) ? project(view, point) : null;
   const x = place && place[0] * box.clientWidth, y = place && place[1] * box.clientHeight;
   const near = place && Math.hypot(x + box.offsetLeft - pointer[0], y + box.offsetTop - pointer[1]) < NEAR;
   label.hidden = !place || !(visible || near);
   if (label.hidden) return;
-  setText(label, `${title}: ${value.toFixed(3)}`);
-  label.style.transform = `translate(${x}px, ${y}px) translate(-50%, -50%)`;
+  const text = `${title}: ${value.toFixed(3)}`;
+  setText(label, text);
+  if (label.letters !== text.length) Object.assign(label, { letters: text.length, width: label.offsetWidth, height: label.offsetHeight });
+  const left = x - label.width / 2, right = left + label.width;
+  let top = y - label.height / 2;
+  if (!taken.length) taken.push(titleOf(box));
+  for (let i = 0; i < taken.length; i++) {
+    const other = taken[i];
+    if (left > other.right + GAP || right < other.left - GAP || top > other.bottom + GAP || top + label.height < other.top - GAP) continue;
+    top = other.bottom + GAP + 1;
+    i = -1; // the new place can meet another label
+  }
+  taken.push({ left, right, top, bottom: top + label.height });
+  label.style.transform = `translate(${left}px, ${top}px)`;
+}
+
+// Returns the rectangle of a title.
+function titleOf(box) {
+  const { offsetLeft: left, offsetTop: top, offsetWidth, offsetHeight } = box.firstChild;
+  return { left, top, right: left + offsetWidth, bottom: top + offsetHeight };
 }
 
 // Returns the pointer position, [x, y]; NaN if the pointer is outside of the canvas.
