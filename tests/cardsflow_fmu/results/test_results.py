@@ -346,6 +346,10 @@ def test_report_opens_from_disk_without_a_network(reported: Path, tmp_path: Path
         begin = time.perf_counter()
         page.open(reported.as_uri(), offline=True)
         page.wait_for("document.readyState === 'complete' && document.querySelector('iframe')")
+        for scheme, colour in (("dark", "rgb(230, 233, 238)"), ("light", "rgb(35, 39, 47)")):
+            media = [{"name": "prefers-color-scheme", "value": scheme}]
+            page.send("Emulation.setEmulatedMedia", features=media)
+            assert page.evaluate("getComputedStyle(document.body).color") == colour
         page.evaluate("document.querySelector('iframe').scrollIntoView({block: 'center'})")
         box = page.evaluate(
             "(r => [r.x, r.y, r.width, r.height].map(Math.round))"
