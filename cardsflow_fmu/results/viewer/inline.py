@@ -34,7 +34,8 @@ class ShownPage:
     def _repr_html_(self) -> str:
         """Return the page in a frame that is isolated from the notebook."""
         style = "width: 100%; height: 560px; border: 1px solid #8888; border-radius: 8px"
-        inner = escape(self.html)
+        # Scripts must keep their hash, whatever the character set of the notebook's page.
+        inner = escape(self.html).encode("ascii", "xmlcharrefreplace").decode()
         return (
             f'<iframe title="CARDSFlow" sandbox="allow-scripts" style="{style}" '
             f'srcdoc="{inner}"></iframe>'

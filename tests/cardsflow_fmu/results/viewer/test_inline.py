@@ -33,6 +33,7 @@ def test_show_returns_the_page_in_a_frame_without_file_addresses(
     text = shown._repr_html_()
     assert html.unescape(re.search(r'srcdoc="([^"]*)"', text)[1]) == shown.html
     assert "file://" not in text
+    assert text.isascii()
     assert ('id="engine"' in shown.html) == has_module
     assert [url.startswith("file:") for url in opened] == [True]  # a script opens the browser
     assert shown.save(tmp_path / "page.html").read_text() == shown.html

@@ -12,7 +12,6 @@ class EngineClient {
     const self = new EngineClient();
     const url = URL.createObjectURL(new Blob(["'use strict';\n" + script], { type: "text/javascript" }));
     self.worker = new Worker(url);
-    URL.revokeObjectURL(url);
     self.waiting = new Map();
     self.number = 0;
     self.live = {};
@@ -20,6 +19,7 @@ class EngineClient {
     self.worker.onmessage = ({ data }) => self.receive(data);
     self.worker.onerror = event => self.fail(event.message || "the simulation cannot start in this page");
     self.setup = await self.call("open", bytes);
+    URL.revokeObjectURL(url); // not earlier: a frame of a notebook loads the worker later
     return self;
   }
 
