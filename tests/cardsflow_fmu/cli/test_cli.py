@@ -118,6 +118,7 @@ MISSING = {
     ("addin", "pack"): ["-o", "a/file/packed", *PUBLISHER],
     ("play",): ["nowhere", "--html", "page.html"],
     ("view",): ["nowhere", "--html", "page.html"],
+    ("edit",): ["nowhere", "--html", "page.html"],
     ("plot",): ["nowhere"],
     ("compare",): ["nowhere", "nowhere"],
     ("report",): ["nowhere"],
