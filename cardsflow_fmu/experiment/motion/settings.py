@@ -30,11 +30,15 @@ def _range(value: Any) -> tuple[float, float]:
     if len(pair) != 2 or not all(is_number):
         what = "must be a number, or a list of the smallest and the largest duration"
         raise SettingError(f"{what}, not {value!r}")
-    if not all(0.0 < k < math.inf for k in pair):
-        raise SettingError(f"must be positive and finite, not {value!r}")
-    if pair[1] < pair[0]:
+    try:
+        low, high = map(float, pair)
+    except OverflowError:
+        low = high = math.inf
+    if not (0.0 < low < math.inf and 0.0 < high < math.inf):
+        raise SettingError("must be positive and finite")
+    if high < low:
         raise SettingError(f"must increase, not {value!r}")
-    return float(pair[0]), float(pair[1])
+    return low, high
 
 
 Duration = Annotated[

@@ -172,6 +172,7 @@ INSIDE: dict[str, dict[str, Any]] = {
     "estimator.imus[0]": {"link": "link_1"},
     "hardware.motors": {"command": "length", "stiffness": 5e3},
     "robots[0]": {"name": "arm", "path": "robot"},
+    "motion.obstacles[0]": {"centre": [1.0, 0.0, 0.0], "radius": 0.1},
     "muscles.name.model": {"kind": "hill_degroote2016"},
     "world": {"ground": True},
     "world.objects[0]": {"name": "thing", "shape": "sphere", "radius": 0.1},
@@ -237,6 +238,8 @@ def test_reader_checks_every_key_of_the_schema(place: Path_, key: str) -> None:
     around = BESIDE.get(path_text((*place, key))) or INSIDE.get(path_text(place), {})
     if place[:1] == ("world",):
         around = around | OF_SHAPES.get(key, {})
+    if place[:1] == ("motion",):
+        data["motion"] = {"duration": 1.0, "goals": [{"q": 0.0}]}
     if place == ("reference", "points", 0):
         begin: dict[str, Any] = {"time": 0.0, "y" if key.startswith("y") else "q": 0.0}
         begin.pop(key, None)

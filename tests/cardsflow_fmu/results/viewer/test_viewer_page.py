@@ -128,10 +128,10 @@ def test_page_opens_from_disk_without_a_network_and_plays(page: Page, tmp_path: 
     assert colourful(first) > 1000
 
     page.click("button[aria-label=play]")
-    page.wait_for("Number(document.body.dataset.drawn) > 0.5")
+    pause = "document.querySelector('button[aria-label=play]').click()"  # before the run ends
+    page.wait_for(f"Number(document.body.dataset.drawn) > 0.5 && ({pause}, true)")
     moved = picture(page)
     assert np.count_nonzero(np.abs(moved - first).max(axis=2) > 40) > 500
-    page.click("button[aria-label=play]")
     drawn = page.evaluate("document.body.dataset.drawn")
     page.evaluate("new Promise(done => setTimeout(done, 200))")
     assert page.evaluate("document.body.dataset.drawn") == drawn
