@@ -189,7 +189,8 @@ def test_panels_follow_the_cursor(page: Page, tmp_path: Path) -> None:
     before = page.evaluate("document.querySelector('.plot-values output').textContent")
     page.click(".plot canvas")  # its middle
     page.wait_for("Math.abs(Number(document.body.dataset.drawn) - 1.0) < 0.02")
-    assert page.evaluate("document.querySelector('.plot-values output').textContent") != before
+    shows = "document.querySelector('.plot-values output').textContent"
+    page.wait_for(f"{shows} !== {before!r}", 20.0)  # numbers change at 10 Hz
     k = int(np.searchsorted(shown.stage.motion.time, 1.0))
     force = page.evaluate("Number(document.querySelector('.muscles td:nth-child(2)').textContent)")
     assert force == pytest.approx(shown.stage.motion.tensions[k, 0], rel=0.1)
