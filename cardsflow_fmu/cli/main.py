@@ -68,10 +68,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code; see `EXIT_CODES`.
     """
     try:
-        return _main(arguments)
+        code = _main(arguments)
     except KeyboardInterrupt:  # during an import
         sys.stderr.write("cardsflow: interrupted\n")
         return _INTERRUPTED
+    external = sys.modules.get("cardsflow_fmu.cosim.external_fmu")
+    if arguments is None and external is not None and external.is_loaded():
+        _end_process(code)
+    return code
+
+
+def _end_process(code: int) -> None:
+    """End without destructors of libraries: those of PythonFMU fail after Python has ended."""
+    import atexit
+    import os
+
+    atexit._run_exitfuncs()
+    _flush_output()
+    os._exit(code)
 
 
 def _main(arguments: Sequence[str] | None) -> int:

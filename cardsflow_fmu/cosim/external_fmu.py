@@ -20,6 +20,14 @@ _MAX_NAMED = 4
 """Maximum number of variables named in a warning."""
 
 
+_loaded: set[Path] = set()
+
+
+def is_loaded() -> bool:
+    """Return whether this process has loaded the library of an external FMU."""
+    return bool(_loaded)
+
+
 @dataclass(frozen=True, slots=True)
 class ExternalFmu:
     """Settings of an FMU that replaces one of the experiment's FMUs.
@@ -88,6 +96,7 @@ class AdaptedFmu:
     """
 
     def __init__(self, inner: Participant, external: ExternalFmu, ports: Sequence[Port]) -> None:
+        _loaded.add(external.file)
         self.name = inner.name
         self._inner = inner
         known = {port.name: port for port in ports}
