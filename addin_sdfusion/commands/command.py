@@ -164,7 +164,11 @@ class Command:
 
     def _on_change(self, args: Any) -> None:
         window = self._window
-        if window is None or not self._same_design() or window.inputs.is_own_change(args.input):
+        if (
+            window is None
+            or not self._same_design()
+            or window.inputs.is_programmatic_change(args.input)
+        ):
             return
         window.inputs.written = str(args.input.id)
         try:

@@ -90,7 +90,7 @@ class Inputs:
         self._shown[name] = chosen
         fill_items(self._by_id[name].listItems, options, chosen)
 
-    def is_own_change(self, changed: Any) -> bool:
+    def is_programmatic_change(self, changed: Any) -> bool:
         """Return whether the add-in, and not the user, changed an input.
 
         Fusion may report changes by the add-in, at once or later. An input then has the value that

@@ -79,7 +79,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _end_process(code: int) -> None:
-    """End without destructors of libraries: those of PythonFMU fail after Python has ended."""
+    """End the process without destructors of libraries.
+
+    Libraries of PythonFMU and pythonfmu3 release a freed object there, which corrupts the heap.
+    """
     import atexit
     import os
 

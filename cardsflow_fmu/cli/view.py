@@ -47,16 +47,13 @@ def add_view(commands: Commands) -> None:
         nargs="?",
         help="the folder of another run to show next to it (default: none)",
     )
-    _add_html(parser)
     add_cable_set(parser)
     parser.add_argument(
         "--full-scale",
         action="store_true",
         help="scale the colours of muscles to f_max (default: to the largest tension of the run)",
     )
-    add_overwrite(parser)
-    add_live_options(parser)
-    add_json(parser, "the file name of --html")
+    _add_page_options(parser)
 
 
 def add_play(commands: Commands) -> None:
@@ -74,10 +71,7 @@ def add_play(commands: Commands) -> None:
         help=f"an experiment.toml or the folder that contains it; or {ROBOT_FILE}",
     )
     add_settings(parser)
-    _add_html(parser)
-    add_overwrite(parser)
-    add_live_options(parser)
-    add_json(parser, "the file name of --html")
+    _add_page_options(parser)
 
 
 def add_edit(commands: Commands) -> None:
@@ -90,19 +84,20 @@ def add_edit(commands: Commands) -> None:
         "It writes them to muscles.csv next to the robot file, which stays unchanged.",
     )
     parser.add_argument("robot", type=Path, help=ROBOT_FILE)
-    _add_html(parser)
-    add_overwrite(parser)
-    add_live_options(parser)
-    add_json(parser, "the file name of --html")
+    _add_page_options(parser)
 
 
-def _add_html(parser: argparse.ArgumentParser) -> None:
+def _add_page_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of commands that serve or write a page."""
     parser.add_argument(
         "--html",
         type=Path,
         metavar="FILE",
         help="write a self-contained HTML page; open no browser (default: none)",
     )
+    add_overwrite(parser)
+    add_live_options(parser)
+    add_json(parser, "the file name of --html")
 
 
 def _edit(options: argparse.Namespace) -> int:
