@@ -64,10 +64,10 @@ def _runs(block: Block) -> bool:
 def test_all_blocks_run(file: Path, tmp_path: Path, client: list[str]) -> None:
     folder = tmp_path / "clone"
     shutil.copytree(ROOT / "examples", folder / "examples", ignore=_results)
-    place = Place(folder, client)
-    for block in blocks(file):
-        if _runs(block):
-            place.run(block)
+    run = [block for block in blocks(file) if _runs(block)]
+    place = Place(folder, client, [block for block in run if block.language == "diff"])
+    for block in run:
+        place.run(block)
 
 
 @pytest.fixture(scope="module")
@@ -83,17 +83,23 @@ def _results(folder: str, names: list[str]) -> list[str]:
 
 
 class Place:
-    """Where the blocks of a document run."""
+    """Folder in which the blocks of a document run.
 
-    def __init__(self, folder: Path, client: list[str]) -> None:
+    Args:
+        folder: The folder, with the examples.
+        client: Command that runs `cardsflow` or a script in a running server.
+        patches: All patches of the document.
+    """
+
+    def __init__(self, folder: Path, client: list[str], patches: list[Block]) -> None:
         self.folder, self._before, self._port = folder, "", _free_port()
-        self._client = client
+        self._client, self._patches = client, patches
         self._changed: Path | None = None
 
     def run(self, block: Block) -> None:
         """Run a block; fails with what it said."""
         if block.language == "diff":
-            self._patch(block)
+            self._change_sources()
         elif block.language == "python":
             self._python(block)
         elif block.argument(documents.UNTIL_INTERRUPTED) is not None:
@@ -115,19 +121,24 @@ class Place:
         python = self._client if self._changed is None else [sys.executable]
         self._finish([*python, str(file)], block)
 
-    def _patch(self, block: Block) -> None:
-        """Change a copy of the source tree, and compile what is C; Python takes it from there."""
-        if self._changed is None:
-            self._changed = self.folder.parent / "changed"
-            for name in ("addin_sdfusion", "cardsflow_fmu", "controllers", "sim_dart"):
-                unwanted = shutil.ignore_patterns("__pycache__")
-                shutil.copytree(ROOT / name, self._changed / name, ignore=unwanted)
-            shutil.copy(ROOT / "hatch_build.py", self._changed)
+    def _change_sources(self) -> None:
+        """Apply all patches to a copy of the source tree at the first one, and compile it once."""
+        if self._changed is not None:
+            return
+        self._changed = self.folder.parent / "changed"
+        for name in ("addin_sdfusion", "cardsflow_fmu", "controllers", "sim_dart"):
+            unwanted = shutil.ignore_patterns("__pycache__")
+            shutil.copytree(ROOT / name, self._changed / name, ignore=unwanted)
+        shutil.copy(ROOT / "hatch_build.py", self._changed)
         patch = ["patch", "--strip=1", "--batch", "--fuzz=0", f"--directory={self._changed}"]
-        done = subprocess.run(patch, input=block.text, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, f"{block}\n{done.stdout}{done.stderr}"
-        if "csrc/" in block.text:
-            self._finish([sys.executable, str(self._changed / "hatch_build.py")], block)
+        for block in self._patches:
+            done = subprocess.run(
+                patch, input=block.text, capture_output=True, text=True, check=False
+            )
+            assert done.returncode == 0, f"{block}\n{done.stdout}{done.stderr}"
+        if any("csrc/" in block.text for block in self._patches):
+            compile_all = [sys.executable, str(self._changed / "hatch_build.py")]
+            self._finish(compile_all, self._patches[0])
 
     def _side_by_side(self, block: Block) -> None:
         *others, last = _lines(block)

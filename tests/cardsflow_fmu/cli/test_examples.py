@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+import tarfile
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,8 +16,12 @@ import pytest
 from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES
 
+SOURCE_TREE = EXAMPLES.parent
+LIBRARIES = ("sim_dart/lib", "controllers/lib", "cardsflow_fmu/runtime/lib")
+MARK = "sim_dart/lib/cardsflow_core.sha256"
+"""File that contains the compiler flags of a library."""
 MAX_WHEEL = 8 * 2**20
-"""Maximum size of a wheel for one platform, compiled without optimisation, in bytes."""
+"""Maximum size of a wheel for one platform, in bytes."""
 
 
 def test_list_prints_every_example_with_its_title(cardsflow: CommandLine) -> None:
@@ -77,13 +82,31 @@ def test_copy_omits_results_and_caches(
 
 @pytest.fixture(scope="module")
 def dist(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """Build the sdist and the wheel; return their folder."""
+    """Build the sdist, and the wheel from its files; return their folder.
+
+    The wheel contains the compiled libraries of this source tree if the sdist has the same sources.
+    """
     if shutil.which("uv") is None:
         pytest.skip("no uv")
     folder = tmp_path_factory.mktemp("dist")
+    _build("--sdist", "-o", folder, SOURCE_TREE)
+    (sdist,) = folder.glob("*.tar.gz")
+    with tarfile.open(sdist) as archive:
+        archive.extractall(folder, filter="data")
+    unpacked = sdist.with_suffix("").with_suffix("")
+    for library in LIBRARIES:
+        others = shutil.ignore_patterns("prebuilt")
+        shutil.copytree(SOURCE_TREE / library, unpacked / library, ignore=others)
+    warnings = "-Werror" if "-Werror" in (unpacked / MARK).read_text(encoding="utf-8") else ""
+    _build("--wheel", "-o", folder, unpacked, CARDSFLOW_CFLAGS=warnings)
+    yield folder
+    shutil.rmtree(folder)
+
+
+def _build(*options: str | Path, **environment: str) -> None:
     done = subprocess.run(
-        ["uv", "build", "-q", "-o", folder, EXAMPLES.parent],
-        env=os.environ | {"CARDSFLOW_CFLAGS": "-O0"},
+        ["uv", "build", "-q", *options],
+        env=os.environ | environment,
         capture_output=True,
         text=True,
         check=False,
@@ -91,8 +114,6 @@ def dist(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     if done.returncode and "hatchling" in done.stderr and "fetch" in done.stderr:
         pytest.skip("no hatchling")
     assert done.returncode == 0, done.stderr
-    yield folder
-    shutil.rmtree(folder)
 
 
 @pytest.mark.slow
