@@ -31,9 +31,9 @@ from addin_sdfusion.robot.model.laws import MUSCLE_LAWS  # noqa: E402
 from addin_sdfusion.robot.model.laws.law import MuscleLawDefinition, Parameter  # noqa: E402
 from addin_sdfusion.robot.model.muscle_laws import PRESETS  # noqa: E402
 from cardsflow_fmu import Experiment  # noqa: E402
-from cardsflow_fmu.cli.init import schema  # noqa: E402
 from cardsflow_fmu.cli.main import _parser  # noqa: E402
 from cardsflow_fmu.cli.parser import EXIT_CODES  # noqa: E402
+from cardsflow_fmu.cli.setup.init import schema  # noqa: E402
 from cardsflow_fmu.cosim.signals.groups import all_ports  # noqa: E402
 from cardsflow_fmu.cosim.signals.hardware import hardware_groups  # noqa: E402
 from cardsflow_fmu.cosim.signals.port import Port, identifier  # noqa: E402

@@ -40,7 +40,7 @@ def test_import_contracts_hold() -> None:
             ("cardsflow_fmu/results/report/", "cardsflow_fmu/studies/analysis/plots.py"),
         ),
         ("tqdm", "cardsflow_fmu/cli/terminal/progress.py"),
-        ("shtab", "cardsflow_fmu/cli/init.py"),
+        ("shtab", "cardsflow_fmu/cli/setup/init.py"),
         ("mcap", "cardsflow_fmu/ros/mcap_file.py"),
         ("rosbags", "cardsflow_fmu/ros_interface/message_types.py"),
         ("rclpy", "cardsflow_fmu/ros_interface/rclpy_node.py"),

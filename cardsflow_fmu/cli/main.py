@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 COMMANDS = {
     "Start": {
-        "init": "init.add_init",
-        "examples": "examples.add_examples",
+        "init": "setup.init.add_init",
+        "examples": "setup.examples.add_examples",
         "check": "robot.add_check",
         "info": "robot.add_info",
     },
@@ -45,12 +45,15 @@ COMMANDS = {
         "calibrate": "calibrate.add_calibrate",
     },
     "CAD and files": {
-        "import-cad": "addin.add_import_cad",
+        "import-cad": "setup.addin.add_import_cad",
         "convert": "robot.add_convert",
         "edit": "view.add_edit",
-        "addin": "addin.add_addin",
+        "addin": "setup.addin.add_addin",
     },
-    "Shell and editor": {"schema": "init.add_schema", "completion": "init.add_completion"},
+    "Shell and editor": {
+        "schema": "setup.init.add_schema",
+        "completion": "setup.init.add_completion",
+    },
 }
 """Function that adds each command, by group. Its module is imported when the command is used."""
 _INTERRUPTED = 130
@@ -215,7 +218,7 @@ def _parser(word: str = "") -> Parser:
     for title, group in COMMANDS.items():
         commands.start_group(title)
         for name in filter(used.__contains__, group):
-            module, _, add = group[name].partition(".")
+            module, _, add = group[name].rpartition(".")
             getattr(importlib.import_module(f"{__package__}.{module}"), add)(commands)
     return parser
 

@@ -26,8 +26,8 @@ from addin_sdfusion.snapshot_file import snapshot_text
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cad import import_cad
 from cardsflow_fmu.cad.tables import read_joints, read_materials
-from cardsflow_fmu.cli.init import schema
 from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.cli.setup.init import schema
 from cardsflow_fmu.simulation.run import simulate
 from sim_dart import DartDynamics
 

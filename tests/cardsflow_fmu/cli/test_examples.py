@@ -70,7 +70,7 @@ def test_copy_omits_results_and_caches(
         file = examples / "planar_2r" / name
         file.parent.mkdir(exist_ok=True)
         file.touch()
-    monkeypatch.setattr("cardsflow_fmu.cli.examples.examples_folder", lambda: examples)
+    monkeypatch.setattr("cardsflow_fmu.cli.setup.examples.examples_folder", lambda: examples)
     assert cardsflow("examples", "copy", "planar_2r", tmp_path)[0] == 0
     names = {file.name for file in (tmp_path / "planar_2r").iterdir()}
     assert "experiment.toml" in names

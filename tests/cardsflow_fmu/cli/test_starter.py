@@ -22,8 +22,8 @@ from addin_sdfusion.robot import InputError, RobotError, read_robot, write_caspr
 from addin_sdfusion.robot.errors import MachineError
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
 from cardsflow_fmu import Experiment, run
-from cardsflow_fmu.cli.init import schema
 from cardsflow_fmu.cli.main import main
+from cardsflow_fmu.cli.setup.init import schema
 from cardsflow_fmu.experiment.template import ExperimentDraft, experiment_text
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.simulation import draft_search

@@ -16,7 +16,7 @@ from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 from addin_sdfusion.robot.model.laws import MUSCLE_LAWS
-from cardsflow_fmu.cli.init import schema
+from cardsflow_fmu.cli.setup.init import schema
 from cardsflow_fmu.experiment import scene
 from cardsflow_fmu.experiment.config.table import Context
 from cardsflow_fmu.experiment.experiment import Experiment

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from addin_sdfusion.robot.json_text import json_text
-
-from .common import (
+from cardsflow_fmu.cli.common import (
     FAILED,
     GOOD,
     add_json,
@@ -19,9 +18,9 @@ from .common import (
     print_files,
     print_findings,
 )
-from .parser import Commands
-from .terminal.messages import print_error, print_warning
-from .terminal.progress import show_progress
+from cardsflow_fmu.cli.parser import Commands
+from cardsflow_fmu.cli.terminal.messages import print_error, print_warning
+from cardsflow_fmu.cli.terminal.progress import show_progress
 
 if TYPE_CHECKING:
     from cardsflow_fmu.simulation.draft_search import TestRun

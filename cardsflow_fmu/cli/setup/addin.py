@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 from addin_sdfusion.exporting.export import requested_findings
 from addin_sdfusion.robot import Finding, InputError, RobotError
 from addin_sdfusion.settings import ExportSettings
-
-from .common import (
+from cardsflow_fmu.cli.common import (
     FAILED,
     GOOD,
     add_json,
@@ -22,10 +21,11 @@ from .common import (
     print_files,
     print_findings,
 )
+from cardsflow_fmu.cli.parser import Commands
+from cardsflow_fmu.cli.terminal.messages import print_warning
+from cardsflow_fmu.cli.terminal.progress import show_progress
+
 from .init import print_test_run, report_failed_test_run
-from .parser import Commands
-from .terminal.messages import print_warning
-from .terminal.progress import show_progress
 
 if TYPE_CHECKING:
     from cardsflow_fmu.cad import Imported

@@ -11,10 +11,9 @@ from pathlib import Path
 from addin_sdfusion.robot import InputError, UnknownNameError
 from addin_sdfusion.robot.files import file_error
 from addin_sdfusion.robot.json_text import json_text
-
-from .common import GOOD, add_json, print_files
-from .parser import Commands
-from .terminal.messages import print_note
+from cardsflow_fmu.cli.common import GOOD, add_json, print_files
+from cardsflow_fmu.cli.parser import Commands
+from cardsflow_fmu.cli.terminal.messages import print_note
 
 DATA = "examples_data"
 """Folder of the examples in the package; hatch_build.py creates it in a wheel."""

@@ -1,0 +1,1 @@
+"""Commands that create experiments, schemas and completions, and install the add-in."""
