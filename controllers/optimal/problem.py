@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -11,6 +11,8 @@ import numpy as np
 from controllers.arrays import FloatArray, IntArray
 
 from .costs import Costs
+
+NO_PARAMETERS: FloatArray = np.zeros(0)
 
 
 class IntervalResult(Protocol):
@@ -20,6 +22,7 @@ class IntervalResult(Protocol):
         ends: States at the ends, shape (k, nx).
         A, B, c: Derivatives by the states at the starts, the controls and the lengths, shapes
             (k, nx, nx), (k, nx, nu), (k, nx).
+        D: Derivatives by the parameters, shape (k, nx, np).
     """
 
     @property
@@ -30,15 +33,59 @@ class IntervalResult(Protocol):
     def B(self) -> FloatArray: ...  # noqa: D102
     @property
     def c(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def D(self) -> FloatArray: ...  # noqa: D102
 
 
 class IntervalDynamics(Protocol):
     """Motion over intervals with constant controls."""
 
     def run(
-        self, x: FloatArray, u: FloatArray, h: FloatArray, derivatives: bool = True
+        self,
+        x: FloatArray,
+        u: FloatArray,
+        h: FloatArray,
+        derivatives: bool = True,
+        parameters: FloatArray = NO_PARAMETERS,
     ) -> IntervalResult | None:
         """Simulate k intervals of lengths h, shape (k,); None if a state diverged."""
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Free parameters p of the dynamics, constant over time, with the cost sum(w (p - p0)^2).
+
+    Attributes:
+        low, high: Bounds, shape (np,).
+        nominal: p0, which is also the first guess, shape (np,).
+        weights: w, shape (np,).
+        names: Names for messages.
+    """
+
+    low: FloatArray
+    high: FloatArray
+    nominal: FloatArray
+    weights: FloatArray
+    names: tuple[str, ...]
+
+    def __len__(self) -> int:
+        """Return the number of parameters."""
+        return len(self.low)
+
+    @property
+    def scale(self) -> FloatArray:
+        """Return the range of each parameter, or its size if the range is infinite."""
+        span = self.high - self.low
+        size = np.where(self.nominal == 0.0, 1.0, abs(self.nominal))
+        return np.where(np.isfinite(span) & (span > 0.0), span, size)
+
+    def cost(self, p: FloatArray) -> float:
+        """Return the cost of parameters."""
+        return float(self.weights @ (p - self.nominal) ** 2)
+
+    def gradient(self, p: FloatArray) -> FloatArray:
+        """Return the gradient of the cost, shape (np,)."""
+        return 2.0 * self.weights * (p - self.nominal)
 
 
 @dataclass(frozen=True)
@@ -62,6 +109,11 @@ class NodeConstraint:
     high: FloatArray
 
 
+def _no_parameters() -> Parameters:
+    none = NO_PARAMETERS
+    return Parameters(none, none, none, none, ())
+
+
 class Iterate(NamedTuple):
     """A motion with `N` intervals that may still violate its constraints.
 
@@ -69,11 +121,13 @@ class Iterate(NamedTuple):
         x: States at the nodes, shape (N + 1, nx).
         u: Controls in the intervals, shape (N, nu).
         duration: Duration, in [s].
+        parameters: Values of the free parameters, shape (np,).
     """
 
     x: FloatArray
     u: FloatArray
     duration: float
+    parameters: FloatArray = NO_PARAMETERS
 
 
 @dataclass(frozen=True)
@@ -89,6 +143,7 @@ class OptimalProblem:
         costs: The cost.
         constraints: Constraints at nodes.
         state_names, control_names: Names for messages.
+        parameters: Free parameters of the dynamics.
     """
 
     dynamics: IntervalDynamics
@@ -101,6 +156,7 @@ class OptimalProblem:
     constraints: Sequence[NodeConstraint] = ()
     state_names: tuple[str, ...] = ()
     control_names: tuple[str, ...] = ()
+    parameters: Parameters = field(default_factory=_no_parameters)
 
     @property
     def intervals(self) -> int:
@@ -112,12 +168,27 @@ class OptimalProblem:
         """Whether the duration is free."""
         return self.duration[0] < self.duration[1]
 
+    def cost(self, at: Iterate) -> float:
+        """Return the cost of an iterate."""
+        return self.costs.value(at.x, at.u, at.duration) + self.parameters.cost(at.parameters)
+
+    def run(self, at: Iterate, derivatives: bool = True) -> IntervalResult | None:
+        """Simulate all intervals of an iterate; None if a state diverged."""
+        lengths = np.full(self.intervals, at.duration / self.intervals)
+        return self.dynamics.run(at.x[:-1], at.u, lengths, derivatives, at.parameters)
+
     def clip(self, iterate: Iterate) -> Iterate:
-        """Return the nearest iterate within the bounds of controls, duration and start."""
+        """Return the nearest iterate within the bounds of controls, duration, parameters and start.
+
+        Parameters that the iterate lacks are nominal.
+        """
+        own = self.parameters
+        p = iterate.parameters if len(iterate.parameters) else own.nominal
         x = iterate.x.copy()
         x[0] = np.clip(x[0], self.x_low[0], self.x_high[0])
         return Iterate(
             x,
             np.clip(iterate.u, self.u_low, self.u_high),
             float(np.clip(iterate.duration, *self.duration)),
+            np.clip(p, own.low, own.high),
         )

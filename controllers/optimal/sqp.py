@@ -197,7 +197,7 @@ class Optimiser:
         if not qp.is_solved:
             return self._increase_damping(state), 0.0
         feasible = self._worst(state) <= self._feasibility
-        if feasible and not is_relaxed and self._promise(state.own, step) < self._tolerance:
+        if feasible and not is_relaxed and self._promise(state, step) < self._tolerance:
             return OPTIMAL, 0.0
         moved, share = self._search(state, step, is_relaxed)
         if moved is None and not is_relaxed and self._worst(state) < _NEAR:
@@ -250,10 +250,13 @@ class Optimiser:
         weight = _PENALTY * max(float(abs(program.g).max()), 1.0)
         return solve_relaxed(program, transcription.hard_rows, soft, weight)
 
-    def _promise(self, own: Linearisation, step: FloatArray) -> float:
+    def _slope(self, state: _State, step: FloatArray) -> float:
+        """Return the change of the cost along a step."""
+        return float(self.transcription.gradient(state.at, state.own.terms) @ step)
+
+    def _promise(self, state: _State, step: FloatArray) -> float:
         """Return the change of the cost along a step, relative to the cost."""
-        slope = float(self.transcription.gradient(own.terms) @ step)
-        return abs(slope) / max(abs(own.cost), 1e-12)
+        return abs(self._slope(state, step)) / max(abs(state.own.cost), 1e-12)
 
     def _search(
         self, state: _State, step: FloatArray, is_relaxed: bool
@@ -264,7 +267,7 @@ class Optimiser:
         """
         transcription, own = self.transcription, state.own
         theta = transcription.violation(state.at, own)
-        slope = float(transcription.gradient(own.terms) @ step)
+        slope = self._slope(state, step)
         for share in _SHARES.tolist():
             moved = transcription.move(state.at, step, share)
             tried = transcription.evaluate(moved)

@@ -54,10 +54,10 @@ class _Pattern:
 
 
 class Transcription:
-    """Quadratic programs of a problem. Variables: x0, u0, x1, u1, ..., xN, and the duration.
+    """Quadratic programs of a problem. Variables: x0, u0, x1, u1, ..., xN, and the globals g.
 
-    All variables are divided by a scale: states and durations by 1 or their range, controls by
-    half of their range.
+    Globals are the free parameters and, if it is free, the duration. All variables are divided by
+    a scale: states, parameters and durations by 1 or their range, controls by half of their range.
 
     Args:
         problem: The problem.
@@ -69,7 +69,10 @@ class Transcription:
         nx = problem.x_low.shape[1]
         self._N, self._nx, self._nu, self._width = N, nx, nu, nx + nu
         self._has_time = problem.is_free_time
-        self.size = N * self._width + nx + int(self._has_time)
+        self._np = len(problem.parameters)
+        stages = N * self._width + nx
+        self.size = stages + self._np + int(self._has_time)
+        self._g: IntArray = np.arange(stages, self.size)
         node = np.arange(N + 1)[:, None] * self._width
         self._x: IntArray = node + np.arange(nx)
         self._u: IntArray = node[:-1] + nx + np.arange(nu)
@@ -90,38 +93,38 @@ class Transcription:
         self.t_scale = problem.duration[1]
         self.scale = np.ones(self.size)
         self.scale[self._x], self.scale[self._u] = self.x_scale, self.u_scale
+        self.scale[self._g[: self._np]] = problem.parameters.scale
         if self._has_time:
             self.scale[-1] = self.t_scale
 
     def _equality_pattern(self) -> _Pattern:
         N, nx, nu = self._N, self._nx, self._nu
-        gap = np.arange(N * nx).reshape(N, nx)
+        gap, ng = np.arange(N * nx).reshape(N, nx), len(self._g)
         rows = [
             np.broadcast_to(gap[:, :, None], (N, nx, nx)),
             np.broadcast_to(gap[:, :, None], (N, nx, nu)),
             gap,
+            np.broadcast_to(gap[:, :, None], (N, nx, ng)),
         ]
         columns = [
             np.broadcast_to(self._x[:-1, None, :], (N, nx, nx)),
             np.broadcast_to(self._u[:, None, :], (N, nx, nu)),
             self._x[1:],
+            np.broadcast_to(self._g, (N, nx, ng)),
         ]
-        if self._has_time:
-            rows.append(gap)
-            columns.append(np.full_like(gap, self.size - 1))
         fixed = self._x[self._fixed]
         rows.append(N * nx + np.arange(len(fixed)))
         columns.append(fixed)
         return _Pattern(rows, columns, (N * nx + len(fixed), self.size))
 
     def _hessian_pattern(self) -> _Pattern:
-        own, last = [*self._x.ravel(), *self._u.ravel()], self.size - 1
+        own = np.concatenate([self._x.ravel(), self._u.ravel()])
         before, after = self._u[:-1].ravel(), self._u[1:].ravel()
-        rows, columns = [np.array(own), before, after], [np.array(own), after, before]
+        rows, columns = [own, before, after, self._g], [own, after, before, self._g]
         if self._has_time:
-            final = np.full(len(own), last)
-            rows += [np.array(own), final, np.array([last])]
-            columns += [final, np.array(own), np.array([last])]
+            final = np.full(len(own), self.size - 1)
+            rows += [own, final]
+            columns += [final, own]
         return _Pattern(rows, columns, (self.size, self.size))
 
     def _constraint_pattern(self, own: NodeConstraint) -> _Pattern:
@@ -135,8 +138,7 @@ class Transcription:
     def linearise(self, at: Iterate) -> Linearisation | None:
         """Return all terms at an iterate; None if a state diverged."""
         problem = self.problem
-        lengths = np.full(self._N, at.duration / self._N)
-        intervals = problem.dynamics.run(at.x[:-1], at.u, lengths)
+        intervals = problem.run(at)
         if intervals is None:
             return None
         found = [own.evaluate(at.x[own.nodes]) for own in problem.constraints]
@@ -145,8 +147,8 @@ class Transcription:
             intervals.ends - at.x[1:],
             [values for values, _ in found],
             [jacobian for _, jacobian in found],
-            problem.costs.terms(*at),
-            problem.costs.value(*at),
+            problem.costs.terms(at.x, at.u, at.duration),
+            problem.cost(at),
         )
 
     def program(
@@ -163,7 +165,7 @@ class Transcription:
         per_cost = 1.0 / self.cost_scale(own.terms)
         terms = own.terms._replace(tt=own.terms.tt + curvature)
         P = self._hessian(terms, damping / per_cost) * per_cost
-        g = self.gradient(own.terms) * per_cost
+        g = self.gradient(at, own.terms) * per_cost
         A, b = self._equalities(at, own)
         C, low, high = self._inequalities(own)
         equal = np.concatenate([*self._is_equal, np.empty(0, dtype=bool)])
@@ -177,26 +179,33 @@ class Transcription:
         own = np.concatenate([self._x.ravel(), self._u.ravel()])
         entries = [np.concatenate([t.xx.ravel(), t.uu.ravel()]) * s[own] ** 2 + damping]
         coupled = t.uv * self.u_scale**2
-        entries += [coupled, coupled]
+        of_globals = 2.0 * self.problem.parameters.weights
+        if self._has_time:
+            of_globals = np.append(of_globals, t.tt)
+        entries += [coupled, coupled, of_globals * s[self._g] ** 2 + damping]
         if self._has_time:
             across = np.concatenate([t.xt.ravel(), t.ut.ravel()]) * s[own] * s[-1]
-            entries += [across, across, np.array([t.tt * s[-1] ** 2 + damping])]
+            entries += [across, across]
         return self._P.fill(*entries)
 
     def _equalities(self, at: Iterate, own: Linearisation) -> tuple[csc_matrix, FloatArray]:
         N, intervals, per_row = self._N, own.intervals, 1.0 / self.x_scale[:, None]
-        ones = np.ones((N, self._nx))
         parts = [
             intervals.A * per_row * self.x_scale,
             intervals.B * per_row * self.u_scale,
-            -ones,
+            -np.ones((N, self._nx)),
+            self._by_globals(intervals) * per_row * self.scale[self._g],
         ]
-        if self._has_time:
-            parts.append(intervals.c / N * self.t_scale / self.x_scale)
         count = int(self._fixed.sum())
         A = self._A.fill(*parts, np.ones(count))
         rest = (self.problem.x_low - at.x) / self.x_scale
         return A, np.concatenate([(-own.gaps / self.x_scale).ravel(), rest[self._fixed]])
+
+    def _by_globals(self, intervals: IntervalResult) -> FloatArray:
+        """Return the derivatives of the ends by the globals, shape (N, nx, ng)."""
+        by_time = intervals.c[:, :, None] / self._N
+        parts = ([intervals.D] if self._np else []) + ([by_time] if self._has_time else [])
+        return np.concatenate([*parts, np.empty((self._N, self._nx, 0))], axis=2)
 
     def _inequalities(self, own: Linearisation) -> tuple[csc_matrix, FloatArray, FloatArray]:
         """Return the rows of all node constraints with their bounds."""
@@ -217,9 +226,10 @@ class Transcription:
         lb[self._x], ub[self._x] = problem.x_low - at.x, problem.x_high - at.x
         lb[self._x[self._fixed]], ub[self._x[self._fixed]] = -np.inf, np.inf
         lb[self._u], ub[self._u] = problem.u_low - at.u, problem.u_high - at.u
+        own, p = problem.parameters, self._g[: self._np]
+        lb[p], ub[p] = own.low - at.parameters, own.high - at.parameters
         if self._has_time:
             lb[-1], ub[-1] = np.array(problem.duration) - at.duration
-        if self._has_time:
             reach = _MAX_DURATION_CHANGE * at.duration
             lb[-1], ub[-1] = max(lb[-1], -reach), min(ub[-1], reach)
         return lb / self.scale, ub / self.scale
@@ -263,10 +273,11 @@ class Transcription:
         modelled = (t.xt * (after.x - before.x)).sum() + (t.ut * (after.u - before.u)).sum()
         return max(float((slope - modelled) / change) - t.tt, 0.0)
 
-    def gradient(self, terms: CostTerms) -> FloatArray:
+    def gradient(self, at: Iterate, terms: CostTerms) -> FloatArray:
         """Return the gradient of the cost by the scaled variables."""
         g = np.zeros(self.size)
         g[self._x], g[self._u] = terms.gx, terms.gu
+        g[self._g[: self._np]] = self.problem.parameters.gradient(at.parameters)
         if self._has_time:
             g[-1] = terms.gt
         return g * self.scale
@@ -274,19 +285,19 @@ class Transcription:
     def evaluate(self, at: Iterate) -> tuple[float, float] | None:
         """Return the sum of violations and the cost of an iterate; None if a state diverged."""
         problem = self.problem
-        lengths = np.full(self._N, at.duration / self._N)
-        intervals = problem.dynamics.run(at.x[:-1], at.u, lengths, False)
+        intervals = problem.run(at, derivatives=False)
         if intervals is None:
             return None
         values = [own.evaluate(at.x[own.nodes])[0] for own in problem.constraints]
         gaps = intervals.ends - at.x[1:]
-        return self._total(self.violations(at, gaps, values)), problem.costs.value(*at)
+        return self._total(self.violations(at, gaps, values)), problem.cost(at)
 
     def move(self, at: Iterate, d: FloatArray, share: float) -> Iterate:
         """Return the iterate after a share of a step d, which is in scaled variables."""
         step = share * d * self.scale
         time = at.duration + (step[-1] if self._has_time else 0.0)
-        return self.problem.clip(Iterate(at.x + step[self._x], at.u + step[self._u], time))
+        p = at.parameters + step[self._g[: self._np]]
+        return self.problem.clip(Iterate(at.x + step[self._x], at.u + step[self._u], time, p))
 
     def violation(self, at: Iterate, own: Linearisation) -> float:
         """Return the sum of all scaled violations of the constraints."""

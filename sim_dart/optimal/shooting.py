@@ -20,6 +20,7 @@ from sim_dart.estimation.estimated_robot import estimated_robot, without_limits
 from sim_dart.muscles.laws import MuscleLaws
 
 _MAX_THREADS = 8
+_NO_PARAMETERS: FloatArray = np.zeros(0)
 _MIN_SHARED = 16  # intervals; fewer are simulated in one thread
 
 
@@ -31,12 +32,14 @@ class Intervals(NamedTuple):
         A: Derivatives by the states at the starts, shape (k, nx, nx).
         B: Derivatives by the controls, shape (k, nx, nu).
         c: Derivatives by the lengths of the intervals, shape (k, nx), in [1/s].
+        D: Derivatives by the parameters, shape (k, nx, np).
     """
 
     ends: FloatArray
     A: FloatArray
     B: FloatArray
     c: FloatArray
+    D: FloatArray
 
 
 @cache
@@ -132,7 +135,12 @@ class Shooting:
         self._inputs = np.array(inputs, dtype=np.int32)
 
     def run(
-        self, x: FloatArray, u: FloatArray, h: FloatArray, derivatives: bool = True
+        self,
+        x: FloatArray,
+        u: FloatArray,
+        h: FloatArray,
+        derivatives: bool = True,
+        parameters: FloatArray = _NO_PARAMETERS,
     ) -> Intervals | None:
         """Simulate k intervals.
 
@@ -140,7 +148,8 @@ class Shooting:
             x: States at the starts, shape (k, nx).
             u: Controls, shape (k, nu).
             h: Lengths of the intervals, shape (k,), in [s].
-            derivatives: Whether to compute derivatives; otherwise A, B and c are empty.
+            derivatives: Whether to compute derivatives; otherwise A, B, c and D are empty.
+            parameters: Values of the free parameters, shape (0,), since there are none.
 
         Returns:
             The intervals; None if a state diverged.
@@ -150,7 +159,8 @@ class Shooting:
             return None
         ends, rows = found
         A, B = rows[:, :, : self.nx], rows[:, :, self.nx : -1]
-        return Intervals(ends, A, B, rows[:, :, -1] if derivatives else rows[:, :, 0:0])
+        c = rows[:, :, -1] if derivatives else rows[:, :, 0:0]
+        return Intervals(ends, A, B, c, np.empty((len(h), self.nx, len(parameters))))
 
     def start(self, q: FloatArray, commands: FloatArray) -> FloatArray:
         """Return the states of muscles at rest.

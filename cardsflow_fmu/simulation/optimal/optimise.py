@@ -140,7 +140,8 @@ def _samples(
     times = np.minimum(np.arange(count + 1) * step, at.duration)
     h = at.duration / len(at.u)
     interval = np.minimum((times / h + 1e-9).astype(int), len(at.u) - 1)
-    parts = own.shooting.run(at.x[interval], at.u[interval], times - interval * h, False)
+    starts, lengths = at.x[interval], times - interval * h
+    parts = own.shooting.run(starts, at.u[interval], lengths, False, at.parameters)
     assert parts is not None
     x, u = parts.ends, at.u[interval]
     torques = u[:, len(own.shooting.driven) :]

@@ -53,10 +53,9 @@ class MotionProblem(NamedTuple):
 
     def integration_error(self, at: Iterate) -> float:
         """Return the largest error of the ends of the intervals, in rad, m, and their rates."""
-        h = np.full(len(at.u), at.duration / len(at.u))
         steps, ends = self.shooting.steps, []
         for self.shooting.steps in (steps, 2 * steps):
-            found = self.shooting.run(at.x[:-1], at.u, h, False)
+            found = self.problem.run(at, derivatives=False)
             ends.append(np.full_like(at.x[1:], np.inf) if found is None else found.ends)
         self.shooting.steps = steps
         return float(np.nan_to_num(abs(ends[1] - ends[0]), nan=np.inf).max())

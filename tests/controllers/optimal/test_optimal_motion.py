@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +11,13 @@ from numpy.typing import NDArray
 
 from controllers.optimal import qp
 from controllers.optimal.costs import Costs
-from controllers.optimal.problem import Iterate, NodeConstraint, OptimalProblem
+from controllers.optimal.problem import (
+    NO_PARAMETERS,
+    Iterate,
+    NodeConstraint,
+    OptimalProblem,
+    Parameters,
+)
 from controllers.optimal.sqp import Optimiser, Progress, Solution
 
 Floats = NDArray[np.float64]
@@ -22,18 +29,27 @@ class Ends(NamedTuple):
     A: Floats
     B: Floats
     c: Floats
+    D: Floats
 
 
 class Mass:
-    """A mass on a line, exact for constant forces."""
+    """A mass on a line, exact for constant forces. Parameters: push, a constant force."""
 
-    def run(self, x: Floats, u: Floats, h: Floats, derivatives: bool = True) -> Ends:
-        a = u[:, 0] / MASS
+    def run(
+        self,
+        x: Floats,
+        u: Floats,
+        h: Floats,
+        derivatives: bool = True,
+        parameters: Floats = NO_PARAMETERS,
+    ) -> Ends:
+        a = (u[:, 0] + parameters.sum()) / MASS
         ends = np.stack([x[:, 0] + h * x[:, 1] + 0.5 * h * h * a, x[:, 1] + h * a], axis=1)
         A = np.tile(np.eye(2), (len(h), 1, 1))
         A[:, 0, 1] = h
         B = np.stack([0.5 * h * h / MASS, h / MASS], axis=1)[:, :, None]
-        return Ends(ends, A, B, np.stack([x[:, 1] + h * a, a], axis=1))
+        c = np.stack([x[:, 1] + h * a, a], axis=1)
+        return Ends(ends, A, B, c, np.repeat(B, len(parameters), axis=2))
 
 
 def costs(force: float = 0.0, rate: float = 0.0, speed: float = 0.0, time: float = 0.0) -> Costs:
@@ -98,6 +114,22 @@ def test_free_duration_balances_effort_and_time() -> None:
     assert found.iterate.duration == pytest.approx(expected, rel=1e-6)
 
 
+def test_free_push_shares_the_effort_with_the_forces() -> None:
+    """Least norm of the forces and of the push, weighted by its cost, that reach the end."""
+    own, T, N, w = problem(costs(force=3.0), (0.8, 0.8)), 0.8, 50, 0.01
+    h, k = T / N, np.arange(N)
+    own = replace(own, parameters=Parameters(*np.array([[-50.0], [50.0], [1.0], [w]]), ("push",)))
+    found = solve(own)
+    rows = np.stack([h * h * (N - k - 0.5), np.full(N, h)]) / MASS
+    weights = np.sqrt(np.array([*np.full(N, 3.0 * h), w]))
+    pushed = np.column_stack([rows, rows.sum(axis=1)]) / weights
+    goal = np.array([1.0, 0.0]) - rows.sum(axis=1)
+    least = np.linalg.lstsq(pushed, goal, rcond=None)[0] / weights
+    assert abs(least).max() < FORCE
+    np.testing.assert_allclose(found.iterate.u[:, 0], least[:-1], rtol=1e-6, atol=1e-6)
+    assert found.iterate.parameters[0] == pytest.approx(1.0 + least[-1], rel=1e-6)
+
+
 def test_unreachable_goal_is_infeasible_and_the_force_is_at_its_limit() -> None:
     found = solve(problem(costs(force=1.0), (0.3, 0.3)))
     assert found.status == "infeasible"
@@ -112,7 +144,7 @@ def test_node_constraint_keeps_the_mass_out_of_a_range() -> None:
         return x[:, 1:], np.tile([[[0.0, 1.0]]], (len(x), 1, 1))
 
     limit = NodeConstraint("speed", ("v",), np.arange(51), speed, np.array([-9.0]), np.array([1.2]))
-    found = solve(OptimalProblem(**{**vars(own), "constraints": (limit,)}))
+    found = solve(replace(own, constraints=(limit,)))
     assert found.status == "optimal"
     assert found.iterate.x[:, 1].max() == pytest.approx(1.2, abs=1e-6)
 
