@@ -30,7 +30,7 @@ from .common import (
 )
 from .parser import Commands
 from .results import convert_recording
-from .terminal.messages import print_coloured
+from .terminal.messages import print_coloured, print_note
 from .terminal.progress import show_progress
 
 if TYPE_CHECKING:
@@ -157,6 +157,22 @@ def add_activations(commands: Commands) -> None:
         metavar="X",
         help="standard deviation of the position noise, in rad or m; 0 interpolates the positions "
         "(default: estimated from the positions)",
+    )
+    parser.add_argument(
+        "--loads",
+        type=Path,
+        metavar="FILE",
+        help="external loads of OpenSim (.xml), such as ground reaction forces (default: none)",
+    )
+    for option, what in (("--begin", "first"), ("--end", "last")):
+        text = f"{what} time of the analysis, in s (default: the {what} row)"
+        parser.add_argument(option, type=float, metavar="X", help=text)
+    parser.add_argument(
+        "--frames",
+        type=int,
+        default=0,
+        metavar="N",
+        help="number of equidistant times (default: the times of the rows)",
     )
     parser.add_argument(
         "--passive",
@@ -347,23 +363,35 @@ def _size(options: argparse.Namespace) -> int:
 def _activations(options: argparse.Namespace) -> int:
     from addin_sdfusion.robot.files import write_files
     from addin_sdfusion.robot.formats.read import read
-    from cardsflow_fmu.results.analysis.activations import (
+    from cardsflow_fmu.results.analysis.redundancy.loads import add_external_loads
+    from cardsflow_fmu.results.analysis.redundancy.motion import read_given_motion
+    from cardsflow_fmu.results.analysis.redundancy.output import (
         activation_files,
         activation_summary,
         describe_activations,
-        read_recorded_motion,
-        static_optimisation,
     )
+    from cardsflow_fmu.results.analysis.redundancy.static import static_optimisation
 
     reading = read(options.robot, options.cable_set)
-    robot = reading.require()
     with show_progress("activations"):
-        motion = read_recorded_motion(robot, options.motion, options.noise)
-        found = static_optimisation(robot, motion, passive=options.passive)
+        given = read_given_motion(
+            reading.require(),
+            options.motion,
+            options.noise,
+            begin=options.begin,
+            end=options.end,
+            frames=options.frames,
+        )
+        if options.loads is not None:
+            given = add_external_loads(given, options.loads)
+        found = static_optimisation(given.robot, given.motion, passive=options.passive)
     contents, summary = activation_files(found), activation_summary(found)
     for name, text in contents.items():
         if not options.overwrite:
             _require_activations_file(options.output / name, text.partition("\n")[0])
+    if given.locked:
+        names = ", ".join(f"{name} = {q:g}" for name, q in given.locked.items())
+        print_note(f"the motion does not contain some coordinates, which are locked: {names}")
     print_findings(reading.findings)
     if not options.json:
         print(describe_activations(summary))

@@ -72,20 +72,35 @@ def read_recorded(
 ) -> tuple[FloatArray, Trajectory]:
     """Return the times of the rows of a file, in [s], and its motion from 0; see `read_motion`."""
     try:
-        if is_recording(file):
-            joints = spaces["joint"].names if "joint" in spaces else ()
-            columns: Columns = read_joint_states(file, joints).columns()
-        elif file.suffix.lower() == ".csv":
-            names, rows = read_csv(file, what="table of numbers", most=limits.MOTION_VALUES)
-            columns = dict(zip(names, rows.T, strict=True))
-        elif file.suffix.lower() in OPENSIM:
-            columns = joint_columns(read_opensim_table(file), lengths)
-        else:
-            columns = _numpy_columns(file, spaces)
+        columns = _file_columns(file, spaces, lengths)
         return _parse_columns(columns, spaces, noise, file.name)
     except InputError as error:
         error.what = f"{file.name}: {error.what}"
         raise
+
+
+def recorded_names(file: Path, names: Sequence[str], lengths: Sequence[str] = ()) -> list[str]:
+    """Return the names of joint coordinates whose positions a file contains; see `read_motion`.
+
+    Raises:
+        InputError: The file cannot be read.
+    """
+    spaces: Mapping[Space, Names] = {"joint": Names("coordinate", list(names))}
+    columns = _in_si(_file_columns(file, spaces, lengths))
+    return [name for name in names if name in columns or f"q.{name}" in columns]
+
+
+def _file_columns(file: Path, spaces: Mapping[Space, Names], lengths: Sequence[str]) -> Columns:
+    """Return the columns of a file by name."""
+    if is_recording(file):
+        joints = spaces["joint"].names if "joint" in spaces else ()
+        return read_joint_states(file, joints).columns()
+    if file.suffix.lower() == ".csv":
+        names, rows = read_csv(file, what="table of numbers", most=limits.MOTION_VALUES)
+        return dict(zip(names, rows.T, strict=True))
+    if file.suffix.lower() in OPENSIM:
+        return joint_columns(read_opensim_table(file), lengths)
+    return _numpy_columns(file, spaces)
 
 
 def write_motion(recording: Path, file: Path, *, overwrite: bool = False) -> Path:

@@ -13,17 +13,21 @@ from support.robots.robots import EXAMPLES, planar_2r
 
 from addin_sdfusion.robot import InputError, Robot, read_robot
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.results.analysis.activations import (
+from cardsflow_fmu.results.analysis.redundancy.motion import read_given_motion
+from cardsflow_fmu.results.analysis.redundancy.output import (
     activation_summary,
     describe_activations,
-    read_recorded_motion,
-    static_optimisation,
 )
+from cardsflow_fmu.results.analysis.redundancy.static import static_optimisation
 from cardsflow_fmu.utils.opensim_table import opensim_text, read_opensim_table
 from controllers.analysis.inverse_dynamics import Motion, motion_terms
 from sim_dart import CoreDynamics
 
 ARM = EXAMPLES / "hill_arm/robot"
+
+
+def read_recorded_motion(robot: Robot, file: Path, noise: float) -> Motion:
+    return read_given_motion(robot, file, noise).motion
 
 
 def waving_motion(robot: Robot, points: int = 21, size: float = 0.2) -> Motion:

@@ -15,21 +15,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from addin_sdfusion.robot import InputError, Muscle, Robot
 from addin_sdfusion.robot.model.muscle_laws import law_of
-from cardsflow_fmu.experiment.config.names import Names
-from cardsflow_fmu.experiment.recorded_motion import read_recorded
 from cardsflow_fmu.utils.arrays import FloatArray
-from cardsflow_fmu.utils.opensim_table import opensim_text
 from controllers.analysis.inverse_dynamics import Motion, motion_terms
 from controllers.arrays import BoolArray
 from controllers.force_distribution.methods import distribute
-from controllers.references.splines import SplineReference
 from sim_dart import MuscleDrive, control_dynamics
 
 RESERVE = 1.0
@@ -60,23 +54,6 @@ class Activations:
     reserves: FloatArray
     undriven: tuple[str, ...]
     infeasible: BoolArray
-
-
-def read_recorded_motion(robot: Robot, file: Path, noise: float | None = None) -> Motion:
-    """Read a recorded motion of a robot at the times of its rows.
-
-    Args:
-        robot: The robot.
-        file: Motion file, such as .mot and .sto of OpenSim; see `read_motion`.
-        noise: Standard deviation of the position noise (default: estimated from the positions).
-
-    Raises:
-        InputError: The file has no motion of the robot.
-    """
-    names = Names("coordinate", [c.name for c in robot.coordinates])
-    lengths = [c.name for c in robot.coordinates if c.unit == "m"]
-    times, trajectory = read_recorded(file, {"joint": names}, noise, lengths)
-    return Motion(times, *SplineReference(trajectory).evaluate(times - times[0]))
 
 
 def static_optimisation(robot: Robot, motion: Motion, *, passive: bool = False) -> Activations:
@@ -191,54 +168,3 @@ def _with_reserves(A: FloatArray, tau: FloatArray, a_min: FloatArray) -> FloatAr
     low = np.concatenate([a_min, np.zeros(2 * n)])
     high = np.concatenate([np.ones_like(a_min), np.full(2 * n, np.inf)])
     return np.asarray(distribute(rows, tau, low, high).forces[:, : len(a_min)])
-
-
-def activation_files(found: Activations) -> dict[str, str]:
-    """Return activations and forces as OpenSim tables, by file name."""
-    reserves = [f"reserve_{name}" for name in found.coordinate_names]
-    rows = np.column_stack([found.times, found.activations])
-    forces = np.column_stack([found.times, found.forces, found.reserves])
-    names = ["time", *found.muscle_names]
-    return {
-        "activations.sto": opensim_text("activations", names, rows),
-        "forces.sto": opensim_text("forces", [*names, *reserves], forces),
-    }
-
-
-def activation_summary(found: Activations) -> dict[str, Any]:
-    """Return a summary of activations as plain data."""
-    largest = found.activations.max(axis=0, initial=0.0)
-    reserves = np.abs(found.reserves).max(axis=0, initial=0.0)
-    return {
-        "points": len(found.times),
-        "begin": float(found.times[0]),
-        "end": float(found.times[-1]),
-        "infeasible": int(found.infeasible.sum()),
-        "first_infeasible": float(found.times[found.infeasible][0])
-        if found.infeasible.any()
-        else None,
-        "undriven": list(found.undriven),
-        "largest_activations": dict(zip(found.muscle_names, largest.tolist(), strict=True)),
-        "largest_reserves": dict(zip(found.coordinate_names, reserves.tolist(), strict=True)),
-    }
-
-
-def describe_activations(summary: Mapping[str, Any], count: int = 5) -> str:
-    """Return the summary as lines of text, with the most activated muscles."""
-    lines = []
-    reserves = summary["largest_reserves"]
-    if summary["infeasible"]:
-        driven = {n: t for n, t in reserves.items() if n not in summary["undriven"]}
-        name = max(driven, key=driven.__getitem__)
-        lines.append(
-            f"WARNING: the muscles are too weak at {summary['infeasible']} of {summary['points']} "
-            f"points, from t = {summary['first_infeasible']:.4g} s; torque shortfall "
-            f"{driven[name]:.3g} at {name}"
-        )
-    if summary["undriven"]:
-        names = ", ".join(f"{n} {reserves[n]:.4g}" for n in summary["undriven"])
-        lines.append(f"coordinates without muscles, with maximum reserve torque: {names}")
-    lines.append(f"{summary['points']} points from {summary['begin']:g} to {summary['end']:g} s")
-    ranked = sorted(summary["largest_activations"].items(), key=lambda item: -item[1])
-    lines += [f"  {name}  up to {a:.4g}" for name, a in ranked[:count]]
-    return "\n".join(lines)

@@ -1,0 +1,1 @@
+"""Muscle redundancy: forces and activations of muscles along a given motion."""

@@ -1,0 +1,97 @@
+"""Positions, accelerations and Jacobians of links along a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot.model.robot import TaskFrame, TaskSet
+from sim_dart.core.arrays import FloatArray
+
+from .core import CoreDynamics
+
+_CORNERS = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_ARMS, _SIDES = [1, 2, 3], [1, 2, 0]
+"""Points on the axes of a link, and the axes of the forces there that form couples."""
+
+
+@dataclass(frozen=True, eq=False)
+class LinkMotion:
+    """Motion of k links at T poses: four points of each link, its origin and one on each axis.
+
+    Attributes:
+        points: Positions in the world, shape (T, k, 4, 3), in [m].
+        accelerations: Their accelerations, shape (T, k, 4, 3), in [m/s²].
+        jacobians: Their Jacobians, shape (T, k, 4, 3, n).
+    """
+
+    points: FloatArray
+    accelerations: FloatArray
+    jacobians: FloatArray
+
+    @property
+    def origins(self) -> FloatArray:
+        """Origins of the links in the world, shape (T, k, 3), in [m]."""
+        return self.points[:, :, 0]
+
+    @property
+    def rotations(self) -> FloatArray:
+        """Rotation matrices R_world_link, shape (T, k, 3, 3)."""
+        return _axes(self.points)
+
+    def generalised_forces(self, forces: FloatArray, moments: FloatArray) -> FloatArray:
+        """Return the generalised forces of wrenches on the links, shape (T, n).
+
+        Args:
+            forces: Forces at the origins of the links, world axes, shape (T, k, 3), in [N].
+            moments: Moments, world axes, shape (T, k, 3), in [N·m].
+        """
+        R = self.rotations
+        own = np.einsum("tkij,tki->tkj", R, moments)  # in the axes of the link
+        pulls = np.zeros_like(self.points)
+        for arm, side, axis in zip(_ARMS, _SIDES, (2, 0, 1), strict=True):
+            pulls[:, :, arm] = own[:, :, axis, None] * R[:, :, :, side]
+        pulls[:, :, 0] = forces - pulls[:, :, 1:].sum(axis=2)
+        generalised: FloatArray = np.einsum("tkpin,tkpi->tn", self.jacobians, pulls)
+        return generalised
+
+
+def _axes(points: FloatArray) -> FloatArray:
+    """Return the differences of the points on the axes and the origin, as columns."""
+    return np.moveaxis(points[:, :, 1:] - points[:, :, :1], -2, -1)
+
+
+def link_motion(
+    robot: Robot, links: Sequence[str], q: FloatArray, qd: FloatArray, qdd: FloatArray
+) -> LinkMotion:
+    """Return the motion of links.
+
+    Args:
+        robot: The robot.
+        links: Names of the links.
+        q: Positions of the coordinates, shape (T, n).
+        qd: Velocities, shape (T, n).
+        qdd: Accelerations, shape (T, n).
+
+    Raises:
+        UnknownNameError: A link does not exist.
+    """
+    frames = [
+        TaskFrame(f"{robot.link(name).name} {k}", name, corner)
+        for name in links
+        for k, corner in enumerate(_CORNERS)
+    ]
+    measured = replace(robot, task_sets=(TaskSet("links", tuple(frames)),), task_set="links")
+    own = CoreDynamics(measured, may_be_singular=True)
+    shape = (len(q), len(links), 4, 3)
+    points, accelerations = np.empty((2, *shape))
+    jacobians = np.empty((*shape, own.n))
+    for k in range(len(q)):
+        J = own.task_jacobian(q[k])
+        points[k] = own.task_position(q[k]).reshape(shape[1:])
+        accelerations[k] = (J @ qdd[k] + own.task_bias(q[k], qd[k])).reshape(shape[1:])
+        jacobians[k] = J.reshape(*shape[1:], own.n)
+    return LinkMotion(points, accelerations, jacobians)
