@@ -22,7 +22,7 @@ from sim_dart.plant.settings import require_rk4_support
 from sim_dart.scene import Scene
 
 from .loops import closing_dynamics, with_dependent, with_resting_points
-from .motion.settings import MotionTable
+from .motion.settings import FREE_STARTS, MotionTable
 from .packed_files import (
     mesh_roots,
     named_files,
@@ -144,6 +144,7 @@ def experiment_settings(
         if muscle.model.custom is not None:
             require_packable(Path(muscle.model.custom.file), roots, f"muscles.{muscle.name}.model")
     law, custom_space = tables.controller.type, tables.controller.custom_space
+    motion = data.get("motion")
     start, reference = read_reference(
         with_resting_points(data, robot),
         data.get("start", {}),
@@ -153,6 +154,7 @@ def experiment_settings(
         robot,
         in_file,
         closing_dynamics(data, robot),
+        has_free_start=bool(FREE_STARTS & set(motion or {})),
     )
     context = Context(file, robot_names(robot, reference.space))
     run = tables.run
@@ -172,7 +174,6 @@ def experiment_settings(
     wiring = complete_wiring(tables.wiring, robot, disturbance, plant)
     if estimator is not None:
         wiring = _estimator_wiring(robot, estimator, hardware) | wiring
-    motion = data.get("motion")
     return {
         "file": file,
         **robots,

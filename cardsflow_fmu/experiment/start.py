@@ -37,6 +37,8 @@ def read_reference(
     robot: Robot,
     in_file: Sequence[str] = (),
     dynamics: CoreDynamics | None = None,
+    *,
+    has_free_start: bool = False,
 ) -> tuple[StartSettings, ReferenceSettings]:
     """Read the initial state and the reference.
 
@@ -49,9 +51,12 @@ def read_reference(
         robot: The robot.
         in_file: Names of all coordinates in the robot file, including locked ones.
         dynamics: Dynamics that close the loops of the start pose; None without loops.
+        has_free_start: Whether an optimal motion chooses its start.
     """
     table = ReferenceTable.read(data, context, "reference")
     if table.type is not None:
+        if has_free_start and table.type == "optimised":
+            start = _start_in_file(table, context)
         return _start_of_motion(table, start, space, context, robot, dynamics)
     curve = _read_curve(table, space, context, robot_path, in_file, robot)
     space = curve.space if isinstance(curve, Trajectory) else "operational"
@@ -102,6 +107,18 @@ def _start_of_motion(
             what = f"{file.name} begins at another pose than [start]"
             raise InputError(f"{what}; compute it again: {command}")
     return start, ReferenceSettings(space, motion)
+
+
+def _start_in_file(table: ReferenceTable, context: Context) -> dict[str, Any]:
+    """Return the first state of an optimal motion as the table [start]."""
+    file = optimised_file(table, context)
+    if not file.is_file():
+        return {}
+    assert context.names is not None
+    with context.at("reference.file"):
+        motion = read_motion(file, {"joint": context.names["coordinate"]}, None)
+    first = motion.points[0]
+    return {"q": list(first.q), "qd": list(first.qd)} if first.qd else {"q": list(first.q)}
 
 
 def optimised_file(table: ReferenceTable, context: Context) -> Path:

@@ -9,18 +9,15 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from cardsflow_fmu.experiment.config.messages import SettingError
 from cardsflow_fmu.experiment.config.names import named_setting
-from cardsflow_fmu.experiment.config.table import (
-    AS_WHOLE,
-    FromZero,
-    Listed,
-    Positive,
-    Table,
-    Vector3,
-    setting,
-)
+from cardsflow_fmu.experiment.config.table import AS_WHOLE, Listed, Table, setting
+
+from .bounds import MotionBoundSettings, ObstacleSettings
+from .costs import MotionCostSettings
+from .goals import FREE, GoalSettings, MotionStartSettings
 
 MAX_SUBSTEPS = 256
-_FREE = math.nan  # value of names that a table omits
+FREE_STARTS = {"start"}
+"""Keys of [motion] with which the optimisation chooses a part of the start."""
 
 
 def _range(value: Any) -> tuple[float, float]:
@@ -55,86 +52,6 @@ Duration = Annotated[
 ]
 
 
-class GoalSettings(Table):
-    """Goal that the motion reaches exactly; omitted coordinates are free."""
-
-    time: FromZero = setting("time, in s (default: the end)", None)
-    q: tuple[float, ...] = named_setting(
-        "coordinate", "joint positions, in rad or m", None, others=_FREE
-    )
-    y: tuple[float, ...] = named_setting(
-        "task coordinate", "task coordinates, in m or rad", None, others=_FREE
-    )
-    rest: bool = setting("joint velocities are 0 (default: only at the end)", None)
-
-    @model_validator(mode="after")
-    def _check_goal(self) -> Self:
-        if not self.model_fields_set & {"q", "y", "rest"}:
-            raise SettingError("missing; set q or y", key="q")
-        return self
-
-
-class ObstacleSettings(Table):
-    """Sphere that an end-effector point must not enter, at the nodes between intervals."""
-
-    centre: Vector3 = setting("centre, in the world frame, in m")
-    radius: Positive = setting("radius, in m")
-    points: Annotated[tuple[str, ...], Listed] = setting(
-        "names of the task frames (default: all points)", ()
-    )
-
-
-class MotionCostSettings(Table):
-    """Cost of the motion: weights of integrals over time, and of the duration."""
-
-    forces: tuple[FromZero, ...] = named_setting(
-        "actuator",
-        "weight of the squared muscle forces and motor torques (default: 1 without other costs)",
-        0.0,
-    )
-    force_rates: tuple[FromZero, ...] = named_setting(
-        "actuator", "weight of the squared rates of the forces and torques", 0.0
-    )
-    speeds: tuple[FromZero, ...] = named_setting(
-        "coordinate", "weight of the squared joint velocities", 0.0
-    )
-    commands: tuple[FromZero, ...] = named_setting(
-        "actuator",
-        'weight of the squared commands, with `muscles = "laws"` (default: 1 without other costs)',
-        0.0,
-    )
-    activations: tuple[FromZero, ...] = named_setting(
-        "muscle", 'weight of the squared activations, with `muscles = "laws"`', 0.0
-    )
-    time: FromZero = setting("weight of the duration", 0.0)
-
-
-class MotionBoundSettings(Table):
-    """Bounds of the motion, in addition to those of the robot."""
-
-    f_min: tuple[float, ...] = named_setting(
-        "actuator", "minimum forces and torques (default: of the robot)", None, others=_FREE
-    )
-    f_max: tuple[float, ...] = named_setting(
-        "actuator", "maximum forces and torques (default: of the robot)", None, others=_FREE
-    )
-    u_min: tuple[float, ...] = named_setting(
-        "muscle", "minimum commands (default: of the muscle law)", None, others=_FREE
-    )
-    u_max: tuple[float, ...] = named_setting(
-        "muscle", "maximum commands (default: of the muscle law)", None, others=_FREE
-    )
-    q_min: tuple[float, ...] = named_setting(
-        "coordinate", "minimum joint positions (default: joint limits)", None, others=_FREE
-    )
-    q_max: tuple[float, ...] = named_setting(
-        "coordinate", "maximum joint positions (default: joint limits)", None, others=_FREE
-    )
-    qd_max: tuple[FromZero, ...] = named_setting(
-        "coordinate", "maximum joint speeds, in rad/s or m/s (default: none)", None, others=_FREE
-    )
-
-
 class MotionTable(Table):
     """Optimal motion from the start to its goals, for `cardsflow optimise`."""
 
@@ -152,12 +69,13 @@ class MotionTable(Table):
         "states of the muscle laws",
         "forces",
     )
+    start: MotionStartSettings = setting("start that the optimisation chooses", {})
     start_command: tuple[float, ...] = named_setting(
         "muscle",
         'commands with which the muscles rest at the start, with `muscles = "laws"` (default: '
         "those that hold the robot)",
         None,
-        others=_FREE,
+        others=FREE,
     )
     goals: Annotated[tuple[GoalSettings, ...], Listed, Field(min_length=1)] = setting("the goals")
     obstacles: Annotated[tuple[ObstacleSettings, ...], Listed] = setting(
@@ -184,14 +102,11 @@ class MotionTable(Table):
 
     @model_validator(mode="after")
     def _check_goals(self) -> Self:
-        low, high = self.duration
         for k, goal in enumerate(self.goals):
-            if goal.time is None:
-                continue
-            if low < high:
-                what = "requires a fixed duration; omit it for a goal at the end"
-                raise SettingError(what, key=f"goals[{k}].time")
-            if goal.time > high:
-                what = f"must be within the duration, {high!r} s, not {goal.time!r} s"
-                raise SettingError(what, key=f"goals[{k}].time")
+            try:
+                goal.check_times(*self.duration)
+            except SettingError as error:
+                for each in error.errors:
+                    each.key = f"goals[{k}].{each.key}"
+                raise
         return self

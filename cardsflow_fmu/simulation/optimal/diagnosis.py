@@ -18,18 +18,19 @@ _MAX_NAMES = 3
 
 
 def require_reachable(experiment: Experiment, own: MotionProblem) -> None:
-    """Check that a pose exists for every goal with all task coordinates.
+    """Check that a pose exists for the start and for every goal with all task coordinates.
 
     Raises:
         InputError: No pose within the joint limits reaches a goal; the message names the key.
     """
     assert experiment.motion is not None
-    for k, goal in enumerate(experiment.motion.goals):
-        if goal.y and np.isfinite(goal.y).all():
+    targets = {f"goals[{k}]": goal.y for k, goal in enumerate(experiment.motion.goals)}
+    for name, y in {"start": experiment.motion.start.y, **targets}.items():
+        if y and np.isfinite(y).all():
             try:
-                inverse_kinematics(own.dynamics, np.array(goal.y), np.array(experiment.start.q))
+                inverse_kinematics(own.dynamics, np.array(y), np.array(experiment.start.q))
             except InputError as error:
-                error.file, error.key = experiment.file, f"motion.goals[{k}].y"
+                error.file, error.key = experiment.file, f"motion.{name}.y"
                 raise
 
 

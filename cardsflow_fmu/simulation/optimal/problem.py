@@ -9,29 +9,20 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.experiment.motion.settings import (
-    GoalSettings,
-    MotionTable,
-)
-from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.dynamics import actuator_names
-from controllers.optimal.problem import Iterate, NodeConstraint, OptimalProblem
+from controllers.optimal.problem import Iterate, OptimalProblem
 from sim_dart.dynamics.core import CoreDynamics
 from sim_dart.muscles.friction import has_cable_friction
 from sim_dart.optimal.shooting import Shooting
 
+from .goals import fix_goals, fix_start, state_bounds
 from .muscles import (
     actuators,
     control_bounds,
     motion_costs,
-    override,
-    require_order,
     resting_controls,
-    state_ranges,
 )
-from .tasks import TaskRows, obstacle_constraints
-
-_WHOLE = 1e-6  # deviation of a time from a node, relative to an interval
+from .tasks import obstacle_constraints
 
 
 class MotionProblem(NamedTuple):
@@ -84,8 +75,10 @@ def motion_problem(experiment: Experiment) -> MotionProblem:
     bounds = control_bounds(experiment, motion, dynamics, shooting)
     q = np.array(experiment.start.q)
     controls, states = resting_controls(motion, dynamics, shooting, q, bounds)
-    x_low, x_high = _state_bounds(experiment, motion, dynamics, shooting, states)
-    constraints = _fix_goals(experiment, motion, dynamics, x_low, x_high)
+    start = np.array([*q, *experiment.start.qd, *states])
+    x_low, x_high = state_bounds(experiment, motion, dynamics, shooting)
+    constraints = fix_start(experiment, motion, dynamics, start, x_low, x_high)
+    constraints += fix_goals(experiment, motion, dynamics, x_low, x_high)
     constraints += obstacle_constraints(experiment, motion, dynamics, shooting.nx)
     names, N = actuator_names(dynamics), motion.intervals
     problem = OptimalProblem(
@@ -104,7 +97,7 @@ def motion_problem(experiment: Experiment) -> MotionProblem:
         tuple(names[k] for k in actuators(dynamics, shooting)),
     )
     duration = float(np.sqrt(motion.duration[0] * motion.duration[1]))
-    guess = Iterate(np.tile(x_low[0], (N + 1, 1)), np.tile(controls, (N, 1)), duration)
+    guess = Iterate(np.tile(start, (N + 1, 1)), np.tile(controls, (N, 1)), duration)
     return MotionProblem(problem, guess, dynamics, shooting, notes)
 
 
@@ -122,79 +115,3 @@ def _frictionless(robot: Robot) -> tuple[Robot, tuple[str, ...]]:
         robot = replace(robot, joints=joints)
         notes.append("the motion neglects Coulomb friction of joints")
     return robot, tuple(notes)
-
-
-def _state_bounds(
-    experiment: Experiment,
-    motion: MotionTable,
-    dynamics: CoreDynamics,
-    shooting: Shooting,
-    states: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Return the bounds of the states at the nodes, with the fixed start."""
-    own, n = motion.bounds, shooting.n
-    low, high = override(dynamics.q_min, own.q_min), override(dynamics.q_max, own.q_max)
-    speed = override(np.full(n, np.inf), own.qd_max)
-    names, q, qd = dynamics.coordinate_names, experiment.start.q, experiment.start.qd
-    for k, name in enumerate(names):
-        require_order(experiment, f"q_max.{name}", low[k], high[k])
-        for letter, value, least, most in (
-            ("q", q[k], low[k], high[k]),
-            ("qd", qd[k], -speed[k], speed[k]),
-        ):
-            if not least <= value <= most:
-                what = f"must be within the bounds {least:.6g} to {most:.6g} of the motion"
-                raise InputError(
-                    f"{what}, not {value!r}", file=experiment.file, key=f"start.{letter}.{name}"
-                )
-    weakest, strongest = state_ranges(shooting, dynamics)
-    x_low = np.tile([*low, *-speed, *weakest], (motion.intervals + 1, 1))
-    x_high = np.tile([*high, *speed, *strongest], (motion.intervals + 1, 1))
-    x_low[0] = x_high[0] = [*q, *qd, *states]
-    return x_low, x_high
-
-
-def _fix_goals(
-    experiment: Experiment,
-    motion: MotionTable,
-    dynamics: CoreDynamics,
-    x_low: FloatArray,
-    x_high: FloatArray,
-) -> list[NodeConstraint]:
-    """Fix the states of the goals in the bounds; return the constraints of task coordinates."""
-    constraints, n = [], dynamics.n
-    for k, goal in enumerate(motion.goals):
-        key = f"motion.goals[{k}]"
-        node = _node(experiment, motion, goal, f"{key}.time")
-        if goal.rest is True or (goal.rest is None and node == motion.intervals):
-            x_low[node, n : 2 * n] = x_high[node, n : 2 * n] = 0.0
-        for j, value in enumerate(goal.q):
-            if np.isnan(value):
-                continue
-            if not x_low[node, j] <= value <= x_high[node, j]:
-                name = dynamics.coordinate_names[j]
-                low, high = x_low[node, j], x_high[node, j]
-                what = f"must be within the bounds {low:.6g} to {high:.6g}, not {value!r}"
-                raise InputError(what, file=experiment.file, key=f"{key}.q.{name}")
-            x_low[node, j] = x_high[node, j] = value
-        rows = np.flatnonzero(~np.isnan(goal.y)) if goal.y else np.empty(0, dtype=int)
-        if len(rows):
-            target = np.array(goal.y)[rows]
-            names = tuple(dynamics.task_names[row] for row in rows)
-            evaluate = TaskRows(dynamics, rows, x_low.shape[1])
-            constraints.append(
-                NodeConstraint(f"goals[{k}].y", names, np.array([node]), evaluate, target, target)
-            )
-    return constraints
-
-
-def _node(experiment: Experiment, motion: MotionTable, goal: GoalSettings, key: str) -> int:
-    if goal.time is None:
-        return motion.intervals
-    at = goal.time / motion.duration[1] * motion.intervals
-    node = round(at)
-    if abs(at - node) > _WHOLE or not node:
-        h = motion.duration[1] / motion.intervals
-        what = f"must be a multiple of an interval, {h:.6g} s, above 0, not {goal.time!r} s"
-        raise InputError(f"{what}; change motion.intervals", file=experiment.file, key=key)
-    return node

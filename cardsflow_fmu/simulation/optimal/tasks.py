@@ -8,7 +8,8 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.experiment.motion.settings import MotionTable, ObstacleSettings
+from cardsflow_fmu.experiment.motion.bounds import ObstacleSettings
+from cardsflow_fmu.experiment.motion.settings import MotionTable
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.arrays import IntArray
 from controllers.optimal.problem import NodeConstraint

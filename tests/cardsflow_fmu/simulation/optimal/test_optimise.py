@@ -165,6 +165,22 @@ def test_infeasible_motion_names_constraint_node_and_forces(
         ("motion.goals=[{q=[9.0,0.0]}]", "motion.goals[0].q.joint_1", "within the bounds"),
         ("motion.goals=[{time=0.7,q=[0,0]}]", "motion.goals[0].time", "within the duration"),
         ("motion.goals=[{time=0.1,q=[0,0]}]", "motion.goals[0].time", "multiple of an interval"),
+        ("motion.goals=[{fraction=0.33,q=[0,0]}]", "motion.goals[0].fraction", "multiple of an"),
+        ("motion.goals=[{fraction=1.5,q=[0,0]}]", "motion.goals[0].fraction", "from 0 to 1"),
+        (
+            "motion.goals=[{fraction=0.5,time=0.3,q=[0,0]}]",
+            "motion.goals[0].fraction",
+            "excludes time",
+        ),
+        ("motion.goals=[{hold=0.01,q=[0,0]}]", "motion.goals[0].hold", "multiple of an interval"),
+        (
+            "motion.goals=[{time=0.3,hold=0.6,q=[0,0]}]",
+            "motion.goals[0].hold",
+            "must end within the duration",
+        ),
+        ("motion.start.free=['joint_9']", "motion.start.free", "did you mean"),
+        ("motion.start.y={hand=1.0}", "motion.start.y.hand", "no task coordinate"),
+        ("motion.start.y=[1.0,2.9]", "motion.start.y", "no configuration reaches"),
         ("motion.goals=[{where=1}]", "motion.goals[0].where", "no key 'where'"),
         (
             "motion.obstacles=[{centre=[0,0,0],radius=0.1,points=['hand']}]",

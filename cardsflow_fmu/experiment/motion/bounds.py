@@ -1,0 +1,53 @@
+"""Settings of [motion.bounds] and of the obstacles of a motion."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from cardsflow_fmu.experiment.config.names import named_setting
+from cardsflow_fmu.experiment.config.table import (
+    FromZero,
+    Listed,
+    Positive,
+    Table,
+    Vector3,
+    setting,
+)
+
+from .goals import FREE
+
+
+class MotionBoundSettings(Table):
+    """Bounds of the motion, in addition to those of the robot."""
+
+    f_min: tuple[float, ...] = named_setting(
+        "actuator", "minimum forces and torques (default: of the robot)", None, others=FREE
+    )
+    f_max: tuple[float, ...] = named_setting(
+        "actuator", "maximum forces and torques (default: of the robot)", None, others=FREE
+    )
+    u_min: tuple[float, ...] = named_setting(
+        "muscle", "minimum commands (default: of the muscle law)", None, others=FREE
+    )
+    u_max: tuple[float, ...] = named_setting(
+        "muscle", "maximum commands (default: of the muscle law)", None, others=FREE
+    )
+    q_min: tuple[float, ...] = named_setting(
+        "coordinate", "minimum joint positions (default: joint limits)", None, others=FREE
+    )
+    q_max: tuple[float, ...] = named_setting(
+        "coordinate", "maximum joint positions (default: joint limits)", None, others=FREE
+    )
+    qd_max: tuple[FromZero, ...] = named_setting(
+        "coordinate", "maximum joint speeds, in rad/s or m/s (default: none)", None, others=FREE
+    )
+
+
+class ObstacleSettings(Table):
+    """Sphere that an end-effector point must not enter, at the nodes between intervals."""
+
+    centre: Vector3 = setting("centre, in the world frame, in m")
+    radius: Positive = setting("radius, in m")
+    points: Annotated[tuple[str, ...], Listed] = setting(
+        "names of the task frames (default: all points)", ()
+    )

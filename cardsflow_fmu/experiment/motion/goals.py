@@ -1,0 +1,75 @@
+"""Settings of the goals of a motion, and of its start."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Self
+
+from pydantic import model_validator
+
+from cardsflow_fmu.experiment.config.messages import SettingError
+from cardsflow_fmu.experiment.config.names import named_setting
+from cardsflow_fmu.experiment.config.table import (
+    Fraction,
+    FromZero,
+    Listed,
+    Positive,
+    Table,
+    Text,
+    setting,
+)
+
+FREE = math.nan
+"""Value of names that a table omits."""
+
+
+class MotionStartSettings(Table):
+    """Start that the optimisation chooses; the rest of the start is that of [start]."""
+
+    free: Annotated[tuple[Text, ...], Listed] = setting(
+        'coordinates with a free position, or ["*"] for all (default: none; all with y)', ()
+    )
+    free_speeds: Annotated[tuple[Text, ...], Listed] = setting(
+        'coordinates with a free velocity, or ["*"] for all (default: none)', ()
+    )
+    y: tuple[float, ...] = named_setting(
+        "task coordinate", "task coordinates at the start, in m or rad", None, others=FREE
+    )
+
+
+class GoalSettings(Table):
+    """Goal that the motion reaches exactly; omitted coordinates are free."""
+
+    time: FromZero = setting("time, in s (default: the end)", None)
+    fraction: Fraction = setting("time as a fraction of the duration, which may be free", None)
+    hold: Positive = setting("time for which the robot rests at the goal, in s", None)
+    q: tuple[float, ...] = named_setting(
+        "coordinate", "joint positions, in rad or m", None, others=FREE
+    )
+    y: tuple[float, ...] = named_setting(
+        "task coordinate", "task coordinates, in m or rad", None, others=FREE
+    )
+    rest: bool = setting("joint velocities are 0 (default: only at the end)", None)
+
+    @model_validator(mode="after")
+    def _check_goal(self) -> Self:
+        if not self.model_fields_set & {"q", "y", "rest"}:
+            raise SettingError("missing; set q or y", key="q")
+        if self.time is not None and self.fraction is not None:
+            raise SettingError("excludes time; remove one of them", key="fraction")
+        if self.hold is not None and self.rest is False:
+            raise SettingError("excludes rest = false; the robot rests while it holds", key="hold")
+        return self
+
+    def check_times(self, low: float, high: float) -> None:
+        """Check times against the smallest and the largest duration, in [s]."""
+        for key, time in (("time", self.time), ("hold", self.hold)):
+            if time is None:
+                continue
+            if low < high:
+                hint = "use fraction, or omit it for a goal at the end" if key == "time" else ""
+                what = f"requires a fixed duration{'; ' * bool(hint)}{hint}"
+                raise SettingError(what, key=key)
+            if time > high:
+                what = f"must be within the duration, {high!r} s, not {time!r} s"
+                raise SettingError(what, key=key)

@@ -1,0 +1,162 @@
+"""Start and goals of an optimal motion: bounds of states, and constraints of task coordinates."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+from cardsflow_fmu.experiment.config.key_path import EVERY_OTHER
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.motion.goals import GoalSettings
+from cardsflow_fmu.experiment.motion.settings import MotionTable
+from cardsflow_fmu.utils.arrays import FloatArray
+from controllers.arrays import BoolArray
+from controllers.optimal.problem import NodeConstraint
+from sim_dart.dynamics.core import CoreDynamics
+from sim_dart.optimal.shooting import Shooting
+
+from .muscles import override, require_order, state_ranges
+from .tasks import TaskRows
+
+_WHOLE = 1e-6  # deviation of a time from a node, relative to an interval
+
+
+def state_bounds(
+    experiment: Experiment, motion: MotionTable, dynamics: CoreDynamics, shooting: Shooting
+) -> tuple[FloatArray, FloatArray]:
+    """Return the bounds of the states at the nodes, shape (N + 1, nx)."""
+    own = motion.bounds
+    low, high = override(dynamics.q_min, own.q_min), override(dynamics.q_max, own.q_max)
+    for k, name in enumerate(dynamics.coordinate_names):
+        require_order(experiment, f"q_max.{name}", low[k], high[k])
+    speed = override(np.full(shooting.n, np.inf), own.qd_max)
+    weakest, strongest = state_ranges(shooting, dynamics)
+    x_low = np.tile([*low, *-speed, *weakest], (motion.intervals + 1, 1))
+    x_high = np.tile([*high, *speed, *strongest], (motion.intervals + 1, 1))
+    return x_low, x_high
+
+
+def free_start(
+    experiment: Experiment, motion: MotionTable, dynamics: CoreDynamics, nx: int
+) -> BoolArray:
+    """Return the flags of the states whose start is free, shape (nx,).
+
+    The states of muscles are free if a position is free, since they depend on the pose.
+
+    Raises:
+        UnknownNameError: A coordinate does not exist; the message names the key.
+    """
+    names, own = dynamics.coordinate_names, motion.start
+    flags = np.zeros(nx, dtype=bool)
+    for row, key in enumerate(("free", "free_speeds")):
+        for name in getattr(own, key):
+            if name not in (*names, EVERY_OTHER):
+                where = f"motion.start.{key}"
+                raise UnknownNameError("coordinate", name, names, file=experiment.file, key=where)
+            chosen = [name in (other, EVERY_OTHER) for other in names]
+            flags[row * dynamics.n : (row + 1) * dynamics.n] |= chosen
+    if own.y and not own.free:
+        flags[: dynamics.n] = True
+    flags[2 * dynamics.n :] = flags[: dynamics.n].any()
+    return flags
+
+
+def fix_start(
+    experiment: Experiment,
+    motion: MotionTable,
+    dynamics: CoreDynamics,
+    start: FloatArray,
+    x_low: FloatArray,
+    x_high: FloatArray,
+) -> list[NodeConstraint]:
+    """Fix the states of the start in the bounds; return the constraint of task coordinates.
+
+    Args:
+        experiment: The experiment.
+        motion: Its [motion].
+        dynamics: The robot.
+        start: States of [start], shape (nx,).
+        x_low: Lower bounds, shape (N + 1, nx), which are changed.
+        x_high: Upper bounds.
+
+    Raises:
+        InputError: The start violates a bound, or a coordinate does not exist.
+    """
+    names, fixed = dynamics.coordinate_names, ~free_start(experiment, motion, dynamics, len(start))
+    keys = [f"start.{letter}.{name}" for letter in ("q", "qd") for name in names]
+    for k, key in enumerate(keys):
+        least, most, value = x_low[0, k], x_high[0, k], start[k]
+        if fixed[k] and not least <= value <= most:
+            what = f"must be within the bounds {least:.6g} to {most:.6g} of the motion"
+            raise InputError(f"{what}, not {float(value)!r}", file=experiment.file, key=key)
+    x_low[0, fixed] = x_high[0, fixed] = start[fixed]
+    own = motion.start.y
+    return [_task_goal("start.y", own, 0, dynamics, len(start))] if own else []
+
+
+def fix_goals(
+    experiment: Experiment,
+    motion: MotionTable,
+    dynamics: CoreDynamics,
+    x_low: FloatArray,
+    x_high: FloatArray,
+) -> list[NodeConstraint]:
+    """Fix the states of the goals in the bounds; return the constraints of task coordinates."""
+    constraints, n = [], dynamics.n
+    for k, goal in enumerate(motion.goals):
+        key = f"motion.goals[{k}]"
+        node, last = _nodes(experiment, motion, goal, key)
+        if goal.rest or goal.hold or (goal.rest is None and node == motion.intervals):
+            x_low[node : last + 1, n : 2 * n] = x_high[node : last + 1, n : 2 * n] = 0.0
+        for j, value in enumerate(goal.q):
+            if np.isnan(value):
+                continue
+            if not x_low[node, j] <= value <= x_high[node, j]:
+                name = dynamics.coordinate_names[j]
+                low, high = x_low[node, j], x_high[node, j]
+                what = f"must be within the bounds {low:.6g} to {high:.6g}, not {value!r}"
+                raise InputError(what, file=experiment.file, key=f"{key}.q.{name}")
+            x_low[node, j] = x_high[node, j] = value
+        if np.isfinite(goal.y).any():
+            constraints.append(_task_goal(f"goals[{k}].y", goal.y, node, dynamics, x_low.shape[1]))
+    return constraints
+
+
+def _task_goal(
+    key: str, y: tuple[float, ...], node: int, dynamics: CoreDynamics, nx: int
+) -> NodeConstraint:
+    """Return the constraint that some task coordinates have given values at a node."""
+    rows = np.flatnonzero(~np.isnan(y))
+    target, names = np.array(y)[rows], tuple(dynamics.task_names[row] for row in rows)
+    evaluate = TaskRows(dynamics, rows, nx)
+    return NodeConstraint(key, names, np.array([node]), evaluate, target, target)
+
+
+def _nodes(
+    experiment: Experiment, motion: MotionTable, goal: GoalSettings, key: str
+) -> tuple[int, int]:
+    """Return the node of a goal, and the last node at which it is held."""
+    N, held = motion.intervals, 0
+    h = motion.duration[1] / N
+    if goal.hold is not None:
+        held = _whole(experiment, goal.hold / h, f"{goal.hold!r} s", h, f"{key}.hold")
+    if goal.fraction is not None:
+        node = _whole(experiment, goal.fraction * N, f"{goal.fraction!r}", 1 / N, f"{key}.fraction")
+    elif goal.time is not None:
+        node = _whole(experiment, goal.time / h, f"{goal.time!r} s", h, f"{key}.time")
+    else:
+        node = N - held
+    if node + held > N:
+        what = f"must end within the duration, {motion.duration[1]!r} s"
+        raise InputError(what, file=experiment.file, key=f"{key}.hold")
+    return node, node + held
+
+
+def _whole(experiment: Experiment, at: float, value: str, unit: float, key: str) -> int:
+    """Return a number of intervals, which must be whole."""
+    node = round(at)
+    if abs(at - node) > _WHOLE or not node:
+        interval = f"{unit:.6g}{' s' * value.endswith('s')}"
+        what = f"must be a multiple of an interval, {interval}, above 0, not {value}"
+        raise InputError(f"{what}; change motion.intervals", file=experiment.file, key=key)
+    return node

@@ -1,0 +1,58 @@
+"""Start, via times and holds of motions of a mass on a line, against least-norm solutions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.robots.slider import responses, slide
+
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.simulation.optimal.files import write_motion_files
+
+
+def test_mass_passes_a_via_point_with_the_least_effort(tmp_path: Path) -> None:
+    via = [{"fraction": 0.35, "q": 0.8}, {"q": 1.0}]
+    motion, rows = slide(tmp_path, {"motion.goals": via}), responses(20, 0.8, [7, 20])[[0, 1, 3]]
+    forces = np.linalg.lstsq(rows[:, :-1], np.array([0.8, 1.0, 0.0]), rcond=None)[0]
+    np.testing.assert_allclose(motion.solution.iterate.u[:, 0], forces, atol=1e-3)
+    timed = [{"time": 0.28, "q": 0.8}, {"q": 1.0}]
+    assert slide(tmp_path, {"motion.goals": timed}).solution.cost == motion.solution.cost
+
+
+def test_via_point_at_a_fraction_of_a_free_duration(tmp_path: Path) -> None:
+    """The effort of the least-norm forces falls with T^3, so that the cost has one minimum."""
+    via = [{"fraction": 0.5, "q": 0.9}, {"q": 1.0}]
+    settings = {"motion.goals": via, "motion.duration": [0.2, 4.0], "motion.cost.time": 100.0}
+    motion = slide(tmp_path, {**settings, "motion.cost.forces": 1.0})
+    rows = responses(20, 1.0, [10, 20])[[0, 1, 3], :-1]
+    forces = np.linalg.lstsq(rows, np.array([0.9, 1.0, 0.0]), rcond=None)[0]
+    effort = forces @ forces / 20  # of a motion of 1 s; that of T s is effort / T^3
+    assert motion.duration == pytest.approx((3.0 * effort / 100.0) ** 0.25, rel=1e-4)
+
+
+def test_mass_rests_while_it_holds(tmp_path: Path) -> None:
+    held = [{"time": 0.32, "hold": 0.16, "q": 0.5}, {"hold": 0.08, "q": 1.0}]
+    x = slide(tmp_path, {"motion.goals": held}).solution.iterate.x
+    np.testing.assert_allclose(x[8:13], np.tile([0.5, 0.0], (5, 1)), atol=1e-7)
+    np.testing.assert_allclose(x[18:], np.tile([1.0, 0.0], (3, 1)), atol=1e-7)
+
+
+def test_free_start_is_the_cheapest(tmp_path: Path) -> None:
+    """A free velocity needs no force after the start; a free position starts at the goal."""
+    goals = [{"time": 0.4, "q": 0.5}, {"q": 1.0, "rest": False}]
+    motion = slide(tmp_path, {"motion.goals": goals, "motion.start.free_speeds": ["x"]})
+    assert motion.solution.iterate.x[0] == pytest.approx([0.0, 1.25], abs=1e-6)
+    assert motion.solution.cost == pytest.approx(0.0, abs=1e-6)
+    still = slide(tmp_path, {"motion.start.free": ["*"]})
+    assert still.solution.iterate.x[0] == pytest.approx([1.0, 0.0], abs=1e-6)
+
+
+def test_run_starts_where_the_motion_starts(tmp_path: Path) -> None:
+    own = {"motion.start.free": ["x"], "motion.start.free_speeds": ["x"]}
+    motion = slide(tmp_path, {**own, "motion.goals": [{"q": 1.0, "rest": False}]})
+    write_motion_files(motion, tmp_path / "motion.csv")
+    settings = {**own, "reference.type": "optimised"}
+    start = Experiment.load(tmp_path / "experiment.toml", settings).start
+    assert (*start.q, *start.qd) == pytest.approx(motion.solution.iterate.x[0], abs=1e-9)
