@@ -1,5 +1,6 @@
 """Simulation of robots: plant, dynamics for controllers, and the C core that both use."""
 
+from .batch.batch import Batch
 from .core.blob import compile_blob
 from .core.close_loops import close_loops
 from .dynamics.core import CoreDynamics
@@ -12,6 +13,7 @@ from .plant.plant import Plant
 from .scene import Scene
 
 __all__ = [
+    "Batch",
     "CoreDynamics",
     "DartDynamics",
     "IndependentDynamics",

@@ -24,6 +24,7 @@ FREESTANDING = "sim_dart/csrc/freestanding"
 """Replacement for the C library on machines without one."""
 TANGENT = "sim_dart/csrc/tangent"
 """Derivatives for FMUs and estimators, but not for microcontrollers."""
+_BATCH = "sim_dart/csrc/batch"
 GENERATED = "sim_dart/generated"
 """Headers that hatch_build.py generates from the tables of muscle laws."""
 CONTROL_GENERATED = "controllers/generated"
@@ -90,16 +91,18 @@ _INSIDE = ("-DCARDSFLOW_INSIDE",)
 _NATIVE = f"{RUNTIME}/native/backend_native.c"
 _PYTHON, _LOOP = f"{RUNTIME}/python", f"{RUNTIME}/loop"
 _BROWSER_LOOP = f"{_LOOP}/native_loop.c"
-FMI = Library(_ALL, f"{_LIB}/cardsflow_fmi", (FREESTANDING, _NATIVE, _BROWSER_LOOP), _INSIDE)
+FMI = Library(
+    _ALL, f"{_LIB}/cardsflow_fmi", (FREESTANDING, _BATCH, _NATIVE, _BROWSER_LOOP), _INSIDE
+)
 """Library of FMUs whose model may be in Python."""
-NATIVE = Library(_ALL, f"{_LIB}/cardsflow_native", (FREESTANDING, _PYTHON, _LOOP), _INSIDE)
+NATIVE = Library(_ALL, f"{_LIB}/cardsflow_native", (FREESTANDING, _BATCH, _PYTHON, _LOOP), _INSIDE)
 """Library of native FMUs, without a Python host."""
 LIBRARIES = (CORE, CONTROL, RUN, FMI, NATIVE)
 _MODELS = tuple(f"{RUNTIME}/{name}" for name in ("native", "loop", "model", "platform"))
 BROWSER = Library(
     (*_MODELS, _MASTER, *CORE.folders, *CONTROL.folders),
     f"{PREBUILT}/wasm32",
-    (FREESTANDING, _NATIVE, f"{_MASTER}/fmu_step.c"),
+    (FREESTANDING, _BATCH, _NATIVE, f"{_MASTER}/fmu_step.c"),
     _INSIDE,
 )
 """WebAssembly module that simulates in a browser."""

@@ -191,18 +191,20 @@ class Core:
 
     Attributes:
         handle: First argument of every call.
+        blob: The blob, as numbers of 8 bytes.
+        memory: The working memory, as numbers of 8 bytes.
     """
 
     def __init__(self, blob: bytes) -> None:
         core = library()
-        self._blob = np.frombuffer(_pad(blob), dtype=np.float64).copy()
-        address = self._blob.ctypes.data
+        self.blob = np.frombuffer(_pad(blob), dtype=np.float64).copy()
+        address = self.blob.ctypes.data
         message = ctypes.create_string_buffer(256)
         size = core.core_size(address, len(blob), message, len(message))
         if not size:
             raise InputError(f"the C core rejects the robot: {message.value.decode()}")
-        self._memory = np.empty((size + 7) // 8)
-        self.handle = ctypes.c_void_p(core.core_open(address, len(blob), self._memory.ctypes.data))
+        self.memory = np.empty((size + 7) // 8)
+        self.handle = ctypes.c_void_p(core.core_open(address, len(blob), self.memory.ctypes.data))
 
     def __getattr__(self, name: str) -> Any:
         function = getattr(library(), f"core_{name.removeprefix('update_')}")
@@ -236,5 +238,5 @@ class Core:
             return np.empty(shape)
         # a slice of the memory object keeps this alive as long as any view exists
         address = ctypes.cast(pointer, ctypes.c_void_p).value or 0
-        first = (address - self._memory.ctypes.data) // self._memory.itemsize
-        return self._memory[first : first + length.value].reshape(shape)
+        first = (address - self.memory.ctypes.data) // self.memory.itemsize
+        return self.memory[first : first + length.value].reshape(shape)

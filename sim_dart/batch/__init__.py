@@ -1,0 +1,1 @@
+"""Many instances of a robot that the C core steps together."""
