@@ -129,9 +129,24 @@ def size(
     Raises:
         InputError: The margin is invalid, or the robot cannot reach the reference.
     """
-    motion = _with_external_forces(experiment, reference_motion(experiment))
-    robot, motion = lock_passive_coordinates(experiment, experiment.plant_robot, motion)
+    robot, motion = required_motion(experiment)
     return size_robot(robot, motion, margin=margin, method=method)
+
+
+def required_motion(experiment: Experiment, points: int | None = None) -> tuple[Robot, Motion]:
+    """Return the simulated robot and its reference motion with external forces.
+
+    Passive coordinates are locked at the first point of the motion.
+
+    Args:
+        experiment: The experiment.
+        points: See `reference_motion`.
+
+    Raises:
+        InputError: A point is out of the robot's reach, or there are too few points.
+    """
+    motion = _with_external_forces(experiment, reference_motion(experiment, points))
+    return lock_passive_coordinates(experiment, experiment.plant_robot, motion)
 
 
 def lock_passive_coordinates(
@@ -182,10 +197,7 @@ def size_robot(
         InputError: The robot has no muscles, the motion has another number of coordinates, or the
             margin is invalid.
     """
-    if not robot.muscles and not robot.motors:
-        raise InputError(f"the robot {robot.name!r} has no muscles to size, and no motors")
-    robot, motion = _passive_muscles_as_load(robot, motion)
-    terms = motion_terms(control_dynamics(robot), motion)
+    robot, terms = actuator_terms(robot, motion)
     sizes = size_muscles(terms, margin=margin, method=method)
     critical = sizes.critical
     return {
@@ -205,6 +217,22 @@ def size_robot(
         "coordinates": _coordinate_rows(sizes),
         "units": {"force": "N", "torque": "N.m", "time": "s", "power": "W", "gain": "N/mm"},
     }
+
+
+def actuator_terms(robot: Robot, motion: Motion) -> tuple[Robot, MotionTerms]:
+    """Return the robot without passive muscles, and the torques that its actuators must produce.
+
+    Args:
+        robot: The robot.
+        motion: The motion.
+
+    Raises:
+        InputError: The robot has no muscles and no motors, or the motion does not match it.
+    """
+    if not robot.muscles and not robot.motors:
+        raise InputError(f"the robot {robot.name!r} has no muscles to size, and no motors")
+    robot, motion = _passive_muscles_as_load(robot, motion)
+    return robot, motion_terms(control_dynamics(robot), motion)
 
 
 def _passive_muscles_as_load(robot: Robot, motion: Motion) -> tuple[Robot, Motion]:

@@ -58,12 +58,34 @@ def plot(
     Raises:
         InputError: The result has no such data, or the file cannot be written.
     """
+    target = figure_file(file, overwrite=overwrite)
+    return write_figure(target, figure_of(result, panels, columns))
+
+
+def figure_file(file: str | Path, *, overwrite: bool = False) -> Path:
+    """Check that a figure may be written: call it before the work starts.
+
+    Args:
+        file: A .png, .svg or .pdf file.
+        overwrite: Whether to replace a file that CARDSFlow did not write.
+
+    Raises:
+        InputError: The suffix is not allowed, or the file exists and CARDSFlow did not write it.
+    """
     file = Path(file)
     form = file.suffix.lower().removeprefix(".")
     if form not in FORMATS:
         raise UnknownNameError("kind of figure", form, FORMATS, file=file)
-    target = output_file(file, [f".{form}"], overwrite=overwrite)
-    return write_output(target, image(figure_of(result, panels, columns), form))
+    return output_file(file, [f".{form}"], overwrite=overwrite)
+
+
+def write_figure(file: Path, figure: Figure) -> Path:
+    """Write a figure to a file from `figure_file`.
+
+    Raises:
+        InputError: The file cannot be written.
+    """
+    return write_output(file, image(figure, file.suffix.lower().removeprefix(".")))
 
 
 def figure_of(result: RunData, panels: Sequence[str] = (), columns: Sequence[str] = ()) -> Figure:

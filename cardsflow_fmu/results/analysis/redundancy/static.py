@@ -96,6 +96,26 @@ def static_optimisation(robot: Robot, motion: Motion, *, passive: bool = False) 
     )
 
 
+def force_range(robot: Robot, motion: Motion) -> tuple[FloatArray, FloatArray]:
+    """Return the tensions of the muscles along a motion at activations of 0 and 1.
+
+    Tendons are rigid.
+
+    Args:
+        robot: The robot; ideal cables are muscles with f_max.
+        motion: The motion.
+
+    Returns:
+        Smallest and largest tensions, shape (T, m) each, in [N].
+
+    Raises:
+        InputError: A muscle has no activation, or no f_max.
+    """
+    rigid = _replace_parameters(robot, _RIGID)
+    passive = _passive_force(rigid, motion, passive=True)
+    return passive, passive + _active_force(rigid, motion)
+
+
 def _min_activation(muscle: Muscle) -> float:
     """Return the minimum activation; it is 0.01 for muscles of OpenSim."""
     law = law_of(muscle.model)
