@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from controllers.arrays import FloatArray
 
+from .node_costs import NodeCost
+
 
 class CostTerms(NamedTuple):
     """Gradient and Gauss-Newton Hessian of a cost, for states x, controls u and duration T.
 
-    The Hessian of the states and of the controls is diagonal; the controls of adjacent intervals
-    and the duration are coupled to it.
+    The Hessian of the controls is diagonal, and so is that of the states without costs of nodes.
+    Those of adjacent nodes or intervals and the duration are coupled to it.
 
     Attributes:
         gx, gu, gt: Gradients, shapes (N + 1, nx), (N, nu), ().
         xx, uu, tt: Diagonals of the Hessian, of the same shapes.
         uv: Coupling of the controls of an interval and of the next one, shape (N - 1, nu).
+        xv: Coupling of the states of a node and of the next one, shape (N, nx).
+        dense: Hessian of the states of each node without its diagonal, which is part of xx, shape
+            (N + 1, nx, nx).
         xt, ut: Coupling with the duration, shapes (N + 1, nx), (N, nu).
     """
 
@@ -30,13 +36,18 @@ class CostTerms(NamedTuple):
     uu: FloatArray
     tt: float
     uv: FloatArray
+    xv: FloatArray
+    dense: FloatArray
     xt: FloatArray
     ut: FloatArray
 
 
 @dataclass(frozen=True)
 class Costs:
-    """Cost int(w_u (u - u0)^2 + w_x (x - x0)^2) dt + sum(w_v (u_k+1 - u_k)^2) / h + w_T T.
+    """Cost int(w_u (u - u0)^2 + w_x (x - x0)^2) dt + costs of rates, of T, and of nodes.
+
+    The costs of rates are sum(w_v (u_k+1 - u_k)^2) / h + sum(w_a (x_k+1 - x_k)^2) / h, and that of
+    the duration is w_T T.
 
     Attributes:
         controls: w_u, shape (nu,).
@@ -45,6 +56,8 @@ class Costs:
         time: w_T.
         control_target: u0, shape (nu,).
         state_target: x0, shape (nx,) or (N + 1, nx).
+        state_rates: w_a, shape (nx,), or () for none.
+        nodes: Costs of states at nodes.
     """
 
     controls: FloatArray
@@ -53,6 +66,8 @@ class Costs:
     time: float
     control_target: FloatArray
     state_target: FloatArray
+    state_rates: FloatArray = field(default_factory=lambda: np.array(0.0))
+    nodes: Sequence[NodeCost] = ()
 
     def value(self, x: FloatArray, u: FloatArray, T: float) -> float:
         """Return the cost of states x, shape (N + 1, nx), and controls u, shape (N, nu)."""
@@ -60,32 +75,67 @@ class Costs:
         states = _trapezoid(len(u)) @ (x - self.state_target) ** 2 @ self.states
         controls = ((u - self.control_target) ** 2 @ self.controls).sum()
         rates = (np.diff(u, axis=0) ** 2 @ self.rates).sum()
-        return float(h * (states + controls) + rates / h + self.time * T)
+        rates += (np.diff(x, axis=0) ** 2 * self.state_rates).sum()
+        own = sum(self._shares(each, T, len(u)) @ each.value(x[each.nodes]) for each in self.nodes)
+        return float(h * (states + controls) + rates / h + self.time * T + own)
+
+    def _shares(self, own: NodeCost, T: float, count: int) -> FloatArray:
+        """Return the factors of the cost at the nodes of a cost, shape (k,)."""
+        if own.is_integral:
+            return np.asarray(_trapezoid(count)[own.nodes] * (T / count))
+        return np.ones(len(own.nodes))
 
     def terms(self, x: FloatArray, u: FloatArray, T: float) -> CostTerms:
         """Return gradient and Hessian at states x, controls u and duration T."""
         count = len(u)
         h = T / count
         share = _trapezoid(count)[:, None]
-        e, v, step = x - self.state_target, u - self.control_target, np.diff(u, axis=0)
+        e, v = x - self.state_target, u - self.control_target
         gx, gu = 2.0 * h * share * self.states * e, 2.0 * h * self.controls * v
+        # residuals sqrt(h w) e and sqrt(w / h) step, whose derivatives by T are -1/2 to 1/2 / T
+        xt, ut = gx / (2.0 * T), gu / (2.0 * T)
         xx = 2.0 * h * share * np.broadcast_to(self.states, x.shape)
         uu = 2.0 * h * np.broadcast_to(self.controls, u.shape).copy()
-        rate = 2.0 * self.rates / h
-        gu[1:] += rate * step
-        gu[:-1] -= rate * step
-        uu[1:] += rate
-        uu[:-1] += rate
+        uv, of_controls = _add_rates(2.0 * self.rates / h, u, T, (gu, uu, ut))
+        xv, of_states = _add_rates(2.0 * self.state_rates / h, x, T, (gx, xx, xt))
         integral = ((share * e**2) @ self.states).sum() + (v**2 @ self.controls).sum()
-        rates = (step**2 @ self.rates).sum()
-        gt = integral / count - rates * count / T**2 + self.time
-        # residuals sqrt(h w) e and sqrt(w / h) step, whose derivatives by T are -1/2 to 1/2 / T
-        xt, ut = gx / (2.0 * T), 2.0 * h * self.controls * v / (2.0 * T)
-        ut[1:] -= rate * step / (2.0 * T)
-        ut[:-1] += rate * step / (2.0 * T)
-        tt = (integral / count + rates * count / T**2) / (2.0 * T)
-        uv = np.broadcast_to(-rate, step.shape)
-        return CostTerms(gx, gu, float(gt), xx, uu, float(tt), uv, xt, ut)
+        rates = (of_controls + of_states) / T
+        gt = integral / count - rates + self.time
+        tt = (integral / count + rates) / (2.0 * T)
+        dense = np.zeros((count + 1, x.shape[1], x.shape[1]))
+        for own in self.nodes:
+            at, factors = x[own.nodes], self._shares(own, T, count)
+            gx[own.nodes] += factors[:, None] * own.gradient(at)
+            dense[own.nodes] += factors[:, None, None] * own.hessian(at)
+            gt += factors @ own.value(at) / T if own.is_integral else 0.0
+        k = np.arange(x.shape[1])
+        xx = xx + dense[:, k, k]
+        dense[:, k, k] = 0.0
+        return CostTerms(gx, gu, float(gt), xx, uu, float(tt), uv, xv, dense, xt, ut)
+
+
+def _add_rates(
+    rate: FloatArray,
+    values: FloatArray,
+    T: float,
+    terms: tuple[FloatArray, FloatArray, FloatArray],
+) -> tuple[FloatArray, float]:
+    """Add the cost of rates to terms; return the coupling of adjacent rows, and the cost.
+
+    Args:
+        rate: Twice the weights divided by the length of an interval, shape (r,) or ().
+        values: States or controls, shape (k, r).
+        T: Duration.
+        terms: Gradient, Hessian, and coupling with the duration, shape (k, r).
+    """
+    step, (g, own, t) = np.diff(values, axis=0), terms
+    g[1:] += rate * step
+    g[:-1] -= rate * step
+    own[1:] += rate
+    own[:-1] += rate
+    t[1:] -= rate * step / (2.0 * T)
+    t[:-1] += rate * step / (2.0 * T)
+    return np.broadcast_to(-rate, step.shape), float(0.5 * (rate * step**2).sum())
 
 
 def _trapezoid(count: int) -> FloatArray:

@@ -11,6 +11,7 @@ import numpy as np
 from controllers.arrays import FloatArray, IntArray
 
 from .costs import Costs
+from .linear import LinearConstraint
 
 NO_PARAMETERS: FloatArray = np.zeros(0)
 
@@ -144,6 +145,7 @@ class OptimalProblem:
         constraints: Constraints at nodes.
         state_names, control_names: Names for messages.
         parameters: Free parameters of the dynamics.
+        linear: Linear constraints between nodes.
     """
 
     dynamics: IntervalDynamics
@@ -157,6 +159,7 @@ class OptimalProblem:
     state_names: tuple[str, ...] = ()
     control_names: tuple[str, ...] = ()
     parameters: Parameters = field(default_factory=_no_parameters)
+    linear: Sequence[LinearConstraint] = ()
 
     @property
     def intervals(self) -> int:

@@ -240,7 +240,7 @@ class Optimiser:
         """Return the step, and whether constraints had to be relaxed."""
         own = state.at, state.own, state.damping, state.curvature
         program = self.transcription.program(*own)
-        found = solve_qp(program)
+        found = solve_qp(program, all(each.in_stages for each in self.problem.linear))
         return (found, False) if found.is_solved else (self._relaxed(program), True)
 
     def _relaxed(self, program: QuadraticProgram) -> QpSolution:

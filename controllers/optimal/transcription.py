@@ -5,13 +5,15 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csc_matrix, vstack
+from scipy.sparse import csc_matrix, csr_matrix, diags, vstack
 
 from controllers.arrays import BoolArray, FloatArray, IntArray
 
 from .costs import CostTerms
+from .linear import LinearConstraint
 from .problem import IntervalResult, Iterate, NodeConstraint, OptimalProblem
 from .qp import QuadraticProgram
+from .sparse_pattern import SparsePattern
 
 _MIN_DURATION_CHANGE = 1e-9  # for a secant, relative
 _MAX_DURATION_CHANGE = 0.5  # per iteration, relative
@@ -23,8 +25,8 @@ class Linearisation(NamedTuple):
     Attributes:
         intervals: Intervals with derivatives.
         gaps: Ends of the intervals minus states at the next nodes, shape (N, nx).
-        values: Values of each node constraint, shape (k, r).
-        jacobians: Their derivatives, shape (k, r, nx).
+        values: Values of each node constraint, shape (k, r), then of each linear one, shape (r,).
+        jacobians: Derivatives of the node constraints, shape (k, r, nx).
         terms: Gradient and Hessian of the cost.
         cost: The cost.
     """
@@ -35,22 +37,6 @@ class Linearisation(NamedTuple):
     jacobians: list[FloatArray]
     terms: CostTerms
     cost: float
-
-
-class _Pattern:
-    """Sparse matrix with fixed places of its entries, filled many times."""
-
-    def __init__(self, rows: list[IntArray], columns: list[IntArray], shape: tuple[int, int]):
-        i, j = (np.concatenate([np.ravel(k) for k in part]) for part in (rows, columns))
-        order = csc_matrix((np.arange(1.0, len(i) + 1), (i, j)), shape=shape)
-        self._order = order.data.astype(int) - 1
-        self._parts = order.indices, order.indptr
-        self._shape = shape
-
-    def fill(self, *values: FloatArray) -> csc_matrix:
-        """Return the matrix with entries in the order of the places."""
-        data = np.concatenate([np.ravel(part) for part in values])[self._order]
-        return csc_matrix((data, *self._parts), shape=self._shape)
 
 
 class Transcription:
@@ -82,6 +68,8 @@ class Transcription:
         self._C = [self._constraint_pattern(own) for own in problem.constraints]
         equal = [own.low == own.high for own in problem.constraints]
         self._is_equal = [np.tile(row, len(c.nodes)) for row, c in zip(equal, problem.constraints)]  # noqa: B905
+        self._is_equal += [own.low == own.high for own in problem.linear]
+        self._linear = [self._linear_rows(own) for own in problem.linear]
 
     def _scales(self) -> None:
         problem = self.problem
@@ -97,7 +85,7 @@ class Transcription:
         if self._has_time:
             self.scale[-1] = self.t_scale
 
-    def _equality_pattern(self) -> _Pattern:
+    def _equality_pattern(self) -> SparsePattern:
         N, nx, nu = self._N, self._nx, self._nu
         gap, ng = np.arange(N * nx).reshape(N, nx), len(self._g)
         rows = [
@@ -115,25 +103,49 @@ class Transcription:
         fixed = self._x[self._fixed]
         rows.append(N * nx + np.arange(len(fixed)))
         columns.append(fixed)
-        return _Pattern(rows, columns, (N * nx + len(fixed), self.size))
+        return SparsePattern(rows, columns, (N * nx + len(fixed), self.size))
 
-    def _hessian_pattern(self) -> _Pattern:
+    def _hessian_pattern(self) -> SparsePattern:
         own = np.concatenate([self._x.ravel(), self._u.ravel()])
         before, after = self._u[:-1].ravel(), self._u[1:].ravel()
         rows, columns = [own, before, after, self._g], [own, after, before, self._g]
+        costs, nx = self.problem.costs, self._nx
+        self._has_state_rates, self._has_dense = bool(costs.state_rates.any()), bool(costs.nodes)
+        if self._has_state_rates:
+            rows += [self._x[:-1].ravel(), self._x[1:].ravel()]
+            columns += [self._x[1:].ravel(), self._x[:-1].ravel()]
+        if self._has_dense:
+            i, j = np.nonzero(~np.eye(nx, dtype=bool))
+            rows.append(self._x[:, i].ravel())
+            columns.append(self._x[:, j].ravel())
         if self._has_time:
             final = np.full(len(own), self.size - 1)
             rows += [own, final]
             columns += [final, own]
-        return _Pattern(rows, columns, (self.size, self.size))
+        return SparsePattern(rows, columns, (self.size, self.size))
 
-    def _constraint_pattern(self, own: NodeConstraint) -> _Pattern:
+    def _constraint_pattern(self, own: NodeConstraint) -> SparsePattern:
         count, r = len(own.nodes), len(own.low)
         row = np.arange(count * r).reshape(count, r, 1)
         shape = (count, r, self._nx)
         rows = np.broadcast_to(row, shape)
         columns = np.broadcast_to(self._x[own.nodes][:, None, :], shape)
-        return _Pattern([rows], [columns], (count * r, self.size))
+        return SparsePattern([rows], [columns], (count * r, self.size))
+
+    def _linear_rows(self, own: LinearConstraint) -> csr_matrix:
+        """Return the rows of a linear constraint for the scaled variables."""
+        parts = [(own.states, self._x.ravel()), (own.controls, self._u.ravel())]
+        if self._has_time:
+            parts.append((csr_matrix(own.duration[:, None]), self._g[-1:]))
+        rows = csc_matrix((len(own.low), self.size))
+        for part, columns in parts:
+            ones, shape = np.ones(len(columns)), (len(columns), self.size)
+            rows = rows + part @ csr_matrix((ones, (np.arange(len(columns)), columns)), shape)
+        return csr_matrix(rows @ diags(self.scale))
+
+    def _values(self, at: Iterate, found: list[FloatArray]) -> list[FloatArray]:
+        """Return the values of node constraints, followed by those of linear constraints."""
+        return found + [own.value(at.x, at.u, at.duration) for own in self.problem.linear]
 
     def linearise(self, at: Iterate) -> Linearisation | None:
         """Return all terms at an iterate; None if a state diverged."""
@@ -145,7 +157,7 @@ class Transcription:
         return Linearisation(
             intervals,
             intervals.ends - at.x[1:],
-            [values for values, _ in found],
+            self._values(at, [values for values, _ in found]),
             [jacobian for _, jacobian in found],
             problem.costs.terms(at.x, at.u, at.duration),
             problem.cost(at),
@@ -183,6 +195,12 @@ class Transcription:
         if self._has_time:
             of_globals = np.append(of_globals, t.tt)
         entries += [coupled, coupled, of_globals * s[self._g] ** 2 + damping]
+        if self._has_state_rates:
+            coupled = t.xv * self.x_scale**2
+            entries += [coupled, coupled]
+        if self._has_dense:
+            i, j = np.nonzero(~np.eye(self._nx, dtype=bool))
+            entries.append(t.dense[:, i, j] * self.x_scale[i] * self.x_scale[j])
         if self._has_time:
             across = np.concatenate([t.xt.ravel(), t.ut.ravel()]) * s[own] * s[-1]
             entries += [across, across]
@@ -208,13 +226,19 @@ class Transcription:
         return np.concatenate([*parts, np.empty((self._N, self._nx, 0))], axis=2)
 
     def _inequalities(self, own: Linearisation) -> tuple[csc_matrix, FloatArray, FloatArray]:
-        """Return the rows of all node constraints with their bounds."""
-        rows, low, high = [], [np.empty(0)], [np.empty(0)]
-        triples = zip(self.problem.constraints, self._C, own.values, own.jacobians, strict=True)
+        """Return the rows of all constraints with their bounds."""
+        rows: list[csc_matrix | csr_matrix] = []
+        low, high = [np.empty(0)], [np.empty(0)]
+        triples = zip(self.problem.constraints, self._C, own.values, own.jacobians)  # noqa: B905
         for constraint, pattern, values, jacobian in triples:
             rows.append(pattern.fill(jacobian * self.x_scale))
             low.append((constraint.low - values).ravel())
             high.append((constraint.high - values).ravel())
+        rest = zip(self.problem.linear, self._linear, own.values[len(rows) :], strict=True)
+        for linear, part, value in rest:
+            rows.append(part)
+            low.append(linear.low - value)
+            high.append(linear.high - value)
         if not rows:
             empty = csc_matrix((0, self.size))
             return empty, low[0], high[0]
@@ -289,7 +313,7 @@ class Transcription:
         if intervals is None:
             return None
         values = [own.evaluate(at.x[own.nodes])[0] for own in problem.constraints]
-        gaps = intervals.ends - at.x[1:]
+        values, gaps = self._values(at, values), intervals.ends - at.x[1:]
         return self._total(self.violations(at, gaps, values)), problem.cost(at)
 
     def move(self, at: Iterate, d: FloatArray, share: float) -> Iterate:
@@ -313,12 +337,13 @@ class Transcription:
 
         Returns:
             Of the dynamics, shape (N, nx); of the bounds of states, shape (N + 1, nx); of each node
-            constraint, shape (k, r).
+            constraint, shape (k, r), and of each linear one, shape (r,).
         """
         problem = self.problem
         beyond = excess(at.x, problem.x_low, problem.x_high) / self.x_scale
-        pairs = zip(problem.constraints, values, strict=True)
-        own = [excess(value, each.low, each.high) for each, value in pairs]
+        bounds = [(each.low, each.high) for each in problem.constraints]
+        bounds += [(each.low, each.high) for each in problem.linear]
+        own = [excess(value, *bound) for bound, value in zip(bounds, values, strict=True)]
         return [abs(gaps) / self.x_scale, beyond, *own]
 
 

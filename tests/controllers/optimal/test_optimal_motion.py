@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from controllers.optimal import qp
 from controllers.optimal.costs import Costs
+from controllers.optimal.linear import limited_rates, periodic
+from controllers.optimal.node_costs import squares
 from controllers.optimal.problem import (
     NO_PARAMETERS,
     Iterate,
@@ -149,9 +151,34 @@ def test_node_constraint_keeps_the_mass_out_of_a_range() -> None:
     assert found.iterate.x[:, 1].max() == pytest.approx(1.2, abs=1e-6)
 
 
+def test_least_time_with_a_limited_rate_of_the_force() -> None:
+    """The force falls at the largest rate R: d = R T³ (1 - 1/N²) / (12 m)."""
+    own, rate = problem(costs(time=1.0), (0.05, 5.0)), 60.0
+    limit = limited_rates(np.array([rate]), ("f",), 50, 2)
+    found = solve(replace(own, linear=(limit,)))
+    assert found.status == "optimal"
+    expected = (12.0 * MASS / rate / (1.0 - 1.0 / 50**2)) ** (1 / 3)
+    assert found.iterate.duration == pytest.approx(expected, rel=1e-6)
+
+
+def test_periodic_motion_advances_at_constant_speed() -> None:
+    own = problem(costs(force=1.0), (0.8, 0.8))
+    own.x_low[[0, -1]], own.x_high[[0, -1]] = -100.0, 100.0
+    cycle = periodic(np.arange(2), np.array([1.0, 0.0]), ("x", "v"), own.x_low.shape, 1)
+    found = solve(replace(own, linear=(cycle,)))
+    np.testing.assert_allclose(found.iterate.x[:, 1], 1.25, atol=1e-6)
+
+
 def test_gradient_and_hessian_of_the_costs_match_differences() -> None:
     rng = np.random.default_rng(1)
-    own = Costs(*(rng.uniform(0.5, 2.0, k) for k in (2, 3, 2)), 0.7, np.zeros(2), np.ones(3))
+    weights = (rng.uniform(0.5, 2.0, k) for k in (2, 3, 2))
+    G, nodes = rng.normal(size=(2, 3)), np.array([2, 5])
+
+    def linear(x: Floats) -> tuple[Floats, Floats]:
+        return x @ G.T, np.tile(G, (len(x), 1, 1))
+
+    own = Costs(*weights, 0.7, np.zeros(2), np.ones(3), rng.uniform(0.5, 2.0, 3))
+    own = replace(own, nodes=[squares(nodes, k, linear, G[:, 0] ** 2, G[0, :2]) for k in (0, 1)])
     x, u, T, e = rng.normal(size=(6, 3)), rng.normal(size=(5, 2)), 0.8, 1e-6
     terms = own.terms(x, u, T)
     dx, du, dt = rng.normal(size=x.shape), rng.normal(size=u.shape), 0.3
@@ -161,7 +188,8 @@ def test_gradient_and_hessian_of_the_costs_match_differences() -> None:
 
     slope = (terms.gx * dx).sum() + (terms.gu * du).sum() + terms.gt * dt
     assert slope == pytest.approx((along(e) - along(-e)) / (2.0 * e), rel=1e-8)
-    coupling = 2.0 * (terms.uv * du[:-1] * du[1:]).sum()
+    coupling = 2.0 * ((terms.uv * du[:-1] * du[1:]).sum() + (terms.xv * dx[:-1] * dx[1:]).sum())
+    coupling += np.einsum("ki,kij,kj", dx, terms.dense, dx)
     curvature = (terms.xx * dx**2).sum() + (terms.uu * du**2).sum() + coupling
     e = 1e-3
     fixed = [own.value(x + s * dx, u + s * du, T) for s in (e, 0.0, -e)]
