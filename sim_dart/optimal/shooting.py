@@ -17,6 +17,7 @@ from sim_dart.core.arrays import FloatArray, IntArray
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core, library
 from sim_dart.estimation.estimated_robot import estimated_robot, without_limits
+from sim_dart.muscles.friction import has_cable_friction
 from sim_dart.muscles.laws import MuscleLaws
 
 _MAX_THREADS = 8
@@ -60,6 +61,8 @@ class _Worker:
     """Handles of the core for one thread."""
 
     def __init__(self, robot: Robot) -> None:
+        if has_cable_friction(robot):
+            raise CardsflowError("optimal motions do not support cable friction; remove it")
         self._core = Core(compile_blob(robot))
         size = _bound().core_shooting_size(self._core.handle)
         if not size:
@@ -111,7 +114,7 @@ class Shooting:
         steps: Runge-Kutta steps in each interval.
 
     Raises:
-        CardsflowError: This core does not support derivatives.
+        CardsflowError: This core does not support derivatives, or the robot has cable friction.
     """
 
     def __init__(

@@ -3,6 +3,7 @@
 #include "../dynamics/limits.h"
 #include "../laws/laws.h"
 #include "../loops/loops.h"
+#include "runge_kutta.h"
 #include "state_rates.h"
 
 #include <string.h>
@@ -38,7 +39,7 @@ static int move_to(core *c, real h, const real *q_rates, const real *qd_rates, c
     return muscles_are_sound(c) ? core_move_checked(c, c->q, c->qd) : dofs + 1;
 }
 
-static int one_step(core *c, const real *u, const real *extra, real h)
+static int one_step(core *c, const real *u, const real *extra, real h, stage_observer *observe, void *observer)
 {
     static const real weights[4] = {1, 2, 2, 1}, shares[3] = {0.5, 0.5, 1};
     const int32_t dofs = c->blob.counts.dofs;
@@ -47,21 +48,31 @@ static int one_step(core *c, const real *u, const real *extra, real h)
         const int wrong = state_rates_evaluate(c, u, extra);
         if (wrong) return -wrong;
         add_stage(c, weights[stage], h);
+        if (observe) observe(observer, stage, h);
         const int bad = stage < 3 ? move_to(c, shares[stage] * h, c->qd, c->qdd, c->law_rates)
                                   : move_to(c, h / 6, c->slopes, c->slopes + dofs, c->slopes + 2 * dofs);
         if (bad) return bad;
     }
-    if (c->blob.counts.closures) loops_close(c);
+    if (c->blob.counts.closures) {
+        if (observe) observe(observer, 4, h);
+        loops_close(c);
+    }
     limits_stop(c);
+    return 0;
+}
+
+int runge_kutta_observed(core *c, const real *u, const real *extra, real h, int32_t steps, stage_observer *observe,
+                         void *observer)
+{
+    memset(c->work, 0, 4 * sizeof(real));
+    for (; steps > 0; steps--) {
+        const int bad = one_step(c, u, extra, h, observe, observer);
+        if (bad) return bad;
+    }
     return 0;
 }
 
 int core_runge_kutta(core *c, const real *u, const real *extra, real h, int32_t steps)
 {
-    memset(c->work, 0, 4 * sizeof(real));
-    for (; steps > 0; steps--) {
-        const int bad = one_step(c, u, extra, h);
-        if (bad) return bad;
-    }
-    return 0;
+    return runge_kutta_observed(c, u, extra, h, steps, NULL, NULL);
 }

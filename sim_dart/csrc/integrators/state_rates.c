@@ -7,11 +7,9 @@
 #include "../kinematics/joint_variables.h"
 #include "../laws/laws.h"
 
-int state_rates_evaluate(core *c, const real *u, const real *extra)
+void state_rates_accelerate(core *c, const real *extra)
 {
     const blob_view *b = &c->blob;
-    const int bad = muscles_pull(c, u);
-    if (bad) return bad;
     external_wrenches_add(c, extra);
     const real *rates = c->is_driven ? variables_rates(c, c->qd) : c->qd;
     real *load = c->is_driven ? c->row : c->load;
@@ -25,6 +23,13 @@ int state_rates_evaluate(core *c, const real *u, const real *extra)
     }
     if (c->is_driven) variables_fold(c, load, c->load);
     core_accelerate(c, c->qd, c->load, b->armature);
+}
+
+int state_rates_evaluate(core *c, const real *u, const real *extra)
+{
+    const int bad = muscles_pull(c, u);
+    if (bad) return bad;
+    state_rates_accelerate(c, extra);
     return c->has_laws ? core_law_rates(c, u) : 0;
 }
 

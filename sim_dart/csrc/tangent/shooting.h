@@ -7,7 +7,8 @@
 
 typedef struct core_shooting core_shooting;
 
-/* Return the size of memory in bytes for a robot; 0 if derivatives are not supported: see support.h. */
+/* Return the size of memory in bytes for a robot; 0 if derivatives are not supported, see support.h, or if
+   cables have friction. */
 CORE_API size_t core_shooting_size(const core *plain);
 
 /* Create a handle in `memory`, which is 8-byte aligned; see core_tangent_open. The plain handle must outlive
@@ -18,7 +19,8 @@ CORE_API core_shooting *core_shooting_open(core *plain, void *memory);
    an interval is q, qd and law_states; its controls are the commands of all muscles and the external
    generalised forces. Inputs are the state, the controls, and h, in this order. Compute the states at the
    ends, count x states, and their derivatives by the given inputs, count x states x directions. Without
-   directions only the ends are computed, which is much faster. Return 0, or 1 + the interval in which the
+   directions only the ends are computed, which is much faster. Derivatives do not include joint limits that
+   are reached. Return 0, or 1 + the interval in which the
    state diverged. */
 CORE_API int core_shooting_run(core_shooting *s, int32_t count, int32_t steps, const double *h, const double *starts,
                                const double *controls, int32_t directions, const int32_t *inputs, double *ends,

@@ -245,12 +245,7 @@ int core_tangent_step(core_tangent *t, double h, int32_t steps)
 
 int core_tangent_runge_kutta(core_tangent *t, double h, int32_t steps)
 {
-    return core_tangent_runge_kutta_along(t, h, 0, steps);
-}
-
-int core_tangent_runge_kutta_along(core_tangent *t, double h, double change, int32_t steps)
-{
-    return core_runge_kutta(t->core, t->core->commands, torques(t), with_tangent(h, SMALL * change), steps);
+    return core_runge_kutta(t->core, t->core->commands, torques(t), h, steps);
 }
 
 int core_tangent_derivative(core_tangent *t)
@@ -268,6 +263,8 @@ int core_tangent_advance(core_tangent *t, double h)
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) c->q[j] += h * c->qd[j];
     return 0;
 }
+
+#include "directions.c"
 
 #if defined(__clang__)
 #pragma clang attribute pop

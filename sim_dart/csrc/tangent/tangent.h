@@ -10,6 +10,7 @@
 #ifndef CARDSFLOW_TANGENT_H
 #define CARDSFLOW_TANGENT_H
 
+#include "../../generated/law_parameters.h"
 #include "../core.h"
 #include "support.h"
 
@@ -80,14 +81,42 @@ void core_tangent_energies(core_tangent *a);
 int core_tangent_step(core_tangent *a, double h, int32_t steps);
 int core_tangent_runge_kutta(core_tangent *a, double h, int32_t steps);
 
-/* Do the same as core_tangent_runge_kutta, with the change `change` of the length of each step. */
-int core_tangent_runge_kutta_along(core_tangent *a, double h, double change, int32_t steps);
-
 /* Do the same as core_derivative, with the commands, torques and external wrenches. */
 int core_tangent_derivative(core_tangent *a);
 
 /* Do one step of core_tangent_step at the last q, but advance only q and qd: lengths and tasks do not
    change. */
 int core_tangent_advance(core_tangent *a, double h);
+
+/* ---- Parts of the derivatives of rates, see rate_jacobian.h. All arrays have one number per coordinate or
+   muscle, without strides. ---- */
+
+/* Derivatives of a muscle: rows are its tension and the rates of its states; columns are these inputs. Last is
+   the number of states. */
+enum { LAW_BY_LENGTH, LAW_BY_RATE, LAW_BY_COMMAND, LAW_BY_STATES, LAW_INPUTS = LAW_BY_STATES + MAX_LAW_STATES };
+enum { LAW_STATE_COUNT = (1 + MAX_LAW_STATES) * LAW_INPUTS, LAW_PARTIALS };
+
+/* Copy the state of the plain handle after state_rates_evaluate, without changes. The tree has moved to it;
+   the paths only if cables have a weight. */
+void core_tangent_place(core_tangent *a, const core *plain, const double *commands, const double *torques);
+
+/* Compute the derivatives of all muscles, muscles x LAW_PARTIALS, after core_tangent_place. Those of a heavy
+   cable by its length are 0. */
+void core_tangent_laws(core_tangent *a, double *partials);
+
+/* Compute the change of the torques along the command of a heavy cable by its weight, else 0, after
+   core_tangent_place. */
+void core_tangent_weight_along_command(core_tangent *a, size_t muscle, double *torques);
+
+/* Compute the change of qdd along a velocity, after core_tangent_place, with constant tensions. */
+void core_tangent_accelerate_along_qd(core_tangent *a, size_t coordinate, double *qdd);
+
+/* Compute the changes of qdd, with constant tensions, and of the rates of paths along a coordinate. The tree
+   and the paths then have changes. The tension of a heavy cable changes with its position. */
+void core_tangent_accelerate_along_q(core_tangent *a, size_t coordinate, double *qdd, double *rates);
+
+/* Compute the changes of q and qd after loops_close, from the state of the plain handle, along input j of q
+   and qd. */
+void core_tangent_close_along(core_tangent *a, const core *plain, size_t j, double *state);
 
 #endif
