@@ -6,6 +6,7 @@ import argparse
 import contextlib
 import math
 import os
+import re
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
@@ -120,6 +121,15 @@ def _add_imperfections(parser: argparse.ArgumentParser) -> None:
         type=float,
         metavar="MS",
         help=f"time constant of the motors, in ms {_emulator_default('motor_lag')}",
+    )
+
+    group.add_argument(
+        "--fault",
+        action="append",
+        default=[],
+        metavar="KIND:NAME[=VALUE]@TIME",
+        help="failure of a cable, motor or sensor, such as broken:motor3@2.0 or "
+        f"length_bias:motor3=0.01@2.0; repeatable {_emulator_default('failures')}",
     )
 
 
@@ -246,7 +256,7 @@ def _emulated_robot(
         settings = _apply_imperfections(options, experiment.hardware)
         own = settings.emulator
         emulated = EmulatedRobot.from_experiment(
-            experiment, motor_lag=own.motor_lag, sensors=own.sensors
+            experiment, motor_lag=own.motor_lag, sensors=own.sensors, failures=own.failures
         )
         return emulated, settings, ShownRobot.from_experiment(experiment)
     from addin_sdfusion.robot.formats.read import read
@@ -258,7 +268,9 @@ def _emulated_robot(
     own = settings.emulator
     robot = read(thing, options.cable_set).require()
     step = 1e-3 if options.step is None else options.step
-    emulated = EmulatedRobot(robot, step, motor_lag=own.motor_lag, sensors=own.sensors)
+    emulated = EmulatedRobot(
+        robot, step, motor_lag=own.motor_lag, sensors=own.sensors, failures=own.failures
+    )
     return emulated, settings, ShownRobot(robot, thing.parent, mesh_roots(thing, [thing], ()))
 
 
@@ -273,6 +285,8 @@ def _imperfections(options: argparse.Namespace, own: EmulatorSettings) -> Emulat
     given |= {key: words[name] * 1e-3 for name, key in _MILLISECONDS.items() if name in words}
     if options.outage:
         given["outages"] = tuple(map(_outage, options.outage))
+    if words.get("fault"):
+        given["failures"] = tuple(map(_failure, words["fault"]))
     counts = words.get("encoder_counts")
     if counts is not None:
         if not counts > 0:
@@ -390,6 +404,23 @@ def _outage(text: str) -> tuple[float, float]:
     except ValueError:
         what = f"must be START:LENGTH in s, such as 2:0.2, not {text!r}"
         raise InputError(what, key="--outage") from None
+
+
+def _failure(text: str) -> dict[str, Any]:
+    """Return a failure as plain data, from KIND:NAME[=VALUE]@TIME."""
+    found = re.fullmatch(r"([^:]+):([^=@]+)(?:=([^@]+))?@([^@]+)", text)
+    if found is None:
+        what = f"must be KIND:NAME[=VALUE]@TIME, such as broken:motor3@2.0, not {text!r}"
+        raise InputError(what, key="--fault")
+    kind, part, value, time_ = found.groups()
+    data: dict[str, Any] = {"kind": kind, "part": part}
+    try:
+        data["time"] = float(time_)
+        if value is not None:
+            data |= {"other": value} if kind == "length_swapped" else {"value": float(value)}
+    except ValueError:
+        raise InputError(f"must have numbers in {text!r}", key="--fault") from None
+    return data
 
 
 def _duration(options: argparse.Namespace) -> float:

@@ -122,10 +122,68 @@ class SensorSettings(Table):
         return super().data([*leave_out, *without])
 
 
+FailureKind = Literal[
+    "broken",
+    "jammed",
+    "weak",
+    "off_pulley",
+    "length_stuck",
+    "length_bias",
+    "length_scale",
+    "length_swapped",
+    "tension_stuck",
+    "tension_dead",
+    "encoder_stuck",
+]
+_FAILURE_VALUES = {
+    "jammed": "stiffness of the cable, in N/m",
+    "weak": "factor of the force",
+    "off_pulley": "change of the length, in m",
+    "length_bias": "offset, in m",
+    "length_scale": "factor of length changes",
+}
+
+
+class FailureSettings(Table):
+    """Failure of a cable, a motor or a sensor of an emulated robot."""
+
+    kind: FailureKind = setting("kind of the failure")
+    part: Text = setting("the muscle; for encoder_stuck, the joint coordinate")
+    time: FromZero = setting("time of the failure, in s after the start")
+    value: float = setting(
+        "; ".join(f"{kind}: {what}" for kind, what in _FAILURE_VALUES.items()), None
+    )
+    other: Text = setting("length_swapped: the other muscle", None)
+
+    @model_validator(mode="after")
+    def _check_failure(self) -> Self:
+        for key, required in (
+            ("value", self.kind in _FAILURE_VALUES),
+            ("other", self.kind == "length_swapped"),
+        ):
+            if (getattr(self, key) is None) == required:
+                what = "missing; it is required" if required else "is unused"
+                raise SettingError(f"{what} for kind {self.kind!r}", key=key)
+        return self
+
+    @property
+    def is_of_coordinate(self) -> bool:
+        """Whether the part is a joint coordinate instead of a muscle."""
+        return self.kind == "encoder_stuck"
+
+    @property
+    def kind_of_part(self) -> str:
+        """Kind of the part, for messages."""
+        return "coordinate" if self.is_of_coordinate else "muscle"
+
+
 class EmulatorSettings(Faults, SensorSettings):
     """Imperfections of an emulated robot and of its link."""
 
     motor_lag: FromZero = setting("time constant of the motors, in s", 0.0)
+    failures: Annotated[tuple[FailureSettings, ...], Listed] = setting(
+        "failures: tables [[hardware.emulator.failures]]", ()
+    )
 
     @property
     def sensors(self) -> SensorSettings:

@@ -22,7 +22,10 @@ def emulated_device(
     """
     emulator = settings.emulator
     robot = EmulatedRobot.from_experiment(
-        experiment, motor_lag=emulator.motor_lag, sensors=emulator.sensors
+        experiment,
+        motor_lag=emulator.motor_lag,
+        sensors=emulator.sensors,
+        failures=emulator.failures,
     )
     return device_of(robot, settings, key)
 

@@ -9,7 +9,11 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import Robot, SimulationError
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.experiment.settings.hardware import MotorSettings, SensorSettings
+from cardsflow_fmu.experiment.settings.hardware import (
+    FailureSettings,
+    MotorSettings,
+    SensorSettings,
+)
 from cardsflow_fmu.experiment.settings.loads import DisturbanceSettings
 from cardsflow_fmu.hardware.protocol.signals import require_forces
 from cardsflow_fmu.utils.arrays import FloatArray
@@ -17,6 +21,7 @@ from controllers.validation import named_vector, smallest_forces
 from sim_dart import Plant
 
 from .drives import Drive, Lag, force_bounds, make_drive, torque_bounds
+from .failures import Failures, Measurement
 from .sensors import Sensors
 
 _ROUNDING = 1e-6
@@ -43,6 +48,7 @@ class EmulatedRobot:
         has_tensions: Whether tensions are measured.
         safe_forces: Tensions in the safe state, a number or shape (m,), in [N], or None for f_min.
             Joint motors have zero torque in the safe state.
+        failures: Failures of cables, motors and sensors.
 
     Raises:
         InputError: A value is out of range.
@@ -70,6 +76,7 @@ class EmulatedRobot:
         has_lengths: bool = True,
         has_tensions: bool = True,
         safe_forces: ArrayLike | None = None,
+        failures: Sequence[FailureSettings] = (),
     ) -> None:
         self.plant = Plant(robot, step)
         n, m, motors_ = len(robot.coordinates), len(robot.muscles), len(robot.motors)
@@ -91,6 +98,7 @@ class EmulatedRobot:
         self._lag = Lag(motor_lag)
         self._sensors = Sensors(sensors or SensorSettings(), n, m)
         names = [muscle.name for muscle in robot.muscles]
+        self._failures = Failures(failures, names, [c.name for c in robot.coordinates])
         self._safe_forces, _ = force_bounds(robot)
         if safe_forces is not None:
             self._safe_forces = named_vector("safe_forces", safe_forces, names)
@@ -103,6 +111,7 @@ class EmulatedRobot:
         *,
         motor_lag: float = 0.0,
         sensors: SensorSettings | None = None,
+        failures: Sequence[FailureSettings] = (),
     ) -> EmulatedRobot:
         """Return the emulated robot of an experiment.
 
@@ -110,6 +119,7 @@ class EmulatedRobot:
             experiment: The experiment, which specifies plant, start state, disturbance and motors.
             motor_lag: Time constant of the motors, in [s].
             sensors: Errors of the sensors, or None for ideal sensors.
+            failures: Failures of cables, motors and sensors.
 
         Raises:
             InputError: A muscle has a muscle law, or a value is out of range. A custom law is not
@@ -128,6 +138,7 @@ class EmulatedRobot:
             has_positions=experiment.hardware.has_positions,
             has_lengths=experiment.hardware.has_lengths,
             has_tensions=experiment.hardware.has_tensions,
+            failures=failures,
         )
 
     @property
@@ -139,7 +150,8 @@ class EmulatedRobot:
         """Return to the start state, with the tensions of the safe state."""
         plant = self.plant
         plant.reset(*self._start)
-        self._advances, self._remainder, self._failed = 0, 0.0, False
+        self._advances, self._remainder, self._failed, self._steps = 0, 0.0, False, 0
+        self._failures.reset()
         self._tension, self._torque = self._safe_forces, self._no_torque
         self._command: FloatArray | None = None
         self._sensors.reset(plant.q, plant.qd, plant.lengths_view)
@@ -181,7 +193,11 @@ class EmulatedRobot:
         for _ in range(steps):
             self._tension = self._lag.filter(self._tension, self._desired_tensions(), step)
             self._torque = self._lag.filter(self._torque, self._desired_torques(), step)
+            self._tension = self._failures.change_tensions(
+                self._tension, plant.lengths_view, self._steps * step
+            )
             plant.step(self._tension, self._torque if self._torque.size else None, loads)
+            self._steps += 1
         self._advances += 1
         if steps:
             self._sensors.read(plant.q, plant.qd, plant.lengths_view, steps * step)
@@ -189,7 +205,9 @@ class EmulatedRobot:
     def state(self) -> FloatArray:
         """Return the newest measurement of q, qd, l, tension and torque, shape (states,)."""
         read = self._sensors
-        rows = (read.q, read.qd, read.lengths, self._tension, self._torque)
+        own = Measurement(*(row.copy() for row in (read.q, read.qd, read.lengths, self._tension)))
+        self._failures.change_measurement(own, self._steps * self.plant.step_size)
+        rows = (own.q, own.qd, own.lengths, own.tensions, self._torque)
         measured = zip(self._measured, rows, strict=True)
         return np.concatenate([np.zeros(0), *(row for is_measured, row in measured if is_measured)])
 

@@ -1,0 +1,123 @@
+"""Failures of cables, motors and sensors of an emulated robot, at stated times.
+
+broken          f = 0; the motor holds, so that length and tension sensors are constant and 0
+jammed          f = f_0 + k (l - l_0), at least 0, with the force and length of the failure
+weak            f is multiplied by a factor
+off_pulley      the measured length jumps, in [m]
+length_stuck    the measured length is constant
+length_bias     the measured length has an offset, in [m]
+length_scale    changes of the measured length are multiplied by a factor
+length_swapped  the measured lengths of two muscles are exchanged
+tension_stuck   the measured tension is constant
+tension_dead    the measured tension is 0
+encoder_stuck   the measured joint position is constant, and its velocity is 0
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from addin_sdfusion.robot import UnknownNameError
+from cardsflow_fmu.experiment.settings.hardware import FailureSettings
+from cardsflow_fmu.utils.arrays import FloatArray
+
+
+@dataclass
+class Measurement:
+    """Values of the sensors; failures change them in place.
+
+    Attributes:
+        q: Positions, shape (n,), in [rad] or [m].
+        qd: Velocities, shape (n,), in [rad/s] or [m/s].
+        lengths: Muscle lengths, shape (m,), in [m].
+        tensions: Tensions, shape (m,), in [N].
+    """
+
+    q: FloatArray
+    qd: FloatArray
+    lengths: FloatArray
+    tensions: FloatArray
+
+
+class Failures:
+    """Failures of a robot.
+
+    Args:
+        settings: The failures.
+        muscle_names: Names of the m muscles.
+        coordinate_names: Names of the n coordinates.
+
+    Raises:
+        UnknownNameError: A muscle or a coordinate does not exist.
+    """
+
+    def __init__(
+        self,
+        settings: Sequence[FailureSettings],
+        muscle_names: Sequence[str],
+        coordinate_names: Sequence[str],
+    ) -> None:
+        self._settings, self._parts, self._others = settings, list[int](), list[int]()
+        for k, own in enumerate(settings):
+            names = coordinate_names if own.is_of_coordinate else muscle_names
+            for part in (own.part, own.other or own.part):
+                if part not in names:
+                    key = f"hardware.emulator.failures[{k}]"
+                    raise UnknownNameError(own.kind_of_part, part, names, key=key)
+            self._parts.append(names.index(own.part))
+            self._others.append(names.index(own.other or own.part))
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the values of sensors and motors at the failures."""
+        self._motor: dict[int, tuple[float, float]] = {}
+        self._sensor: dict[int, float] = {}
+
+    def change_tensions(self, tensions: FloatArray, lengths: FloatArray, time: float) -> FloatArray:
+        """Return the tensions of cables and motors with the failures until a time.
+
+        Args:
+            tensions: Tensions of working motors, shape (m,), in [N].
+            lengths: True muscle lengths, shape (m,), in [m].
+            time: Time since the start, in [s].
+        """
+        if not self._settings:
+            return tensions
+        changed = tensions.copy()
+        for k, own, i in self._active(time):
+            if own.kind == "broken":
+                changed[i] = 0.0
+            elif own.kind == "weak":
+                changed[i] *= own.value
+            elif own.kind == "jammed":
+                force, length = self._motor.setdefault(k, (tensions[i], lengths[i]))
+                changed[i] = max(force + own.value * (lengths[i] - length), 0.0)
+        return changed
+
+    def change_measurement(self, measured: Measurement, time: float) -> None:
+        """Apply the failures until a time to a measurement, in place."""
+        for k, own, i in self._active(time):
+            lengths, tensions = measured.lengths, measured.tensions
+            if own.kind in ("length_stuck", "broken"):
+                lengths[i] = self._sensor.setdefault(k, lengths[i])
+            elif own.kind in ("length_bias", "off_pulley"):
+                lengths[i] += own.value
+            elif own.kind == "length_scale":
+                start = self._sensor.setdefault(k, lengths[i])
+                lengths[i] = start + own.value * (lengths[i] - start)
+            elif own.kind == "length_swapped":
+                other = self._others[k]
+                lengths[i], lengths[other] = lengths[other], lengths[i]
+            elif own.kind == "tension_stuck":
+                tensions[i] = self._sensor.setdefault(k, tensions[i])
+            elif own.kind == "tension_dead":
+                tensions[i] = 0.0
+            elif own.kind == "encoder_stuck":
+                measured.q[i] = self._sensor.setdefault(k, measured.q[i])
+                measured.qd[i] = 0.0
+
+    def _active(self, time: float) -> list[tuple[int, FailureSettings, int]]:
+        """Return the failures until a time, with their numbers and parts."""
+        numbered = zip(range(len(self._parts)), self._settings, self._parts, strict=True)
+        return [failure for failure in numbered if failure[1].time <= time]
