@@ -54,6 +54,7 @@ if TYPE_CHECKING:
         LyapunovController,
         TorquePositionController,
     )
+    from .optimal.custom import MotionCost, MotionState
     from .references.recorded import recorded_trajectory, waypoint_trajectory
 
 _MODULES = {
@@ -72,6 +73,7 @@ _MODULES = {
     "laws.motors": "SpringMotors",
     "laws.reactive_qp": "ReactiveQPController",
     "laws.torque_laws": "ForcePositionController LyapunovController TorquePositionController",
+    "optimal.custom": "MotionCost MotionState",
     "references.recorded": "recorded_trajectory waypoint_trajectory",
 }
 _MODULE_OF_NAME = {name: module for module, names in _MODULES.items() for name in names.split()}
@@ -93,7 +95,9 @@ __all__ = [
     "JointSpaceController",
     "LyapunovController",
     "Motion",
+    "MotionCost",
     "MotionForces",
+    "MotionState",
     "OperationalSpaceController",
     "OperationalSpaceSolution",
     "Posture",

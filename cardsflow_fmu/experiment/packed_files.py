@@ -24,7 +24,7 @@ from addin_sdfusion.robot.mesh_files import (
 )
 from addin_sdfusion.robot.model.robot import Mesh
 
-from .settings.custom_law import CustomLaw
+from .config.custom_law import CustomLaw
 
 Files = dict[str, bytes | Path]
 """Content, or a file to copy, by path in the archive."""

@@ -21,6 +21,7 @@ from cardsflow_fmu.utils.multiples import MAX_STEPS, whole_duration
 from sim_dart.plant.settings import require_rk4_support
 from sim_dart.scene import Scene
 
+from .config.custom_law import CustomLaw
 from .loops import closing_dynamics, with_dependent, with_resting_points
 from .motion.settings import FREE_STARTS, MotionTable
 from .packed_files import (
@@ -33,7 +34,6 @@ from .packed_files import (
 from .renamed_settings import reject_renamed, rename_old_keys
 from .settings.controller import read_controller
 from .settings.controller_types import control_type
-from .settings.custom_law import CustomLaw
 from .settings.estimator import EstimatorTable, read_estimator
 from .settings.file import ExperimentTables
 from .settings.hardware import HardwareSettings, read_hardware

@@ -8,6 +8,7 @@ from typing import Any
 from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.json_text import json_text
 
+from .config.custom_law import CustomLaw
 from .experiment import EXPERIMENT_FILE, Experiment
 from .packed_files import (
     Files,
@@ -17,7 +18,6 @@ from .packed_files import (
     robot_folder,
     world_meshes,
 )
-from .settings.custom_law import CustomLaw
 from .settings.hardware import hardware_data
 from .settings.muscles import muscle_data
 from .settings.robots import part_data, robot_data

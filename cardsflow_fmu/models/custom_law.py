@@ -10,7 +10,7 @@ import numpy as np
 from addin_sdfusion.robot import InputError, SimulationError
 from addin_sdfusion.robot.custom_code import WrongBaseClassError, call_custom, load_class
 from addin_sdfusion.robot.model.trajectory import Space
-from cardsflow_fmu.experiment.settings.custom_law import CustomLaw
+from cardsflow_fmu.experiment.config.custom_law import CustomLaw
 from controllers import ForceSolution, JointSpaceController, OperationalSpaceController
 from controllers.dynamics import actuator_names
 

@@ -9,8 +9,8 @@ from typing import Any
 
 from addin_sdfusion.robot import InputError, limits
 from cardsflow_fmu.cosim.signals.roles import HARDWARE
+from cardsflow_fmu.experiment.config.custom_law import CustomLaw
 from cardsflow_fmu.experiment.experiment import EXPERIMENT_FILE, Experiment
-from cardsflow_fmu.experiment.settings.custom_law import CustomLaw
 from cardsflow_fmu.models.by_role import missing_in_c
 from cardsflow_fmu.models.native_loop import missing_in_loop
 from cardsflow_fmu.runtime.model_file import NATIVE_FILE

@@ -41,6 +41,25 @@ class MotionBoundSettings(Table):
     qd_max: tuple[FromZero, ...] = named_setting(
         "coordinate", "maximum joint speeds, in rad/s or m/s (default: none)", None, others=FREE
     )
+    f_rate_max: tuple[Positive, ...] = named_setting(
+        "actuator",
+        'maximum rates of the forces and torques, per s; of the commands with `muscles = "laws"` '
+        "(default: none)",
+        None,
+        others=FREE,
+    )
+    y_min: tuple[float, ...] = named_setting(
+        "task coordinate",
+        "minimum task coordinates, in m or rad (default: none)",
+        None,
+        others=FREE,
+    )
+    y_max: tuple[float, ...] = named_setting(
+        "task coordinate",
+        "maximum task coordinates, in m or rad (default: none)",
+        None,
+        others=FREE,
+    )
 
 
 class ObstacleSettings(Table):

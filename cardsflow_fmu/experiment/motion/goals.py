@@ -38,7 +38,7 @@ class MotionStartSettings(Table):
 
 
 class GoalSettings(Table):
-    """Goal that the motion reaches exactly; omitted coordinates are free."""
+    """Goal of the motion; omitted coordinates are free."""
 
     time: FromZero = setting("time, in s (default: the end)", None)
     fraction: Fraction = setting("time as a fraction of the duration, which may be free", None)
@@ -50,6 +50,10 @@ class GoalSettings(Table):
         "task coordinate", "task coordinates, in m or rad", None, others=FREE
     )
     rest: bool = setting("joint velocities are 0 (default: only at the end)", None)
+
+    weight: Positive = setting(
+        "weight of the squared deviations of q and y, in the cost (default: they are 0)", None
+    )
 
     @model_validator(mode="after")
     def _check_goal(self) -> Self:

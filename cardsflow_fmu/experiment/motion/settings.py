@@ -16,7 +16,7 @@ from .costs import MotionCostSettings
 from .goals import FREE, GoalSettings, MotionStartSettings
 
 MAX_SUBSTEPS = 256
-FREE_STARTS = {"start"}
+FREE_STARTS = {"start", "periodic"}
 """Keys of [motion] with which the optimisation chooses a part of the start."""
 
 
@@ -77,7 +77,14 @@ class MotionTable(Table):
         None,
         others=FREE,
     )
-    goals: Annotated[tuple[GoalSettings, ...], Listed, Field(min_length=1)] = setting("the goals")
+    goals: Annotated[tuple[GoalSettings, ...], Listed] = setting("the goals", ())
+    periodic: tuple[float, ...] = named_setting(
+        "coordinate",
+        "coordinates that return at the end, except for an advance in rad or m, with the same "
+        "velocity, which is free: { crank = 6.283, hip = 0.0 }",
+        None,
+        others=FREE,
+    )
     obstacles: Annotated[tuple[ObstacleSettings, ...], Listed] = setting(
         "spheres that end-effector points must not enter", ()
     )
@@ -102,6 +109,12 @@ class MotionTable(Table):
 
     @model_validator(mode="after")
     def _check_goals(self) -> Self:
+        tracking = self.cost.tracking
+        if not (self.goals or self.periodic or tracking):
+            what = "must have at least one table"
+            raise SettingError(f"{what}; or set periodic or cost.tracking", key="goals")
+        if tracking and self.duration[0] < self.duration[1]:
+            raise SettingError("requires a fixed duration", key="cost.tracking")
         for k, goal in enumerate(self.goals):
             try:
                 goal.check_times(*self.duration)

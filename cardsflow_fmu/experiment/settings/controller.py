@@ -18,6 +18,7 @@ from pydantic import (
 
 from addin_sdfusion.robot import UnknownNameError
 from addin_sdfusion.robot.model.trajectory import Space
+from cardsflow_fmu.experiment.config.custom_law import CustomLaw
 from cardsflow_fmu.experiment.config.messages import SettingError
 from cardsflow_fmu.experiment.config.multiples import require_multiple
 from cardsflow_fmu.experiment.config.names import named_setting
@@ -44,7 +45,6 @@ from .controller_types import (
     control_type,
     require_law,
 )
-from .custom_law import CustomLaw
 from .plant import Engine, StartSettings
 from .run import RunSettings
 

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 
 from addin_sdfusion.robot import UnknownNameError
 from addin_sdfusion.robot.model.trajectory import Space
+from cardsflow_fmu.experiment.config.custom_law import CUSTOM_LAW_FORM, CustomLaw
 from controllers.laws.joint_laws import JOINT_LAWS
 from controllers.laws.operational_space import FORCE_WEIGHT
 from controllers.laws.reactive_qp import TASK_WEIGHT
-
-from .custom_law import CUSTOM_LAW_FORM, CustomLaw
 
 
 @dataclass(frozen=True, slots=True)

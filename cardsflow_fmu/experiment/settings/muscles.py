@@ -29,11 +29,10 @@ from addin_sdfusion.robot.model.laws.law import Parameter
 from addin_sdfusion.robot.model.muscle import CableModel, CustomMuscleLaw
 from addin_sdfusion.robot.model.muscle_laws import PRESETS
 from cardsflow_fmu.cosim.signals.units import SI_UNITS
+from cardsflow_fmu.experiment.config.custom_law import CUSTOM_LAW_FORM, CustomLaw
 from cardsflow_fmu.experiment.config.key_path import expand_names
 from cardsflow_fmu.experiment.config.messages import SettingError, join_keys
 from cardsflow_fmu.experiment.config.table import Context, FromZero, ShortForm, Table, setting
-
-from .custom_law import CUSTOM_LAW_FORM, CustomLaw
 
 PATH, F_MAX = "path", "f_max"
 HILL_FROM_PATH = "hill_from_path"

@@ -48,9 +48,14 @@ def infeasibility(problem: OptimalProblem, solution: Solution) -> str:
 
 def _worst(problem: OptimalProblem, solution: Solution) -> tuple[str, int]:
     """Return the largest violation of a bound of a state or of a node constraint, and its node."""
-    x = solution.iterate.x
+    x, values_of = solution.iterate.x, solution.linearisation.values
     found: list[tuple[float, str, int]] = []
-    for constraint, values in zip(problem.constraints, solution.linearisation.values, strict=True):
+    for linear, values in zip(problem.linear, values_of[len(problem.constraints) :], strict=True):
+        miss = excess(values, linear.low, linear.high)
+        at = int(miss.argmax())
+        what = f"{linear.name}.{linear.rows[at]} is missed by {miss[at]:.3g}"
+        found.append((float(miss[at]), what, int(linear.nodes[at])))
+    for constraint, values in zip(problem.constraints, values_of, strict=False):
         miss = excess(values, constraint.low, constraint.high)
         k, row = np.unravel_index(int(miss.argmax()), miss.shape)
         what = f"{constraint.name}.{constraint.rows[row]} is missed by {miss[k, row]:.3g}"

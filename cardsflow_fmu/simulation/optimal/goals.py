@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from addin_sdfusion.robot import InputError, UnknownNameError
@@ -11,12 +13,13 @@ from cardsflow_fmu.experiment.motion.goals import GoalSettings
 from cardsflow_fmu.experiment.motion.settings import MotionTable
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.arrays import BoolArray
+from controllers.optimal.node_costs import NodeCost, squares
 from controllers.optimal.problem import NodeConstraint
 from sim_dart.dynamics.core import CoreDynamics
 from sim_dart.optimal.shooting import Shooting
 
 from .muscles import override, require_order, state_ranges
-from .tasks import TaskRows
+from .tasks import StateRows, TaskRows
 
 _WHOLE = 1e-6  # deviation of a time from a node, relative to an interval
 
@@ -36,12 +39,25 @@ def state_bounds(
     return x_low, x_high
 
 
+class Goals(NamedTuple):
+    """Goals of a motion, in addition to bounds of states.
+
+    Attributes:
+        constraints: Constraints of task coordinates.
+        costs: Costs of goals with a weight.
+    """
+
+    constraints: list[NodeConstraint]
+    costs: list[NodeCost]
+
+
 def free_start(
     experiment: Experiment, motion: MotionTable, dynamics: CoreDynamics, nx: int
 ) -> BoolArray:
     """Return the flags of the states whose start is free, shape (nx,).
 
-    The states of muscles are free if a position is free, since they depend on the pose.
+    The states of muscles are free if a position or velocity is free, since they depend on it. A
+    periodic coordinate that advances starts at the position of [start].
 
     Raises:
         UnknownNameError: A coordinate does not exist; the message names the key.
@@ -57,7 +73,11 @@ def free_start(
             flags[row * dynamics.n : (row + 1) * dynamics.n] |= chosen
     if own.y and not own.free:
         flags[: dynamics.n] = True
-    flags[2 * dynamics.n :] = flags[: dynamics.n].any()
+    if motion.periodic:
+        advance = np.array(motion.periodic)
+        flags[: dynamics.n] |= advance == 0.0
+        flags[dynamics.n : 2 * dynamics.n] |= ~np.isnan(advance)
+    flags[2 * dynamics.n :] = flags.any()
     return flags
 
 
@@ -100,33 +120,42 @@ def fix_goals(
     dynamics: CoreDynamics,
     x_low: FloatArray,
     x_high: FloatArray,
-) -> list[NodeConstraint]:
-    """Fix the states of the goals in the bounds; return the constraints of task coordinates."""
-    constraints, n = [], dynamics.n
+) -> Goals:
+    """Fix the states of the goals in the bounds; return the other goals."""
+    found, n, nx = Goals([], []), dynamics.n, x_low.shape[1]
     for k, goal in enumerate(motion.goals):
         key = f"motion.goals[{k}]"
         node, last = _nodes(experiment, motion, goal, key)
         if goal.rest or goal.hold or (goal.rest is None and node == motion.intervals):
             x_low[node : last + 1, n : 2 * n] = x_high[node : last + 1, n : 2 * n] = 0.0
-        for j, value in enumerate(goal.q):
-            if np.isnan(value):
-                continue
-            if not x_low[node, j] <= value <= x_high[node, j]:
-                name = dynamics.coordinate_names[j]
-                low, high = x_low[node, j], x_high[node, j]
+        given = np.flatnonzero(~np.isnan(goal.q))
+        for j in given.tolist():
+            value, low, high = goal.q[j], x_low[node, j], x_high[node, j]
+            if not low <= value <= high:
                 what = f"must be within the bounds {low:.6g} to {high:.6g}, not {value!r}"
-                raise InputError(what, file=experiment.file, key=f"{key}.q.{name}")
-            x_low[node, j] = x_high[node, j] = value
-        if np.isfinite(goal.y).any():
-            constraints.append(_task_goal(f"goals[{k}].y", goal.y, node, dynamics, x_low.shape[1]))
-    return constraints
+                where = f"{key}.q.{dynamics.coordinate_names[j]}"
+                raise InputError(what, file=experiment.file, key=where)
+            if goal.weight is None:
+                x_low[node, j] = x_high[node, j] = value
+        task = _task_goal(f"goals[{k}].y", goal.y, node, dynamics, nx)
+        if goal.weight is None:
+            found.constraints.extend([task] if task.rows else [])
+            continue
+        for evaluate, target in (
+            (StateRows(given, nx), np.array(goal.q)[given]),
+            (task.evaluate, task.low),
+        ):
+            if len(target):
+                weights, nodes = np.full(len(target), goal.weight), np.array([node])
+                found.costs.append(squares(nodes, False, evaluate, weights, target))
+    return found
 
 
 def _task_goal(
     key: str, y: tuple[float, ...], node: int, dynamics: CoreDynamics, nx: int
 ) -> NodeConstraint:
     """Return the constraint that some task coordinates have given values at a node."""
-    rows = np.flatnonzero(~np.isnan(y))
+    rows = np.flatnonzero(~np.isnan(y)) if y else np.empty(0, dtype=int)
     target, names = np.array(y)[rows], tuple(dynamics.task_names[row] for row in rows)
     evaluate = TaskRows(dynamics, rows, nx)
     return NodeConstraint(key, names, np.array([node]), evaluate, target, target)

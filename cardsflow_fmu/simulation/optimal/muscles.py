@@ -11,7 +11,6 @@ from cardsflow_fmu.experiment.motion.settings import MotionTable
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.dynamics import actuator_names
 from controllers.force_distribution.gravity_compensation import gravity_compensation
-from controllers.optimal.costs import Costs
 from sim_dart.dynamics.core import CoreDynamics
 from sim_dart.optimal.shooting import Shooting
 
@@ -77,18 +76,3 @@ def state_ranges(shooting: Shooting, dynamics: CoreDynamics) -> Bounds:
     low = [-np.inf if state.low is None else state.low for state in own]
     high = [np.inf if state.high is None else state.high for state in own]
     return np.array(low), np.array(high)
-
-
-def motion_costs(motion: MotionTable, shooting: Shooting, dynamics: CoreDynamics) -> Costs:
-    """Return the costs of a motion."""
-    own, driven = motion.cost, actuators(dynamics, shooting)
-    weights = own.forces if motion.muscles == "forces" else own.commands
-    given = (*weights, *own.force_rates, *own.speeds, *own.activations, own.time)
-    controls = np.array(weights)[driven] if any(given) else np.ones(len(driven))
-    activations = dict(zip(dynamics.muscle_names, own.activations, strict=True))
-    names = [name.partition(".") for name in shooting.laws.state_names]
-    of_states = [activations[muscle] * (kind == "activation") for kind, _, muscle in names]
-    states = np.array([*np.zeros(shooting.n), *own.speeds, *of_states])
-    rates = np.array(own.force_rates)[driven]
-    none = np.zeros(shooting.nu), np.zeros(shooting.nx)
-    return Costs(controls, states, rates, own.time, *none)

@@ -9,20 +9,22 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.motion.settings import MotionTable
 from controllers.dynamics import actuator_names
+from controllers.optimal.linear import LinearConstraint, limited_rates, periodic
 from controllers.optimal.problem import Iterate, OptimalProblem
 from sim_dart.dynamics.core import CoreDynamics
 from sim_dart.muscles.friction import has_cable_friction
 from sim_dart.optimal.shooting import Shooting
 
+from .costs import motion_costs
 from .goals import fix_goals, fix_start, state_bounds
 from .muscles import (
     actuators,
     control_bounds,
-    motion_costs,
     resting_controls,
 )
-from .tasks import obstacle_constraints
+from .tasks import obstacle_constraints, task_bounds
 
 
 class MotionProblem(NamedTuple):
@@ -78,9 +80,16 @@ def motion_problem(experiment: Experiment) -> MotionProblem:
     start = np.array([*q, *experiment.start.qd, *states])
     x_low, x_high = state_bounds(experiment, motion, dynamics, shooting)
     constraints = fix_start(experiment, motion, dynamics, start, x_low, x_high)
-    constraints += fix_goals(experiment, motion, dynamics, x_low, x_high)
-    constraints += obstacle_constraints(experiment, motion, dynamics, shooting.nx)
+    goals = fix_goals(experiment, motion, dynamics, x_low, x_high)
     names, N = actuator_names(dynamics), motion.intervals
+    first = int((x_low[0] == x_high[0])[: shooting.n].all())  # a fixed pose is not constrained
+    own = experiment, motion, dynamics, np.arange(first, N + 1), shooting.nx
+    constraints += goals.constraints + task_bounds(*own) + obstacle_constraints(*own)
+    state_names = (
+        *(f"{letter}.{c.name}" for letter in ("q", "qd") for c in robot.coordinates),
+        *shooting.laws.state_names,
+    )
+    control_names = tuple(names[k] for k in actuators(dynamics, shooting))
     problem = OptimalProblem(
         shooting,
         x_low,
@@ -88,17 +97,42 @@ def motion_problem(experiment: Experiment) -> MotionProblem:
         np.tile(bounds[0], (N, 1)),
         np.tile(bounds[1], (N, 1)),
         motion.duration,
-        motion_costs(motion, shooting, dynamics),
+        motion_costs(experiment, motion, shooting, dynamics, goals.costs),
         constraints,
-        (
-            *(f"{letter}.{c.name}" for letter in ("q", "qd") for c in robot.coordinates),
-            *shooting.laws.state_names,
-        ),
-        tuple(names[k] for k in actuators(dynamics, shooting)),
+        state_names,
+        control_names,
+        linear=_linear_constraints(motion, dynamics, shooting, state_names, control_names),
     )
     duration = float(np.sqrt(motion.duration[0] * motion.duration[1]))
-    guess = Iterate(np.tile(start, (N + 1, 1)), np.tile(controls, (N, 1)), duration)
+    x = np.tile(start, (N + 1, 1))
+    if motion.periodic:  # at constant speed
+        advance = np.nan_to_num(np.array(motion.periodic))
+        x[:, : shooting.n] += np.linspace(0.0, 1.0, N + 1)[:, None] * advance
+        x[:, shooting.n : 2 * shooting.n] += advance / duration
+    guess = Iterate(x, np.tile(controls, (N, 1)), duration)
     return MotionProblem(problem, guess, dynamics, shooting, notes)
+
+
+def _linear_constraints(
+    motion: MotionTable,
+    dynamics: CoreDynamics,
+    shooting: Shooting,
+    state_names: tuple[str, ...],
+    control_names: tuple[str, ...],
+) -> list[LinearConstraint]:
+    """Return the limits of force rates, and the conditions of a periodic motion."""
+    found, n, nx, N = list[LinearConstraint](), shooting.n, shooting.nx, motion.intervals
+    if motion.bounds.f_rate_max:
+        limits = np.nan_to_num(np.array(motion.bounds.f_rate_max), nan=np.inf)
+        own = limits[actuators(dynamics, shooting)]
+        if np.isfinite(own).any():
+            found.append(limited_rates(own, control_names, N, nx))
+    if motion.periodic:
+        advance = np.array(motion.periodic)
+        own = np.concatenate([advance, 0.0 * advance, np.zeros(nx - 2 * n)])
+        chosen = np.flatnonzero(~np.isnan(own))
+        found.append(periodic(chosen, own[chosen], state_names, (N + 1, nx), shooting.nu))
+    return found
 
 
 def _frictionless(robot: Robot) -> tuple[Robot, tuple[str, ...]]:

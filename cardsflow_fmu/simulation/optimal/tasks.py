@@ -15,6 +15,8 @@ from controllers.arrays import IntArray
 from controllers.optimal.problem import NodeConstraint
 from sim_dart.dynamics.core import CoreDynamics
 
+from .muscles import override, require_order
+
 
 class TaskRows:
     """Some task coordinates y(q) with their derivatives by the states.
@@ -38,6 +40,22 @@ class TaskRows:
         return y, J
 
 
+class StateRows:
+    """Some states with their derivatives by the states.
+
+    Args:
+        rows: Indices of the states.
+        nx: Number of states.
+    """
+
+    def __init__(self, rows: IntArray, nx: int) -> None:
+        self._rows, self._unit = rows, np.eye(nx)[rows]
+
+    def __call__(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the states, shape (k, rows), and their derivatives, shape (k, rows, nx)."""
+        return x[:, self._rows], np.tile(self._unit, (len(x), 1, 1))
+
+
 class _Distance:
     """Distance of a point from a centre, with its derivatives."""
 
@@ -52,10 +70,34 @@ class _Distance:
         return distance[:, None], np.einsum("ki,kij->kj", direction, J)[:, None, :]
 
 
-def obstacle_constraints(
-    experiment: Experiment, motion: MotionTable, dynamics: CoreDynamics, nx: int
+def task_bounds(
+    experiment: Experiment, motion: MotionTable, dynamics: CoreDynamics, nodes: IntArray, nx: int
 ) -> list[NodeConstraint]:
-    """Return a constraint for each obstacle and point, at all nodes after the start.
+    """Return the constraint of bounds of task coordinates, if there are some.
+
+    Raises:
+        InputError: The start is beyond the bounds, or a maximum is below the minimum.
+    """
+    k, own = len(dynamics.task_names), motion.bounds
+    low, high = override(np.full(k, -np.inf), own.y_min), override(np.full(k, np.inf), own.y_max)
+    y = dynamics.task_position(experiment.start.q)
+    for name, least, most, value in zip(dynamics.task_names, low, high, y, strict=True):
+        require_order(experiment, f"y_max.{name}", least, most)
+        if nodes[0] and not least <= value <= most:
+            what = f"{name} starts at {value:.6g}, beyond its bounds {least:.6g} to {most:.6g}"
+            key = f"y_min.{name}" if value < least else f"y_max.{name}"
+            raise InputError(what, file=experiment.file, key=f"motion.bounds.{key}")
+    rows = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
+    if not len(rows):
+        return []
+    names, evaluate = tuple(dynamics.task_names[row] for row in rows), TaskRows(dynamics, rows, nx)
+    return [NodeConstraint("bounds.y", names, nodes, evaluate, low[rows], high[rows])]
+
+
+def obstacle_constraints(
+    experiment: Experiment, motion: MotionTable, dynamics: CoreDynamics, nodes: IntArray, nx: int
+) -> list[NodeConstraint]:
+    """Return a constraint for each obstacle and point, at some nodes.
 
     Raises:
         InputError: A point does not exist, or starts inside an obstacle.
@@ -70,11 +112,10 @@ def obstacle_constraints(
         for name in own.points or points:
             distance = _Distance(*_axes(dynamics, name, own, nx))
             start = distance(np.array([[*experiment.start.q, *np.zeros(nx - dynamics.n)]]))[0]
-            if start[0, 0] < own.radius:
+            if nodes[0] and start[0, 0] < own.radius:
                 what = f"contains {name} at the start, {start[0, 0]:.4g} m from its centre"
                 raise InputError(what, file=experiment.file, key=key)
-            nodes, low = np.arange(1, motion.intervals + 1), np.array([own.radius])
-            high = np.array([np.inf])
+            low, high = np.array([own.radius]), np.array([np.inf])
             found.append(NodeConstraint(key.partition(".")[2], (name,), nodes, distance, low, high))
     return found
 

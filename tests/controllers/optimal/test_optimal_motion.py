@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from controllers.optimal import qp
 from controllers.optimal.costs import Costs
-from controllers.optimal.linear import limited_rates, periodic
 from controllers.optimal.node_costs import squares
 from controllers.optimal.problem import (
     NO_PARAMETERS,
@@ -149,24 +148,6 @@ def test_node_constraint_keeps_the_mass_out_of_a_range() -> None:
     found = solve(replace(own, constraints=(limit,)))
     assert found.status == "optimal"
     assert found.iterate.x[:, 1].max() == pytest.approx(1.2, abs=1e-6)
-
-
-def test_least_time_with_a_limited_rate_of_the_force() -> None:
-    """The force falls at the largest rate R: d = R T³ (1 - 1/N²) / (12 m)."""
-    own, rate = problem(costs(time=1.0), (0.05, 5.0)), 60.0
-    limit = limited_rates(np.array([rate]), ("f",), 50, 2)
-    found = solve(replace(own, linear=(limit,)))
-    assert found.status == "optimal"
-    expected = (12.0 * MASS / rate / (1.0 - 1.0 / 50**2)) ** (1 / 3)
-    assert found.iterate.duration == pytest.approx(expected, rel=1e-6)
-
-
-def test_periodic_motion_advances_at_constant_speed() -> None:
-    own = problem(costs(force=1.0), (0.8, 0.8))
-    own.x_low[[0, -1]], own.x_high[[0, -1]] = -100.0, 100.0
-    cycle = periodic(np.arange(2), np.array([1.0, 0.0]), ("x", "v"), own.x_low.shape, 1)
-    found = solve(replace(own, linear=(cycle,)))
-    np.testing.assert_allclose(found.iterate.x[:, 1], 1.25, atol=1e-6)
 
 
 def test_gradient_and_hessian_of_the_costs_match_differences() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.robots.slider import responses, slide
+from support.robots.slider import MASS, responses, slide
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.optimal.files import write_motion_files
@@ -56,3 +56,24 @@ def test_run_starts_where_the_motion_starts(tmp_path: Path) -> None:
     settings = {**own, "reference.type": "optimised"}
     start = Experiment.load(tmp_path / "experiment.toml", settings).start
     assert (*start.q, *start.qd) == pytest.approx(motion.solution.iterate.x[0], abs=1e-9)
+
+
+def test_periodic_motion_through_a_via_point_has_the_least_effort(tmp_path: Path) -> None:
+    """The forces and the free velocity at the start satisfy three linear conditions."""
+    via = {"motion.goals": [{"fraction": 0.35, "q": 0.8}], "motion.periodic": 1.0}
+    at, rows = slide(tmp_path, via).solution.iterate, responses(20, 0.8, [7, 20])
+    returns = rows[3] - np.eye(21)[20]
+    A, b = np.vstack([rows[0], rows[1], returns]), np.array([0.8, 1.0, 0.0])
+    weights = np.diag([*np.ones(20), 0.0])  # the velocity has no cost
+    kkt = np.block([[weights, A.T], [A, np.zeros((3, 3))]])
+    expected = np.linalg.solve(kkt, np.concatenate([np.zeros(21), b]))[:21]
+    np.testing.assert_allclose([*at.u[:, 0], at.x[0, 1]], expected, atol=1e-3)
+    assert at.x[-1] == pytest.approx(at.x[0] + [1.0, 0.0], abs=1e-7)
+
+
+def test_forces_change_at_the_largest_rate(tmp_path: Path) -> None:
+    """The force of the least time falls at the largest rate R: d = R T³ (1 - 1/N²) / (12 m)."""
+    own = {"motion.duration": [0.1, 4.0], "motion.bounds.f_rate_max": 80.0}
+    motion = slide(tmp_path, {**own, "motion.cost.time": 1.0})
+    expected = (12.0 * MASS / 80.0 / (1.0 - 1.0 / 20**2)) ** (1 / 3)
+    assert motion.duration == pytest.approx(expected, rel=1e-6)

@@ -1,0 +1,91 @@
+"""Cost of an optimal motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.experiment.config.names import Names
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.motion.costs import TrackingSettings
+from cardsflow_fmu.experiment.motion.settings import MotionTable
+from cardsflow_fmu.experiment.recorded_motion import read_motion
+from cardsflow_fmu.utils.arrays import FloatArray
+from controllers.optimal.costs import Costs
+from controllers.optimal.node_costs import NodeCost, squares
+from controllers.references.splines import SplineReference
+from sim_dart.dynamics.core import CoreDynamics
+from sim_dart.optimal.shooting import Shooting
+
+from .custom_cost import custom_costs
+from .muscles import actuators
+from .tasks import StateRows, TaskRows
+
+_LATE = 1e-6  # of the end of a recorded motion, in s
+
+
+def motion_costs(
+    experiment: Experiment,
+    motion: MotionTable,
+    shooting: Shooting,
+    dynamics: CoreDynamics,
+    goals: Sequence[NodeCost],
+) -> Costs:
+    """Return the costs of a motion.
+
+    Args:
+        experiment: The experiment.
+        motion: Its [motion].
+        shooting: The motion over intervals.
+        dynamics: The robot.
+        goals: Costs of goals with a weight.
+    """
+    own, driven = motion.cost, actuators(dynamics, shooting)
+    weights = own.forces if motion.muscles == "forces" else own.commands
+    given = any((*own.force_rates, *own.speeds, *own.accelerations, *own.activations, own.time))
+    given |= any(weights) or own.tracking is not None or own.function is not None
+    controls = np.array(weights)[driven] if given else np.ones(len(driven))
+    activations = dict(zip(dynamics.muscle_names, own.activations, strict=True))
+    names = [name.partition(".") for name in shooting.laws.state_names]
+    of_states = [activations[muscle] * (kind == "activation") for kind, _, muscle in names]
+    states = np.array([*np.zeros(shooting.n), *own.speeds, *of_states])
+    rates = np.array(own.force_rates)[driven]
+    accelerations = np.zeros(shooting.nx)
+    accelerations[shooting.n : 2 * shooting.n] = own.accelerations
+    nodes = list(goals)
+    if own.tracking is not None:
+        nodes.append(_tracking(experiment, motion, own.tracking, dynamics, shooting.nx))
+    if own.function is not None:
+        nodes += custom_costs(experiment, motion, dynamics, shooting.nx)
+    none = np.zeros(shooting.nu), np.zeros(shooting.nx)
+    return Costs(controls, states, rates, own.time, *none, accelerations, nodes)
+
+
+def _tracking(
+    experiment: Experiment,
+    motion: MotionTable,
+    own: TrackingSettings,
+    dynamics: CoreDynamics,
+    nx: int,
+) -> NodeCost:
+    """Return the cost of deviations from a recorded motion."""
+    is_joint, key = any(own.q), "motion.cost.tracking.file"
+    names = dynamics.coordinate_names if is_joint else dynamics.task_names
+    kind = "coordinate" if is_joint else "task coordinate"
+    try:
+        space = {"joint" if is_joint else "operational": Names(kind, names)}
+        lengths = [c.name for c in experiment.robot.coordinates if c.unit == "m"]
+        curve = SplineReference(read_motion(own.file, space, None, lengths))  # type: ignore[arg-type]
+        if curve.duration < motion.duration[1] - _LATE:
+            what = f"{own.file.name} ends after {curve.duration:.6g} s, before the motion"
+            raise InputError(f"{what}; reduce motion.duration")
+    except InputError as error:
+        error.file, error.key = experiment.file, key
+        raise
+    weights: FloatArray = np.array(own.q if is_joint else own.y)
+    rows, N = np.flatnonzero(weights), motion.intervals
+    evaluate = StateRows(rows, nx) if is_joint else TaskRows(dynamics, rows, nx)
+    target = curve.evaluate(np.linspace(0.0, motion.duration[1], N + 1)).q[:, rows]
+    return squares(np.arange(N + 1), True, evaluate, weights[rows], target)
