@@ -1,4 +1,4 @@
-"""Sequential quadratic programming with a Gauss-Newton Hessian and a filter line search."""
+"""Sequential quadratic programming with a filter line search."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ import numpy as np
 
 from controllers.arrays import FloatArray
 
+from .lagrangian import DynamicsHessian
 from .problem import Iterate, OptimalProblem
 from .qp import QpSolution, QuadraticProgram, solve_qp
 from .relaxation import solve_relaxed
-from .transcription import Linearisation, Transcription
+from .transcription import Linearisation, Program, Transcription
 
 OPTIMAL, INFEASIBLE, NOT_CONVERGED, INTERRUPTED = STATUSES = (
     "optimal",
@@ -89,16 +90,16 @@ class _State:
         damping: Number on the diagonal of the Hessian.
         filter: Pairs of violation and cost that later iterates must improve.
         idle: Number of iterations without progress.
-        curvature: See `Transcription.duration_curvature`.
+        hessian: Contribution of the dynamics to the Hessian.
         free: Number of steps that may increase both cost and violation.
     """
 
     at: Iterate
     own: Linearisation
     damping: float
+    hessian: DynamicsHessian
     filter: list[tuple[float, float]] = field(default_factory=list)
     idle: int = 0
-    curvature: float = 0.0
     free: int = _FREE_STEPS
 
 
@@ -168,7 +169,8 @@ class Optimiser:
         if own is None:
             return None
         damping = _DAMPING_FREE_TIME if self.problem.is_free_time else _DAMPING
-        state, status = _State(at, own, damping, free=free), ""
+        hessian = DynamicsHessian(*self.transcription.stages(at).shape)
+        state, status = _State(at, own, damping, hessian, free=free), ""
         try:
             report(state, 0.0)
             for _ in range(self._max_iterations):
@@ -192,9 +194,9 @@ class Optimiser:
 
     def _iterate(self, state: _State) -> tuple[str, float]:
         """Improve the iterate. Return the status if this is the end, and the share of the step."""
-        qp, is_relaxed = self._step(state)
-        step = qp.d
-        if not qp.is_solved:
+        program, found_step, is_relaxed = self._step(state)
+        step = found_step.d
+        if not found_step.is_solved:
             return self._increase_damping(state), 0.0
         feasible = self._worst(state) <= self._feasibility
         if feasible and not is_relaxed and self._promise(state, step) < self._tolerance:
@@ -209,14 +211,22 @@ class Optimiser:
             return self._increase_damping(state), 0.0
         violation = self.transcription.violation
         stays = is_relaxed and violation(moved, found) >= _PROGRESS * violation(state.at, state.own)
-        if self.problem.is_free_time and not is_relaxed:
-            terms = state.at, state.own, moved, found, qp.y
-            state.curvature = self.transcription.duration_curvature(*terms)
+        if not is_relaxed:
+            multipliers = self.transcription.multipliers(state.own, program, found_step)
+            self._learn(state, moved, found, multipliers)
         reduced = violation(moved, found) / max(violation(state.at, state.own), self._feasibility)
         state.at, state.own = moved, found
         state.idle = state.idle + 1 if stays else 0
         self._adapt_damping(state, share, reduced)
         return "stalled" if state.idle >= _STALLED else "", share
+
+    def _learn(
+        self, state: _State, moved: Iterate, found: Linearisation, multipliers: FloatArray
+    ) -> None:
+        """Update the Hessian of the Lagrangian with the change of the gradients along a step."""
+        own = self.transcription
+        before, after = (own.stage_gradients(each, multipliers) for each in (state.own, found))
+        state.hessian.update(own.stages(moved) - own.stages(state.at), after - before)
 
     def _adapt_damping(self, state: _State, share: float, reduced: float) -> None:
         """Change the damping after a step that multiplied the violation by `reduced`."""
@@ -236,12 +246,14 @@ class Optimiser:
         own = self.transcription.violations(state.at, state.own.gaps, state.own.values)
         return max(float(part.max(initial=0.0)) for part in own)
 
-    def _step(self, state: _State) -> tuple[QpSolution, bool]:
-        """Return the step, and whether constraints had to be relaxed."""
-        own = state.at, state.own, state.damping, state.curvature
+    def _step(self, state: _State) -> tuple[Program, QpSolution, bool]:
+        """Return the program, the step, and whether constraints had to be relaxed."""
+        own = state.at, state.own, state.damping, state.hessian.blocks
         program = self.transcription.program(*own)
-        found = solve_qp(program, all(each.in_stages for each in self.problem.linear))
-        return (found, False) if found.is_solved else (self._relaxed(program), True)
+        found = solve_qp(program.qp, all(each.in_stages for each in self.problem.linear))
+        if found.is_solved:
+            return program, found, False
+        return program, self._relaxed(program.qp), True
 
     def _relaxed(self, program: QuadraticProgram) -> QpSolution:
         transcription = self.transcription

@@ -9,14 +9,16 @@ from scipy.sparse import csc_matrix, csr_matrix, diags, vstack
 
 from controllers.arrays import BoolArray, FloatArray, IntArray
 
+from .convexity import ConvexStages, convexify_with_share
 from .costs import CostTerms
 from .linear import LinearConstraint
 from .problem import IntervalResult, Iterate, NodeConstraint, OptimalProblem
-from .qp import QuadraticProgram
+from .qp import QpSolution, QuadraticProgram
 from .sparse_pattern import SparsePattern
+from .stages import StageHessian
 
-_MIN_DURATION_CHANGE = 1e-9  # for a secant, relative
 _MAX_DURATION_CHANGE = 0.5  # per iteration, relative
+_FIXED = 1e3  # curvature of fixed values, which does not change the solution
 
 
 class Linearisation(NamedTuple):
@@ -37,6 +39,18 @@ class Linearisation(NamedTuple):
     jacobians: list[FloatArray]
     terms: CostTerms
     cost: float
+
+
+class Program(NamedTuple):
+    """Quadratic program of a step.
+
+    Attributes:
+        qp: The program.
+        moved: See `ConvexStages`; None without a contribution of the dynamics to the Hessian.
+    """
+
+    qp: QuadraticProgram
+    moved: FloatArray | None
 
 
 class Transcription:
@@ -62,9 +76,11 @@ class Transcription:
         node = np.arange(N + 1)[:, None] * self._width
         self._x: IntArray = node + np.arange(nx)
         self._u: IntArray = node[:-1] + nx + np.arange(nu)
+        self._z: IntArray = np.concatenate([self._x[:-1], self._u], axis=1)
         self._scales()
         self._fixed: BoolArray = problem.x_low == problem.x_high
-        self._A, self._P = self._equality_pattern(), self._hessian_pattern()
+        self._A = self._equality_pattern()
+        self._hessian = StageHessian(problem, self._x, self._u, self._g, self._z_scale)
         self._C = [self._constraint_pattern(own) for own in problem.constraints]
         equal = [own.low == own.high for own in problem.constraints]
         self._is_equal = [np.tile(row, len(c.nodes)) for row, c in zip(equal, problem.constraints)]  # noqa: B905
@@ -84,6 +100,7 @@ class Transcription:
         self.scale[self._g[: self._np]] = problem.parameters.scale
         if self._has_time:
             self.scale[-1] = self.t_scale
+        self._z_scale = np.concatenate([self.x_scale, self.u_scale, self.scale[self._g]])
 
     def _equality_pattern(self) -> SparsePattern:
         N, nx, nu = self._N, self._nx, self._nu
@@ -104,25 +121,6 @@ class Transcription:
         rows.append(N * nx + np.arange(len(fixed)))
         columns.append(fixed)
         return SparsePattern(rows, columns, (N * nx + len(fixed), self.size))
-
-    def _hessian_pattern(self) -> SparsePattern:
-        own = np.concatenate([self._x.ravel(), self._u.ravel()])
-        before, after = self._u[:-1].ravel(), self._u[1:].ravel()
-        rows, columns = [own, before, after, self._g], [own, after, before, self._g]
-        costs, nx = self.problem.costs, self._nx
-        self._has_state_rates, self._has_dense = bool(costs.state_rates.any()), bool(costs.nodes)
-        if self._has_state_rates:
-            rows += [self._x[:-1].ravel(), self._x[1:].ravel()]
-            columns += [self._x[1:].ravel(), self._x[:-1].ravel()]
-        if self._has_dense:
-            i, j = np.nonzero(~np.eye(nx, dtype=bool))
-            rows.append(self._x[:, i].ravel())
-            columns.append(self._x[:, j].ravel())
-        if self._has_time:
-            final = np.full(len(own), self.size - 1)
-            rows += [own, final]
-            columns += [final, own]
-        return SparsePattern(rows, columns, (self.size, self.size))
 
     def _constraint_pattern(self, own: NodeConstraint) -> SparsePattern:
         count, r = len(own.nodes), len(own.low)
@@ -164,56 +162,62 @@ class Transcription:
         )
 
     def program(
-        self, at: Iterate, own: Linearisation, damping: float, curvature: float = 0.0
-    ) -> QuadraticProgram:
+        self, at: Iterate, own: Linearisation, damping: float, of_dynamics: FloatArray
+    ) -> Program:
         """Return the quadratic program of a step from an iterate, in scaled variables.
+
+        The Hessian is that of the Lagrangian with the largest share of the dynamics with which the
+        program is convex.
 
         Args:
             at: The iterate.
             own: Terms at the iterate.
             damping: Number that is added to the diagonal of the Hessian, relative to `cost_scale`.
-            curvature: From `duration_curvature`.
+            of_dynamics: Hessians of the multiplied ends of the intervals by their scaled states,
+                controls and globals, shape (N, nz, nz).
         """
         per_cost = 1.0 / self.cost_scale(own.terms)
-        terms = own.terms._replace(tt=own.terms.tt + curvature)
-        P = self._hessian(terms, damping / per_cost) * per_cost
         g = self.gradient(at, own.terms) * per_cost
+        blocks, moved = self._hessian.blocks(own.terms) * per_cost, None
+        convex = self._with_dynamics(own, blocks, of_dynamics * per_cost)
+        if convex is not None:
+            blocks, moved = convex.blocks, convex.moved
+            g[self._z] += convex.gradients[:, : self._width]
+            g[self._g] += convex.gradients[:, self._width :].sum(axis=0)
+        P = self._hessian.matrix(blocks, own.terms, per_cost, damping)
         A, b = self._equalities(at, own)
         C, low, high = self._inequalities(own)
         equal = np.concatenate([*self._is_equal, np.empty(0, dtype=bool)])
         A = vstack([A, C[equal]], format="csc")
         b = np.concatenate([b, low[equal]])
         lb, ub = self._bounds(at)
-        return QuadraticProgram(P, g, A, b, C[~equal], low[~equal], high[~equal], lb, ub)
+        qp = QuadraticProgram(P, g, A, b, C[~equal], low[~equal], high[~equal], lb, ub)
+        return Program(qp, moved)
 
-    def _hessian(self, t: CostTerms, damping: float) -> csc_matrix:
-        s = self.scale
-        own = np.concatenate([self._x.ravel(), self._u.ravel()])
-        entries = [np.concatenate([t.xx.ravel(), t.uu.ravel()]) * s[own] ** 2 + damping]
-        coupled = t.uv * self.u_scale**2
-        of_globals = 2.0 * self.problem.parameters.weights
-        if self._has_time:
-            of_globals = np.append(of_globals, t.tt)
-        entries += [coupled, coupled, of_globals * s[self._g] ** 2 + damping]
-        if self._has_state_rates:
-            coupled = t.xv * self.x_scale**2
-            entries += [coupled, coupled]
-        if self._has_dense:
-            i, j = np.nonzero(~np.eye(self._nx, dtype=bool))
-            entries.append(t.dense[:, i, j] * self.x_scale[i] * self.x_scale[j])
-        if self._has_time:
-            across = np.concatenate([t.xt.ravel(), t.ut.ravel()]) * s[own] * s[-1]
-            entries += [across, across]
-        return self._P.fill(*entries)
+    def _with_dynamics(
+        self, own: Linearisation, blocks: FloatArray, of_dynamics: FloatArray
+    ) -> ConvexStages | None:
+        """Return convex stages with a share of the dynamics; None if there are none."""
+        if not of_dynamics.any():
+            return None
+        blocks, nx = blocks.copy(), self._nx
+        np.einsum("kii->ki", blocks)[:, :nx] += _FIXED * self._fixed
+        for constraint, jacobian in zip(self.problem.constraints, own.jacobians, strict=True):
+            J = (jacobian * self.x_scale)[:, constraint.low == constraint.high]
+            blocks[constraint.nodes, :nx, :nx] += _FIXED * np.einsum("kri,krj->kij", J, J)
+        ends, gaps = self._ends_by_stages(own), own.gaps / self.x_scale
+        free = np.concatenate([np.flatnonzero(~self._fixed[0]), nx + np.arange(len(self._g))])
+        return convexify_with_share(blocks, of_dynamics, ends, gaps, self._nu, free)
+
+    def _ends_by_stages(self, own: Linearisation) -> FloatArray:
+        """Return the scaled derivatives of ends by states, controls, globals, (N, nx, nz)."""
+        ends = own.intervals
+        by_all = np.concatenate([ends.A, ends.B, self._by_globals(ends)], axis=2)
+        return np.asarray(by_all / self.x_scale[:, None] * self._z_scale)
 
     def _equalities(self, at: Iterate, own: Linearisation) -> tuple[csc_matrix, FloatArray]:
-        N, intervals, per_row = self._N, own.intervals, 1.0 / self.x_scale[:, None]
-        parts = [
-            intervals.A * per_row * self.x_scale,
-            intervals.B * per_row * self.u_scale,
-            -np.ones((N, self._nx)),
-            self._by_globals(intervals) * per_row * self.scale[self._g],
-        ]
+        nx, nz, ends = self._nx, self._width, self._ends_by_stages(own)
+        parts = ends[:, :, :nx], ends[:, :, nx:nz], -np.ones((self._N, nx)), ends[:, :, nz:]
         count = int(self._fixed.sum())
         A = self._A.fill(*parts, np.ones(count))
         rest = (self.problem.x_low - at.x) / self.x_scale
@@ -274,28 +278,24 @@ class Transcription:
         time = abs(terms.gt) * self.t_scale / self._N if self._has_time else 0.0
         return max(uu, time) or 1.0
 
-    def duration_curvature(
-        self, before: Iterate, old: Linearisation, after: Iterate, new: Linearisation, y: FloatArray
-    ) -> float:
-        """Return the curvature by the duration that the Hessian of the cost lacks, at least 0.
+    def stages(self, at: Iterate) -> FloatArray:
+        """Return the scaled states, controls and globals of each interval, shape (N, nz)."""
+        own = np.append(at.parameters, at.duration) if self._has_time else at.parameters
+        parts = at.x[:-1], at.u, np.tile(own, (self._N, 1))
+        return np.asarray(np.concatenate(parts, axis=1) / self._z_scale)
 
-        It is the secant of the Lagrangian along a step, since the dynamics depend on products of
-        the duration with states and controls.
+    def multipliers(self, own: Linearisation, program: Program, step: QpSolution) -> FloatArray:
+        """Return the multipliers of the scaled dynamics from those of a program, shape (N, nx)."""
+        y = step.y[: own.gaps.size].reshape(own.gaps.shape)
+        if program.moved is not None:
+            x, g = step.d[self._x], np.tile(step.d[self._g], (self._N + 1, 1))
+            s = np.concatenate([x, g], axis=1)
+            y = y + np.einsum("kij,kj->ki", program.moved, s)[1:, : self._nx]
+        return np.asarray(y * self.cost_scale(own.terms))
 
-        Args:
-            before: Iterate before the step.
-            old: Its terms.
-            after: Iterate after the step.
-            new: Its terms.
-            y: Multipliers of the equalities of the step.
-        """
-        change, t = after.duration - before.duration, old.terms
-        if abs(change) < _MIN_DURATION_CHANGE * before.duration:
-            return 0.0
-        force = y[: old.gaps.size].reshape(old.gaps.shape) * self.cost_scale(t) / self.x_scale
-        slope = new.terms.gt - t.gt + (force * (new.intervals.c - old.intervals.c)).sum() / self._N
-        modelled = (t.xt * (after.x - before.x)).sum() + (t.ut * (after.u - before.u)).sum()
-        return max(float((slope - modelled) / change) - t.tt, 0.0)
+    def stage_gradients(self, own: Linearisation, multipliers: FloatArray) -> FloatArray:
+        """Return the gradients of the multiplied ends by the scaled stages, shape (N, nz)."""
+        return np.asarray(np.einsum("ki,kij->kj", multipliers, self._ends_by_stages(own)))
 
     def gradient(self, at: Iterate, terms: CostTerms) -> FloatArray:
         """Return the gradient of the cost by the scaled variables."""
@@ -314,7 +314,8 @@ class Transcription:
             return None
         values = [own.evaluate(at.x[own.nodes])[0] for own in problem.constraints]
         values, gaps = self._values(at, values), intervals.ends - at.x[1:]
-        return self._total(self.violations(at, gaps, values)), problem.cost(at)
+        violation = sum(float(part.sum()) for part in self.violations(at, gaps, values))
+        return violation, problem.cost(at)
 
     def move(self, at: Iterate, d: FloatArray, share: float) -> Iterate:
         """Return the iterate after a share of a step d, which is in scaled variables."""
@@ -325,10 +326,7 @@ class Transcription:
 
     def violation(self, at: Iterate, own: Linearisation) -> float:
         """Return the sum of all scaled violations of the constraints."""
-        return self._total(self.violations(at, own.gaps, own.values))
-
-    def _total(self, violations: list[FloatArray]) -> float:
-        return float(sum(float(part.sum()) for part in violations))
+        return sum(float(part.sum()) for part in self.violations(at, own.gaps, own.values))
 
     def violations(
         self, at: Iterate, gaps: FloatArray, values: list[FloatArray]
