@@ -28,6 +28,7 @@
     ARRAY(origin, 3 * frames)   /* of the frame in the world; lies on the axis */                      \
     ARRAY(axis, 3 * frames)     /* in the world */                                                     \
     ARRAY(point, 3 * points)  /* via points in the world */                                            \
+    ARRAY(fixed_length, points) /* distance to the next point, if both are fixed to one frame; or -1 */ \
     ARRAY(link, 3 * frames)     /* from the parent frame's origin to this one's, in the world */       \
     ARRAY(spin, 3 * frames)     /* angular velocity of the frame, in the world */                      \
     ARRAY(slide, 3 * frames)    /* velocity of the motion itself: axis * qd */                         \
@@ -95,6 +96,7 @@
     ARRAY(free_matrix, closures ? dofs * dofs : 0)                                                     \
     ARRAY(task_bias, 3 * tasks)                                                                        \
     ARRAY(lengths, muscles)                                                                            \
+    ARRAY(branch_row, n->branches ? variables : 0) /* row of L of one branch */                        \
     ARRAY(jacobian, muscles *dofs)                                                                     \
     ARRAY(torques, dofs)                                                                               \
     ARRAY(task_values, 3 * tasks)                                                                      \
@@ -141,6 +143,9 @@
     ARRAY(wrap_half, wraps)            /* infinite for an infinite cylinder */                      \
     ARRAY(wrap_has_axis, wraps)        /* 1 for a cylinder, 0 for a sphere */                          \
     ARRAY(wrap_sense, wraps)           /* side of the wrap */                                          \
+    ARRAY(wrap_is_mujoco, wraps)       /* 1 for MuJoCo's rule */                                       \
+    ARRAY(wrap_is_guided, wraps)       /* 1 for MuJoCo's rule with a side point */                     \
+    ARRAY(wrap_aside, 3 * wraps)       /* from the centre to this point, in the frame of the surface */ \
     ARRAY(wrap_is_special, wraps)      /* 1: wrap_simd.c does not support it */                        \
     ARRAY(wrap_turning, wraps)         /* turning angle of the last move, if turns are counted */      \
     ARRAY(wrap_before, wraps)          /* via point before it, of a routed muscle; -1: inactive */     \

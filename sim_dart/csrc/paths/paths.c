@@ -13,7 +13,9 @@
 #include "../optional_parts.h"
 #include "multi_wrap.h"
 #include "place.h"
+#include "routed/route_wraps.h"
 #include "routed/routed.h"
+#include "routed/wrap_rules.h"
 #include "span.h"
 #include "wrap.h"
 #include "wrap_simd.h"
@@ -22,7 +24,7 @@
 #include <string.h>
 
 /* Add the segment from via point k to the next one, as a straight line. */
-static real add_segment(const core *c, int32_t k, real *row)
+static inline real add_segment(const core *c, int32_t k, real *row)
 {
     const real *A = c->point + 3 * k, *B = A + 3;
     real u[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]};
@@ -33,25 +35,40 @@ static real add_segment(const core *c, int32_t k, real *row)
     return length;
 }
 
+/* Compute the surface of the only wrap of a segment and the way around it. Return 0 if the rule of the wrap
+   excludes a contact. */
+static inline int find_way(const core *c, int32_t k, int32_t w, wrap_surface *surface, wrap_way *way)
+{
+    const real *A = c->point + 3 * k, *B = A + 3;
+    *surface = placed_surface(c, c->blob.wrap_surface[w]);
+    *way = wrap_way_of(c, w);
+    if (!USES_ROUTES || c->blob.wrap_rule[w] == RULE_TAUT) return 1;
+    return route_wraps_rule(c, w, A, B, surface, way) != RULE_STRAIGHT;
+}
+
 /* Compute the contact of a segment over one surface. */
 static void trace_wrap(core *c, int32_t k, int32_t w)
 {
     const real *A = c->point + 3 * k, *B = A + 3;
-    const wrap_surface surface = placed_surface(c, c->blob.wrap_surface[w]);
-    const wrap_way way = wrap_way_of(c, w);
+    real *numbers = c->wrap_contact + CONTACT_NUMBERS * w;
+    wrap_surface surface;
+    wrap_way way;
     contact passed;
+    numbers[CONTACT_NUMBERS - 1] = 0;
+    if (!find_way(c, k, w, &surface, &way)) return;
     wrap_over(&surface, &way, A, B, &passed);
-    write_contact(c->wrap_contact + CONTACT_NUMBERS * w, &passed, A, B);
+    write_contact(numbers, &passed, A, B);
 }
 
 /* Add a segment over one surface, computed separately. */
 static real add_wrap(core *c, int32_t k, int32_t w, real *row)
 {
     const real *A = c->point + 3 * k, *B = A + 3;
-    const int32_t s = c->blob.wrap_surface[w], frame = c->blob.surface_frame[s];
-    const wrap_surface surface = placed_surface(c, s);
-    const wrap_way way = wrap_way_of(c, w);
+    const int32_t frame = c->blob.surface_frame[c->blob.wrap_surface[w]];
+    wrap_surface surface;
+    wrap_way way;
     pull over;
+    if (!find_way(c, k, w, &surface, &way)) return add_segment(c, k, row);
     const int ends = wrap_ends(&c->blob, w), is_touched = wrap_pull(&surface, &way, A, B, ends, &over);
     if (way.is_counted) c->wrap_turning[w] = over.turning;
     if (!is_touched) return add_segment(c, k, row);
@@ -136,7 +153,7 @@ static real add_sequence(core *c, int32_t k, progress at, int32_t surfaces, int3
 /* Return whether the next wrap, at via point k, is computed in parallel with others. */
 static inline int is_in_lane(const core *c, int32_t k, int32_t w, wrap_lanes *lanes)
 {
-    if (w >= c->blob.counts.wraps || c->blob.wrap_point[w] != k) return 0;
+    if (w >= c->blob.counts.wraps || c->blob.wrap_point[w] != k || c->wrap_is_special[w] != 0) return 0;
     if (w >= lanes->first + lanes->count) wrap_simd_fill(c, w, lanes);
     return lanes->is_alone[w - lanes->first] == 0;
 }
@@ -200,39 +217,101 @@ static void place_all(core *c)
     if (USES_ROUTES && blob->counts.moves) routed_place(c);
 }
 
+/* Position of the iteration over all paths. */
+typedef struct {
+    progress at;
+    int32_t next; /* next via point with a wrap or a pulley after it */
+    int is_traced;
+    wrap_lanes lanes;
+} walker;
+
+/* Add the segments from via point k to `last`. */
+static inline real add_part(core *c, walker *w, int32_t k, int32_t last, real *row)
+{
+    real length = 0;
+    for (; k < last; k++) {
+        if (!(USES_WRAPS || USES_SEQUENCES) || k != w->next) {
+            const real fixed = c->fixed_length[k];
+            length += value_of(fixed) >= 0 ? fixed : add_segment(c, k, row);
+            continue;
+        }
+        length += add_curved_segment(c, k, &w->at, &w->lanes, row, w->is_traced);
+        w->next = next_curved_segment(&c->blob, &w->at);
+    }
+    return length;
+}
+
+/* Add the branches of a muscle with the via points from `first` to before `end`. */
+static real add_branches(core *c, walker *w, int32_t first, int32_t end, real *row)
+{
+    const blob_view *blob = &c->blob;
+    const size_t size = (size_t)blob->counts.variables;
+    real length = 0, divisor = 1;
+    for (int32_t start = first, stop; start < end; start = stop) {
+        progress *at = &w->at;
+        if (at->branch < blob->counts.branches && blob->branch_point[at->branch] == start)
+            divisor = blob->branch_divisor[at->branch++];
+        const int is_more = at->branch < blob->counts.branches && blob->branch_point[at->branch] < end;
+        stop = is_more ? blob->branch_point[at->branch] : end;
+        memset(c->branch_row, 0, size * sizeof(real));
+        length += add_part(c, w, start, stop - 1, c->branch_row) / divisor;
+        for (size_t j = 0; j < size; j++) row[j] += c->branch_row[j] / divisor;
+    }
+    return length;
+}
+
+static inline real add_muscle(core *c, walker *w, int32_t m, int32_t first, real *row)
+{
+    const blob_view *blob = &c->blob;
+    const int32_t end = first + blob->muscle_points[m];
+    if (USES_ROUTES && c->is_routed[m] != 0) {
+        const real length = routed_add(c, m, first, &w->at, row, w->is_traced);
+        w->next = next_curved_segment(blob, &w->at);
+        return length;
+    }
+    if (USES_ROUTES && w->at.branch < blob->counts.branches && blob->branch_point[w->at.branch] < end)
+        return add_branches(c, w, first, end, row);
+    return add_part(c, w, first, end - 1, row);
+}
+
 static void walk(core *c, int is_traced)
 {
     const blob_view *blob = &c->blob;
     const size_t dofs = (size_t)blob->counts.dofs;
-    progress at = {0, 0, 0, 0, 0, 0};
-    wrap_lanes lanes;
-    lanes.first = lanes.count = 0;
+    walker w;
+    memset(&w.at, 0, sizeof w.at);
+    w.is_traced = is_traced, w.lanes.first = w.lanes.count = 0;
+    w.next = next_curved_segment(blob, &w.at);
     memset(c->jacobian, 0, (size_t)blob->counts.muscles * dofs * sizeof(real));
-    int32_t k = 0, next = next_curved_segment(blob, &at);
-    for (int32_t m = 0; m < blob->counts.muscles; m++, k++) {
-        real length = 0, *own = c->jacobian + (size_t)m * dofs, *row = c->is_driven ? c->row : own;
-        const int is_routed = USES_ROUTES && c->is_routed[m] != 0;
+    for (int32_t m = 0, k = 0; m < blob->counts.muscles; k += blob->muscle_points[m], m++) {
+        real *own = c->jacobian + (size_t)m * dofs, *row = c->is_driven ? c->row : own;
         if (c->is_driven) memset(row, 0, (size_t)blob->counts.variables * sizeof(real));
-        if (is_routed) {
-            length = routed_add(c, m, k, &at, row, is_traced);
-            k += blob->muscle_points[m] - 1;
-            next = next_curved_segment(blob, &at);
-        }
-        for (const int32_t last = k + (is_routed ? 0 : blob->muscle_points[m] - 1); k < last; k++) {
-            if (!(USES_WRAPS || USES_SEQUENCES) || k != next) {
-                length += add_segment(c, k, row);
-                continue;
-            }
-            length += add_curved_segment(c, k, &at, &lanes, row, is_traced);
-            next = next_curved_segment(blob, &at);
-        }
+        c->lengths[m] = add_muscle(c, &w, m, k, row);
         if (c->is_driven) variables_fold(c, row, own);
-        c->lengths[m] = length;
+    }
+}
+
+/* Compute the lengths of the segments between points that are fixed to the same frame; -1 for all others. */
+static void find_fixed_segments(core *c)
+{
+    const blob_view *blob = &c->blob;
+    for (int32_t k = 0; k < blob->counts.points; k++) {
+        const real *a = blob->point_position + 3 * k, *b = a + 3;
+        c->fixed_length[k] = -1;
+        if (k + 1 == blob->counts.points || blob->point_frame[k] != blob->point_frame[k + 1]) continue;
+        const real d[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+        c->fixed_length[k] = sqrt(dot3(d, d));
+    }
+    for (int32_t i = 0; i < blob->counts.moves; i++) {
+        const int32_t k = blob->move_point[i];
+        c->fixed_length[k] = -1;
+        if (k > 0) c->fixed_length[k - 1] = -1;
     }
 }
 
 void paths_prepare(core *c)
 {
+    find_fixed_segments(c);
     for (int32_t w = 0; w < c->blob.counts.wraps; w++) c->wrap_turning[w] = NAN;
     if (USES_WRAPS) wrap_simd_prepare(c);
     if (USES_ROUTES) routed_prepare(c);

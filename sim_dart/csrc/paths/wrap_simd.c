@@ -1,5 +1,5 @@
-/* Parallel computation of the most frequent wraps of wrap.c: ends outside of a sphere or a cylinder, no
-   turns.
+/* Parallel computation of the most frequent wraps of wrap.c and of MuJoCo's rule: ends outside of a sphere or
+   a cylinder, no turns, on the shorter way.
 
    One wrap is a long chain of roots, quotients and an arc tangent, each of which waits for the previous one.
    Here each operation is applied to all wraps before the next operation, in loops without branches, which
@@ -9,11 +9,17 @@
      entering   g b - (g a.b + ta) / a.a a,     leaving   (g a.b + tb) / b.b b - g a,
 
    from (a x b) x b = (a.b) b - (b.b) a. This loses digits if the straight line nearly passes through the
-   axis; wrap.c computes this case and all other rare cases. */
+   axis; wrap.c and wrap_rules.c compute this case and all other rare cases.
+
+   MuJoCo's rule depends on the direction s from the centre to the side point. If the straight line meets the
+   circle, the cable is on the shorter way unless s lies opposite to both ends:
+
+     (a x s).(a x b) = a.a s.b - a.b s.a <= 0     and     (s x b).(a x b) = b.b s.a - a.b s.b <= 0. */
 #include "wrap_simd.h"
 
 #include "../math/elementary.h"
 #include "../math/quick_arc.h"
+#include "../math/vectors.h"
 
 #include <math.h>
 
@@ -23,6 +29,7 @@
 /* One lane per wrap; names as in `view` of wrap.c. */
 typedef struct {
     real a[3][LANES], b[3][LANES], n[3][LANES], d[3][LANES]; /* ends, seen from the centre; axis; b - a */
+    real s[3][LANES]; /* direction to the side point */
     real aa[LANES], bb[LANES], dd[LANES], ab[LANES], xx[LANES], h[LANES];
     real is_touched[LANES]; /* 1 or 0 */
     real ta[LANES], tb[LANES], cross[LANES];
@@ -38,7 +45,12 @@ static void gather(const core *c, int32_t first, int count, lane_views *v)
         for (int j = 0; j < 3; j++) {
             v->a[j][i] = A[j] - centre[j], v->b[j][i] = B[j] - centre[j];
             v->n[j][i] = axis[j], v->d[j][i] = B[j] - A[j];
+            v->s[j][i] = 0;
         }
+        if (c->wrap_is_guided[first + i] == 0) continue;
+        const int32_t frame = c->blob.surface_frame[c->blob.wrap_surface[first + i]];
+        const real *local = c->wrap_aside + 3 * (first + i), *R = c->rotation + 9 * frame;
+        for (int j = 0; j < 3; j++) v->s[j][i] = frame < 0 ? local[j] : dot3(R + 3 * j, local);
     }
 }
 
@@ -48,12 +60,18 @@ static inline real is_less(real a, real b)
     return value_of(a) < value_of(b) ? 1 : 0;
 }
 
+static inline real chosen(real is_first, real first, real second)
+{
+    return is_first != 0 ? first : second;
+}
+
 /* Compute the ends perpendicular to the axis, and whether the cable touches. */
 static void compute_views(const core *c, lane_views *restrict v, wrap_lanes *restrict out)
 {
     const real *radius = c->wrap_radius + out->first, *half = c->wrap_half + out->first;
     const real *side = c->wrap_sense + out->first, *has_axis = c->wrap_has_axis + out->first;
-    const real *is_special = c->wrap_is_special + out->first;
+    const real *is_special = c->wrap_is_special + out->first, *is_mujoco = c->wrap_is_mujoco + out->first;
+    const real *is_guided = c->wrap_is_guided + out->first;
     for (int i = 0; i < out->count; i++) {
         const real n0 = v->n[0][i], n1 = v->n[1][i], n2 = v->n[2][i];
         const real p0 = v->a[0][i], p1 = v->a[1][i], p2 = v->a[2][i];
@@ -68,16 +86,23 @@ static void compute_views(const core *c, lane_views *restrict v, wrap_lanes *res
         const real x0 = a1 * b2 - a2 * b1, x1 = a2 * b0 - a0 * b2, x2 = a0 * b1 - a1 * b0;
         const real xx = x0 * x0 + x1 * x1 + x2 * x2, RR = radius[i] * radius[i];
         const real about = side[i] * (x0 * n0 + x1 * n1 + x2 * n2), inner = smaller(aa, bb);
+        const real ab = aa + ad, sa = v->s[0][i] * a0 + v->s[1][i] * a1 + v->s[2][i] * a2;
+        const real sb = v->s[0][i] * b0 + v->s[1][i] * b1 + v->s[2][i] * b2;
+        const real is_opposite = (1 - is_less(ab * sa, aa * sb)) * (1 - is_less(ab * sb, bb * sa));
         const real is_after_a = is_less(ad, 0), is_before_b = is_less(-ad, dd);
-        const real is_bent = is_after_a * is_before_b * is_less(xx, RR * dd);
+        const real is_met = is_after_a * is_before_b * is_less(xx, RR * dd);
         const real is_shrunk = is_less(inner, RR), is_off = is_less(half[i], larger(fabs(za), fabs(zb)));
-        const real is_aside = is_less(MIN_SINE2 * aa * bb, xx), is_longer = is_less(about, 0);
+        const real is_aside = is_less(MIN_SINE2 * aa * bb, xx), is_longer = larger(is_less(about, 0), is_guided[i] * is_opposite);
         const real is_plain = (1 - is_shrunk) * (1 - is_off) * is_aside * (1 - is_longer);
+        const real is_outside = 1 - is_mujoco[i] * is_shrunk, is_bent = is_met * is_outside;
+        /* the direction of s at the nearest point of the straight line, if it does not meet the circle */
+        const real between = dd * sa - ad * (sb - sa), before = chosen(is_before_b, between, sb);
+        const real is_against = is_guided[i] * is_outside * (1 - is_met) * is_less(chosen(is_after_a, before, sa), 0);
         v->a[0][i] = a0, v->a[1][i] = a1, v->a[2][i] = a2;
         v->b[0][i] = b0, v->b[1][i] = b1, v->b[2][i] = b2;
-        v->aa[i] = aa, v->bb[i] = bb, v->dd[i] = dd, v->ab[i] = aa + ad, v->xx[i] = xx, v->h[i] = zb - za;
+        v->aa[i] = aa, v->bb[i] = bb, v->dd[i] = dd, v->ab[i] = ab, v->xx[i] = xx, v->h[i] = zb - za;
         v->is_touched[i] = is_bent * is_plain;
-        out->is_alone[i] = is_special[i] + is_bent * (1 - is_plain);
+        out->is_alone[i] = is_special[i] + is_bent * (1 - is_plain) + is_against;
     }
 }
 
@@ -176,6 +201,19 @@ static int shares_segment(const blob_view *blob, int32_t w, int32_t *pulley)
            (*pulley < pulleys && blob->pulley_point[*pulley] == *point);
 }
 
+/* Store the direction to the side point of MuJoCo's rule. Return whether it is not fixed to the surface, or
+   inside, so that the cable runs inside. */
+static int prepare_side(core *c, int32_t w)
+{
+    const int32_t g = c->blob.wrap_guide[w], s = c->blob.wrap_surface[w];
+    const real *centre = c->blob.surface_centre + 3 * s, R = c->blob.surface_radius[s];
+    real *aside = c->wrap_aside + 3 * w;
+    c->wrap_is_mujoco[w] = c->blob.wrap_rule[w] == RULE_MUJOCO, c->wrap_is_guided[w] = c->wrap_is_mujoco[w] * (g >= 0);
+    if (c->wrap_is_guided[w] == 0) return 0;
+    for (int j = 0; j < 3; j++) aside[j] = c->blob.guide_vector[3 * g + j] - centre[j];
+    return c->blob.guide_frame[g] != c->blob.surface_frame[s] || value_of(dot3(aside, aside)) < value_of(R * R);
+}
+
 void wrap_simd_prepare(core *c)
 {
     const blob_view *blob = &c->blob;
@@ -185,11 +223,13 @@ void wrap_simd_prepare(core *c)
         const int32_t s = blob->wrap_surface[w], side = blob->wrap_side[w];
         const int is_cylinder = blob->surface_kind[s] == SURFACE_CYLINDER;
         const int is_ellipsoid = blob->surface_kind[s] == SURFACE_ELLIPSOID;
+        const int has_ends = value_of(blob->surface_half[s]) > 0 && blob->wrap_rule[w] == RULE_TAUT;
         c->wrap_radius[w] = blob->surface_radius[s], c->wrap_has_axis[w] = is_cylinder;
-        c->wrap_half[w] = value_of(blob->surface_half[s]) > 0 ? blob->surface_half[s] : INFINITY;
+        c->wrap_half[w] = has_ends ? blob->surface_half[s] : INFINITY;
         c->wrap_sense[w] = side;
-        c->wrap_is_special[w] = side == WRAP_INSIDE || is_ellipsoid || blob->wrap_turns[w] ||
-                                (c->is_counting && is_cylinder) || shares_segment(blob, w, &pulley);
+        const int is_beside = prepare_side(c, w), is_counted = c->is_counting && is_cylinder && !blob->wrap_rule[w];
+        c->wrap_is_special[w] = side == WRAP_INSIDE || is_ellipsoid || blob->wrap_turns[w] || is_counted || is_beside ||
+                                blob->wrap_rule[w] == RULE_OPENSIM || shares_segment(blob, w, &pulley);
         c->wrap_ends |= wrap_ends(blob, w);
     }
 }

@@ -24,17 +24,15 @@ static wrap_surface surface_of(const core *c, int32_t w)
     return placed_surface(c, c->blob.wrap_surface[w]);
 }
 
-/* Return the surface with infinite length: the rules of other programs do not taper the ends of a cylinder. */
+/* The rules of other programs do not taper the ends of a cylinder. */
 static wrap_surface without_ends(wrap_surface s)
 {
     s.half = 0;
     return s;
 }
 
-/* Apply wrap_rule to a wrap between two points in the world. */
-static int evaluate_rule(const core *c, int32_t w, const real A[3], const real B[3], wrap_way *way)
+int route_wraps_rule(const core *c, int32_t w, const real A[3], const real B[3], wrap_surface *s, wrap_way *way)
 {
-    const wrap_surface s = surface_of(c, w);
     const int32_t g = c->blob.wrap_guide[w];
     real guide[3];
     memset(way, 0, sizeof *way);
@@ -42,7 +40,9 @@ static int evaluate_rule(const core *c, int32_t w, const real A[3], const real B
         tree_point(c, c->blob.guide_frame[g], c->blob.guide_vector + 3 * g, guide);
     else if (g >= 0)
         tree_direction(c, c->blob.guide_frame[g], c->blob.guide_vector + 3 * g, guide);
-    return wrap_rule(c->blob.wrap_rule[w], &s, g >= 0 ? guide : NULL, A, B, way);
+    const int how = wrap_rule(c->blob.wrap_rule[w], s, g >= 0 ? guide : NULL, A, B, way);
+    *s = without_ends(*s);
+    return how;
 }
 
 static int is_equal(const real a[3], const real b[3])
@@ -108,9 +108,9 @@ static int try_part(const core *c, route *r, int32_t w, int32_t i, int rank, con
 {
     wrap_way way;
     contact over;
-    const int how = evaluate_rule(c, w, A, B, &way);
+    wrap_surface s = surface_of(c, w);
+    const int how = route_wraps_rule(c, w, A, B, &s, &way);
     if (how == RULE_STRAIGHT) return 0;
-    const wrap_surface s = without_ends(surface_of(c, w));
     contact_over(r, w, &s, &way, A, B, &over);
     const real d[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]}, change = over.pull.length - sqrt(dot3(d, d));
     if (how != RULE_MEETS && !(value_of(change) < value_of(best->change))) return 0;
@@ -197,10 +197,7 @@ static int path_over_one(core *c, route *r, int32_t w, int32_t i, int32_t j, pat
     wrap_surface s = surface_of(c, w);
     wrap_way round = wrap_way_of(c, w);
     pull over;
-    if (!is_taut) {
-        if (evaluate_rule(c, w, A, B, &round) == RULE_STRAIGHT) return 0;
-        s = without_ends(s);
-    }
+    if (!is_taut && route_wraps_rule(c, w, A, B, &s, &round) == RULE_STRAIGHT) return 0;
     contact passed;
     const int is_ellipsoid = s.kind == SURFACE_ELLIPSOID;
     if (is_traced || is_ellipsoid) contact_over(r, w, &s, &round, A, B, &passed);

@@ -26,6 +26,11 @@ typedef struct {
     real length, entering[3], leaving[3];
 } path_between;
 
+/* Apply the rule of a wrap, except RULE_TAUT, between two points in the world. Return the same as wrap_rule;
+   the surface then has no ends. */
+CORE_INSIDE int route_wraps_rule(const core *c, int32_t w, const real A[3], const real B[3], wrap_surface *s,
+                                 wrap_way *way);
+
 /* Select the points between which each wrap lies: wrap_before is the one before it, or -1 if the wrap is
    inactive. */
 CORE_INSIDE void route_wraps_choose(core *c, route *r);

@@ -1,5 +1,5 @@
-/* Muscles with more than fixed points and taut wraps: conditional points, points that move on their links,
-   branches, lengths proportional to coordinates, wraps with the rules of MuJoCo and OpenSim.
+/* Muscles with more than fixed points, branches and single wraps: conditional points, points that move on
+   their links, lengths proportional to coordinates, wraps with OpenSim's rule, several with MuJoCo's.
 
    Point k has an activity s_k: 1, 0, or a value between in a smoothed transition. A straight path from point
    i to j is weighted by s_i s_j times the product of 1 - s_k over the points between, and divided by the
@@ -101,9 +101,11 @@ static void add_straight(const core *c, const route *r, int32_t i, int32_t j, pa
 {
     const real *A = c->point + 3 * i, *B = c->point + 3 * j;
     real u[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]};
-    way->length = sqrt(dot3(u, u));
     memset(way->entering, 0, sizeof way->entering);
     memset(way->leaving, 0, sizeof way->leaving);
+    way->length = j == i + 1 ? c->fixed_length[i] : -1;
+    if (value_of(way->length) >= 0) return;
+    way->length = sqrt(dot3(u, u));
     if (way->length == 0) return;
     for (int k = 0; k < 3; k++) way->entering[k] = way->leaving[k] = u[k] / way->length, u[k] = r->factor * way->leaving[k];
     span_add(c, u, A, c->blob.point_frame[i], B, c->blob.point_frame[j], row);
@@ -200,6 +202,22 @@ real routed_add(core *c, int32_t m, int32_t first, progress *at, real *row, int 
 
 /* ------------------------------------------------------------------------------ selection of muscles */
 
+/* Return whether a wrap is not the only one of its segment, with our rule or MuJoCo's. */
+static int needs_routing(const blob_view *blob, int32_t w)
+{
+    const int32_t *point = blob->wrap_point + w;
+    if (blob->wrap_rule[w] != RULE_MUJOCO) return blob->wrap_rule[w] != RULE_TAUT;
+    return (w > 0 && point[-1] == *point) || (w + 1 < blob->counts.wraps && point[1] == *point);
+}
+
+/* Return whether one of the wraps before wrap w would lie between the last branch and the one from `point` on. */
+static int has_wrap_before(const blob_view *blob, int32_t w, int32_t point)
+{
+    while (w-- > 0 && blob->wrap_point[w] >= point - 1)
+        if (blob->wrap_point[w] == point - 1) return 1;
+    return 0;
+}
+
 void routed_prepare(core *c)
 {
     const blob_view *blob = &c->blob;
@@ -207,10 +225,11 @@ void routed_prepare(core *c)
     for (int32_t m = 0; m < blob->counts.muscles; m++) {
         const int32_t end = first + blob->muscle_points[m];
         int is_routed = blob->muscle_points[m] < 2;
-        for (; w < blob->counts.wraps && blob->wrap_point[w] < end; w++) is_routed |= blob->wrap_rule[w] != RULE_TAUT;
+        for (; w < blob->counts.wraps && blob->wrap_point[w] < end; w++) is_routed |= needs_routing(blob, w);
         for (; condition < blob->counts.conditions && blob->condition_point[condition] < end; condition++) is_routed = 1;
         for (; move < blob->counts.moves && blob->move_point[move] < end; move++) is_routed = 1;
-        for (; branch < blob->counts.branches && blob->branch_point[branch] < end; branch++) is_routed = 1;
+        for (; branch < blob->counts.branches && blob->branch_point[branch] < end; branch++)
+            is_routed |= has_wrap_before(blob, w, blob->branch_point[branch]);
         for (; term < blob->counts.path_terms && blob->path_term_muscle[term] == m; term++) is_routed = 1;
         c->is_routed[m] = is_routed;
         for (int32_t k = first; k < end; k++) c->point_share[k] = 1;

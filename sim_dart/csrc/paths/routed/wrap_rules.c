@@ -67,24 +67,15 @@ static real turned(const flat *f, const real u[3], const real v[3])
 }
 
 /* Return whether the two straight parts cross. */
-static int is_crossing(const flat *f, const real touch[3], const real lift[3])
+static int is_crossing(const flat *f, int sense)
 {
-    real u[3], v[3], w[3];
+    real touch[3], lift[3], u[3], v[3], w[3];
+    tangents(f, sense, touch, lift);
     for (int k = 0; k < 3; k++) u[k] = touch[k] - f->a[k], v[k] = lift[k] - f->b[k], w[k] = f->b[k] - f->a[k];
     const real det = turned(f, u, v);
     if (value_of(fabs(det)) < MIN_SQUARE) return 0;
     const real s = turned(f, w, v) / det, t = turned(f, w, u) / det;
     return value_of(s) >= 0 && value_of(s) <= 1 && value_of(t) >= 0 && value_of(t) <= 1;
-}
-
-/* Return the criterion by which MuJoCo selects the sense without a side point: the chord. */
-static real chord_of(const flat *f, int sense)
-{
-    real touch[3], lift[3], chord[3];
-    tangents(f, sense, touch, lift);
-    if (is_crossing(f, touch, lift)) return INFINITY;
-    for (int k = 0; k < 3; k++) chord[k] = touch[k] - lift[k];
-    return dot3(chord, chord);
 }
 
 /* Return whether a direction lies between the directions opposite to the ends, where the longer path passes. */
@@ -115,11 +106,9 @@ static int mujoco_rule(const wrap_surface *s, const flat *f, const real *guide, 
     const int is_clear = value_of(dot3(near, near)) > value_of(f->RR);
     if (is_clear && (!guide || value_of(dot3(side, near)) >= 0)) return RULE_STRAIGHT;
     const int natural = value_of(turned(f, f->a, f->b)) >= 0 ? 1 : -1;
-    if (guide)
-        way->side = is_opposite(f, side) ? -natural : natural;
-    else
-        way->side = value_of(chord_of(f, -1)) < value_of(chord_of(f, 1)) ? -1 : 1;
-    return isfinite(chord_of(f, way->side)) ? RULE_WRAPS : RULE_STRAIGHT;
+    way->side = guide && is_opposite(f, side) ? -natural : natural;
+    if (!is_clear) return RULE_WRAPS; /* neither path crosses itself, and the natural one has the shorter chord */
+    return is_crossing(f, way->side) ? RULE_STRAIGHT : RULE_WRAPS;
 }
 
 /* Return whether a point at that height is in the quadrant. */
