@@ -42,7 +42,8 @@ static inline int find_way(const core *c, int32_t k, int32_t w, wrap_surface *su
     const real *A = c->point + 3 * k, *B = A + 3;
     *surface = placed_surface(c, c->blob.wrap_surface[w]);
     *way = wrap_way_of(c, w);
-    if (!USES_ROUTES || c->blob.wrap_rule[w] == RULE_TAUT) return 1;
+    if (c->wrap_sense[w] == WRAP_INSIDE) way->side = WRAP_INSIDE, way->is_counted = 0;
+    if (!USES_ROUTES || c->blob.wrap_rule[w] == RULE_TAUT || way->side == WRAP_INSIDE) return 1;
     return route_wraps_rule(c, w, A, B, surface, way) != RULE_STRAIGHT;
 }
 

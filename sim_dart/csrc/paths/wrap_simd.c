@@ -201,7 +201,7 @@ static int shares_segment(const blob_view *blob, int32_t w, int32_t *pulley)
            (*pulley < pulleys && blob->pulley_point[*pulley] == *point);
 }
 
-/* Store the direction to the side point of MuJoCo's rule. Return whether it is not fixed to the surface, or
+/* Store the direction to the side point of MuJoCo's rule. Return whether it is not fixed to the surface; or
    inside, so that the cable runs inside. */
 static int prepare_side(core *c, int32_t w)
 {
@@ -211,7 +211,10 @@ static int prepare_side(core *c, int32_t w)
     c->wrap_is_mujoco[w] = c->blob.wrap_rule[w] == RULE_MUJOCO, c->wrap_is_guided[w] = c->wrap_is_mujoco[w] * (g >= 0);
     if (c->wrap_is_guided[w] == 0) return 0;
     for (int j = 0; j < 3; j++) aside[j] = c->blob.guide_vector[3 * g + j] - centre[j];
-    return c->blob.guide_frame[g] != c->blob.surface_frame[s] || value_of(dot3(aside, aside)) < value_of(R * R);
+    if (c->blob.guide_frame[g] != c->blob.surface_frame[s]) return 1;
+    const int is_inside = value_of(dot3(aside, aside)) < value_of(R * R);
+    if (is_inside) c->wrap_sense[w] = WRAP_INSIDE;
+    return is_inside;
 }
 
 void wrap_simd_prepare(core *c)

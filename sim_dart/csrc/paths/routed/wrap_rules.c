@@ -9,7 +9,6 @@
 #include "../../math/vectors.h"
 #include "../../optional_parts.h"
 #include "../ellipsoid/ellipsoid.h"
-#include "../wrap_inside.h"
 
 #include <math.h>
 #include <stddef.h>
@@ -86,15 +85,14 @@ static int is_opposite(const flat *f, const real side[3])
     return value_of(from * natural) >= 0 && value_of(to * natural) >= 0;
 }
 
-static int mujoco_rule(const wrap_surface *s, const flat *f, const real *guide, const real A[3], const real B[3],
-                       wrap_way *way)
+static int mujoco_rule(const wrap_surface *s, const flat *f, const real *guide, wrap_way *way)
 {
     real side[3];
     for (int k = 0; k < 3 && guide; k++) side[k] = guide[k] - s->centre[k];
     if (guide) {
         if (value_of(dot3(side, side)) < value_of(f->RR)) { /* also along the axis of a cylinder */
             way->side = WRAP_INSIDE;
-            return wrap_inside_is_clear(s, A, B) ? RULE_STRAIGHT : RULE_WRAPS;
+            return RULE_WRAPS; /* or straight: see wrap_inside.c */
         }
         const real along = dot3(side, f->n);
         for (int k = 0; k < 3; k++) side[k] -= along * f->n[k];
@@ -181,5 +179,5 @@ int wrap_rule(int32_t rule, const wrap_surface *s, const real *guide, const real
     const int is_outside = flatten(s, A, B, &f);
     way->is_forced = 1, way->side = 0;
     if (!is_outside) return RULE_STRAIGHT;
-    return rule == RULE_MUJOCO ? mujoco_rule(s, &f, guide, A, B, way) : opensim_rule(s, &f, guide, way);
+    return rule == RULE_MUJOCO ? mujoco_rule(s, &f, guide, way) : opensim_rule(s, &f, guide, way);
 }
