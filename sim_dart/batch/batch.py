@@ -72,6 +72,7 @@ class Batch:
             are reset.
         variant: Index of the variant of every instance, shape (n,).
         state_names: Names of the states of muscles, such as `activation.biceps`.
+        command_names: Quantity of each command, such as `excitation`; empty for a passive muscle.
         command_low: Smallest effective commands, shape (m,).
         command_high: Largest effective commands, shape (m,); infinite for ideal cables.
     """
@@ -100,7 +101,7 @@ class Batch:
         dofs, m = len(robot.coordinates), len(robot.muscles)
         self._actuated = [k for k, c in enumerate(robot.coordinates) if c.actuated]
         laws = self._instances.laws[0]
-        self.state_names = laws.state_names
+        self.state_names, self.command_names = laws.state_names, laws.command_names
         self.command_low, self.command_high = laws.command_low, laws.command_high
         view = self._instances.view
         self.q, self.qd = view("q", dofs), view("qd", dofs)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import re
 import shutil
-from importlib.resources import files
 from pathlib import Path
 
 from addin_sdfusion.robot import InputError, UnknownNameError
@@ -14,9 +13,7 @@ from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.cli.common import GOOD, add_json, print_files
 from cardsflow_fmu.cli.parser import Commands
 from cardsflow_fmu.cli.terminal.messages import print_note
-
-DATA = "examples_data"
-"""Folder of the examples in the package; hatch_build.py creates it in a wheel."""
+from cardsflow_fmu.experiment.examples import examples_folder
 
 _OTHER_EXAMPLE = re.compile(r"""["'](?:\.\./)+(\w+)""")
 _IGNORED = ("results", "__pycache__", ".*", "*.pyc", "*.fmu")
@@ -45,13 +42,6 @@ def add_examples(commands: Commands) -> None:
         help="folder in which the folder of the example is created (default: .)",
     )
     add_json(parser, "the folder names")
-
-
-def examples_folder() -> Path:
-    """Return the folder of the examples: in the package, or in a clone of the repository."""
-    package = Path(str(files("cardsflow_fmu")))
-    data = package / DATA
-    return data if data.is_dir() else package.parent / "examples"
 
 
 def example_titles() -> dict[str, str]:

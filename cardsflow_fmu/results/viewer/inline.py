@@ -65,14 +65,19 @@ def show(
     Raises:
         InputError: The result has no rows, or lacks joint positions.
     """
-    shown = ShownPage(_page(thing, folder))
+    return shown(_page(thing, folder))
+
+
+def shown(html: str) -> ShownPage:
+    """Return a page for the output of a notebook; outside of notebooks, open the browser."""
+    page = ShownPage(html)
     if not _in_notebook():
         with tempfile.NamedTemporaryFile(
             "w", suffix=".html", delete=False, encoding="utf-8"
         ) as file:
-            file.write(shown.html)
+            file.write(page.html)
         webbrowser.open(Path(file.name).as_uri())
-    return shown
+    return page
 
 
 def _page(thing: Robot | Experiment | ExperimentRunData, folder: str | Path | None) -> str:

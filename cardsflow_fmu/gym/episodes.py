@@ -1,0 +1,158 @@
+"""Episodes of n instances of a task: the common part of both environments."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from gymnasium.utils import seeding
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import InputError, Robot, SimulationError
+from cardsflow_fmu.utils.arrays import BoolArray, FloatArray
+from sim_dart import Batch
+
+from .actions import ActionMap, Actions
+from .tasks.task import Task, Terms
+
+Observations = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Setup:
+    """Robot, task and step of an environment.
+
+    Attributes:
+        robot: The robot.
+        task: The task.
+        step: Length of a step of the environment, in [s].
+        substeps: Integrator steps per step of the environment.
+        integrator: `euler` or `rk4`.
+        action: Map from actions to commands, see `Actions`.
+        variants: Robots of which each episode draws one (default: only `robot`).
+        rest: Activation of the muscles at the start; None: the smallest in equilibrium.
+        folder: Folder of the robot with its meshes, for the viewer; None without one.
+    """
+
+    robot: Robot
+    task: Task
+    step: float = 0.02
+    substeps: int = 10
+    integrator: Any = "euler"
+    action: ActionMap = "auto"
+    variants: Sequence[Robot] = ()
+    rest: float | None = None
+    folder: Any = field(default=None, compare=False)
+
+
+class Transition(NamedTuple):
+    """Result of a step of all instances, arrays with n rows."""
+
+    observations: Observations
+    rewards: FloatArray
+    terminated: BoolArray
+    truncated: BoolArray
+    terms: Terms
+
+
+class Episodes:
+    """Episodes of n instances of a task.
+
+    Args:
+        setup: Robot, task and step.
+        n: Number of instances.
+        max_episode_steps: Number of steps after which an episode is truncated; None: never.
+        threads: Number of threads; see `Batch`.
+
+    Attributes:
+        batch: The instances.
+        targets: Targets of the episodes, shape (n, k).
+        generators: Random numbers of the instances.
+    """
+
+    def __init__(
+        self, setup: Setup, n: int, max_episode_steps: int | None, threads: int = 0
+    ) -> None:
+        if max_episode_steps is not None and (
+            isinstance(max_episode_steps, bool)
+            or not isinstance(max_episode_steps, int)
+            or max_episode_steps < 1
+        ):
+            raise InputError(
+                f"max_episode_steps must be a whole number from 1, not {max_episode_steps!r}"
+            )
+        self.setup, self.task, self._max = setup, setup.task, max_episode_steps
+        options = {"integrator": setup.integrator, "substeps": setup.substeps}
+        self.batch = Batch(
+            setup.robot, n, setup.step, **options, variants=setup.variants, threads=threads
+        )
+        self.actions = Actions(setup.robot, self.batch, setup.action)
+        self.generators: list[np.random.Generator] = [np.random.default_rng(0)] * n
+        first = self.task.start(np.random.default_rng(0))
+        self.targets: FloatArray = np.tile(first.target, (n, 1))
+        self._q = np.tile(first.q, (n, 1))
+        self.is_seeded = False
+
+    def seed(self, seeds: Sequence[int | None], chosen: BoolArray | None = None) -> None:
+        """Seed the random numbers of instances; None for a random seed."""
+        for i, seed in enumerate(seeds):
+            if chosen is None or chosen[i]:
+                self.generators[i] = seeding.np_random(seed)[0]
+        self.is_seeded = True
+
+    def reset(self, chosen: BoolArray) -> None:
+        """Start new episodes of chosen instances."""
+        if not self.is_seeded:
+            self.seed([None] * self.batch.n)
+        variant = None
+        indices = np.flatnonzero(chosen).tolist()
+        for i in indices:
+            self._q[i], self.targets[i] = self.task.start(self.generators[i])
+        if len(self.setup.variants) > 1:
+            variant = self.batch.variant.copy()
+            for i in indices:
+                variant[i] = self.generators[i].integers(len(self.setup.variants))
+        self.batch.reset(chosen, self._q, commands=self.actions.rest, variant=variant)
+        if self.setup.rest is not None:
+            for column in self.task.activation_columns(self.batch):
+                self.batch.states[chosen, column] = self.setup.rest
+
+    def observations(self) -> Observations:
+        """Return the observations of all instances, shape (n, k)."""
+        found = self.task.observation(self.batch, self.targets).astype(np.float32)
+        if self.batch.diverged.any():
+            found[self.batch.diverged] = 0.0
+        return found
+
+    def step(self, actions: NDArray[np.floating]) -> Transition:
+        """Advance all instances by one step.
+
+        Args:
+            actions: Actions from -1 to 1, shape (n, k). Values beyond are clipped.
+
+        Raises:
+            InputError: An action is not finite, or the shape is wrong.
+        """
+        given = np.asarray(actions)
+        if given.shape != (self.batch.n, self.actions.size):
+            raise InputError(
+                f"actions must have shape {(self.batch.n, self.actions.size)}, not {given.shape}"
+            )
+        if given.dtype.kind not in "fiu" or not np.isfinite(given).all():
+            raise InputError(f"actions must be finite numbers, not {given!r}")
+        with suppress(SimulationError):  # `diverged` specifies the instances
+            self.batch.step(*self.actions.commands(given))
+        rewards, terms = self.task.rewards(self.batch, self.targets)
+        terminated = np.asarray(terms["done"], dtype=np.bool_)
+        bad = self.batch.diverged
+        if bad.any():
+            rewards[bad] = -self.task.weights["penalty"]
+            terminated = terminated | bad
+            terms["diverged"] = bad
+        truncated = np.zeros(self.batch.n, dtype=np.bool_)
+        if self._max is not None:
+            truncated = self.batch.ticks >= self._max
+        return Transition(self.observations(), rewards, terminated, truncated, terms)

@@ -1,0 +1,1 @@
+"""Tasks of environments: observations, rewards and the start of episodes."""

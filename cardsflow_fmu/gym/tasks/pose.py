@@ -1,0 +1,145 @@
+"""Pose task: bring the joints to a target pose. The terms are those of MyoSuite's pose task."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from addin_sdfusion.robot import InputError, Robot, UnknownNameError
+from cardsflow_fmu.utils.arrays import FloatArray
+from sim_dart import Batch
+
+from .task import Start, Task, Terms, near_and_far_terms, norms
+
+StartPose = Literal["initial", "random"]
+
+
+class PoseTask(Task):
+    """Task to bring joints to a pose.
+
+    Reward terms: `pose` is minus the distance d to the target in joint space; `bonus` is 1 below
+    1.5 times the threshold, 2 below the threshold; `penalty` is -1 beyond `far`, where the episode
+    ends; `act_reg` is minus the norm of the activations divided by their number.
+
+    Args:
+        robot: The robot.
+        targets: Ranges of the target by coordinate; other coordinates are free.
+        threshold: Distance below which the task is solved, in [rad] or [m].
+        far: Distance at which an episode ends.
+        start: Whether an episode starts in the initial pose or in a random one.
+        weights: Changes of the weights of the reward terms.
+
+    Raises:
+        InputError: A range or a threshold is invalid.
+        UnknownNameError: A coordinate or a reward term does not exist.
+    """
+
+    default_weights: ClassVar = {"pose": 1.0, "bonus": 4.0, "act_reg": 1.0, "penalty": 50.0}
+
+    def __init__(
+        self,
+        robot: Robot,
+        targets: Mapping[str, Sequence[float]] | None = None,
+        threshold: float = 0.35,
+        far: float = 2.0 * np.pi,
+        start: StartPose = "initial",
+        weights: Mapping[str, float] | None = None,
+    ) -> None:
+        super().__init__(robot, weights)
+        if start not in ("initial", "random"):
+            raise InputError(f"start must be 'initial' or 'random', not {start!r}")
+        names = [c.name for c in robot.coordinates]
+        ranges = {c.name: (c.lower, c.upper) for c in robot.coordinates}
+        targets = ranges if targets is None else targets
+        for name in targets:
+            if name not in names:
+                raise UnknownNameError("coordinate", name, names)
+        self._low, self._high = bounds("targets", targets)
+        self._columns = [names.index(name) for name in targets]
+        self._threshold, self._far = positive("threshold", threshold), positive("far", far)
+        self._initial = np.array([c.initial for c in robot.coordinates])
+        self._is_random = start == "random"
+        self._limits = limits(robot) if self._is_random else (self._initial, self._initial)
+
+    def start(self, rng: np.random.Generator) -> Start:
+        """Draw the target, then the start pose."""
+        target = rng.uniform(self._low, self._high)
+        return Start(rng.uniform(*self._limits) if self._is_random else self._initial, target)
+
+    def observe(self, batch: Batch, targets: FloatArray) -> list[FloatArray]:
+        """Return the distances of the joints to the target."""
+        return [targets - batch.q[:, self._columns]]
+
+    def terms(self, batch: Batch, targets: FloatArray) -> Terms:
+        """Return the reward terms."""
+        distance = norms(targets - batch.q[:, self._columns])
+        done = distance > self._far
+        near = near_and_far_terms(distance, self._threshold, 1.5 * self._threshold)
+        return {
+            "pose": -distance,
+            "sparse": -distance,
+            "penalty": -1.0 * done,
+            "done": done,
+            **near,
+        }
+
+
+def bounds(what: str, ranges: Mapping[str, ArrayLike]) -> tuple[FloatArray, FloatArray]:
+    """Return the lower and upper ends of ranges.
+
+    Raises:
+        InputError: A range is not (low, high) with finite numbers in this order.
+    """
+    if not ranges:
+        raise InputError(f"{what} must not be empty; name at least one coordinate or point")
+    low, high = [], []
+    for name, pair in ranges.items():
+        try:
+            a, b = (np.asarray(end, dtype=np.float64) for end in pair)  # type: ignore[union-attr]
+        except (TypeError, ValueError):
+            raise InputError(f"{what}: {name!r} must be (low, high), not {pair!r}") from None
+        if a.shape != b.shape or not (np.isfinite(a).all() and np.isfinite(b).all()):
+            raise InputError(f"{what}: {name!r} must have finite ends, not {pair!r}")
+        if (a > b).any():
+            raise InputError(f"{what}: {name!r} must begin below its end, not {pair!r}")
+        low.append(a.reshape(-1))
+        high.append(b.reshape(-1))
+    return np.concatenate(low), np.concatenate(high)
+
+
+def positive(what: str, value: float) -> float:
+    """Return a positive, finite number.
+
+    Raises:
+        InputError: The value is something else.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < np.inf:
+        raise InputError(f"{what} must be positive and finite, not {value!r}")
+    return float(value)
+
+
+def limits(
+    robot: Robot, ranges: Mapping[str, ArrayLike] | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Return the ends of ranges of all coordinates.
+
+    Args:
+        robot: The robot.
+        ranges: Ranges by coordinate (default: joint limits).
+
+    Raises:
+        InputError: A range is invalid, or a coordinate is not limited.
+        UnknownNameError: A coordinate does not exist.
+    """
+    found: dict[str, ArrayLike] = {c.name: (c.lower, c.upper) for c in robot.coordinates}
+    for name, pair in (ranges or {}).items():
+        if name not in found:
+            raise UnknownNameError("coordinate", name, found)
+        found[name] = pair
+    for name, pair in found.items():
+        if name not in (ranges or {}) and not np.isfinite(pair).all():
+            raise InputError(f"random poses need limits; coordinate {name!r} has none")
+    return bounds("poses", found)

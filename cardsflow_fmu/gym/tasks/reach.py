@@ -1,0 +1,132 @@
+"""Reach task: bring end-effector points to targets. The terms are those of MyoSuite's reach."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from addin_sdfusion.robot import InputError, Robot, UnknownNameError
+from cardsflow_fmu.utils.arrays import FloatArray
+from sim_dart import Batch
+
+from .pose import bounds, limits, positive
+from .task import Start, Task, Terms, near_and_far_terms, norms
+
+Sampling = Literal["box", "workspace"]
+
+_POSES = 100_000
+_CHUNK = 1000
+
+
+class ReachTask(Task):
+    """Task to bring k end-effector points to targets.
+
+    Reward terms: `reach` is minus the distance d to the targets, over all points; `bonus` is 1
+    below 2 k thresholds, 2 below k thresholds; `penalty` is -1 beyond k `far`, where the episode
+    ends; `act_reg` as for `PoseTask`.
+
+    Args:
+        robot: The robot. Its active task set contains the points.
+        targets: Boxes of the targets (low, high), in [m], by task frame (default: infinite boxes
+            for all points, with the sampling `workspace`).
+        sampling: `box` draws targets in the boxes. `workspace` draws reachable ones: positions
+            at random poses that lie in the boxes.
+        poses: Ranges of coordinates at random poses (default: joint limits).
+        threshold: Distance for each point below which the task is solved, in [m].
+        far: Distance for each point at which an episode ends, in [m].
+        weights: Changes of the weights of the reward terms.
+
+    Raises:
+        InputError: A range or a threshold is invalid, or no pose reaches the boxes.
+        UnknownNameError: A task frame or a reward term does not exist.
+    """
+
+    default_weights: ClassVar = {"reach": 1.0, "bonus": 4.0, "act_reg": 0.0, "penalty": 50.0}
+
+    def __init__(
+        self,
+        robot: Robot,
+        targets: Mapping[str, ArrayLike] | None = None,
+        sampling: Sampling = "box",
+        poses: Mapping[str, ArrayLike] | None = None,
+        threshold: float = 0.0125,
+        far: float = 0.35,
+        weights: Mapping[str, float] | None = None,
+    ) -> None:
+        super().__init__(robot, weights)
+        if sampling not in ("box", "workspace"):
+            raise InputError(f"sampling must be 'box' or 'workspace', not {sampling!r}")
+        names = [f.name for f in robot.task_frames if not f.is_orientation]
+        self._rows = point_columns(robot, names if targets is None else list(targets))
+        if targets is None:
+            sampling = "workspace"
+            self._high = np.full(len(self._rows), np.inf)
+            self._low = -self._high
+        else:
+            self._low, self._high = bounds("targets", targets)
+        if self._low.size != len(self._rows):
+            raise InputError(
+                f"targets: the boxes have {self._low.size} numbers, but the points have "
+                f"{len(self._rows)} coordinates"
+            )
+        count = len(names if targets is None else targets)
+        self._near = count * positive("threshold", threshold)
+        self._far = count * positive("far", far)
+        self._initial = np.array([c.initial for c in robot.coordinates])
+        self._points = self._reachable(poses or {}) if sampling == "workspace" else None
+
+    def start(self, rng: np.random.Generator) -> Start:
+        """Draw the targets."""
+        if self._points is None:
+            return Start(self._initial, rng.uniform(self._low, self._high))
+        return Start(self._initial, self._points[rng.integers(len(self._points))])
+
+    def observe(self, batch: Batch, targets: FloatArray) -> list[FloatArray]:
+        """Return the points and their distances to the targets."""
+        points = batch.task_position[:, self._rows]
+        return [points, targets - points]
+
+    def terms(self, batch: Batch, targets: FloatArray) -> Terms:
+        """Return the reward terms; the first two steps have no penalty."""
+        distance = norms(targets - batch.task_position[:, self._rows])
+        done = (distance > self._far) & (batch.ticks > 2)
+        near = near_and_far_terms(distance, self._near, 2.0 * self._near)
+        return {
+            "reach": -distance,
+            "sparse": -distance,
+            "penalty": -1.0 * done,
+            "done": done,
+            **near,
+        }
+
+    def _reachable(self, ranges: Mapping[str, ArrayLike]) -> FloatArray:
+        """Return positions of the points at random poses, shape (k, 3 points)."""
+        rng, (low, high) = np.random.default_rng(0), limits(self.robot, ranges)
+        poses = np.stack([rng.uniform(a, b, _POSES) for a, b in zip(low, high, strict=True)], 1)
+        batch, found = Batch(self.robot, _CHUNK), []
+        rest = np.maximum(batch.command_low, 0.0)
+        for k in range(0, _POSES, _CHUNK):
+            batch.reset(q=poses[k : k + _CHUNK], commands=rest)
+            found.append(batch.task_position[:, self._rows])
+        points = np.concatenate(found)
+        inside = ((points >= self._low) & (points <= self._high)).all(axis=1)
+        if not inside.any():
+            raise InputError("targets: no pose of the robot brings the points into the boxes")
+        return points[inside]
+
+
+def point_columns(robot: Robot, names: list[str]) -> list[int]:
+    """Return the columns of points in the task coordinates.
+
+    Raises:
+        UnknownNameError: A task frame does not exist.
+    """
+    frames = {frame.name for frame in robot.task_frames}
+    for name in names:
+        if name not in frames:
+            raise UnknownNameError("task frame", name, sorted(frames))
+    owners = [frame.name for frame in robot.task_frames for _ in frame.axes]
+    return [k for name in names for k, owner in enumerate(owners) if owner == name]

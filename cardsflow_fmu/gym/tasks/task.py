@@ -1,0 +1,122 @@
+"""Task: what an environment observes and rewards, for all instances of a batch at once."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import InputError, Robot, UnknownNameError
+from cardsflow_fmu.utils.arrays import FloatArray
+from sim_dart import Batch
+
+Terms = dict[str, NDArray[Any]]
+
+
+class Start(NamedTuple):
+    """Start of an episode.
+
+    Attributes:
+        q: Joint positions, shape (dofs,), in [rad] or [m].
+        target: Target of the episode, shape (k,).
+    """
+
+    q: FloatArray
+    target: FloatArray
+
+
+class Task(ABC):
+    """Task of n instances.
+
+    Args:
+        robot: The robot.
+        weights: Changes of the weights of the reward terms.
+
+    Attributes:
+        weights: Weights of the reward terms, whose sum is the reward.
+    """
+
+    default_weights: ClassVar[Mapping[str, float]]
+
+    def __init__(self, robot: Robot, weights: Mapping[str, float] | None) -> None:
+        self.robot = robot
+        self.weights = dict(self.default_weights)
+        for name, weight in (weights or {}).items():
+            if name not in self.weights:
+                raise UnknownNameError("reward term", name, self.weights)
+            if not np.isfinite(weight):
+                raise InputError(f"the weight of {name!r} must be finite, not {weight}")
+            self.weights[name] = float(weight)
+        self._activations: list[int] | None = None
+
+    @abstractmethod
+    def start(self, rng: np.random.Generator) -> Start:
+        """Return the start of an episode.
+
+        Args:
+            rng: Random numbers of the instance.
+        """
+
+    @abstractmethod
+    def observe(self, batch: Batch, targets: FloatArray) -> list[FloatArray]:
+        """Return the parts of the observation before the activations, each of shape (n, k).
+
+        Args:
+            batch: The instances.
+            targets: Targets of the episodes, shape (n, k).
+        """
+
+    @abstractmethod
+    def terms(self, batch: Batch, targets: FloatArray) -> Terms:
+        """Return the reward terms, `solved` and `done`, each of shape (n,), as for `observe`."""
+
+    def activation_columns(self, batch: Batch) -> list[int]:
+        """Return the columns of the activations in the states of muscles."""
+        if self._activations is None:
+            names = batch.state_names
+            self._activations = [k for k, n in enumerate(names) if n.startswith("activation.")]
+        return self._activations
+
+    def activations(self, batch: Batch) -> FloatArray:
+        """Return the activations of the muscles that have one, shape (n, a)."""
+        columns = self.activation_columns(batch)
+        return batch.states if len(columns) == batch.states.shape[1] else batch.states[:, columns]
+
+    def observation(self, batch: Batch, targets: FloatArray) -> FloatArray:
+        """Return the observations: q, qd times the length of a step, the parts, activations."""
+        rates = batch.qd * batch.step_size
+        parts = [batch.q, rates, *self.observe(batch, targets), self.activations(batch)]
+        return np.concatenate(parts, axis=1)
+
+    def rewards(self, batch: Batch, targets: FloatArray) -> tuple[FloatArray, Terms]:
+        """Return the rewards, shape (n,), and all terms."""
+        terms = self.terms(batch, targets)
+        active = self.activations(batch)
+        size = max(active.shape[1], 1)
+        terms["act_reg"] = -np.sqrt(np.einsum("ij,ij->i", active, active)) / size
+        reward = np.zeros(batch.n)
+        for name, weight in self.weights.items():
+            if weight:
+                reward += weight * terms[name]
+        return reward, terms
+
+
+def near_and_far_terms(distance: FloatArray, near: float, beyond: float) -> Terms:
+    """Return the bonus for two distances and `solved`.
+
+    Args:
+        distance: Distances to the target, shape (n,).
+        near: Distance below which the task is solved.
+        beyond: Distance below which the bonus begins.
+    """
+    solved = distance < near
+    return {"bonus": 1.0 * solved + (distance < beyond), "solved": solved}
+
+
+def norms(rows: FloatArray) -> FloatArray:
+    """Return the 2-norms of rows, shape (n,)."""
+    found: FloatArray = np.sqrt(np.einsum("ij,ij->i", rows, rows))
+    return found

@@ -1,0 +1,83 @@
+"""Tracking task: follow the reference of an experiment."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError, Robot
+from cardsflow_fmu.utils.arrays import FloatArray
+from sim_dart import Batch
+
+from .pose import positive
+from .task import Start, Task, Terms, near_and_far_terms, norms
+
+
+class TrackTask(Task):
+    """Task to follow a reference in joint space or operational space.
+
+    Reward terms: `track` is minus the distance d to the reference; `bonus` is 1 below twice the
+    threshold, 2 below the threshold; `penalty` is -1 beyond `far`, where the episode ends;
+    `act_reg` as for `PoseTask`.
+
+    Args:
+        robot: The robot.
+        start: Joint positions at the start, shape (dofs,).
+        reference: Desired positions at every step of an episode, shape (steps + 1, k).
+        space: `joint` or `operational`.
+        threshold: Distance below which the task is solved, in [rad] or [m].
+        far: Distance at which an episode ends.
+        ahead: Number of steps between the observed second point of the reference and the first.
+        weights: Changes of the weights of the reward terms.
+    """
+
+    default_weights: ClassVar = {"track": 1.0, "bonus": 4.0, "act_reg": 1.0, "penalty": 50.0}
+
+    def __init__(
+        self,
+        robot: Robot,
+        start: FloatArray,
+        reference: FloatArray,
+        space: str,
+        threshold: float,
+        far: float,
+        ahead: int = 5,
+        weights: Mapping[str, float] | None = None,
+    ) -> None:
+        super().__init__(robot, weights)
+        if not np.isfinite(reference).all():
+            raise InputError("the reference must be finite")
+        self._start, self._reference, self._space = start, reference, space
+        self._threshold, self._far = positive("threshold", threshold), positive("far", far)
+        self._ahead = ahead
+
+    def start(self, rng: np.random.Generator) -> Start:
+        """Return the start of the reference."""
+        return Start(self._start, self._reference[0])
+
+    def observe(self, batch: Batch, targets: FloatArray) -> list[FloatArray]:
+        """Return the distances to the reference now and ahead, in operational space also y."""
+        y = self._position(batch)
+        parts = [self._at(batch, 0) - y, self._at(batch, self._ahead) - y]
+        return parts if self._space == "joint" else [y, *parts]
+
+    def terms(self, batch: Batch, targets: FloatArray) -> Terms:
+        """Return the reward terms."""
+        distance = norms(self._at(batch, 0) - self._position(batch))
+        done = distance > self._far
+        near = near_and_far_terms(distance, self._threshold, 2.0 * self._threshold)
+        return {
+            "track": -distance,
+            "sparse": -distance,
+            "penalty": -1.0 * done,
+            "done": done,
+            **near,
+        }
+
+    def _position(self, batch: Batch) -> FloatArray:
+        return batch.q if self._space == "joint" else batch.task_position
+
+    def _at(self, batch: Batch, ahead: int) -> FloatArray:
+        return self._reference[np.minimum(batch.ticks + ahead, len(self._reference) - 1)]
