@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import ctypes
-import os
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from functools import cache
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from addin_sdfusion.robot import CardsflowError, Robot
+from sim_dart.batch.threads import Threads
 from sim_dart.core.arrays import FloatArray, IntArray
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core, library
@@ -20,7 +17,8 @@ from sim_dart.estimation.estimated_robot import estimated_robot, without_limits
 from sim_dart.muscles.friction import has_cable_friction
 from sim_dart.muscles.laws import MuscleLaws
 
-_MAX_THREADS = 8
+from .parameters import RobotFamily, RobotNumbers
+
 _NO_PARAMETERS: FloatArray = np.zeros(0)
 _MIN_SHARED = 16  # intervals; fewer are simulated in one thread
 
@@ -54,16 +52,17 @@ def _bound() -> Any:
     core.core_shooting_run.argtypes = [
         *(pointer, count, count, pointer, pointer, pointer, count, pointer, pointer, pointer)
     ]
+    core.core_shooting_along.argtypes = [
+        *(pointer, count, count, pointer, pointer, pointer, pointer, pointer)
+    ]
     return core
 
 
 class _Worker:
     """Handles of the core for one thread."""
 
-    def __init__(self, robot: Robot) -> None:
-        if has_cable_friction(robot):
-            raise CardsflowError("optimal motions do not support cable friction; remove it")
-        self._core = Core(compile_blob(robot))
+    def __init__(self, blob: bytes) -> None:
+        self._core = Core(blob)
         size = _bound().core_shooting_size(self._core.handle)
         if not size:
             raise CardsflowError(
@@ -90,6 +89,19 @@ class _Worker:
         )
         return bad
 
+    def run_along(
+        self,
+        steps: int,
+        h: FloatArray,
+        starts: FloatArray,
+        controls: FloatArray,
+        change: FloatArray,
+        derivatives: FloatArray,
+    ) -> int:
+        data = [array.ctypes.data for array in (h, starts, controls, change, derivatives)]
+        bad: int = _bound().core_shooting_along(self._handle, len(h), steps, *data)
+        return bad
+
 
 class Shooting:
     """Motion of a robot over intervals with constant forces, and its exact derivatives.
@@ -104,6 +116,8 @@ class Shooting:
         with_laws: Whether muscles have their laws; otherwise driven muscles are ideal cables, whose
             commands are tensions.
         threads: Number of threads (default: number of processors, at most 8).
+        family: Robots with other values of free parameters (default: none). Their nominal robot
+            replaces `robot`.
 
     Attributes:
         n: Number of coordinates.
@@ -118,16 +132,22 @@ class Shooting:
     """
 
     def __init__(
-        self, robot: Robot, steps: int = 1, threads: int = 0, with_laws: bool = False
+        self,
+        robot: Robot,
+        steps: int = 1,
+        threads: int = 0,
+        with_laws: bool = False,
+        family: RobotFamily | None = None,
     ) -> None:
-        own = without_limits(robot) if with_laws else estimated_robot(robot)
-        count = threads or min(os.cpu_count() or 1, _MAX_THREADS)
-        self._workers = [_Worker(own) for _ in range(count)]
-        self._pool = ThreadPoolExecutor(count) if count > 1 else None
-        self.steps = steps
+        if has_cable_friction(robot):
+            raise CardsflowError("optimal motions do not support cable friction; remove it")
+        prepare = without_limits if with_laws else estimated_robot
+        self._robot = prepare(robot)
+        self._threads, self.steps = Threads(threads), steps
         self.n, self._m = len(robot.coordinates), len(robot.muscles)
-        self._core = Core(compile_blob(own))
-        self.laws = MuscleLaws(own, self._core)
+        self._numbers = None if family is None else RobotNumbers(family, prepare)
+        self._parameters = _NO_PARAMETERS if family is None else family.nominal.copy()
+        self._open()
         self.nx = 2 * self.n + len(self.laws.state_names)
         self.driven = np.flatnonzero(~self.laws.passive).tolist()
         motors = [k for k, c in enumerate(robot.coordinates) if c.actuated]
@@ -136,6 +156,21 @@ class Shooting:
         last = self.nx + self._m + self.n
         inputs = [*range(self.nx), *(self.nx + self._controls).tolist(), last]
         self._inputs = np.array(inputs, dtype=np.int32)
+
+    def _open(self) -> None:
+        """Create the handles of the core for the current parameters."""
+        own = self._numbers
+        blob = compile_blob(self._robot) if own is None else own.blob(self._parameters)
+        self._workers = [_Worker(blob) for _ in range(self._threads.count)]
+        self._core = Core(blob)
+        self.laws = MuscleLaws(self._robot, self._core)
+
+    def use(self, parameters: FloatArray) -> None:
+        """Set the values of the free parameters for all methods, shape (np,)."""
+        if np.array_equal(parameters, self._parameters):
+            return
+        self._parameters = parameters.copy()
+        self._open()
 
     def run(
         self,
@@ -152,18 +187,21 @@ class Shooting:
             u: Controls, shape (k, nu).
             h: Lengths of the intervals, shape (k,), in [s].
             derivatives: Whether to compute derivatives; otherwise A, B, c and D are empty.
-            parameters: Values of the free parameters, shape (0,), since there are none.
+            parameters: Values of the free parameters, shape (np,), for `use` (default: unchanged).
 
         Returns:
             The intervals; None if a state diverged.
         """
+        if len(parameters):
+            self.use(parameters)
         found = self._simulate(x, u, h, self._inputs if derivatives else self._inputs[:0])
-        if found is None:
+        D = self._along_parameters(x, u, h) if found and derivatives else np.empty((len(h), 0, 0))
+        if found is None or D is None:
             return None
         ends, rows = found
         A, B = rows[:, :, : self.nx], rows[:, :, self.nx : -1]
         c = rows[:, :, -1] if derivatives else rows[:, :, 0:0]
-        return Intervals(ends, A, B, c, np.empty((len(h), self.nx, len(parameters))))
+        return Intervals(ends, A, B, c, D)
 
     def start(self, q: FloatArray, commands: FloatArray) -> FloatArray:
         """Return the states of muscles at rest.
@@ -198,26 +236,41 @@ class Shooting:
     ) -> tuple[FloatArray, FloatArray] | None:
         """Return the ends of intervals, and their derivatives by some inputs."""
         count = len(h)
-        controls = np.zeros((count, self._m + self.n))
-        controls[:, self._controls] = u
-        lengths = np.ascontiguousarray(h / self.steps)
-        starts, ends = np.ascontiguousarray(x), np.empty((count, self.nx))
-        rows = np.empty((count, self.nx, len(inputs)))
+        lengths, starts, controls = self._arguments(x, u, h)
+        ends, rows = np.empty((count, self.nx)), np.empty((count, self.nx, len(inputs)))
+        bad = []
 
-        def run(worker: _Worker, part: slice) -> int:
+        def run(worker: int, part: slice) -> None:
             arrays = lengths[part], starts[part], controls[part], inputs, ends[part], rows[part]
-            return worker.run(self.steps, *arrays)
+            bad.append(self._workers[worker].run(self.steps, *arrays))
 
-        if self._pool is None or count < _MIN_SHARED:
-            bad = run(self._workers[0], slice(0, count))
-        else:
-            bad = any(list(self._pool.map(run, self._workers, self._parts(count))))
-        if bad or not np.isfinite(ends).all():
+        self._threads.share(run, count, is_small=count < _MIN_SHARED)
+        if any(bad) or not np.isfinite(ends).all():
             return None
         if len(inputs):
             rows[:, :, -1] /= self.steps  # by the length of the interval
         return ends, rows
 
-    def _parts(self, count: int) -> Sequence[slice]:
-        ends = np.linspace(0, count, len(self._workers) + 1).astype(int)
-        return [slice(a, b) for a, b in pairwise(ends.tolist())]
+    def _along_parameters(self, x: FloatArray, u: FloatArray, h: FloatArray) -> FloatArray | None:
+        """Return the derivatives of the ends by the parameters, shape (k, nx, np)."""
+        count, own = len(h), self._numbers
+        found = np.empty((len(self._parameters), count, self.nx))
+        slopes = np.empty((0, 0)) if own is None else own.slopes(self._parameters)
+        lengths, starts, controls = self._arguments(x, u, h)
+        bad = []
+
+        def run(worker: int, part: slice) -> None:
+            arrays = lengths[part], starts[part], controls[part]
+            for slope, rows in zip(slopes, found, strict=True):
+                bad.append(self._workers[worker].run_along(self.steps, *arrays, slope, rows[part]))
+
+        self._threads.share(run, count, is_small=count < _MIN_SHARED)
+        return None if any(bad) or not np.isfinite(found).all() else found.transpose(1, 2, 0)
+
+    def _arguments(
+        self, x: FloatArray, u: FloatArray, h: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return lengths of steps, states and controls as the core needs them."""
+        controls = np.zeros((len(h), self._m + self.n))
+        controls[:, self._controls] = u
+        return np.ascontiguousarray(h / self.steps), np.ascontiguousarray(x), controls

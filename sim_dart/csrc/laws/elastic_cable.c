@@ -24,7 +24,7 @@ static cable_stretch cable_stretched(const real *k, const real *x, real l, real 
 
 TENSION_LAW(elastic_cable) = {
     .constants = CABLE_CONSTANTS,
-    .prepare = WHEN_OPENED(cable_prepare),
+    .prepare = cable_prepare,
     .tension = cable_tension,
     .stretch = cable_stretched,
 };

@@ -132,7 +132,7 @@ static real heavy_guess(const real *k, const real *state, real l, real f, real *
 TENSION_LAW(heavy_cable) = {
     .constants = HEAVY_CONSTANTS,
     .is_rough = 1,
-    .prepare = WHEN_OPENED(heavy_prepare),
+    .prepare = heavy_prepare,
     .tension = heavy_tension,
     .place = heavy_place,
     .weigh = heavy_weigh,

@@ -86,8 +86,8 @@ typedef struct {
 #else
 #define TENSION_LAW(kind) const tension_law LAW_##kind
 #endif
-/* Functions that are called when a robot is opened, or from outside of the core. A handle with tangents is a
-   copy of a plain one and does not need them. */
+/* Functions that check a robot, or are called from outside of the core. A handle with tangents is a copy of a
+   plain one and does not need them. */
 #if defined(CARDSFLOW_TANGENT)
 #define WHEN_OPENED(function) NULL
 #else

@@ -125,14 +125,18 @@ static reach *reach_of(const core *c, const muscle_law *at)
     return (reach *)(void *)c->reached + at->m;
 }
 
+/* With tangents, the ranges of commands and the numbers of states are those of the plain handle. */
 void laws_prepare(core *c)
 {
     muscle_law at, before = {0};
     for EACH_MUSCLE (c, &at) {
-        at.entry->range(at.p, at.k);
+        if (!HAS_TANGENT) {
+            at.entry->range(at.p, at.k);
+            at.k[LAW_STATES] = at.entry->states ? at.entry->states(at.p) : 0;
+        }
+        at.k[LAW_SHARED] = 0;
         if (at.law->prepare) at.law->prepare(at.p, at.k);
         reach_of(c, &at)->is_known = 0;
-        at.k[LAW_STATES] = at.entry->states ? at.entry->states(at.p) : 0;
         share_constants(&before, &at);
         before = at;
         c->has_weight |= at.law->place != NULL;

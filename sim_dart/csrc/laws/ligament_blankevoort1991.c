@@ -43,6 +43,6 @@ static real ligament_tension(const real *k, const real *x, real l, real v, real 
 
 TENSION_LAW(ligament_blankevoort1991) = {
     .constants = LIGAMENT_CONSTANTS,
-    .prepare = WHEN_OPENED(ligament_prepare),
+    .prepare = ligament_prepare,
     .tension = ligament_tension,
 };

@@ -54,7 +54,7 @@ static void mckibben_advance(const real *k, real *x, real l, real v, real u, rea
 
 TENSION_LAW(mckibben) = {
     .constants = MCKIBBEN_CONSTANTS,
-    .prepare = WHEN_OPENED(mckibben_prepare),
+    .prepare = mckibben_prepare,
     .tension = mckibben_tension,
     .rates = mckibben_rates,
     .start = mckibben_start,

@@ -143,7 +143,7 @@ static void mujoco_advance(const real *k, real *x, real l, real v, real u, real 
 
 TENSION_LAW(mujoco_muscle) = {
     .constants = MUJOCO_CONSTANTS,
-    .prepare = WHEN_OPENED(mujoco_prepare),
+    .prepare = mujoco_prepare,
     .tension = mujoco_tension,
     .rates = mujoco_rates,
     .start = mujoco_start,

@@ -17,6 +17,6 @@ static real spring_tension(const real *k, const real *x, real l, real v, real u)
 
 TENSION_LAW(passive_spring) = {
     .constants = SPRING_CONSTANTS,
-    .prepare = WHEN_OPENED(spring_prepare),
+    .prepare = spring_prepare,
     .tension = spring_tension,
 };

@@ -25,7 +25,7 @@ static cable_stretch path_spring_stretched(const real *k, const real *x, real l,
 
 TENSION_LAW(path_spring) = {
     .constants = PATH_SPRING_CONSTANTS,
-    .prepare = WHEN_OPENED(path_spring_prepare),
+    .prepare = path_spring_prepare,
     .tension = path_spring_tension,
     .stretch = path_spring_stretched,
 };

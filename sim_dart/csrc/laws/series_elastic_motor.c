@@ -121,7 +121,7 @@ static void motor_advance(const real *k, real *x, real l, real v, real u, real h
 
 TENSION_LAW(series_elastic_motor) = {
     .constants = MOTOR_CONSTANTS,
-    .prepare = WHEN_OPENED(motor_prepare),
+    .prepare = motor_prepare,
     .tension = motor_tension,
     .rates = motor_rates,
     .start = motor_start,

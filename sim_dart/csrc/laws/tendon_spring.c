@@ -20,6 +20,6 @@ static real tendon_spring_tension(const real *k, const real *x, real l, real v, 
 
 TENSION_LAW(tendon_spring) = {
     .constants = TENDON_SPRING_CONSTANTS,
-    .prepare = WHEN_OPENED(tendon_spring_prepare),
+    .prepare = tendon_spring_prepare,
     .tension = tendon_spring_tension,
 };

@@ -259,7 +259,7 @@ static void winch_advance(const real *k, real *x, real l, real v, real u, real h
 TENSION_LAW(winch) = {
     .constants = WINCH_CONSTANTS,
     .is_rough = 1,
-    .prepare = WHEN_OPENED(winch_prepare),
+    .prepare = winch_prepare,
     .tension = winch_tension,
     .stretch = winch_stretched,
     .rates = winch_rates,
@@ -271,7 +271,7 @@ TENSION_LAW(winch_position) = {
     .constants = WINCH_CONSTANTS,
     .is_rough = 1,
     .moves_along = 1,
-    .prepare = WHEN_OPENED(winch_position_prepare),
+    .prepare = winch_position_prepare,
     .tension = winch_tension,
     .stretch = winch_stretched,
     .rates = winch_rates,

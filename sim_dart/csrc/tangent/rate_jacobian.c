@@ -1,7 +1,5 @@
 #include "rate_jacobian.h"
 
-#include "tangent.h"
-
 #include <string.h>
 
 #if HAS_CORE_TANGENT
@@ -51,6 +49,11 @@ rate_jacobian *rate_jacobian_open(core *plain, void *memory)
     r->row = r->path_rates + r->n * r->m;
     r->tangent = core_tangent_open(plain, r->row + 2 * r->n);
     return r;
+}
+
+core_tangent *rate_jacobian_tangent(const rate_jacobian *r)
+{
+    return r->tangent;
 }
 
 /* Compute the accelerations due to unit external forces, and due to unit tensions. */

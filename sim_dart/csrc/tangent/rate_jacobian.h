@@ -8,6 +8,7 @@
 
 #include "../core.h"
 #include "support.h"
+#include "tangent.h"
 
 typedef struct rate_jacobian rate_jacobian;
 
@@ -17,6 +18,9 @@ size_t rate_jacobian_size(const core *plain);
 /* Create a handle in `memory`, which is 8-byte aligned; see core_tangent_open. The plain handle must outlive
    it. */
 rate_jacobian *rate_jacobian_open(core *plain, void *memory);
+
+/* Return its robot with tangents. Between two uses of this handle, the robot itself must be without changes. */
+core_tangent *rate_jacobian_tangent(const rate_jacobian *r);
 
 /* Compute the derivatives at the last state_rates_evaluate of the plain handle, with the same commands and
    external forces; rows: q, qd, law_states; columns: the same, commands, external forces. */

@@ -16,6 +16,7 @@ struct core_shooting {
     const int32_t *inputs;
     const double *controls;        /* of the interval */
     double *start, *at, *sum, *slope; /* derivatives of a state, or of its rates: width x across */
+    double *none;                     /* zeros, as many as the blob has numbers or any array */
 };
 
 static size_t width_of(const core *plain)
@@ -30,10 +31,17 @@ static size_t derivatives_of(const core *plain)
     return width_of(plain) * (width_of(plain) + controls + 1);
 }
 
+/* Return an upper bound of the length of `none`. */
+static size_t zeros_of(const core *plain)
+{
+    return core_tangent_robot_numbers(plain) + width_of(plain) + (size_t)plain->blob.counts.muscles;
+}
+
 size_t core_shooting_size(const core *plain)
 {
     if (plain->blob.counts.bends) return 0;
-    return sizeof(core_shooting) + 3 * derivatives_of(plain) * sizeof(double) + rate_jacobian_size(plain);
+    const size_t numbers = 3 * derivatives_of(plain) + zeros_of(plain);
+    return sizeof(core_shooting) + numbers * sizeof(double) + rate_jacobian_size(plain);
 }
 
 core_shooting *core_shooting_open(core *plain, void *memory)
@@ -45,7 +53,9 @@ core_shooting *core_shooting_open(core *plain, void *memory)
     s->width = width_of(plain);
     s->at = (double *)(void *)(s + 1);
     s->sum = s->at + length, s->slope = s->sum + length;
-    s->rates = rate_jacobian_open(plain, s->slope + length);
+    s->none = s->slope + length;
+    memset(s->none, 0, zeros_of(plain) * sizeof(double));
+    s->rates = rate_jacobian_open(plain, s->none + zeros_of(plain));
     return s;
 }
 
@@ -164,6 +174,38 @@ int core_shooting_run(core_shooting *s, int32_t count, int32_t steps, const doub
     return 0;
 }
 
+/* Simulate an interval along the change of the robot. */
+static int simulate_along(core_tangent *t, int32_t steps, double h, const core_shooting *s, const double *start,
+                          const double *controls, double *derivative)
+{
+    const double *none = s->none;
+    core_tangent_set(t, TANGENT_Q, start, none);
+    core_tangent_set(t, TANGENT_QD, start + s->n, none);
+    core_tangent_set(t, TANGENT_STATES, start + 2 * s->n, none);
+    core_tangent_set(t, TANGENT_COMMANDS, controls, none);
+    core_tangent_set(t, TANGENT_TORQUES, controls + s->m, none);
+    if (core_tangent_move(t) || core_tangent_runge_kutta(t, h, steps)) return 1;
+    core_tangent_changes(t, TANGENT_Q, derivative);
+    core_tangent_changes(t, TANGENT_QD, derivative + s->n);
+    core_tangent_changes(t, TANGENT_STATES, derivative + 2 * s->n);
+    return 0;
+}
+
+int core_shooting_along(core_shooting *s, int32_t count, int32_t steps, const double *h, const double *starts,
+                        const double *controls, const double *robot_changes, double *derivatives)
+{
+    core_tangent *t = rate_jacobian_tangent(s->rates);
+    int bad = 0;
+    core_tangent_change_robot(t, robot_changes);
+    for (int32_t k = 0; k < count && !bad; k++) {
+        const size_t row = (size_t)k * s->width;
+        const double *own = controls + (size_t)k * (s->m + s->n);
+        if (simulate_along(t, steps, h[k], s, starts + row, own, derivatives + row)) bad = 1 + k;
+    }
+    core_tangent_change_robot(t, s->none);
+    return bad;
+}
+
 #else
 
 size_t core_shooting_size(const core *plain)
@@ -184,6 +226,13 @@ int core_shooting_run(core_shooting *s, int32_t count, int32_t steps, const doub
 {
     (void)s, (void)count, (void)steps, (void)h, (void)starts, (void)controls, (void)directions, (void)inputs;
     (void)ends, (void)derivatives;
+    return 1;
+}
+
+int core_shooting_along(core_shooting *s, int32_t count, int32_t steps, const double *h, const double *starts,
+                        const double *controls, const double *robot_changes, double *derivatives)
+{
+    (void)s, (void)count, (void)steps, (void)h, (void)starts, (void)controls, (void)robot_changes, (void)derivatives;
     return 1;
 }
 

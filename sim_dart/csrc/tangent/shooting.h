@@ -26,4 +26,11 @@ CORE_API int core_shooting_run(core_shooting *s, int32_t count, int32_t steps, c
                                const double *controls, int32_t directions, const int32_t *inputs, double *ends,
                                double *derivatives);
 
+/* Compute the derivatives of the states at the ends, count x states, along a change of the numbers of the
+   robot's blob, in the order of its fields: see core_tangent_change_robot. Return the same as
+   core_shooting_run. */
+CORE_API int core_shooting_along(core_shooting *s, int32_t count, int32_t steps, const double *h,
+                                 const double *starts, const double *controls, const double *robot_changes,
+                                 double *derivatives);
+
 #endif

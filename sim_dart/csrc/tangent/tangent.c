@@ -64,7 +64,7 @@ static const double SMALL = 0x1p-332, PER_SMALL = 0x1p332;
 struct core_tangent {
     core *core;
     real *external_wrench, *torques;
-    int has_torques;
+    int has_torques, has_law_changes;
 };
 
 /* Return the number of reals in the working memory after a handle. */
@@ -129,7 +129,7 @@ core_tangent *core_tangent_open(const core *plain, void *memory)
     real *point = (real *)(void *)(t + 1);
     t->external_wrench = widen(point, plain->external_point, 3 * externals);
     t->torques = widen(t->external_wrench, plain->external_wrench, 6 * externals);
-    t->has_torques = 0;
+    t->has_torques = t->has_law_changes = 0;
     t->core = copy(plain, t->torques + plain->blob.counts.dofs);
     core_external_wrenches(t->core, plain->externals, plain->external_frame, point, t->external_wrench);
     return t;
@@ -196,8 +196,16 @@ size_t core_tangent_robot_numbers(const core *plain)
     return blob_length(&plain->blob);
 }
 
+/* Return whether parameters of muscle laws change along a direction. */
+static int law_changes(const core *c)
+{
+    for (int32_t k = 0; k < c->blob.counts.law_parameters; k++)
+        if (tangent_of(c->blob.law_parameter[k]) != 0) return 1;
+    return 0;
+}
+
 /* The numbers of the blob belong to this handle (see copy), in the order of the fields. Quantities derived
-   from them are computed again, except the constants of muscle laws. */
+   from them are computed again; the constants of muscle laws, which take longer, only if they change. */
 void core_tangent_change_robot(core_tangent *t, const double *changes)
 {
     core *c = t->core;
@@ -211,6 +219,9 @@ void core_tangent_change_robot(core_tangent *t, const double *changes)
 #undef CHANGE_FIELD
     tree_prepare(c);
     paths_prepare(c);
+    const int has_law_changes = law_changes(c);
+    if (has_law_changes || t->has_law_changes) laws_prepare(c);
+    t->has_law_changes = has_law_changes;
 }
 
 int core_tangent_move(core_tangent *t)

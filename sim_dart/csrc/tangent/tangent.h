@@ -55,8 +55,7 @@ void core_tangent_set(core_tangent *a, enum tangent_array which, const double *v
 /* Return the number of reals that core_tangent_change_robot changes: the real fields of the blob, in order. */
 size_t core_tangent_robot_numbers(const core *plain);
 
-/* Set the change of the robot itself, except its muscle laws. Call core_tangent_move before further moves
-   and steps. */
+/* Set the change of the robot itself. Call core_tangent_move before further moves and steps. */
 void core_tangent_change_robot(core_tangent *a, const double *changes);
 
 /* Read the values of an array. */

@@ -93,7 +93,7 @@ static inline real hill_rigid_tension(const hill_curves *f, const real *k, real 
     }
 
 #define HILL_LAW(law, constant_count)                                                                  \
-    .constants = constant_count, .prepare = WHEN_OPENED(law##_prepare), .tension = law##_tension,      \
+    .constants = constant_count, .prepare = law##_prepare, .tension = law##_tension,      \
     .rates = law##_rates, .start = law##_start, .advance = law##_advance,                              \
     .curve = WHEN_OPENED(law##_curve), .is_hill = 1
 

@@ -160,7 +160,7 @@ static real schutte_curve(const real *k, const char *name, real x, real *slope)
 
 TENSION_LAW(hill_schutte1993) = {
     .constants = HILL_CONSTANTS,
-    .prepare = WHEN_OPENED(schutte_prepare),
+    .prepare = schutte_prepare,
     .tension = schutte_tension,
     .rates = schutte_rates,
     .start = schutte_start,
