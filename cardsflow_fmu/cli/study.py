@@ -187,7 +187,8 @@ def _optimise(options: argparse.Namespace) -> int:
     if not options.json:
         _print_motion(motion)
     numbers = {"cost": solution.cost, "duration": motion.duration, "iterations": motion.iterations}
-    print_files(files, options.json, status=solution.status, **numbers)
+    warnings = list(motion.warnings)
+    print_files(files, options.json, status=solution.status, warnings=warnings, **numbers)
     if not options.json:
         own = "" if options.output is None else f", file={json_text(str(files[0].resolve()))}"
         reference = f'reference={{type="optimised"{own}}}'
@@ -203,6 +204,8 @@ def _print_iteration(own: Progress, substeps: int) -> None:
 
 
 def _print_motion(motion: OptimisedMotion) -> None:
+    for warning in motion.warnings:
+        print(f"warning     {warning}")
     iterations = f"{motion.iterations} iterations, {motion.seconds:.2f} s"
     print(f"cost        {motion.solution.cost:.6g} after {iterations}")
     print(f"duration    {motion.duration:.6g} s")

@@ -9,9 +9,8 @@ import numpy as np
 
 from addin_sdfusion.robot import Link, Pose, Robot, UnknownNameError, Vector3
 from addin_sdfusion.robot.mesh_files import allowed_mesh_file
+from addin_sdfusion.robot.model.link_segments import link_segments
 from sim_dart.scene import Box, Capsule, Cylinder, LinkShape, MeshShape, Scene, Sphere
-
-_SHORT = 1e-9  # in [m]; shorter segments have no direction
 
 
 def link_shapes(robot: Robot, scene: Scene) -> list[LinkShape]:
@@ -56,14 +55,9 @@ _KINDS: dict[str, Callable[[tuple[float, ...]], Box | Sphere | Cylinder]] = {
 
 def _capsules(robot: Robot, link: Link, radius: float) -> Iterator[LinkShape]:
     """Generate capsules from the parent joint of a link to its child joints and its far end."""
-    begin = next(j.T_child_joint.position for j in robot.joints if j.child == link.name)
-    ends = [j.T_parent_joint.position for j in robot.joints if j.parent == link.name]
-    if link.end is not None and link.end not in ends:
-        ends.append(link.end)
-    for end in ends:
-        if math.dist(begin, end) > _SHORT:
-            length = math.dist(begin, end)
-            yield LinkShape(link.name, Capsule(radius, length), between(begin, end))
+    for begin, end in link_segments(robot, link):
+        length = math.dist(begin, end)
+        yield LinkShape(link.name, Capsule(radius, length), between(begin, end))
 
 
 def between(begin: Vector3, end: Vector3) -> Pose:

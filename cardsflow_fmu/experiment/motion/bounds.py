@@ -10,6 +10,7 @@ from cardsflow_fmu.experiment.config.table import (
     Listed,
     Positive,
     Table,
+    Text,
     Vector3,
     setting,
 )
@@ -63,10 +64,20 @@ class MotionBoundSettings(Table):
 
 
 class ObstacleSettings(Table):
-    """Sphere that an end-effector point must not enter, at the nodes between intervals."""
+    """Sphere or capsule that parts of the robot must not enter, at the nodes between intervals."""
 
     centre: Vector3 = setting("centre, in the world frame, in m")
+    end: Vector3 = setting("other end of the axis of a capsule, in m (default: a sphere)", None)
     radius: Positive = setting("radius, in m")
-    points: Annotated[tuple[str, ...], Listed] = setting(
-        "names of the task frames (default: all points)", ()
+    clearance: FromZero = setting(
+        "distance of the parts from the surface, in m, such as the radius of the links", 0.0
+    )
+    points: Annotated[tuple[Text, ...], Listed] = setting(
+        "names of the task frames (default: all points, without links and cables)", ()
+    )
+    links: Annotated[tuple[Text, ...], Listed] = setting(
+        'links, as segments from joint to joint and to task frames; ["*"] for all', ()
+    )
+    cables: Annotated[tuple[Text, ...], Listed] = setting(
+        'muscles, as straight segments between via points; ["*"] for all', ()
     )

@@ -86,7 +86,7 @@ class MotionTable(Table):
         others=FREE,
     )
     obstacles: Annotated[tuple[ObstacleSettings, ...], Listed] = setting(
-        "spheres that end-effector points must not enter", ()
+        "spheres and capsules that parts of the robot must not enter", ()
     )
     cost: MotionCostSettings = setting("the cost (default: squared forces)", {})
     bounds: MotionBoundSettings = setting("bounds, in addition to those of the robot", {})

@@ -19,6 +19,7 @@ from controllers.optimal.sqp import INTERRUPTED, Optimiser, Progress, Solution
 from sim_dart.dynamics.core import CoreDynamics
 
 from .diagnosis import infeasibility, require_reachable
+from .obstacles import passages
 from .problem import MotionProblem, motion_problem
 
 _INTEGRATION_ERROR = 1e-5  # of an interval, in rad, m, and their rates
@@ -44,6 +45,7 @@ class OptimisedMotion:
         times: Times of the samples, shape (k,), in [s].
         columns: Samples of q, qd, qdd, forces and torques by name of the column.
         notes: Lines about neglected properties.
+        warnings: Lines about constraints that are violated between the nodes.
         iterations: Number of iterations, with all numbers of substeps.
         seconds: Time of the iterations, in [s].
     """
@@ -53,6 +55,7 @@ class OptimisedMotion:
     times: FloatArray
     columns: Mapping[str, FloatArray]
     notes: tuple[str, ...]
+    warnings: tuple[str, ...]
     iterations: int
     seconds: float
 
@@ -107,7 +110,10 @@ def optimise(
         what = f"the integration error of an interval is up to {error:.2g}"
         notes += (f"{what}; increase motion.substeps or motion.intervals",)
     times, columns = _samples(own, solution, experiment.run.step)
-    return OptimisedMotion(solution, own, times, columns, notes, iterations, seconds)
+    x = np.zeros((len(times), own.shooting.nx))
+    x[:, : own.dynamics.n] = np.transpose(list(columns.values())[: own.dynamics.n])
+    warnings = passages(own.problem.constraints, times, x)
+    return OptimisedMotion(solution, own, times, columns, notes, warnings, iterations, seconds)
 
 
 def _through_obstacles(own: MotionProblem) -> Iterate:

@@ -24,7 +24,8 @@ from .muscles import (
     control_bounds,
     resting_controls,
 )
-from .tasks import obstacle_constraints, task_bounds
+from .obstacles import obstacle_constraints
+from .tasks import task_bounds
 
 
 class MotionProblem(NamedTuple):
@@ -84,7 +85,9 @@ def motion_problem(experiment: Experiment) -> MotionProblem:
     names, N = actuator_names(dynamics), motion.intervals
     first = int((x_low[0] == x_high[0])[: shooting.n].all())  # a fixed pose is not constrained
     own = experiment, motion, dynamics, np.arange(first, N + 1), shooting.nx
-    constraints += goals.constraints + task_bounds(*own) + obstacle_constraints(*own)
+    constraints += goals.constraints + task_bounds(*own)
+    obstacles, more = obstacle_constraints(*own)
+    constraints += obstacles
     state_names = (
         *(f"{letter}.{c.name}" for letter in ("q", "qd") for c in robot.coordinates),
         *shooting.laws.state_names,
@@ -110,7 +113,7 @@ def motion_problem(experiment: Experiment) -> MotionProblem:
         x[:, : shooting.n] += np.linspace(0.0, 1.0, N + 1)[:, None] * advance
         x[:, shooting.n : 2 * shooting.n] += advance / duration
     guess = Iterate(x, np.tile(controls, (N, 1)), duration)
-    return MotionProblem(problem, guess, dynamics, shooting, notes)
+    return MotionProblem(problem, guess, dynamics, shooting, (*notes, *more))
 
 
 def _linear_constraints(

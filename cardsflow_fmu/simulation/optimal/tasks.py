@@ -1,14 +1,11 @@
-"""Constraints of task coordinates: goals, and obstacles for end-effector points."""
+"""Functions of states with derivatives, and bounds of task coordinates."""
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 
-from addin_sdfusion.robot import InputError, UnknownNameError
+from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.experiment.motion.bounds import ObstacleSettings
 from cardsflow_fmu.experiment.motion.settings import MotionTable
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.arrays import IntArray
@@ -56,20 +53,6 @@ class StateRows:
         return x[:, self._rows], np.tile(self._unit, (len(x), 1, 1))
 
 
-class _Distance:
-    """Distance of a point from a centre, with its derivatives."""
-
-    def __init__(self, point: TaskRows, centre: FloatArray) -> None:
-        self._point, self._centre = point, centre
-
-    def __call__(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        y, J = self._point(x)
-        away = y - self._centre
-        distance = np.linalg.norm(away, axis=1)
-        direction = away / np.maximum(distance, 1e-9)[:, None]
-        return distance[:, None], np.einsum("ki,kij->kj", direction, J)[:, None, :]
-
-
 def task_bounds(
     experiment: Experiment, motion: MotionTable, dynamics: CoreDynamics, nodes: IntArray, nx: int
 ) -> list[NodeConstraint]:
@@ -92,40 +75,3 @@ def task_bounds(
         return []
     names, evaluate = tuple(dynamics.task_names[row] for row in rows), TaskRows(dynamics, rows, nx)
     return [NodeConstraint("bounds.y", names, nodes, evaluate, low[rows], high[rows])]
-
-
-def obstacle_constraints(
-    experiment: Experiment, motion: MotionTable, dynamics: CoreDynamics, nodes: IntArray, nx: int
-) -> list[NodeConstraint]:
-    """Return a constraint for each obstacle and point, at some nodes.
-
-    Raises:
-        InputError: A point does not exist, or starts inside an obstacle.
-    """
-    points = [frame.name for frame in dynamics.robot.task_frames if not frame.is_orientation]
-    found = []
-    for k, own in enumerate(motion.obstacles):
-        key, kind = f"motion.obstacles[{k}]", "end-effector point"
-        for name in set(own.points) - set(points):
-            where = f"{key}.points"
-            raise UnknownNameError(kind, name, points, file=experiment.file, key=where)
-        for name in own.points or points:
-            distance = _Distance(*_axes(dynamics, name, own, nx))
-            start = distance(np.array([[*experiment.start.q, *np.zeros(nx - dynamics.n)]]))[0]
-            if nodes[0] and start[0, 0] < own.radius:
-                what = f"contains {name} at the start, {start[0, 0]:.4g} m from its centre"
-                raise InputError(what, file=experiment.file, key=key)
-            low, high = np.array([own.radius]), np.array([np.inf])
-            found.append(NodeConstraint(key.partition(".")[2], (name,), nodes, distance, low, high))
-    return found
-
-
-def _axes(
-    dynamics: CoreDynamics, point: str, own: ObstacleSettings, nx: int
-) -> tuple[TaskRows, FloatArray]:
-    """Return the coordinates of a point, and those of the centre along the same axes."""
-    names = [f"{point}.{axis}" for axis in "xyz"]
-    pairs = product(enumerate(dynamics.task_names), enumerate(names))
-    rows = [(row, axis) for (row, name), (axis, wanted) in pairs if name == wanted]
-    indices = np.array([row for row, _ in rows], dtype=int)
-    return TaskRows(dynamics, indices, nx), np.array([own.centre[axis] for _, axis in rows])

@@ -206,6 +206,26 @@ def test_infeasible_motion_names_constraint_node_and_forces(
             "motion.obstacles[0]",
             "contains tip at the start",
         ),
+        (
+            "motion.obstacles=[{centre=[0,0,0],radius=0.1,links=['upper']}]",
+            "motion.obstacles[0].links",
+            "no link with a length 'upper'",
+        ),
+        (
+            "motion.obstacles=[{centre=[0,0,0],radius=0.1,cables=['cable_9']}]",
+            "motion.obstacles[0].cables",
+            "did you mean",
+        ),
+        (
+            "motion.obstacles=[{centre=[0,0,0],end=[0,1,0],radius=0.1,links=['*']}]",
+            "motion.obstacles[0]",
+            "at the start, 0 m from its axis",
+        ),
+        (
+            "motion.obstacles=[{centre=[0,0,0],radius=0.1,clearance=-1}]",
+            "motion.obstacles[0].clearance",
+            "must not be negative",
+        ),
         ("motion.cost={force=1.0}", "motion.cost.force", "did you mean 'forces'"),
         ("motion.cost={forces=-1.0}", "motion.cost.forces", "must not be negative"),
         ("motion.cost={commands=1.0}", "motion.cost.commands", 'requires motion.muscles = "laws"'),
@@ -277,21 +297,6 @@ def test_motion_with_muscle_laws_has_excitations_that_reach_the_goal() -> None:
     for row in u[:-1]:
         plant.step(row)
     np.testing.assert_allclose(plant.task_position, [0.5, -0.12], atol=1e-4)
-
-
-def test_tip_moves_around_an_obstacle_at_a_higher_cost(file: Path) -> None:
-    slower = {"motion.duration": 0.9, "motion.intervals": 50}
-    free = optimise(load_for_motion(file, slower))
-    way = np.stack([free.columns["y.tip.x"], free.columns["y.tip.z"]], axis=1)
-    middle = way[len(way) // 2]
-    sphere = {"centre": [middle[0], 0.0, middle[1] - 0.03], "radius": 0.1}
-    around = optimise(load_for_motion(file, slower | {"motion.obstacles": [sphere]}))
-    assert around.solution.status == "optimal"
-    dynamics = CoreDynamics(load_for_motion(file).robot)
-    nodes = [dynamics.task_position(row[:2]) for row in around.solution.iterate.x]
-    centre = np.array([middle[0], middle[1] - 0.03])
-    assert np.linalg.norm(nodes - centre, axis=1).min() == pytest.approx(0.1, abs=1e-6)
-    assert around.solution.cost > free.solution.cost
 
 
 def test_experiment_without_motion_is_rejected_with_an_example(cardsflow: CommandLine) -> None:
