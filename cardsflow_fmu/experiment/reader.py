@@ -41,6 +41,7 @@ from .settings.loads import complete_wiring, read_disturbance
 from .settings.muscles import with_muscle_settings
 from .settings.names import robot_names
 from .settings.plant import PlantSettings
+from .settings.predictive import MPC, require_predictable
 from .settings.robots import combine_robots, read_parts, read_robot
 from .settings.run import RunSettings
 from .start import read_reference
@@ -174,6 +175,9 @@ def experiment_settings(
     wiring = complete_wiring(tables.wiring, robot, disturbance, plant)
     if estimator is not None:
         wiring = _estimator_wiring(robot, estimator, hardware) | wiring
+    controller = read_controller(data["controller"], context, run, reference.space, start)
+    if controller.type == MPC:
+        require_predictable(robot, plant, "scene" in world, controller.engine, context)
     return {
         "file": file,
         **robots,
@@ -183,7 +187,7 @@ def experiment_settings(
         "disturbance": disturbance,
         "start": start,
         "plant": plant,
-        "controller": read_controller(data["controller"], context, run, reference.space, start),
+        "controller": controller,
         "run": run,
         "wiring": wiring,
         "estimator": estimator,

@@ -16,6 +16,7 @@ from cardsflow_fmu.cosim.signals.groups import Groups
 from cardsflow_fmu.cosim.signals.muscles import driven_muscles, modelled_muscles, state_order
 from cardsflow_fmu.cosim.signals.ports import controller_groups
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.settings.predictive import MPC
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import compile_blob
 from sim_dart.core.tasks import point_rows, task_rows
@@ -24,8 +25,10 @@ from sim_dart.plant.settings import custom_law_feature
 from .c_model import CModel
 from .native.fields import Counts, Fields, encode
 from .native.opened_model import OpenedModel
+from .native.predictive import predictive_fields
 from .plant import motors
 from .python_law import PythonParts, law_in_python
+from .reference import reference_parts
 from .start_commands import start
 
 LATE_PERIODS = 4
@@ -113,6 +116,7 @@ class ControllerModel(CModel):
             settings.kd,
             settings.period,
             torque_gains=settings.torque_gains,
+            is_predictive=settings.type == MPC,
             estimate=estimate_inputs(experiment.robot) if fed else {},
         )
 
@@ -146,7 +150,8 @@ def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
     robot, controller = experiment.robot, experiment.controller
     muscles = len(robot.muscles) if modelled_muscles(robot) else 0
     begin = start(robot, experiment.start.q) if muscles else None
-    arrays = controller.law_arrays()
+    plan_counts, plan_fields, plan_arrays = predictive_fields(experiment)
+    arrays = controller.law_arrays() | plan_arrays
     names = "".join(f"{name}\0" for name in arrays).encode()
     values = np.concatenate([np.ravel(np.asarray(array, float)) for array in arrays.values()])
     rows = [] if controller.tasks is None else task_rows(robot)
@@ -173,7 +178,11 @@ def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
         "array_values": values,
     }
     counts = {"tasks": len(rows), "modelled": muscles, "motors": len(robot.motors)}
-    return counts | {"letters": len(names), "numbers": values.size}, fields
+    # The future reference; an external FMU does not provide it.
+    knows_reference = controller.type == MPC and "reference" not in experiment.fmus
+    part_counts, parts = reference_parts(experiment if knows_reference else None)
+    counts |= plan_counts | part_counts | {"letters": len(names), "numbers": values.size}
+    return counts, fields | plan_fields | parts
 
 
 def late_periods(robot: Robot) -> int:

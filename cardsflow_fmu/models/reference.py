@@ -66,18 +66,24 @@ def make_reference(experiment: Experiment) -> Reference:
 
 def _fields(experiment: Experiment) -> tuple[Counts, Fields]:
     """Return the parts of the reference and the external forces; see `encode`."""
-    reference = make_reference(experiment)
-    parts = reference.parts
-    data = np.concatenate([part.data for part in parts])
+    counts, fields = reference_parts(experiment)
+    return counts, fields | _disturbance(experiment)
+
+
+def reference_parts(experiment: Experiment | None) -> tuple[Counts, Fields]:
+    """Return the parts of the reference of an experiment, or no parts; see `encode`."""
+    reference = None if experiment is None else make_reference(experiment)
+    parts = () if reference is None else reference.parts
+    data = np.concatenate([[], *(part.data for part in parts)])
     fields: Fields = {
-        "part_begin": reference.begins,
+        "part_begin": [] if reference is None else reference.begins,
         "part_duration": [part.duration for part in parts],
         "part_kind": [part.kind for part in parts],
         "part_segments": [part.segments for part in parts],
         "part_powers": [part.powers for part in parts],
-        "data": data,
+        "part_data": data,
     }
-    return {"parts": len(parts), "numbers": data.size}, fields | _disturbance(experiment)
+    return {"parts": len(parts), "part_numbers": data.size}, fields
 
 
 def _disturbance(experiment: Experiment) -> Fields:

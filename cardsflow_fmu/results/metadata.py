@@ -22,6 +22,7 @@ _TYPES: dict[str, tuple[type, ...]] = {
     "ticks": _NUMBER,
     "infeasible_ticks": _NUMBER,
     "not_converged_ticks": _NUMBER,
+    "fallback_ticks": _NUMBER,
     "real_time_factor": _NUMBER,
     "first_step_after_s": _NUMBER,
     "tracking": _TABLE,

@@ -145,7 +145,7 @@ def _recomputed_summary(result: ExperimentRunData) -> dict[str, Any]:
     ticks = np.arange(0, rows, period)
     recording = Recording(result.names, result.rows, result.units, ticks, np.empty(0), STARTED)
     summary = summarize(experiment, recording, Speed(0.0, 0.0))
-    counts = ("infeasible_ticks", "not_converged_ticks", "ticks")
+    counts = ("infeasible_ticks", "not_converged_ticks", "fallback_ticks", "ticks")
     found = ("tracking", "forces", *counts, "slack", "contact_friction", "warnings")
     return {key: summary[key] for key in found if key in summary}
 

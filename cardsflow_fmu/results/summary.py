@@ -16,7 +16,13 @@ from addin_sdfusion.robot import Muscle
 from addin_sdfusion.robot.model.muscle_laws import law_of
 from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.cosim.signals.muscles import tension_signals
-from cardsflow_fmu.cosim.signals.ports import TORQUE, force_unit, motor_signals, slack_signals
+from cardsflow_fmu.cosim.signals.ports import (
+    FALLBACK,
+    TORQUE,
+    force_unit,
+    motor_signals,
+    slack_signals,
+)
 from cardsflow_fmu.cosim.signals.tracked_signals import (
     TrackedSignal,
     tracked_signals,
@@ -193,6 +199,8 @@ def _signals(
         raised = columns[name][ticks] != 0 if name in columns else None
         counts[f"{name}_ticks"] = None if raised is None else int(np.count_nonzero(raised))
         has_failed = has_failed if raised is None else has_failed | raised
+    if FALLBACK in columns:
+        counts["fallback_ticks"] = int(np.count_nonzero(columns[FALLBACK][ticks]))
     return {
         "tracking": _tracking(recorded, columns),
         "forces": _forces({n: b for n, b in bounds.items() if n in columns}, columns),

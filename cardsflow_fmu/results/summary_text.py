@@ -186,6 +186,8 @@ def _infeasible_lines(summary: Mapping[str, Any], limit: int | None) -> list[str
     if not_converged:
         lines[0] += f", and {not_converged} not converged"
     slack = summary["slack"]
+    if summary.get("fallback_ticks"):
+        lines[0] += f", and {summary['fallback_ticks']} with the fallback of mpc"
     if slack["first_at_s"] is not None:
         lines[0] += (
             f", between {slack['first_at_s']:.6g} and {slack['last_at_s']:.6g} s; shortfall:"

@@ -31,6 +31,7 @@ def problems(summary: Mapping[str, Any]) -> list[str]:
         _lost_estimate,
         _infeasible,
         _not_converged,
+        _fallbacks,
         _contact_errors,
         _tracking_errors,
     )
@@ -115,6 +116,14 @@ def _not_converged(summary: Mapping[str, Any]) -> list[str]:
         return []
     what = "feasible forces may exist, but none were found"
     return [f"{count} of {ticks} ticks not converged: {what}"]
+
+
+def _fallbacks(summary: Mapping[str, Any]) -> list[str]:
+    count, ticks = summary.get("fallback_ticks"), summary.get("ticks")
+    if not count:
+        return []
+    what = "mpc found no motion, so the computed torque determined the forces"
+    return [f"{count} of {ticks} ticks with the fallback: {what}; set controller.iterations higher"]
 
 
 def _contact_errors(summary: Mapping[str, Any]) -> list[str]:

@@ -19,6 +19,7 @@ _OK, _WARN, _ERROR = 0, 1, 2
 _FAULTS = {
     "infeasible": (_ERROR, "infeasible: no forces within the limits produce the desired torques"),
     "not_converged": (_WARN, "not converged: the force distribution found no solution"),
+    "fallback": (_WARN, "no predicted motion was found; the computed torque determines the forces"),
     "limits_dropped": (_WARN, "no forces within the limits keep the joint limits"),
 }
 

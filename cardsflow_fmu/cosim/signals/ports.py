@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from sim_dart.scene import Scene
 
 __all__ = [
+    "FALLBACK",
     "LIMITS_DROPPED",
     "SOLVE_TIME",
     "TORQUE",
@@ -77,6 +78,7 @@ __all__ = [
 ]
 
 LIMITS_DROPPED = "limits_dropped"
+FALLBACK = "fallback"
 TORQUE = "tau"
 """Prefix of the commands of joint motors."""
 
@@ -276,6 +278,7 @@ def controller_groups(
     period: float,
     *,
     torque_gains: bool = False,
+    is_predictive: bool = False,
     estimate: Mapping[str, Sequence[Port]] = MappingProxyType({}),
 ) -> Groups:
     """Return the variables of a controller.
@@ -292,6 +295,7 @@ def controller_groups(
         kd: Velocity gains of the same coordinates.
         period: Time between two ticks, in [s].
         torque_gains: Whether the gains are torques per error instead of accelerations per error.
+        is_predictive: Whether the law is model predictive control, which reports fallbacks.
         estimate: Additional inputs from an estimator.
     """
     infeasible = "No forces within the limits produce the required torque"
@@ -316,6 +320,7 @@ def controller_groups(
             Port("infeasible", "", "output", "discrete", infeasible, boolean=True),
             Port("not_converged", "", "output", "discrete", undecided, boolean=True),
             *_limit_ports(space),
+            *(_predictive_ports() if is_predictive else []),
         ],
         **gain_ports(robot, space, kp, kd, torque_gains),
         **bound_ports(robot),
@@ -328,6 +333,14 @@ def _limit_ports(space: Space) -> list[Port]:
     what = "No forces within the limits keep the joint limits"
     dropped = Port(LIMITS_DROPPED, "", "output", "discrete", what, boolean=True)
     return [] if space == "joint" else [dropped]
+
+
+def _predictive_ports() -> list[Port]:
+    what = "No predicted motion was found; the computed torque determines the forces"
+    return [
+        Port(FALLBACK, "", "output", "discrete", what, boolean=True),
+        count_port("iterations", "Number of solver iterations"),
+    ]
 
 
 def slack_signals(robot: Robot, space: Space) -> dict[str, str]:

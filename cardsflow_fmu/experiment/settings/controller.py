@@ -46,6 +46,7 @@ from .controller_types import (
     require_law,
 )
 from .plant import Engine, StartSettings
+from .predictive import MPC, PredictiveBoundSettings, PredictiveCostSettings
 from .run import RunSettings
 
 EXACT = "exact"
@@ -144,7 +145,9 @@ class ControllerSettings(Table):
 
     type: Law = setting("control law; a custom law as `file.py:Class`", None)
     custom_space: Literal["joint", "operational"] = setting(
-        "space that a custom law controls (default: joint)", None, alias="space"
+        "space that a custom law or mpc controls (default: joint; mpc: of the reference)",
+        None,
+        alias="space",
     )
     kp: tuple[Positive, ...] = named_setting("followed", "position gain, in 1/s²", symbol="kp")
     kd: tuple[FromZero, ...] = named_setting("followed", "velocity gain, in 1/s", symbol="kd")
@@ -205,11 +208,29 @@ class ControllerSettings(Table):
         symbol="limit_bandwidth",
     )
 
+    horizon: Positive = setting("mpc: duration of the predicted motion, in s", 0.2)
+    nodes: Annotated[int, Field(ge=2, le=200), AS_WHOLE] = setting(
+        "mpc: number of intervals of the predicted motion, each with constant forces", 20
+    )
+    iterations: Annotated[int, Field(ge=1, le=1000), AS_WHOLE] = setting(
+        "mpc: maximum number of solver iterations in a tick", 50
+    )
+    cost: PredictiveCostSettings = setting("mpc: cost of the predicted motion", {})
+    bounds: PredictiveBoundSettings = setting("mpc: bounds of the predicted motion", {})
+
+    @model_validator(mode="after")
+    def _check_predictive(self) -> Self:
+        if self.type not in (None, MPC):
+            self.require_only(key for key in type(self).model_fields if key not in _MPC_KEYS)
+        if self.type == MPC and self.solver != DEFAULT_SOLVER:
+            raise SettingError(f"must be {DEFAULT_SOLVER!r} for {MPC!r}", key="solver")
+        return self
+
     @model_validator(mode="after")
     def _check_space(self) -> Self:
-        if self.custom_space is not None and self.custom_law is None:
-            raise SettingError("is only for custom laws; remove it", key="space")
-        is_open = self.custom_law is not None and self.custom_space is None
+        if self.custom_space is not None and self.custom_law is None and self.type != MPC:
+            raise SettingError("is only for custom laws and mpc; remove it", key="space")
+        is_open = self.custom_space is None and (self.custom_law is not None or self.type == MPC)
         if self.type is not None and self.space == "joint" and not is_open:
             self.require_only(key for key in type(self).model_fields if key not in _TASK_KEYS)
         if any(self.passive) and self.type is not None and self.type not in JOINT_ACCELERATION:
@@ -268,11 +289,12 @@ class ControllerSettings(Table):
             if name in arrays:
                 arrays[name] += motor_values
         native = self.space == "joint" and self.custom_law is None
-        law = number_of(str(self.type)) if native else 0
+        law = number_of(_FALLBACK if self.type == MPC else str(self.type)) if native else 0
         return arrays | {"law": law, "passive": self.uncontrolled}
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
         """Return the table as plain data; joint-space laws omit operational-space keys."""
+        leave_out = [*leave_out, *(() if self.type == MPC else _MPC_KEYS)]
         if self.space == "joint":
             whole = super().data([*leave_out, *_TASK_KEYS])
             return whole | ({"norm": INFINITY} if math.isinf(self.norm) else {})
@@ -286,6 +308,10 @@ _TASK_KEYS = (
     "limit_bandwidth",
 )
 """Keys of operational-space laws."""
+_MPC_KEYS = ("horizon", "nodes", "iterations", "cost", "bounds")
+"""Keys of model predictive control."""
+_FALLBACK = "joint_space"
+"""Law in joint space if model predictive control has no solution."""
 
 
 def read_controller(
@@ -298,6 +324,8 @@ def read_controller(
     """Read the table [controller], for a reference in a space."""
     fitting = [name for name, known in TYPES.items() if known.space == space]
     name = data.get("type", fitting[0])
+    if name == MPC:
+        data = {"space": space, **data}
     law = control_type(name, data.get("space"))
     if law.space != space:
         what = f"{name!r} cannot follow a reference in {space} space"
@@ -320,6 +348,9 @@ def read_controller(
     require_multiple(
         settings.period, run.step, "run.step", file=context.file, key="controller.period"
     )
+    if name == MPC and settings.horizon <= settings.period:
+        what = f"must be longer than the period, {settings.period!r} s, not {settings.horizon!r} s"
+        raise context.error("controller.horizon", what)
     if settings.custom_law is None:
         return settings
     own = settings.custom_law._replace(file=context.file.parent / settings.custom_law.file)

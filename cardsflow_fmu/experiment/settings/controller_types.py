@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from addin_sdfusion.robot import UnknownNameError
 from addin_sdfusion.robot.model.trajectory import Space
@@ -10,6 +10,8 @@ from cardsflow_fmu.experiment.config.custom_law import CUSTOM_LAW_FORM, CustomLa
 from controllers.laws.joint_laws import JOINT_LAWS
 from controllers.laws.operational_space import FORCE_WEIGHT
 from controllers.laws.reactive_qp import TASK_WEIGHT
+
+from .predictive import MPC
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +51,11 @@ TYPES = {
         force_weight=FORCE_WEIGHT,
         task_weight=TASK_WEIGHT,
     ),
+    MPC: ControlType(
+        "[model predictive control](../explanation/equations.md#model-predictive-control) in joint "
+        "or operational space; joint_space or operational_space is its fallback",
+        "joint",
+    ),
 }
 """Built-in controller types by name."""
 JOINT_ACCELERATION = tuple(
@@ -73,6 +80,8 @@ def control_type(law: str, space: Space | None = None) -> ControlType:
 
     Args:
         law: Name of a built-in law, or a custom law.
-        space: Controlled space of a custom law.
+        space: Controlled space of a custom law or of model predictive control.
     """
+    if law == MPC and space == "operational":
+        return replace(TYPES[law], space=space, force_weight=FORCE_WEIGHT)
     return TYPES.get(law) or ControlType("", space or "joint")

@@ -36,7 +36,8 @@ typedef struct {
        or 1 for an error, which ends the tick with COMPUTED_TORQUE_FAILED. Only in joint space. */
     int (*torque)(void *self, const real *q, const real *qd, const real *reference, const real *correction,
                   const real *load, real *tau);
-    /* Compute the forces, m, and slack, r; or NULL. Return an enum computed_torque_status. */
+    /* Compute the forces, m, and slack, r; or NULL. Return an enum computed_torque_status;
+       after COMPUTED_TORQUE_NEXT the law in C computes the forces. */
     int (*solve)(void *self, const real *q, const real *qd, const real *reference, const real *correction,
                  const real *load, real *forces, real *slack);
     /* Compute the position error of the reference, r, for the integral action; or NULL. */

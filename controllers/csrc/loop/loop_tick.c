@@ -84,7 +84,8 @@ int control_loop_tick(control_loop *s, real T, const real *q, const real *qd, co
         loop_predict(s, T, q, qd, s->coming, reference);
         at = s->later, rate = s->faster, desired = s->ahead;
     }
-    const int status = (s->custom.solve ? solve_custom : solve)(s, at, rate, desired);
+    int status = s->custom.solve ? solve_custom(s, at, rate, desired) : COMPUTED_TORQUE_NEXT;
+    if (status == COMPUTED_TORQUE_NEXT) status = solve(s, at, rate, desired);
     if (status == COMPUTED_TORQUE_SOLVED) integrate(s, T, q, qd, reference);
     memcpy(s->acting, s->delay[0] ? s->coming : law->forces, m * sizeof(real));
     memcpy(s->coming, law->forces, m * sizeof(real));

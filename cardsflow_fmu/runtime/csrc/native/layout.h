@@ -70,16 +70,30 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(double, nominals, 1, derivatives)                                                                   \
     FIELD(uint32_t, limited, 1, indicators)
 
-/* The report: number of actuators at a bound, computation time of the tick, infeasible, not converged,
- * limits
- * dropped.
+/* Fields of the parts of a reference:
+ *     part_begin, part_duration    of each part, in [s]
+ *     part_kind, part_segments, part_powers, part_data   of each part: reference_part in
+ *                       controllers/csrc/references/references.h */
+#define PART_FIELDS(FIELD)                                                                                    \
+    FIELD(double, part_begin, 1, parts)                                                                       \
+    FIELD(double, part_duration, 1, parts)                                                                    \
+    FIELD(uint32_t, part_kind, 1, parts)                                                                      \
+    FIELD(uint32_t, part_segments, 1, parts)                                                                  \
+    FIELD(uint32_t, part_powers, 1, parts)                                                                    \
+    FIELD(double, part_data, 1, part_numbers)
+
+/* The report: number of actuators at a bound, computation time of the tick, infeasible, not converged; in
+ * operational space limits dropped; with model predictive control fallback and iterations.
  *     is_angle          whether each task coordinate is an angle
  *     muscle_horizon    in [s], 0 for late_periods periods; see muscles.h
  *     start_forces      tensions before the first tick, for muscles with laws; start_commands: their commands
  *     observer          bandwidth in [rad/s]
  *     ramp_down, ramp_in   ramps of the commands when the state is lost and returns, in [s]; q_start: start pose
  *     dependent         whether each coordinate depends on the others, due to loops
- *     array_names       names of arrays of the loop or of its law, zero-terminated; see control_loop.h
+ *     nodes             intervals of model predictive control, or 0; see controllers/csrc/mpc/mpc.h
+ *     plan_robot        robot blob for its motions: ideal cables, joints without limits
+ *     array_names       names of arrays of the loop or of its law, zero-terminated; see control_loop.h. Those of
+ *                       model predictive control begin with "mpc."
  *     array_values      the values of these arrays, in the same order */
 #define CONTROLLER_GROUPS(GROUP)                                                                              \
     GROUP(q, n)                                                                                               \
@@ -92,14 +106,15 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     GROUP(forces, a)                                                                                          \
     GROUP(commands, ANY)                                                                                      \
     GROUP(slack, r)                                                                                           \
-    GROUP(report, k ? 5 : 4)                                                                                  \
+    GROUP(report, ANY)                                                                                        \
     GROUP(kp, r)                                                                                              \
     GROUP(kd, r)                                                                                              \
     GROUP(f_min, a)                                                                                           \
     GROUP(f_max, a)                                                                                           \
     GROUP(period, 1)
 #define CONTROLLER_COUNTS(COUNT)                                                                              \
-    COUNT(tasks) COUNT(modelled) COUNT(motors) COUNT(letters) COUNT(numbers) COUNT(models)
+    COUNT(tasks) COUNT(modelled) COUNT(motors) COUNT(letters) COUNT(numbers) COUNT(models)                    \
+    COUNT(plan_bytes) COUNT(parts) COUNT(part_numbers)
 #define CONTROLLER_FIELDS(FIELD)                                                                              \
     FIELD(uint32_t, load_rows, 1, loads)                                                                      \
     FIELD(uint32_t, task_rows, 1, tasks)                                                                      \
@@ -117,22 +132,17 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(double, q_start, 1, q)                                                                              \
     FIELD(double, dependent, 1, q)                                                                            \
     FIELD(char, array_names, 1, letters)                                                                      \
-    FIELD(double, array_values, 1, numbers)
+    FIELD(double, array_values, 1, numbers)                                                                   \
+    FIELD(uint32_t, nodes, 1, models)                                                                         \
+    FIELD(char, plan_robot, 1, plan_bytes)                                                                    \
+    PART_FIELDS(FIELD)
 
 /* Fields of a reference:
- *     part_begin, part_duration    of each part of the reference, in [s]
- *     part_kind, part_segments, part_powers, data   of each part: reference_part in
- *                       controllers/csrc/references/references.h
  *     load_forces       loads that act from load_begin to load_end, in [s] */
 #define REFERENCE_GROUPS(GROUP) GROUP(reference, 3 * r) GROUP(loads, ANY)
-#define REFERENCE_COUNTS(COUNT) COUNT(parts) COUNT(numbers) COUNT(models)
+#define REFERENCE_COUNTS(COUNT) COUNT(parts) COUNT(part_numbers) COUNT(models)
 #define REFERENCE_FIELDS(FIELD)                                                                               \
-    FIELD(double, part_begin, 1, parts)                                                                       \
-    FIELD(double, part_duration, 1, parts)                                                                    \
-    FIELD(uint32_t, part_kind, 1, parts)                                                                      \
-    FIELD(uint32_t, part_segments, 1, parts)                                                                  \
-    FIELD(uint32_t, part_powers, 1, parts)                                                                    \
-    FIELD(double, data, 1, numbers)                                                                           \
+    PART_FIELDS(FIELD)                                                                                        \
     FIELD(double, load_begin, 1, models)                                                                      \
     FIELD(double, load_end, 1, models)                                                                        \
     FIELD(double, load_forces, 1, loads)

@@ -1,9 +1,8 @@
 /* The reference as a native model. Outputs: desired positions, velocities and accelerations, and loads. */
 #include "reference.h"
 
-#include "../../../../controllers/csrc/references/references.h"
+#include "reference_parts.h"
 
-#include <math.h>
 #include <stdlib.h>
 
 struct reference {
@@ -76,38 +75,14 @@ static const struct model_functions FUNCTIONS = {
 
 /* ----------------------------------------------------------------------------------- opening */
 
-static int has_nan(const double *values, size_t count)
-{
-    for (size_t i = 0; i < count; i++)
-        if (isnan(values[i]))
-            return 1;
-    return 0;
-}
-
-/* Compute where the data of each part begin. Return nonzero if the settings are not those of a reference. */
+/* Return nonzero if the settings are not those of a reference. */
 static int place_parts(struct reference *c)
 {
     const struct reference_settings *s = &c->settings;
-    const size_t parts = s->of.parts.count, r = s->of.reference.count / 3;
-    uint64_t used = 0;
-    if (!parts || !r || r > 4096 || s->of.reference.count % 3 || has_nan(s->part_begin, parts) ||
-        has_nan(s->part_duration, parts) || has_nan(s->data, s->of.numbers.count) || has_nan(s->load_begin, 1) ||
-        has_nan(s->load_end, 1) || has_nan(s->load_forces, s->of.loads.count))
-        return 1;
-    for (size_t i = 0; i < parts; i++) {
-        reference_part *part = &c->parts[i];
-        *part = (reference_part){.kind = s->part_kind[i],
-                                 .r = r,
-                                 .duration = s->part_duration[i],
-                                 .segments = s->part_segments[i],
-                                 .powers = s->part_powers[i],
-                                 .data = s->data + used};
-        const uint64_t length = reference_part_length(part);
-        if (!length || length > s->of.numbers.count - used)
-            return 1;
-        used += length;
-    }
-    return used != s->of.numbers.count;
+    const struct native_parts parts = NATIVE_PARTS(s);
+    return s->of.reference.count % 3 || native_has_nan(s->load_begin, 1) || native_has_nan(s->load_end, 1) ||
+           native_has_nan(s->load_forces, s->of.loads.count) ||
+           native_parts_place(c->parts, &parts, s->of.reference.count / 3);
 }
 
 int native_reference_open(struct model *model, struct native_model *native, struct text *error)

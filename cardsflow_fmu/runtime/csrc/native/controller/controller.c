@@ -5,6 +5,7 @@
 #include "../../../../../sim_dart/csrc/math/elementary.h"
 #include "../../platform/clock.h"
 #include "controller_settings.h"
+#include "predictive.h"
 #include "ramp.h"
 #include "independent_terms.h"
 
@@ -166,6 +167,7 @@ static int initialize(struct model *model)
     if (c->muscles.are_modelled)
         hold_robot(native);
     native_ramp_reset((struct controller *)native->own, c->forces);
+    native_predictive_reset(c);
     memset(c->slack, 0, c->r * sizeof(double));
     memset(c->report, 0, c->settings.of.report.count * sizeof(double));
     memset(c->last_position, 0, (1 + robot->n) * sizeof(double));
@@ -225,6 +227,7 @@ static void ramp_down(struct native_model *native, double period)
     struct controller *c = native->own;
     struct native_robot *robot = &native->robot;
     native_ramp_down(c, period);
+    native_predictive_reset(c);
     c->last_position[0] = 0;
     if (c->muscles.are_modelled) { /* at the last positions, and at rest */
         const double *q = c->ramp + 1 + c->a;
@@ -265,6 +268,7 @@ static int step(struct model *model)
     if (c->muscles.are_modelled)
         limit_to_reachable(native, period);
     native_independent_load(c, robot, c->q, c->qd, robot->load);
+    native_predictive_set(c, native->clock[0], period);
     const int status = control_loop_tick(c->loop, period, c->q, c->qd, c->reference, robot->load);
     if (c->undetermined) {
         text_set(&model->error, "%s is not determined by the independent coordinates of the closed loops at this pose",
@@ -289,6 +293,7 @@ static int step(struct model *model)
     c->report[3] = status == COMPUTED_TORQUE_NOT_CONVERGED;
     if (c->k)
         c->report[4] = c->in_loop.limits_dropped[0];
+    native_predictive_report(c, c->report + (c->k ? 5 : 4));
     return 0;
 }
 
@@ -297,15 +302,16 @@ static int get_state(struct model *model, void **bytes, size_t *size)
     const struct native_model *native = model->backend;
     const struct controller *c = native->own;
     const struct native_robot *robot = &native->robot;
-    size_t sizes[6];
+    size_t sizes[7];
     const double *const parts[] = {loop_array(c, "remembered", &sizes[0]),
                                    loop_array(c, "memory", &sizes[1]), c->muscles.memory,
-                                   c->ramp, robot->slips, c->last_position};
+                                   c->ramp, robot->slips, c->last_position,
+                                   native_predictive_memory(c, &sizes[6])};
     sizes[2] = native_muscles_memory(&c->muscles);
     sizes[3] = native_ramp_memory(c);
     sizes[4] = robot->bends;
     sizes[5] = robot->far ? 1 + robot->n : 0;
-    return native_save(parts, sizes, 6, bytes, size, &model->error);
+    return native_save(parts, sizes, 7, bytes, size, &model->error);
 }
 
 static int set_state(struct model *model, const void *bytes, size_t size)
@@ -313,15 +319,15 @@ static int set_state(struct model *model, const void *bytes, size_t size)
     const struct native_model *native = model->backend;
     const struct controller *c = native->own;
     const struct native_robot *robot = &native->robot;
-    size_t sizes[6];
+    size_t sizes[7];
     double *const parts[] = {loop_array(c, "remembered", &sizes[0]),
                              loop_array(c, "memory", &sizes[1]), c->muscles.memory, c->ramp,
-                             robot->slips, c->last_position};
+                             robot->slips, c->last_position, native_predictive_memory(c, &sizes[6])};
     sizes[2] = native_muscles_memory(&c->muscles);
     sizes[3] = native_ramp_memory(c);
     sizes[4] = robot->bends;
     sizes[5] = robot->far ? 1 + robot->n : 0;
-    return native_restore(parts, sizes, 6, bytes, size, &model->error);
+    return native_restore(parts, sizes, 7, bytes, size, &model->error);
 }
 
 static void free_controller(struct controller *c)
@@ -330,6 +336,7 @@ static void free_controller(struct controller *c)
     free(c->ramp);
     free(c->last_position);
     free(c->loop);
+    native_predictive_close(c);
     free(c);
 }
 
@@ -380,7 +387,7 @@ int native_controller_open(struct model *model, struct native_model *native, str
         text_set(error, "not enough memory for the controller");
         failed = 1;
     }
-    if (failed || native_controller_fill(c, native, error)) {
+    if (failed || native_predictive_open(c, native, tasks, error) || native_controller_fill(c, native, error)) {
         if (c)
             free_controller(c);
         return 1;
@@ -401,7 +408,8 @@ int native_controller_use(struct model *model, const control_law *law, const str
     struct controller *c = controller_in(model);
     if (!c)
         return 1;
-    control_loop_set_law(c->loop, law);
+    if (!c->predictive)
+        control_loop_set_law(c->loop, law);
     c->muscles.outside = *muscles;
     return 0;
 }
@@ -409,5 +417,6 @@ int native_controller_use(struct model *model, const control_law *law, const str
 double *native_controller_array(struct model *model, const char *name, size_t *length)
 {
     const struct controller *c = controller_in(model);
-    return c ? loop_array(c, name, length) : NULL;
+    double *own = c ? native_predictive_array(c, name, length) : NULL;
+    return own || !c ? own : loop_array(c, name, length);
 }

@@ -1,5 +1,7 @@
 #include "controller_settings.h"
 
+#include "predictive.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -13,6 +15,7 @@ static int are_sound(const struct controller_settings *s, const struct native_ro
            native_all_below(s->state_order, s->of.states.count, robot->s) &&
            native_all_below(s->motors, s->of.motors.count, robot->n) &&
            native_all_below(s->commanded, s->of.commands.count, robot->m) &&
+           s->of.report.count == (s->of.tasks.count ? 5u : 4u) + (s->nodes[0] ? 2u : 0u) &&
            (s->of.valid.count == 0 || s->of.valid.count == 1) &&
            s->of.estimated_loads.count == s->of.valid.count * robot->n &&
            (s->of.modelled.count == 0 || s->of.modelled.count == robot->m);
@@ -47,7 +50,9 @@ static int copy_arrays(const struct controller *c)
     while (name < names_end) {
         const char *end = memchr(name, 0, (size_t)(names_end - name));
         size_t length = 0;
-        double *array = end ? loop_array(c, name, &length) : NULL;
+        double *array = end ? native_predictive_array(c, name, &length) : NULL;
+        if (end && !array)
+            array = loop_array(c, name, &length);
         if (!array || length > (size_t)(values_end - values))
             return 1;
         memcpy(array, values, length * sizeof *values);

@@ -15,6 +15,7 @@
 
 #define VALUES_MEMBER(name, length) double *name;
 #define ARRAY_MEMBER(name) double *name;
+struct predictive; /* see predictive.h */
 struct controller {
     struct controller_settings settings;
     CONTROLLER_GROUPS(VALUES_MEMBER) /* the values of each group */
@@ -25,6 +26,7 @@ struct controller {
     size_t r, k; /* rows of the reference; number of controlled task coordinates, or 0 */
     size_t a;    /* number of actuators: muscles, then motors */
     struct native_muscles muscles;
+    struct predictive *predictive; /* model predictive control, or NULL */
     double *ramp; /* see ramp.h */
     double *last_position;    /* n + 1: whether the last position is valid; the position */
     int has_dependent; /* whether loops make coordinates dependent on others; see independent_terms.h */

@@ -1,0 +1,85 @@
+"""Settings of model predictive control in [controller]: costs, bounds, supported experiments."""
+
+from __future__ import annotations
+
+from addin_sdfusion.robot import InputError, Robot
+from cardsflow_fmu.experiment.config.names import named_setting
+from cardsflow_fmu.experiment.config.table import Context, FromZero, Positive, Table
+from sim_dart.estimation.estimated_robot import passive_muscles
+
+from .plant import PlantSettings
+
+MPC = "mpc"
+"""Controller type of model predictive control."""
+
+
+class PredictiveCostSettings(Table):
+    """Cost of the predicted motion: weights of integrals over time, as in [motion.cost].
+
+    The defaults follow from kp and kd: without active bounds, the forces are those of the computed
+    torque with these gains.
+    """
+
+    tracking: tuple[FromZero, ...] = named_setting(
+        "followed", "weight of the squared tracking error (default: kp²)", None
+    )
+    tracking_rates: tuple[FromZero, ...] = named_setting(
+        "followed", "weight of its squared rate (default: kd² - 2 kp, at least 0)", None
+    )
+    accelerations: tuple[FromZero, ...] = named_setting(
+        "followed", "weight of its squared acceleration", 1.0
+    )
+    speeds: tuple[FromZero, ...] = named_setting(
+        "coordinate", "weight of the squared joint velocities", 0.0
+    )
+    forces: tuple[Positive, ...] = named_setting(
+        "actuator",
+        "weight of the squared forces and torques, minus the pretension (default: so small that "
+        "they do not affect the tracking)",
+        None,
+    )
+    force_rates: tuple[FromZero, ...] = named_setting(
+        "actuator", "weight of the squared rates of the forces and torques", 0.0
+    )
+
+
+class PredictiveBoundSettings(Table):
+    """Bounds of the predicted motion. They are soft, but violations have a high cost."""
+
+    q_min: tuple[float, ...] = named_setting(
+        "coordinate", "minimum joint positions (default: joint limits)", None, others=float("nan")
+    )
+    q_max: tuple[float, ...] = named_setting(
+        "coordinate", "maximum joint positions (default: joint limits)", None, others=float("nan")
+    )
+    qd_max: tuple[FromZero, ...] = named_setting(
+        "coordinate",
+        "maximum joint speeds, in rad/s or m/s (default: none)",
+        None,
+        others=float("nan"),
+    )
+
+
+def require_predictable(
+    robot: Robot, plant: PlantSettings, has_scene: bool, engine: str, context: Context
+) -> None:
+    """Check that model predictive control supports an experiment.
+
+    Raises:
+        InputError: The experiment has a part that its model of the robot does not include.
+    """
+    passive = zip(robot.muscles, passive_muscles(robot), strict=True)
+    sprung = next((muscle.name for muscle, is_passive in passive if is_passive), None)
+    custom = next((m.name for m in robot.muscles if m.model.custom is not None), None)
+    unsupported = {
+        "closed kinematic loops": bool(robot.loops),
+        "contacts; remove [world]": has_scene,
+        'plant.engine = "dart"': plant.engine == "dart",
+        'controller.engine = "dart"': engine == "dart",
+        f"the passive muscle {sprung!r}": sprung is not None,
+        f"the custom law of muscle {custom!r} in Python": custom is not None,
+    }
+    for what, is_there in unsupported.items():
+        if is_there:
+            message = f"{MPC!r} does not support {what}"
+            raise InputError(message, file=context.file, key="controller.type")

@@ -1,0 +1,116 @@
+"""Fields of a controller with model predictive control."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from addin_sdfusion.robot import Robot
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.settings.predictive import MPC
+from cardsflow_fmu.utils.arrays import FloatArray
+from sim_dart import CoreDynamics, compile_blob
+from sim_dart.estimation.estimated_robot import estimated_robot
+from sim_dart.muscles.friction import has_cable_friction
+
+from .fields import Counts, Fields
+
+_FORCE_SHARE = 1e-5  # default cost of forces, relative to the squared accelerations they produce
+_POSTURE_SHARE = 1e-2  # cost of the posture, relative to that of the tasks
+_TOLERANCE = 1e-8  # complementarity, relative to the same accelerations
+_WEAK = 1e-6  # squared acceleration of directions without muscles, relative to the largest
+_VIOLATION = 20.0  # cost of violated bounds, relative to the largest cost of tracking
+
+
+def predictive_fields(experiment: Experiment) -> tuple[Counts, Fields, dict[str, FloatArray]]:
+    """Return counts, fields, and arrays of mpc.h; see `encode`. Without mpc, they are empty."""
+    if experiment.controller.type != MPC:
+        return {"plan_bytes": 0}, {"nodes": 0, "plan_robot": []}, {}
+    blob = compile_blob(_predicted_robot(experiment))
+    fields: Fields = {
+        "nodes": experiment.controller.nodes,
+        "plan_robot": np.frombuffer(blob, np.uint8),
+    }
+    arrays = {f"mpc.{name}": array for name, array in _arrays(experiment).items()}
+    return {"plan_bytes": len(blob)}, fields, arrays
+
+
+def _predicted_robot(experiment: Experiment) -> Robot:
+    """Return the robot without friction and joint limits, with ideal cables."""
+    robot = experiment.robot
+    if has_cable_friction(robot):
+        robot = robot.with_muscles([muscle.with_friction_scaled(0.0) for muscle in robot.muscles])
+    joints = tuple(
+        replace(joint, coordinates=tuple(replace(c, friction=0.0) for c in joint.coordinates))
+        for joint in robot.joints
+    )
+    return estimated_robot(replace(robot, joints=joints))
+
+
+def _arrays(experiment: Experiment) -> dict[str, FloatArray]:
+    """Return the arrays of the law by their C names, with defaults that follow from the gains."""
+    settings, robot = experiment.controller, experiment.robot
+    cost, bounds = settings.cost, settings.bounds
+    kp, kd = np.array(settings.kp), np.array(settings.kd)
+    follows = np.ones(len(kp))
+    if settings.space == "joint":
+        follows = 1.0 - np.array(settings.uncontrolled, float)
+    tracking, rates = np.array(cost.tracking or kp**2), np.array(cost.tracking_rates)
+    if not cost.tracking_rates:
+        rates = np.maximum(kd**2 - 2.0 * kp, 0.0)
+    accelerations = np.array(cost.accelerations)
+    law = {name: np.array(array) for name, array in settings.law_arrays().items()}
+    weights, scale = law["H_f"], _acceleration_per_force(experiment)
+    interval = settings.horizon / settings.nodes
+    dynamics = CoreDynamics(robot)
+    found = {
+        "horizon": np.array([settings.horizon]),
+        "iterations": np.array([settings.iterations], float),
+        "tracking": follows * tracking,
+        "tracking_rates": follows * rates,
+        "accelerations": follows * accelerations,
+        "speeds": np.array(cost.speeds),
+        "forces_cost": np.array(cost.forces or _FORCE_SHARE * scale * weights / weights.mean()),
+        "force_rates": np.array(cost.force_rates),
+        "f_p": law["f_p"],
+        "q_min": _override(dynamics.q_min, bounds.q_min),
+        "q_max": _override(dynamics.q_max, bounds.q_max),
+        "qd_max": _override(np.full(len(robot.coordinates), np.inf), bounds.qd_max),
+        "limit_penalty": np.full(
+            len(robot.coordinates), _VIOLATION * settings.horizon * tracking.max()
+        ),
+        "tolerance": np.array([_TOLERANCE * interval * accelerations.max()]),
+    }
+    return found | (_posture(experiment) if settings.tasks is not None else {})
+
+
+def _posture(experiment: Experiment) -> dict[str, FloatArray]:
+    posture = experiment.controller.posture
+    if posture is None:
+        return {}
+    kp, kd = np.array(posture.kp), np.array(posture.kd)
+    share = _POSTURE_SHARE * np.array(experiment.controller.acceleration_weights)
+    return {
+        "posture": share * kp**2,
+        "posture_rates": share * np.maximum(kd**2 - 2.0 * kp, 0.0),
+        "posture_accelerations": share,
+        "q0": np.array(posture.q0),
+    }
+
+
+def _acceleration_per_force(experiment: Experiment) -> float:
+    """Return the smallest squared acceleration that forces of 1 N produce in a direction.
+
+    It is the one at the start. Directions without muscles do not count.
+    """
+    dynamics, q = CoreDynamics(experiment.robot), np.array(experiment.start.q)
+    moved = np.linalg.solve(dynamics.mass_matrix(q), dynamics.actuator_jacobian(q).T)
+    squares = np.linalg.svd(moved, compute_uv=False) ** 2
+    return float(squares[squares > _WEAK * squares[0]].min())
+
+
+def _override(values: FloatArray, given: tuple[float, ...]) -> FloatArray:
+    """Return values, replaced by those that are given and not NaN."""
+    own = np.array(given or [np.nan] * len(values))
+    return np.where(np.isnan(own), values, own)

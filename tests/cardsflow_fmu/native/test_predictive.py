@@ -1,0 +1,106 @@
+"""Model predictive control in experiments: tracking, limits, fallback, rejected experiments."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.fmu.native_states import check_states_repeat
+from support.robots.robots import EXAMPLES
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu import build
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.models.controller import ControllerModel
+from cardsflow_fmu.models.native_loop import NativeLoop
+
+PLANAR = {"controller.type": "mpc", "controller.nodes": 8, "run.duration": 0.1}
+
+
+def run(example: str, settings: dict[str, Any]) -> dict[str, Any]:
+    """Return the columns of a run in C."""
+    with NativeLoop(Experiment.load(EXAMPLES / example, settings)) as loop:
+        recording = loop.run()
+    assert recording.failure is None
+    return dict(zip(recording.names, recording.rows.T, strict=True))
+
+
+def tracking_error(columns: dict[str, Any], q: str = "q", d: str = "q_d") -> Any:
+    """Return the largest error of each followed signal."""
+    names = [name for name in columns if name.startswith(f"{d}.")]
+    return np.array([abs(columns[n] - columns[n.replace(d, q, 1)]).max() for n in names])
+
+
+def test_arm_follows_reference_in_joint_space() -> None:
+    columns = run("planar_2r", PLANAR)
+    assert tracking_error(columns).max() < 5e-5
+    assert not columns["fallback"].any()
+    forces = np.array([columns[f"f.cable_{k}"] for k in (1, 2, 3, 4)])
+    assert forces.min() >= 10.0
+    assert forces.max() <= 100.0
+
+
+def test_hand_follows_task_reference_with_wrong_masses() -> None:
+    """The observer's load is part of the predicted motion."""
+    settings = {"controller.type": "mpc", "controller.nodes": 5, "run.duration": 0.6}
+    settings |= {"controller.observer": 30.0, "plant.mass_scale": 1.2, "controller.horizon": 0.1}
+    columns = run("roboy_left_arm", settings)
+    late = {name: values[-50:] for name, values in columns.items()}
+    assert tracking_error(late, "y", "y_d").max() < 2e-4
+
+
+def test_tick_without_solution_uses_computed_torque() -> None:
+    """One iteration never converges: all forces are those of the fallback."""
+    columns = run("planar_2r", {**PLANAR, "controller.iterations": 1, "run.duration": 0.01})
+    assert columns["fallback"][:-1].all()
+    expected = run("planar_2r", {"run.duration": 0.01})
+    for name, values in expected.items():
+        np.testing.assert_array_equal(columns[name], values)
+
+
+@pytest.mark.native
+def test_restored_states_are_bit_identical(tmp_path: Path) -> None:
+    experiment = Experiment.load(EXAMPLES / "planar_2r", PLANAR)
+    file = build(experiment, tmp_path, compute="c")["controller"]
+    check_states_repeat(file, tmp_path / "unpacked", step=1e-3)
+
+
+def test_copied_controller_has_same_forces() -> None:
+    """The last motion is part of the state."""
+    model = ControllerModel(Experiment.load(EXAMPLES / "planar_2r", PLANAR))
+    model.views["q"][:], model.views["reference"][:2] = [0.1, -0.2], [0.0, 0.1]
+    model.initialize()
+    model.step(0.0, 1e-3)
+    state, forces = model.get_state(), []
+    for _ in range(2):
+        model.set_state(state)
+        model.step(1e-3, 1e-3)
+        forces.append(model.views["forces"].copy())
+    np.testing.assert_array_equal(*forces)
+
+
+@pytest.mark.parametrize(
+    ("example", "settings", "message"),
+    [
+        ("pick_up", {}, "'mpc' does not support contacts"),
+        ("planar_2r", {"plant.engine": "dart"}, 'does not support plant.engine = "dart"'),
+        ("planar_2r", {"controller.engine": "dart"}, 'not support controller.engine = "dart"'),
+        ("planar_2r", {"controller.solver": "daqp"}, "solver: must be 'dual_newton' for 'mpc'"),
+        ("bicycle", {}, "'mpc' does not support closed kinematic loops"),
+        ("planar_2r", {"controller.nodes": 1}, "controller.nodes: .*at least 2"),
+        ("planar_2r", {"controller.horizon": 0.001}, "controller.horizon: must be longer than"),
+        ("planar_2r", {"controller.cost": {"tracing": 1.0}}, "no key 'tracing'; did you mean"),
+    ],
+)
+def test_unsupported_experiments_are_rejected_by_name(
+    example: str, settings: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        Experiment.load(EXAMPLES / example, {"controller.type": "mpc", **settings})
+
+
+def test_keys_of_mpc_are_rejected_for_other_laws() -> None:
+    with pytest.raises(InputError, match=r"controller.horizon: no key 'horizon'"):
+        Experiment.load(EXAMPLES / "planar_2r", {"controller.horizon": 0.2})
