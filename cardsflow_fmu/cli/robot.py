@@ -179,7 +179,25 @@ def add_activations(commands: Commands) -> None:
         action="store_true",
         help="include passive muscle forces (default: exclude them, like OpenSim)",
     )
-    what = "folder for activations.sto and forces.sto"
+    parser.add_argument(
+        "--dynamics",
+        action="store_true",
+        help="optimise the whole motion with activation dynamics, elastic tendons and passive "
+        "forces (default: each time separately, by static optimisation)",
+    )
+    parser.add_argument(
+        "--power",
+        type=float,
+        metavar="P",
+        help="exponent of the excitations in the cost, with --dynamics (default: 2)",
+    )
+    parser.add_argument(
+        "--reserve",
+        type=float,
+        metavar="X",
+        help="torque of reserve actuators at a cost of 1, with --dynamics (default: 1)",
+    )
+    what = "folder for activations.sto, forces.sto and further tables"
     add_output(parser, what, default=Path("activations"), metavar="FOLDER")
     add_overwrite(parser)
     add_json(parser)
@@ -370,8 +388,10 @@ def _activations(options: argparse.Namespace) -> int:
         activation_summary,
         describe_activations,
     )
+    from cardsflow_fmu.results.analysis.redundancy.over_time import FRAME_STEP, optimise_activations
     from cardsflow_fmu.results.analysis.redundancy.static import static_optimisation
 
+    _require_dynamics(options)
     reading = read(options.robot, options.cable_set)
     with show_progress("activations"):
         given = read_given_motion(
@@ -381,10 +401,16 @@ def _activations(options: argparse.Namespace) -> int:
             begin=options.begin,
             end=options.end,
             frames=options.frames,
+            step=FRAME_STEP if options.dynamics else 0.0,
         )
         if options.loads is not None:
             given = add_external_loads(given, options.loads)
-        found = static_optimisation(given.robot, given.motion, passive=options.passive)
+        if options.dynamics:
+            own = {"reserve": options.reserve, "power": options.power}
+            chosen = {key: value for key, value in own.items() if value is not None}
+            found = optimise_activations(given.robot, given.motion, **chosen)
+        else:
+            found = static_optimisation(given.robot, given.motion, passive=options.passive)
     contents, summary = activation_files(found), activation_summary(found)
     for name, text in contents.items():
         if not options.overwrite:
@@ -402,6 +428,16 @@ def _activations(options: argparse.Namespace) -> int:
     else:
         print(f"files  {options.output}: {', '.join(file.name for file in files)}")
     return FAILED if summary["infeasible"] else GOOD
+
+
+def _require_dynamics(options: argparse.Namespace) -> None:
+    """Check that options are only used with the method that they belong to."""
+    for key in () if options.dynamics else ("power", "reserve"):
+        if getattr(options, key) is not None:
+            raise InputError("requires --dynamics", key=f"--{key}")
+    if options.dynamics and options.passive:
+        what = "is for static optimisation; --dynamics includes passive forces"
+        raise InputError(what, key="--passive")
 
 
 def _require_activations_file(file: Path, title: str) -> None:

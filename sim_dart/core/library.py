@@ -80,6 +80,9 @@ def library() -> ctypes.PyDLL:
     core.core_invert.argtypes = [pointer, text, double, double]
     core.core_curve.argtypes = [pointer, count, text, double, ctypes.c_int]
     core.core_curve.restype = double
+    for name in ("fibres", "tendons"):
+        getattr(core, f"core_{name}").argtypes = [pointer, count, pointer, pointer]
+        getattr(core, f"core_{name}").restype = None
     return core
 
 

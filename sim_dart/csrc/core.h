@@ -246,6 +246,21 @@ CORE_API void core_reach(core *c, real h);
    finite; return 0, or 1 + the index of the first force that is not. */
 CORE_API int core_invert(core *c, const real *f, real h, real held);
 
+/* Evaluate the fibres and tendons of Hill-type muscles at `count` points, independently of the state of the
+   handle. A point has 5 numbers for each muscle: activation, fibre length in [m], fibre velocity in [m/s],
+   path length in [m], activation rate in [1/s]; points x muscles x 5. The result has 14 numbers:
+     0   force of the fibre along the tendon in [N]; 1, 2, 3 its derivatives by activation, fibre length, fibre
+         velocity
+     4   force of the tendon in [N]; 5 its derivative by the fibre length
+     6   factors of active force-length, 7 force-velocity, 8 passive force-length; 9 cosine of the pennation
+     10  excitation that changes the activation at its rate; 11, 12 its derivatives by activation and rate
+     13  the fibre length, or the shortest fibre length if it is longer
+   Numbers of other muscles do not change. */
+CORE_API void core_fibres(const core *c, int32_t count, const real *points, real *values);
+/* Compute the fibre lengths with given tensions of Hill-type muscles. A point has 2 numbers for each muscle:
+   tension over maximum isometric force, above 0, and path length in [m]; the result has 2: fibre length in
+   [m] and its derivative by the first number. */
+CORE_API void core_tendons(const core *c, int32_t count, const real *points, real *values);
 /* Evaluate a curve of a muscle law at x, or its slope: active_force_length, force_velocity,
    passive_force_length, tendon_force_length. Lengths are relative to the optimal fibre length or the tendon
    slack length; velocities are relative to the maximum contraction velocity, positive while lengthening.

@@ -21,6 +21,9 @@ typedef struct {
     real over, stiffness, lead;
 } cable_stretch;
 
+/* Numbers of a point and of a value of core_fibres and core_tendons. */
+enum { FIBRE_POINT = 5, FIBRE_VALUES = 14, TENDON_NUMBERS = 2 };
+
 /* Maximum tension in [N]: keeps a diverging state finite. */
 #define MAX_TENSION 1e15
 
@@ -52,6 +55,9 @@ typedef struct {
     /* Return a command near the one that results in f, and a step within which the tension, which decreases
        with the command, changes smoothly; or NULL. */
     real (*guess)(const real *k, const real *x, real l, real f, real *step);
+    /* See core_fibres and core_tendons; NULL for a law without fibres. */
+    void (*fibre)(const real *k, const real point[FIBRE_POINT], real value[FIBRE_VALUES]);
+    void (*tendon)(const real *k, const real point[TENDON_NUMBERS], real value[TENDON_NUMBERS]);
     /* See core_curve; NULL for a law without curves. */
     real (*curve)(const real *k, const char *name, real x, real *slope);
 } tension_law;

@@ -488,6 +488,30 @@ int core_invert(core *c, const real *f, real h, real held)
     return 0;
 }
 
+void core_fibres(const core *c, int32_t count, const real *points, real *values)
+{
+    const size_t muscles = (size_t)c->blob.counts.muscles;
+    muscle_law at;
+    for EACH_MUSCLE (c, &at) {
+        for (size_t i = 0; at.law->fibre && i < (size_t)count; i++) {
+            const size_t place = i * muscles + (size_t)at.m;
+            at.law->fibre(at.k, points + FIBRE_POINT * place, values + FIBRE_VALUES * place);
+        }
+    }
+}
+
+void core_tendons(const core *c, int32_t count, const real *points, real *values)
+{
+    const size_t muscles = (size_t)c->blob.counts.muscles;
+    muscle_law at;
+    for EACH_MUSCLE (c, &at) {
+        for (size_t i = 0; at.law->tendon && value_of(at.k[HILL_SLACK]) > 0 && i < (size_t)count; i++) {
+            const size_t place = TENDON_NUMBERS * (i * muscles + (size_t)at.m);
+            at.law->tendon(at.k, points + place, values + place);
+        }
+    }
+}
+
 real core_curve(const core *c, int32_t muscle, const char *curve, real x, int slope)
 {
     muscle_law at;

@@ -60,6 +60,7 @@ def read_given_motion(
     begin: float | None = None,
     end: float | None = None,
     frames: int = 0,
+    step: float = 0.0,
 ) -> GivenMotion:
     """Read a recorded motion of a robot.
 
@@ -71,7 +72,8 @@ def read_given_motion(
         noise: Standard deviation of the position noise (default: estimated from the positions).
         begin: First time, in [s] (default: of the first row).
         end: Last time, in [s] (default: of the last row).
-        frames: Number of equidistant times (default: 0, the times of the rows).
+        frames: Number of equidistant times; 0 for the default.
+        step: Approximate time between frames by default, in [s]; 0 for the times of the rows.
 
     Raises:
         InputError: The file has no motion of the robot, or none from `begin` to `end`.
@@ -92,6 +94,8 @@ def read_given_motion(
     if not 0 <= frames <= MAX_FRAMES or frames == 1:
         raise InputError(f"must be from 2 to {MAX_FRAMES}, not {frames}", key="--frames")
     is_inside = (rows >= first) & (rows <= last)
+    if step and not frames:
+        frames = min(max(round((last - first) / step) + 1, 3), MAX_FRAMES)
     times = np.linspace(first, last, frames) if frames else rows[is_inside]
     if len(times) < 2 or first >= last:
         raise InputError(f"contains no two rows from {first:g} to {last:g} s", file=file)

@@ -18,16 +18,23 @@ def activation_files(found: Activations) -> dict[str, str]:
     rows = np.column_stack([found.times, found.activations])
     forces = np.column_stack([found.times, found.forces, found.reserves])
     names = ["time", *found.muscle_names]
-    return {
+    files = {
         "activations.sto": opensim_text("activations", names, rows),
         "forces.sto": opensim_text("forces", [*names, *reserves], forces),
     }
+    if (own := found.trajectory) is not None:
+        names = ["time", *found.trajectory_names]
+        for name in ("excitations", "fibre_lengths", "fibre_rates"):
+            rows = np.column_stack([found.times, getattr(own, name)])
+            files[f"{name}.sto"] = opensim_text(name, names, rows)
+    return files
 
 
 def activation_summary(found: Activations) -> dict[str, Any]:
     """Return a summary of activations as plain data."""
     largest = found.activations.max(axis=0, initial=0.0)
     reserves = np.abs(found.reserves).max(axis=0, initial=0.0)
+    own = found.trajectory
     return {
         "points": len(found.times),
         "begin": float(found.times[0]),
@@ -39,7 +46,7 @@ def activation_summary(found: Activations) -> dict[str, Any]:
         "undriven": list(found.undriven),
         "largest_activations": dict(zip(found.muscle_names, largest.tolist(), strict=True)),
         "largest_reserves": dict(zip(found.coordinate_names, reserves.tolist(), strict=True)),
-    }
+    } | ({} if own is None else {"cost": own.cost, "iterations": own.iterations})
 
 
 def describe_activations(summary: Mapping[str, Any], count: int = 5) -> str:
@@ -58,6 +65,8 @@ def describe_activations(summary: Mapping[str, Any], count: int = 5) -> str:
         names = ", ".join(f"{n} {reserves[n]:.4g}" for n in summary["undriven"])
         lines.append(f"coordinates without muscles, with maximum reserve torque: {names}")
     lines.append(f"{summary['points']} points from {summary['begin']:g} to {summary['end']:g} s")
+    if "cost" in summary:
+        lines.append(f"cost {summary['cost']:.6g} after {summary['iterations']} iterations")
     ranked = sorted(summary["largest_activations"].items(), key=lambda item: -item[1])
     lines += [f"  {name}  up to {a:.4g}" for name, a in ranked[:count]]
     return "\n".join(lines)

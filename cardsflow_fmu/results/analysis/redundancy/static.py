@@ -24,6 +24,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.analysis.inverse_dynamics import Motion, motion_terms
 from controllers.arrays import BoolArray
 from controllers.force_distribution.methods import distribute
+from controllers.force_distribution.over_time.problem import MuscleTrajectory
 from sim_dart import MuscleDrive, control_dynamics
 
 RESERVE = 1.0
@@ -44,6 +45,9 @@ class Activations:
         reserves: Torques of reserve actuators, shape (T, n), in [N·m] or [N].
         undriven: Coordinates without muscles; reserve actuators provide their whole torque.
         infeasible: Whether the muscles are too weak for the other coordinates, shape (T,).
+        trajectory: Muscles with activation dynamics and elastic tendons; None for static
+            optimisation.
+        trajectory_names: Names of these muscles.
     """
 
     times: FloatArray
@@ -54,6 +58,8 @@ class Activations:
     reserves: FloatArray
     undriven: tuple[str, ...]
     infeasible: BoolArray
+    trajectory: MuscleTrajectory | None = None
+    trajectory_names: tuple[str, ...] = ()
 
 
 def static_optimisation(robot: Robot, motion: Motion, *, passive: bool = False) -> Activations:
@@ -74,8 +80,7 @@ def static_optimisation(robot: Robot, motion: Motion, *, passive: bool = False) 
     active_force = _active_force(_replace_parameters(robot, _ACTIVE), motion)
     passive_force = _passive_force(_replace_parameters(robot, _RIGID), motion, passive=passive)
     tau = terms.tau + np.einsum("tmn,tm->tn", L, passive_force)
-    arms = np.abs(L).max(axis=(0, 1), initial=0.0)
-    driven = arms > _MIN_ARM * arms.max(initial=0.0)
+    driven = driven_coordinates(L)
     A, demanded = (L * active_force[:, :, None])[:, :, driven], tau[:, driven]
     found = distribute(A, demanded, a_min, 1.0)
     a, infeasible = np.array(found.forces), ~found.solved
@@ -114,6 +119,17 @@ def force_range(robot: Robot, motion: Motion) -> tuple[FloatArray, FloatArray]:
     rigid = _replace_parameters(robot, _RIGID)
     passive = _passive_force(rigid, motion, passive=True)
     return passive, passive + _active_force(rigid, motion)
+
+
+def driven_coordinates(L: FloatArray) -> BoolArray:
+    """Return whether muscles drive each coordinate, shape (n,), from Jacobians of (T, m, n)."""
+    arms = np.abs(L).max(axis=(0, 1), initial=0.0)
+    return np.asarray(arms > _MIN_ARM * arms.max(initial=0.0))
+
+
+def passive_tensions(robot: Robot, motion: Motion) -> FloatArray:
+    """Return the tensions of passive muscles along a motion; 0 for other muscles, shape (T, m)."""
+    return _passive_force(robot, motion, passive=False)
 
 
 def _min_activation(muscle: Muscle) -> float:

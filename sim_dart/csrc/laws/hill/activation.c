@@ -51,6 +51,30 @@ real activation_rate(const real *k, real a, real u)
     return (u - a) * activation_rate_constant(k, a, u);
 }
 
+#define SMOOTHING (real)0.1 /* De Groote et al. 2016: instead of a switch */
+#define MAX_SMOOTHING 2     /* up to which a' increases with u for all time constants */
+#define INVERSE_STEPS 20
+
+void activation_inverse(const real *k, real a, real rate, real value[3])
+{
+    const real slowness = 0.5 + 1.5 * a, own = k[HILL_SMOOTHING];
+    const real rise = k[HILL_RISE] / slowness, fall = slowness * k[HILL_FALL];
+    const real sharp = own == 0 || value_of(own) > MAX_SMOOTHING ? SMOOTHING : own;
+    real away = 2 * rate / (rise + fall), slope = 1, rising = 0.5;
+    for (int i = 0; i < INVERSE_STEPS; i++) {
+        const real t = hyperbolic_tangent(sharp * away);
+        rising = 0.5 + 0.5 * t;
+        slope = fall + (rising + away * sharp * (1 - t * t) / 2) * (rise - fall);
+        const real step = (away * (fall + rising * (rise - fall)) - rate) / slope;
+        away -= step;
+        if (value_of(fabs(step)) <= PRECISE(1e-13, 1e-6)) break;
+    }
+    const real by_activation = 1.5 * (k[HILL_FALL] - rising * (k[HILL_FALL] + rise / slowness));
+    value[0] = a + away;
+    value[1] = 1 - away * by_activation / slope;
+    value[2] = 1 / slope;
+}
+
 /* Advance by the classical fourth-order Runge-Kutta method. */
 static inline real accurate_step(const real *k, real a, real u, real h)
 {

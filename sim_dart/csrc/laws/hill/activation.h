@@ -28,6 +28,11 @@ enum {
 CORE_INSIDE real activation_rate(const real *k, real a, real u);
 CORE_INSIDE real activation_after(const real *k, real a, real u, real h);
 
+/* Compute the excitation with a given activation and activation rate, with its derivatives by both. A switch
+   between the time constants is replaced by a smooth transition, since with a switch the least excitations
+   alternate between rising and falling activations. */
+CORE_INSIDE void activation_inverse(const real *k, real a, real rate, real value[3]);
+
 /* Activations of several muscles, one lane each: their operations overlap, or form one vector instruction. */
 #define ACTIVATIONS 16
 typedef struct {

@@ -14,6 +14,8 @@ typedef hill_schutte1993_parameters hill_parameters;
 #define LAST_HILL_STEP PRECISE(1e-8, 1e-4)
 /* Range of the search for fibre velocities, in maximum contraction velocities. */
 #define MAX_VELOCITY 1e6
+/* Of the search range for tendon lengths. */
+#define MAX_DOUBLINGS 20
 
 void hill_prepare(const void *parameters, real shortest, real steepest, real damping, real smoothing,
                   real *k)
@@ -157,6 +159,54 @@ void hill_advance(const hill_curves *f, const real *k, real *x, real l, real v, 
     const real a = x[0];
     x[0] = activation_after(k, a, u, h);
     if (k[HILL_ELASTIC]) hill_advance_fibre(f, k, x, activation_after(k, a, u, HILL_STAGE * h), l, v, h);
+}
+
+/* Difference of the tendon force over F0 and `force`, at the tendon length over its slack length. */
+typedef struct {
+    const hill_curves *curves;
+    const real *k;
+    real force;
+} tendon_balance;
+
+static real tendon_excess(const void *data, real stretch, real *derivative)
+{
+    const tendon_balance *b = data;
+    return b->curves->tendon(b->k, stretch, derivative) - b->force;
+}
+
+void hill_tendon(const hill_curves *f, const real *k, const real *point, real *value)
+{
+    const tendon_balance b = {f, k, point[0]};
+    real low = 1, high = 1.05, slope;
+    for (int i = 0; i < MAX_DOUBLINGS && value_of(tendon_excess(&b, high, &slope)) < 0; i++)
+        low = high, high += high - 1;
+    const real stretch = bracketed_root(tendon_excess, &b, low, high, (low + high) / 2, PRECISE(1e-13, 1e-6));
+    f->tendon(k, stretch, &slope);
+    const real along = point[1] - k[HILL_SLACK] * stretch, fibre = sqrt(along * along + k[HILL_HEIGHT2]);
+    value[0] = fibre, value[1] = -k[HILL_SLACK] / slope * along / fibre;
+}
+
+void hill_fibre(const hill_curves *f, const real *k, const real *point, real *value)
+{
+    const real a = point[0], fibre = larger(point[1], k[HILL_MIN_FIBRE]), force = k[HILL_FORCE];
+    const real w = point[2] * k[HILL_PER_SPEED], along = projected_length(k, fibre);
+    const real cosine = larger(along / fibre, 1e-9), z = fibre * k[HILL_PER_OPTIMUM];
+    const real speed = f->speed ? f->speed(a) : 1;
+    const real scaled = clamped(w / speed, -HILL_MAX_NORMALISED, HILL_MAX_NORMALISED);
+    real slope, velocity_slope, by_length, by_velocity;
+    const real active = f->active(k, z, &slope), velocity = f->velocity(k, scaled, &velocity_slope);
+    const real net = fibre_force(f, k, a, fibre, w, &by_length, &by_velocity);
+    const real speed_slope = f->speed ? f->speed(a + 1) - speed : 0; /* it is linear in a */
+    const real tilt = k[HILL_HEIGHT2] / (fibre * fibre * fibre * cosine); /* of the cosine, by the length */
+    value[0] = force * net * cosine;
+    value[1] = force * cosine * active * (velocity - a * velocity_slope * scaled * speed_slope / speed);
+    value[2] = force * (by_length * cosine + net * tilt);
+    value[3] = force * by_velocity * k[HILL_PER_SPEED] * cosine;
+    value[4] = force * tendon_force(f, k, point[3] - along, &slope);
+    value[5] = -force * slope / cosine;
+    value[6] = active, value[7] = velocity, value[8] = f->passive(k, z, &slope), value[9] = cosine;
+    activation_inverse(k, a, point[4], value + 10);
+    value[13] = fibre;
 }
 
 real hill_curve_by_name(const hill_curves *f, const real *k, const char *name, real x,

@@ -41,6 +41,8 @@ CORE_INSIDE void hill_advance(const hill_curves *f, const real *k, real *x, real
 /* Advance the fibre, with its activation x[0] at the end of the step and `early` after HILL_STAGE h. */
 CORE_INSIDE void hill_advance_fibre(const hill_curves *f, const real *k, real *x, real early, real l, real v,
                                     real h);
+CORE_INSIDE void hill_tendon(const hill_curves *f, const real *k, const real *point, real *value);
+CORE_INSIDE void hill_fibre(const hill_curves *f, const real *k, const real *point, real *value);
 CORE_INSIDE real hill_curve_by_name(const hill_curves *f, const real *k, const char *name, real x, real *slope);
 
 /* Return fL(z) fV(w) and compute fPE(z). */
@@ -87,6 +89,14 @@ static inline real hill_rigid_tension(const hill_curves *f, const real *k, real 
     {                                                                                                  \
         hill_advance(&law##_curves, k, x, l, v, u, h);                                                 \
     }                                                                                                  \
+    static void law##_tendon_length(const real *k, const real *point, real *value)                     \
+    {                                                                                                  \
+        hill_tendon(&law##_curves, k, point, value);                                                   \
+    }                                                                                                  \
+    static void law##_fibre(const real *k, const real *point, real *value)                             \
+    {                                                                                                  \
+        hill_fibre(&law##_curves, k, point, value);                                                    \
+    }                                                                                                  \
     static real law##_curve(const real *k, const char *name, real x, real *slope)                      \
     {                                                                                                  \
         return hill_curve_by_name(&law##_curves, k, name, x, slope);                                   \
@@ -95,6 +105,7 @@ static inline real hill_rigid_tension(const hill_curves *f, const real *k, real 
 #define HILL_LAW(law, constant_count)                                                                  \
     .constants = constant_count, .prepare = law##_prepare, .tension = law##_tension,      \
     .rates = law##_rates, .start = law##_start, .advance = law##_advance,                              \
+    .fibre = WHEN_OPENED(law##_fibre), .tendon = WHEN_OPENED(law##_tendon_length), \
     .curve = WHEN_OPENED(law##_curve), .is_hill = 1
 
 #endif

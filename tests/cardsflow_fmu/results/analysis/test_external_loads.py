@@ -12,7 +12,7 @@ from support.robots.robots import EXAMPLES
 from addin_sdfusion.robot import read_robot
 from cardsflow_fmu.results.analysis.redundancy.loads import add_external_loads
 from cardsflow_fmu.results.analysis.redundancy.motion import read_given_motion
-from cardsflow_fmu.utils.opensim_table import opensim_text
+from cardsflow_fmu.utils.opensim_table import opensim_text, read_opensim_table
 from sim_dart.dynamics.link_motion import link_motion
 
 ARM = EXAMPLES / "hill_arm/robot"
@@ -107,4 +107,39 @@ def test_invalid_input_is_reported_in_one_line(
     changes = {"link": read_robot(ARM).links[-1].name} | changes
     loads, motion = write_loads(tmp_path, **changes), write_motion(tmp_path)
     words = ["activations", ARM, "--motion", motion, "--loads", loads, *options]
+    assert message in cardsflow.error_line(*words, "-o", tmp_path / "out")
+
+
+def test_dynamics_writes_excitations_and_fibres(tmp_path: Path, cardsflow: CommandLine) -> None:
+    words = ("activations", ARM, "--motion", write_motion(tmp_path), "--dynamics", "--frames", 30)
+    code, out, err = cardsflow(*words, "-o", tmp_path / "out")
+    assert (code, err) == (0, "")
+    assert out.splitlines()[1].startswith("cost ")
+    table = read_opensim_table(tmp_path / "out/excitations.sto")
+    assert table.names == ("time", *(m.name for m in read_robot(ARM).muscles))
+    assert (table.rows[:, 1:] >= 0.0).all()
+    assert (table.rows[:, 1:] <= 1.0).all()
+    assert (tmp_path / "out/fibre_lengths.sto").is_file()
+
+
+DYNAMICS = {
+    "power": (["--power", "3"], ARM, "--power: requires --dynamics"),
+    "low power": (["--dynamics", "--power", "1"], ARM, "--power: must be above 1"),
+    "reserve": (["--dynamics", "--reserve", "0"], ARM, "--reserve: must be positive"),
+    "passive": (["--dynamics", "--passive"], ARM, "--passive: is for static optimisation"),
+    "frames": (["--dynamics", "--frames", "401"], ARM, "--frames: must be from 3 to 400"),
+    "law": (["--dynamics"], EXAMPLES / "planar_2r/robot", "--dynamics does not support 'ideal'"),
+}
+
+
+@pytest.mark.parametrize("case", DYNAMICS)
+def test_invalid_options_of_dynamics_are_reported_in_one_line(
+    case: str, tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    options, robot, message = DYNAMICS[case]
+    t = np.linspace(0.0, 2.0, 21)
+    names = ["time", *(c.name for c in read_robot(robot).coordinates)]
+    rows = np.column_stack([t, *(0.1 * np.sin(t + k) for k in range(len(names) - 1))])
+    (tmp_path / "m.sto").write_text(opensim_text("m", names, rows))
+    words = ("activations", robot, "--motion", tmp_path / "m.sto", *options)
     assert message in cardsflow.error_line(*words, "-o", tmp_path / "out")

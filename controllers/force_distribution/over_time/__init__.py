@@ -1,0 +1,1 @@
+"""Muscles over a whole given motion: activation dynamics and elastic tendons."""

@@ -1,0 +1,229 @@
+"""Interior-point method for activations and tensions of muscles over a whole given motion.
+
+The activations a at the frames, and the tensions of elastic tendons between frames, minimise the
+integral over time of
+
+    sum of e^p + sum of (r / R)^2
+
+with the excitations e that change the activations, and reserve torques r with weights R. At each
+frame, fibres are in equilibrium with their tendons, and the tensions f satisfy tau = -L'f + r.
+Derivatives in time are central differences, whose error decreases with the square of the time step.
+At both ends of the motion the activations are constant. First derivatives are exact; the linear
+equations are those of `MuscleChains`.
+
+De Groote, Kinney, Rao & Fregly 2016, Ann. Biomed. Eng. 44, introduced the tendon force as state.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from controllers.arrays import FloatArray
+
+from .chains import ChainEquations, ChainSolution, MuscleChains
+from .interior import BoundedVariables
+from .problem import MuscleProblem, MuscleTrajectory
+from .terms import MuscleTerms, Terms, convex
+
+_BARRIER, _LESS_BARRIER = 0.01, 0.2
+_GAP = 1e-4  # complementarity at the end, relative to the cost
+_TOLERANCE = 1e-3  # of the optimality conditions
+_TORQUE, _DUAL = 1e-2, 0.1  # scales of errors of torques and gradients
+_MAX_ITERATIONS = 150
+_MIN_TENSION, _MAX_TENSION = 1e-3, 3.0  # bounds of tendon forces over F0
+_MIN_FORCE = 5e-3  # of the start, over F0
+_MIN_SLOPE = 1e-6  # of fibre forces over F0, by activation
+
+
+class _Gradients(NamedTuple):
+    """Gradients of the cost, without barrier.
+
+    Attributes:
+        a: By the activations at both ends, 0 between them, shape (m, N).
+        e: By the excitations, shape (m, N - 1).
+        aa, ee: Second derivatives, of the same shapes.
+    """
+
+    a: FloatArray
+    e: FloatArray
+    aa: FloatArray
+    ee: FloatArray
+
+
+class MuscleTrajectorySolver:
+    """Solver of one problem.
+
+    Args:
+        problem: The problem.
+        activations: First activations, shape (N, m).
+    """
+
+    def __init__(self, problem: MuscleProblem, activations: FloatArray) -> None:
+        self._own = problem
+        self._N, m, _ = problem.L.shape
+        self._terms, self._chains = MuscleTerms(problem), MuscleChains(problem.L)
+        self._D = np.tile(problem.reserve**2 / 2.0, (self._N, 1))
+        self._barrier = _BARRIER
+        low = np.tile(problem.low[:, None], self._N)
+        self._a = BoundedVariables(activations.T, low, np.ones_like(low), _BARRIER)
+        a = self._a.value
+        between = (a[:, 1:] + a[:, :-1]) / 2.0
+        self._e = BoundedVariables(between, low[:, 1:], np.ones_like(between), _BARRIER)
+        x, high = self._terms.start(a, _MIN_FORCE), self._terms.max_tensions()
+        high = np.clip(high, 2.0 * _MIN_TENSION, _MAX_TENSION)
+        self._x = BoundedVariables(x, np.full_like(x, _MIN_TENSION), high, _BARRIER)
+        self._mu, self._nu = np.zeros((m, self._N)), np.zeros((m, self._N - 1))
+        self._y = np.zeros((self._N, problem.L.shape[2]))
+
+    def solve(self) -> MuscleTrajectory:
+        """Return the muscles over the motion."""
+        for count in range(_MAX_ITERATIONS):
+            terms = self._terms.evaluate(self._a.value, self._x.value)
+            cost, residual = self._cost(terms), self._residual(terms)
+            error = self._error(residual, self._barrier)
+            if self._gap() < _GAP * cost:
+                if error < _TOLERANCE:
+                    return self._result(terms, count, True)
+            else:
+                while error < 10.0 * self._barrier and self._gap() >= _GAP * cost:
+                    self._barrier = min(_LESS_BARRIER * self._barrier, self._barrier**1.5)
+                    error = self._error(residual, self._barrier)
+            if not self._advance(terms):
+                break
+        terms = self._terms.evaluate(self._a.value, self._x.value)
+        return self._result(terms, _MAX_ITERATIONS, False)
+
+    @property
+    def _all(self) -> tuple[BoundedVariables, ...]:
+        return self._a, self._e, self._x
+
+    def _variables(self) -> tuple[BoundedVariables, ...]:
+        return self._all if self._own.elastic.any() else self._all[:2]
+
+    def _gap(self) -> float:
+        """Return the complementarity of all bounds."""
+        return 2.0 * self._barrier * sum(own.value.size for own in self._variables())
+
+    def _cost(self, terms: Terms) -> float:
+        """Return the cost, divided by the time step."""
+        p, a, e = self._own.power, self._a.value, self._e.value
+        ends = 0.5 * (a[:, 0] ** p + a[:, -1] ** p).sum()
+        reserves = ((terms.torque / self._own.reserve) ** 2).sum()
+        return float((e**p).sum() + ends + reserves)
+
+    def _gradients(self) -> _Gradients:
+        p, a, e = self._own.power, self._a.value, self._e.value
+        ends = np.zeros(self._N)
+        ends[[0, -1]] = 0.5
+        return _Gradients(
+            p * ends * a ** (p - 1.0),
+            p * e ** (p - 1.0),
+            p * (p - 1.0) * ends * a ** (p - 2.0),
+            p * (p - 1.0) * e ** (p - 2.0),
+        )
+
+    def _residual(self, terms: Terms) -> float:
+        """Return the largest error of the optimality conditions, except complementarity."""
+        own = self._gradients()
+        pull = np.einsum("kmn,kn->mk", self._own.L, self._y)
+        rows = self._mu[:, :, None] * terms.by_balance + pull[:, :, None] * terms.by_tension
+        of_a = own.a + self._a.dual + rows[:, :, 1]
+        of_a[:, :-1] += self._nu * terms.by_excitation[:, :, 0]
+        of_a[:, 1:] += self._nu * terms.by_excitation[:, :, 1]
+        of_x = self._x.dual
+        of_x[:, :-1] += rows[:, :, 0]
+        of_x[:, 1:] += rows[:, :, 2]
+        of_e = own.e - self._nu + self._e.dual
+        torque = _TORQUE * (terms.torque - self._D * self._y)
+        gradients = (_DUAL * part for part in (of_a, of_x[self._own.elastic], of_e))
+        others = *gradients, terms.balance, self._excess(terms), torque
+        return max(float(abs(part).max(initial=0.0)) for part in others)
+
+    def _error(self, residual: float, barrier: float) -> float:
+        return max(residual, *(own.error(barrier) for own in self._variables()))
+
+    def _excess(self, terms: Terms) -> FloatArray:
+        return terms.excitations - self._e.value
+
+    def _advance(self, terms: Terms) -> bool:
+        """Move along a step; return whether there is one."""
+        own, J, elastic = self._gradients(), terms.by_excitation, self._own.elastic
+        ee = own.ee + self._e.curvature
+        ge = own.e + self._e.slope(self._barrier)
+        ga, excess = own.a + self._a.slope(self._barrier), self._excess(terms)
+        of_edges = ge + ee * excess
+        ga[:, :-1] += J[:, :, 0] * of_edges
+        ga[:, 1:] += J[:, :, 1] * of_edges
+        gx = np.where(elastic[:, None], self._x.slope(self._barrier), 0.0)
+        pivot = terms.by_balance[:, :, 1]
+        pivot = np.where(elastic[:, None], np.maximum(pivot, _MIN_SLOPE), 1.0)
+        T = -terms.by_balance[:, :, ::2] / pivot[:, :, None]
+        T[~elastic, :, 1] = 1.0  # the activation is the unknown
+        edges = J[:, :, :, None] * J[:, :, None, :] * ee[:, :, None, None]
+        t = -terms.balance / pivot
+        frames = self._frame_blocks(terms)
+        frames[:, :, 1, 1] += own.aa
+        found = self._chains.solve(
+            ChainEquations(frames, edges, T, t, terms.by_tension, self._D, gx, ga, terms.torque)
+        )
+        if found is None:
+            return False
+        self._move(terms, found, pivot, (ee, ge, excess))
+        return True
+
+    def _frame_blocks(self, terms: Terms) -> FloatArray:
+        """Return the blocks of (x before, a, x after), without the cost, shape (m, N, 3, 3)."""
+        elastic = self._own.elastic
+        added = np.zeros_like(terms.by_balance)
+        added[:, :, 1] = self._a.curvature
+        bound = self._x.curvature
+        bound[~elastic] = 1.0
+        bound[:, 1:-1] *= 0.5  # each x is next to two frames
+        added[:, :, 0], added[:, :, 2] = bound[:, :-1], bound[:, 1:]
+        added[~elastic, :, ::2] = 0.0
+        added[~elastic, 0, 0] = 1.0  # an unused unknown
+        H = self._terms.hessian(terms, self._mu, self._x.value)
+        H[elastic] = convex(H[elastic], added[elastic], terms.by_balance[elastic])
+        return H + added[..., None] * np.eye(3)
+
+    def _move(
+        self,
+        terms: Terms,
+        found: ChainSolution,
+        pivot: FloatArray,
+        of_edges: tuple[FloatArray, FloatArray, FloatArray],
+    ) -> None:
+        """Move all variables and multipliers."""
+        ee, ge, excess = of_edges
+        J, elastic = terms.by_excitation, self._own.elastic[:, None]
+        dx = np.where(elastic, found.x, 0.0)
+        de = J[:, :, 0] * found.a[:, :-1] + J[:, :, 1] * found.a[:, 1:] + excess
+        pull = np.einsum("kmn,kn->mk", self._own.L, found.y)
+        mu = -(found.a_residual + terms.by_tension[:, :, 1] * pull) / pivot
+        steps = {self._a: found.a, self._e: de, self._x: dx}
+        nu = ee * de + ge
+        share = min(own.max_step(step) for own, step in steps.items())
+        duals = {own: own.dual_steps(step, self._barrier) for own, step in steps.items()}
+        dual_share = min(own.max_dual_step(both) for own, both in duals.items())
+        for own, step in steps.items():
+            own.move(step, share, duals[own], dual_share, self._barrier)
+        self._mu += share * (np.where(elastic, mu, 0.0) - self._mu)
+        self._nu += share * (nu - self._nu)
+        self._y += share * (found.y - self._y)
+
+    def _result(self, terms: Terms, count: int, is_solved: bool) -> MuscleTrajectory:
+        a, e = self._a.value, terms.excitations
+        edges = np.concatenate([a[:, :1], e, a[:, -1:]], axis=1)
+        return MuscleTrajectory(
+            a.T,
+            (edges[:, 1:] + edges[:, :-1]).T / 2.0,
+            terms.tensions.T,
+            terms.points[:, :, 1],
+            terms.points[:, :, 2],
+            terms.torque,
+            self._own.step * self._cost(terms),
+            count,
+            is_solved,
+        )
