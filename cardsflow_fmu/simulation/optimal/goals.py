@@ -18,6 +18,7 @@ from controllers.optimal.problem import NodeConstraint
 from sim_dart.dynamics.core import CoreDynamics
 from sim_dart.optimal.shooting import Shooting
 
+from .loops import advances, dependent
 from .muscles import override, require_order, state_ranges
 from .tasks import StateRows, TaskRows
 
@@ -74,7 +75,7 @@ def free_start(
     if own.y and not own.free:
         flags[: dynamics.n] = True
     if motion.periodic:
-        advance = np.array(motion.periodic)
+        advance = advances(experiment, motion)
         flags[: dynamics.n] |= advance == 0.0
         flags[dynamics.n : 2 * dynamics.n] |= ~np.isnan(advance)
     flags[2 * dynamics.n :] = flags.any()
@@ -123,11 +124,12 @@ def fix_goals(
 ) -> Goals:
     """Fix the states of the goals in the bounds; return the other goals."""
     found, n, nx = Goals([], []), dynamics.n, x_low.shape[1]
+    speeds = n + np.flatnonzero(~dependent(experiment, n))
     for k, goal in enumerate(motion.goals):
         key = f"motion.goals[{k}]"
         node, last = _nodes(experiment, motion, goal, key)
         if goal.rest or goal.hold or (goal.rest is None and node == motion.intervals):
-            x_low[node : last + 1, n : 2 * n] = x_high[node : last + 1, n : 2 * n] = 0.0
+            x_low[node : last + 1, speeds] = x_high[node : last + 1, speeds] = 0.0
         given = np.flatnonzero(~np.isnan(goal.q))
         for j in given.tolist():
             value, low, high = goal.q[j], x_low[node, j], x_high[node, j]

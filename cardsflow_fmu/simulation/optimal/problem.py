@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -19,6 +20,7 @@ from sim_dart.optimal.shooting import Shooting
 
 from .costs import motion_costs
 from .goals import fix_goals, fix_start, state_bounds
+from .loops import advances, closing, constant_speed, require_independent
 from .muscles import (
     actuators,
     control_bounds,
@@ -67,17 +69,16 @@ def motion_problem(experiment: Experiment) -> MotionProblem:
         what = 'missing; for example: duration = 1.0, goals = [{ y = { "hand.x" = 0.4 } }]'
         raise InputError(what, file=experiment.file, key="motion")
     robot, notes = _frictionless(experiment.robot)
-    if robot.loops:
-        what = "does not support closed kinematic loops"
-        raise InputError(what, file=experiment.file, key="motion")
     with_laws = motion.muscles == "laws"
     dynamics = CoreDynamics(robot)
     shooting = Shooting(robot, motion.substeps, with_laws=with_laws)
     if not shooting.nu:
         raise InputError("requires muscles or motors", file=experiment.file, key="motion")
     bounds = control_bounds(experiment, motion, dynamics, shooting)
+    loops = closing(experiment, robot)
+    require_independent(experiment, motion, dynamics.coordinate_names)
     q = np.array(experiment.start.q)
-    controls, states = resting_controls(motion, dynamics, shooting, q, bounds)
+    controls, states = resting_controls(motion, loops or dynamics, shooting, q, bounds)
     start = np.array([*q, *experiment.start.qd, *states])
     x_low, x_high = state_bounds(experiment, motion, dynamics, shooting)
     constraints = fix_start(experiment, motion, dynamics, start, x_low, x_high)
@@ -92,7 +93,8 @@ def motion_problem(experiment: Experiment) -> MotionProblem:
         *(f"{letter}.{c.name}" for letter in ("q", "qd") for c in robot.coordinates),
         *shooting.laws.state_names,
     )
-    control_names = tuple(names[k] for k in actuators(dynamics, shooting))
+    drives = actuators(dynamics, shooting)
+    control_names = tuple(names[k] for k in drives)
     problem = OptimalProblem(
         shooting,
         x_low,
@@ -104,22 +106,24 @@ def motion_problem(experiment: Experiment) -> MotionProblem:
         constraints,
         state_names,
         control_names,
-        linear=_linear_constraints(motion, dynamics, shooting, state_names, control_names),
+        linear=_linear_constraints(
+            experiment, motion, shooting, drives, state_names, control_names
+        ),
     )
     duration = float(np.sqrt(motion.duration[0] * motion.duration[1]))
     x = np.tile(start, (N + 1, 1))
-    if motion.periodic:  # at constant speed
-        advance = np.nan_to_num(np.array(motion.periodic))
-        x[:, : shooting.n] += np.linspace(0.0, 1.0, N + 1)[:, None] * advance
-        x[:, shooting.n : 2 * shooting.n] += advance / duration
+    if motion.periodic:
+        advance = np.nan_to_num(advances(experiment, motion))
+        x[:, : 2 * shooting.n] = constant_speed(advance, N, loops, q, duration)
     guess = Iterate(x, np.tile(controls, (N, 1)), duration)
     return MotionProblem(problem, guess, dynamics, shooting, (*notes, *more))
 
 
 def _linear_constraints(
+    experiment: Experiment,
     motion: MotionTable,
-    dynamics: CoreDynamics,
     shooting: Shooting,
+    drives: Sequence[int],
     state_names: tuple[str, ...],
     control_names: tuple[str, ...],
 ) -> list[LinearConstraint]:
@@ -127,11 +131,11 @@ def _linear_constraints(
     found, n, nx, N = list[LinearConstraint](), shooting.n, shooting.nx, motion.intervals
     if motion.bounds.f_rate_max:
         limits = np.nan_to_num(np.array(motion.bounds.f_rate_max), nan=np.inf)
-        own = limits[actuators(dynamics, shooting)]
-        if np.isfinite(own).any():
-            found.append(limited_rates(own, control_names, N, nx))
+        driven = limits[drives]
+        if np.isfinite(driven).any():
+            found.append(limited_rates(driven, control_names, N, nx))
     if motion.periodic:
-        advance = np.array(motion.periodic)
+        advance = advances(experiment, motion)
         own = np.concatenate([advance, 0.0 * advance, np.zeros(nx - 2 * n)])
         chosen = np.flatnonzero(~np.isnan(own))
         found.append(periodic(chosen, own[chosen], state_names, (N + 1, nx), shooting.nu))

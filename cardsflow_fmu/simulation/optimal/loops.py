@@ -1,0 +1,81 @@
+"""Closed kinematic loops in optimal motions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError, Robot
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.motion.settings import MotionTable
+from cardsflow_fmu.utils.arrays import BoolArray, FloatArray
+from sim_dart.dynamics.core import CoreDynamics
+from sim_dart.dynamics.independent import control_dynamics
+
+
+def closing(experiment: Experiment, robot: Robot) -> CoreDynamics | None:
+    """Return dynamics that close the loops of a robot; None without loops."""
+    if not robot.loops:
+        return None
+    return control_dynamics(robot, experiment.controller.dependent, may_be_singular=True)
+
+
+def dependent(experiment: Experiment, n: int) -> BoolArray:
+    """Return the flags of the coordinates that follow from closed loops, shape (n,)."""
+    flags = experiment.controller.dependent
+    if not experiment.robot.loops or not flags:
+        return np.zeros(n, dtype=bool)
+    return np.array(flags, dtype=bool)
+
+
+def require_independent(experiment: Experiment, motion: MotionTable, names: Sequence[str]) -> None:
+    """Check that start and goals do not set coordinates that follow from closed loops.
+
+    Raises:
+        InputError: The message names the key.
+    """
+    flags = dependent(experiment, len(names))
+    if not flags.any():
+        return
+    if motion.start.model_fields_set:
+        what = "does not support closed loops; use motion.periodic, or set [start]"
+        raise InputError(what, file=experiment.file, key="motion.start")
+    for k, goal in enumerate(motion.goals):
+        for name, value, is_dependent in zip(names, goal.q, flags, strict=bool(goal.q)):
+            if is_dependent and not np.isnan(value):
+                what = "follows from the closed loops; omit it, or change controller.dependent"
+                key = f"motion.goals[{k}].q.{name}"
+                raise InputError(what, file=experiment.file, key=key)
+
+
+def advances(experiment: Experiment, motion: MotionTable) -> FloatArray:
+    """Return the advances of periodic coordinates, shape (n,); nan for the others.
+
+    Coordinates that follow from closed loops return if they are not set.
+    """
+    own = np.array(motion.periodic)
+    flags = dependent(experiment, len(own))
+    return np.where(np.isnan(own) & flags, 0.0, own)
+
+
+def constant_speed(
+    advance: FloatArray, N: int, loops: CoreDynamics | None, q: FloatArray, duration: float
+) -> FloatArray:
+    """Return q and qd at the nodes of a periodic motion at constant speed, shape (N + 1, 2 n).
+
+    Args:
+        advance: Advances of the coordinates, shape (n,).
+        N: Number of intervals.
+        loops: From `closing`.
+        q: Start, shape (n,).
+        duration: Duration, in [s].
+    """
+    rows = q + np.linspace(0.0, 1.0, N + 1)[:, None] * advance
+    if loops is None:
+        return np.hstack([rows, np.tile(advance / duration, (N + 1, 1))])
+    for k in range(1, N + 1):
+        rows[k, loops.dependent] = rows[k - 1, loops.dependent]
+        rows[k] = loops.closed(rows[k])
+    wrapped = np.vstack([rows[-2] - advance, rows, rows[1] + advance])
+    return np.hstack([rows, (wrapped[2:] - wrapped[:-2]) * (0.5 * N / duration)])
