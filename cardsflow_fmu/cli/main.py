@@ -35,7 +35,7 @@ COMMANDS = {
     "Analyse and design": {
         "size": "robot.add_size",
         "faults": "faults.add_faults",
-        "activations": "robot.add_activations",
+        "activations": "activations.add_activations",
         "study": "study.add_study",
         "optimise": "study.add_optimise",
     },

@@ -1,16 +1,14 @@
-"""`cardsflow check`, `info`, `convert`, `size` and `activations`: robots and their files."""
+"""`cardsflow check`, `info`, `convert` and `size`: robots and their files."""
 
 from __future__ import annotations
 
 import argparse
-import contextlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from addin_sdfusion.robot import CardsflowError, Finding, InputError, RobotError
 from addin_sdfusion.robot.finding import errors_first
 from addin_sdfusion.robot.json_text import json_text
-from cardsflow_fmu.utils.overwrite import NOT_OWN
 
 from .common import (
     FAILED,
@@ -30,7 +28,7 @@ from .common import (
 )
 from .parser import Commands
 from .results import convert_recording
-from .terminal.messages import print_coloured, print_note
+from .terminal.messages import print_coloured
 from .terminal.progress import show_progress
 
 if TYPE_CHECKING:
@@ -137,69 +135,6 @@ def add_size(commands: Commands) -> None:
         metavar="X",
         help="safety margin, as part of the peak force (default: 0.2)",
     )
-    add_json(parser)
-
-
-def add_activations(commands: Commands) -> None:
-    """Add `activations`."""
-    parser = commands.add(
-        "activations",
-        _activations,
-        "Estimate muscle activations of a recorded motion by static optimisation.",
-        "cardsflow activations arm26.osim --motion reach.mot -o reach",
-    )
-    add_robot(parser)
-    what = "joint positions over time: .mot, .sto, .csv, .npy, .npz or a ROS 2 recording (required)"
-    parser.add_argument("--motion", type=Path, required=True, metavar="FILE", help=what)
-    parser.add_argument(
-        "--noise",
-        type=float,
-        metavar="X",
-        help="standard deviation of the position noise, in rad or m; 0 interpolates the positions "
-        "(default: estimated from the positions)",
-    )
-    parser.add_argument(
-        "--loads",
-        type=Path,
-        metavar="FILE",
-        help="external loads of OpenSim (.xml), such as ground reaction forces (default: none)",
-    )
-    for option, what in (("--begin", "first"), ("--end", "last")):
-        text = f"{what} time of the analysis, in s (default: the {what} row)"
-        parser.add_argument(option, type=float, metavar="X", help=text)
-    parser.add_argument(
-        "--frames",
-        type=int,
-        default=0,
-        metavar="N",
-        help="number of equidistant times (default: the times of the rows)",
-    )
-    parser.add_argument(
-        "--passive",
-        action="store_true",
-        help="include passive muscle forces (default: exclude them, like OpenSim)",
-    )
-    parser.add_argument(
-        "--dynamics",
-        action="store_true",
-        help="optimise the whole motion with activation dynamics, elastic tendons and passive "
-        "forces (default: each time separately, by static optimisation)",
-    )
-    parser.add_argument(
-        "--power",
-        type=float,
-        metavar="P",
-        help="exponent of the excitations in the cost, with --dynamics (default: 2)",
-    )
-    parser.add_argument(
-        "--reserve",
-        type=float,
-        metavar="X",
-        help="torque of reserve actuators at a cost of 1, with --dynamics (default: 1)",
-    )
-    what = "folder for activations.sto, forces.sto and further tables"
-    add_output(parser, what, default=Path("activations"), metavar="FOLDER")
-    add_overwrite(parser)
     add_json(parser)
 
 
@@ -376,76 +311,3 @@ def _size(options: argparse.Namespace) -> int:
         sizes = size(load_experiment(options), margin=options.margin)
     print(json_text(sizes, indent=1) if options.json else describe_sizes(sizes))
     return FAILED if sizes["impossible_points"] else GOOD
-
-
-def _activations(options: argparse.Namespace) -> int:
-    from addin_sdfusion.robot.files import write_files
-    from addin_sdfusion.robot.formats.read import read
-    from cardsflow_fmu.results.analysis.redundancy.loads import add_external_loads
-    from cardsflow_fmu.results.analysis.redundancy.motion import read_given_motion
-    from cardsflow_fmu.results.analysis.redundancy.output import (
-        activation_files,
-        activation_summary,
-        describe_activations,
-    )
-    from cardsflow_fmu.results.analysis.redundancy.over_time import FRAME_STEP, optimise_activations
-    from cardsflow_fmu.results.analysis.redundancy.static import static_optimisation
-
-    _require_dynamics(options)
-    reading = read(options.robot, options.cable_set)
-    with show_progress("activations"):
-        given = read_given_motion(
-            reading.require(),
-            options.motion,
-            options.noise,
-            begin=options.begin,
-            end=options.end,
-            frames=options.frames,
-            step=FRAME_STEP if options.dynamics else 0.0,
-        )
-        if options.loads is not None:
-            given = add_external_loads(given, options.loads)
-        if options.dynamics:
-            own = {"reserve": options.reserve, "power": options.power}
-            chosen = {key: value for key, value in own.items() if value is not None}
-            found = optimise_activations(given.robot, given.motion, **chosen)
-        else:
-            found = static_optimisation(given.robot, given.motion, passive=options.passive)
-    contents, summary = activation_files(found), activation_summary(found)
-    for name, text in contents.items():
-        if not options.overwrite:
-            _require_activations_file(options.output / name, text.partition("\n")[0])
-    if given.locked:
-        names = ", ".join(f"{name} = {q:g}" for name, q in given.locked.items())
-        print_note(f"the motion does not contain some coordinates, which are locked: {names}")
-    print_findings(reading.findings)
-    if not options.json:
-        print(describe_activations(summary))
-    files = write_files(options.output, contents)
-    if options.json:
-        named = {"files": {file.name: str(file) for file in files}}
-        print(json_text({**summary, **named}, indent=1))
-    else:
-        print(f"files  {options.output}: {', '.join(file.name for file in files)}")
-    return FAILED if summary["infeasible"] else GOOD
-
-
-def _require_dynamics(options: argparse.Namespace) -> None:
-    """Check that options are only used with the method that they belong to."""
-    for key in () if options.dynamics else ("power", "reserve"):
-        if getattr(options, key) is not None:
-            raise InputError("requires --dynamics", key=f"--{key}")
-    if options.dynamics and options.passive:
-        what = "is for static optimisation; --dynamics includes passive forces"
-        raise InputError(what, key="--passive")
-
-
-def _require_activations_file(file: Path, title: str) -> None:
-    """Check that an existing file was written by `activations`.
-
-    Raises:
-        InputError: The file was not written by `activations`.
-    """
-    with contextlib.suppress(FileNotFoundError, NotADirectoryError), file.open("rb") as stream:
-        if stream.readline(100).strip() != title.encode():
-            raise InputError(NOT_OWN, file=file)

@@ -59,7 +59,7 @@ def read_given_motion(
     *,
     begin: float | None = None,
     end: float | None = None,
-    frames: int = 0,
+    frames: int | None = None,
     step: float = 0.0,
 ) -> GivenMotion:
     """Read a recorded motion of a robot.
@@ -72,7 +72,7 @@ def read_given_motion(
         noise: Standard deviation of the position noise (default: estimated from the positions).
         begin: First time, in [s] (default: of the first row).
         end: Last time, in [s] (default: of the last row).
-        frames: Number of equidistant times; 0 for the default.
+        frames: Number of equidistant times (default: by `step`).
         step: Approximate time between frames by default, in [s]; 0 for the times of the rows.
 
     Raises:
@@ -91,10 +91,10 @@ def read_given_motion(
         if not rows[0] <= value <= rows[-1]:
             what = f"must be within the motion, {rows[0]:g} to {rows[-1]:g} s, not {value:g}"
             raise InputError(what, key=key)
-    if not 0 <= frames <= MAX_FRAMES or frames == 1:
+    if frames is not None and not 2 <= frames <= MAX_FRAMES:
         raise InputError(f"must be from 2 to {MAX_FRAMES}, not {frames}", key="--frames")
     is_inside = (rows >= first) & (rows <= last)
-    if step and not frames:
+    if step and frames is None:
         frames = min(max(round((last - first) / step) + 1, 3), MAX_FRAMES)
     times = np.linspace(first, last, frames) if frames else rows[is_inside]
     if len(times) < 2 or first >= last:

@@ -12,6 +12,7 @@ from support.robots.robots import EXAMPLES
 from addin_sdfusion.robot import read_robot
 from cardsflow_fmu.results.analysis.redundancy.loads import add_external_loads
 from cardsflow_fmu.results.analysis.redundancy.motion import read_given_motion
+from cardsflow_fmu.utils.csv_table import read_csv
 from cardsflow_fmu.utils.opensim_table import opensim_text, read_opensim_table
 from sim_dart.dynamics.link_motion import link_motion
 
@@ -120,6 +121,17 @@ def test_dynamics_writes_excitations_and_fibres(tmp_path: Path, cardsflow: Comma
     assert (table.rows[:, 1:] >= 0.0).all()
     assert (table.rows[:, 1:] <= 1.0).all()
     assert (tmp_path / "out/fibre_lengths.sto").is_file()
+    names, rows = read_csv(tmp_path / "out/results.csv")
+    columns = dict(zip(names, rows.T, strict=True))
+    power = sum(columns[f"power.{m.name}"] for m in read_robot(ARM).muscles)
+    reserve = sum(columns[f"reserve.{c.name}"] for c in read_robot(ARM).coordinates)
+    assert abs(reserve).max() < 1.0
+    assert abs(power).max() > 0.01
+    assert (columns["umberger_2010.total"] > columns["power.biceps"]).all()
+    assert np.isfinite(columns["reaction_force.elbow.z"]).all()
+    page = tmp_path / "replay.html"
+    assert cardsflow(*words, "-o", tmp_path / "out", "--html", page)[0] == 0
+    assert page.is_file()
 
 
 DYNAMICS = {
