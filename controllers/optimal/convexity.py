@@ -8,6 +8,8 @@ import numpy as np
 
 from controllers.arrays import FloatArray, IntArray
 
+from .qp import QuadraticProgram
+
 _SHARES = (1.0, 0.5, 0.25)
 _MIN_CURVATURE = 1e-2  # of controls, for Hessians of size 1
 
@@ -25,6 +27,18 @@ class ConvexStages(NamedTuple):
     blocks: FloatArray
     gradients: FloatArray
     moved: FloatArray
+
+
+class Program(NamedTuple):
+    """Quadratic program of a step.
+
+    Attributes:
+        qp: The program.
+        moved: See `ConvexStages`; None without a contribution of the dynamics to the Hessian.
+    """
+
+    qp: QuadraticProgram
+    moved: FloatArray | None
 
 
 def convexify_with_share(

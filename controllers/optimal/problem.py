@@ -195,3 +195,8 @@ class OptimalProblem:
             float(np.clip(iterate.duration, *self.duration)),
             np.clip(p, own.low, own.high),
         )
+
+
+def excess(values: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Return the distance of values from a range, 0 inside."""
+    return np.maximum(np.maximum(low - values, values - high), 0.0)

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from controllers.arrays import FloatArray
 
+from .convexity import Program
 from .lagrangian import DynamicsHessian
 from .problem import Iterate, OptimalProblem
 from .qp import QpSolution, QuadraticProgram, solve_qp
 from .relaxation import solve_relaxed
-from .transcription import Linearisation, Program, Transcription
+from .transcription import Linearisation, Transcription
 
 OPTIMAL, INFEASIBLE, NOT_CONVERGED, INTERRUPTED = STATUSES = (
     "optimal",
@@ -30,10 +31,12 @@ _ROUNDING = 1e-9  # of the cost
 _PROGRESS = 0.99  # of the violation, for an iteration with relaxed constraints
 _MIN_DAMPING, _MAX_DAMPING, _MORE_DAMPING = 1e-10, 1e4, 1e-5
 _DAMPING, _DAMPING_FREE_TIME = 1e-8, 1e-2  # first damping; a duration has no Hessian of its own
+_LESS_POSITIVE, _MIN_POSITIVE = 0.5, 1e-3  # factor after a good step, and smallest value
 _PENALTY = 10.0  # of a relaxed constraint, relative to the largest gradient
 _GOOD = 0.3  # factor of the violation, for much less damping
 _FREE_STEPS, _FREE_VIOLATION = 3, 100.0  # first steps, since a rest violates few constraints
 _NEAR = 1e-3  # violation below which a rejected step may be followed
+_FIRST_ITERATIONS = 60  # of an attempt that is not the last
 _STALLED = 6  # iterations without progress
 
 
@@ -65,6 +68,7 @@ class Solution:
         linearisation: Terms at this motion.
         status: One of `STATUSES`.
         is_feasible: Whether the motion satisfies all constraints.
+        violation: Largest violation of a constraint, scaled.
         history: Progress, one entry per iteration.
     """
 
@@ -72,6 +76,7 @@ class Solution:
     linearisation: Linearisation
     status: str
     is_feasible: bool
+    violation: float
     history: tuple[Progress, ...]
 
     @property
@@ -92,6 +97,7 @@ class _State:
         idle: Number of iterations without progress.
         hessian: Contribution of the dynamics to the Hessian.
         free: Number of steps that may increase both cost and violation.
+        positive: See `Transcription.program`.
     """
 
     at: Iterate
@@ -101,6 +107,7 @@ class _State:
     filter: list[tuple[float, float]] = field(default_factory=list)
     idle: int = 0
     free: int = _FREE_STEPS
+    positive: float = 0.0
 
 
 class Optimiser:
@@ -112,6 +119,8 @@ class Optimiser:
             optimal.
         feasibility: Largest accepted violation of a constraint, scaled.
         max_iterations: Number of iterations.
+        refine: Function that makes the dynamics more accurate if an iterate requires it, and
+            returns whether they changed.
     """
 
     def __init__(
@@ -120,18 +129,18 @@ class Optimiser:
         tolerance: float = 1e-7,
         feasibility: float = 1e-7,
         max_iterations: int = 100,
+        refine: Callable[[Iterate], bool] = lambda _: False,
     ) -> None:
         self.problem = problem
         self.transcription = Transcription(problem)
         self._tolerance, self._feasibility = tolerance, feasibility
-        self._max_iterations = max_iterations
+        self._max_iterations, self._refine = max_iterations, refine
 
     def solve(
         self,
         guess: Iterate,
         progress: Callable[[Progress], None] = lambda _: None,
-        *,
-        is_near: bool = False,
+        others: Sequence[Iterate] | None = (),
     ) -> Solution | None:
         """Return the optimal motion near a guess; None if the guess diverges.
 
@@ -140,7 +149,8 @@ class Optimiser:
         Args:
             guess: First iterate.
             progress: Function that is called after every iteration.
-            is_near: Whether the guess is near the optimal motion.
+            others: Guesses that are tried if no motion is found from the first one; None if this
+                one is near the optimal motion.
         """
         began, history = time.perf_counter(), list[Progress]()
 
@@ -149,17 +159,25 @@ class Optimiser:
             history.append(Progress(len(history), state.own.cost, violation, share, seconds))
             progress(history[-1])
 
-        found = None
-        for free in (0,) if is_near else (_FREE_STEPS, 0):
-            found = self._attempt(guess, free, report, history)
-            if found is None or found.is_feasible or found.status != NOT_CONVERGED:
+        attempts = [(guess, 0)]
+        if others is not None:
+            attempts = [(guess, _FREE_STEPS), *((each, 0) for each in others), (guess, 0)]
+        best = None
+        for k, (start, free) in enumerate(attempts):
+            limit = self._max_iterations
+            limit = limit if k == len(attempts) - 1 else min(limit, _FIRST_ITERATIONS)
+            found = self._attempt(start, free, limit, report, history)
+            if found is not None and (best is None or found.violation < best.violation):
+                best = found
+            if found is not None and (found.is_feasible or found.status == INTERRUPTED):
                 break
-        return found
+        return best
 
     def _attempt(
         self,
         guess: Iterate,
         free: int,
+        limit: int,
         report: Callable[[_State, float], None],
         history: list[Progress],
     ) -> Solution | None:
@@ -173,7 +191,7 @@ class Optimiser:
         state, status = _State(at, own, damping, hessian, free=free), ""
         try:
             report(state, 0.0)
-            for _ in range(self._max_iterations):
+            for _ in range(limit):
                 status, share = self._iterate(state)
                 if share:
                     report(state, share)
@@ -183,8 +201,9 @@ class Optimiser:
             status = INTERRUPTED
         if status not in (OPTIMAL, INTERRUPTED):
             status = INFEASIBLE if self._is_dynamic(state) else NOT_CONVERGED
-        feasible = self._worst(state) <= self._feasibility
-        return Solution(state.at, state.own, status, feasible, tuple(history))
+        worst = self._worst(state)
+        feasible = worst <= self._feasibility
+        return Solution(state.at, state.own, status, feasible, worst, tuple(history))
 
     def _is_dynamic(self, state: _State) -> bool:
         """Return whether bounds and goals are violated more than the dynamics."""
@@ -215,6 +234,9 @@ class Optimiser:
             multipliers = self.transcription.multipliers(state.own, program, found_step)
             self._learn(state, moved, found, multipliers)
         reduced = violation(moved, found) / max(violation(state.at, state.own), self._feasibility)
+        if state.free <= 0 and self._refine(moved):
+            found = self.transcription.linearise(moved) or found
+            state.filter = []
         state.at, state.own = moved, found
         state.idle = state.idle + 1 if stays else 0
         self._adapt_damping(state, share, reduced)
@@ -229,7 +251,13 @@ class Optimiser:
         state.hessian.update(own.stages(moved) - own.stages(state.at), after - before)
 
     def _adapt_damping(self, state: _State, share: float, reduced: float) -> None:
-        """Change the damping after a step that multiplied the violation by `reduced`."""
+        """Change the damping after a step that multiplied the violation by `reduced`.
+
+        A bad step also adds the positive part of the Hessian of the dynamics.
+        """
+        is_good = share == 1.0 and reduced <= 1.0
+        positive = _LESS_POSITIVE * state.positive if is_good else 1.0
+        state.positive = positive if positive > _MIN_POSITIVE else 0.0
         if share < 1.0:
             state.damping = max(state.damping / share, _MORE_DAMPING)
         elif reduced > 1.0 and state.free <= 0:
@@ -248,7 +276,7 @@ class Optimiser:
 
     def _step(self, state: _State) -> tuple[Program, QpSolution, bool]:
         """Return the program, the step, and whether constraints had to be relaxed."""
-        own = state.at, state.own, state.damping, state.hessian.blocks
+        own = state.at, state.own, state.damping, state.hessian.blocks, state.positive
         program = self.transcription.program(*own)
         found = solve_qp(program.qp, all(each.in_stages for each in self.problem.linear))
         if found.is_solved:

@@ -9,10 +9,10 @@ from scipy.sparse import csc_matrix, csr_matrix, diags, vstack
 
 from controllers.arrays import BoolArray, FloatArray, IntArray
 
-from .convexity import ConvexStages, convexify_with_share
+from .convexity import ConvexStages, Program, convexify_with_share, positive_part
 from .costs import CostTerms
 from .linear import LinearConstraint
-from .problem import IntervalResult, Iterate, NodeConstraint, OptimalProblem
+from .problem import IntervalResult, Iterate, NodeConstraint, OptimalProblem, excess
 from .qp import QpSolution, QuadraticProgram
 from .sparse_pattern import SparsePattern
 from .stages import StageHessian
@@ -39,18 +39,6 @@ class Linearisation(NamedTuple):
     jacobians: list[FloatArray]
     terms: CostTerms
     cost: float
-
-
-class Program(NamedTuple):
-    """Quadratic program of a step.
-
-    Attributes:
-        qp: The program.
-        moved: See `ConvexStages`; None without a contribution of the dynamics to the Hessian.
-    """
-
-    qp: QuadraticProgram
-    moved: FloatArray | None
 
 
 class Transcription:
@@ -162,7 +150,12 @@ class Transcription:
         )
 
     def program(
-        self, at: Iterate, own: Linearisation, damping: float, of_dynamics: FloatArray
+        self,
+        at: Iterate,
+        own: Linearisation,
+        damping: float,
+        of_dynamics: FloatArray,
+        positive: float,
     ) -> Program:
         """Return the quadratic program of a step from an iterate, in scaled variables.
 
@@ -175,6 +168,8 @@ class Transcription:
             damping: Number that is added to the diagonal of the Hessian, relative to `cost_scale`.
             of_dynamics: Hessians of the multiplied ends of the intervals by their scaled states,
                 controls and globals, shape (N, nz, nz).
+            positive: Share of the positive part of `of_dynamics` that is used if the program is
+                convex with none of their shares.
         """
         per_cost = 1.0 / self.cost_scale(own.terms)
         g = self.gradient(at, own.terms) * per_cost
@@ -184,6 +179,8 @@ class Transcription:
             blocks, moved = convex.blocks, convex.moved
             g[self._z] += convex.gradients[:, : self._width]
             g[self._g] += convex.gradients[:, self._width :].sum(axis=0)
+        elif positive:
+            blocks[:-1] += positive * per_cost * positive_part(of_dynamics)
         P = self._hessian.matrix(blocks, own.terms, per_cost, damping)
         A, b = self._equalities(at, own)
         C, low, high = self._inequalities(own)
@@ -343,8 +340,3 @@ class Transcription:
         bounds += [(each.low, each.high) for each in problem.linear]
         own = [excess(value, *bound) for bound, value in zip(bounds, values, strict=True)]
         return [abs(gaps) / self.x_scale, beyond, *own]
-
-
-def excess(values: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Return the distance of values from a range, 0 inside."""
-    return np.maximum(np.maximum(low - values, values - high), 0.0)

@@ -7,9 +7,8 @@ import numpy as np
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
 from controllers.analysis.kinematics import inverse_kinematics
-from controllers.optimal.problem import OptimalProblem
+from controllers.optimal.problem import OptimalProblem, excess
 from controllers.optimal.sqp import Solution
-from controllers.optimal.transcription import excess
 
 from .problem import MotionProblem
 

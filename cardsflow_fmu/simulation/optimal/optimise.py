@@ -19,12 +19,13 @@ from controllers.optimal.sqp import INTERRUPTED, Optimiser, Progress, Solution
 from sim_dart.dynamics.core import CoreDynamics
 
 from .diagnosis import infeasibility, require_reachable
+from .guess import smooth_guess
 from .obstacles import passages
 from .problem import MotionProblem, motion_problem
 
 _INTEGRATION_ERROR = 1e-5  # of an interval, in rad, m, and their rates
+_ROUGH_INTEGRATION = 1e-2  # the same during the iterations
 _ROUGH = 1e-3  # tolerance of a first guess
-_MAX_REFINED = 8  # substeps up to which they are doubled automatically
 MARK_COLUMN = "cardsflow.interval"
 NO_PIQP = (
     "PIQP is not installed, so that iterations take about twice as long: install cardsflow[motion]"
@@ -88,24 +89,30 @@ def optimise(
     assert experiment.motion is not None
     limit, iterations, seconds = experiment.motion.max_iterations, 0, 0.0
     guess = first = _through_obstacles(own) if experiment.motion.obstacles else own.guess
+
+    def refine(at: Iterate) -> bool:
+        return own.refine(at, _ROUGH_INTEGRATION)
+
+    def report(done: Progress) -> None:
+        progress(done, own.shooting.steps)
+
     while True:
-        steps = own.shooting.steps
-        solver = Optimiser(own.problem, max_iterations=limit)
-        is_near = guess is not first
-        solution = solver.solve(guess, lambda done: progress(done, steps), is_near=is_near)  # noqa: B023
+        solver = Optimiser(own.problem, max_iterations=limit, refine=refine)
+        others = (
+            None if guess is not first else [smooth_guess(own.problem, own.guess, own.shooting.n)]
+        )
+        solution = solver.solve(guess, report, others)
         if solution is None or not solution.is_feasible:
             require_reachable(experiment, own)
         _require_motion(own, solution)
         assert solution is not None
         iterations += solution.history[-1].iteration
         seconds += solution.history[-1].seconds
-        error = own.integration_error(solution.iterate)
-        is_limit = own.shooting.steps >= _MAX_REFINED
-        if solution.status == INTERRUPTED or error <= _INTEGRATION_ERROR or is_limit:
+        if solution.status == INTERRUPTED or not own.refine(solution.iterate, _INTEGRATION_ERROR):
             break
-        own.shooting.steps *= 2
         guess = solution.iterate
     notes = (*own.notes, *([] if has_piqp() else [NO_PIQP]))
+    error = own.integration_error(solution.iterate)
     if error > _INTEGRATION_ERROR:
         what = f"the integration error of an interval is up to {error:.2g}"
         notes += (f"{what}; increase motion.substeps or motion.intervals",)

@@ -29,6 +29,9 @@ from .muscles import (
 from .obstacles import obstacle_constraints
 from .tasks import task_bounds
 
+_MAX_REFINED = 8  # substeps up to which they are doubled automatically
+_MIN_GAIN = 4.0  # of the error by twice the substeps; 16 for smooth motions
+
 
 class MotionProblem(NamedTuple):
     """Optimal-control problem of an experiment.
@@ -55,6 +58,22 @@ class MotionProblem(NamedTuple):
             ends.append(np.full_like(at.x[1:], np.inf) if found is None else found.ends)
         self.shooting.steps = steps
         return float(np.nan_to_num(abs(ends[1] - ends[0]), nan=np.inf).max())
+
+    def refine(self, at: Iterate, tolerance: float) -> bool:
+        """Double the substeps until the intervals are accurate; return whether they changed.
+
+        More than 8 substeps, and those that hardly reduce the error, since the forces
+        jump within an interval, are not used.
+        """
+        first = self.shooting.steps
+        error = self.integration_error(at)
+        while error > tolerance and self.shooting.steps < _MAX_REFINED:
+            self.shooting.steps *= 2
+            before, error = error, self.integration_error(at)
+            if error > before / _MIN_GAIN:
+                self.shooting.steps //= 2
+                break
+        return self.shooting.steps > first
 
 
 def motion_problem(experiment: Experiment) -> MotionProblem:
