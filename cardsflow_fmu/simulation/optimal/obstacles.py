@@ -15,8 +15,7 @@ from cardsflow_fmu.experiment.motion.bounds import ObstacleSettings
 from cardsflow_fmu.experiment.motion.settings import MotionTable
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.arrays import IntArray
-from controllers.optimal.problem import NodeConstraint
-from controllers.optimal.transcription import excess
+from controllers.optimal.problem import NodeConstraint, excess
 from sim_dart.dynamics.core import CoreDynamics
 
 from .segments import Segment, SegmentDistances
