@@ -85,7 +85,8 @@ def test_commands_are_understood(file: Path) -> None:
         if not line.startswith("cardsflow ") or re.match(r"cardsflow[ ]--", line):
             continue
         words = line.split("#")[0].replace("[", " ").replace("]", " ").split()
-        depth = 3 if " ".join(words[:2]) == "cardsflow addin" and len(words) > 2 else 2
+        is_group = words[1] in ("addin", "policy") and len(words) > 2
+        depth = 3 if is_group else 2
         parser = known.get(" ".join(words[:depth]))
         if parser is None:
             wrong.append(f"{place}: {line}")

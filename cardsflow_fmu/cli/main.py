@@ -38,6 +38,7 @@ COMMANDS = {
         "activations": "activations.add_activations",
         "study": "study.add_study",
         "optimise": "study.add_optimise",
+        "policy": "policy.add_policy",
     },
     "Hardware": {
         "device": "device.add_device",

@@ -226,7 +226,8 @@ class Experiment:
         from controllers.analysis.gains import sampling_warning
 
         controller = self.controller
-        if controller.torque_gains or controller.custom_law is not None:
+        has_law = controller.custom_law is None and controller.policy is None
+        if controller.torque_gains or not has_law:
             return None
         names = robot_names(self.robot, controller.space)["followed"].names
         delay = 0 if controller.predict else controller.delay

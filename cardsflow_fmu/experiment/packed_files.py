@@ -126,6 +126,7 @@ def _paths(data: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     yield "reference.file", _table(data, "reference").get("file")
     law = _table(data, "controller").get("type")
     yield "controller.type", law.rpartition(":")[0] if isinstance(law, str) else None
+    yield "controller.policy", _table(data, "controller").get("policy")
     for name, muscle in _table(data, "muscles").items():
         model = muscle.get("model") if isinstance(muscle, dict) else None
         law = model.get("kind") if isinstance(model, dict) else model

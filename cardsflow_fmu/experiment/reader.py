@@ -33,7 +33,7 @@ from .packed_files import (
 )
 from .renamed_settings import reject_renamed, rename_old_keys
 from .settings.controller import read_controller
-from .settings.controller_types import control_type
+from .settings.controller_types import POLICY, control_type
 from .settings.estimator import EstimatorTable, read_estimator
 from .settings.file import ExperimentTables
 from .settings.hardware import HardwareSettings, read_hardware
@@ -248,7 +248,7 @@ def _add_default_gains(data: Mapping[str, Any]) -> Mapping[str, Any]:
     if not isinstance(own, Mapping):
         return data
     law = own.get("type")
-    is_own = isinstance(law, str) and CustomLaw.of(law) is not None
+    is_own = isinstance(law, str) and (law == POLICY or CustomLaw.of(law) is not None)
     if not is_own and not (isinstance(fmus, Mapping) and "controller" in fmus):
         return data
     return {**data, "controller": {**_GAINS, **own}}

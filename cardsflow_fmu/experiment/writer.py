@@ -96,6 +96,10 @@ def experiment_resources(experiment: Experiment, *, with_hardware: bool = False)
         carried = f"controller/{law.file.name}"
         files[carried] = require_packable(law.file, experiment.roots, "controller.type")
         data["controller"]["type"] = str(law._replace(file=Path(carried)))
+    if (policy := experiment.controller.policy) is not None:
+        carried = f"controller/{policy.name}"
+        files[carried] = require_packable(policy, experiment.roots, "controller.policy")
+        data["controller"]["policy"] = carried
     files |= _custom_muscle_laws(data["muscles"], experiment)
     if with_hardware:
         data["hardware"] = hardware_data(experiment.hardware, experiment.robot)

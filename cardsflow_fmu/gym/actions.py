@@ -30,6 +30,7 @@ class Actions:
     Attributes:
         size: Number of actions.
         rest: The smallest commands, shape (m,), with which muscles start.
+        is_sigmoid: Whether the map is `sigmoid`.
     """
 
     def __init__(self, robot: Robot, batch: Batch, kind: ActionMap = "auto") -> None:
@@ -43,10 +44,11 @@ class Actions:
                 f"action = 'sigmoid' needs muscles with excitations, but muscle "
                 f"{robot.muscles[self._driven[excited.index(False)]].name!r} has none; use 'range'"
             )
-        self._is_sigmoid = kind != "range" and bool(excited) and all(excited)
+        self.is_sigmoid = kind != "range" and bool(excited) and all(excited)
         low, high = _command_ranges(robot, batch)
         self._low, self._high = low[self._driven], high[self._driven]
         motors = [c for c in robot.coordinates if c.actuated]
+        self._names = [robot.muscles[k].name for k in self._driven] + [c.name for c in motors]
         self._tau = np.array([(c.tau_min, c.tau_max) for c in motors]).reshape(-1, 2)
         for motor, limits in zip(motors, self._tau, strict=True):
             if not np.isfinite(limits).all():
@@ -57,11 +59,19 @@ class Actions:
         self.rest = low
         self._commands = np.tile(low, (batch.n, 1))
 
+    def ranges(self) -> tuple[list[str], FloatArray, FloatArray, FloatArray]:
+        """Return names, smallest, largest and resting commands of the actions."""
+        low, high = (
+            np.concatenate(ends) for ends in zip((self._low, self._high), self._tau.T, strict=True)
+        )
+        rest = np.concatenate([self._low, np.clip(0.0, *self._tau.T)])
+        return self._names, low, high, rest
+
     def commands(self, actions: NDArray[np.floating]) -> tuple[FloatArray, FloatArray | None]:
         """Return the commands, shape (n, m), and the torques of motors, shape (n, motors)."""
         count = len(self._driven)
         muscles = np.clip(actions[:, :count], -1.0, 1.0)
-        if self._is_sigmoid:
+        if self.is_sigmoid:
             self._commands[:, self._driven] = 1.0 / (1.0 + np.exp(-5.0 * (muscles - 0.5)))
         else:
             share = 0.5 * (1.0 + muscles)

@@ -11,7 +11,6 @@ import numpy as np
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.models.reference import make_reference
-from cardsflow_fmu.utils.arrays import FloatArray
 
 from .env import CardsflowEnv
 from .episodes import Setup
@@ -126,11 +125,12 @@ def _make_task(kind: type[Task], robot: Any, options: Mapping[str, Any]) -> Task
 def _tracking(experiment: Experiment, step: float, steps: int) -> dict[str, Any]:
     """Return the options of a tracking task."""
     reference, space = make_reference(experiment), experiment.reference.space
-    points: FloatArray = np.array([reference.evaluate(k * step).q for k in range(steps + 1)])
+    points = [reference.evaluate(k * step) for k in range(steps + 1)]
     start = np.array(experiment.start.q)
     return {
         "start": start,
-        "reference": points,
+        "reference": np.array([point.q for point in points]),
+        "rates": np.array([point.qd for point in points]),
         "space": space,
         "threshold": _NEAR[space],
         "far": _FAR[space],

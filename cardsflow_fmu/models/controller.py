@@ -16,6 +16,7 @@ from cardsflow_fmu.cosim.signals.groups import Groups
 from cardsflow_fmu.cosim.signals.muscles import driven_muscles, modelled_muscles, state_order
 from cardsflow_fmu.cosim.signals.ports import controller_groups
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.policy import read_policy
 from cardsflow_fmu.experiment.settings.predictive import MPC
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import compile_blob
@@ -177,12 +178,35 @@ def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
         "array_names": np.frombuffer(names, np.uint8),
         "array_values": values,
     }
+    policy = policy_numbers(experiment)
+    fields["policy"] = policy
     counts = {"tasks": len(rows), "modelled": muscles, "motors": len(robot.motors)}
+    counts["policy_numbers"] = policy.size
     # The future reference; an external FMU does not provide it.
     knows_reference = controller.type == MPC and "reference" not in experiment.fmus
     part_counts, parts = reference_parts(experiment if knows_reference else None)
     counts |= plan_counts | part_counts | {"letters": len(names), "numbers": values.size}
     return counts, fields | plan_fields | parts
+
+
+def policy_numbers(experiment: Experiment) -> FloatArray:
+    """Return the numbers of the policy; empty without one.
+
+    Raises:
+        InputError: The policy is invalid, or does not fit the experiment.
+    """
+    settings, robot = experiment.controller, experiment.robot
+    if settings.policy is None:
+        return np.empty(0)
+    policy = read_policy(settings.policy)
+    if abs(settings.period - policy.step) > 1e-9 * policy.step:
+        what = f"must be {policy.step} s, the step of the policy, not {settings.period} s"
+        raise InputError(what, file=experiment.file, key="controller.period")
+    try:
+        return policy.numbers(robot, settings.space)
+    except InputError as error:
+        error.file = settings.policy
+        raise
 
 
 def late_periods(robot: Robot) -> int:

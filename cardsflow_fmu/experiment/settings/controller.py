@@ -26,6 +26,7 @@ from cardsflow_fmu.experiment.config.table import (
     AS_WHOLE,
     OR_FALSE,
     Context,
+    File,
     FromZero,
     Positive,
     Table,
@@ -40,6 +41,7 @@ from controllers.validation import MAX_NORM, MAX_PRETENSION
 from .controller_types import (
     JOINT_ACCELERATION,
     OPERATIONAL,
+    POLICY,
     TYPES,
     ControlType,
     control_type,
@@ -140,12 +142,17 @@ class PostureSettings(Table):
     )
 
 
+_OPEN = (MPC, POLICY)
+"""Types that control either space."""
+
+
 class ControllerSettings(Table):
     """Control law, gains, weights, and sampling."""
 
     type: Law = setting("control law; a custom law as `file.py:Class`", None)
+    policy: File | None = setting("file of the policy, for the type `policy`", None)
     custom_space: Literal["joint", "operational"] = setting(
-        "space that a custom law or mpc controls (default: joint; mpc: of the reference)",
+        "space that a custom law, a policy or mpc controls (default: joint; mpc: of the reference)",
         None,
         alias="space",
     )
@@ -228,8 +235,11 @@ class ControllerSettings(Table):
 
     @model_validator(mode="after")
     def _check_space(self) -> Self:
-        if self.custom_space is not None and self.custom_law is None and self.type != MPC:
-            raise SettingError("is only for custom laws and mpc; remove it", key="space")
+        if self.custom_space is not None and self.custom_law is None and self.type not in _OPEN:
+            raise SettingError("is only for custom laws, policies and mpc; remove it", key="space")
+        if (self.type == POLICY) != (self.policy is not None):
+            what = "is only for the type 'policy'; remove it"
+            raise SettingError("missing" if self.policy is None else what, key="policy")
         is_open = self.custom_space is None and (self.custom_law is not None or self.type == MPC)
         if self.type is not None and self.space == "joint" and not is_open:
             self.require_only(key for key in type(self).model_fields if key not in _TASK_KEYS)
@@ -288,7 +298,7 @@ class ControllerSettings(Table):
         for name, motor_values in {"H_f": self.motor_weights, "f_p": none, "H_r": none}.items():
             if name in arrays:
                 arrays[name] += motor_values
-        native = self.space == "joint" and self.custom_law is None
+        native = self.space == "joint" and self.custom_law is None and self.type != POLICY
         law = number_of(_FALLBACK if self.type == MPC else str(self.type)) if native else 0
         return arrays | {"law": law, "passive": self.uncontrolled}
 
@@ -331,7 +341,8 @@ def read_controller(
         what = f"{name!r} cannot follow a reference in {space} space"
         known = f"use {' or '.join(map(repr, fitting))}"
         custom = f'set controller.space = "{space}"'
-        what += f"; {known if CustomLaw.of(name) is None else custom}"
+        is_open = name == POLICY or CustomLaw.of(name) is not None
+        what += f"; {custom if is_open else known}"
         raise context.error("controller.type", what)
     exact = math.inf if law.task_weight is None else law.task_weight
     weights = dict.fromkeys(("weights", "motor_weights"), law.force_weight)

@@ -35,6 +35,9 @@ class ControlType:
     task_weight: float | None = None
 
 
+POLICY = "policy"
+"""Controller type without a control law."""
+
 TYPES = {
     law.name: ControlType(law.meaning, "joint", torque_gains=law.torque_gains, unread=law.unread)
     for law in JOINT_LAWS
@@ -55,6 +58,12 @@ TYPES = {
         "[model predictive control](../explanation/equations.md#model-predictive-control) in joint "
         "or operational space; joint_space or operational_space is its fallback",
         "joint",
+    ),
+    POLICY: ControlType(
+        "commands of a trained [policy](../how_to/learning.md#from-policy-to-robot), which "
+        "`policy` names; kp and kd have no effect",
+        "joint",
+        torque_gains=True,
     ),
 }
 """Built-in controller types by name."""
@@ -80,8 +89,10 @@ def control_type(law: str, space: Space | None = None) -> ControlType:
 
     Args:
         law: Name of a built-in law, or a custom law.
-        space: Controlled space of a custom law or of model predictive control.
+        space: Controlled space of a custom law, of a policy or of model predictive control.
     """
     if law == MPC and space == "operational":
         return replace(TYPES[law], space=space, force_weight=FORCE_WEIGHT)
+    if law == POLICY and space == "operational":
+        return replace(TYPES[law], space=space, torque_gains=False)
     return TYPES.get(law) or ControlType("", space or "joint")

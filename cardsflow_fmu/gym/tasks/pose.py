@@ -59,6 +59,8 @@ class PoseTask(Task):
                 raise UnknownNameError("coordinate", name, names)
         self._low, self._high = bounds("targets", targets)
         self._columns = [names.index(name) for name in targets]
+        if self._columns == list(range(len(names))):
+            self.parts = ("error",)
         self._threshold, self._far = positive("threshold", threshold), positive("far", far)
         self._initial = np.array([c.initial for c in robot.coordinates])
         self._is_random = start == "random"

@@ -73,6 +73,9 @@ class ReachTask(Task):
                 f"{len(self._rows)} coordinates"
             )
         count = len(names if targets is None else targets)
+        self.space = "operational"
+        if self._rows == list(range(sum(len(f.axes) for f in robot.task_frames))):
+            self.parts = ("y", "error")
         self._near = count * positive("threshold", threshold)
         self._far = count * positive("far", far)
         self._initial = np.array([c.initial for c in robot.coordinates])

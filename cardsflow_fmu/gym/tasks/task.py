@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError, Robot, UnknownNameError
+from addin_sdfusion.robot.model.trajectory import Space
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import Batch
 
@@ -37,12 +38,17 @@ class Task(ABC):
 
     Attributes:
         weights: Weights of the reward terms, whose sum is the reward.
+        parts: Parts of `observe` that controllers have, see `cardsflow_fmu.experiment.policy`;
+            empty if policies of this task cannot control experiments.
+        space: Space of the reference that contains the targets.
     """
 
     default_weights: ClassVar[Mapping[str, float]]
+    parts: tuple[str, ...] = ()
 
     def __init__(self, robot: Robot, weights: Mapping[str, float] | None) -> None:
         self.robot = robot
+        self.space: Space = "joint"
         self.weights = dict(self.default_weights)
         for name, weight in (weights or {}).items():
             if name not in self.weights:

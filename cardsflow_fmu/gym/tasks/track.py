@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot
+from addin_sdfusion.robot.model.trajectory import Space
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import Batch
 
@@ -26,10 +27,10 @@ class TrackTask(Task):
         robot: The robot.
         start: Joint positions at the start, shape (dofs,).
         reference: Desired positions at every step of an episode, shape (steps + 1, k).
+        rates: Desired velocities at every step, shape (steps + 1, k).
         space: `joint` or `operational`.
         threshold: Distance below which the task is solved, in [rad] or [m].
         far: Distance at which an episode ends.
-        ahead: Number of steps between the observed second point of the reference and the first.
         weights: Changes of the weights of the reward terms.
     """
 
@@ -40,32 +41,37 @@ class TrackTask(Task):
         robot: Robot,
         start: FloatArray,
         reference: FloatArray,
-        space: str,
+        rates: FloatArray,
+        space: Space,
         threshold: float,
         far: float,
-        ahead: int = 5,
         weights: Mapping[str, float] | None = None,
     ) -> None:
         super().__init__(robot, weights)
         if not np.isfinite(reference).all():
             raise InputError("the reference must be finite")
-        self._start, self._reference, self._space = start, reference, space
+        self._start, self._reference = start, reference
         self._threshold, self._far = positive("threshold", threshold), positive("far", far)
-        self._ahead = ahead
+        self._rates = rates
+        self.space = space
+        self.parts = ("error", "rate") if space == "joint" else ("y", "error", "rate")
 
     def start(self, rng: np.random.Generator) -> Start:
         """Return the start of the reference."""
         return Start(self._start, self._reference[0])
 
     def observe(self, batch: Batch, targets: FloatArray) -> list[FloatArray]:
-        """Return the distances to the reference now and ahead, in operational space also y."""
+        """Return the distances to the reference, its velocities times the step, and y if used."""
         y = self._position(batch)
-        parts = [self._at(batch, 0) - y, self._at(batch, self._ahead) - y]
-        return parts if self._space == "joint" else [y, *parts]
+        parts = [
+            self._at(batch, self._reference) - y,
+            self._at(batch, self._rates) * batch.step_size,
+        ]
+        return parts if self.space == "joint" else [y, *parts]
 
     def terms(self, batch: Batch, targets: FloatArray) -> Terms:
         """Return the reward terms."""
-        distance = norms(self._at(batch, 0) - self._position(batch))
+        distance = norms(self._at(batch, self._reference) - self._position(batch))
         done = distance > self._far
         near = near_and_far_terms(distance, self._threshold, 2.0 * self._threshold)
         return {
@@ -77,7 +83,7 @@ class TrackTask(Task):
         }
 
     def _position(self, batch: Batch) -> FloatArray:
-        return batch.q if self._space == "joint" else batch.task_position
+        return batch.q if self.space == "joint" else batch.task_position
 
-    def _at(self, batch: Batch, ahead: int) -> FloatArray:
-        return self._reference[np.minimum(batch.ticks + ahead, len(self._reference) - 1)]
+    def _at(self, batch: Batch, values: FloatArray) -> FloatArray:
+        return values[np.minimum(batch.ticks, len(values) - 1)]

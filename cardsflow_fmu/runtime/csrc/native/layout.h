@@ -94,7 +94,8 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
  *     plan_robot        robot blob for its motions: ideal cables, joints without limits
  *     array_names       names of arrays of the loop or of its law, zero-terminated; see control_loop.h. Those of
  *                       model predictive control begin with "mpc."
- *     array_values      the values of these arrays, in the same order */
+ *     array_values      the values of these arrays, in the same order
+ *     policy            numbers of a policy instead of the law; see controllers/csrc/laws/policy.h */
 #define CONTROLLER_GROUPS(GROUP)                                                                              \
     GROUP(q, n)                                                                                               \
     GROUP(qd, n)                                                                                              \
@@ -114,7 +115,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     GROUP(period, 1)
 #define CONTROLLER_COUNTS(COUNT)                                                                              \
     COUNT(tasks) COUNT(modelled) COUNT(motors) COUNT(letters) COUNT(numbers) COUNT(models)                    \
-    COUNT(plan_bytes) COUNT(parts) COUNT(part_numbers)
+    COUNT(plan_bytes) COUNT(parts) COUNT(part_numbers) COUNT(policy_numbers)
 #define CONTROLLER_FIELDS(FIELD)                                                                              \
     FIELD(uint32_t, load_rows, 1, loads)                                                                      \
     FIELD(uint32_t, task_rows, 1, tasks)                                                                      \
@@ -133,6 +134,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(double, dependent, 1, q)                                                                            \
     FIELD(char, array_names, 1, letters)                                                                      \
     FIELD(double, array_values, 1, numbers)                                                                   \
+    FIELD(double, policy, 1, policy_numbers)                                                                  \
     FIELD(uint32_t, nodes, 1, models)                                                                         \
     FIELD(char, plan_robot, 1, plan_bytes)                                                                    \
     PART_FIELDS(FIELD)

@@ -5,6 +5,7 @@
 #include "../../../../../sim_dart/csrc/math/elementary.h"
 #include "../../platform/clock.h"
 #include "controller_settings.h"
+#include "policy_law.h"
 #include "predictive.h"
 #include "ramp.h"
 #include "independent_terms.h"
@@ -255,6 +256,10 @@ static int step(struct model *model)
         ramp_down(native, period);
         return 0;
     }
+    if (c->policy.layers) {
+        native_policy_tick(c, robot, period);
+        return 0;
+    }
     c->in_loop.gain[0] = 1 - exponential(-c->settings.observer[0] * period);
     if (!are_inputs_finite(c) || core_move_checked(robot->core, c->q, c->qd)) {
         text_set(&model->error, "the state or the reference of the controller is not finite");
@@ -335,6 +340,7 @@ static void free_controller(struct controller *c)
     native_muscles_close(&c->muscles);
     free(c->ramp);
     free(c->last_position);
+    native_policy_close(c);
     free(c->loop);
     native_predictive_close(c);
     free(c);
@@ -385,6 +391,10 @@ int native_controller_open(struct model *model, struct native_model *native, str
     if (!c || (!failed && (native_muscles_open(&c->muscles, &native->robot, &c->settings) ||
                            native_ramp_open(c) || open_slips(c, &native->robot) || open_loop(native, c)))) {
         text_set(error, "not enough memory for the controller");
+        failed = 1;
+    }
+    if (!failed && native_policy_open(c)) {
+        text_set(error, "native.bin does not match its policy");
         failed = 1;
     }
     if (failed || native_predictive_open(c, native, tasks, error) || native_controller_fill(c, native, error)) {

@@ -63,15 +63,31 @@ static void drive(struct native_muscles *muscles, const struct native_robot *rob
     core_drive(robot->core, qd, muscles->inner);
 }
 
+/* Compute the tensions at a state. */
+static void drive_at(struct native_muscles *muscles, const struct native_robot *robot, const double *q, const double *qd,
+                     const double *states)
+{
+    move_core(robot, q, qd);
+    for (size_t i = 0; i < muscles->settings->of.states.count; i++)
+        robot->states[muscles->settings->state_order[i]] = states[i];
+    drive(muscles, robot, qd);
+}
+
+void native_muscles_hold(struct native_muscles *muscles, const struct native_robot *robot, const double *q,
+                         const double *qd, const double *states, double *forces)
+{
+    drive_at(muscles, robot, q, qd, states);
+    memcpy(forces, robot->tensions, muscles->m * sizeof(double));
+    memcpy(muscles->began, robot->tensions, muscles->m * sizeof(double));
+    muscles->has_ticked[0] = 1;
+}
+
 void native_muscles_set_state(struct native_muscles *muscles, const struct native_robot *robot, const double *q,
                               const double *qd, const double *states, const double *f_min, const double *f_max,
                               double period)
 {
     const double *low = robot->force_low, *high = robot->force_high;
-    move_core(robot, q, qd);
-    for (size_t i = 0; i < muscles->settings->of.states.count; i++)
-        robot->states[muscles->settings->state_order[i]] = states[i];
-    drive(muscles, robot, qd);
+    drive_at(muscles, robot, q, qd, states);
     for (size_t i = 0; i < muscles->m; i++)
         muscles->applied[i] = 0.5 * (muscles->began[i] + robot->tensions[i]);
     core_reach(robot->core, horizon_of(muscles, period));

@@ -60,6 +60,11 @@ void native_muscles_set_state(struct native_muscles *muscles, const struct nativ
                               const double *qd, const double *states, const double *f_min, const double *f_max,
                               double period);
 
+/* Compute the tensions for the current commands, in `forces` of muscles with laws; those of ideal cables do
+ * not change. */
+void native_muscles_hold(struct native_muscles *muscles, const struct native_robot *robot, const double *q,
+                         const double *qd, const double *states, double *forces);
+
 /* Compute the commands for these tensions; the core may have moved since. */
 void native_muscles_update(struct native_muscles *muscles, const struct native_robot *robot, const double *q,
                            const double *qd, const double *forces, double period);

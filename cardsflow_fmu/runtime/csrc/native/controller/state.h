@@ -2,6 +2,7 @@
 #ifndef NATIVE_CONTROLLER_STATE_H
 #define NATIVE_CONTROLLER_STATE_H
 
+#include "../../../../../controllers/csrc/laws/policy.h"
 #include "../../../../../controllers/csrc/loop/control_loop.h"
 #include "../model.h"
 #include "muscles.h"
@@ -29,6 +30,8 @@ struct controller {
     struct predictive *predictive; /* model predictive control, or NULL */
     double *ramp; /* see ramp.h */
     double *last_position;    /* n + 1: whether the last position is valid; the position */
+    policy policy; /* without layers: none */
+    double *policy_scratch;
     int has_dependent; /* whether loops make coordinates dependent on others; see independent_terms.h */
     int undetermined;       /* 1 + the index of a coordinate that does not follow from the others, or 0 */
 };
