@@ -8,6 +8,7 @@ from controllers.arrays import FloatArray
 
 _INSIDE = 1e-2  # smallest distance of the start from bounds, relative to the distance of the bounds
 _MAX_STEP = 0.99  # share of the way to a bound
+_MIN_DISTANCE = 1e-15  # from a bound, against rounding errors
 _MAX_RATIO = 1e10  # of a multiplier and the barrier over the distance
 
 
@@ -32,12 +33,12 @@ class BoundedVariables:
     @property
     def below(self) -> FloatArray:
         """Distance from the lower bounds."""
-        return self.value - self._low
+        return np.maximum(self.value - self._low, _MIN_DISTANCE)
 
     @property
     def above(self) -> FloatArray:
         """Distance from the upper bounds."""
-        return self._high - self.value
+        return np.maximum(self._high - self.value, _MIN_DISTANCE)
 
     @property
     def curvature(self) -> FloatArray:

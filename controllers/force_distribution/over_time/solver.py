@@ -31,7 +31,9 @@ _BARRIER, _LESS_BARRIER = 0.01, 0.2
 _GAP = 1e-4  # complementarity at the end, relative to the cost
 _TOLERANCE = 1e-3  # of the optimality conditions
 _TORQUE, _DUAL = 1e-2, 0.1  # scales of errors of torques and gradients
-_MAX_ITERATIONS = 150
+_FEASIBLE = 1.0  # errors of stalled iterations that allow a smaller barrier, over the barrier
+_PROGRESS, _IDLE, _MIN_DAMPING = 0.7, 5, 0.1
+_MAX_ITERATIONS = 250
 _MIN_TENSION, _MAX_TENSION = 1e-3, 3.0  # bounds of tendon forces over F0
 _MIN_FORCE = 5e-3  # of the start, over F0
 _MIN_SLOPE = 1e-6  # of fibre forces over F0, by activation
@@ -50,6 +52,36 @@ class _Gradients(NamedTuple):
     e: FloatArray
     aa: FloatArray
     ee: FloatArray
+
+
+class _Progress:
+    """Decrease of the error with one barrier.
+
+    Args:
+        damping: Factor of the steps.
+
+    Attributes:
+        damping: The factor; halved after several iterations without a smaller error.
+        is_stalled: Whether it was halved twice.
+    """
+
+    def __init__(self, damping: float = 1.0) -> None:
+        self.damping = min(2.0 * damping, 1.0)
+        self._best, self._idle, self._halvings = np.inf, 0, 0
+
+    @property
+    def is_stalled(self) -> bool:
+        return self._halvings >= 2
+
+    def update(self, error: float) -> None:
+        """Record the error of an iteration."""
+        if error < _PROGRESS * self._best:
+            self._best, self._idle = error, 0
+            return
+        self._idle += 1
+        if self._idle >= _IDLE:
+            self.damping = max(0.5 * self.damping, _MIN_DAMPING)
+            self._idle, self._halvings = 0, self._halvings + 1
 
 
 class MuscleTrajectorySolver:
@@ -79,21 +111,33 @@ class MuscleTrajectorySolver:
 
     def solve(self) -> MuscleTrajectory:
         """Return the muscles over the motion."""
+        progress = _Progress()
         for count in range(_MAX_ITERATIONS):
             terms = self._terms.evaluate(self._a.value, self._x.value)
-            cost, residual = self._cost(terms), self._residual(terms)
-            error = self._error(residual, self._barrier)
+            cost = self._cost(terms)
+            primal, dual = self._primal_error(terms), self._dual_error(terms)
+            progress.update(self._error(primal, dual, self._barrier))
             if self._gap() < _GAP * cost:
-                if error < _TOLERANCE:
+                if primal < _TOLERANCE and (dual < _TOLERANCE or progress.is_stalled):
                     return self._result(terms, count, True)
             else:
-                while error < 10.0 * self._barrier and self._gap() >= _GAP * cost:
+                while self._may_reduce(primal, dual, progress) and self._gap() >= _GAP * cost:
                     self._barrier = min(_LESS_BARRIER * self._barrier, self._barrier**1.5)
-                    error = self._error(residual, self._barrier)
-            if not self._advance(terms):
+                    progress = _Progress(progress.damping)
+            if not self._advance(terms, progress.damping):
                 break
         terms = self._terms.evaluate(self._a.value, self._x.value)
         return self._result(terms, _MAX_ITERATIONS, False)
+
+    def _may_reduce(self, primal: float, dual: float, progress: _Progress) -> bool:
+        """Return whether the problem with this barrier is solved.
+
+        Kinks of curves, such as the force-velocity curve of Thelen 2003 at rest, may prevent the
+        gradients from vanishing. Then feasible variables are sufficient.
+        """
+        if progress.is_stalled:
+            return primal < max(_FEASIBLE * self._barrier, _TOLERANCE)
+        return self._error(primal, dual, self._barrier) < 10.0 * self._barrier
 
     @property
     def _all(self) -> tuple[BoundedVariables, ...]:
@@ -124,8 +168,14 @@ class MuscleTrajectorySolver:
             p * (p - 1.0) * e ** (p - 2.0),
         )
 
-    def _residual(self, terms: Terms) -> float:
-        """Return the largest error of the optimality conditions, except complementarity."""
+    def _primal_error(self, terms: Terms) -> float:
+        """Return the largest error of balances, excitations and torques, scaled."""
+        torque = _TORQUE * (terms.torque - self._D * self._y)
+        parts = terms.balance, self._excess(terms), torque
+        return max(float(abs(part).max(initial=0.0)) for part in parts)
+
+    def _dual_error(self, terms: Terms) -> float:
+        """Return the largest gradient of the Lagrange function, scaled."""
         own = self._gradients()
         pull = np.einsum("kmn,kn->mk", self._own.L, self._y)
         rows = self._mu[:, :, None] * terms.by_balance + pull[:, :, None] * terms.by_tension
@@ -135,19 +185,16 @@ class MuscleTrajectorySolver:
         of_x = self._x.dual
         of_x[:, :-1] += rows[:, :, 0]
         of_x[:, 1:] += rows[:, :, 2]
-        of_e = own.e - self._nu + self._e.dual
-        torque = _TORQUE * (terms.torque - self._D * self._y)
-        gradients = (_DUAL * part for part in (of_a, of_x[self._own.elastic], of_e))
-        others = *gradients, terms.balance, self._excess(terms), torque
-        return max(float(abs(part).max(initial=0.0)) for part in others)
+        parts = of_a, of_x[self._own.elastic], own.e - self._nu + self._e.dual
+        return _DUAL * max(float(abs(part).max(initial=0.0)) for part in parts)
 
-    def _error(self, residual: float, barrier: float) -> float:
-        return max(residual, *(own.error(barrier) for own in self._variables()))
+    def _error(self, primal: float, dual: float, barrier: float) -> float:
+        return max(primal, dual, *(own.error(barrier) for own in self._variables()))
 
     def _excess(self, terms: Terms) -> FloatArray:
         return terms.excitations - self._e.value
 
-    def _advance(self, terms: Terms) -> bool:
+    def _advance(self, terms: Terms, damping: float) -> bool:
         """Move along a step; return whether there is one."""
         own, J, elastic = self._gradients(), terms.by_excitation, self._own.elastic
         ee = own.ee + self._e.curvature
@@ -170,7 +217,7 @@ class MuscleTrajectorySolver:
         )
         if found is None:
             return False
-        self._move(terms, found, pivot, (ee, ge, excess))
+        self._move(terms, found, pivot, (ee, ge, excess), damping)
         return True
 
     def _frame_blocks(self, terms: Terms) -> FloatArray:
@@ -194,6 +241,7 @@ class MuscleTrajectorySolver:
         found: ChainSolution,
         pivot: FloatArray,
         of_edges: tuple[FloatArray, FloatArray, FloatArray],
+        damping: float,
     ) -> None:
         """Move all variables and multipliers."""
         ee, ge, excess = of_edges
@@ -204,9 +252,9 @@ class MuscleTrajectorySolver:
         mu = -(found.a_residual + terms.by_tension[:, :, 1] * pull) / pivot
         steps = {self._a: found.a, self._e: de, self._x: dx}
         nu = ee * de + ge
-        share = min(own.max_step(step) for own, step in steps.items())
+        share = damping * min(own.max_step(step) for own, step in steps.items())
         duals = {own: own.dual_steps(step, self._barrier) for own, step in steps.items()}
-        dual_share = min(own.max_dual_step(both) for own, both in duals.items())
+        dual_share = damping * min(own.max_dual_step(both) for own, both in duals.items())
         for own, step in steps.items():
             own.move(step, share, duals[own], dual_share, self._barrier)
         self._mu += share * (np.where(elastic, mu, 0.0) - self._mu)

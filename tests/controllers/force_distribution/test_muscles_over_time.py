@@ -207,3 +207,24 @@ def test_cost_converges_with_the_square_of_the_time_step() -> None:
     first, second = abs(np.diff(costs))
     assert second < 0.4 * first
     assert second < 0.01 * costs[-1]
+
+
+def test_kinks_of_a_curve_do_not_prevent_convergence() -> None:
+    """At rest, Thelen's force-velocity curve has a kink, so that gradients do not vanish."""
+    robot, motion = with_parameters(ARM, "hill_thelen2003", elastic_tendon=1.0), waving(40, 3.0)
+    found = optimise_activations(robot, motion)
+    terms = motion_terms(CoreDynamics(robot), motion)
+    made = -np.einsum("tmn,tm->tn", terms.L, found.forces) + found.reserves
+    np.testing.assert_allclose(made, terms.tau, atol=1e-6)
+    assert not found.rigid_names
+
+
+def test_tendons_of_slack_muscles_become_rigid() -> None:
+    muscle = ARM.muscles[0]
+    longer = dict(muscle.model.parameters)
+    longer["tendon_slack_length"] += 0.3
+    model = replace(muscle.model, parameters=tuple(longer.items()))
+    robot = ARM.with_muscles([replace(muscle, model=model), *ARM.muscles[1:]])
+    found = optimise_activations(with_parameters(robot, elastic_tendon=1.0), waving(20))
+    assert found.rigid_names == (muscle.name,)
+    assert not found.forces[:, 0].any()

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from cardsflow_fmu.utils.opensim_table import opensim_text
+from controllers.force_distribution.over_time.problem import MuscleTrajectory
 
 from .static import Activations
 
@@ -46,7 +47,15 @@ def activation_summary(found: Activations) -> dict[str, Any]:
         "undriven": list(found.undriven),
         "largest_activations": dict(zip(found.muscle_names, largest.tolist(), strict=True)),
         "largest_reserves": dict(zip(found.coordinate_names, reserves.tolist(), strict=True)),
-    } | ({} if own is None else {"cost": own.cost, "iterations": own.iterations})
+    } | (
+        {}
+        if own is None
+        else {"cost": own.cost, "iterations": own.iterations, "rigid": list(found.rigid_names)}
+    )
+
+
+def _trajectory_summary(own: MuscleTrajectory, rigid: Sequence[str]) -> dict[str, Any]:
+    return {"cost": own.cost, "iterations": own.iterations, "rigid": list(rigid)}
 
 
 def describe_activations(summary: Mapping[str, Any], count: int = 5) -> str:
@@ -60,6 +69,11 @@ def describe_activations(summary: Mapping[str, Any], count: int = 5) -> str:
             f"WARNING: the muscles are too weak at {summary['infeasible']} of {summary['points']} "
             f"points, from t = {summary['first_infeasible']:.4g} s; torque shortfall "
             f"{driven[name]:.3g} at {name}"
+        )
+    if summary.get("rigid"):
+        names = ", ".join(summary["rigid"])
+        lines.append(
+            f"WARNING: tendons that are rigid, since short fibres leave them slack: {names}"
         )
     if summary["undriven"]:
         names = ", ".join(f"{n} {reserves[n]:.4g}" for n in summary["undriven"])

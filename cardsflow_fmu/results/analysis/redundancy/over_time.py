@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from addin_sdfusion.robot import CardsflowError, InputError, Robot
@@ -12,7 +14,7 @@ from controllers.arrays import BoolArray
 from controllers.force_distribution.over_time.problem import MuscleProblem, MuscleTrajectory
 from controllers.force_distribution.over_time.solver import MuscleTrajectorySolver
 from sim_dart import control_dynamics
-from sim_dart.muscles.fibres import FIBRE_LAWS, HillMuscles, has_fibres
+from sim_dart.muscles.fibres import FIBRE_LAWS, FIBRE_POINT, HillMuscles, has_fibres
 
 from .static import RESERVE, Activations, driven_coordinates, passive_tensions
 
@@ -20,6 +22,7 @@ MAX_FRAMES = 400
 FRAME_STEP = 0.01
 """Default time between frames, in [s]."""
 _START = 0.1  # first activations
+_MIN_TENSION = 0.003  # of isometric, fully active muscles with elastic tendons, over F0
 _EVEN = 1e-6  # largest deviation of time steps, relative to a step
 _MAX_RESERVE = 1.0  # reserve of muscles that are strong enough, over its torque at a cost of 1
 
@@ -49,19 +52,21 @@ def optimise_activations(
     given = np.where(hill, 0.0, passive_tensions(robot, motion))
     tau = terms.tau + np.einsum("tmn,tm->tn", L, given)
     driven = driven_coordinates(L[:, hill])
-    muscles = HillMuscles(
-        robot.with_muscles(m for m, own in zip(robot.muscles, hill, strict=True) if own)
-    )
+    kept = [muscle for muscle in robot.muscles if has_fibres(muscle)]
+    muscles = HillMuscles(robot.with_muscles(kept))
     lengths = np.array([dynamics.muscle_lengths(q)[hill] for q in motion.q])
     rates = np.einsum("tmn,tn->tm", L[:, hill], motion.qd)
+    rigid = muscles.rigid(lengths, rates)
+    elastic = muscles.elastic & _taut(muscles, rigid[0], lengths)
+    is_slack = ~elastic & ((lengths <= muscles.slack) | (rigid[0] < muscles.shortest))
     problem = MuscleProblem(
         float(motion.times[1] - motion.times[0]),
-        L[:, hill][:, :, driven],
+        np.where(is_slack[:, :, None], 0.0, L[:, hill])[:, :, driven],
         tau[:, driven],
         lengths,
         muscles,
-        muscles.elastic,
-        *muscles.rigid(lengths, rates),
+        elastic,
+        *rigid,
         muscles.force,
         muscles.optimal,
         muscles.shortest,
@@ -73,7 +78,20 @@ def optimise_activations(
     if not found.is_solved:
         what = f"the optimisation has not converged after {found.iterations} iterations"
         raise CardsflowError(f"{what}; use other times, or more --frames")
-    return _activations(robot, terms, found, tau, (hill, driven, given), reserve)
+    found = found._replace(tensions=np.where(is_slack, 0.0, found.tensions))
+    changed = muscles.elastic & ~elastic
+    rigid_names = tuple(m.name for m, is_rigid in zip(kept, changed, strict=True) if is_rigid)
+    result = _activations(robot, terms, found, tau, (hill, driven, given), reserve)
+    return replace(result, rigid_names=rigid_names)
+
+
+def _taut(muscles: HillMuscles, fibres: FloatArray, lengths: FloatArray) -> BoolArray:
+    """Return whether muscles can stretch their tendons at all frames, shape (m,)."""
+    points = np.zeros((*lengths.shape, FIBRE_POINT))
+    points[:, :, 0], points[:, :, 1], points[:, :, 3] = 1.0, fibres, lengths
+    tension = muscles.fibres(points)[:, :, 0] / muscles.force
+    is_long = lengths > muscles.slack
+    return np.asarray(((tension > _MIN_TENSION) & is_long).all(axis=0))
 
 
 def _activations(

@@ -48,6 +48,7 @@ class Activations:
         trajectory: Muscles with activation dynamics and elastic tendons; None for static
             optimisation.
         trajectory_names: Names of these muscles.
+        rigid_names: Muscles among them that are too short to stretch their elastic tendons.
     """
 
     times: FloatArray
@@ -60,6 +61,7 @@ class Activations:
     infeasible: BoolArray
     trajectory: MuscleTrajectory | None = None
     trajectory_names: tuple[str, ...] = ()
+    rigid_names: tuple[str, ...] = ()
 
 
 def static_optimisation(robot: Robot, motion: Motion, *, passive: bool = False) -> Activations:
