@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
-from importlib import import_module
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csc_matrix
 
 from controllers.arrays import FloatArray
-
-from .interior_point import solve_interior
 
 _TOLERANCE = 1e-9
 _MAX_ITERATIONS = 150
@@ -57,30 +53,16 @@ class QpSolution:
     is_solved: bool
 
 
-@cache
-def _piqp() -> Any:
-    try:
-        return import_module("piqp")
-    except ImportError:
-        return None
-
-
-def has_piqp() -> bool:
-    """Return whether PIQP, which uses the structure over time, is installed."""
-    return _piqp() is not None
-
-
 def solve_qp(qp: QuadraticProgram, in_stages: bool = True) -> QpSolution:
-    """Solve a program by PIQP, or by a sparse interior-point method.
+    """Solve a program by PIQP.
 
     Args:
         qp: The program.
         in_stages: Whether variables only occur together with those of adjacent stages in time,
             except some global ones at the end.
     """
-    piqp = _piqp()
-    if piqp is None:
-        return QpSolution(*solve_interior(*qp))
+    import piqp  # late, since few commands need it
+
     solver = piqp.SparseSolver()
     own = solver.settings
     if in_stages:

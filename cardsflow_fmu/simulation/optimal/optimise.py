@@ -14,7 +14,6 @@ from cardsflow_fmu.cosim.signals.ports import motor_signals, muscle_signals, tas
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.optimal.problem import Iterate
-from controllers.optimal.qp import has_piqp
 from controllers.optimal.sqp import INTERRUPTED, Optimiser, Progress, Solution
 from sim_dart.dynamics.core import CoreDynamics
 
@@ -27,9 +26,6 @@ _INTEGRATION_ERROR = 1e-5  # of an interval, in rad, m, and their rates
 _ROUGH_INTEGRATION = 1e-2  # the same during the iterations
 _ROUGH = 1e-3  # tolerance of a first guess
 MARK_COLUMN = "cardsflow.interval"
-NO_PIQP = (
-    "PIQP is not installed, so that iterations take about twice as long: install cardsflow[motion]"
-)
 
 
 class NoMotionError(CardsflowError):
@@ -111,7 +107,7 @@ def optimise(
         if solution.status == INTERRUPTED or not own.refine(solution.iterate, _INTEGRATION_ERROR):
             break
         guess = solution.iterate
-    notes = (*own.notes, *([] if has_piqp() else [NO_PIQP]))
+    notes = own.notes
     error = own.integration_error(solution.iterate)
     if error > _INTEGRATION_ERROR:
         what = f"the integration error of an interval is up to {error:.2g}"

@@ -1,4 +1,4 @@
-"""Optimal motions of a mass with closed-form solutions, with and without PIQP."""
+"""Optimal motions of a mass with closed-form solutions."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from controllers.optimal import qp
 from controllers.optimal.costs import Costs
 from controllers.optimal.node_costs import squares
 from controllers.optimal.problem import (
@@ -78,15 +77,6 @@ def solve(own: OptimalProblem, **options: float) -> Solution:
     return found
 
 
-@pytest.fixture(params=["piqp", "sparse"])
-def _solver(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    if request.param == "piqp":
-        pytest.importorskip("piqp")
-    else:
-        monkeypatch.setattr(qp, "_piqp", lambda: None)
-
-
-@pytest.mark.usefixtures("_solver")
 def test_least_time_is_that_of_full_acceleration_and_braking() -> None:
     found = solve(problem(costs(time=1.0), (0.05, 5.0)))
     assert found.status == "optimal"
@@ -95,7 +85,6 @@ def test_least_time_is_that_of_full_acceleration_and_braking() -> None:
     assert len(found.history) <= 12
 
 
-@pytest.mark.usefixtures("_solver")
 def test_least_effort_is_that_of_the_normal_equations() -> None:
     """The smallest forces that satisfy both end conditions, in one step."""
     found, T, N = solve(problem(costs(force=3.0), (0.8, 0.8))), 0.8, 50
