@@ -7,7 +7,7 @@ import contextlib
 import os
 import shlex
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -173,12 +173,12 @@ def _optimise(options: argparse.Namespace) -> int:
 
     experiment = load_for_motion(options.experiment, parse_settings(options.set))
     file = motion_file(experiment, options.output, overwrite=options.overwrite)
-    heads = f"{'iteration':>9} {'cost':>13} {'infeasibility':>13} {'step':>6} {'substeps':>8}"
-    print_note(f"{heads} {'time':>8}", prefix="")
-    motion = optimise(experiment, _print_iteration)
+    motion = optimise(experiment, _Iterations())
     for note in motion.notes:
         print_note(note)
     files = write_motion_files(motion, file, overwrite=options.overwrite)
+    if motion.parameters:
+        files = (*files, _write_robot(options, motion.parameters, file))
     solution = motion.solution
     if solution.status != "optimal":
         print_warning(
@@ -186,21 +186,55 @@ def _optimise(options: argparse.Namespace) -> int:
         )
     if not options.json:
         _print_motion(motion)
-    numbers = {"cost": solution.cost, "duration": motion.duration, "iterations": motion.iterations}
+    numbers: dict[str, Any] = {"cost": solution.cost, "duration": motion.duration}
+    numbers["iterations"] = motion.iterations
+    if motion.parameters:
+        numbers["parameters"] = motion.parameters
     warnings = list(motion.warnings)
     print_files(files, options.json, status=solution.status, warnings=warnings, **numbers)
     if not options.json:
-        own = "" if options.output is None else f", file={json_text(str(files[0].resolve()))}"
-        reference = f'reference={{type="optimised"{own}}}'
-        command = ["cardsflow", "run", str(options.experiment), "--set", reference]
-        print(f"next        {shlex.join(command)}")
+        print(f"next        {shlex.join(_next_command(options, files))}")
     return GOOD if solution.status == "optimal" else FAILED
 
 
-def _print_iteration(own: Progress, substeps: int) -> None:
-    line = f"{own.iteration:>9} {own.cost:>13.6g} {own.violation:>13.2e} {own.share:>6.2g}"
-    line += f" {substeps:>8}"
-    print_note(f"{line} {own.seconds:>6.2f} s", prefix="")
+def _write_robot(options: argparse.Namespace, found: Mapping[str, Any], motion: Path) -> Path:
+    """Write the robot with found parameters, and an experiment in which it follows the motion."""
+    from cardsflow_fmu.experiment.experiment import Experiment
+    from cardsflow_fmu.simulation.optimal.files import robot_folder
+    from cardsflow_fmu.studies.analysis.best_robot import EXPERIMENT, MUSCLES, write_best
+
+    folder = robot_folder(motion)
+    reference = {"type": "optimised", "file": str(motion.resolve())}
+    settings = {**parse_settings(options.set), **found, "reference": reference}
+    for note in write_best(Experiment.load(options.experiment, settings), folder):
+        is_lost = note.startswith(("sdf: not written", EXPERIMENT))
+        (print_warning if is_lost else print_note)(note)
+    file = folder / EXPERIMENT
+    return file if file.exists() else folder / MUSCLES
+
+
+def _next_command(options: argparse.Namespace, files: Sequence[Path]) -> list[str]:
+    """Return the command that simulates the motion."""
+    if files[-1].suffix == ".json":
+        return ["cardsflow", "run", str(files[-1])]
+    own = "" if options.output is None else f", file={json_text(str(files[0].resolve()))}"
+    reference = f'reference={{type="optimised"{own}}}'
+    return ["cardsflow", "run", str(options.experiment), "--set", reference]
+
+
+class _Iterations:
+    """Printer of iterations, below a heading."""
+
+    def __init__(self) -> None:
+        self._has_heading = False
+
+    def __call__(self, own: Progress, substeps: int) -> None:
+        if not self._has_heading:
+            heads = f"{'iteration':>9} {'cost':>13} {'infeasibility':>13} {'step':>6}"
+            print_note(f"{heads} {'substeps':>8} {'time':>8}", prefix="")
+            self._has_heading = True
+        line = f"{own.iteration:>9} {own.cost:>13.6g} {own.violation:>13.2e} {own.share:>6.2g}"
+        print_note(f"{line} {substeps:>8} {own.seconds:>6.2f} s", prefix="")
 
 
 def _print_motion(motion: OptimisedMotion) -> None:
@@ -209,3 +243,5 @@ def _print_motion(motion: OptimisedMotion) -> None:
     iterations = f"{motion.iterations} iterations, {motion.seconds:.2f} s"
     print(f"cost        {motion.solution.cost:.6g} after {iterations}")
     print(f"duration    {motion.duration:.6g} s")
+    for line in motion.parameter_lines():
+        print(f"parameter   {line}")

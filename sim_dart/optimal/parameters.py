@@ -52,9 +52,11 @@ class RobotNumbers:
     def __init__(self, family: RobotFamily, prepare: Callable[[Robot], Robot]) -> None:
         self._family, self._prepare = family, prepare
         base = compile_blob(prepare(family.robot_at(family.nominal)))
-        fields = blob_fields(base).values()
-        places = [at // 8 + np.arange(size) for at, size, kind in fields if kind == "real"]
-        self._places: IntArray = np.concatenate(places)
+        fields = [(name, *own) for name, own in blob_fields(base).items() if own[2] == "real"]
+        self._fields = [name for name, _, size, _ in fields for _ in range(size)]
+        self._places: IntArray = np.concatenate(
+            [at // 8 + np.arange(size) for _, at, size, _ in fields]
+        )
         self._blob = np.frombuffer(base, "<f8").copy()
         self._nominal = self._blob[self._places]
         others = np.ones(len(self._blob), dtype=bool)
@@ -81,6 +83,11 @@ class RobotNumbers:
         if self.is_linear:
             return self._slopes
         return self._differences(p, _STEP * (self._family.high - self._family.low), 1.0)
+
+    def changed_fields(self, p: FloatArray) -> list[list[str]]:
+        """Return the names of the fields that each parameter changes."""
+        rows = [np.flatnonzero(row).tolist() for row in self.slopes(p)]
+        return [list(dict.fromkeys(self._fields[k] for k in row)) for row in rows]
 
     def _at(self, p: FloatArray) -> FloatArray:
         numbers: FloatArray = self._nominal + (p - self._family.nominal) @ self._slopes

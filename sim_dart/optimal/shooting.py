@@ -203,6 +203,11 @@ class Shooting:
         c = rows[:, :, -1] if derivatives else rows[:, :, 0:0]
         return Intervals(ends, A, B, c, D)
 
+    def changed_fields(self) -> list[list[str]]:
+        """Return the names of the core's fields that each parameter changes."""
+        own = self._numbers
+        return [] if own is None else own.changed_fields(self._parameters)
+
     def start(self, q: FloatArray, commands: FloatArray) -> FloatArray:
         """Return the states of muscles at rest.
 

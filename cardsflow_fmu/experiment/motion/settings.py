@@ -14,6 +14,7 @@ from cardsflow_fmu.experiment.config.table import AS_WHOLE, Listed, Table, setti
 from .bounds import MotionBoundSettings, ObstacleSettings
 from .costs import MotionCostSettings
 from .goals import FREE, GoalSettings, MotionStartSettings
+from .parameters import ParameterSettings
 
 MAX_SUBSTEPS = 256
 FREE_STARTS = {"start", "periodic"}
@@ -90,6 +91,9 @@ class MotionTable(Table):
     )
     cost: MotionCostSettings = setting("the cost (default: squared forces)", {})
     bounds: MotionBoundSettings = setting("bounds, in addition to those of the robot", {})
+    parameters: Annotated[tuple[ParameterSettings, ...], Listed] = setting(
+        "numbers of the robot that the optimisation chooses together with the motion", ()
+    )
     max_iterations: Annotated[int, Field(ge=1, le=10_000), AS_WHOLE] = setting(
         "maximum number of iterations", 200
     )

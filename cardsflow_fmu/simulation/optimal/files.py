@@ -6,14 +6,22 @@ from pathlib import Path
 
 import numpy as np
 
+from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.start import OPTIMISED_MOTION
 from cardsflow_fmu.results.report.figures import image
 from cardsflow_fmu.results.report.motion import motion_figure
 from cardsflow_fmu.utils.csv_table import csv_text
-from cardsflow_fmu.utils.overwrite import output_file, write_output
+from cardsflow_fmu.utils.overwrite import NOT_OWN, output_file, write_output
 
 from .optimise import OptimisedMotion
+
+_ROBOT = Path("sdf", "cardsflow.xml")
+
+
+def robot_folder(motion: Path) -> Path:
+    """Return the folder of the robot with the parameters of a motion, such as `motion_robot`."""
+    return motion.with_name(f"{motion.stem}_robot")
 
 
 def motion_file(experiment: Experiment, file: Path | None, *, overwrite: bool = False) -> Path:
@@ -23,10 +31,18 @@ def motion_file(experiment: Experiment, file: Path | None, *, overwrite: bool = 
         experiment: The experiment.
         file: The file (default: `motion.csv` next to the experiment).
         overwrite: Whether to replace files that CARDSFlow did not write.
+
+    Raises:
+        InputError: The file, its figure or the folder of its robot exists, and CARDSFlow did not
+            write it.
     """
     own = experiment.file.parent / OPTIMISED_MOTION if file is None else file
     output_file(own, [".csv"], overwrite=overwrite)
     output_file(own.with_suffix(".svg"), [".svg"], overwrite=overwrite)
+    folder = robot_folder(own)
+    has_parameters = experiment.motion is not None and experiment.motion.parameters
+    if has_parameters and not overwrite and folder.exists() and not (folder / _ROBOT).exists():
+        raise InputError(NOT_OWN, file=folder)
     return own
 
 

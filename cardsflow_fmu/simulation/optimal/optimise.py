@@ -61,6 +61,17 @@ class OptimisedMotion:
         """Duration, in [s]."""
         return self.solution.iterate.duration
 
+    @property
+    def parameters(self) -> dict[str, float | list[float]]:
+        """Found numbers and vectors of the robot by path; empty without free parameters."""
+        free = self.problem.free
+        return {} if free is None else free.settings(self.solution.iterate.parameters)
+
+    def parameter_lines(self) -> list[str]:
+        """Return a line about each free parameter: value before and after, and active bounds."""
+        free, found = self.problem.free, self.solution.iterate.parameters
+        return [] if free is None else free.lines(found)
+
 
 def load_for_motion(path: Path, settings: Mapping[str, Any] | None = None) -> Experiment:
     """Load an experiment whose reference does not exist yet; the reference is a rest."""

@@ -27,6 +27,7 @@ from .muscles import (
     resting_controls,
 )
 from .obstacles import obstacle_constraints
+from .parameters import FreeParameters, free_parameters
 from .tasks import task_bounds
 
 _MAX_REFINED = 8  # substeps up to which they are doubled automatically
@@ -41,6 +42,7 @@ class MotionProblem(NamedTuple):
         guess: Rest at the start, with forces that hold the robot.
         dynamics: The robot's dynamics, without friction.
         shooting: Its motion over intervals.
+        free: Free parameters of the robot, or None.
         notes: Properties of the robot that the motion neglects, one line each.
     """
 
@@ -48,6 +50,7 @@ class MotionProblem(NamedTuple):
     guess: Iterate
     dynamics: CoreDynamics
     shooting: Shooting
+    free: FreeParameters | None
     notes: tuple[str, ...]
 
     def integration_error(self, at: Iterate) -> float:
@@ -90,7 +93,11 @@ def motion_problem(experiment: Experiment) -> MotionProblem:
     robot, notes = _frictionless(experiment.robot)
     with_laws = motion.muscles == "laws"
     dynamics = CoreDynamics(robot)
-    shooting = Shooting(robot, motion.substeps, with_laws=with_laws)
+    free = free_parameters(experiment, robot)
+    family = None if free is None else free.family
+    shooting = Shooting(robot, motion.substeps, with_laws=with_laws, family=family)
+    if free is not None:
+        free.require_effect(shooting)
     if not shooting.nu:
         raise InputError("requires muscles or motors", file=experiment.file, key="motion")
     bounds = control_bounds(experiment, motion, dynamics, shooting)
@@ -135,7 +142,10 @@ def motion_problem(experiment: Experiment) -> MotionProblem:
         advance = np.nan_to_num(advances(experiment, motion))
         x[:, : 2 * shooting.n] = constant_speed(advance, N, loops, q, duration)
     guess = Iterate(x, np.tile(controls, (N, 1)), duration)
-    return MotionProblem(problem, guess, dynamics, shooting, (*notes, *more))
+    if free is not None:
+        problem = replace(problem, parameters=free.parameters)
+        guess = guess._replace(parameters=free.parameters.nominal)
+    return MotionProblem(problem, guess, dynamics, shooting, free, (*notes, *more))
 
 
 def _linear_constraints(
