@@ -6,7 +6,7 @@ import numpy as np
 
 from controllers.arrays import FloatArray
 
-_MIN_ANGLE = 1e-2  # cosine between a step and the error of its secant
+_MIN_ANGLE = 1e-4  # cosine between a step and the error of its secant
 
 
 class DynamicsHessian:
