@@ -176,7 +176,7 @@ def _optimise(options: argparse.Namespace) -> int:
     motion = optimise(experiment, _Iterations())
     for note in motion.notes:
         print_note(note)
-    files = write_motion_files(motion, file, overwrite=options.overwrite)
+    files: tuple[Path, ...] = write_motion_files(motion, file, overwrite=options.overwrite)
     if motion.parameters:
         files = (*files, _write_robot(options, motion.parameters, file))
     solution = motion.solution
