@@ -11,8 +11,8 @@ from addin_sdfusion.robot import InputError, Robot, check
 from cardsflow_fmu.experiment.config.key_path import split_path
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.motion.parameters import ParameterSettings
-from cardsflow_fmu.experiment.nominal_values import nominal_value
 from cardsflow_fmu.experiment.robot_overrides import KINDS, with_overrides
+from cardsflow_fmu.simulation.nominal_values import nominal_value
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.optimal.problem import Parameters
 from sim_dart.optimal.parameters import RobotFamily

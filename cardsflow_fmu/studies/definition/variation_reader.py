@@ -13,7 +13,7 @@ from cardsflow_fmu.cosim.signals.ports import task_names
 from cardsflow_fmu.experiment.config.key_path import EVERY_OTHER, join_path, split_index, split_path
 from cardsflow_fmu.experiment.config.table import Context
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.experiment.nominal_values import nominal_value
+from cardsflow_fmu.simulation.nominal_values import nominal_value
 
 from .outcome import LEADING_COLUMNS, TRAILING_COLUMNS
 from .path_check import PathCheck

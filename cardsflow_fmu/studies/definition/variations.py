@@ -9,7 +9,7 @@ from typing import Any, Literal, Protocol
 
 from scipy.special import ndtri
 
-from cardsflow_fmu.experiment.nominal_values import Nominal
+from cardsflow_fmu.simulation.nominal_values import Nominal
 
 Relative = Literal["factor", "offset"]
 

@@ -10,7 +10,7 @@ from support.small_studies import ROOT, small_study
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.experiment.nominal_values import nominal_value
+from cardsflow_fmu.simulation.nominal_values import nominal_value
 from cardsflow_fmu.studies import Study
 from cardsflow_fmu.studies.definition.sampling import Run, expand
 
