@@ -173,9 +173,11 @@ struct core {
     int32_t has_friction;
     int32_t is_rubbing;  /* true while velocities of a step with cable friction are computed */
     int32_t friction_rounds, friction_settled;
+    int32_t is_factored; /* whether articulated bodies of the last q have the armature of the blob */
     int32_t is_driven;   /* whether variables other than q exist */
     int32_t closure_rank; /* number of active closures, first ones in closure_order */
     int32_t wrap_ends;   /* directions needed of any wrap */
+    int32_t has_rules;   /* whether any wrap has MuJoCo's rule */
     int32_t externals;   /* points of core_external_wrenches; the caller owns the arrays */
     const int32_t *external_frame;
     const real *external_point, *external_wrench;

@@ -3,6 +3,7 @@
 
 #include "../kinematics/points.h"
 #include "../kinematics/joint_variables.h"
+#include "spatial.h"
 
 #include <string.h>
 
@@ -12,13 +13,6 @@ int core_external_wrenches(core *c, int32_t count, const int32_t *frame, const r
         if (frame[k] < -1 || frame[k] >= c->blob.counts.frames) return 1 + k;
     c->externals = count, c->external_frame = frame, c->external_point = point, c->external_wrench = wrench;
     return 0;
-}
-
-static int is_zero(const real wrench[6])
-{
-    for (int k = 0; k < 6; k++)
-        if (wrench[k] != 0) return 0;
-    return 1;
 }
 
 /* Add J'w: all motions between the point and the world contribute. */
@@ -44,7 +38,7 @@ void external_wrenches_add(core *c, const real *extra)
         memcpy(forces, c->outer, (size_t)c->blob.counts.dofs * sizeof(real));
     }
     for (int32_t k = 0; k < c->externals; k++)
-        if (!is_zero(c->external_wrench + 6 * k))
+        if (!is_zero_wrench(c->external_wrench + 6 * k))
             add_wrench(c, c->external_frame[k], c->external_point + 3 * k, c->external_wrench + 6 * k, forces);
     if (forces != c->outer) variables_fold(c, forces, c->outer);
 }

@@ -17,7 +17,7 @@ static articulated *body(core *c, int32_t i)
     return (articulated *)(void *)(c->articulated + 27 * i);
 }
 
-static void begin_body(core *c, int32_t i)
+static inline void begin_body(core *c, int32_t i)
 {
     articulated *A = body(c, i);
     const real *h = c->centre + 3 * i, m = c->blob.mass[i];
@@ -26,13 +26,17 @@ static void begin_body(core *c, int32_t i)
     memcpy(A->H, skew, sizeof A->H);
     memset(A->M, 0, sizeof A->M);
     A->M[0] = A->M[4] = A->M[8] = m;
-    /* velocity-dependent wrench: w x I w, w x (w x c) */
+}
+
+/* Compute the velocity-dependent wrench: w x I w, w x (w x c). */
+static inline void begin_wrench(core *c, int32_t i)
+{
     real *wrench = c->wrench + 6 * i, Iw[3];
     const real *w = c->spin + 3 * i;
     memset(wrench, 0, 6 * sizeof(real));
-    rotate3(Iw, A->I, w);
+    rotate3(Iw, c->moment + 9 * i, w);
     add_cross3(wrench, w, Iw);
-    add_centripetal(wrench + 3, w, h);
+    add_centripetal(wrench + 3, w, c->centre + 3 * i);
 }
 
 static inline void transposed3(real out[3], const real R[9], const real v[3])
@@ -112,21 +116,29 @@ static void add_articulated(articulated *P, const articulated *A, const real r[3
         }
 }
 
+/* Compute U, the inertia along the motion of the joint, and A when the joint is free. */
+static inline void free_joint(core *c, int32_t i, const real *armature)
+{
+    articulated *A = body(c, i);
+    real *U = c->reaction + 6 * i;
+    react(c, i, A, U);
+    c->pivot[i] = generalised_force(c, i, U) + armature[c->blob.coordinate[i]];
+    if (c->blob.parent[i] >= 0) release(A, U, c->pivot[i]);
+}
+
 static void backward(core *c, const real *tau, const real *armature)
 {
     for (int32_t i = c->blob.counts.dofs - 1; i >= 0; i--) {
-        const int32_t parent = c->blob.parent[i], j = c->blob.coordinate[i];
-        articulated *A = body(c, i);
-        real *U = c->reaction + 6 * i, *wrench = c->wrench + 6 * i, more[6];
-        react(c, i, A, U);
-        const real d = c->pivot[i] = generalised_force(c, i, U) + armature[j];
-        const real u = c->drive[i] = tau[j] - generalised_force(c, i, wrench);
+        const int32_t parent = c->blob.parent[i];
+        const real *U = c->reaction + 6 * i;
+        real *wrench = c->wrench + 6 * i, more[6];
+        free_joint(c, i, armature);
+        const real u = c->drive[i] = tau[c->blob.coordinate[i]] - generalised_force(c, i, wrench);
         if (parent < 0) continue;
-        release(A, U, d);
-        apply(A, c->drift + 6 * i, more);
-        for (int k = 0; k < 6; k++) wrench[k] += more[k] + U[k] * (u / d);
+        apply(body(c, i), c->drift + 6 * i, more);
+        for (int k = 0; k < 6; k++) wrench[k] += more[k] + U[k] * (u / c->pivot[i]);
         add_to_parent(c, i, wrench, c->wrench + 6 * parent);
-        add_articulated(body(c, parent), A, c->link + 3 * i);
+        add_articulated(body(c, parent), body(c, i), c->link + 3 * i);
     }
 }
 
@@ -141,8 +153,13 @@ void dynamics_factor(core *c, const real *armature)
         dense_factor(c, armature);
         return;
     }
+    if (c->is_factored) return;
     for (int32_t i = 0; i < c->blob.counts.dofs; i++) begin_body(c, i);
-    backward(c, c->load, armature);
+    for (int32_t i = c->blob.counts.dofs - 1; i >= 0; i--) {
+        const int32_t parent = c->blob.parent[i];
+        free_joint(c, i, armature);
+        if (parent >= 0) add_articulated(body(c, parent), body(c, i), c->link + 3 * i);
+    }
 }
 
 void dynamics_respond(core *c, const real *impulse, real *change)
@@ -157,7 +174,7 @@ void dynamics_respond(core *c, const real *impulse, real *change)
         real *wrench = c->wrench + 6 * i;
         const real *U = c->reaction + 6 * i;
         c->drive[i] = impulse[c->blob.coordinate[i]] - generalised_force(c, i, wrench);
-        if (c->blob.parent[i] < 0) continue;
+        if (c->blob.parent[i] < 0 || (c->drive[i] == 0 && is_zero_wrench(wrench))) continue;
         for (int k = 0; k < 6; k++) wrench[k] += U[k] * (c->drive[i] / c->pivot[i]);
         add_to_parent(c, i, wrench, c->wrench + 6 * c->blob.parent[i]);
     }
@@ -199,7 +216,12 @@ void dynamics_accelerate(core *c, const real *qd, const real *tau, const real *a
     bodies_links(c);
     bodies_inertias(c);
     bodies_velocities(c, qd);
-    for (int32_t i = 0; i < c->blob.counts.dofs; i++) begin_body(c, i);
+    c->is_factored = 1;
+    for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
+        begin_body(c, i);
+        begin_wrench(c, i);
+        if (armature[i] != c->blob.armature[i]) c->is_factored = 0;
+    }
     backward(c, tau, armature);
     forward(c);
 }

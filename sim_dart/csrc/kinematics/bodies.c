@@ -30,9 +30,23 @@ static void place_inertia(core *c, int32_t i)
     }
 }
 
+/* Return whether a frame has no inertia, as between the motions of one joint. */
+static int is_empty(const core *c, int32_t i)
+{
+    const real *I = c->blob.inertia + 6 * i;
+    return c->blob.mass[i] == 0 && I[0] == 0 && I[1] == 0 && I[2] == 0 && I[3] == 0 && I[4] == 0 && I[5] == 0;
+}
+
 void bodies_inertias(core *c)
 {
-    for (int32_t i = 0; i < c->blob.counts.frames; i++) place_inertia(c, i);
+    for (int32_t i = 0; i < c->blob.counts.frames; i++) {
+        if (!is_empty(c, i)) {
+            place_inertia(c, i);
+            continue;
+        }
+        memset(c->centre + 3 * i, 0, 3 * sizeof(real));
+        memset(c->moment + 9 * i, 0, 9 * sizeof(real));
+    }
 }
 
 /* Add the contribution of the second derivatives of the motions to the drift. */
@@ -68,16 +82,4 @@ void bodies_velocities(core *c, const real *qd)
         if (!turns) add_cross3(drift + 3, w, own); /* Coriolis acceleration: factor 2 */
     }
     if (c->is_driven) add_second_derivatives(c);
-}
-
-void bodies_parent_acceleration(const core *c, int32_t i, const real *accelerations, real out[6])
-{
-    const int32_t parent = c->blob.parent[i];
-    if (parent < 0) {
-        memset(out, 0, 6 * sizeof(real));
-        return;
-    }
-    const real *from = accelerations + 6 * parent;
-    memcpy(out, from, 6 * sizeof(real));
-    add_cross3(out + 3, from, c->link + 3 * i);
 }

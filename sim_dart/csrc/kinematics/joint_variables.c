@@ -69,27 +69,27 @@ const real *variables_rates(core *c, const real *qd)
     return c->moved;
 }
 
-/* Add the row of each variable to the rows of its sources; rows have `width` values. */
-static void fold(const core *c, real *rows, size_t width)
-{
-    const blob_view *b = &c->blob;
-    for (int32_t k = b->counts.variables, t = b->counts.terms; k-- > b->counts.dofs;)
-        for (const int32_t begin = t - b->variable_terms[k]; t > begin;) {
-            const real slope = c->slope[--t], *from = rows + (size_t)k * width;
-            real *to = rows + (size_t)b->term_source[t] * width;
-            for (size_t j = 0; j < width; j++) to[j] += slope * from[j];
-        }
-}
-
 void variables_fold(const core *c, real *row, real *own)
 {
-    fold(c, row, 1);
+    const blob_view *b = &c->blob;
+    for (int32_t k = b->counts.variables, t = b->counts.terms; k-- > b->counts.dofs;) {
+        const int32_t end = t;
+        t -= b->variable_terms[k];
+        if (row[k] == 0) continue; /* often: a muscle moves few variables */
+        for (int32_t i = end; i-- > t;) row[b->term_source[i]] += c->slope[i] * row[k];
+    }
     memcpy(own, row, (size_t)c->blob.counts.dofs * sizeof(real));
 }
 
 void variables_fold_matrix(core *c, real *own)
 {
+    const blob_view *b = &c->blob;
     const size_t dofs = (size_t)c->blob.counts.dofs, width = (size_t)c->blob.counts.variables;
-    fold(c, c->wide_matrix, width);
+    for (int32_t k = b->counts.variables, t = b->counts.terms; k-- > b->counts.dofs;)
+        for (const int32_t begin = t - b->variable_terms[k]; t > begin;) {
+            const real slope = c->slope[--t], *from = c->wide_matrix + (size_t)k * width;
+            real *to = c->wide_matrix + (size_t)b->term_source[t] * width;
+            for (size_t j = 0; j < width; j++) to[j] += slope * from[j];
+        }
     for (size_t i = 0; i < dofs; i++) variables_fold(c, c->wide_matrix + i * width, own + i * dofs);
 }

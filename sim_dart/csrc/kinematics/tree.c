@@ -45,6 +45,7 @@ static void frame_rotation(const core *c, int32_t i, real q, real R[9])
 void tree_move(core *c, const real *q)
 {
     memcpy(c->at, q, (size_t)c->blob.counts.dofs * sizeof(real));
+    c->is_factored = 0;
     if (c->is_driven) variables_move(c);
     for (int32_t i = 0; i < c->blob.counts.frames; i++) {
         const int32_t parent = c->blob.parent[i];

@@ -47,7 +47,7 @@ static void gather(const core *c, int32_t first, int count, lane_views *v)
             v->n[j][i] = axis[j], v->d[j][i] = B[j] - A[j];
             v->s[j][i] = 0;
         }
-        if (c->wrap_is_guided[first + i] == 0) continue;
+        if (!c->has_rules || c->wrap_is_guided[first + i] == 0) continue;
         const int32_t frame = c->blob.surface_frame[c->blob.wrap_surface[first + i]];
         const real *local = c->wrap_aside + 3 * (first + i), *R = c->rotation + 9 * frame;
         for (int j = 0; j < 3; j++) v->s[j][i] = frame < 0 ? local[j] : dot3(R + 3 * j, local);
@@ -60,13 +60,9 @@ static inline real is_less(real a, real b)
     return value_of(a) < value_of(b) ? 1 : 0;
 }
 
-static inline real chosen(real is_first, real first, real second)
-{
-    return is_first != 0 ? first : second;
-}
-
-/* Compute the ends perpendicular to the axis, and whether the cable touches. */
-static void compute_views(const core *c, lane_views *restrict v, wrap_lanes *restrict out)
+/* Compute the ends perpendicular to the axis, and whether the cable touches. `has_rules`: MuJoCo's rule
+   occurs. */
+static inline void compute_views(const core *c, int has_rules, lane_views *restrict v, wrap_lanes *restrict out)
 {
     const real *radius = c->wrap_radius + out->first, *half = c->wrap_half + out->first;
     const real *side = c->wrap_sense + out->first, *has_axis = c->wrap_has_axis + out->first;
@@ -86,18 +82,23 @@ static void compute_views(const core *c, lane_views *restrict v, wrap_lanes *res
         const real x0 = a1 * b2 - a2 * b1, x1 = a2 * b0 - a0 * b2, x2 = a0 * b1 - a1 * b0;
         const real xx = x0 * x0 + x1 * x1 + x2 * x2, RR = radius[i] * radius[i];
         const real about = side[i] * (x0 * n0 + x1 * n1 + x2 * n2), inner = smaller(aa, bb);
-        const real ab = aa + ad, sa = v->s[0][i] * a0 + v->s[1][i] * a1 + v->s[2][i] * a2;
-        const real sb = v->s[0][i] * b0 + v->s[1][i] * b1 + v->s[2][i] * b2;
-        const real is_opposite = (1 - is_less(ab * sa, aa * sb)) * (1 - is_less(ab * sb, bb * sa));
-        const real is_after_a = is_less(ad, 0), is_before_b = is_less(-ad, dd);
+        const real is_after_a = is_less(ad, 0), is_before_b = is_less(-ad, dd), ab = aa + ad;
         const real is_met = is_after_a * is_before_b * is_less(xx, RR * dd);
         const real is_shrunk = is_less(inner, RR), is_off = is_less(half[i], larger(fabs(za), fabs(zb)));
-        const real is_aside = is_less(MIN_SINE2 * aa * bb, xx), is_longer = larger(is_less(about, 0), is_guided[i] * is_opposite);
-        const real is_plain = (1 - is_shrunk) * (1 - is_off) * is_aside * (1 - is_longer);
-        const real is_outside = 1 - is_mujoco[i] * is_shrunk, is_bent = is_met * is_outside;
-        /* the direction of s at the nearest point of the straight line, if it does not meet the circle */
-        const real between = dd * sa - ad * (sb - sa), before = chosen(is_before_b, between, sb);
-        const real is_against = is_guided[i] * is_outside * (1 - is_met) * is_less(chosen(is_after_a, before, sa), 0);
+        const real is_aside = is_less(MIN_SINE2 * aa * bb, xx), is_longer = is_less(about, 0);
+        real is_plain = (1 - is_shrunk) * (1 - is_off) * is_aside * (1 - is_longer), is_bent = is_met, is_against = 0;
+        if (has_rules) {
+            const real sa = v->s[0][i] * a0 + v->s[1][i] * a1 + v->s[2][i] * a2;
+            const real sb = v->s[0][i] * b0 + v->s[1][i] * b1 + v->s[2][i] * b2;
+            const real is_opposite = (1 - is_less(ab * sa, aa * sb)) * (1 - is_less(ab * sb, bb * sa));
+            const real is_outside = 1 - is_mujoco[i] * is_shrunk;
+            /* the direction of s at the nearest point of the straight line, if it does not meet the circle */
+            const real between = dd * sa - ad * (sb - sa), before = is_before_b != 0 ? between : sb;
+            const real near = is_after_a != 0 ? before : sa;
+            is_plain *= 1 - is_guided[i] * is_opposite;
+            is_bent = is_met * is_outside;
+            is_against = is_guided[i] * is_outside * (1 - is_met) * is_less(near, 0);
+        }
         v->a[0][i] = a0, v->a[1][i] = a1, v->a[2][i] = a2;
         v->b[0][i] = b0, v->b[1][i] = b1, v->b[2][i] = b2;
         v->aa[i] = aa, v->bb[i] = bb, v->dd[i] = dd, v->ab[i] = ab, v->xx[i] = xx, v->h[i] = zb - za;
@@ -180,7 +181,8 @@ void wrap_simd_fill(const core *c, int32_t first, wrap_lanes *out)
     out->is_alone[0] = count == 1; /* faster separately */
     if (count == 1) return;
     gather(c, first, count, &v);
-    compute_views(c, &v, out);
+    if (c->has_rules) compute_views(c, 1, &v, out);
+    else compute_views(c, 0, &v, out);
     if (!is_any_touched(&v, count)) {
         straight_lanes(&v, out);
         return;
@@ -221,7 +223,7 @@ void wrap_simd_prepare(core *c)
 {
     const blob_view *blob = &c->blob;
     int32_t pulley = 0;
-    c->wrap_ends = 0;
+    c->wrap_ends = c->has_rules = 0;
     for (int32_t w = 0; w < blob->counts.wraps; w++) {
         const int32_t s = blob->wrap_surface[w], side = blob->wrap_side[w];
         const int is_cylinder = blob->surface_kind[s] == SURFACE_CYLINDER;
@@ -233,6 +235,6 @@ void wrap_simd_prepare(core *c)
         const int is_beside = prepare_side(c, w), is_counted = c->is_counting && is_cylinder && !blob->wrap_rule[w];
         c->wrap_is_special[w] = side == WRAP_INSIDE || is_ellipsoid || blob->wrap_turns[w] || is_counted || is_beside ||
                                 blob->wrap_rule[w] == RULE_OPENSIM || shares_segment(blob, w, &pulley);
-        c->wrap_ends |= wrap_ends(blob, w);
+        c->wrap_ends |= wrap_ends(blob, w), c->has_rules |= blob->wrap_rule[w] == RULE_MUJOCO;
     }
 }
