@@ -98,6 +98,8 @@
     ARRAY(lengths, muscles)                                                                            \
     ARRAY(branch_row, n->branches ? variables : 0) /* row of L of one branch */                        \
     ARRAY(jacobian, muscles *dofs)                                                                     \
+    ARRAY(column_first, muscles) /* coordinates outside of this range do not change the length */     \
+    ARRAY(column_end, muscles)                                                                         \
     ARRAY(torques, dofs)                                                                               \
     ARRAY(task_values, 3 * tasks)                                                                      \
     ARRAY(task_jacobian, 3 * tasks *dofs)                                                              \

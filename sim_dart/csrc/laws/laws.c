@@ -231,7 +231,8 @@ void core_rates(core *c, const real *qd)
     for (int32_t m = 0; m < c->blob.counts.muscles; m++) {
         const real *row = c->jacobian + (size_t)m * (size_t)dofs;
         real rate = 0;
-        for (int32_t j = 0; j < dofs; j++) rate += row[j] * qd[j];
+        for (int32_t j = (int32_t)value_of(c->column_first[m]), end = (int32_t)value_of(c->column_end[m]); j < end; j++)
+            rate += row[j] * qd[j];
         c->rates[m] = rate;
     }
     if (has_bends(c)) cable_friction_rates(c, qd);
@@ -266,15 +267,20 @@ int core_start(core *c, const real *u)
     return 0;
 }
 
+/* Add the torques of a muscle that pulls. */
+static inline void add_pull(core *c, int32_t m, real pull)
+{
+    const real *row = c->jacobian + (size_t)m * (size_t)c->blob.counts.dofs;
+    const int32_t end = (int32_t)value_of(c->column_end[m]);
+    for (int32_t j = (int32_t)value_of(c->column_first[m]); j < end; j++) c->torques[j] -= row[j] * pull;
+}
+
 static void add_torques(core *c)
 {
     const int32_t dofs = c->blob.counts.dofs;
     memset(c->torques, 0, (size_t)dofs * sizeof(real));
-    for (int32_t m = 0; m < c->blob.counts.muscles; m++) {
-        if (c->tensions[m] == 0) continue;
-        const real *row = c->jacobian + (size_t)m * (size_t)dofs;
-        for (int32_t j = 0; j < dofs; j++) c->torques[j] -= row[j] * c->tensions[m];
-    }
+    for (int32_t m = 0; m < c->blob.counts.muscles; m++)
+        if (c->tensions[m] != 0) add_pull(c, m, c->tensions[m]);
     if (has_bends(c)) cable_friction_pull(c);
 }
 
@@ -286,9 +292,7 @@ int core_pull(core *c, const real *f)
     memset(c->torques, 0, (size_t)dofs * sizeof(real));
     for (int32_t k = 0; k < muscles; k++) {
         if (value_of(f[k]) < 0 || f[k] == 0) continue; /* a zero with a tangent is a pull: see tangent.h */
-        const real *row = c->jacobian + (size_t)k * (size_t)dofs;
-        const real pull = c->tension_scale[k] * f[k];
-        for (int32_t j = 0; j < dofs; j++) c->torques[j] -= row[j] * pull;
+        add_pull(c, k, c->tension_scale[k] * f[k]);
     }
     if (!has_bends(c)) return 0;
     for (int32_t k = 0; k < muscles; k++) c->tensions[k] = c->tension_scale[k] * larger(f[k], 0);

@@ -17,6 +17,7 @@
 #include "routed/routed.h"
 #include "routed/wrap_rules.h"
 #include "span.h"
+#include "structure/structure.h"
 #include "wrap.h"
 #include "wrap_simd.h"
 
@@ -292,27 +293,9 @@ static void walk(core *c, int is_traced)
     }
 }
 
-/* Compute the lengths of the segments between points that are fixed to the same frame; -1 for all others. */
-static void find_fixed_segments(core *c)
-{
-    const blob_view *blob = &c->blob;
-    for (int32_t k = 0; k < blob->counts.points; k++) {
-        const real *a = blob->point_position + 3 * k, *b = a + 3;
-        c->fixed_length[k] = -1;
-        if (k + 1 == blob->counts.points || blob->point_frame[k] != blob->point_frame[k + 1]) continue;
-        const real d[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-        c->fixed_length[k] = sqrt(dot3(d, d));
-    }
-    for (int32_t i = 0; i < blob->counts.moves; i++) {
-        const int32_t k = blob->move_point[i];
-        c->fixed_length[k] = -1;
-        if (k > 0) c->fixed_length[k - 1] = -1;
-    }
-}
-
 void paths_prepare(core *c)
 {
-    find_fixed_segments(c);
+    structure_prepare(c);
     for (int32_t w = 0; w < c->blob.counts.wraps; w++) c->wrap_turning[w] = NAN;
     if (USES_WRAPS) wrap_simd_prepare(c);
     if (USES_ROUTES) routed_prepare(c);

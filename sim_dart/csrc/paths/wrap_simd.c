@@ -45,11 +45,16 @@ static void gather(const core *c, int32_t first, int count, lane_views *v)
         for (int j = 0; j < 3; j++) {
             v->a[j][i] = A[j] - centre[j], v->b[j][i] = B[j] - centre[j];
             v->n[j][i] = axis[j], v->d[j][i] = B[j] - A[j];
-            v->s[j][i] = 0;
         }
-        if (!c->has_rules || c->wrap_is_guided[first + i] == 0) continue;
-        const int32_t frame = c->blob.surface_frame[c->blob.wrap_surface[first + i]];
-        const real *local = c->wrap_aside + 3 * (first + i), *R = c->rotation + 9 * frame;
+    }
+}
+
+/* Compute the directions to the side points. */
+static void gather_sides(const core *c, int32_t first, int count, lane_views *v)
+{
+    for (int i = 0; i < count; i++) {
+        const int32_t w = first + i, frame = c->blob.surface_frame[c->blob.wrap_surface[w]];
+        const real *local = c->wrap_aside + 3 * w, *R = c->rotation + 9 * frame;
         for (int j = 0; j < 3; j++) v->s[j][i] = frame < 0 ? local[j] : dot3(R + 3 * j, local);
     }
 }
@@ -181,8 +186,12 @@ void wrap_simd_fill(const core *c, int32_t first, wrap_lanes *out)
     out->is_alone[0] = count == 1; /* faster separately */
     if (count == 1) return;
     gather(c, first, count, &v);
-    if (c->has_rules) compute_views(c, 1, &v, out);
-    else compute_views(c, 0, &v, out);
+    if (c->has_rules) {
+        gather_sides(c, first, count, &v);
+        compute_views(c, 1, &v, out);
+    } else {
+        compute_views(c, 0, &v, out);
+    }
     if (!is_any_touched(&v, count)) {
         straight_lanes(&v, out);
         return;

@@ -37,6 +37,7 @@
 #include "../paths/routed/route_wraps.c"
 #include "../paths/routed/routed.c"
 #include "../paths/span.c"
+#include "../paths/structure/structure.c"
 #include "../paths/paths.c"
 #include "../../generated/law_sources.h"
 #include "../cable_friction/bends.c"
