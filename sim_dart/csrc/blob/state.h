@@ -58,7 +58,7 @@
     ARRAY(qd, dofs)                                                                                    \
     ARRAY(load, dofs)         /* generalised forces of a step */                                       \
     ARRAY(outer, dofs)        /* external generalised forces */                                        \
-    ARRAY(work, 4)            /* of muscles, external forces, damping, cable friction */                 \
+    ARRAY(work, 4)            /* of muscles, external forces, damping, cable friction */               \
     ARRAY(energies, 3)        /* kinetic, gravitational, of springs */                                 \
     ARRAY(momenta, 6)         /* linear, angular */                                                    \
     ARRAY(before, 2 * dofs + law_states) /* q, qd, law_states at the start of the step */              \
@@ -74,11 +74,11 @@
     ARRAY(met, dofs)          /* indices of coordinates at a limit */                                  \
     ARRAY(grip, dofs)         /* maximum impulse of friction */                                        \
     ARRAY(unbraked, dofs)     /* velocities without limits and friction */                             \
-    ARRAY(slides, dofs)       /* 0: held; -1: slips below 0; 1: slips above 0 */                        \
+    ARRAY(slides, dofs)       /* 0: held; -1: slips below 0; 1: slips above 0 */                       \
     ARRAY(sliding, dofs)      /* current solution for the velocities */                                \
     ARRAY(side, dofs)         /* -1 at the lower limit, 1 at the upper limit, 0 elsewhere */           \
-    ARRAY(held, dofs)         /* the same for coordinates that rest at a limit, between events */           \
-    ARRAY(hold_force, dofs)   /* forces of the limits on them, see core_derivative */                   \
+    ARRAY(held, dofs)         /* the same for coordinates that rest at a limit, between events */      \
+    ARRAY(hold_force, dofs)   /* forces of the limits on them, see core_derivative */                  \
     ARRAY(closure_gap, closures)                                                                       \
     ARRAY(closure_jacobian, closures *dofs)                                                            \
     ARRAY(closure_response, closures *dofs) /* rows: M^-1 J' */                                        \
@@ -87,7 +87,7 @@
     ARRAY(closure_pivot, closures)                                                                     \
     ARRAY(closure_force, closures)                                                                     \
     ARRAY(closure_bias, closures)                                                                      \
-    ARRAY(yielding, closures ? dofs : 0) /* compliance of a coordinate at a limit to a unit impulse */      \
+    ARRAY(yielding, closures ? dofs : 0) /* compliance of a coordinate at a limit to a unit impulse */ \
     ARRAY(closing, closures ? dofs : 0) /* change of q that closes the gaps */                         \
     ARRAY(closure_rows, closures *(dofs + 1))                                                          \
     ARRAY(free_motion, closures ? dofs * dofs : 0) /* N of qdd = N qdd_I + c, rows of coordinates */   \
@@ -111,10 +111,10 @@
     ARRAY(law_constants, law_constants) /* derived constants of the muscle laws */                     \
     ARRAY(far_tensions, bends ? muscles : 0) /* tensions at the last point, with friction */           \
     ARRAY(pull_jacobian, bends ? muscles *dofs : 0)                                                    \
-    ARRAY(cable_stretches, bends ? muscles : 0) /* whether the cable stretches, see cable_stretch.c */    \
-    ARRAY(cable_compliance, bends ? muscles : 0) /* in [m/N]; 0 if it is slack or does not stretch */     \
-    ARRAY(cable_rise, bends ? muscles : 0)       /* mean tension over first tension, minus 1 */         \
-    ARRAY(cable_beyond, bends ? muscles : 0)     /* elongation beyond that due to the first tension */             \
+    ARRAY(cable_stretches, bends ? muscles : 0) /* whether the cable stretches, see cable_stretch.c */ \
+    ARRAY(cable_compliance, bends ? muscles : 0) /* in [m/N]; 0 if it is slack or does not stretch */  \
+    ARRAY(cable_rise, bends ? muscles : 0)       /* mean tension over first tension, minus 1 */        \
+    ARRAY(cable_beyond, bends ? muscles : 0)     /* elongation beyond that due to the first tension */ \
     ARRAY(bend_row, bends ? variables : 0)                                                             \
     ARRAY(bend_flow, bends *dofs) /* rows: A of cable_friction.c */                                    \
     ARRAY(bend_grip, bends)       /* mu theta */                                                       \
@@ -141,14 +141,16 @@
     ARRAY(reached, REACH_NUMBERS *muscles) /* see core_reach */                                        \
     ARRAY(surface_place, 6 * surfaces) /* centre and axis in the world */                              \
     ARRAY(surface_across, 3 * surfaces) /* of an ellipsoid: its x axis in the world */                 \
-    ARRAY(wrap_radius, wraps)          /* radius of the surface, in the order of the wraps, etc. */      \
-    ARRAY(wrap_half, wraps)            /* infinite for an infinite cylinder */                      \
-    ARRAY(wrap_has_axis, wraps)        /* 1 for a cylinder, 0 for a sphere */                          \
-    ARRAY(wrap_sense, wraps)           /* side of the wrap */                                          \
-    ARRAY(wrap_is_mujoco, wraps)       /* 1 for MuJoCo's rule */                                       \
-    ARRAY(wrap_is_guided, wraps)       /* 1 for MuJoCo's rule with a side point */                     \
-    ARRAY(wrap_aside, 3 * wraps)       /* from the centre to this point, in the frame of the surface */ \
-    ARRAY(wrap_is_special, wraps)      /* 1: wrap_simd.c does not support it */                        \
+    ARRAY(wrap_is_special, wraps)      /* 0: wrap_simd.c computes it in a lane; lanes have this order */ \
+    ARRAY(wrap_is_inside, wraps)       /* 1: the cable runs inside */                                  \
+    ARRAY(lane_wrap, wraps)                                                                            \
+    ARRAY(lane_radius, wraps ? wraps + LANE_PADDING : 0)                                               \
+    ARRAY(lane_half, wraps ? wraps + LANE_PADDING : 0) /* infinite for an infinite cylinder */         \
+    ARRAY(lane_has_axis, wraps ? wraps + LANE_PADDING : 0) /* 1 for a cylinder, 0 for a sphere */      \
+    ARRAY(lane_sense, wraps ? wraps + LANE_PADDING : 0) /* side of the wrap */                         \
+    ARRAY(lane_is_mujoco, wraps ? wraps + LANE_PADDING : 0) /* 1 for MuJoCo's rule */                  \
+    ARRAY(lane_is_guided, wraps ? wraps + LANE_PADDING : 0) /* 1 for MuJoCo's rule with a side point */ \
+    ARRAY(lane_aside, 3 * wraps)       /* from the centre to this point, in the frame of the surface */ \
     ARRAY(wrap_turning, wraps)         /* turning angle of the last move, if turns are counted */      \
     ARRAY(wrap_before, wraps)          /* via point before it, of a routed muscle; -1: inactive */     \
     ARRAY(wrap_rank, wraps)            /* rank among wraps between the same points */                  \
@@ -162,6 +164,9 @@
 
 /* Values of a muscle, see laws.c. */
 #define REACH_NUMBERS (6 + MAX_LAW_STATES)
+
+/* Maximum number of lanes after the last wrap that complete a vector. */
+#define LANE_PADDING 3
 
 /* Seven vectors and an angle: see core_trace. */
 #define CONTACT_NUMBERS 22
@@ -178,8 +183,10 @@ struct core {
     int32_t is_factored; /* whether articulated bodies of the last q have the armature of the blob */
     int32_t is_driven;   /* whether variables other than q exist */
     int32_t closure_rank; /* number of active closures, first ones in closure_order */
-    int32_t wrap_ends;   /* directions needed of any wrap */
-    int32_t has_rules;   /* whether any wrap has MuJoCo's rule */
+    int32_t lanes;       /* number of wraps that are computed in parallel */
+    int32_t wrap_ends;   /* directions needed of any of them */
+    int32_t has_rules;   /* whether any of them has MuJoCo's rule */
+    int32_t has_wide_lanes; /* whether the processor has vectors of four numbers */
     int32_t externals;   /* points of core_external_wrenches; the caller owns the arrays */
     const int32_t *external_frame;
     const real *external_point, *external_wrench;

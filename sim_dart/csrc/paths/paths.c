@@ -43,7 +43,7 @@ static inline int find_way(const core *c, int32_t k, int32_t w, wrap_surface *su
     const real *A = c->point + 3 * k, *B = A + 3;
     *surface = placed_surface(c, c->blob.wrap_surface[w]);
     *way = wrap_way_of(c, w);
-    if (c->wrap_sense[w] == WRAP_INSIDE) way->side = WRAP_INSIDE, way->is_counted = 0;
+    if (c->wrap_is_inside[w] != 0) way->side = WRAP_INSIDE, way->is_counted = 0;
     if (!USES_ROUTES || c->blob.wrap_rule[w] == RULE_TAUT || way->side == WRAP_INSIDE) return 1;
     return route_wraps_rule(c, w, A, B, surface, way) != RULE_STRAIGHT;
 }
@@ -80,11 +80,10 @@ static real add_wrap(core *c, int32_t k, int32_t w, real *row)
 }
 
 /* Add a segment that was computed in parallel with others, with little code per muscle. */
-static inline real add_lane(const core *c, int32_t k, int32_t w, const wrap_lanes *lanes, real *row)
+static inline real add_lane(const core *c, int32_t k, int32_t w, int32_t i, const wrap_lanes *lanes, real *row)
 {
     const real *A = c->point + 3 * k, *B = A + 3;
     const int32_t *ends = c->blob.point_frame + k, frame = c->blob.surface_frame[c->blob.wrap_surface[w]];
-    const int32_t i = w - lanes->first;
     if (ends[0] != frame) {
         const real u[3] = {lanes->entering[0][i], lanes->entering[1][i], lanes->entering[2][i]};
         add_span(c, u, A, ends[0], A, frame, row);
@@ -152,12 +151,13 @@ static real add_sequence(core *c, int32_t k, progress at, int32_t surfaces, int3
     return length;
 }
 
-/* Return whether the next wrap, at via point k, is computed in parallel with others. */
-static inline int is_in_lane(const core *c, int32_t k, int32_t w, wrap_lanes *lanes)
+/* Return the lane of the next wrap, at via point k; -1 if it is computed separately. */
+static inline int32_t next_lane(const core *c, int32_t k, progress *at, wrap_lanes *lanes)
 {
-    if (w >= c->blob.counts.wraps || c->blob.wrap_point[w] != k || c->wrap_is_special[w] != 0) return 0;
-    if (w >= lanes->first + lanes->count) wrap_simd_fill(c, w, lanes);
-    return lanes->is_alone[w - lanes->first] == 0;
+    if (at->wrap >= c->blob.counts.wraps || c->blob.wrap_point[at->wrap] != k || c->wrap_is_special[at->wrap] != 0) return -1;
+    const int32_t lane = at->lane++;
+    if (lane >= lanes->first + lanes->count) wrap_simd_fill(c, lane, lanes);
+    return lanes->is_alone[lane - lanes->first] == 0 ? lane - lanes->first : -1;
 }
 
 /* Add a segment with wraps or a pulley; `at` is the index of its first wrap and its pulley in their lists. */
@@ -165,10 +165,11 @@ static real add_curved_segment(core *c, int32_t k, progress *at, wrap_lanes *lan
 {
     const blob_view *blob = &c->blob;
     const progress here = *at;
-    if (is_in_lane(c, k, here.wrap, lanes)) {
+    const int32_t lane = next_lane(c, k, at, lanes);
+    if (lane >= 0) {
         if (is_traced) trace_wrap(c, k, here.wrap);
         at->wrap++;
-        return add_lane(c, k, here.wrap, lanes, row);
+        return add_lane(c, k, here.wrap, lane, lanes, row);
     }
     while (at->wrap < blob->counts.wraps && blob->wrap_point[at->wrap] == k) at->wrap++;
     at->pulley += at->pulley < blob->counts.pulleys && blob->pulley_point[at->pulley] == k;
@@ -297,8 +298,8 @@ void paths_prepare(core *c)
 {
     structure_prepare(c);
     for (int32_t w = 0; w < c->blob.counts.wraps; w++) c->wrap_turning[w] = NAN;
-    if (USES_WRAPS) wrap_simd_prepare(c);
     if (USES_ROUTES) routed_prepare(c);
+    if (USES_WRAPS) wrap_simd_prepare(c);
 }
 
 void paths_move(core *c)

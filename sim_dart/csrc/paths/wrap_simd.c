@@ -22,6 +22,7 @@
 #include "../math/vectors.h"
 
 #include <math.h>
+#include <string.h>
 
 /* Square of the minimum sine of the angle between the ends. */
 #define MIN_SINE2 1e-3
@@ -37,24 +38,29 @@ typedef struct {
     real angle[LANES], P[LANES], per[LANES]; /* length perpendicular to the axis; inverse of the whole length */
 } lane_views;
 
-static void gather(const core *c, int32_t first, int count, lane_views *v)
+/* Lanes beyond the last wrap are zero, so that all loops take whole vectors. */
+IN_LANES void gather(const core *c, const wrap_lanes *out, lane_views *v)
 {
-    for (int i = 0; i < count; i++) {
-        const real *A = c->point + 3 * c->blob.wrap_point[first + i], *B = A + 3;
-        const real *centre = c->surface_place + 6 * c->blob.wrap_surface[first + i], *axis = centre + 3;
+    for (int i = 0; i < out->count; i++) {
+        const int32_t w = (int32_t)value_of(c->lane_wrap[out->first + i]);
+        const real *A = c->point + 3 * c->blob.wrap_point[w], *B = A + 3;
+        const real *centre = c->surface_place + 6 * c->blob.wrap_surface[w], *axis = centre + 3;
         for (int j = 0; j < 3; j++) {
             v->a[j][i] = A[j] - centre[j], v->b[j][i] = B[j] - centre[j];
             v->n[j][i] = axis[j], v->d[j][i] = B[j] - A[j];
         }
     }
+    for (int i = out->count; i < out->padded; i++)
+        for (int j = 0; j < 3; j++) v->a[j][i] = v->b[j][i] = v->n[j][i] = v->d[j][i] = v->s[j][i] = 0;
 }
 
 /* Compute the directions to the side points. */
-static void gather_sides(const core *c, int32_t first, int count, lane_views *v)
+IN_LANES void gather_sides(const core *c, const wrap_lanes *out, lane_views *v)
 {
-    for (int i = 0; i < count; i++) {
-        const int32_t w = first + i, frame = c->blob.surface_frame[c->blob.wrap_surface[w]];
-        const real *local = c->wrap_aside + 3 * w, *R = c->rotation + 9 * frame;
+    for (int i = 0; i < out->count; i++) {
+        const int32_t w = (int32_t)value_of(c->lane_wrap[out->first + i]);
+        const int32_t frame = c->blob.surface_frame[c->blob.wrap_surface[w]];
+        const real *local = c->lane_aside + 3 * (out->first + i), *R = c->rotation + 9 * frame;
         for (int j = 0; j < 3; j++) v->s[j][i] = frame < 0 ? local[j] : dot3(R + 3 * j, local);
     }
 }
@@ -67,13 +73,12 @@ static inline real is_less(real a, real b)
 
 /* Compute the ends perpendicular to the axis, and whether the cable touches. `has_rules`: MuJoCo's rule
    occurs. */
-static inline void compute_views(const core *c, int has_rules, lane_views *restrict v, wrap_lanes *restrict out)
+IN_LANES void compute_views(const core *c, int has_rules, lane_views *restrict v, wrap_lanes *restrict out)
 {
-    const real *radius = c->wrap_radius + out->first, *half = c->wrap_half + out->first;
-    const real *side = c->wrap_sense + out->first, *has_axis = c->wrap_has_axis + out->first;
-    const real *is_special = c->wrap_is_special + out->first, *is_mujoco = c->wrap_is_mujoco + out->first;
-    const real *is_guided = c->wrap_is_guided + out->first;
-    for (int i = 0; i < out->count; i++) {
+    const real *radius = c->lane_radius + out->first, *half = c->lane_half + out->first;
+    const real *side = c->lane_sense + out->first, *has_axis = c->lane_has_axis + out->first;
+    const real *is_mujoco = c->lane_is_mujoco + out->first, *is_guided = c->lane_is_guided + out->first;
+    for (int i = 0; i < out->padded; i++) {
         const real n0 = v->n[0][i], n1 = v->n[1][i], n2 = v->n[2][i];
         const real p0 = v->a[0][i], p1 = v->a[1][i], p2 = v->a[2][i];
         const real q0 = v->b[0][i], q1 = v->b[1][i], q2 = v->b[2][i];
@@ -108,11 +113,11 @@ static inline void compute_views(const core *c, int has_rules, lane_views *restr
         v->b[0][i] = b0, v->b[1][i] = b1, v->b[2][i] = b2;
         v->aa[i] = aa, v->bb[i] = bb, v->dd[i] = dd, v->ab[i] = ab, v->xx[i] = xx, v->h[i] = zb - za;
         v->is_touched[i] = is_bent * is_plain;
-        out->is_alone[i] = is_special[i] + is_bent * (1 - is_plain) + is_against;
+        out->is_alone[i] = is_bent * (1 - is_plain) + is_against;
     }
 }
 
-static int is_any_touched(const lane_views *v, int count)
+IN_LANES int is_any_touched(const lane_views *v, int count)
 {
     int is_any = 0;
     for (int i = 0; i < count; i++) is_any |= v->is_touched[i] != 0;
@@ -120,7 +125,7 @@ static int is_any_touched(const lane_views *v, int count)
 }
 
 /* See contact_angle in wrap.c. */
-static void multiply(const real *radius, int count, lane_views *v)
+IN_LANES void multiply(const real *radius, int count, lane_views *v)
 {
     for (int i = 0; i < count; i++) {
         const real R = radius[i], RR = R * R, ab = v->ab[i], cross = sqrt(v->xx[i]);
@@ -131,15 +136,15 @@ static void multiply(const real *radius, int count, lane_views *v)
     }
 }
 
-static void turn(int count, lane_views *v)
+IN_LANES void turn(int count, lane_views *v)
 {
     for (int i = 0; i < count; i++) v->angle[i] = upper_arc_tangent(larger(v->im[i], 0), v->re[i]);
 }
 
 /* Compute length and slope; a cable that does not touch is straight perpendicular to the axis. */
-static void climb(const real *radius, lane_views *v, wrap_lanes *restrict out)
+IN_LANES void climb(const real *radius, lane_views *v, wrap_lanes *restrict out)
 {
-    for (int i = 0; i < out->count; i++) {
+    for (int i = 0; i < out->padded; i++) {
         const real bent = v->ta[i] + v->tb[i] + radius[i] * v->angle[i], straight = sqrt(v->dd[i]);
         const real h = v->h[i], P = v->is_touched[i] != 0 ? bent : straight;
         const real length = sqrt(P * P + h * h), per = value_of(length) > 0 ? 1 / length : 0;
@@ -149,7 +154,7 @@ static void climb(const real *radius, lane_views *v, wrap_lanes *restrict out)
 }
 
 /* Compute the direction at the end e; f is the other end; `sign` is 1 for the incoming cable. */
-static void direct_lanes(const real *radius, int count, const lane_views *v, real (*e)[LANES], real (*f)[LANES],
+IN_LANES void direct_lanes(const real *radius, int count, const lane_views *v, real (*e)[LANES], real (*f)[LANES],
                          const real *ee, const real *tangent, real sign, real (*restrict out)[LANES])
 {
     for (int i = 0; i < count; i++) {
@@ -164,9 +169,9 @@ static void direct_lanes(const real *radius, int count, const lane_views *v, rea
 }
 
 /* Compute the same for cables that all do not touch. */
-static void straight_lanes(const lane_views *v, wrap_lanes *restrict out)
+IN_LANES void straight_lanes(const lane_views *v, wrap_lanes *restrict out)
 {
-    for (int i = 0; i < out->count; i++) {
+    for (int i = 0; i < out->padded; i++) {
         const real d0 = v->d[0][i], d1 = v->d[1][i], d2 = v->d[2][i];
         const real length = sqrt(d0 * d0 + d1 * d1 + d2 * d2), per = value_of(length) > 0 ? 1 / length : 0;
         out->length[i] = length;
@@ -176,31 +181,52 @@ static void straight_lanes(const lane_views *v, wrap_lanes *restrict out)
     }
 }
 
-void wrap_simd_fill(const core *c, int32_t first, wrap_lanes *out)
+IN_LANES void fill(const core *c, wrap_lanes *out)
 {
-    const int32_t left = c->blob.counts.wraps - first;
-    const int count = left < LANES ? (int)left : LANES;
-    const real *radius = c->wrap_radius + first;
+    const real *radius = c->lane_radius + out->first;
+    const int padded = out->padded;
     lane_views v;
-    out->first = first, out->count = count;
-    out->is_alone[0] = count == 1; /* faster separately */
-    if (count == 1) return;
-    gather(c, first, count, &v);
+    gather(c, out, &v);
     if (c->has_rules) {
-        gather_sides(c, first, count, &v);
+        gather_sides(c, out, &v);
         compute_views(c, 1, &v, out);
     } else {
         compute_views(c, 0, &v, out);
     }
-    if (!is_any_touched(&v, count)) {
+    if (!is_any_touched(&v, out->count)) {
         straight_lanes(&v, out);
         return;
     }
-    multiply(radius, count, &v);
-    turn(count, &v);
+    multiply(radius, padded, &v);
+    turn(padded, &v);
     climb(radius, &v, out);
-    if (c->wrap_ends & ENTERING) direct_lanes(radius, count, &v, v.a, v.b, v.aa, v.ta, -1, out->entering);
-    if (c->wrap_ends & LEAVING) direct_lanes(radius, count, &v, v.b, v.a, v.bb, v.tb, 1, out->leaving);
+    if (c->wrap_ends & ENTERING) direct_lanes(radius, padded, &v, v.a, v.b, v.aa, v.ta, -1, out->entering);
+    if (c->wrap_ends & LEAVING) direct_lanes(radius, padded, &v, v.b, v.a, v.bb, v.tb, 1, out->leaving);
+}
+
+#if HAS_WIDE_LANES
+/* The same operations on vectors of twice the size: the results are bit-identical. */
+__attribute__((target("avx2"))) static void fill_wide(const core *c, wrap_lanes *out)
+{
+    fill(c, out);
+}
+#endif
+
+void wrap_simd_fill(const core *c, int32_t first, wrap_lanes *out)
+{
+    const int32_t left = c->lanes - first;
+    const int count = left < LANES ? (int)left : LANES;
+    out->first = first, out->count = count;
+    out->padded = HAS_TANGENT ? count : (count + LANE_PADDING) / (LANE_PADDING + 1) * (LANE_PADDING + 1);
+    out->is_alone[0] = count == 1; /* faster separately */
+    if (count == 1) return;
+#if HAS_WIDE_LANES
+    if (c->has_wide_lanes) {
+        fill_wide(c, out);
+        return;
+    }
+#endif
+    fill(c, out);
 }
 
 /* Return whether a wrap shares its segment. `pulley` is the first one that is not before it. */
@@ -212,38 +238,54 @@ static int shares_segment(const blob_view *blob, int32_t w, int32_t *pulley)
            (*pulley < pulleys && blob->pulley_point[*pulley] == *point);
 }
 
-/* Store the direction to the side point of MuJoCo's rule. Return whether it is not fixed to the surface; or
-   inside, so that the cable runs inside. */
-static int prepare_side(core *c, int32_t w)
+/* Compute the direction to the side point of MuJoCo's rule, and whether it is fixed to the surface. Return
+   whether it is inside, so that the cable runs inside. */
+static int find_side(const blob_view *blob, int32_t w, real aside[3], int *is_fixed)
 {
-    const int32_t g = c->blob.wrap_guide[w], s = c->blob.wrap_surface[w];
-    const real *centre = c->blob.surface_centre + 3 * s, R = c->blob.surface_radius[s];
-    real *aside = c->wrap_aside + 3 * w;
-    c->wrap_is_mujoco[w] = c->blob.wrap_rule[w] == RULE_MUJOCO, c->wrap_is_guided[w] = c->wrap_is_mujoco[w] * (g >= 0);
-    if (c->wrap_is_guided[w] == 0) return 0;
-    for (int j = 0; j < 3; j++) aside[j] = c->blob.guide_vector[3 * g + j] - centre[j];
-    if (c->blob.guide_frame[g] != c->blob.surface_frame[s]) return 1;
-    const int is_inside = value_of(dot3(aside, aside)) < value_of(R * R);
-    if (is_inside) c->wrap_sense[w] = WRAP_INSIDE;
-    return is_inside;
+    const int32_t g = blob->wrap_guide[w], s = blob->wrap_surface[w];
+    const real *centre = blob->surface_centre + 3 * s, R = blob->surface_radius[s];
+    *is_fixed = 1;
+    for (int j = 0; j < 3; j++) aside[j] = 0;
+    if (blob->wrap_rule[w] != RULE_MUJOCO || g < 0) return 0;
+    *is_fixed = blob->guide_frame[g] == blob->surface_frame[s];
+    for (int j = 0; j < 3; j++) aside[j] = blob->guide_vector[3 * g + j] - centre[j];
+    return *is_fixed && value_of(dot3(aside, aside)) < value_of(R * R);
+}
+
+/* Add a wrap to the lanes. */
+static void add_to_lanes(core *c, int32_t w, const real aside[3])
+{
+    const blob_view *blob = &c->blob;
+    const int32_t l = c->lanes++, s = blob->wrap_surface[w];
+    const int is_mujoco = blob->wrap_rule[w] == RULE_MUJOCO;
+    const int has_ends = value_of(blob->surface_half[s]) > 0 && !is_mujoco;
+    c->lane_wrap[l] = w;
+    c->lane_radius[l] = blob->surface_radius[s], c->lane_has_axis[l] = blob->surface_kind[s] == SURFACE_CYLINDER;
+    c->lane_half[l] = has_ends ? blob->surface_half[s] : INFINITY;
+    c->lane_sense[l] = blob->wrap_side[w];
+    c->lane_is_mujoco[l] = is_mujoco, c->lane_is_guided[l] = is_mujoco && blob->wrap_guide[w] >= 0;
+    memcpy(c->lane_aside + 3 * l, aside, 3 * sizeof(real));
+    c->wrap_ends |= wrap_ends(blob, w), c->has_rules |= is_mujoco;
 }
 
 void wrap_simd_prepare(core *c)
 {
     const blob_view *blob = &c->blob;
-    int32_t pulley = 0;
-    c->wrap_ends = c->has_rules = 0;
+    int32_t pulley = 0, muscle = 0, end = blob->counts.muscles ? blob->muscle_points[0] : 0;
+    c->wrap_ends = c->has_rules = c->lanes = 0;
+#if HAS_WIDE_LANES
+    c->has_wide_lanes = __builtin_cpu_supports("avx2") != 0;
+#endif
     for (int32_t w = 0; w < blob->counts.wraps; w++) {
-        const int32_t s = blob->wrap_surface[w], side = blob->wrap_side[w];
-        const int is_cylinder = blob->surface_kind[s] == SURFACE_CYLINDER;
-        const int is_ellipsoid = blob->surface_kind[s] == SURFACE_ELLIPSOID;
-        const int has_ends = value_of(blob->surface_half[s]) > 0 && blob->wrap_rule[w] == RULE_TAUT;
-        c->wrap_radius[w] = blob->surface_radius[s], c->wrap_has_axis[w] = is_cylinder;
-        c->wrap_half[w] = has_ends ? blob->surface_half[s] : INFINITY;
-        c->wrap_sense[w] = side;
-        const int is_beside = prepare_side(c, w), is_counted = c->is_counting && is_cylinder && !blob->wrap_rule[w];
-        c->wrap_is_special[w] = side == WRAP_INSIDE || is_ellipsoid || blob->wrap_turns[w] || is_counted || is_beside ||
-                                blob->wrap_rule[w] == RULE_OPENSIM || shares_segment(blob, w, &pulley);
-        c->wrap_ends |= wrap_ends(blob, w), c->has_rules |= blob->wrap_rule[w] == RULE_MUJOCO;
+        const int32_t kind = blob->surface_kind[blob->wrap_surface[w]], rule = blob->wrap_rule[w];
+        const int is_counted = c->is_counting && kind == SURFACE_CYLINDER && rule == RULE_TAUT;
+        int is_fixed;
+        real aside[3];
+        while (end <= blob->wrap_point[w]) end += blob->muscle_points[++muscle];
+        const int is_inside = find_side(blob, w, aside, &is_fixed) || blob->wrap_side[w] == WRAP_INSIDE;
+        const int is_special = is_inside || !is_fixed || is_counted || kind == SURFACE_ELLIPSOID || blob->wrap_turns[w] ||
+                               c->is_routed[muscle] != 0 || shares_segment(blob, w, &pulley);
+        c->wrap_is_inside[w] = is_inside, c->wrap_is_special[w] = is_special;
+        if (!is_special) add_to_lanes(c, w, aside);
     }
 }

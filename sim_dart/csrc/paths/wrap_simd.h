@@ -6,9 +6,19 @@
 
 #define LANES 16
 
-/* Results of the wraps from `first` on, one per lane. */
+/* Whether vectors of four numbers can be chosen when a robot is opened. */
+#if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__) && !defined(__OPTIMIZE_SIZE__) &&                  \
+    !defined(CARDSFLOW_TANGENT) && !defined(CARDSFLOW_FLOAT)
+#define HAS_WIDE_LANES 1
+#define IN_LANES static inline __attribute__((always_inline))
+#else
+#define HAS_WIDE_LANES 0
+#define IN_LANES static inline
+#endif
+
+/* Results of the wraps of the lanes from `first` on. */
 typedef struct {
-    int32_t first, count;
+    int32_t first, count, padded;
     real is_alone[LANES]; /* nonzero: wrap.c must compute it */
     real length[LANES], entering[3][LANES], leaving[3][LANES]; /* as in a pull, also of a straight cable */
 } wrap_lanes;

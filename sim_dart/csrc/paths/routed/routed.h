@@ -6,7 +6,7 @@
 
 /* Indices into the lists of the blob during the iteration over all paths. */
 typedef struct {
-    int32_t wrap, pulley, condition, move, branch, term;
+    int32_t wrap, lane, pulley, condition, move, branch, term;
 } progress;
 
 CORE_INSIDE void routed_prepare(core *c);
