@@ -45,7 +45,7 @@ static inline void transposed3(real out[3], const real R[9], const real v[3])
 }
 
 /* Compute wrench = A motion. */
-static void apply(const articulated *A, const real motion[6], real wrench[6])
+static inline void apply(const articulated *A, const real motion[6], real *restrict wrench)
 {
     real other[3];
     rotate3(wrench, A->I, motion);
@@ -57,7 +57,7 @@ static void apply(const articulated *A, const real motion[6], real wrench[6])
 }
 
 /* Compute U = A S. */
-static void react(const core *c, int32_t i, const articulated *A, real U[6])
+static inline void react(const core *c, int32_t i, const articulated *A, real *restrict U)
 {
     const real *axis = c->axis + 3 * i;
     if (c->blob.motion[i] == ROTATION) {
@@ -70,7 +70,7 @@ static void react(const core *c, int32_t i, const articulated *A, real U[6])
 }
 
 /* Compute A - U U'/d: the inertia when the joint is free. */
-static void release(articulated *A, const real U[6], real d)
+static inline void release(articulated *restrict A, const real *restrict U, real d)
 {
     const real share = 1 / d; /* avoids slow divisions */
     for (int a = 0; a < 3; a++) {
@@ -84,7 +84,7 @@ static void release(articulated *A, const real U[6], real d)
 }
 
 /* Compute out = [r] K, the cross product of r and each column. */
-static void skewed(real out[9], const real r[3], const real K[9])
+static inline void skewed(real *restrict out, const real r[3], const real *restrict K)
 {
     for (int b = 0; b < 3; b++) {
         out[b] = r[1] * K[6 + b] - r[2] * K[3 + b];
@@ -95,7 +95,7 @@ static void skewed(real out[9], const real r[3], const real K[9])
 
 /* Add A about the origin of a frame to P about the origin of its parent:
      M + M,   H + [r] M,   I + [r] H' + ([r] H')' + [r] M [r]' */
-static void add_articulated(articulated *P, const articulated *A, const real r[3])
+static inline void add_articulated(articulated *restrict P, const articulated *restrict A, const real *restrict r)
 {
     real rM[9], rH[9], Ht[9], rMt[9], rMr[9];
     if (r[0] == 0 && r[1] == 0 && r[2] == 0) { /* the motions of one joint share their origin */
