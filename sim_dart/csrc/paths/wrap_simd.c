@@ -23,6 +23,9 @@
 
 #include <math.h>
 #include <string.h>
+#if HAS_WIDE_LANES
+#include <cpuid.h>
+#endif
 
 /* Square of the minimum sine of the angle between the ends. */
 #define MIN_SINE2 1e-3
@@ -212,6 +215,19 @@ __attribute__((target("avx2"))) static void fill_wide(const core *c, wrap_lanes 
 }
 #endif
 
+/* Return whether processor and operating system have these vectors. */
+static int has_wide_vectors(void)
+{
+#if HAS_WIDE_LANES
+    uint32_t a, b, c, d, saved, high;
+    if (!__get_cpuid(1, &a, &b, &c, &d) || !(c & bit_OSXSAVE)) return 0;
+    __asm__("xgetbv" : "=a"(saved), "=d"(high) : "c"(0));
+    return (saved & 6) == 6 && __get_cpuid_count(7, 0, &a, &b, &c, &d) && (b & bit_AVX2);
+#else
+    return 0;
+#endif
+}
+
 void wrap_simd_fill(const core *c, int32_t first, wrap_lanes *out)
 {
     const int32_t left = c->lanes - first;
@@ -273,9 +289,7 @@ void wrap_simd_prepare(core *c)
     const blob_view *blob = &c->blob;
     int32_t pulley = 0, muscle = 0, end = blob->counts.muscles ? blob->muscle_points[0] : 0;
     c->wrap_ends = c->has_rules = c->lanes = 0;
-#if HAS_WIDE_LANES
-    c->has_wide_lanes = __builtin_cpu_supports("avx2") != 0;
-#endif
+    c->has_wide_lanes = has_wide_vectors();
     for (int32_t w = 0; w < blob->counts.wraps; w++) {
         const int32_t kind = blob->surface_kind[blob->wrap_surface[w]], rule = blob->wrap_rule[w];
         const int is_counted = c->is_counting && kind == SURFACE_CYLINDER && rule == RULE_TAUT;
