@@ -18,11 +18,11 @@ from support.interleaved import interleaved, record
 from addin_sdfusion.robot import read_robot
 from sim_dart import Plant
 
-STEP, STEPS = 1e-3, 50
+STEP, STEPS = 1e-3, 500
 
 
 @pytest.mark.parametrize("name", ["myoelbow_2dof6muscles", "myofinger_v0", "myohand", "myoarm"])
-def test_step_is_not_slower_than_mujoco(shared: Path, name: str) -> None:
+def test_step_is_faster_than_that_of_mujoco(shared: Path, name: str) -> None:
     file = shared / f"models/mjcf/{name}.xml"
     robot = read_robot(file)
     joints = tuple(
@@ -50,7 +50,7 @@ def test_step_is_not_slower_than_mujoco(shared: Path, name: str) -> None:
         data.ctrl[:] = 0.2
         mujoco.mj_step(model, data, nstep=STEPS)
 
-    times = interleaved({"ours": ours, "MuJoCo": theirs}, calls=2, rounds=40)
+    times = interleaved({"ours": ours, "MuJoCo": theirs}, calls=1, rounds=20)
     ratio = times["MuJoCo"] / times["ours"]
     record(f"step of {name}", us=times["ours"] / STEPS * 1e6, mujoco_over_ours=ratio)
-    assert ratio > 1.0
+    assert ratio > 2.0

@@ -251,6 +251,20 @@ def test_published_tendons(shared: Path, name: str) -> None:
     assert _compare(model, np.array([pose["qpos"] for pose in content["poses"]])) > 20
 
 
+@pytest.mark.parametrize("name", ["myohand", "myoarm"])
+def test_rates_and_torques_contain_all_coordinates_of_a_path(shared: Path, name: str) -> None:
+    """The core skips coordinates that a muscle does not depend on."""
+    robot, rng = read_robot(shared / f"models/mjcf/{name}.xml"), np.random.default_rng(4)
+    paths = MusclePaths(robot)
+    core, muscles = paths.core, len(robot.muscles)
+    qd, forces = rng.normal(size=len(robot.coordinates)), rng.uniform(1.0, 9.0, muscles)
+    L = paths.evaluate(rng.uniform(0.0, 0.3, qd.size)).jacobian
+    core.rates(core.handle, qd.tobytes())
+    core.pull(core.handle, forces.tobytes())
+    np.testing.assert_allclose(core.array("rates", muscles), L @ qd, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(core.array("torques", qd.size), -L.T @ forces, rtol=0, atol=1e-12)
+
+
 @pytest.mark.parametrize(
     "name", ["arm26", "gait10dof18musc", "leg6dof9musc", "gait2392_thelen2003muscle",
              "subject_walk_scaled"]

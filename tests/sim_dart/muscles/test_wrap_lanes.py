@@ -43,6 +43,30 @@ def test_parallel_wraps_equal_single_wraps(surface_link: str, count: int) -> Non
             np.testing.assert_allclose(L[k], row[0], rtol=0, atol=1e-12)
 
 
+def test_parallel_wraps_with_the_rule_of_mujoco_equal_single_wraps() -> None:
+    """Check side points on all sides, inside, and none, and ends inside of the surface."""
+    rng, muscles = np.random.default_rng(5), []
+    robot = single_wraps(rng, 60)
+    for k, muscle in enumerate(robot.muscles):
+        centre = np.array(robot.wrap_surfaces[k].pose.position)
+        side = ViaPoint(
+            WORLD, tuple(map(float, centre + rng.normal(size=3) * rng.choice([0.05, 0.4])))
+        )
+        wrap = replace(muscle.wraps[0], rule="mujoco", side_point=side if k % 3 else None)
+        muscles.append(replace(muscle, wraps=(wrap,)))
+    robot = robot.with_muscles(muscles)
+    together, alone, bent = MusclePaths(robot), single_muscle_robots(robot), 0
+    for q in rng.uniform(-0.4, 0.4, (20, 3)):
+        lengths, L = together.evaluate(q)
+        for k, paths in enumerate(alone):
+            length, row = paths.evaluate(q)
+            a, b = (np.array(point.position) for point in muscles[k].via_points)
+            bent += length[0] > np.linalg.norm(b + q - a) + 1e-9
+            assert lengths[k] == pytest.approx(length[0], abs=1e-14)
+            np.testing.assert_allclose(L[k], row[0], rtol=0, atol=1e-12)
+    assert 300 < bent < 900
+
+
 def fan(
     shape: WrapShape, side: Literal[0, 1, -1], angles: NDArray[np.float64], climb: float
 ) -> Robot:
