@@ -110,6 +110,11 @@ class _State:
     positive: float = 0.0
 
 
+def _rank(own: Solution) -> tuple[bool, bool, float]:
+    """Return the order of attempts: feasible ones, then those that name a constraint."""
+    return not own.is_feasible, own.status == NOT_CONVERGED, own.violation
+
+
 class Optimiser:
     """Solver of optimal-control problems.
 
@@ -167,7 +172,7 @@ class Optimiser:
             limit = self._max_iterations
             limit = limit if k == len(attempts) - 1 else min(limit, _FIRST_ITERATIONS)
             found = self._attempt(start, free, limit, report, history)
-            if found is not None and (best is None or found.violation < best.violation):
+            if found is not None and (best is None or _rank(found) < _rank(best)):
                 best = found
             if found is not None and (found.is_feasible or found.status == INTERRUPTED):
                 break

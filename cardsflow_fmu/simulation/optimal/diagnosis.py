@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
 from controllers.analysis.kinematics import inverse_kinematics
 from controllers.optimal.problem import OptimalProblem, excess
-from controllers.optimal.sqp import Solution
+from controllers.optimal.sqp import INFEASIBLE, Solution
 
 from .problem import MotionProblem
 
@@ -35,18 +37,29 @@ def require_reachable(experiment: Experiment, own: MotionProblem) -> None:
 
 def infeasibility(problem: OptimalProblem, solution: Solution) -> str:
     """Return the most violated constraint with its node, and the forces that are at a limit."""
-    what, node = _worst(problem, solution)
+    is_certain = solution.status == INFEASIBLE
+    what, node = _worst(problem, solution, with_gaps=not is_certain)
     T = solution.iterate.duration
-    time = node * T / problem.intervals
-    text = f"no motion found: {what} at node {node} of {problem.intervals} (t = {time:.4g} s)"
+    text = "no motion found: "
+    if not is_certain:
+        text += f"{solution.status} after {solution.history[-1].iteration} iterations; "
+    text += (
+        f"{what} at node {node} of {problem.intervals} (t = {node * T / problem.intervals:.4g} s)"
+    )
     limited = _at_limits(problem, solution)
     if limited:
         text += f"; at their limits most of the time: {', '.join(limited)}"
     return f"{text}; use a longer duration, wider bounds or another goal"
 
 
-def _worst(problem: OptimalProblem, solution: Solution) -> tuple[str, int]:
-    """Return the largest violation of a bound of a state or of a node constraint, and its node."""
+def _worst(problem: OptimalProblem, solution: Solution, *, with_gaps: bool) -> tuple[str, int]:
+    """Return the largest violation of a bound of a state or of a constraint, and its node.
+
+    Args:
+        problem: The problem.
+        solution: The motion.
+        with_gaps: Whether jumps of the states between intervals are included.
+    """
     x, values_of = solution.iterate.x, solution.linearisation.values
     found: list[tuple[float, str, int]] = []
     for linear, values in zip(problem.linear, values_of[len(problem.constraints) :], strict=True):
@@ -65,14 +78,27 @@ def _worst(problem: OptimalProblem, solution: Solution) -> tuple[str, int]:
     bound = f"must be {low:.4g}" if low == high else f"must be from {low:.4g} to {high:.4g}"
     what = f"{problem.state_names[row]} {bound}, but is {x[k, row]:.4g}"
     found.append((float(beyond[k, row]), what, int(k)))
+    if with_gaps:
+        gaps = abs(solution.linearisation.gaps)
+        k, row = np.unravel_index(int(gaps.argmax()), gaps.shape)
+        what = f"{problem.state_names[row]} jumps by {gaps[k, row]:.3g}"
+        found.append((float(gaps[k, row]), what, int(k) + 1))
     _, what, node = max(found)
     return what, node
 
 
 def _at_limits(problem: OptimalProblem, solution: Solution) -> list[str]:
-    """Return the controls that are at a limit in more than half of the intervals."""
+    """Return the controls that are, or whose rates are, at a limit most of the time."""
     u, low, high = solution.iterate.u, problem.u_low, problem.u_high
     near = _AT_LIMIT * np.where(np.isfinite(high - low), high - low, 1.0)
-    share = (u >= high - near).mean(axis=0)
+    share = ((u >= high - near) | ((low < 0.0) & (u <= low + near))).mean(axis=0)
     order = np.argsort(-share)[:_MAX_NAMES]
-    return [problem.control_names[k] for k in order if share[k] > 0.5]
+    names = [problem.control_names[k] for k in order if share[k] > 0.5]
+    values_of = solution.linearisation.values[len(problem.constraints) :]
+    for linear, values in zip(problem.linear, values_of, strict=True):
+        if linear.name == "f_rate_max":
+            at = values >= linear.high - _AT_LIMIT * solution.iterate.duration
+            own = Counter(name for name, is_at in zip(linear.rows, at, strict=True) if is_at)
+            often = [name for name, count in own.items() if 2 * count > problem.intervals - 1]
+            names += [f"rate of {name}" for name in often[:_MAX_NAMES]]
+    return names

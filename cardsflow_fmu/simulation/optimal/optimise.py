@@ -14,7 +14,7 @@ from cardsflow_fmu.cosim.signals.ports import motor_signals, muscle_signals, tas
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.optimal.problem import Iterate
-from controllers.optimal.sqp import INTERRUPTED, Optimiser, Progress, Solution
+from controllers.optimal.sqp import INFEASIBLE, INTERRUPTED, Optimiser, Progress, Solution
 from sim_dart.dynamics.core import CoreDynamics
 
 from .diagnosis import infeasibility, require_reachable
@@ -142,13 +142,8 @@ def _require_motion(own: MotionProblem, solution: Solution | None) -> None:
     """Check that a motion satisfies the constraints."""
     if solution is None:
         raise NoMotionError("the simulation of the start diverges; use more substeps")
-    if solution.status == "infeasible":
+    if solution.status == INFEASIBLE or not solution.is_feasible:
         raise NoMotionError(infeasibility(own.problem, solution))
-    if not solution.is_feasible:
-        last = solution.history[-1]
-        what = f"after {last.iteration} iterations, the largest violation is {last.violation:.2g}"
-        hint = "change motion.duration, intervals or bounds"
-        raise NoMotionError(f"no motion found: {solution.status}; {what}; {hint}")
 
 
 def _samples(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from support.robots.slider import MASS, responses, slide
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.optimal.files import write_motion_files
+from cardsflow_fmu.simulation.optimal.optimise import NoMotionError
 
 
 def test_mass_passes_a_via_point_with_the_least_effort(tmp_path: Path) -> None:
@@ -77,3 +79,35 @@ def test_forces_change_at_the_largest_rate(tmp_path: Path) -> None:
     motion = slide(tmp_path, {**own, "motion.cost.time": 1.0})
     expected = (12.0 * MASS / 80.0 / (1.0 - 1.0 / 20**2)) ** (1 / 3)
     assert motion.duration == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        (
+            {"bounds.f_rate_max": 20.0},
+            "q.x must be 1, but is 0.4256 at node 20 .* limits.*: rate of x",
+        ),
+        (
+            {"goals": [{"fraction": 0.1, "q": 0.9}, {"q": 1.0}], "bounds.f_max": 100.0},
+            r"q.x must be 0.9, but is .* at node 2 of 20 \(t = 0.08 s\)",
+        ),
+        (
+            {"goals": [{"time": 0.4, "hold": 0.36, "q": 0.0}, {"q": 1.0}]},
+            "q.x must be 1, but is .* at node 20 of 20",
+        ),
+        (
+            {"periodic": 1.0, "bounds.q_max": 0.5},
+            "q.x must be from -90 to 0.5, but is .* at node 20",
+        ),
+        ({"periodic": 1.0, "bounds.qd_max": 0.5}, "periodic.q.x is missed by 0.6 at node 20 of 20"),
+    ],
+)
+def test_infeasible_motion_names_constraint_and_node(
+    tmp_path: Path, settings: dict[str, Any], message: str
+) -> None:
+    own = {f"motion.{key}": value for key, value in settings.items()}
+    if "motion.periodic" in own:
+        own["motion.goals"] = []
+    with pytest.raises(NoMotionError, match=f"^no motion found: {message}"):
+        slide(tmp_path, own)

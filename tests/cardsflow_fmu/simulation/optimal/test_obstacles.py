@@ -12,7 +12,7 @@ from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu.experiment.motion.bounds import ObstacleSettings
 from cardsflow_fmu.simulation.optimal.obstacles import obstacle_constraints
-from cardsflow_fmu.simulation.optimal.optimise import load_for_motion, optimise
+from cardsflow_fmu.simulation.optimal.optimise import NoMotionError, load_for_motion, optimise
 from cardsflow_fmu.simulation.optimal.segments import nearest_parameters
 from sim_dart.dart.interference import segment_distances
 from sim_dart.dynamics.core import CoreDynamics
@@ -120,3 +120,24 @@ def test_links_and_cables_keep_their_distance(part: str) -> None:
     assert distances[0] < 0.049
     assert distances[1] == pytest.approx(0.05, abs=1e-6)
     assert around.solution.cost > free.solution.cost
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"goals": [{"y": {"tip.x": 5.0}}]}, "goals[0].y.tip.x is missed by 3 at node 9 of 9"),
+        ({"bounds.y_max": {"tip.x": 0.5}}, "q.x must be 1, but is 0.5 at node 9 of 9"),
+        ({"start.y": {"tip.x": -5.0}}, "start.y.tip.x is missed by 3 at node 0 of 9"),
+        (
+            {"obstacles": [{"centre": [1.0, 0.0, 0.0], "radius": 0.4}]},
+            "q.x must be 1, but is 0.6 at node 9 of 9",
+        ),
+    ],
+)
+def test_infeasible_task_names_constraint_and_node(
+    tmp_path: Path, settings: dict[str, Any], message: str
+) -> None:
+    own = {"motion.intervals": 9} | {f"motion.{key}": value for key, value in settings.items()}
+    with pytest.raises(NoMotionError) as raised:
+        optimise(load_for_motion(gantry_file(tmp_path), own))
+    assert str(raised.value).startswith(f"no motion found: {message}")
