@@ -114,7 +114,6 @@ def _activations(options: argparse.Namespace) -> int:
         activation_summary,
         describe_activations,
     )
-    from cardsflow_fmu.results.viewer.view import write_html
     from cardsflow_fmu.utils.csv_table import csv_text
     from cardsflow_fmu.utils.overwrite import output_file
 
@@ -137,8 +136,7 @@ def _activations(options: argparse.Namespace) -> int:
         print(describe_activations(summary))
     files = write_files(options.output, contents)
     if options.html is not None:
-        page = _replay(reading, given, columns)
-        files.append(write_html(page, options.html, overwrite=options.overwrite))
+        files.append(_write_replay(options, reading, given, columns))
     if options.json:
         named = {"files": {file.name: str(file) for file in files}}
         print(json_text({**summary, **named}, indent=1))
@@ -171,20 +169,25 @@ def _compute(options: argparse.Namespace, reading: Reading) -> tuple[GivenMotion
     return given, optimise_activations(given.robot, given.motion, **chosen)
 
 
-def _replay(reading: Reading, given: GivenMotion, columns: Mapping[str, FloatArray]) -> str:
-    """Return the page of a replay."""
+def _write_replay(
+    options: argparse.Namespace,
+    reading: Reading,
+    given: GivenMotion,
+    columns: Mapping[str, FloatArray],
+) -> Path:
     from cardsflow_fmu.results.run_data import RunData
     from cardsflow_fmu.results.viewer.scene.act import Act
     from cardsflow_fmu.results.viewer.scene.meshes import link_meshes
     from cardsflow_fmu.results.viewer.scene.motion import motion_of, shown_signals
     from cardsflow_fmu.results.viewer.scene.stage import Stage
-    from cardsflow_fmu.results.viewer.view import page_of
+    from cardsflow_fmu.results.viewer.view import write_page
 
     rows = np.stack(list(columns.values()), axis=1)
     data, robot = RunData(tuple(columns), rows, {}, {}), given.robot
     meshes = link_meshes(robot, reading.files[0].parent)
     stage = Stage(robot, motion_of(robot, data), meshes)
-    return page_of([Act(stage, robot.name, (), shown_signals(data))])
+    act = Act(stage, robot.name, (), shown_signals(data))
+    return write_page([act], options.html, overwrite=options.overwrite)
 
 
 def _require_dynamics(options: argparse.Namespace) -> None:

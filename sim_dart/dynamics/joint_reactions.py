@@ -64,10 +64,10 @@ def joint_reactions(
     paths = MusclePaths(robot)
     for t in range(len(o)):
         found = paths.point_forces(motion[0][t], tensions[t])
-        for name, point, force in zip(found.links, found.points, found.forces, strict=True):
-            if name != WORLD:
-                forces[t, index[name]] -= force
-                moments[t, index[name]] -= np.cross(point, force)
+        moved = np.array([index.get(name, len(names)) for name in found.links], dtype=int)
+        on = moved < len(names)  # not on the world
+        np.subtract.at(forces[t], moved[on], found.forces[on])
+        np.subtract.at(moments[t], moved[on], np.cross(found.points[on], found.forces[on]))
     for k, name in enumerate(loads[0] if loads is not None else ()):
         assert loads is not None
         force, at = loads[1][:, k], index[name]
