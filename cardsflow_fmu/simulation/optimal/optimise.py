@@ -20,10 +20,9 @@ from sim_dart.dynamics.core import CoreDynamics
 from .diagnosis import infeasibility, require_reachable
 from .guess import smooth_guess
 from .obstacles import passages
-from .problem import MotionProblem, motion_problem
+from .problem import ROUGH_INTEGRATION, MotionProblem, motion_problem
 
 _INTEGRATION_ERROR = 1e-5  # of an interval, in rad, m, and their rates
-_ROUGH_INTEGRATION = 1e-2  # the same during the iterations
 _ROUGH = 1e-3  # tolerance of a first guess
 MARK_COLUMN = "cardsflow.interval"
 
@@ -98,7 +97,7 @@ def optimise(
     guess = first = _through_obstacles(own) if experiment.motion.obstacles else own.guess
 
     def refine(at: Iterate) -> bool:
-        return own.refine(at, _ROUGH_INTEGRATION)
+        return own.refine(at, ROUGH_INTEGRATION)
 
     def report(done: Progress) -> None:
         progress(done, own.shooting.steps)

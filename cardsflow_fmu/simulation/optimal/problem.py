@@ -11,6 +11,7 @@ import numpy as np
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.motion.settings import MotionTable
+from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.dynamics import actuator_names
 from controllers.optimal.linear import LinearConstraint, limited_rates, periodic
 from controllers.optimal.problem import Iterate, OptimalProblem
@@ -31,7 +32,8 @@ from .parameters import FreeParameters, free_parameters
 from .tasks import task_bounds
 
 _MAX_REFINED = 8  # substeps up to which they are doubled automatically
-_MIN_GAIN = 4.0  # of the error by twice the substeps; 16 for smooth motions
+_MIN_GAIN = 8.0  # of the error by twice the substeps; 16 for smooth motions
+ROUGH_INTEGRATION = 1e-2  # error of an interval during the iterations, in rad, m, and their rates
 
 
 class MotionProblem(NamedTuple):
@@ -55,28 +57,38 @@ class MotionProblem(NamedTuple):
 
     def integration_error(self, at: Iterate) -> float:
         """Return the largest error of the ends of the intervals, in rad, m, and their rates."""
-        steps, ends = self.shooting.steps, []
-        for self.shooting.steps in (steps, 2 * steps):
-            found = self.problem.run(at, derivatives=False)
-            ends.append(np.full_like(at.x[1:], np.inf) if found is None else found.ends)
-        self.shooting.steps = steps
-        return float(np.nan_to_num(abs(ends[1] - ends[0]), nan=np.inf).max())
+        steps = self.shooting.steps
+        return _distance(self._ends(at, steps), self._ends(at, 2 * steps))
 
     def refine(self, at: Iterate, tolerance: float) -> bool:
         """Double the substeps until the intervals are accurate; return whether they changed.
 
-        More than 8 substeps, and those that hardly reduce the error, since the forces
-        jump within an interval, are not used.
+        More than 8 substeps, and those that hardly reduce the error, since the forces jump within
+        an interval, are not used.
         """
-        first = self.shooting.steps
-        error = self.integration_error(at)
-        while error > tolerance and self.shooting.steps < _MAX_REFINED:
-            self.shooting.steps *= 2
-            before, error = error, self.integration_error(at)
-            if error > before / _MIN_GAIN:
-                self.shooting.steps //= 2
+        first = steps = self.shooting.steps
+        fine = self._ends(at, 2 * steps)
+        error = _distance(self._ends(at, steps), fine)
+        while error > tolerance and steps < _MAX_REFINED:
+            finer = self._ends(at, 4 * steps)
+            before, error = error, _distance(fine, finer)
+            if before < ROUGH_INTEGRATION and error > before / _MIN_GAIN:
                 break
-        return self.shooting.steps > first
+            steps, fine = 2 * steps, finer
+        self.shooting.steps = steps
+        return steps > first
+
+    def _ends(self, at: Iterate, steps: int) -> FloatArray:
+        """Return the ends of the intervals with a number of substeps; infinite if they diverge."""
+        own, self.shooting.steps = self.shooting.steps, steps
+        found = self.problem.run(at, derivatives=False)
+        self.shooting.steps = own
+        return np.full_like(at.x[1:], np.inf) if found is None else found.ends
+
+
+def _distance(one: FloatArray, other: FloatArray) -> float:
+    with np.errstate(invalid="ignore"):
+        return float(np.nan_to_num(abs(one - other), nan=np.inf).max())
 
 
 def motion_problem(experiment: Experiment) -> MotionProblem:

@@ -52,6 +52,28 @@ class Mass:
         return Ends(ends, A, B, c, np.repeat(B, len(parameters), axis=2))
 
 
+class Oscillator:
+    """A mass on a line with a spring, exact for constant forces."""
+
+    def __init__(self, stiffness: float) -> None:
+        self._k, self._w = stiffness, np.sqrt(stiffness / MASS)
+
+    def run(
+        self,
+        x: Floats,
+        u: Floats,
+        h: Floats,
+        derivatives: bool = True,
+        parameters: Floats = NO_PARAMETERS,
+    ) -> Ends:
+        w, c, s = self._w, np.cos(self._w * h), np.sin(self._w * h)
+        A = np.moveaxis(np.array([[c, s / w], [-w * s, c]]), 2, 0)
+        B = np.stack([(1.0 - c) / self._k, w * s / self._k], axis=1)[:, :, None]
+        ends = np.einsum("kij,kj->ki", A, x) + B[:, :, 0] * u
+        rates = np.stack([ends[:, 1], (u[:, 0] - self._k * ends[:, 0]) / MASS], axis=1)
+        return Ends(ends, A, B, rates, np.empty((len(h), 2, len(parameters))))
+
+
 def costs(force: float = 0.0, rate: float = 0.0, speed: float = 0.0, time: float = 0.0) -> Costs:
     zero = np.zeros(1), np.zeros(2)
     return Costs(np.array([force]), np.array([0.0, speed]), np.array([rate]), time, *zero)
@@ -94,6 +116,47 @@ def test_least_effort_is_that_of_the_normal_equations() -> None:
     assert abs(forces).max() < FORCE
     np.testing.assert_allclose(found.iterate.u[:, 0], forces, rtol=1e-6, atol=1e-6)
     assert found.cost == pytest.approx(3.0 * h * forces @ forces, rel=1e-8)
+
+
+@pytest.mark.parametrize(("distance", "speed"), [(3.0, 100.0), (0.2, 100.0), (3.0, 5.0)])
+def test_least_time_with_a_limit_of_the_speed(distance: float, speed: float) -> None:
+    """2 sqrt(m d / F), or d / v + m v / F with a speed limit v."""
+    own = problem(costs(time=1.0), (0.01, 20.0), distance=distance)
+    own.x_low[1:-1, 1], own.x_high[1:-1, 1] = -speed, speed
+    found = solve(own)
+    top = min(speed, np.sqrt(FORCE * distance / MASS))
+    expected = distance / top + MASS * top / FORCE
+    assert found.status == "optimal"
+    assert found.iterate.duration == pytest.approx(expected, rel=1e-3)  # a node ends acceleration
+    assert found.iterate.duration >= expected - 1e-9
+
+
+def test_least_effort_with_a_limit_of_the_position_is_that_of_bryson() -> None:
+    """Bryson and Ho (1975), section 3.11: 4 / (9 l) for the limit l <= 1/6 of the position."""
+    own, N = problem(costs(force=0.5 / MASS**2), (1.0, 1.0), N=100, distance=0.0), 100
+    own.x_low[0] = own.x_high[0] = [0.0, 1.0]
+    own.x_low[N] = own.x_high[N] = [0.0, -1.0]
+    own.x_high[1:N, 0] = 1.0 / 9.0
+    found = solve(own)
+    assert found.status == "optimal"
+    assert found.cost == pytest.approx(4.0, rel=2e-3)
+
+
+def test_least_effort_of_a_mass_on_a_spring_is_that_of_its_gramian() -> None:
+    """The least integral of f^2 is b' W^-1 b, with the Gramian W of the sampled oscillator."""
+    stiffness, T, N = 30.0, 0.8, 50
+    own = problem(costs(force=1.0), (T, T), N=N)
+    found = solve(replace(own, dynamics=Oscillator(stiffness)))
+    w, h = np.sqrt(stiffness / MASS), T / N
+    left = T - h * np.arange(1, N + 1)
+    columns = [
+        (np.cos(w * left) - np.cos(w * (left + h))) / stiffness,
+        (np.sin(w * (left + h)) - np.sin(w * left)) * w / stiffness,
+    ]
+    gramian = np.array(columns) @ np.array(columns).T / h
+    goal = np.array([1.0, 0.0])
+    assert abs(found.iterate.u).max() < FORCE
+    assert found.cost == pytest.approx(goal @ np.linalg.solve(gramian, goal), rel=1e-7)
 
 
 def test_free_duration_balances_effort_and_time() -> None:

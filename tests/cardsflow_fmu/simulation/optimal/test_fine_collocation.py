@@ -1,0 +1,65 @@
+"""Optimal motions as good as those of fine collocation.
+
+The numbers are of Hermite-Simpson collocation with 100 to 200 intervals, own equations of motion,
+CasADi 3.8 and IPOPT with the tolerance 1e-9, from several guesses.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cardsflow_fmu.simulation.optimal.optimise import load_for_motion, optimise
+
+_LINK = (
+    '<link name="{}"><inertial><origin xyz="{}"/><mass value="{}"/><inertia ixx="1e-6"'
+    ' iyy="{}" izz="{}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+)
+_JOINT = (
+    '<joint name="{}" type="{}"><parent link="{}"/><child link="{}"/><origin xyz="{}"/>'
+    '<axis xyz="{}"/><limit lower="-2" upper="2" effort="20" velocity="50"/></joint>'
+)
+_ROD = 1.0, 1.0 / 12.0, 1.0 / 12.0
+ROBOTS = {
+    "arm": (
+        _LINK.format("a", "0.5 0 0", *_ROD),
+        _LINK.format("b", "0.5 0 0", *_ROD),
+        _JOINT.format("j1", "continuous", "base", "a", "0 0 0", "0 0 1"),
+        _JOINT.format("j2", "continuous", "a", "b", "1 0 0", "0 0 1"),
+    ),
+    "cart": (
+        _LINK.format("cart", "0 0 0", 1.0, 0.01, 0.01),
+        _LINK.format("pole", "0 0 -0.5", 0.3, 1e-6, 1e-6),
+        _JOINT.format("rail", "prismatic", "base", "cart", "0 0 0", "1 0 0"),
+        _JOINT.format("hinge", "continuous", "cart", "pole", "0 0 0", "0 1 0"),
+    ),
+}
+MOTIONS = {
+    # from rest, |tau| <= 10 and 5 N m, horizontal
+    "arm": (
+        "duration = [0.2, 5.0]\ngoals = [{ q = { j1 = 1.0, j2 = -0.5 } }]\ncost = { time = 1.0 }",
+        {"j1": 10.0, "j2": 5.0},
+        0.827508,
+    ),
+    # 1 kg and 0.3 kg at 0.5 m, 1 m in 2 s, |F| <= 20 N: the example of Kelly (2017)
+    "cart": (
+        "duration = 2.0\ngoals = [{ q = { rail = 1.0, hinge = -3.141592653589793 } }]",
+        {"rail": 20.0},
+        58.8084,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_motion_costs_at_most_one_percent_more(name: str, tmp_path: Path) -> None:
+    motion, motors, best = MOTIONS[name]
+    parts = "".join(ROBOTS[name])
+    (tmp_path / "robot.urdf").write_text(f'<robot name="r"><link name="base"/>{parts}</robot>')
+    joints = "".join(f"[robot.joints.{j}]\nmotor = true\neffort = {f}\n" for j, f in motors.items())
+    text = f'[robot]\npath = "robot.urdf"\n{joints}[start]\nq = 0.0\n[motion]\n{motion}\n'
+    (tmp_path / "experiment.toml").write_text(f"{text}[controller]\nkp = 100.0\nkd = 20.0\n")
+    found = optimise(load_for_motion(tmp_path / "experiment.toml"))
+    assert found.solution.status == "optimal"
+    assert found.solution.violation < 1e-6
+    assert found.solution.cost <= 1.01 * best
