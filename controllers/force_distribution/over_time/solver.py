@@ -111,7 +111,7 @@ class MuscleTrajectorySolver:
 
     def solve(self) -> MuscleTrajectory:
         """Return the muscles over the motion."""
-        progress = _Progress()
+        progress, count = _Progress(), 0
         for count in range(_MAX_ITERATIONS):
             terms = self._terms.evaluate(self._a.value, self._x.value)
             cost = self._cost(terms)
@@ -127,7 +127,7 @@ class MuscleTrajectorySolver:
             if not self._advance(terms, progress.damping):
                 break
         terms = self._terms.evaluate(self._a.value, self._x.value)
-        return self._result(terms, _MAX_ITERATIONS, False)
+        return self._result(terms, count + 1, False)
 
     def _may_reduce(self, primal: float, dual: float, progress: _Progress) -> bool:
         """Return whether the problem with this barrier is solved.
