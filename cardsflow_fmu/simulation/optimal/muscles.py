@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from addin_sdfusion.robot import InputError
-from addin_sdfusion.robot.model.muscle_laws import states_of
+from addin_sdfusion.robot.model.muscle_laws import range_of, states_of
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.motion.settings import MotionTable
 from cardsflow_fmu.utils.arrays import FloatArray
@@ -71,8 +71,8 @@ def resting_controls(
 
 def state_ranges(shooting: Shooting, dynamics: CoreDynamics) -> Bounds:
     """Return the ranges of the states of the muscles."""
-    states = [state for muscle in dynamics.robot.muscles for state in states_of(muscle.model)]
-    own = states if len(states) == shooting.nx - 2 * shooting.n else []
-    low = [-np.inf if state.low is None else state.low for state in own]
-    high = [np.inf if state.high is None else state.high for state in own]
+    models = [muscle.model for muscle in dynamics.robot.muscles]
+    ranges = [range_of(state, model) for model in models for state in states_of(model)]
+    own = ranges if len(ranges) == shooting.nx - 2 * shooting.n else []
+    low, high = [low for low, _ in own], [high for _, high in own]
     return np.array(low), np.array(high)

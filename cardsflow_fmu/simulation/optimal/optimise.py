@@ -41,7 +41,8 @@ class OptimisedMotion:
         times: Times of the samples, shape (k,), in [s].
         columns: Samples of q, qd, qdd, forces and torques by name of the column.
         notes: Lines about neglected properties.
-        warnings: Lines about constraints that are violated between the nodes.
+        warnings: Lines about large integration errors, and constraints that are violated between
+            the nodes.
         iterations: Number of iterations, with all numbers of substeps.
         seconds: Time of the iterations, in [s].
     """
@@ -117,15 +118,18 @@ def optimise(
         if solution.status == INTERRUPTED or not own.refine(solution.iterate, _INTEGRATION_ERROR):
             break
         guess = solution.iterate
-    notes = own.notes
+    notes, warnings = own.notes, tuple[str, ...]()
     error = own.integration_error(solution.iterate)
-    if error > _INTEGRATION_ERROR:
-        what = f"the integration error of an interval is up to {error:.2g}"
-        notes += (f"{what}; increase motion.substeps or motion.intervals",)
+    what = f"the integration error of an interval is up to {error:.2g}"
+    what += "; increase motion.substeps or motion.intervals"
+    if error > ROUGH_INTEGRATION:
+        warnings += (what,)
+    elif error > _INTEGRATION_ERROR:
+        notes += (what,)
     times, columns = _samples(own, solution, experiment.run.step)
     x = np.zeros((len(times), own.shooting.nx))
     x[:, : own.dynamics.n] = np.transpose(list(columns.values())[: own.dynamics.n])
-    warnings = passages(own.problem.constraints, times, x)
+    warnings += passages(own.problem.constraints, times, x)
     return OptimisedMotion(solution, own, times, columns, notes, warnings, iterations, seconds)
 
 

@@ -180,7 +180,6 @@ def test_infeasible_motion_names_constraint_node_and_forces(
         ),
         ("motion.start.free=['joint_9']", "motion.start.free", "did you mean"),
         ("motion.start.y={hand=1.0}", "motion.start.y.hand", "no task coordinate"),
-        ("motion.start.y=[1.0,2.9]", "motion.start.y", "no configuration reaches"),
         ("motion.goals=[{q=[0,0],weight=0}]", "motion.goals[0].weight", "must be above 0"),
         ("motion.periodic={joint_9=0.0}", "motion.periodic.joint_9", "did you mean"),
         ("motion.cost.accelerations=-1.0", "motion.cost.accelerations", "must not be negative"),
@@ -297,6 +296,23 @@ def test_motion_with_muscle_laws_has_excitations_that_reach_the_goal() -> None:
     for row in u[:-1]:
         plant.step(row)
     np.testing.assert_allclose(plant.task_position, [0.5, -0.12], atol=1e-4)
+
+
+def test_passive_joint_with_a_stiff_spring_is_integrated_accurately(file: Path) -> None:
+    """The joint has 350 rad/s and a time constant of 1 ms; intervals are 30 ms."""
+    spring = {"stiffness": 300.0, "rest": 0.0, "damping": 2.0}
+    own = {"robot.coordinates.joint_2": spring, "start.q": [-0.3, 0.0], "motion.duration": 0.6}
+    own |= {"motion.goals": [{"q": {"joint_1": 0.3}}], "controller.passive.joint_2": True}
+    motion = optimise(load_for_motion(file, own))
+    assert motion.solution.status == "optimal"
+    assert not motion.warnings
+    assert motion.problem.integration_error(motion.solution.iterate) < 1e-2
+
+
+def test_muscles_with_ranges_of_states_by_parameters_have_motions() -> None:
+    own = {"duration": 0.8, "intervals": 10, "muscles": "laws", "goals": [{"q": 0.9}]}
+    motion = optimise(load_for_motion(EXAMPLES / "pneumatic_elbow", {"motion": own}))
+    assert motion.solution.status == "optimal"
 
 
 def test_experiment_without_motion_is_rejected_with_an_example(cardsflow: CommandLine) -> None:
