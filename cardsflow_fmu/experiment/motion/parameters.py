@@ -16,7 +16,10 @@ def _numbers(value: Any) -> tuple[float, ...]:
     is_number = [isinstance(k, int | float) and not isinstance(k, bool) for k in values]
     if not values or not all(is_number):
         raise SettingError(f"must be a number, or a list of numbers, not {value!r}")
-    return tuple(map(float, values))
+    try:
+        return tuple(map(float, values))
+    except OverflowError:
+        raise SettingError("must be finite") from None
 
 
 Numbers = Annotated[

@@ -168,6 +168,7 @@ BESIDE: dict[str, dict[str, Any]] = {
     "reference.file": {"trajectory": "simple_joint_motion"},
 }
 INSIDE: dict[str, dict[str, Any]] = {
+    "motion.parameters[0]": {"path": "robot.links.link_1.inertia.mass", "from": 0.05, "to": 0.3},
     "disturbance": {"force": {"hand": [0.0, 0.0, 1.0]}},
     "estimator.imus[0]": {"link": "link_1"},
     "hardware.motors": {"command": "length", "stiffness": 5e3},
