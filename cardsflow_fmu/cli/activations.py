@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.json_text import json_text
@@ -34,6 +33,7 @@ if TYPE_CHECKING:
     from cardsflow_fmu.utils.arrays import FloatArray
 
 _TABLE = "results.csv"
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def add_activations(commands: Commands) -> None:
@@ -106,6 +106,10 @@ def add_activations(commands: Commands) -> None:
 
 
 def _activations(options: argparse.Namespace) -> int:
+    # the matrices are small: threads of NumPy mostly wait for each other on a busy machine
+    os.environ.update({name: os.environ.get(name, "1") for name in _THREADS})
+    import numpy as np
+
     from addin_sdfusion.robot.files import write_files
     from addin_sdfusion.robot.formats.read import read
     from cardsflow_fmu.results.analysis.redundancy.columns import motion_columns
@@ -175,6 +179,8 @@ def _write_replay(
     given: GivenMotion,
     columns: Mapping[str, FloatArray],
 ) -> Path:
+    import numpy as np
+
     from cardsflow_fmu.results.run_data import RunData
     from cardsflow_fmu.results.viewer.scene.act import Act
     from cardsflow_fmu.results.viewer.scene.meshes import link_meshes
