@@ -23,7 +23,7 @@ _POSES = {"joint_1": (-0.8, 0.8), "joint_2": (-0.8, 0.8)}
 EXAMPLES: dict[str, tuple[str, Mapping[str, Any], int]] = {
     "PlanarReach-v0": (
         "planar_2r",
-        {"task": "reach", "poses": _POSES, "threshold": 0.05, "far": 3.0},
+        {"task": "reach", "poses": _POSES, "threshold": 0.05, "far": 10.0},
         EPISODE,
     ),
     "PlanarPose-v0": ("planar_2r", {"task": "pose", "targets": _POSES, "threshold": 0.1}, EPISODE),

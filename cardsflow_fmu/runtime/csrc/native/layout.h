@@ -95,7 +95,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
  *     array_names       names of arrays of the loop or of its law, zero-terminated; see control_loop.h. Those of
  *                       model predictive control begin with "mpc."
  *     array_values      the values of these arrays, in the same order
- *     policy            numbers of a policy instead of the law; see controllers/csrc/laws/policy.h */
+ *     policy            numbers of a policy instead of the law; see controller/policy/policy.h */
 #define CONTROLLER_GROUPS(GROUP)                                                                              \
     GROUP(q, n)                                                                                               \
     GROUP(qd, n)                                                                                              \

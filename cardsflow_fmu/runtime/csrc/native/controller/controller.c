@@ -5,7 +5,7 @@
 #include "../../../../../sim_dart/csrc/math/elementary.h"
 #include "../../platform/clock.h"
 #include "controller_settings.h"
-#include "policy_law.h"
+#include "policy/policy_law.h"
 #include "predictive.h"
 #include "ramp.h"
 #include "independent_terms.h"

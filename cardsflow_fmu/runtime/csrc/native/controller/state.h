@@ -2,7 +2,7 @@
 #ifndef NATIVE_CONTROLLER_STATE_H
 #define NATIVE_CONTROLLER_STATE_H
 
-#include "../../../../../controllers/csrc/laws/policy.h"
+#include "policy/policy.h"
 #include "../../../../../controllers/csrc/loop/control_loop.h"
 #include "../model.h"
 #include "muscles.h"

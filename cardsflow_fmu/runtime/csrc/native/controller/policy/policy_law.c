@@ -1,7 +1,7 @@
 #include "policy_law.h"
 
-#include "../../platform/clock.h"
-#include "ramp.h"
+#include "../../../platform/clock.h"
+#include "../ramp.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 #include "policy.h"
 
-#include "../../../sim_dart/csrc/math/elementary.h"
+#include "../../../../../../sim_dart/csrc/math/elementary.h"
 
 #include <math.h>
 #include <string.h>
@@ -100,7 +100,7 @@ int policy_evaluate(const policy *p, const double *inputs, double *scratch, doub
     int is_sound = 1;
     for (size_t i = 0; i < p->inputs; i++) {
         x[i] = (inputs[i] - p->mean[i]) * p->scale[i];
-        is_sound &= fabs(x[i]) <= p->max_input; /* false for NaN */
+        is_sound &= x[i] <= p->max_input && x[i] >= -p->max_input; /* false for NaN */
     }
     const double *layer = p->network;
     for (size_t k = 0; k < p->layers && is_sound; k++) {

@@ -2,7 +2,7 @@
 #ifndef NATIVE_POLICY_LAW_H
 #define NATIVE_POLICY_LAW_H
 
-#include "state.h"
+#include "../state.h"
 
 /* Read the policy in the settings, if there is one. Return nonzero if it does not fit the robot or memory is
    insufficient; must be closed in either case. */
