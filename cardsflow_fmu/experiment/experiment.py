@@ -17,10 +17,12 @@ from cardsflow_fmu.cosim.signals.roles import ESTIMATOR, HARDWARE, ROLES, SENSOR
 from cardsflow_fmu.utils.key_file import key_warning
 from sim_dart.muscles.friction import has_cable_friction
 
+from .motion.feedback import MotionFeedback
 from .motion.settings import MotionTable
 from .packed_files import mesh_roots, omitted_meshes
 from .reader import read_experiment, read_packed_experiment
 from .settings.controller import ControllerSettings
+from .settings.controller_types import DEFAULT_GAINS, FEEDBACK
 from .settings.estimator import EstimatorTable
 from .settings.file import AboutSettings
 from .settings.hardware import HardwareSettings
@@ -67,6 +69,7 @@ class Experiment:
         about: Author, copyright and licence of the FMUs.
         named: Files that the user has named explicitly; they may be packed from any folder.
         motion: Optimal motion for `cardsflow optimise`; None without it. FMUs do not contain it.
+        feedback: Forces and gains of an optimal motion; None if the controller does not use them.
     """
 
     file: Path
@@ -91,6 +94,7 @@ class Experiment:
     named: tuple[Path, ...] = ()
     estimator: EstimatorTable | None = None
     motion: MotionTable | None = None
+    feedback: MotionFeedback | None = None
 
     def show(self) -> Any:
         """Return a page of the robot that a notebook displays; else, open the browser."""
@@ -226,6 +230,10 @@ class Experiment:
         from controllers.analysis.gains import sampling_warning
 
         controller = self.controller
+        if controller.type == FEEDBACK:
+            if (controller.kp[0], controller.kd[0]) == DEFAULT_GAINS:
+                return None
+            return f"controller.kp and kd have no effect: {FEEDBACK!r} uses the gains of the motion"
         has_law = controller.custom_law is None and controller.policy is None
         if controller.torque_gains or not has_law:
             return None

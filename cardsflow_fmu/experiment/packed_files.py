@@ -124,6 +124,7 @@ def _paths(data: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             yield f"{key}[{k}].{entry}", row.get(entry) if isinstance(row, dict) else None
     yield "world.sdf", _table(data, "world").get("sdf")
     yield "reference.file", _table(data, "reference").get("file")
+    yield "controller.gains", _table(data, "controller").get("gains")
     law = _table(data, "controller").get("type")
     yield "controller.type", law.rpartition(":")[0] if isinstance(law, str) else None
     yield "controller.policy", _table(data, "controller").get("policy")

@@ -33,7 +33,7 @@ from .packed_files import (
 )
 from .renamed_settings import reject_renamed, rename_old_keys
 from .settings.controller import read_controller
-from .settings.controller_types import POLICY, control_type
+from .settings.controller_types import DEFAULT_GAINS, FEEDBACK, POLICY, control_type
 from .settings.estimator import EstimatorTable, read_estimator
 from .settings.file import ExperimentTables
 from .settings.hardware import HardwareSettings, read_hardware
@@ -44,11 +44,11 @@ from .settings.plant import PlantSettings
 from .settings.predictive import MPC, require_predictable
 from .settings.robots import combine_robots, read_parts, read_robot
 from .settings.run import RunSettings
-from .start import read_reference
+from .start import read_controller_gains, read_reference
 
 EXPERIMENT_TOML = "experiment.toml"
 
-_GAINS = {"kp": 100.0, "kd": 20.0}  # critically damped, at 10 rad/s
+_GAINS = dict(zip(("kp", "kd"), DEFAULT_GAINS, strict=True))
 
 
 def read_experiment(
@@ -178,11 +178,15 @@ def experiment_settings(
     controller = read_controller(data["controller"], context, run, reference.space, start)
     if controller.type == MPC:
         require_predictable(robot, plant, "scene" in world, controller.engine, context)
+    controller, feedback = read_controller_gains(
+        controller, tables.reference, reference, context, robot, roots
+    )
     return {
         "file": file,
         **robots,
         "robot": robot,
         "reference": reference,
+        "feedback": feedback,
         "motion": None if motion is None else MotionTable.read(motion, context, "motion"),
         "disturbance": disturbance,
         "start": start,
@@ -243,12 +247,13 @@ def _estimator_wiring(
 
 
 def _add_default_gains(data: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the data with default gains for custom controllers in Python or as FMU."""
+    """Return the data with default gains for controllers that may not use them."""
     own, fmus = data.get("controller", {}), data.get("fmus")
     if not isinstance(own, Mapping):
         return data
     law = own.get("type")
-    is_own = isinstance(law, str) and (law == POLICY or CustomLaw.of(law) is not None)
+    has_no_law = law in (FEEDBACK, POLICY)
+    is_own = isinstance(law, str) and (has_no_law or CustomLaw.of(law) is not None)
     if not is_own and not (isinstance(fmus, Mapping) and "controller" in fmus):
         return data
     return {**data, "controller": {**_GAINS, **own}}

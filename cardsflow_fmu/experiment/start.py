@@ -1,4 +1,4 @@
-"""Reference and initial state of an experiment."""
+"""Reference, initial state, and gains along the reference of an experiment."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ from cardsflow_fmu.experiment.config.names import Names
 from cardsflow_fmu.experiment.config.table import Context
 from sim_dart.dynamics.core import CoreDynamics
 
+from .motion.feedback import MotionFeedback, gains_file, read_feedback, require_same_motion
+from .packed_files import require_packable
 from .recorded_motion import motion_of_rows, read_motion
+from .settings.controller import ControllerSettings
 from .settings.plant import StartSettings
 from .settings.reference import FlowerSettings, ReferenceSettings, ReferenceTable
 
@@ -124,6 +127,45 @@ def _start_in_file(table: ReferenceTable, context: Context) -> dict[str, Any]:
 def optimised_file(table: ReferenceTable, context: Context) -> Path:
     """Return the file of the optimal motion of an experiment (default: next to it)."""
     return context.file.parent / OPTIMISED_MOTION if table.file is None else table.file
+
+
+def read_controller_gains(
+    controller: ControllerSettings,
+    table: ReferenceTable | None,
+    reference: ReferenceSettings,
+    context: Context,
+    robot: Robot,
+    roots: tuple[Path, ...],
+) -> tuple[ControllerSettings, MotionFeedback | None]:
+    """Read the forces and gains of a controller along an optimal motion.
+
+    Args:
+        controller: The controller.
+        table: The table [reference]; with the type "rest", the motion does not exist yet.
+        reference: The reference.
+        context: File and names, for messages.
+        robot: The robot.
+        roots: Folders of files that may be packed.
+
+    Returns:
+        The controller with the file of its gains, and their content; None if it does not use them.
+    """
+    if not controller.uses_gains or (table is not None and table.type == "rest"):
+        return controller, None
+    key, file = "controller.gains", controller.gains
+    if file is None:
+        if table is None or table.type != "optimised":
+            raise context.error(key, 'missing; set it, or set reference.type = "optimised"')
+        file = gains_file(optimised_file(table, context))
+    else:
+        require_packable(file, roots, key)
+    with context.at(key):
+        found = read_feedback(file, robot, context.file)
+        curve, first = reference.curve, None
+        if reference.space == "joint" and isinstance(curve, Trajectory):
+            first = np.array(curve.points[0].q)
+        require_same_motion(found, controller.period, first, reference.duration)
+    return controller.copy_with(gains=file), found
 
 
 def _names(space: Space, context: Context) -> Names:

@@ -100,6 +100,9 @@ def experiment_resources(experiment: Experiment, *, with_hardware: bool = False)
         carried = f"controller/{policy.name}"
         files[carried] = require_packable(policy, experiment.roots, "controller.policy")
         data["controller"]["policy"] = carried
+    if experiment.feedback is not None and (gains := experiment.controller.gains) is not None:
+        files["controller/gains.csv"] = gains
+        data["controller"]["gains"] = "controller/gains.csv"
     files |= _custom_muscle_laws(data["muscles"], experiment)
     if with_hardware:
         data["hardware"] = hardware_data(experiment.hardware, experiment.robot)

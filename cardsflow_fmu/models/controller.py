@@ -25,6 +25,7 @@ from sim_dart.plant.settings import custom_law_feature
 
 from .c_model import CModel
 from .native.fields import Counts, Fields, encode
+from .native.motion_fields import motion_fields
 from .native.opened_model import OpenedModel
 from .native.predictive import predictive_fields
 from .plant import motors
@@ -185,8 +186,12 @@ def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
     # The future reference; an external FMU does not provide it.
     knows_reference = controller.type == MPC and "reference" not in experiment.fmus
     part_counts, parts = reference_parts(experiment if knows_reference else None)
-    counts |= plan_counts | part_counts | {"letters": len(names), "numbers": values.size}
-    return counts, fields | plan_fields | parts
+    motion_counts, of_motion = motion_fields(experiment)
+    counts |= {"letters": len(names), "numbers": values.size}
+    return (
+        counts | plan_counts | part_counts | motion_counts,
+        fields | plan_fields | parts | of_motion,
+    )
 
 
 def policy_numbers(experiment: Experiment) -> FloatArray:

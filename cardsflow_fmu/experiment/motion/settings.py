@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from cardsflow_fmu.experiment.config.messages import SettingError
 from cardsflow_fmu.experiment.config.names import named_setting
-from cardsflow_fmu.experiment.config.table import AS_WHOLE, Listed, Table, setting
+from cardsflow_fmu.experiment.config.table import AS_WHOLE, Listed, Positive, Table, setting
 
 from .bounds import MotionBoundSettings, ObstacleSettings
 from .costs import MotionCostSettings
@@ -53,6 +53,17 @@ Duration = Annotated[
 ]
 
 
+class MotionFeedbackSettings(Table):
+    """Deviations from the motion that cost as much as its largest forces, for the gains."""
+
+    q: tuple[Positive, ...] = named_setting(
+        "coordinate", "deviation of a joint position, in rad or m", 0.005
+    )
+    qd: tuple[Positive, ...] = named_setting(
+        "coordinate", "deviation of a joint velocity, in rad/s or m/s (default: no cost)", None
+    )
+
+
 class MotionTable(Table):
     """Optimal motion from the start to its goals, for `cardsflow optimise`."""
 
@@ -93,6 +104,9 @@ class MotionTable(Table):
     bounds: MotionBoundSettings = setting("bounds, in addition to those of the robot", {})
     parameters: Annotated[tuple[ParameterSettings, ...], Listed] = setting(
         "numbers of the robot that the optimisation chooses together with the motion", ()
+    )
+    feedback: MotionFeedbackSettings = setting(
+        "tracking accuracy for which the feedback gains are computed", {}
     )
     max_iterations: Annotated[int, Field(ge=1, le=10_000), AS_WHOLE] = setting(
         "maximum number of iterations", 200

@@ -39,6 +39,7 @@ from controllers.qp.solver import DEFAULT_SOLVER, require_solver
 from controllers.validation import MAX_NORM, MAX_PRETENSION
 
 from .controller_types import (
+    FEEDBACK,
     JOINT_ACCELERATION,
     OPERATIONAL,
     POLICY,
@@ -233,6 +234,30 @@ class ControllerSettings(Table):
             raise SettingError(f"must be {DEFAULT_SOLVER!r} for {MPC!r}", key="solver")
         return self
 
+    feedforward: bool = setting(
+        "computed torque uses the forces nearest to those of the optimal motion", False
+    )
+    gains: File = setting(
+        "file of the gains of an optimal motion, for trajectory_feedback or feedforward (default: "
+        "`motion.gains.csv` for the reference `motion.csv`)",
+        None,
+    )
+
+    @model_validator(mode="after")
+    def _check_feedback(self) -> Self:
+        if self.type == FEEDBACK:
+            self.require_only(_FEEDBACK_KEYS)
+        elif self.gains is not None and not self.feedforward:
+            what = f"requires controller.type = {FEEDBACK!r} or controller.feedforward = true"
+            raise SettingError(what, key="gains")
+        is_other = self.custom_law is not None or self.type in _OPEN
+        if self.feedforward and (is_other or self.solver != DEFAULT_SOLVER):
+            what = f"requires a law of computed torque with the solver {DEFAULT_SOLVER!r}"
+            raise SettingError(what, key="feedforward")
+        if self.uses_gains and self.engine == "dart":
+            raise SettingError("must not be 'dart' with the gains of a motion", key="engine")
+        return self
+
     @model_validator(mode="after")
     def _check_space(self) -> Self:
         if self.custom_space is not None and self.custom_law is None and self.type not in _OPEN:
@@ -261,6 +286,11 @@ class ControllerSettings(Table):
     def custom_law(self) -> CustomLaw | None:
         """The custom law; None for a built-in law."""
         return None if self.type is None else CustomLaw.of(self.type)
+
+    @property
+    def uses_gains(self) -> bool:
+        """Whether the controller reads the forces and gains of an optimal motion."""
+        return self.type == FEEDBACK or self.feedforward
 
     @property
     def law(self) -> ControlType:
@@ -299,11 +329,14 @@ class ControllerSettings(Table):
             if name in arrays:
                 arrays[name] += motor_values
         native = self.space == "joint" and self.custom_law is None and self.type != POLICY
-        law = number_of(_FALLBACK if self.type == MPC else str(self.type)) if native else 0
+        name = {MPC: _FALLBACK, FEEDBACK: _FALLBACK}.get(str(self.type), str(self.type))
+        law = number_of(name) if native else 0
         return arrays | {"law": law, "passive": self.uncontrolled}
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
         """Return the table as plain data; joint-space laws omit operational-space keys."""
+        if self.type == FEEDBACK:
+            return super().data({*type(self).model_fields, "space"} - set(_FEEDBACK_KEYS))
         leave_out = [*leave_out, *(() if self.type == MPC else _MPC_KEYS)]
         if self.space == "joint":
             whole = super().data([*leave_out, *_TASK_KEYS])
@@ -321,7 +354,9 @@ _TASK_KEYS = (
 _MPC_KEYS = ("horizon", "nodes", "iterations", "cost", "bounds")
 """Keys of model predictive control."""
 _FALLBACK = "joint_space"
-"""Law in joint space if model predictive control has no solution."""
+"""Law in joint space if model predictive control has no solution; unused by trajectory_feedback."""
+_FEEDBACK_KEYS = ("type", "period", "gains", "engine", "kp", "kd")
+"""Keys of the feedback along an optimal motion."""
 
 
 def read_controller(

@@ -13,6 +13,11 @@ from controllers.laws.reactive_qp import TASK_WEIGHT
 
 from .predictive import MPC
 
+FEEDBACK = "trajectory_feedback"
+"""Controller type with the forces and gains of an optimal motion."""
+DEFAULT_GAINS = 100.0, 20.0
+"""kp and kd of controllers that may not use them: critically damped, at 10 rad/s."""
+
 
 @dataclass(frozen=True, slots=True)
 class ControlType:
@@ -65,10 +70,18 @@ TYPES = {
         "joint",
         torque_gains=True,
     ),
+    FEEDBACK: ControlType(
+        "forces and feedback gains of an [optimal motion](../explanation/optimal_motion.md), "
+        "within the force limits",
+        "joint",
+        unread=("qdd_d",),
+    ),
 }
 """Built-in controller types by name."""
 JOINT_ACCELERATION = tuple(
-    name for name, known in TYPES.items() if known.space == "joint" and not known.torque_gains
+    name
+    for name, known in TYPES.items()
+    if known.space == "joint" and not known.torque_gains and name != FEEDBACK
 )
 """Joint-space laws whose gains define accelerations; they support passive coordinates."""
 OPERATIONAL = tuple(name for name, known in TYPES.items() if known.space == "operational")

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.motion.feedback import force_names, gains_file
 from cardsflow_fmu.experiment.start import OPTIMISED_MOTION
 from cardsflow_fmu.results.report.figures import image
 from cardsflow_fmu.results.report.motion import motion_figure
+from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.csv_table import csv_text
 from cardsflow_fmu.utils.overwrite import NOT_OWN, output_file, write_output
 
-from .optimise import OptimisedMotion
+from .optimise import MARK_COLUMN, OptimisedMotion
 
 _ROBOT = Path("sdf", "cardsflow.xml")
 
@@ -38,6 +41,7 @@ def motion_file(experiment: Experiment, file: Path | None, *, overwrite: bool = 
     """
     own = experiment.file.parent / OPTIMISED_MOTION if file is None else file
     output_file(own, [".csv"], overwrite=overwrite)
+    output_file(gains_file(own), [".csv"], overwrite=overwrite)
     output_file(own.with_suffix(".svg"), [".svg"], overwrite=overwrite)
     folder = robot_folder(own)
     has_parameters = experiment.motion is not None and experiment.motion.parameters
@@ -48,12 +52,18 @@ def motion_file(experiment: Experiment, file: Path | None, *, overwrite: bool = 
 
 def write_motion_files(
     motion: OptimisedMotion, file: Path, *, overwrite: bool = False
-) -> tuple[Path, Path]:
-    """Write a motion as CSV, and its figure with the same name as SVG."""
-    rows = np.stack([motion.times, *motion.columns.values()], axis=1)
-    write_output(file, csv_text(["time", *motion.columns], rows))
+) -> tuple[Path, ...]:
+    """Write a motion and its gains as CSV, and its figure with the same name as SVG."""
+    _write_table(file, {"time": motion.times, **motion.columns})
+    gains = motion.feedback.columns(force_names(motion.problem.dynamics.robot))
+    last = np.arange(len(motion.feedback.times), dtype=float)
+    _write_table(gains_file(file), {**gains, MARK_COLUMN: last})
     own = motion.solution
     title = f"{own.status}: cost {own.cost:.6g}, {motion.duration:.4g} s"
     figure = motion_figure(motion.times, motion.columns, title)
     drawn = output_file(file.with_suffix(".svg"), [".svg"], overwrite=overwrite)
-    return file, write_output(drawn, image(figure, "svg"))
+    return file, gains_file(file), write_output(drawn, image(figure, "svg"))
+
+
+def _write_table(file: Path, columns: Mapping[str, FloatArray]) -> None:
+    write_output(file, csv_text(list(columns), np.stack(list(columns.values()), axis=1)))

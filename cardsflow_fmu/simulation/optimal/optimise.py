@@ -12,12 +12,14 @@ import numpy as np
 from addin_sdfusion.robot import CardsflowError
 from cardsflow_fmu.cosim.signals.ports import motor_signals, muscle_signals, task_signals
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.motion.feedback import MotionFeedback
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.optimal.problem import Iterate
 from controllers.optimal.sqp import INFEASIBLE, INTERRUPTED, Optimiser, Progress, Solution
 from sim_dart.dynamics.core import CoreDynamics
 
 from .diagnosis import infeasibility, require_reachable
+from .feedback import motion_feedback
 from .guess import smooth_guess
 from .obstacles import passages
 from .problem import ROUGH_INTEGRATION, MotionProblem, motion_problem
@@ -40,6 +42,7 @@ class OptimisedMotion:
         problem: The problem.
         times: Times of the samples, shape (k,), in [s].
         columns: Samples of q, qd, qdd, forces and torques by name of the column.
+        feedback: Feed-forward and feedback gains.
         notes: Lines about neglected properties.
         warnings: Lines about large integration errors, and constraints that are violated between
             the nodes.
@@ -51,6 +54,7 @@ class OptimisedMotion:
     problem: MotionProblem
     times: FloatArray
     columns: Mapping[str, FloatArray]
+    feedback: MotionFeedback
     notes: tuple[str, ...]
     warnings: tuple[str, ...]
     iterations: int
@@ -130,7 +134,10 @@ def optimise(
     x = np.zeros((len(times), own.shooting.nx))
     x[:, : own.dynamics.n] = np.transpose(list(columns.values())[: own.dynamics.n])
     warnings += passages(own.problem.constraints, times, x)
-    return OptimisedMotion(solution, own, times, columns, notes, warnings, iterations, seconds)
+    feedback = motion_feedback(experiment, own, solution.iterate)
+    return OptimisedMotion(
+        solution, own, times, columns, feedback, notes, warnings, iterations, seconds
+    )
 
 
 def _through_obstacles(own: MotionProblem) -> Iterate:

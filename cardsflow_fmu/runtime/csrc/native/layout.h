@@ -90,6 +90,11 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
  *     observer          bandwidth in [rad/s]
  *     ramp_down, ramp_in   ramps of the commands when the state is lost and returns, in [s]; q_start: start pose
  *     dependent         whether each coordinate depends on the others, due to loops
+ *     motion_begin, motion_values   rows along an optimal motion; see controllers/csrc/laws/held_motion.h
+ *     motion_actuator   actuator of each control; motion_low, motion_high: its bounds, for commands
+ *     motion_state      input of each state of muscles in the rows
+ *     motion_use        0 without a motion; 1 for its forces as the pretension; 2 for feedback by forces, 3 by
+ *                       commands of muscle laws
  *     nodes             intervals of model predictive control, or 0; see controllers/csrc/mpc/mpc.h
  *     plan_robot        robot blob for its motions: ideal cables, joints without limits
  *     array_names       names of arrays of the loop or of its law, zero-terminated; see control_loop.h. Those of
@@ -115,7 +120,8 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     GROUP(period, 1)
 #define CONTROLLER_COUNTS(COUNT)                                                                              \
     COUNT(tasks) COUNT(modelled) COUNT(motors) COUNT(letters) COUNT(numbers) COUNT(models)                    \
-    COUNT(plan_bytes) COUNT(parts) COUNT(part_numbers) COUNT(policy_numbers)
+    COUNT(plan_bytes) COUNT(parts) COUNT(part_numbers) COUNT(policy_numbers)                        \
+    COUNT(motion_rows) COUNT(motion_numbers) COUNT(motion_controls) COUNT(motion_states)
 #define CONTROLLER_FIELDS(FIELD)                                                                              \
     FIELD(uint32_t, load_rows, 1, loads)                                                                      \
     FIELD(uint32_t, task_rows, 1, tasks)                                                                      \
@@ -132,6 +138,13 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(double, ramp_in, 1, models)                                                                         \
     FIELD(double, q_start, 1, q)                                                                              \
     FIELD(double, dependent, 1, q)                                                                            \
+    FIELD(double, motion_begin, 1, motion_rows)                                                               \
+    FIELD(double, motion_values, 1, motion_numbers)                                                           \
+    FIELD(uint32_t, motion_actuator, 1, motion_controls)                                                      \
+    FIELD(double, motion_low, 1, motion_controls)                                                             \
+    FIELD(double, motion_high, 1, motion_controls)                                                            \
+    FIELD(uint32_t, motion_state, 1, motion_states)                                                           \
+    FIELD(uint32_t, motion_use, 1, models)                                                                    \
     FIELD(char, array_names, 1, letters)                                                                      \
     FIELD(double, array_values, 1, numbers)                                                                   \
     FIELD(double, policy, 1, policy_numbers)                                                                  \

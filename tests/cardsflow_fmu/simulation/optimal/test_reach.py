@@ -18,7 +18,7 @@ pytestmark = pytest.mark.slow
 
 ARM = EXAMPLES / "roboy_left_arm"
 GOAL = [0.35, -0.45, 0.55]
-LAW = {"controller": {"type": "joint_space", "kp": 900.0, "kd": 60.0, "period": 0.005}}
+LAW = {"controller": {"type": "trajectory_feedback"}}
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,7 @@ def test_cost_is_within_1_percent_after_8_iterations(motion: OptimisedMotion) ->
 def test_hand_follows_the_motion(
     motion: OptimisedMotion, tmp_path: Path, masses: float, limit: float
 ) -> None:
-    file, _ = write_motion_files(motion, tmp_path / "motion.csv")
+    file, *_ = write_motion_files(motion, tmp_path / "motion.csv")
     reference = {"reference": {"type": "optimised", "file": str(file)}}
     experiment = Experiment.load(
         ARM, {**reference, **LAW, "run.coupling": "direct", "plant.mass_scale": masses}

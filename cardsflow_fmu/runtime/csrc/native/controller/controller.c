@@ -5,6 +5,7 @@
 #include "../../../../../sim_dart/csrc/math/elementary.h"
 #include "../../platform/clock.h"
 #include "controller_settings.h"
+#include "motion_feedback.h"
 #include "policy/policy_law.h"
 #include "predictive.h"
 #include "ramp.h"
@@ -241,6 +242,19 @@ static void ramp_down(struct native_model *native, double period)
     memset(c->report, 0, c->settings.of.report.count * sizeof(double));
 }
 
+/* Set the commands of the muscles for the forces of a tick, or those of an optimal motion. */
+static void command_muscles(struct native_model *native, double period)
+{
+    struct controller *c = native->own;
+    const double *commands = native_motion_commands(c);
+    if (commands) {
+        native_muscles_command(&c->muscles, &native->robot, c->q, c->qd, commands);
+        memcpy(c->forces, c->muscles.began, native->robot.m * sizeof(double));
+    } else
+        native_muscles_update(&c->muscles, &native->robot, c->q, c->qd, c->forces, period);
+    write_commands(c);
+}
+
 static int step(struct model *model)
 {
     struct native_model *native = model->backend;
@@ -274,6 +288,7 @@ static int step(struct model *model)
         limit_to_reachable(native, period);
     native_independent_load(c, robot, c->q, c->qd, robot->load);
     native_predictive_set(c, native->clock[0], period);
+    native_motion_set(c, native->clock[0], period);
     const int status = control_loop_tick(c->loop, period, c->q, c->qd, c->reference, robot->load);
     if (c->undetermined) {
         text_set(&model->error, "%s is not determined by the independent coordinates of the closed loops at this pose",
@@ -287,10 +302,8 @@ static int step(struct model *model)
     }
     native_ramp_up(c, period);
     memcpy(c->forces, c->in_loop.acting, c->a * sizeof(double));
-    if (c->muscles.are_modelled) {
-        native_muscles_update(&c->muscles, robot, c->q, c->qd, c->forces, period);
-        write_commands(c);
-    }
+    if (c->muscles.are_modelled)
+        command_muscles(native, period);
     memcpy(c->slack, c->in_loop.slack, c->r * sizeof(double));
     c->report[0] = (double)count_at_bounds(c, c->a);
     c->report[1] = monotonic_seconds() - begin;
@@ -338,6 +351,7 @@ static int set_state(struct model *model, const void *bytes, size_t size)
 static void free_controller(struct controller *c)
 {
     native_muscles_close(&c->muscles);
+    native_motion_close(c);
     free(c->ramp);
     free(c->last_position);
     native_policy_close(c);
@@ -397,7 +411,8 @@ int native_controller_open(struct model *model, struct native_model *native, str
         text_set(error, "native.bin does not match its policy");
         failed = 1;
     }
-    if (failed || native_predictive_open(c, native, tasks, error) || native_controller_fill(c, native, error)) {
+    if (failed || native_predictive_open(c, native, tasks, error) || native_controller_fill(c, native, error) ||
+        native_motion_open(c, &native->robot, error)) {
         if (c)
             free_controller(c);
         return 1;
@@ -418,7 +433,7 @@ int native_controller_use(struct model *model, const control_law *law, const str
     struct controller *c = controller_in(model);
     if (!c)
         return 1;
-    if (!c->predictive)
+    if (law->torque || law->solve)
         control_loop_set_law(c->loop, law);
     c->muscles.outside = *muscles;
     return 0;

@@ -102,6 +102,16 @@ void native_muscles_set_state(struct native_muscles *muscles, const struct nativ
     }
 }
 
+/* Set the commands at the position and rates of the core. */
+static void set_commands(struct native_muscles *muscles, const struct native_robot *robot, const double *qd,
+                         const double *commands)
+{
+    memcpy(muscles->commands, commands, muscles->m * sizeof(double));
+    drive(muscles, robot, qd);
+    memcpy(muscles->began, robot->tensions, muscles->m * sizeof(double));
+    muscles->has_ticked[0] = 1;
+}
+
 void native_muscles_update(struct native_muscles *muscles, const struct native_robot *robot, const double *q,
                            const double *qd, const double *forces, double period)
 {
@@ -109,8 +119,12 @@ void native_muscles_update(struct native_muscles *muscles, const struct native_r
     core_invert(robot->core, forces, horizon_of(muscles, period), period);
     if (muscles->outside.invert)
         muscles->outside.invert(muscles->outside.self, forces);
-    memcpy(muscles->commands, robot->commands, muscles->m * sizeof(double));
-    drive(muscles, robot, qd);
-    memcpy(muscles->began, robot->tensions, muscles->m * sizeof(double));
-    muscles->has_ticked[0] = 1;
+    set_commands(muscles, robot, qd, robot->commands);
+}
+
+void native_muscles_command(struct native_muscles *muscles, const struct native_robot *robot, const double *q,
+                            const double *qd, const double *commands)
+{
+    move_core(robot, q, qd);
+    set_commands(muscles, robot, qd, commands);
 }

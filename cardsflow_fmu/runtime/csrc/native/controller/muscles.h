@@ -69,4 +69,8 @@ void native_muscles_hold(struct native_muscles *muscles, const struct native_rob
 void native_muscles_update(struct native_muscles *muscles, const struct native_robot *robot, const double *q,
                            const double *qd, const double *forces, double period);
 
+/* Set the commands, m, themselves; `began` contains the tensions afterwards. */
+void native_muscles_command(struct native_muscles *muscles, const struct native_robot *robot, const double *q,
+                            const double *qd, const double *commands);
+
 #endif

@@ -12,7 +12,9 @@
 /* Arrays of the loop and of its law that every tick needs; they are looked up once. */
 #define FOUND_ARRAYS(ARRAY)                                                                                   \
     ARRAY(acting) ARRAY(coming) ARRAY(seen_forces) ARRAY(gain)                                                \
-    ARRAY(kp) ARRAY(kd) ARRAY(f_min) ARRAY(f_max) ARRAY(forces) ARRAY(slack) ARRAY(limits_dropped)
+    ARRAY(kp) ARRAY(kd) ARRAY(f_min) ARRAY(f_max) ARRAY(forces) ARRAY(slack) ARRAY(limits_dropped) ARRAY(f_p)
+
+struct motion_feedback; /* see motion_feedback.h */
 
 #define VALUES_MEMBER(name, length) double *name;
 #define ARRAY_MEMBER(name) double *name;
@@ -28,6 +30,7 @@ struct controller {
     size_t a;    /* number of actuators: muscles, then motors */
     struct native_muscles muscles;
     struct predictive *predictive; /* model predictive control, or NULL */
+    struct motion_feedback *motion; /* forces and gains of an optimal motion, or NULL */
     double *ramp; /* see ramp.h */
     double *last_position;    /* n + 1: whether the last position is valid; the position */
     policy policy; /* without layers: none */

@@ -1,0 +1,106 @@
+"""Feed-forward and feedback gains along an optimal motion."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from addin_sdfusion.robot import CardsflowError
+from cardsflow_fmu.cosim.signals.muscles import state_ports
+from cardsflow_fmu.cosim.signals.ports import motor_signals, muscle_signals
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.motion.feedback import MotionFeedback
+from cardsflow_fmu.utils.arrays import FloatArray
+from controllers.optimal.feedback import Stage, gains_along, stages, stationary_gain
+from controllers.optimal.problem import Iterate
+
+from .muscles import actuators, control_bounds, resting_controls
+from .problem import MotionProblem
+
+_MIN_LENGTH = 2e-3  # of a row, in [s]; gains change slowly
+_AT_REST = 1e-3  # speed, in [rad/s] or [m/s]
+_DRIFT = 1e-6  # change of a state at rest, in an interval of the gains
+
+
+def motion_feedback(experiment: Experiment, own: MotionProblem, at: Iterate) -> MotionFeedback:
+    """Compute the feedback along a motion, and the feedback that holds the robot afterwards.
+
+    Args:
+        experiment: The experiment.
+        own: Its problem.
+        at: The motion.
+    """
+    assert experiment.motion is not None
+    problem, n = own.problem, own.dynamics.n
+    interval = at.duration / problem.intervals
+    parts = max(int(interval / max(experiment.controller.period, _MIN_LENGTH) + 1e-6), 1)
+    settings = experiment.motion.feedback
+    deviations = np.full(at.x.shape[1], np.inf)
+    deviations[:n], deviations[n : 2 * n] = settings.q, settings.qd or np.inf
+    found = stages(problem, at, deviations, parts)
+    if not found:
+        raise CardsflowError("the simulation of the motion diverges; use more substeps")
+    hold = _hold(experiment, own, at, found[-1], interval / parts)
+    x, u, gain, weight = hold or (at.x[-1], at.u[-1], None, found[-1].Q)
+    gains = gains_along(found, weight)
+    gains = np.concatenate([gains, gains[-1:] if gain is None else gain[None]])
+    times = np.linspace(0.0, at.duration, len(found) + 1)
+    states = _states(own, at, parts, x)
+    controls = np.concatenate([np.repeat(at.u, parts, axis=0), u[None]])
+    return _with_names(own, times, states, controls, gains)
+
+
+def _hold(
+    experiment: Experiment, own: MotionProblem, at: Iterate, last: Stage, h: float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray] | None:
+    """Return state, controls, gain and weight of a rest at the end; None if it cannot rest."""
+    assert experiment.motion is not None
+    n, dynamics, shooting = own.dynamics.n, own.dynamics, own.shooting
+    if abs(at.x[-1, n : 2 * n]).max() > _AT_REST:
+        return None
+    q = at.x[-1, :n]
+    bounds = control_bounds(experiment, experiment.motion, dynamics, shooting)
+    u, states = resting_controls(experiment.motion, dynamics, shooting, q, bounds)
+    x = np.concatenate([q, np.zeros(n), states])
+    rest = own.problem.dynamics.run(x[None], u[None], np.array([h]), True, at.parameters)
+    if rest is None or abs(rest.ends[0] - x)[: 2 * n].max() > _DRIFT:
+        return None
+    found = stationary_gain(last._replace(A=rest.A[0], B=rest.B[0]))
+    return None if found is None else (x, u, *found)
+
+
+def _states(own: MotionProblem, at: Iterate, parts: int, end: FloatArray) -> FloatArray:
+    """Return the states at the rows, by simulation from the node before each."""
+    N = own.problem.intervals
+    h = at.duration / N / parts
+    starts, u = np.repeat(at.x[:-1], parts, axis=0), np.repeat(at.u, parts, axis=0)
+    lengths = np.tile(np.arange(parts) * h, N)
+    found = own.problem.dynamics.run(starts, u, lengths, False, at.parameters)
+    assert found is not None
+    return np.concatenate([found.ends, end[None]])
+
+
+def _with_names(
+    own: MotionProblem,
+    times: FloatArray,
+    states: FloatArray,
+    controls: FloatArray,
+    gains: FloatArray,
+) -> MotionFeedback:
+    """Return the feedback with names and forces; states of muscles are in the order of ports."""
+    robot, shooting, n = own.dynamics.robot, own.shooting, own.dynamics.n
+    laws, driven = shooting.laws, shooting.driven
+    torques = controls[:, len(driven) :]
+    forces = np.concatenate([shooting.tensions(states, controls), torques], axis=1)
+    commands, pulls = muscle_signals("u", robot), muscle_signals("f", robot)
+    motors = [*pulls, *motor_signals("tau", robot)]
+    named = [
+        commands[k] if k < own.dynamics.m and laws.modelled[k] else motors[k]
+        for k in actuators(own.dynamics, shooting)
+    ]
+    given = list(laws.state_names)
+    ports = [port.name for port in state_ports(robot, "input") if port.name in given]
+    order = [*range(2 * n), *(2 * n + given.index(name) for name in ports)]
+    names = (*(f"{p}.{c.name}" for p in ("q", "qd") for c in robot.coordinates), *ports)
+    return MotionFeedback(
+        times, forces, controls, states[:, order], gains[:, :, order], tuple(named), names
+    )

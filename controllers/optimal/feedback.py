@@ -1,0 +1,114 @@
+"""Feedback gains along an optimal motion, from the Riccati recursion."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from controllers.arrays import FloatArray
+
+from .problem import Iterate, OptimalProblem
+
+_CONVERGED = 1e-10  # change of the gains, relative
+_MAX_STEPS = 20_000
+_MIN_WEIGHT = 1e-6  # of a control, relative to the mean
+
+
+class Stage(NamedTuple):
+    """Linearised interval, x' = A x + B u, with the cost x'Q x + u'diag(R)u.
+
+    Attributes:
+        A, B: Derivatives of the end, shapes (nx, nx), (nx, nu).
+        Q: Weight of the states, shape (nx, nx).
+        R: Weights of the controls, shape (nu,).
+    """
+
+    A: FloatArray
+    B: FloatArray
+    Q: FloatArray
+    R: FloatArray
+
+
+def riccati_step(own: Stage, P: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the gain K of an interval, u = -K x, and the weight of the states at its start.
+
+    Args:
+        own: The interval.
+        P: Weight of the states at its end, shape (nx, nx).
+    """
+    B = own.B
+    K = np.asarray(np.linalg.solve(np.diag(own.R) + B.T @ P @ B, B.T @ P @ own.A))
+    start = np.asarray(own.Q + own.A.T @ P @ (own.A - B @ K), dtype=np.float64)
+    return K, 0.5 * (start + start.T)
+
+
+def stationary_gain(own: Stage) -> tuple[FloatArray, FloatArray] | None:
+    """Return the gain and the weight of the states for infinitely many equal intervals.
+
+    Returns:
+        The gain, shape (nu, nx), and the weight, shape (nx, nx); None if the controls do not
+        stabilise the robot.
+    """
+    P, last = own.Q, np.full(own.B.T.shape, np.inf)
+    for _ in range(_MAX_STEPS):
+        K, P = riccati_step(own, P)
+        if not np.isfinite(P).all():
+            return None
+        if abs(K - last).max(initial=0.0) <= _CONVERGED * max(abs(K).max(initial=0.0), 1e-300):
+            is_stable = abs(np.linalg.eigvals(own.A - own.B @ K)).max() < 1.0
+            return (K, P) if is_stable else None
+        last = K
+    return None
+
+
+def stages(
+    problem: OptimalProblem, at: Iterate, deviations: FloatArray, parts: int = 1
+) -> list[Stage]:
+    """Return the linearised parts of the intervals of a motion, with the cost of its problem.
+
+    The cost additionally contains tracking: a deviation of a state costs as much as the largest
+    controls of the motion. The costs of rates and of the duration are not included.
+
+    Args:
+        problem: The problem.
+        at: The motion.
+        deviations: Deviation of each state that costs as much as the largest controls, shape (nx,);
+            infinite for states without such a cost.
+        parts: Number of equal parts of each interval.
+
+    Returns:
+        One stage per part; empty if a state diverged.
+    """
+    h = at.duration / problem.intervals / parts
+    starts, u = at.x[:-1], at.u
+    lengths = np.full(len(u), h)
+    terms = problem.costs.terms(at.x, u, at.duration)
+    size = np.maximum(abs(u).max(axis=0), 1e-9)
+    R = 2.0 * h * (problem.costs.controls if problem.costs.controls.any() else size**-2)
+    largest = float((R * size**2).mean())
+    R = np.maximum(R, _MIN_WEIGHT * largest / size**2)
+    nodes = (terms.xx[:, :, None] * np.eye(at.x.shape[1]) + terms.dense) / parts
+    Q = nodes[:-1] + np.diag(largest / deviations**2)
+    found = []
+    for _ in range(parts):
+        part = problem.dynamics.run(starts, u, lengths, True, at.parameters)
+        if part is None:
+            return []
+        found.append([Stage(*row, R) for row in zip(part.A, part.B, Q, strict=True)])
+        starts = part.ends
+    return [stage for interval in zip(*found, strict=True) for stage in interval]
+
+
+def gains_along(own: list[Stage], P: FloatArray) -> FloatArray:
+    """Return the gains of all intervals, shape (N, nu, nx), u = u* - K (x - x*).
+
+    Args:
+        own: The intervals.
+        P: Weight of the states after the last interval, shape (nx, nx).
+    """
+    found = []
+    for stage in reversed(own):
+        K, P = riccati_step(stage, P)
+        found.append(K)
+    return np.array(found[::-1])

@@ -1,0 +1,167 @@
+"""A run with the forces and gains of an optimal motion: accuracy, FMUs, and wrong input."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.command_line import CommandLine
+from support.robots.robots import EXAMPLES, PLANAR_2R
+
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.cosim.recording import Recording
+from cardsflow_fmu.simulation.optimal.files import write_motion_files
+from cardsflow_fmu.simulation.optimal.optimise import load_for_motion, optimise
+from cardsflow_fmu.simulation.run import simulate
+from sim_dart import CoreDynamics
+
+TOML = """
+[robot]
+path = "robot/planar_2r_bodies.xml"
+
+[start]
+q = [-0.5, 0.5]
+
+[motion]
+duration = 0.6
+intervals = 20
+goals = [{ q = [0.6, -0.4] }]
+
+[reference]
+type = "optimised"
+
+[controller]
+type = "trajectory_feedback"
+
+[run]
+coupling = "direct"
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    own = tmp_path_factory.mktemp("feedback")
+    shutil.copytree(PLANAR_2R / "robot", own / "robot")
+    (own / "experiment.toml").write_text(TOML)
+    write_motion_files(optimise(load_for_motion(own)), own / "motion.csv")
+    return own
+
+
+@pytest.fixture
+def cardsflow(capsys: pytest.CaptureFixture[str]) -> CommandLine:
+    return CommandLine(capsys)
+
+
+def hand_error(experiment: Experiment, result: Recording) -> float:
+    """Return the largest distance of the end-effector point from the motion, in [m]."""
+    dynamics = CoreDynamics(experiment.robot)
+    names = [c.name for c in experiment.robot.coordinates]
+    poses = zip(*(result.columns([f"{p}.{name}" for name in names]) for p in ("q", "q_d")))  # noqa: B905
+    errors = [dynamics.task_position(q) - dynamics.task_position(q_d) for q, q_d in poses]
+    return float(np.linalg.norm(errors, axis=1).max())
+
+
+@pytest.mark.parametrize(("masses", "limit"), [(1.0, 1e-3), (1.1, 2.5e-3)])
+def test_robot_follows_the_motion_with_its_gains(folder: Path, masses: float, limit: float) -> None:
+    """Also after the end, where the feedback of the resting robot holds it."""
+    own = {"plant.mass_scale": masses, "run.duration": 0.9}
+    experiment = Experiment.load(folder, own)
+    result = simulate(experiment)
+    assert hand_error(experiment, result) < limit
+    forces = np.array([result[f"f.cable_{k}"] for k in (1, 2, 3, 4)])
+    assert forces.min() >= 10.0
+    assert forces.max() <= 100.0
+
+
+def test_computed_torque_with_the_forces_of_the_motion_applies_them(folder: Path) -> None:
+    """With 100 intervals in 1 s, the forces differ by the tracking error only."""
+    settings = {"type": "joint_space", "kp": 2000.0, "kd": 90.0}
+    runs = []
+    for own in (settings, settings | {"feedforward": True}):
+        result = simulate(Experiment.load(folder, {"controller": own}))
+        runs.append(np.array([result[f"f.cable_{k}"][:-1] for k in (1, 2, 3, 4)]))
+    motion = Experiment.load(folder).feedback
+    assert motion is not None
+    rows = np.searchsorted(motion.times, np.arange(runs[0].shape[1]) * 1e-3 + 1e-9, "right") - 1
+    without, fed = (np.abs(run - motion.forces[rows].T).mean() for run in runs)
+    assert fed < 0.9 * without
+
+
+def edited(folder: Path, to: Path, change: str) -> str:
+    """Copy the experiment with another file of gains; return its settings."""
+    names, *rows = (folder / "motion.gains.csv").read_text().splitlines()
+    if change == "without gains":
+        names = names.replace("K.", "k.")
+    elif change == "other robot":
+        names = names.replace("cable_1", "muscle")
+    elif change == "unknown gain":
+        names = names.replace("K.f.cable_1.q.joint_1", "K.f.cable_1.q.joint_9")
+    elif change == "not a number":
+        time, _, *others = rows[3].split(",")
+        rows[3] = ",".join([time, "nan", *others])
+    elif change == "other motion":
+        rows = rows[:-20]
+    (to / "gains.csv").write_text("\n".join([names, *rows, ""]))
+    return f"controller.gains={to / 'gains.csv'}"
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ("without gains", "has no gains K"),
+        ("other robot", "no gain 'f.muscle.q.joint_1'"),
+        ("unknown gain", "no gain 'f.cable_1.q.joint_9'"),
+        ("not a number", "must be finite"),
+        ("other motion", "its gains belong to another motion than [reference]"),
+    ],
+)
+def test_wrong_file_of_gains_is_one_line(
+    cardsflow: CommandLine, folder: Path, tmp_path: Path, change: str, message: str
+) -> None:
+    line = cardsflow.error_line("run", folder, "--set", edited(folder, tmp_path, change))
+    assert "controller.gains" in line
+    assert message in line
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ("controller.gains=none.csv", "does not exist; compute it: `cardsflow optimise"),
+        ("controller.period=0.02", "its gains are for intervals of 0.002 s"),
+        ("controller.ki=1.0", "ki"),
+        ("reference={points=[{time=0,q=0},{time=1,q=0}]}", "controller.gains: missing"),
+        ('reference={type="rest"}', 'requires reference.type = "optimised"'),
+    ],
+)
+def test_wrong_setting_is_one_line(
+    cardsflow: CommandLine, folder: Path, setting: str, message: str
+) -> None:
+    assert message in cardsflow.error_line("run", folder, "--set", setting)
+
+
+@pytest.mark.native
+def test_native_fmus_compute_the_same_bits(folder: Path, tmp_path: Path) -> None:
+    direct = simulate(Experiment.load(folder))
+    files = {"run.coupling": "fmu", "run.compute": "c"}
+    native = simulate(Experiment.load(folder, files))
+    for name in ("q.joint_1", "qd.joint_2", "f.cable_1", "f.cable_3"):
+        assert np.array_equal(direct[name], native[name])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("masses", "limit"), [(1.0, 1e-3), (1.1, 5e-3)])
+def test_excitations_of_muscles_follow_the_motion(
+    tmp_path: Path, masses: float, limit: float
+) -> None:
+    arm = EXAMPLES / "hill_arm"
+    own = {"motion.goals": [{"y": [0.5, -0.12]}], "motion.duration": 0.8, "motion.muscles": "laws"}
+    file, *_ = write_motion_files(optimise(load_for_motion(arm, own)), tmp_path / "motion.csv")
+    settings = {
+        "reference": {"type": "optimised", "file": str(file)},
+        "controller": {"type": "trajectory_feedback"},
+        "run.coupling": "direct",
+    }
+    experiment = Experiment.load(arm, {**settings, "plant.mass_scale": masses})
+    assert hand_error(experiment, simulate(experiment)) < limit
