@@ -5,7 +5,6 @@
 #include "../../../../../sim_dart/csrc/math/elementary.h"
 #include "../../platform/clock.h"
 #include "controller_settings.h"
-#include "motion_feedback.h"
 #include "policy/policy_law.h"
 #include "predictive.h"
 #include "ramp.h"

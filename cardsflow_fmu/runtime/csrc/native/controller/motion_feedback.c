@@ -1,4 +1,4 @@
-#include "motion_feedback.h"
+#include "state.h"
 
 #include "../../../../../controllers/csrc/laws/held_motion.h"
 

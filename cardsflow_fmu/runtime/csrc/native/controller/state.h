@@ -14,7 +14,7 @@
     ARRAY(acting) ARRAY(coming) ARRAY(seen_forces) ARRAY(gain)                                                \
     ARRAY(kp) ARRAY(kd) ARRAY(f_min) ARRAY(f_max) ARRAY(forces) ARRAY(slack) ARRAY(limits_dropped) ARRAY(f_p)
 
-struct motion_feedback; /* see motion_feedback.h */
+struct motion_feedback; /* see motion_feedback.c */
 
 #define VALUES_MEMBER(name, length) double *name;
 #define ARRAY_MEMBER(name) double *name;
@@ -45,5 +45,18 @@ static inline double *loop_array(const struct controller *c, const char *name, s
 {
     return control_loop_array(c->loop, name, length);
 }
+
+/* Functions of motion_feedback.c: the forces and gains of an optimal motion. They have no effect without one. */
+
+/* Read the motion of the settings, and use it in the loop. Return 0, or nonzero with a message; must be closed
+ * in either case. */
+int native_motion_open(struct controller *c, const struct native_robot *robot, struct text *error);
+void native_motion_close(struct controller *c);
+
+/* Set the time of a tick, whose state is predicted by one period if the loop predicts it. */
+void native_motion_set(struct controller *c, double time, double period);
+
+/* Return the commands of all muscles after a tick, m; NULL if the forces determine them. */
+const double *native_motion_commands(const struct controller *c);
 
 #endif
