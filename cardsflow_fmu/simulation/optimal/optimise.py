@@ -119,7 +119,8 @@ def optimise(
         assert solution is not None
         iterations += solution.history[-1].iteration
         seconds += solution.history[-1].seconds
-        if solution.status == INTERRUPTED or not own.refine(solution.iterate, _INTEGRATION_ERROR):
+        is_final = solution.status == INTERRUPTED
+        if is_final or not own.refine(solution.iterate, _INTEGRATION_ERROR, is_final=True):
             break
         guess = solution.iterate
     notes, warnings = own.notes, tuple[str, ...]()

@@ -32,7 +32,7 @@ from .parameters import FreeParameters, free_parameters
 from .tasks import task_bounds
 
 _MAX_REFINED = 8  # substeps up to which they are doubled automatically
-_MAX_STIFF = 64  # the same while the error is rough, such as with stiff springs
+_MAX_STIFF = 64  # the same for final motions with a rough error, such as with stiff springs
 _MIN_GAIN = 8.0  # of the error by twice the substeps; 16 for smooth motions
 ROUGH_INTEGRATION = 1e-2  # error of an interval during the iterations, in rad, m, and their rates
 
@@ -61,17 +61,23 @@ class MotionProblem(NamedTuple):
         steps = self.shooting.steps
         return _distance(self._ends(at, steps), self._ends(at, 2 * steps))
 
-    def refine(self, at: Iterate, tolerance: float) -> bool:
+    def refine(self, at: Iterate, tolerance: float, is_final: bool = False) -> bool:
         """Double the substeps until the intervals are accurate; return whether they changed.
 
-        More than 8 substeps are only used for stiff robots. Those that hardly reduce the error,
-        since the forces jump within an interval, are not used.
+        More than 8 substeps are only used for stiff robots, and not for the wild motions of early
+        iterations. Substeps that hardly reduce the error, since the forces jump within an interval,
+        are not used.
+
+        Args:
+            at: The motion.
+            tolerance: Largest error of an interval, in [rad], [m], and their rates.
+            is_final: Whether the motion satisfies all constraints.
         """
         first = steps = self.shooting.steps
         fine = self._ends(at, 2 * steps)
         error = _distance(self._ends(at, steps), fine)
         while error > tolerance and steps < (
-            _MAX_STIFF if error > ROUGH_INTEGRATION else _MAX_REFINED
+            _MAX_STIFF if is_final and error > ROUGH_INTEGRATION else _MAX_REFINED
         ):
             finer = self._ends(at, 4 * steps)
             before, error = error, _distance(fine, finer)
