@@ -1,4 +1,4 @@
-"""Makes the pictures of docs/how_to/muscles_in_fusion.md with the fake Fusion.
+"""Makes the pictures of docs/tutorials/muscles_in_fusion.md with the fake Fusion.
 
 python docs/make_addin_steps.py        needs Chromium
 

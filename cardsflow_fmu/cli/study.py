@@ -156,8 +156,8 @@ def add_optimise(commands: Commands) -> None:
         "optimise",
         _optimise,
         "Compute the optimal motion of an experiment with [motion].",
-        "cardsflow optimise examples/planar_2r --set motion.duration=0.5",
-        "It writes the motion, and a figure of it. An experiment follows it with "
+        "cardsflow optimise examples/co_design -o motion.csv",
+        "It writes the motion, its feedback gains, and a figure. An experiment follows it with "
         '`reference.type = "optimised"`. Ctrl-C keeps the best motion so far.',
     )
     add_experiment(parser)
@@ -218,8 +218,10 @@ def _next_command(options: argparse.Namespace, files: Sequence[Path]) -> list[st
     if files[-1].suffix == ".json":
         return ["cardsflow", "run", str(files[-1])]
     own = "" if options.output is None else f", file={json_text(str(files[0].resolve()))}"
-    reference = f'reference={{type="optimised"{own}}}'
-    return ["cardsflow", "run", str(options.experiment), "--set", reference]
+    settings = [f'reference={{type="optimised"{own}}}', 'controller={type="trajectory_feedback"}']
+    given = [word for setting in (options.set or []) for word in ("--set", setting)]
+    new = [word for setting in settings for word in ("--set", setting)]
+    return ["cardsflow", "run", str(options.experiment), *given, *new]
 
 
 class _Iterations:

@@ -68,7 +68,7 @@ def test_the_guide_has_a_small_picture_of_each_step(monkeypatch: pytest.MonkeyPa
     monkeypatch.syspath_prepend(str(ROOT / "docs"))
     steps = list(script("make_addin_steps").steps())
     assert [step.clicks for step in steps][:2] == [5, 10]  # OK is the last click
-    guide = (ROOT / "docs/how_to/muscles_in_fusion.md").read_text(encoding="utf-8")
+    guide = (ROOT / "docs/tutorials/muscles_in_fusion.md").read_text(encoding="utf-8")
     for step in steps:
         assert f"../images/fusion/{step.name}.png" in guide
         assert len((ROOT / f"docs/images/fusion/{step.name}.png").read_bytes()) < 60_000
