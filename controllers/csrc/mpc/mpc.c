@@ -64,6 +64,7 @@ struct mpc {
 #undef QP_MEMBER
 
 enum { FIRST_STEPS = 4 }; /* iterations from a robot at rest, at the first tick */
+static const real UNLIMITED = PRECISE(1e30, 1e20f); /* forces above it are not bounds */
 static const real TINY = 1e-6; /* makes singular tasks regular */
 static const real REST = 1e-4; /* of the linearized dynamics, which the next tick corrects */
 
@@ -136,9 +137,8 @@ static void divide(mpc *s)
 static void shift(mpc *s)
 {
     const size_t n = 2 * s->n, a = s->a, N = s->N;
-    const real share = smaller(s->h[0] / s->h[1], 1);
     for (size_t k = 0; k < N; k++) {
-        const real part = k ? share : 1;
+        const real part = smaller(s->h[0] / s->h[k], 1);
         real *x = s->x + k * n, *f = s->f + k * a;
         for (size_t j = 0; j < n; j++) x[j] += part * (x[n + j] - x[j]);
         for (size_t i = 0; i < a && k + 1 < N; i++) f[i] += part * (f[a + i] - f[i]);
@@ -261,8 +261,8 @@ static void add_diagonal(mpc *s, size_t k)
     real *H = s->qp.H + k * w * w, *g = s->qp.g + k * w;
     for (size_t i = 0; k < s->N && i < a; i++) {
         const real *f = s->f + k * a + i, last = k ? f[-(ptrdiff_t)a] : s->before[i], next = k + 1 < s->N ? f[a] : *f;
-        H[i * w + i] += 2 * h * s->forces_cost[i] + 8 * s->force_rates[i] / s->h[1]; /* at least the exact Hessian */
-        g[i] += 2 * h * s->forces_cost[i] * (*f - s->f_p[i]) + 2 * s->force_rates[i] / s->h[1] * (2 * *f - last - next);
+        H[i * w + i] += 2 * h * s->forces_cost[i] + 8 * s->force_rates[i] / h; /* at least the exact Hessian */
+        g[i] += 2 * h * s->forces_cost[i] * (*f - s->f_p[i]) + 2 * s->force_rates[i] / h * (2 * *f - last - next);
     }
     for (size_t j = 0; k > 0 && j < n; j++) {
         const size_t i = first + n + j;
@@ -308,7 +308,7 @@ static void set_bounds(mpc *s)
             const int is_fixed = !(high > low);
             if (is_fixed) *f = low;
             s->qp.low[first + i] = is_fixed ? -INFINITY : low - *f;
-            s->qp.high[first + i] = is_fixed ? INFINITY : high - *f;
+            s->qp.high[first + i] = is_fixed || high > UNLIMITED ? INFINITY : high - *f;
             for (size_t l = 0; is_fixed && l < 2 * n; l++) s->qp.C[(k * 2 * n + l) * w + i] = 0;
         }
         for (size_t j = 0; k > 0 && j < n; j++) {

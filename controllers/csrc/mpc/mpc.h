@@ -1,6 +1,6 @@
 /* Model predictive control of muscle forces: at every tick one step of sequential quadratic programming (a
    real-time iteration) over N intervals with constant forces, from the last motion shifted in time. The first
-   interval is the period of the ticks, in which its forces act; the others are of equal length h.
+   interval is the period of the ticks, in which its forces act; the others are of equal length.
 
      min   int tracking e^2 + tracking_rates e'^2 + accelerations e''^2 + posture + speeds qd^2
                + forces (f - f_p)^2 dt + sum_k force_rates (f_k - f_k-1)^2 / h + cost to go
@@ -46,7 +46,7 @@ DUAL_NEWTON_API mpc *mpc_open(const mpc_model *model, int coordinates, int actua
 
 /* Return an array by name, and its length; NULL if it does not exist.
 
-     horizon          1, of all intervals, in [s]; longer than the period
+     horizon          1: sum of the lengths of the intervals, in [s]; longer than the period
      period           1, of the ticks, in [s]
      iterations       1: maximum of a tick, of the interior-point method; tolerance 1: of its complementarity
      tracking, tracking_rates, accelerations     r each

@@ -51,6 +51,23 @@ def test_hand_follows_task_reference_with_wrong_masses() -> None:
     assert tracking_error(late, "y", "y_d").max() < 2e-4
 
 
+def test_arm_recovers_where_computed_torque_falls() -> None:
+    """0.3 rad off at the start, with 60 of 100 N: computed torque saturates and falls."""
+    settings = {"start": {"q": [-0.2, 0.8]}, "muscles": {"*": {"f_max": 60.0}}}
+    settings |= {"run.duration": 0.5, "controller.period": 0.002}
+    falling = run("planar_2r", settings)
+    assert falling["infeasible"][-10:].all()
+    late = {name: values[-10:] for name, values in run("planar_2r", PLANAR | settings).items()}
+    assert tracking_error(late).max() < 5e-3
+
+
+def test_hill_muscles_without_force_limits() -> None:
+    settings = {"controller.type": "mpc", "controller.nodes": 6, "run.duration": 0.05}
+    columns = run("hill_arm", settings)
+    assert not columns["fallback"].any()
+    assert tracking_error(columns, "y", "y_d").max() < 1e-4
+
+
 def test_tick_without_solution_uses_computed_torque() -> None:
     """One iteration never converges: all forces are those of the fallback."""
     columns = run("planar_2r", {**PLANAR, "controller.iterations": 1, "run.duration": 0.01})
