@@ -9,17 +9,18 @@ from .common import GOOD, add_json, add_output, add_settings, parse_settings, pr
 from .parser import Commands
 
 _TASKS = ("track", "pose", "reach")
+_EXAMPLE = "cardsflow policy export policy.pt examples/planar_2r --task pose -o exported"
 
 
 def add_policy(commands: Commands) -> None:
     """Add `policy` and its action."""
     text = "Turn trained networks into controllers."
-    actions = commands.group("policy", text, "cardsflow policy export --help")
+    actions = commands.group("policy", text, _EXAMPLE)
     parser = actions.add(
         "export",
         _export,
         "Build a controller FMU in C from a trained network.",
-        "cardsflow policy export policy.pt examples/planar_2r --task pose -o exported",
+        _EXAMPLE,
         "The FMU runs without Python. policy.json next to it is for controller.type = 'policy'.",
     )
     parser.add_argument(

@@ -86,7 +86,7 @@ def test_help_lists_the_exit_codes(cardsflow: CommandLine) -> None:
 # Bad input: one line, exit code 2
 
 PUBLISHER = ["--company", "Us", "--url", "https://example.org", "--email", "us@example.org"]
-GROUPS = (("addin",), ("examples",))
+GROUPS = (("addin",), ("examples",), ("policy",))
 MISSING = {
     ("init",): ["nowhere"],
     ("schema",): ["nothing"],
@@ -99,6 +99,8 @@ MISSING = {
     ("info",): ["nowhere"],
     ("convert",): ["nowhere", "--to", "mjcf", "-o", "there"],
     ("size",): ["nowhere"],
+    ("faults",): ["nowhere"],
+    ("policy", "export"): ["nowhere.pt", "nowhere", "-o", "there"],
     ("activations",): ["nowhere", "--motion", "nowhere.mot"],
     ("excite",): ["nowhere", "-o", "there"],
     ("calibrate",): [
@@ -198,6 +200,7 @@ def test_every_command_with_data_has_json() -> None:
         ("completion",),
         ("addin",),
         ("examples",),
+        ("policy",),
     }  # they print input for other programs
     for words, parser in COMMANDS.items():
         options = {option for action in parser._actions for option in action.option_strings}
