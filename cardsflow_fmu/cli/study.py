@@ -158,11 +158,23 @@ def add_optimise(commands: Commands) -> None:
         "Compute the optimal motion of an experiment with [motion].",
         "cardsflow optimise examples/co_design -o motion.csv",
         "It writes the motion, its feedback gains, and a figure. An experiment follows it with "
-        '`reference.type = "optimised"`. Ctrl-C keeps the best motion so far.',
+        '`reference.type = "optimised"`. Ctrl-C keeps the motion if it nearly satisfies '
+        "the constraints.",
     )
     add_experiment(parser)
     what = "file of the motion (default: motion.csv next to the experiment)"
     add_output(parser, what, metavar="FILE")
+    parser.add_argument(
+        "--resume",
+        action="store_true",
+        help="start from the motion in this file, also after Ctrl-C (default: off)",
+    )
+    parser.add_argument(
+        "--html",
+        type=Path,
+        metavar="FILE",
+        help="write a replay of the motion as a self-contained HTML page (default: none)",
+    )
     add_overwrite(parser)
     add_json(parser, "cost, duration, iterations and files")
 
@@ -170,20 +182,21 @@ def add_optimise(commands: Commands) -> None:
 def _optimise(options: argparse.Namespace) -> int:
     from cardsflow_fmu.simulation.optimal.files import motion_file, write_motion_files
     from cardsflow_fmu.simulation.optimal.optimise import load_for_motion, optimise
+    from cardsflow_fmu.utils.overwrite import output_file
 
     experiment = load_for_motion(options.experiment, parse_settings(options.set))
     file = motion_file(experiment, options.output, overwrite=options.overwrite)
-    motion = optimise(experiment, _Iterations())
+    if options.html is not None:
+        output_file(options.html, [".html"], overwrite=options.overwrite)
+    motion = optimise(experiment, _Iterations(), resume=file if options.resume else None)
     for note in motion.notes:
         print_note(note)
     files: tuple[Path, ...] = write_motion_files(motion, file, overwrite=options.overwrite)
+    if options.html is not None:
+        files = (*files, _write_replay(options, motion))
     if motion.parameters:
         files = (*files, _write_robot(options, motion.parameters, file))
     solution = motion.solution
-    if solution.status != "optimal":
-        print_warning(
-            f"{solution.status}: the motion satisfies the constraints, but is not optimal"
-        )
     if not options.json:
         _print_motion(motion)
     numbers: dict[str, Any] = {"cost": solution.cost, "duration": motion.duration}
@@ -211,6 +224,23 @@ def _write_robot(options: argparse.Namespace, found: Mapping[str, Any], motion: 
         (print_warning if is_lost else print_note)(note)
     file = folder / EXPERIMENT
     return file if file.exists() else folder / MUSCLES
+
+
+def _write_replay(options: argparse.Namespace, motion: OptimisedMotion) -> Path:
+    """Write a page with the robot that moves as in the motion."""
+    import numpy as np
+
+    from cardsflow_fmu.results.run_data import ExperimentRunData
+    from cardsflow_fmu.results.viewer.view import act_of, write_page
+    from cardsflow_fmu.simulation.optimal.optimise import load_for_motion
+
+    settings = {**parse_settings(options.set), **motion.parameters}
+    experiment = load_for_motion(options.experiment, settings)
+    rows = np.stack([motion.times, *motion.columns.values()], axis=1)
+    summary = {"warnings": motion.warnings}
+    names = ("time", *motion.columns)
+    data = ExperimentRunData(names, rows, {}, summary, experiment=experiment)
+    return write_page([act_of(data)], options.html, overwrite=options.overwrite)
 
 
 def _next_command(options: argparse.Namespace, files: Sequence[Path]) -> list[str]:

@@ -98,6 +98,7 @@ class _State:
         hessian: Contribution of the dynamics to the Hessian.
         free: Number of steps that may increase both cost and violation.
         positive: See `Transcription.program`.
+        best: Last iterate that satisfies the constraints, with its terms.
     """
 
     at: Iterate
@@ -108,6 +109,7 @@ class _State:
     idle: int = 0
     free: int = _FREE_STEPS
     positive: float = 0.0
+    best: tuple[Iterate, Linearisation] | None = None
 
 
 def _rank(own: Solution) -> tuple[bool, bool, float]:
@@ -149,7 +151,8 @@ class Optimiser:
     ) -> Solution | None:
         """Return the optimal motion near a guess; None if the guess diverges.
 
-        An interruption (KeyboardInterrupt) returns the last motion.
+        An interruption (KeyboardInterrupt) returns the last motion, or the last one that satisfies
+        the constraints.
 
         Args:
             guess: First iterate.
@@ -204,6 +207,8 @@ class Optimiser:
                     break
         except KeyboardInterrupt:
             status = INTERRUPTED
+            if state.best is not None and self._worst(state) > self._feasibility:
+                state.at, state.own = state.best
         if status not in (OPTIMAL, INTERRUPTED):
             status = INFEASIBLE if self._is_dynamic(state) else NOT_CONVERGED
         worst = self._worst(state)
@@ -241,8 +246,10 @@ class Optimiser:
         reduced = violation(moved, found) / max(violation(state.at, state.own), self._feasibility)
         if state.free <= 0 and self._refine(moved):
             found = self.transcription.linearise(moved) or found
-            state.filter = []
+            state.filter, state.best = [], None
         state.at, state.own = moved, found
+        if self._worst(state) <= self._feasibility:
+            state.best = moved, found
         state.idle = state.idle + 1 if stays else 0
         self._adapt_damping(state, share, reduced)
         return "stalled" if state.idle >= _STALLED else "", share

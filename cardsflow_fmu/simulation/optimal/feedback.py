@@ -91,16 +91,21 @@ def _with_names(
     laws, driven = shooting.laws, shooting.driven
     torques = controls[:, len(driven) :]
     forces = np.concatenate([shooting.tensions(states, controls), torques], axis=1)
-    commands, pulls = muscle_signals("u", robot), muscle_signals("f", robot)
-    motors = [*pulls, *motor_signals("tau", robot)]
-    named = [
-        commands[k] if k < own.dynamics.m and laws.modelled[k] else motors[k]
-        for k in actuators(own.dynamics, shooting)
-    ]
     given = list(laws.state_names)
     ports = [port.name for port in state_ports(robot, "input") if port.name in given]
     order = [*range(2 * n), *(2 * n + given.index(name) for name in ports)]
     names = (*(f"{p}.{c.name}" for p in ("q", "qd") for c in robot.coordinates), *ports)
     return MotionFeedback(
-        times, forces, controls, states[:, order], gains[:, :, order], tuple(named), names
+        times, forces, controls, states[:, order], gains[:, :, order], control_signals(own), names
+    )
+
+
+def control_signals(own: MotionProblem) -> tuple[str, ...]:
+    """Return the names of the controls: commands, forces and torques."""
+    robot, laws = own.dynamics.robot, own.shooting.laws
+    commands, pulls = muscle_signals("u", robot), muscle_signals("f", robot)
+    motors = [*pulls, *motor_signals("tau", robot)]
+    return tuple(
+        commands[k] if k < own.dynamics.m and laws.modelled[k] else motors[k]
+        for k in actuators(own.dynamics, own.shooting)
     )

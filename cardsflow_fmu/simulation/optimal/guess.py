@@ -1,13 +1,22 @@
-"""Guess of a motion through the poses of its goals."""
+"""Guesses of a motion: through the poses of its goals, and from the file of an earlier motion."""
 
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 
+from addin_sdfusion.robot import InputError, limits
+from cardsflow_fmu.cosim.signals.port import coordinate_signals
 from cardsflow_fmu.utils.arrays import FloatArray
-from controllers.optimal.problem import Iterate, OptimalProblem
+from cardsflow_fmu.utils.csv_table import read_csv
+from controllers.optimal.problem import NO_PARAMETERS, Iterate, OptimalProblem
+
+from .feedback import control_signals
+from .problem import MotionProblem
+
+PARAMETER = "cardsflow.parameter_"
 
 
 def smooth_guess(problem: OptimalProblem, rest: Iterate, n: int) -> Iterate:
@@ -32,3 +41,40 @@ def smooth_guess(problem: OptimalProblem, rest: Iterate, n: int) -> Iterate:
 
 def _blend(s: FloatArray) -> FloatArray:
     return np.asarray(s**3 * (10.0 - 15.0 * s + 6.0 * s**2))
+
+
+def last_motion(file: Path, own: MotionProblem) -> Iterate:
+    """Return the motion in a file that `cardsflow optimise` wrote.
+
+    With another number of intervals, the states are interpolated, and the controls are those at the
+    centres of the intervals. Free parameters that the file lacks are nominal.
+
+    Raises:
+        InputError: The file does not exist, or belongs to another robot or other controls.
+    """
+    if not file.is_file():
+        raise InputError("does not exist; optimise without --resume first", file=file)
+    names, rows = read_csv(file, what="motion", most=limits.MOTION_VALUES)
+    columns = dict(zip(names, rows.T, strict=True))
+    robot, N = own.dynamics.robot, own.problem.intervals
+    positions = coordinate_signals("q", robot)
+    states = [*positions, *coordinate_signals("qd", robot), *own.shooting.laws.state_names]
+    controls = control_signals(own)
+    missing = [name for name in ("time", *states, *controls) if name not in columns]
+    others = [name for name in names if name.startswith("q.") and name not in positions]
+    if missing or others:
+        what = f"has no column {missing[0]!r}" if missing else f"has a column {others[0]!r}"
+        what += ", so it belongs to another robot or other [motion]; optimise without --resume"
+        raise InputError(what, file=file)
+    times = columns["time"]
+    table = np.array([columns[name] for name in (*states, *controls)])
+    if len(times) < 2 or times[-1] <= times[0] or not np.isfinite(table).all():
+        raise InputError("must have at least 2 rows of finite numbers", file=file)
+    nodes = np.linspace(times[0], times[-1], N + 1)
+    x = np.array([np.interp(nodes, times, row) for row in table[: len(states)]]).T
+    centres = 0.5 * (nodes[1:] + nodes[:-1])
+    u = table[len(states) :, np.searchsorted(times, centres, "right") - 1].T
+    free = [name for name in names if name.startswith(PARAMETER)]
+    p = np.array([columns[name][0] for name in free])
+    same = len(p) == len(own.problem.parameters) and np.isfinite(p).all()
+    return Iterate(x, u, float(times[-1] - times[0]), p if same else NO_PARAMETERS)

@@ -15,17 +15,17 @@ from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.motion.feedback import MotionFeedback
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.optimal.problem import Iterate
-from controllers.optimal.sqp import INFEASIBLE, INTERRUPTED, Optimiser, Progress, Solution
+from controllers.optimal.sqp import INFEASIBLE, INTERRUPTED, OPTIMAL, Optimiser, Progress, Solution
 from sim_dart.dynamics.core import CoreDynamics
 
 from .diagnosis import infeasibility, require_reachable
 from .feedback import motion_feedback
-from .guess import smooth_guess
+from .guess import PARAMETER, last_motion, smooth_guess
 from .obstacles import passages
 from .problem import ROUGH_INTEGRATION, MotionProblem, motion_problem
 
 _INTEGRATION_ERROR = 1e-5  # of an interval, in rad, m, and their rates
-_ROUGH = 1e-3  # tolerance of a first guess
+_ROUGH = 1e-3  # tolerance of a first guess, and violation of an interrupted motion
 MARK_COLUMN = "cardsflow.interval"
 
 
@@ -44,8 +44,8 @@ class OptimisedMotion:
         columns: Samples of q, qd, qdd, forces and torques by name of the column.
         feedback: Feed-forward and feedback gains.
         notes: Lines about neglected properties.
-        warnings: Lines about large integration errors, and constraints that are violated between
-            the nodes.
+        warnings: Lines about a motion that is not optimal, large integration errors, and
+            constraints that are violated between the nodes.
         iterations: Number of iterations, with all numbers of substeps.
         seconds: Time of the iterations, in [s].
     """
@@ -83,23 +83,30 @@ def load_for_motion(path: Path, settings: Mapping[str, Any] | None = None) -> Ex
 
 
 def optimise(
-    experiment: Experiment, progress: Callable[[Progress, int], None] = lambda own, substeps: None
+    experiment: Experiment,
+    progress: Callable[[Progress, int], None] = lambda own, substeps: None,
+    *,
+    resume: Path | None = None,
 ) -> OptimisedMotion:
     """Compute the optimal motion of an experiment with [motion].
 
     An interruption returns the best motion so far; its `solution.status` is `interrupted`.
+    Without a motion that nearly satisfies the constraints, it raises KeyboardInterrupt.
 
     Args:
         experiment: From `load_for_motion`.
         progress: Function of the progress and the number of substeps, called after every iteration.
+        resume: File of an earlier motion, which is the first guess (default: a rest).
 
     Raises:
+        InputError: The file of the earlier motion belongs to another robot.
         NoMotionError: No motion satisfies the constraints; the message names one of them.
     """
     own = motion_problem(experiment)
     assert experiment.motion is not None
     limit, iterations, seconds = experiment.motion.max_iterations, 0, 0.0
-    guess = first = _through_obstacles(own) if experiment.motion.obstacles else own.guess
+    last = None if resume is None else last_motion(resume, own)
+    guess = first = _first_guess(experiment, own) if last is None else last
 
     def refine(at: Iterate) -> bool:
         return own.refine(at, ROUGH_INTEGRATION)
@@ -107,12 +114,21 @@ def optimise(
     def report(done: Progress) -> None:
         progress(done, own.shooting.steps)
 
+    if last is not None:
+        own.refine(own.problem.clip(last), _INTEGRATION_ERROR, is_final=True)
+    found = None
     while True:
         solver = Optimiser(own.problem, max_iterations=limit, refine=refine)
-        others = (
-            None if guess is not first else [smooth_guess(own.problem, own.guess, own.shooting.n)]
-        )
+        is_near = guess is not first or guess is last
+        others = None if is_near else [smooth_guess(own.problem, own.guess, own.shooting.n)]
         solution = solver.solve(guess, report, others)
+        stopped = solution is not None and solution.status == INTERRUPTED
+        if guess is last and not stopped and (solution is None or not solution.is_feasible):
+            guess = first = _first_guess(experiment, own)  # the goals or bounds have changed
+            own.shooting.steps = experiment.motion.substeps
+            continue
+        if stopped and found is not None and solution is not None and not solution.is_feasible:
+            solution = replace(found, status=INTERRUPTED, history=solution.history)
         if solution is None or not solution.is_feasible:
             require_reachable(experiment, own)
         _require_motion(own, solution)
@@ -122,8 +138,13 @@ def optimise(
         is_final = solution.status == INTERRUPTED
         if is_final or not own.refine(solution.iterate, _INTEGRATION_ERROR, is_final=True):
             break
-        guess = solution.iterate
+        found, guess = solution, solution.iterate
     notes, warnings = own.notes, tuple[str, ...]()
+    if solution.status != OPTIMAL:
+        what = "the motion satisfies the constraints, but is not optimal"
+        if not solution.is_feasible:
+            what = f"the motion violates constraints by {solution.violation:.2g} (scaled)"
+        warnings += (f"{solution.status}: {what}; continue with --resume",)
     error = own.integration_error(solution.iterate)
     what = f"the integration error of an interval is up to {error:.2g}"
     what += "; increase motion.substeps or motion.intervals"
@@ -141,11 +162,16 @@ def optimise(
     )
 
 
-def _through_obstacles(own: MotionProblem) -> Iterate:
-    """Return the motion without obstacles, since a start at rest can be stuck behind one."""
+def _first_guess(experiment: Experiment, own: MotionProblem) -> Iterate:
+    """Return a rest, or the motion without obstacles, since a rest can be stuck behind one."""
+    assert experiment.motion is not None
+    if not experiment.motion.obstacles:
+        return own.guess
     goals = [each for each in own.problem.constraints if len(each.nodes) == 1]
     free = replace(own.problem, constraints=goals)
     found = Optimiser(free, tolerance=_ROUGH).solve(own.guess)
+    if found is not None and found.status == INTERRUPTED:
+        raise KeyboardInterrupt
     return own.guess if found is None or not found.is_feasible else found.iterate
 
 
@@ -153,7 +179,10 @@ def _require_motion(own: MotionProblem, solution: Solution | None) -> None:
     """Check that a motion satisfies the constraints."""
     if solution is None:
         raise NoMotionError("the simulation of the start diverges; use more substeps")
-    if solution.status == INFEASIBLE or not solution.is_feasible:
+    if solution.status == INTERRUPTED:
+        if solution.violation > _ROUGH:
+            raise KeyboardInterrupt
+    elif solution.status == INFEASIBLE or not solution.is_feasible:
         raise NoMotionError(infeasibility(own.problem, solution))
 
 
@@ -183,6 +212,8 @@ def _samples(
     columns = dict(zip(names, table.T, strict=True))
     columns |= _law_columns(own, x, u)
     columns |= _task_columns(dynamics, x[:, :n], x[:, n : 2 * n], qdd)
+    for k, p in enumerate(at.parameters.tolist()):
+        columns[f"{PARAMETER}{k + 1}"] = np.full(len(times), p)
     return times, {**columns, MARK_COLUMN: interval.astype(float)}
 
 

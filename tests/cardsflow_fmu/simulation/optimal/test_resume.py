@@ -1,0 +1,111 @@
+"""`cardsflow optimise --resume`, Ctrl-C, and the replay of a motion."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+from pathlib import Path
+
+import pytest
+from support.command_line import CommandLine
+from support.robots.robots import PLANAR_2R
+from support.robots.slider import slider_file
+
+from cardsflow_fmu.cli import study
+from controllers.optimal.sqp import Progress
+
+TOML = """
+[robot]
+path = "robot/planar_2r_bodies.xml"
+
+[start]
+q = [-0.5, 0.5]
+
+[motion]
+duration = 0.6
+intervals = 20
+goals = [{ q = [0.6, -0.4] }]
+
+[controller]
+kp = 2000.0
+kd = 90.0
+"""
+
+
+@pytest.fixture
+def cardsflow(capsys: pytest.CaptureFixture[str]) -> CommandLine:
+    return CommandLine(capsys)
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    shutil.copytree(PLANAR_2R / "robot", tmp_path / "robot")
+    (tmp_path / "experiment.toml").write_text(TOML)
+    return tmp_path / "experiment.toml"
+
+
+@pytest.fixture
+def interrupt_at(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Send SIGINT as Ctrl-C does, after this number of reports; empty: never."""
+    reports: list[int] = []
+
+    def report(_self: object, _own: Progress, _substeps: int) -> None:
+        if reports:
+            reports[0] -= 1
+            if reports[0] == 0:
+                os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(study._Iterations, "__call__", report)
+    return reports
+
+
+def test_resumed_motion_is_optimal_at_once(cardsflow: CommandLine, file: Path) -> None:
+    first = cardsflow.json("optimise", file)
+    again = cardsflow.json("optimise", file, "--resume", "--html", file.parent / "motion.html")
+    assert again["iterations"] <= 2
+    assert again["cost"] == pytest.approx(first["cost"], rel=1e-7)
+    assert again["files"][-1].endswith("motion.html")
+    assert "replay" in (file.parent / "motion.html").read_text()
+    other = ("--set", "motion.intervals=30", "--set", "motion.goals=[{q=[0.2,0.1]}]")
+    resumed = cardsflow.json("optimise", file, *other, "--resume")
+    anew = cardsflow.json("optimise", file, *other)
+    assert resumed["cost"] == pytest.approx(anew["cost"], rel=1e-6)
+
+
+@pytest.mark.parametrize(("intervals", "reports"), [(20, 12), (100, 11)])
+def test_interrupted_motion_is_kept_and_continued(
+    cardsflow: CommandLine, file: Path, interrupt_at: list[int], intervals: int, reports: int
+) -> None:
+    """Before and after the first solution, whose substeps are then refined."""
+    own = ("optimise", file, "--set", f"motion.intervals={intervals}")
+    best = cardsflow.json(*own, "-o", file.parent / "best.csv")
+    interrupt_at[:] = [reports]
+    code, out, _ = cardsflow(*own)
+    assert code == 1
+    assert out.startswith("warning     interrupted: the motion ")
+    assert out.splitlines()[0].endswith("; continue with --resume")
+    interrupt_at.clear()
+    resumed = cardsflow.json(*own, "--resume")
+    assert resumed["status"] == "optimal"
+    assert resumed["cost"] == pytest.approx(best["cost"], rel=1e-6)
+
+
+def test_interruption_before_the_first_motion_writes_no_file(
+    cardsflow: CommandLine, file: Path, interrupt_at: list[int]
+) -> None:
+    interrupt_at[:] = [2]
+    assert cardsflow.error_line("optimise", file, code=130) == "cardsflow: interrupted\n"
+    assert not (file.parent / "motion.csv").exists()
+
+
+def test_motion_that_cannot_be_resumed_is_one_line(
+    cardsflow: CommandLine, file: Path, tmp_path: Path
+) -> None:
+    line = cardsflow.error_line("optimise", file, "--resume", "-q")
+    assert f"{file.parent / 'motion.csv'}: does not exist; optimise without --resume" in line
+    (tmp_path / "slider").mkdir()
+    slider = slider_file(tmp_path / "slider")
+    assert cardsflow("optimise", slider, "-o", file.parent / "motion.csv")[0] == 0
+    line = cardsflow.error_line("optimise", file, "--resume", "-q")
+    assert "has no column 'q.joint_1', so it belongs to another robot" in line
