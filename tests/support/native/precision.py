@@ -16,10 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from addin_sdfusion.robot import Robot
 from sim_dart import compile_blob
 
-from .targets import FLAGS, PROGRAMS, ROOT, SOURCES, Target, compiled, require, run, single_flags
+from .targets import FLAGS, GCC, PROGRAMS, ROOT, SOURCES, compiled, require, run, single_flags
 
 Array = NDArray[Any]
-GCC = Target(["gcc", "-O2"])
 
 STRICT = ("-Wdouble-promotion", "-Wfloat-conversion")
 """Compiler flags that reject implicit doubles and narrowing conversions."""
@@ -45,7 +44,7 @@ class Precision:
         files = [PROGRAMS / name for name in sources]
         headers = [f"-I{ROOT}", f"-I{folder}"]
         own = (*single_flags(GCC), *STRICT) if single else ()
-        shared = [*FLAGS, "-fPIC", *own, *flags]
+        shared = [*FLAGS, *own, *flags]
         command = [*GCC.compiler, *shared, *headers, "-shared", *map(str, files)]
         run([*command, *compiled(GCC, shared, SOURCES), "-o", str(target), "-lm"])
         self.library = ctypes.CDLL(str(target))

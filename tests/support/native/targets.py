@@ -49,8 +49,11 @@ class Target(NamedTuple):
 
 
 _QEMU = ("qemu-aarch64-static", "-L", "/usr/aarch64-linux-gnu")
+GCC = Target(["gcc", "-O1", "-fPIC"])
+"""For programs and shared libraries, which have the same object files."""
+
 TARGETS = {
-    "gcc -O1": Target(["gcc", "-O1"]),
+    "gcc -O1": GCC,
     "gcc -O2": Target(["gcc", "-O2"]),
     "gcc -O3": Target(["gcc", "-O3"]),
     "gcc -O3 -march=native": Target(["gcc", "-O3", "-march=native"]),
