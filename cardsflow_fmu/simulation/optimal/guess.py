@@ -11,12 +11,13 @@ from addin_sdfusion.robot import InputError, limits
 from cardsflow_fmu.cosim.signals.port import coordinate_signals
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.csv_table import read_csv
-from controllers.optimal.problem import NO_PARAMETERS, Iterate, OptimalProblem
+from controllers.optimal.problem import Iterate, OptimalProblem
 
 from .feedback import control_signals
 from .problem import MotionProblem
 
 PARAMETER = "cardsflow.parameter_"
+_SAME_TIME = 1e-9  # in [s]
 
 
 def smooth_guess(problem: OptimalProblem, rest: Iterate, n: int) -> Iterate:
@@ -46,8 +47,9 @@ def _blend(s: FloatArray) -> FloatArray:
 def last_motion(file: Path, own: MotionProblem) -> Iterate:
     """Return the motion in a file that `cardsflow optimise` wrote.
 
-    With another number of intervals, the states are interpolated, and the controls are those at the
-    centres of the intervals. Free parameters that the file lacks are nominal.
+    States at the nodes are simulated from the row before each, and the controls are those at the
+    centres of the intervals, so that the number of intervals can change. Free parameters that
+    the file lacks are nominal.
 
     Raises:
         InputError: The file does not exist, or belongs to another robot or other controls.
@@ -70,11 +72,16 @@ def last_motion(file: Path, own: MotionProblem) -> Iterate:
     table = np.array([columns[name] for name in (*states, *controls)])
     if len(times) < 2 or times[-1] <= times[0] or not np.isfinite(table).all():
         raise InputError("must have at least 2 rows of finite numbers", file=file)
-    nodes = np.linspace(times[0], times[-1], N + 1)
-    x = np.array([np.interp(nodes, times, row) for row in table[: len(states)]]).T
-    centres = 0.5 * (nodes[1:] + nodes[:-1])
-    u = table[len(states) :, np.searchsorted(times, centres, "right") - 1].T
     free = [name for name in names if name.startswith(PARAMETER)]
     p = np.array([columns[name][0] for name in free])
-    same = len(p) == len(own.problem.parameters) and np.isfinite(p).all()
-    return Iterate(x, u, float(times[-1] - times[0]), p if same else NO_PARAMETERS)
+    if len(p) != len(own.problem.parameters) or not np.isfinite(p).all():
+        p = own.problem.parameters.nominal
+    rows, duration = table.T, float(times[-1] - times[0])
+    nodes = times[0] + duration * np.arange(N + 1) / N
+    near = np.searchsorted(times, nodes + _SAME_TIME, "right") - 1
+    starts, held = np.split(rows[near], [len(states)], axis=1)
+    parts = own.shooting.run(starts, held, np.maximum(nodes - times[near], 0.0), False, p)
+    centres = np.searchsorted(times, 0.5 * (nodes[1:] + nodes[:-1]), "right") - 1
+    return Iterate(
+        starts if parts is None else parts.ends, rows[centres, len(states) :], duration, p
+    )

@@ -61,8 +61,10 @@ def interrupt_at(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 
 def test_resumed_motion_is_optimal_at_once(cardsflow: CommandLine, file: Path) -> None:
-    first = cardsflow.json("optimise", file)
-    again = cardsflow.json("optimise", file, "--resume", "--html", file.parent / "motion.html")
+    """Also if the nodes lie between the rows of the file, as with a free duration."""
+    own = ("optimise", file, "--set", "motion.duration=[0.3,1.0]", "--set", "motion.cost.time=100")
+    first = cardsflow.json(*own)
+    again = cardsflow.json(*own, "--resume", "--html", file.parent / "motion.html")
     assert again["iterations"] <= 2
     assert again["cost"] == pytest.approx(first["cost"], rel=1e-7)
     assert again["files"][-1].endswith("motion.html")
