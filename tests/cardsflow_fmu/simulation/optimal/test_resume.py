@@ -13,6 +13,8 @@ from support.robots.robots import PLANAR_2R
 from support.robots.slider import slider_file
 
 from cardsflow_fmu.cli import study
+from cardsflow_fmu.simulation.optimal.files import write_motion_files
+from cardsflow_fmu.simulation.optimal.optimise import load_for_motion, optimise
 from controllers.optimal.sqp import Progress
 
 TOML = """
@@ -69,10 +71,10 @@ def test_resumed_motion_is_optimal_at_once(cardsflow: CommandLine, file: Path) -
     assert again["cost"] == pytest.approx(first["cost"], rel=1e-7)
     assert again["files"][-1].endswith("motion.html")
     assert "replay" in (file.parent / "motion.html").read_text()
-    other = ("--set", "motion.intervals=30", "--set", "motion.goals=[{q=[0.2,0.1]}]")
-    resumed = cardsflow.json("optimise", file, *other, "--resume")
-    anew = cardsflow.json("optimise", file, *other)
-    assert resumed["cost"] == pytest.approx(anew["cost"], rel=1e-6)
+    changed = {"motion.intervals": 30, "motion.goals": [{"q": [0.2, 0.1]}]}
+    experiment = load_for_motion(file, changed)
+    resumed = optimise(experiment, resume=file.parent / "motion.csv").solution.cost
+    assert resumed == pytest.approx(optimise(experiment).solution.cost, rel=1e-6)
 
 
 @pytest.mark.parametrize(("intervals", "reports"), [(20, 12), (100, 11)])
@@ -81,7 +83,7 @@ def test_interrupted_motion_is_kept_and_continued(
 ) -> None:
     """Before and after the first solution, whose substeps are then refined."""
     own = ("optimise", file, "--set", f"motion.intervals={intervals}")
-    best = cardsflow.json(*own, "-o", file.parent / "best.csv")
+    best = optimise(load_for_motion(file, {"motion.intervals": intervals})).solution.cost
     interrupt_at[:] = [reports]
     code, out, _ = cardsflow(*own)
     assert code == 1
@@ -90,7 +92,7 @@ def test_interrupted_motion_is_kept_and_continued(
     interrupt_at.clear()
     resumed = cardsflow.json(*own, "--resume")
     assert resumed["status"] == "optimal"
-    assert resumed["cost"] == pytest.approx(best["cost"], rel=1e-6)
+    assert resumed["cost"] == pytest.approx(best, rel=1e-6)
 
 
 def test_interruption_before_the_first_motion_writes_no_file(
@@ -108,6 +110,6 @@ def test_motion_that_cannot_be_resumed_is_one_line(
     assert f"{file.parent / 'motion.csv'}: does not exist; optimise without --resume" in line
     (tmp_path / "slider").mkdir()
     slider = slider_file(tmp_path / "slider")
-    assert cardsflow("optimise", slider, "-o", file.parent / "motion.csv")[0] == 0
+    write_motion_files(optimise(load_for_motion(slider)), file.parent / "motion.csv")
     line = cardsflow.error_line("optimise", file, "--resume", "-q")
     assert "has no column 'q.joint_1', so it belongs to another robot" in line
