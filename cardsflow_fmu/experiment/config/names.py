@@ -13,6 +13,7 @@ from pydantic import (
     ValidationError,
     ValidatorFunctionWrapHandler,
 )
+from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
 from addin_sdfusion.robot import InputError, UnknownNameError
@@ -78,6 +79,11 @@ def named_setting(
     return own
 
 
+def is_named(field: FieldInfo) -> bool:
+    """Return whether a field has one value per name; it is empty if no value is set."""
+    return any(isinstance(each, _NamedValues) for each in field.metadata)
+
+
 class _NamedValues:
     """Validator of `named_setting`."""
 
@@ -102,6 +108,14 @@ class _NamedValues:
         if self._word is not None and value in (self._word, None):
             return None
         known: Names | None = info.context.names[self._names] if _has_names(info) else None
+        if isinstance(value, list) and None in value:  # JSON has no NaN, see Table.data
+            names = (
+                known.names
+                if known and len(known.names) == len(value)
+                else map(str, range(len(value)))
+            )
+            elements = zip(names, value, strict=True)
+            value = {name: element for name, element in elements if element is not None}
         if value == {} and self._default is not ...:
             value = _NOT_SET
         if value == _NOT_SET and isinstance(value, tuple):

@@ -30,7 +30,7 @@ from addin_sdfusion.robot import InputError, UnknownNameError
 
 from .file import MAX_INTEGER, TOO_LONG
 from .messages import SettingError, settings_error
-from .names import Names, Symbol
+from .names import Names, Symbol, is_named
 
 T = TypeVar("T", bound="Table")
 
@@ -116,14 +116,18 @@ class Table(BaseModel):
         """Return the table as plain data; reading the data returns an equal table.
 
         Args:
-            leave_out: Keys to omit, in addition to keys without a finite value.
+            leave_out: Keys to omit, in addition to keys without a value or a finite value.
         """
         fields = type(self).model_fields
         values = {own.alias or name: getattr(self, name) for name, own in fields.items()}
+        named = {own.alias or name for name, own in fields.items() if is_named(own)}
         return {
             key: plain(value)
             for key, value in values.items()
-            if key not in leave_out and value is not None and value != math.inf
+            if key not in leave_out
+            and value is not None
+            and value != math.inf
+            and not (value == () and key in named)
         }
 
     def arrays(self, leave_out: Collection[str] = ()) -> dict[str, Any]:

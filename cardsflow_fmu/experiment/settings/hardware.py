@@ -68,8 +68,7 @@ class MotorSettings(Table):
         """Return the table as plain data; only `command` for force commands."""
         if self.command == "force":
             return {"command": "force"}
-        absent = [key for key in ("spindle_radius", "encoder_scale") if not getattr(self, key)]
-        return {"offset": "start", **super().data([*leave_out, *absent])}
+        return {"offset": "start", **super().data(leave_out)}
 
 
 class Faults(Table):

@@ -12,6 +12,7 @@ from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import build
+from cardsflow_fmu import run as simulate
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.models.controller import ControllerModel
 from cardsflow_fmu.models.native_loop import NativeLoop
@@ -82,6 +83,17 @@ def test_restored_states_are_bit_identical(tmp_path: Path) -> None:
     experiment = Experiment.load(EXAMPLES / "planar_2r", PLANAR)
     file = build(experiment, tmp_path, compute="c")["controller"]
     check_states_repeat(file, tmp_path / "unpacked", step=1e-3)
+
+
+@pytest.mark.slow
+def test_python_and_native_fmus_compute_the_same_bits(tmp_path: Path) -> None:
+    """Experiments in FMUs keep settings that only name some coordinates."""
+    settings = PLANAR | {"controller.bounds.q_max": {"joint_1": 0.7}, "run.compute": "c"}
+    native = simulate(Experiment.load(EXAMPLES / "planar_2r", settings), tmp_path / "c")
+    settings["run.compute"] = "python"
+    python = simulate(Experiment.load(EXAMPLES / "planar_2r", settings), tmp_path / "python")
+    for name in native.names:
+        np.testing.assert_array_equal(native[name], python[name])
 
 
 def test_copied_controller_has_same_forces() -> None:
