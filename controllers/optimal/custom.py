@@ -30,8 +30,9 @@ class MotionState(NamedTuple):
 class MotionCost:
     """Custom cost: the integral of `running` over time, plus `final` at the end.
 
-    A subclass defines one of them or both. The methods `running_gradient` and `final_gradient` are
-    optional; otherwise finite differences are used.
+    A subclass defines one of them or both. It can also define `running_gradient(state)` and
+    `final_gradient(state)`, which return the derivatives by q and qd, each of shape (n,). Without
+    them, finite differences are used.
     """
 
     def running(self, state: MotionState) -> float:
@@ -41,11 +42,3 @@ class MotionCost:
     def final(self, state: MotionState) -> float:
         """Return the cost of the end."""
         return 0.0
-
-    def running_gradient(self, state: MotionState) -> tuple[FloatArray, FloatArray]:
-        """Return the derivatives of `running` by q and qd, each of shape (n,)."""
-        raise NotImplementedError
-
-    def final_gradient(self, state: MotionState) -> tuple[FloatArray, FloatArray]:
-        """Return the derivatives of `final` by q and qd, each of shape (n,)."""
-        raise NotImplementedError

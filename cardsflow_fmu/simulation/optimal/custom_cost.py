@@ -76,9 +76,8 @@ class _Function:
     ) -> None:
         self._file, self._dynamics, self._fractions = file, dynamics, fractions
         self._name, self._nx = f"{type(cost).__name__}.{method}", nx
-        self._call, self._slope = getattr(cost, method), getattr(cost, f"{method}_gradient")
-        usual = getattr(MotionCost, f"{method}_gradient")
-        self._has_gradient = getattr(type(cost), f"{method}_gradient") is not usual
+        self._call = getattr(cost, method)
+        self._slope = getattr(cost, f"{method}_gradient", None)
 
     def value(self, x: FloatArray) -> FloatArray:
         """Return the values at states, shape (k,)."""
@@ -87,7 +86,7 @@ class _Function:
     def gradient(self, x: FloatArray) -> FloatArray:
         """Return the gradients at states, shape (k, nx)."""
         found = np.zeros((len(x), self._nx))
-        own = self._given if self._has_gradient else self._differences
+        own = self._differences if self._slope is None else self._given
         for k, (row, s) in enumerate(zip(x, self._fractions, strict=True)):
             found[k, : 2 * self._dynamics.n] = own(row, s)
         return found
@@ -97,7 +96,7 @@ class _Function:
         n = self._dynamics.n
         at, s = start + _OFFSET * np.cos(np.arange(2 * n)), float(self._fractions[-1])
         expected = self._differences(at, s)
-        if not self._has_gradient:
+        if self._slope is None:
             return
         error = abs(self._given(at, s) - expected)
         if error.max() > _GRADIENT_ERROR * max(1e-6, abs(expected).max()):
@@ -121,9 +120,10 @@ class _Function:
         return value
 
     def _given(self, x: FloatArray, fraction: float) -> FloatArray:
-        state, n = self._state(x, fraction), self._dynamics.n
+        assert self._slope is not None
+        state, n, slope = self._state(x, fraction), self._dynamics.n, self._slope
         found = call_custom(
-            self._file, lambda: [np.asarray(k, dtype=np.float64) for k in self._slope(state)]
+            self._file, lambda: [np.asarray(k, dtype=np.float64) for k in slope(state)]
         )
         if [k.shape for k in found] != [(n,), (n,)] or not np.isfinite(found).all():
             what = f"{self._name}_gradient must return two finite arrays of shape ({n},)"

@@ -49,11 +49,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return own
 
 
-@pytest.fixture
-def cardsflow(capsys: pytest.CaptureFixture[str]) -> CommandLine:
-    return CommandLine(capsys)
-
-
 def hand_error(experiment: Experiment, result: Recording) -> float:
     """Return the largest distance of the end-effector point from the motion, in [m]."""
     dynamics = CoreDynamics(experiment.robot)

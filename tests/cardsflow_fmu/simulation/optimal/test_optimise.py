@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shlex
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -16,29 +15,6 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.optimal.optimise import load_for_motion, optimise
 from cardsflow_fmu.utils.csv_table import read_csv
 from sim_dart import CoreDynamics, Plant
-
-TOML = """
-[robot]
-path = "robot/planar_2r_bodies.xml"
-
-[start]
-q = [-0.5, 0.5]
-
-[motion]
-duration = 0.6
-intervals = 20
-goals = [{ q = [0.6, -0.4] }]
-
-[reference]
-type = "optimised"
-
-[controller]
-kp = 2000.0
-kd = 90.0
-
-[run]
-coupling = "direct"
-"""
 
 SQUAT = """
 [robot]
@@ -89,18 +65,6 @@ goals = [{ q = 3.141592653589793 }]
 kp = 100.0
 kd = 20.0
 """
-
-
-@pytest.fixture
-def cardsflow(capsys: pytest.CaptureFixture[str]) -> CommandLine:
-    return CommandLine(capsys)
-
-
-@pytest.fixture
-def file(tmp_path: Path) -> Path:
-    shutil.copytree(PLANAR_2R / "robot", tmp_path / "robot")
-    (tmp_path / "experiment.toml").write_text(TOML)
-    return tmp_path / "experiment.toml"
 
 
 def test_run_follows_the_optimised_motion(cardsflow: CommandLine, file: Path) -> None:

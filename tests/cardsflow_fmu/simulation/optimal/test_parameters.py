@@ -91,11 +91,6 @@ def test_lever_arm_balances_effort_and_weight(tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def cardsflow(capsys: pytest.CaptureFixture[str]) -> CommandLine:
-    return CommandLine(capsys)
-
-
-@pytest.fixture
 def file(tmp_path: Path) -> Path:
     shutil.copytree(PLANAR_2R, tmp_path / "arm")
     return tmp_path / "arm" / "experiment.toml"

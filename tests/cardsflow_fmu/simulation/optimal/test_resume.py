@@ -3,48 +3,17 @@
 from __future__ import annotations
 
 import os
-import shutil
 import signal
 from pathlib import Path
 
 import pytest
 from support.command_line import CommandLine
-from support.robots.robots import PLANAR_2R
 from support.robots.slider import slider_file
 
 from cardsflow_fmu.cli import study
 from cardsflow_fmu.simulation.optimal.files import write_motion_files
 from cardsflow_fmu.simulation.optimal.optimise import load_for_motion, optimise
 from controllers.optimal.sqp import Progress
-
-TOML = """
-[robot]
-path = "robot/planar_2r_bodies.xml"
-
-[start]
-q = [-0.5, 0.5]
-
-[motion]
-duration = 0.6
-intervals = 20
-goals = [{ q = [0.6, -0.4] }]
-
-[controller]
-kp = 2000.0
-kd = 90.0
-"""
-
-
-@pytest.fixture
-def cardsflow(capsys: pytest.CaptureFixture[str]) -> CommandLine:
-    return CommandLine(capsys)
-
-
-@pytest.fixture
-def file(tmp_path: Path) -> Path:
-    shutil.copytree(PLANAR_2R / "robot", tmp_path / "robot")
-    (tmp_path / "experiment.toml").write_text(TOML)
-    return tmp_path / "experiment.toml"
 
 
 @pytest.fixture
