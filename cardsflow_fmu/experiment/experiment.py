@@ -24,6 +24,7 @@ from .reader import read_experiment, read_packed_experiment
 from .settings.controller import ControllerSettings
 from .settings.controller_types import DEFAULT_GAINS, FEEDBACK
 from .settings.estimator import EstimatorTable
+from .settings.faults import FaultsTable
 from .settings.file import AboutSettings
 from .settings.hardware import HardwareSettings
 from .settings.loads import DisturbanceSettings
@@ -66,6 +67,7 @@ class Experiment:
         parts: The robots that `robot` consists of; empty for a single robot.
         hardware: Hardware that can run instead of the plant.
         estimator: The state estimator; None if it is not used.
+        faults: Detection of faults; None if it is not used.
         about: Author, copyright and licence of the FMUs.
         named: Files that the user has named explicitly; they may be packed from any folder.
         motion: Optimal motion for `cardsflow optimise`; None without it. FMUs do not contain it.
@@ -93,6 +95,7 @@ class Experiment:
     about: AboutSettings = field(default_factory=AboutSettings)
     named: tuple[Path, ...] = ()
     estimator: EstimatorTable | None = None
+    faults: FaultsTable | None = None
     motion: MotionTable | None = None
     feedback: MotionFeedback | None = None
 

@@ -35,6 +35,7 @@ from .renamed_settings import reject_renamed, rename_old_keys
 from .settings.controller import read_controller
 from .settings.controller_types import DEFAULT_GAINS, FEEDBACK, POLICY, control_type
 from .settings.estimator import EstimatorTable, read_estimator
+from .settings.faults import read_faults
 from .settings.file import ExperimentTables
 from .settings.hardware import HardwareSettings, read_hardware
 from .settings.loads import complete_wiring, read_disturbance
@@ -195,6 +196,7 @@ def experiment_settings(
         "run": run,
         "wiring": wiring,
         "estimator": estimator,
+        "faults": read_faults(data.get("faults"), context, estimator),
         "fmus": tables.fmus.by_role,
         **world,
         "hardware": hardware,

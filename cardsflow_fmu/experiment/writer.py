@@ -54,6 +54,8 @@ def experiment_data(experiment: Experiment) -> dict[str, Any]:
         data["world"] = experiment.world.data()
     if experiment.estimator is not None:
         data["estimator"] = experiment.estimator.data()
+    if experiment.faults is not None:
+        data["faults"] = experiment.faults.data()
     if about := experiment.about.model_dump(exclude_defaults=True):
         data["about"] = about
     if disturbance is not None:

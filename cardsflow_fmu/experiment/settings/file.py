@@ -13,6 +13,7 @@ from cardsflow_fmu.experiment.motion.settings import MotionTable
 from .controller import ControllerSettings
 from .estimator import EstimatorTable
 from .external_fmus import FmusSettings
+from .faults import FaultsTable
 from .hardware import HardwareSettings
 from .loads import DisturbanceSettings, WiringSettings
 from .muscles import MuscleSettings
@@ -60,6 +61,7 @@ class ExperimentTables(Table):
     estimator: EstimatorTable = setting(
         "State estimator between plant or hardware and controller.", None
     )
+    faults: FaultsTable = setting("Detection of faults of cables, motors and sensors.", None)
     run: RunSettings = setting("The co-simulation.", {})
     wiring: WiringSettings = setting(
         "Connections of inputs to outputs with other names, or to numbers.", {}

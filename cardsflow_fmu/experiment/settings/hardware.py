@@ -109,6 +109,7 @@ class SensorSettings(Table):
     noise: FromZero = setting(
         "standard deviation of positions and lengths, in rad or m, and of velocities", 0.0
     )
+    tension_noise: FromZero = setting("relative standard deviation of tensions", 0.0)
     length_offset: tuple[float, ...] = named_setting(
         "muscle", "offset of the length measurement, in m", 0.0
     )

@@ -154,7 +154,7 @@ class EmulatedRobot:
         self._failures.reset()
         self._tension, self._torque = self._safe_forces, self._no_torque
         self._command: FloatArray | None = None
-        self._sensors.reset(plant.q, plant.qd, plant.lengths_view)
+        self._sensors.reset(plant.q, plant.qd, plant.lengths_view, self._tension)
         self.drive.calibrate(plant.muscle_lengths, self._rates(), self._tension)
 
     def apply(self, command: FloatArray) -> None:
@@ -200,12 +200,12 @@ class EmulatedRobot:
             self._steps += 1
         self._advances += 1
         if steps:
-            self._sensors.read(plant.q, plant.qd, plant.lengths_view, steps * step)
+            self._sensors.read(plant.q, plant.qd, plant.lengths_view, self._tension, steps * step)
 
     def state(self) -> FloatArray:
         """Return the newest measurement of q, qd, l, tension and torque, shape (states,)."""
         read = self._sensors
-        own = Measurement(*(row.copy() for row in (read.q, read.qd, read.lengths, self._tension)))
+        own = Measurement(*(row.copy() for row in (read.q, read.qd, read.lengths, read.tensions)))
         self._failures.change_measurement(own, self._steps * self.plant.step_size)
         rows = (own.q, own.qd, own.lengths, own.tensions, self._torque)
         measured = zip(self._measured, rows, strict=True)

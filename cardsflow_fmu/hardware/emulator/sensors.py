@@ -26,6 +26,7 @@ class Sensors:
         q: Measured positions, shape (n,), in [rad] or [m].
         qd: Measured velocities, shape (n,), in [rad/s] or [m/s].
         lengths: Measured muscle lengths, which include the offsets, shape (m,), in [m].
+        tensions: Measured tensions, shape (m,), in [N].
     """
 
     def __init__(self, settings: SensorSettings, joints: int, muscles: int) -> None:
@@ -35,9 +36,11 @@ class Sensors:
             raise InputError(f"length_offset must be {muscles} numbers, not {len(self._offset)}")
         self._random = np.random.default_rng(settings.seed)
         self.q, self.qd = np.zeros(joints), np.zeros(joints)
-        self.lengths = np.zeros(muscles)
+        self.lengths, self.tensions = np.zeros(muscles), np.zeros(muscles)
 
-    def reset(self, q: FloatArray, qd: FloatArray, lengths: FloatArray) -> None:
+    def reset(
+        self, q: FloatArray, qd: FloatArray, lengths: FloatArray, tensions: FloatArray
+    ) -> None:
         """Restart the noise from its seed, and take the first measurement.
 
         Velocities from finite differences are zero.
@@ -46,31 +49,41 @@ class Sensors:
             q: True positions, shape (n,).
             qd: True velocities, shape (n,).
             lengths: True lengths, shape (m,).
+            tensions: True tensions, shape (m,).
         """
         self._random = np.random.default_rng(self._settings.seed)
-        self._read(q, qd, lengths)
+        self._read(q, qd, lengths, tensions)
         if self._settings.differentiate_positions:
             self.qd = np.zeros(len(q))
 
-    def read(self, q: FloatArray, qd: FloatArray, lengths: FloatArray, dt: float) -> None:
+    def read(
+        self, q: FloatArray, qd: FloatArray, lengths: FloatArray, tensions: FloatArray, dt: float
+    ) -> None:
         """Take a measurement.
 
         Args:
             q: True positions, shape (n,).
             qd: True velocities, shape (n,).
             lengths: True lengths, shape (m,).
+            tensions: True tensions, shape (m,).
             dt: Time since the previous measurement, in [s].
         """
         before = self.q
-        self._read(q, qd, lengths)
+        self._read(q, qd, lengths, tensions)
         if self._settings.differentiate_positions:
             self.qd = (self.q - before) / dt
 
-    def _read(self, q: FloatArray, qd: FloatArray, lengths: FloatArray) -> None:
+    def _read(
+        self, q: FloatArray, qd: FloatArray, lengths: FloatArray, tensions: FloatArray
+    ) -> None:
         settings = self._settings
         self.q = _quantise(self._add_noise(q), settings.joint_counts)
         self.qd = self._add_noise(qd)
         self.lengths = _quantise(self._add_noise(lengths) + self._offset, settings.length_counts)
+        self.tensions = tensions.copy()
+        if settings.tension_noise:
+            factors = self._random.normal(1.0, settings.tension_noise, len(tensions))
+            self.tensions *= factors
 
     def _add_noise(self, values: FloatArray) -> FloatArray:
         """Return a copy of the values with added noise."""

@@ -172,6 +172,7 @@ INSIDE: dict[str, dict[str, Any]] = {
     "disturbance": {"force": {"hand": [0.0, 0.0, 1.0]}},
     "estimator.imus[0]": {"link": "link_1"},
     "hardware.emulator.failures[0]": {"kind": "broken", "part": "cable_1", "time": 0.0},
+    "faults": {},
     "hardware.motors": {"command": "length", "stiffness": 5e3},
     "robots[0]": {"name": "arm", "path": "robot"},
     "motion.cost.tracking": {"file": "experiment.toml"},

@@ -1,0 +1,48 @@
+"""Settings of [faults]: detection of faults of cables, motors and sensors."""
+
+from __future__ import annotations
+
+from cardsflow_fmu.experiment.config.names import named_setting
+from cardsflow_fmu.experiment.config.table import Context, FromZero, Positive, Table, setting
+
+from .estimator import EstimatorTable
+
+
+class FaultsTable(Table):
+    """Detection of faults: accepted false alarms, and errors of healthy sensors and motors."""
+
+    use: bool = setting("detect faults in runs", True)
+    false_alarms_per_hour: Positive = setting(
+        "mean number of false alarms per hour, which determines all thresholds", 0.1
+    )
+    length_error: tuple[FromZero, ...] = named_setting(
+        "muscle", "standard deviation of constant errors of the model's lengths, in m", 2e-4
+    )
+    tension_noise: tuple[FromZero, ...] = named_setting(
+        "muscle", "standard deviation of the tension measurement, in N", 0.5
+    )
+    tension_error: tuple[FromZero, ...] = named_setting(
+        "muscle", "relative standard deviation of the tension measurement", 0.05
+    )
+    motor_lag: FromZero = setting("time constant of the motors, in s", 0.0)
+
+
+def read_faults(
+    data: object, context: Context, estimator: EstimatorTable | None
+) -> FaultsTable | None:
+    """Read the table [faults]; return None if it does not exist or is not used.
+
+    Args:
+        data: The content of the table, or None.
+        context: File and names, for messages.
+        estimator: The estimator, or None.
+    """
+    if data is None:
+        return None
+    settings = FaultsTable.read(data, context, "faults")
+    if not settings.use:
+        return None
+    if estimator is None:
+        what = "requires an estimator; add [estimator], or remove [faults]"
+        raise context.error("faults", what)
+    return settings

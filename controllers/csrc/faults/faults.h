@@ -1,0 +1,92 @@
+/* Detection and isolation of single faults of cables, motors and sensors.
+
+   Lengths and encoders are compared with each other by geometry only, so that unknown loads, contacts and wrong
+   masses have no effect. In each tick, all coordinates are fitted to all sensors (least squares); the residual of
+   a sensor is its deviation from the fit of the other sensors, divided by its standard deviation. Tensions are
+   compared with the commands behind the lag of the motors. Loads are used only to decide whether a motor or
+   its sensor has a fault: a broken cable i changes the load by L_i' f_i.
+
+   Each hypothesis (kind, part, time) has the log likelihood ratio of a window of ticks against no fault. An alarm
+   needs a ratio that a robot without faults reaches less often than `false_alarms_per_hour`; the reported
+   hypothesis has the largest ratio.
+
+   The monitor does not allocate memory, has no global state and no I/O. Write the inputs, then call
+   faults_tick. */
+#ifndef CARDSFLOW_FAULTS_H
+#define CARDSFLOW_FAULTS_H
+
+#include "../qp/dual_newton.h"
+
+typedef struct faults faults;
+
+enum fault_kind {
+    FAULT_NONE = 0,
+    FAULT_BROKEN = 1,         /* muscle: no force */
+    FAULT_JAMMED = 2,         /* muscle: force of a spring */
+    FAULT_WEAK = 3,           /* muscle: force multiplied by `value` */
+    FAULT_LENGTH_STUCK = 4,   /* length sensor */
+    FAULT_LENGTH_BIAS = 5,    /* length sensor: offset `value`; also a cable off its pulley */
+    FAULT_LENGTH_SCALE = 6,   /* length sensor: changes multiplied by `value` */
+    FAULT_LENGTH_SWAPPED = 7, /* length sensor: exchanged with the muscle `other` */
+    FAULT_TENSION_STUCK = 8,  /* tension sensor */
+    FAULT_TENSION_DEAD = 9,   /* tension sensor: 0 */
+    FAULT_ENCODER_STUCK = 10, /* encoder */
+};
+
+/* Return the size of the working memory in bytes for n coordinates and m muscles; 0 if a number is invalid. */
+DUAL_NEWTON_API size_t faults_size(int coordinates, int muscles);
+
+/* Create a monitor in `memory`, which is 8-byte aligned and has faults_size bytes. */
+DUAL_NEWTON_API faults *faults_open(int coordinates, int muscles, void *memory);
+
+/* Return an array by name, and its number of elements; NULL if it does not exist. A part is, in this order, one of
+   m muscles, m length sensors, m tension sensors, n encoders: p = 3 m + n.
+
+   Inputs of a tick; NaN if a measurement is missing
+     lengths            m, measured minus offset plus compliance times tension, in [m]
+     encoders           n
+     tensions           m, in [N]
+     commands           m, forces commanded during the last tick, in [N]
+     q                  n, estimate
+     path_lengths       m, l(q)
+     jacobian           m n, L(q), row by row
+     torque_score       n, see below; 0 if not available
+     torque_information n n
+
+   torque_score s and torque_information J: log likelihood ratio tau's - tau'J tau/2 of an additional constant
+   generalised load tau since the last `restart`, from the innovations of a filter.
+
+   Settings, to be written before a reset
+     false_alarms_per_hour  1
+     length_noise       m, standard deviation of white noise, in [m]; 0 or infinite: not measured
+     length_error       m, standard deviation of constant errors of the model, in [m]
+     encoder_noise      n
+     tension_noise      m, in [N]
+     tension_error      m, relative
+     motor_lag          1, time constant, in [s]
+     f_max              m, in [N]
+
+   Results
+     kind               p, enum fault_kind; it remains until a reset
+     time               p, time of the decision since the reset, in [s]
+     begin              p, estimated time of the fault, in [s]
+     statistic          p, log likelihood ratio of the fault at the decision
+     threshold          p
+     confidence         p, probability of the kind and the part among all hypotheses
+     value              p, factor or offset of the fault
+     other              p, index of the other muscle, or -1
+     usable             p, 1 or 0: whether a muscle can be commanded, a sensor can be used
+     bound              m, maximum force that the muscle can produce: f_max, 0 if broken; last force if jammed
+     suspect            p, 1 while a fault is tested; the sensor should not be used
+     restart            1, nonzero: the filter begins its torque_score again
+
+   Internal state, to be saved and restored
+     remembered */
+DUAL_NEWTON_API real *faults_array(faults *s, const char *name, size_t *length);
+
+DUAL_NEWTON_API void faults_reset(faults *s);
+
+/* Process the inputs of a tick of h seconds. Return the number of parts with faults. */
+DUAL_NEWTON_API int faults_tick(faults *s, real h);
+
+#endif
