@@ -28,10 +28,9 @@ from .settings.faults import FaultsTable
 from .settings.file import AboutSettings
 from .settings.hardware import HardwareSettings
 from .settings.loads import DisturbanceSettings
-from .settings.names import robot_names
 from .settings.plant import PlantSettings, StartSettings
 from .settings.reference import ReferenceSettings
-from .settings.robots import RobotPart
+from .settings.robots import RobotPart, robot_names
 from .settings.run import RunSettings
 from .settings.world import WorldSettings
 

@@ -40,10 +40,9 @@ from .settings.file import ExperimentTables
 from .settings.hardware import HardwareSettings, read_hardware
 from .settings.loads import complete_wiring, read_disturbance
 from .settings.muscles import with_muscle_settings
-from .settings.names import robot_names
 from .settings.plant import PlantSettings
 from .settings.predictive import MPC, require_predictable
-from .settings.robots import combine_robots, read_parts, read_robot
+from .settings.robots import combine_robots, read_parts, read_robot, robot_names
 from .settings.run import RunSettings
 from .start import read_controller_gains, read_reference
 

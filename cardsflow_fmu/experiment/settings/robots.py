@@ -11,9 +11,16 @@ from typing import Any
 from addin_sdfusion.robot import InputError, Pose, Robot, UnknownNameError
 from addin_sdfusion.robot.formats.kinds import Kind, kind_of
 from addin_sdfusion.robot.formats.read import ABSOLUTE, Reading, read
+from addin_sdfusion.robot.model.trajectory import Space
 from addin_sdfusion.robot.transforms.combine import Member, combine
 from cardsflow_fmu.cosim.signals.port import identifier
-from cardsflow_fmu.cosim.signals.ports import coordinate_signals, muscle_signals, task_signals
+from cardsflow_fmu.cosim.signals.ports import (
+    coordinate_signals,
+    muscle_signals,
+    task_names,
+    task_signals,
+)
+from cardsflow_fmu.experiment.config.names import Names
 from cardsflow_fmu.experiment.config.table import Context, Table, Text, Vector3, setting
 from cardsflow_fmu.experiment.robot_overrides import KINDS, with_overrides
 
@@ -205,3 +212,23 @@ def part_data(part: RobotPart) -> dict[str, Any]:
     """Return the row of [[robots]] of a robot, with all keys."""
     pose = {"position": list(part.pose.position), "rpy": list(part.pose.rpy)}
     return {"name": part.name, **pose, **robot_data(part.robot, part.files[0], part.overrides)}
+
+
+def robot_names(robot: Robot, space: Space = "joint") -> dict[str, Names]:
+    """Return the names of all parts, by kind."""
+    coordinates = Names("coordinate", [c.name for c in robot.coordinates])
+    groups = {f.name: [f"{f.name}.{axis}" for axis in f.axes] for f in robot.task_frames}
+    tasks = Names("task coordinate", task_names(robot), groups)
+    muscles = [muscle.name for muscle in robot.muscles]
+    motors = [coordinate.name for coordinate in robot.motors]
+    points = [frame.name for frame in robot.task_frames if not frame.is_orientation]
+    return {
+        "coordinate": coordinates,
+        "task coordinate": tasks,
+        "followed": coordinates if space == "joint" else tasks,
+        "muscle": Names("muscle", muscles),
+        "motor": Names("motor", motors),
+        "actuator": Names("muscle or motor", [*muscles, *motors]),
+        "link": Names("link", [link.name for link in robot.links]),
+        "point": Names("task frame that is a point", points),
+    }

@@ -16,7 +16,7 @@ from cardsflow_fmu.cosim.wiring import members, routes
 from cardsflow_fmu.experiment.config.table import Context
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.controller import ControllerSettings, read_controller
-from cardsflow_fmu.experiment.settings.names import robot_names
+from cardsflow_fmu.experiment.settings.robots import robot_names
 from cardsflow_fmu.models.controller import ControllerModel
 from sim_dart.core.frames import moving_frames
 

@@ -14,7 +14,7 @@ from cardsflow_fmu.experiment.config.file import read_settings
 from cardsflow_fmu.experiment.config.key_path import join_path, split_path
 from cardsflow_fmu.experiment.config.table import Context
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.experiment.settings.names import robot_names
+from cardsflow_fmu.experiment.settings.robots import robot_names
 from cardsflow_fmu.utils.extras import install
 
 from .metrics import DEFAULT_METRICS, expand_wildcards

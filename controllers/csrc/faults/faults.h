@@ -86,6 +86,10 @@ DUAL_NEWTON_API real *faults_array(faults *s, const char *name, size_t *length);
 
 DUAL_NEWTON_API void faults_reset(faults *s);
 
+/* Fit the coordinates to lengths and encoders: q <- q + d. The caller then computes path_lengths and jacobian at
+   this pose, since an estimate may be wrong after a fault. Return 0, or 1 if the sensors do not determine q. */
+DUAL_NEWTON_API int faults_pose(faults *s);
+
 /* Process the inputs of a tick of h seconds. Return the number of parts with faults. */
 DUAL_NEWTON_API int faults_tick(faults *s, real h);
 

@@ -1,0 +1,164 @@
+/* Isolation: the hypothesis with the largest Bayes factor, if its probability is large enough.
+
+   All hypotheses have the same prior probability. Until the most probable one has MIN_CONFIDENCE, the channel remains
+   suspect and is not used; after MAX_WAIT ticks the most probable one is reported with its confidence. */
+#include "hypotheses.h"
+
+enum { MAX_WAIT = WINDOW, HYPOTHESES = 16, ENCODER_WAIT = 8 };
+static const real MIN_CONFIDENCE = (real)0.99;
+
+typedef struct {
+    enum fault_kind kind;
+    size_t part, other; /* other: SIZE_MAX if there is none */
+    fault_fit fit;
+    real begin;
+} hypothesis;
+
+typedef struct {
+    hypothesis list[HYPOTHESES];
+    size_t count;
+} hypotheses;
+
+static void add(hypotheses *all, enum fault_kind kind, size_t part, fault_fit fit, real begin)
+{
+    for (size_t k = 0; k < all->count; k++)
+        if (all->list[k].kind == kind) {
+            if (fit.factor > all->list[k].fit.factor) all->list[k].fit = fit, all->list[k].begin = begin;
+            return;
+        }
+    const hypothesis one = {kind, part, (size_t)-1, fit, begin};
+    all->list[all->count++] = one;
+}
+
+static int is_available(const faults *s, size_t channel)
+{
+    return s->weight[faults_at(s, channel, s->clock[0])] > 0;
+}
+
+/* Add the hypotheses of a muscle and its sensors for one begin. */
+static void add_muscle(const faults *s, size_t i, real begin, hypotheses *all)
+{
+    const size_t m = s->m, tension = m + i;
+    const int has_tension = is_available(s, tension);
+    const fault_fit stuck = faults_fit_stuck(s, i, begin), bias = faults_fit_bias(s, i, begin);
+    add(all, FAULT_LENGTH_STUCK, m + i, stuck, begin);
+    add(all, FAULT_LENGTH_BIAS, m + i, bias, begin);
+    add(all, FAULT_LENGTH_SCALE, m + i, faults_fit_scale(s, i, begin), begin);
+    if (!has_tension) return;
+    const fault_fit dead = faults_fit_dead(s, tension, begin);
+    const fault_fit broken = {dead.factor + larger(stuck.factor, bias.factor), 0};
+    add(all, FAULT_TENSION_DEAD, m + tension, dead, begin);
+    add(all, FAULT_BROKEN, i, broken, begin);
+    add(all, FAULT_WEAK, i, faults_fit_weak(s, tension, begin), begin);
+    add(all, FAULT_JAMMED, i, faults_fit_jam(s, tension, begin), begin);
+    const fault_fit frozen = faults_fit_stuck(s, tension, begin);
+    add(all, FAULT_TENSION_STUCK, m + tension, frozen, begin);
+}
+
+/* Add the muscle whose length the sensor of a muscle measures. */
+static void add_swap(const faults *s, size_t i, real begin, hypotheses *all)
+{
+    fault_fit best = {0, 0};
+    size_t other = i;
+    for (size_t k = 0; k < s->m; k++) {
+        if (k == i || !is_available(s, k)) continue;
+        fault_fit fit = faults_fit_swap(s, i, k, begin);
+        fit.factor += faults_fit_swap(s, k, i, begin).factor;
+        if (fit.factor > best.factor) best = fit, other = k;
+    }
+    if (other == i) return;
+    add(all, FAULT_LENGTH_SWAPPED, s->m + i, best, begin);
+    for (size_t k = 0; k < all->count; k++)
+        if (all->list[k].kind == FAULT_LENGTH_SWAPPED && all->list[k].begin == begin) all->list[k].other = other;
+}
+
+static real probability(const hypotheses *all, size_t best)
+{
+    real sum = 0;
+    for (size_t k = 0; k < all->count; k++) {
+        const real difference = all->list[k].fit.factor - all->list[best].fit.factor;
+        sum += difference > -50 ? exponential(difference) : 0;
+    }
+    return 1 / sum;
+}
+
+/* Windows of all channels begin again after a decision, since the fault may have changed their residuals. */
+static void restart(faults *s, size_t channel)
+{
+    s->since[channel] = s->clock[0] + 1;
+}
+
+static void report(faults *s, const hypothesis *found, size_t part, size_t other, real h_now, real confidence)
+{
+    s->kind[part] = (real)found->kind;
+    s->time[part] = s->now[0];
+    s->begin[part] = s->now[0] - (s->clock[0] - found->begin) * h_now;
+    s->statistic[part] = found->fit.factor;
+    s->threshold[part] = s->limit;
+    s->confidence[part] = confidence;
+    s->value[part] = found->fit.value;
+    s->other[part] = other == (size_t)-1 ? -1 : (real)other;
+    s->usable[part] = found->kind == FAULT_WEAK;
+}
+
+static void release(faults *s, size_t channel)
+{
+    s->suspicion[channel] = -1;
+    s->suspect[faults_part(s, channel)] = 0;
+    restart(s, channel);
+}
+
+/* Apply a decision on a muscle: which parts cannot be used, and the force that remains. */
+static void decide(faults *s, size_t i, const hypothesis *found, real step, real confidence)
+{
+    const size_t m = s->m;
+    report(s, found, found->part, found->other, step, confidence);
+    release(s, i), release(s, m + i);
+    if (found->kind == FAULT_LENGTH_SWAPPED) {
+        release(s, found->other);
+        report(s, found, m + found->other, i, step, confidence);
+    }
+    if (found->kind == FAULT_BROKEN) s->usable[m + i] = 0, s->bound[i] = 0;
+    if (found->kind == FAULT_WEAK) s->bound[i] = found->fit.value * s->f_max[i];
+    if (found->kind == FAULT_JAMMED) s->bound[i] = s->predicted[faults_at(s, m + i, found->begin)];
+    for (size_t k = 2 * m; k < s->c; k++) release(s, k);
+    for (size_t k = 0; k < s->c; k++) restart(s, k);
+}
+
+static void isolate_muscle(faults *s, size_t i)
+{
+    const size_t m = s->m;
+    const real a = s->suspicion[i], b = s->suspicion[m + i], now = s->clock[0];
+    const real first = a < 0 ? b : b < 0 ? a : smaller(a, b);
+    hypotheses all = {.count = 0};
+    const real earliest = larger(now - WINDOW + 2, 1);
+    for (real begin = larger(earliest, first - WINDOW / 2); begin <= larger(first, earliest); begin++) {
+        add_muscle(s, i, begin, &all);
+        add_swap(s, i, begin, &all);
+    }
+    size_t best = 0;
+    for (size_t k = 1; k < all.count; k++)
+        if (all.list[k].fit.factor > all.list[best].fit.factor) best = k;
+    const real confidence = probability(&all, best);
+    if (confidence < MIN_CONFIDENCE && now - first < MAX_WAIT) return;
+    decide(s, i, &all.list[best], now > 0 ? s->now[0] / now : 0, confidence);
+}
+
+/* A changed pair of lengths can look like an error of an encoder, but then the lengths become suspect too. */
+static void isolate_encoder(faults *s, size_t channel)
+{
+    if (s->run[channel] == 0 && s->clock[0] - s->suspicion[channel] < ENCODER_WAIT) return;
+    const hypothesis found = {FAULT_ENCODER_STUCK, faults_part(s, channel), (size_t)-1,
+                              {s->level[channel] * s->limit, 0}, s->onset[channel]};
+    report(s, &found, found.part, found.other, s->clock[0] > 0 ? s->now[0] / s->clock[0] : 0, 1);
+    release(s, channel);
+    for (size_t k = 0; k < s->c; k++) restart(s, k);
+}
+
+void faults_isolate(faults *s)
+{
+    for (size_t i = 0; i < s->m; i++)
+        if (s->suspicion[i] >= 0 || s->suspicion[s->m + i] >= 0) isolate_muscle(s, i);
+    for (size_t i = 2 * s->m; i < s->c; i++)
+        if (s->suspicion[i] >= 0) isolate_encoder(s, i);
+}

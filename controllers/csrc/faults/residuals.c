@@ -1,0 +1,121 @@
+/* Residuals of the sensors in a tick.
+
+   With z - h(q) = H d + noise for all lengths and encoders, d = C H'R^-1 (z - h(q)), C = (H'R^-1 H)^-1. The
+   residual of sensor j against the fit of the others is r_j / (1 - h_j), with r = z - h(q) - H d and the leverage
+   h_j = H_j C H_j' / R_j; its variance is R_j / (1 - h_j). A sensor that is not used in the fit has the residual r_j
+   and the variance R_j + H_j C H_j'. */
+#include "../../../sim_dart/csrc/math/cholesky.h"
+#include "state.h"
+
+#include <string.h>
+
+static const real MIN_INDEPENDENT = (real)1e-4; /* 1 - h of a sensor that the others can verify */
+
+/* Return the variance of a length or encoder, and its derivative by q in `row`; 0: not measured. `difference`:
+   measured minus expected at q. */
+static real sensor(const faults *s, size_t channel, const real **row, real *difference)
+{
+    if (channel < s->m) {
+        const real noise = s->length_noise[channel];
+        *row = s->jacobian + channel * s->n;
+        *difference = s->lengths[channel] - s->path_lengths[channel];
+        return faults_is_measured(noise) && faults_is_number(*difference) ? noise * noise : 0;
+    }
+    const size_t j = channel - 2 * s->m;
+    const real noise = s->encoder_noise[j];
+    memset(s->row, 0, s->n * sizeof(real));
+    s->row[j] = 1;
+    *row = s->row;
+    *difference = s->encoders[j] - s->q[j];
+    return faults_is_measured(noise) && faults_is_number(*difference) ? noise * noise : 0;
+}
+
+static void store(faults *s, size_t channel, real predicted, real residual, real weight)
+{
+    const size_t at = faults_at(s, channel, s->clock[0]);
+    s->predicted[at] = predicted, s->residual[at] = residual, s->weight[at] = weight;
+}
+
+/* Add a sensor to the normal equations. */
+static void accumulate(faults *s, const real *row, real difference, real variance)
+{
+    const size_t n = s->n;
+    for (size_t j = 0; j < n; j++) {
+        const real scaled = row[j] / variance;
+        if (scaled == 0) continue;
+        s->shift[j] += scaled * difference;
+        for (size_t k = 0; k < n; k++) s->normal[j * n + k] += scaled * row[k];
+    }
+}
+
+static size_t next_geometric(const faults *s, size_t channel)
+{
+    return channel + 1 == s->m ? 2 * s->m : channel + 1;
+}
+
+/* Fit all used sensors. Return 0, or 1 if they do not determine the coordinates. */
+static int fit(faults *s)
+{
+    const size_t n = s->n;
+    const real *row;
+    real difference, variance;
+    memset(s->normal, 0, n * n * sizeof(real));
+    memset(s->shift, 0, n * sizeof(real));
+    for (size_t i = 0; i < s->c; i = next_geometric(s, i))
+        if (faults_is_used(s, i) && (variance = sensor(s, i, &row, &difference)) > 0)
+            accumulate(s, row, difference, variance);
+    if (cholesky_factor(n, s->normal, s->factor)) return 1;
+    cholesky_solve(n, s->factor, s->shift);
+    return 0;
+}
+
+int faults_pose(faults *s)
+{
+    if (fit(s)) return 1;
+    for (size_t j = 0; j < s->n; j++) s->q[j] += s->shift[j];
+    return 0;
+}
+
+void faults_fit(faults *s)
+{
+    const size_t n = s->n;
+    const real *row;
+    real difference, variance;
+    const int is_singular = fit(s);
+    for (size_t i = 0; i < s->c; i = next_geometric(s, i)) {
+        variance = sensor(s, i, &row, &difference);
+        if (is_singular || variance == 0) {
+            store(s, i, 0, 0, 0);
+            continue;
+        }
+        memcpy(s->solved, row, n * sizeof(real));
+        cholesky_solve(n, s->factor, s->solved);
+        const real spread = cholesky_dot(n, row, s->solved);
+        real residual = difference - cholesky_dot(n, row, s->shift), weight = 1 / (variance + spread);
+        if (faults_is_used(s, i)) {
+            const real independent = 1 - spread / variance;
+            residual /= independent;
+            weight = independent > MIN_INDEPENDENT ? independent / variance : 0;
+        }
+        const real measured = i < s->m ? s->lengths[i] : s->encoders[i - 2 * s->m];
+        store(s, i, measured - residual, weight > 0 ? residual : 0, weight);
+        faults_count(s, i, measured, variance);
+    }
+}
+
+void faults_compare_tensions(faults *s, real h)
+{
+    const real share = s->motor_lag[0] > 0 ? 1 - exponential(-h / s->motor_lag[0]) : 1;
+    for (size_t i = 0; i < s->m; i++) {
+        real *expected = &s->expected[i];
+        *expected = s->clock[0] > 0 ? *expected + share * (s->commands[i] - *expected) : s->commands[i];
+        const real error = s->tension_error[i] * *expected, noise = s->tension_noise[i];
+        const real variance = noise * noise + error * error;
+        if (!faults_is_number(s->tensions[i]) || !(variance > 0)) {
+            store(s, s->m + i, *expected, 0, 0);
+            continue;
+        }
+        store(s, s->m + i, *expected, s->tensions[i] - *expected, 1 / variance);
+        faults_count(s, s->m + i, s->tensions[i], variance);
+    }
+}

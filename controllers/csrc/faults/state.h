@@ -1,0 +1,125 @@
+/* Internal state of a monitor.
+
+   A channel is a sensor: m lengths, m tensions, n encoders. For each channel and each of the last WINDOW ticks
+   the monitor stores the prediction from other sensors or commands, the residual (measured minus predicted), and
+   its weight, the inverse of its variance. */
+#ifndef CARDSFLOW_FAULTS_STATE_H
+#define CARDSFLOW_FAULTS_STATE_H
+
+#include "../../../sim_dart/csrc/math/elementary.h"
+#include "faults.h"
+
+enum { WINDOW = 64 };
+
+/* ARRAY(name, number of reals); the arrays from clock to suspicion form the internal state. c channels, p parts. */
+#define FAULTS_REMEMBERED(ARRAY)                                                                       \
+    ARRAY(clock, 1)        /* ticks since the reset */                                                 \
+    ARRAY(now, 1)          /* in [s] */                                                                \
+    ARRAY(expected, m)     /* tension behind the lag of the motor */                                   \
+    ARRAY(residual, WINDOW *c)                                                                         \
+    ARRAY(weight, WINDOW *c)                                                                           \
+    ARRAY(predicted, WINDOW *c)                                                                        \
+    ARRAY(since, c)        /* first tick that may be used */                                           \
+    ARRAY(last, c)         /* last measured value */                                                   \
+    ARRAY(last_change, c)                                                                              \
+    ARRAY(seen, c)         /* number of measurements, of repeated values */                            \
+    ARRAY(repeats, c)                                                                                  \
+    ARRAY(roughness, c)    /* sum of squared second differences */                                     \
+    ARRAY(resolution, c)   /* smallest change */                                                       \
+    ARRAY(run, c)          /* repeated values up to now, and their log likelihood ratio */             \
+    ARRAY(evidence, c)                                                                                 \
+    ARRAY(torque_score_last, n)                                                                        \
+    ARRAY(kind, p)                                                                                     \
+    ARRAY(time, p)                                                                                     \
+    ARRAY(begin, p)                                                                                    \
+    ARRAY(statistic, p)                                                                                \
+    ARRAY(threshold, p)                                                                                \
+    ARRAY(confidence, p)                                                                               \
+    ARRAY(value, p)                                                                                    \
+    ARRAY(other, p)                                                                                    \
+    ARRAY(usable, p)                                                                                   \
+    ARRAY(suspect, p)                                                                                  \
+    ARRAY(bound, m)                                                                                    \
+    ARRAY(restart, 1)                                                                                  \
+    ARRAY(suspicion, c)    /* tick at which a channel became suspect; -1: it is not */
+#define FAULTS_ARRAYS(ARRAY)                                                                           \
+    ARRAY(lengths, m)                                                                                  \
+    ARRAY(encoders, n)                                                                                 \
+    ARRAY(tensions, m)                                                                                 \
+    ARRAY(commands, m)                                                                                 \
+    ARRAY(q, n)                                                                                        \
+    ARRAY(path_lengths, m)                                                                             \
+    ARRAY(jacobian, m *n)                                                                              \
+    ARRAY(torque_score, n)                                                                             \
+    ARRAY(torque_information, n *n)                                                                    \
+    ARRAY(false_alarms_per_hour, 1)                                                                    \
+    ARRAY(length_noise, m)                                                                             \
+    ARRAY(length_error, m)                                                                             \
+    ARRAY(encoder_noise, n)                                                                            \
+    ARRAY(tension_noise, m)                                                                            \
+    ARRAY(tension_error, m)                                                                            \
+    ARRAY(motor_lag, 1)                                                                                \
+    ARRAY(f_max, m)                                                                                    \
+    FAULTS_REMEMBERED(ARRAY)                                                                           \
+    ARRAY(normal, n *n)   /* of the least squares; its factor */                                       \
+    ARRAY(factor, n *n)                                                                                \
+    ARRAY(shift, n)                                                                                    \
+    ARRAY(row, n)                                                                                      \
+    ARRAY(solved, n)                                                                                   \
+    ARRAY(level, c)       /* largest statistic of each channel in this tick */                         \
+    ARRAY(onset, c)       /* tick at which its window begins */
+
+#define FAULTS_MEMBER(name, length) real *name;
+struct faults {
+    size_t n, m, c, p;
+    real limit, repeat_limit; /* thresholds in this tick */
+    FAULTS_ARRAYS(FAULTS_MEMBER)
+};
+#undef FAULTS_MEMBER
+
+static inline int faults_is_number(real x)
+{
+    return x - x == 0;
+}
+
+/* Return whether a noise setting enables a measurement. */
+static inline int faults_is_measured(real noise)
+{
+    return noise > 0 && faults_is_number(noise);
+}
+
+/* Return the index of a channel at a tick in the stored arrays. */
+static inline size_t faults_at(const faults *s, size_t channel, real tick)
+{
+    return channel * WINDOW + (size_t)tick % WINDOW + 0 * s->c;
+}
+
+/* Return the part of a channel: sensors follow the muscles. */
+static inline size_t faults_part(const faults *s, size_t channel)
+{
+    return s->m + channel;
+}
+
+/* Return whether a channel is used: its sensor has neither a fault nor a suspicion. */
+static inline int faults_is_used(const faults *s, size_t channel)
+{
+    return s->kind[faults_part(s, channel)] == 0 && s->suspicion[channel] < 0;
+}
+
+/* Store residuals of lengths and encoders against the fit of the others; of tensions against the commands. */
+void faults_fit(faults *s);
+void faults_compare_tensions(faults *s, real h);
+
+/* Update the counts of repeated values of a channel, whose noise has a variance according to the settings. */
+void faults_count(faults *s, size_t channel, real measured, real variance);
+
+/* Compute the thresholds for a tick of h seconds. */
+void faults_set_limits(faults *s, real h);
+
+/* Compute `level` and `onset` of a channel. */
+void faults_scan(faults *s, size_t channel);
+
+/* Decide about the suspect channels. */
+void faults_isolate(faults *s);
+
+#endif

@@ -1,0 +1,97 @@
+/* Statistics of a channel and their thresholds.
+
+   Mean of a window: with S = sum of weight times residual, I = sum of weights, and a constant model error of
+   variance e^2, z = S / sqrt(I + e^2 I^2) is normal. The probability that one of K tests exceeds z is at most
+   K P(|z|), so that P(|z|) = a / (2 K) bounds the expected number of false alarms per hour by a / 2.
+
+   Repeated values: a sensor whose noise exceeds its resolution rarely repeats a value. If k of N values were repeated, the
+   next one is repeated with probability (k + 1) / (N + 2) (uniform prior). A run of repeated values whose probability is
+   less than a / 2 divided by the number of tests is an alarm. This is valid only if the noise exceeds the resolution:
+   second differences of the values, which hardly contain the motion, must be larger than the smallest change and
+   comparable to the noise of the settings. */
+#include "state.h"
+
+enum { LAGS = 12, MIN_SEEN = 50 };
+static const int LAG[LAGS] = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64};
+
+static const real HOUR = 3600;
+static const real MAX_REPEATS = (real)0.25;
+static const real MIN_STEPS = 8;      /* second differences of noise, in multiples of the smallest change */
+static const real ROUNDING = (real)1e-4;  /* in multiples of the noise of the settings */
+static const real MIN_NOISE = (real)0.25; /* in multiples of the noise of the settings */
+
+/* Return z^2 / 2 with 2 phi(z) / z = tail, an upper bound of the quantile of a normal number. */
+static real half_square(real log_tail)
+{
+    const real constant = logarithm(2 / sqrt(2 * (real)PI)) - log_tail;
+    real half = larger(constant, (real)0.5);
+    for (int k = 0; k < 20; k++) half = larger(constant - logarithm(2 * half) / 2, (real)0.125);
+    return half;
+}
+
+void faults_set_limits(faults *s, real h)
+{
+    const real log_ticks = logarithm(HOUR / h) + logarithm((real)s->c) - logarithm(s->false_alarms_per_hour[0] / 2);
+    s->limit = half_square(-log_ticks - logarithm((real)LAGS));
+    s->repeat_limit = log_ticks;
+}
+
+static int is_noisy(const faults *s, size_t i, real variance)
+{
+    const real N = s->seen[i], mean = s->roughness[i] / N, step = MIN_STEPS * s->resolution[i];
+    return N > MIN_SEEN && s->repeats[i] < MAX_REPEATS * N && mean > step * step &&
+           mean > 6 * MIN_NOISE * MIN_NOISE * variance;
+}
+
+/* A change of a value with a resolution is a multiple of it, apart from rounding errors. */
+static void note_resolution(faults *s, size_t i, real change, real variance)
+{
+    if (change * change < ROUNDING * ROUNDING * variance) return;
+    if (s->resolution[i] == 0 || change < s->resolution[i]) s->resolution[i] = change;
+}
+
+void faults_count(faults *s, size_t i, real measured, real variance)
+{
+    const real change = measured - s->last[i], second = change - s->last_change[i];
+    s->last[i] = measured;
+    if (s->seen[i]++ == 0) return;
+    if (change != 0) {
+        if (s->seen[i] > 2) s->roughness[i] += second * second;
+        note_resolution(s, i, fabs(change), variance);
+        note_resolution(s, i, fabs(second), variance);
+        s->last_change[i] = change;
+        s->run[i] = s->evidence[i] = 0;
+        return;
+    }
+    if (is_noisy(s, i, variance)) s->evidence[i] += logarithm(s->seen[i] + 2) - logarithm(s->repeats[i] + 1);
+    s->run[i]++;
+    s->repeats[i]++;
+}
+
+static real model_error(const faults *s, size_t channel)
+{
+    return channel < s->m ? s->length_error[channel] : 0;
+}
+
+void faults_scan(faults *s, size_t i)
+{
+    const real now = s->clock[0], e = model_error(s, i);
+    real S = 0, I = 0, best = 0;
+    int lag = 0;
+    s->onset[i] = now;
+    for (int k = 0; k < WINDOW && now - k >= s->since[i]; k++) {
+        const size_t at = faults_at(s, i, now - k);
+        S += s->weight[at] * s->residual[at];
+        I += s->weight[at];
+        if (k + 1 != LAG[lag]) continue;
+        lag++;
+        if (!(I > 0)) continue;
+        const real half = S * S / (I + e * e * I * I) / 2;
+        if (half > best) best = half, s->onset[i] = now - k;
+    }
+    /* Both kinds of evidence in units of their own threshold. */
+    best /= s->limit;
+    const real of_run = s->evidence[i] / s->repeat_limit;
+    if (of_run > best) best = of_run, s->onset[i] = now - s->run[i] + 1;
+    s->level[i] = best;
+}
