@@ -159,6 +159,7 @@
     ARRAY(condition_slope, conditions) /* derivative of that by its coordinate */                      \
     ARRAY(move_slope, moves)           /* of the function that moves a point */                        \
     ARRAY(is_routed, muscles)          /* 1: routed.c computes it */                                   \
+    ARRAY(stored_path, PATH_NUMBERS *wraps) /* of an ellipsoid: last path of a wrap, see ellipsoid.c */ \
     ARRAY(wrap_contact, CONTACT_NUMBERS *wraps)                                                        \
     ARRAY(pulley_contact, CONTACT_NUMBERS *pulleys)
 
@@ -167,6 +168,9 @@
 
 /* Maximum number of lanes after the last wrap that complete a vector. */
 #define LANE_PADDING 3
+
+/* See ellipsoid.c. */
+#define PATH_NUMBERS 20
 
 /* Seven vectors and an angle: see core_trace. */
 #define CONTACT_NUMBERS 22

@@ -19,6 +19,7 @@ typedef struct {
     const real *axis;   /* z axis in the world */
     const real *across; /* of an ellipsoid: its x axis in the world */
     const real *half_axes; /* half axes along y and z, in [m]; the half axis along x is the radius */
+    real *stored;          /* of an ellipsoid: PATH_NUMBERS of its last path (see ellipsoid.c), or NULL */
 } wrap_surface;
 
 /* Selection of a path around a surface. */

@@ -41,7 +41,7 @@ static inline real add_segment(const core *c, int32_t k, real *row)
 static inline int find_way(const core *c, int32_t k, int32_t w, wrap_surface *surface, wrap_way *way)
 {
     const real *A = c->point + 3 * k, *B = A + 3;
-    *surface = placed_surface(c, c->blob.wrap_surface[w]);
+    *surface = wrapped_surface(c, w);
     *way = wrap_way_of(c, w);
     if (c->wrap_is_inside[w] != 0) way->side = WRAP_INSIDE, way->is_counted = 0;
     if (!USES_ROUTES || c->blob.wrap_rule[w] == RULE_TAUT || way->side == WRAP_INSIDE) return 1;
@@ -125,7 +125,7 @@ static real add_sequence(core *c, int32_t k, progress at, int32_t surfaces, int3
     }
     for (int32_t i = 0; i < surfaces; i++) {
         const int32_t s = c->blob.wrap_surface[at.wrap + i];
-        placed[i] = placed_surface(c, s);
+        placed[i] = wrapped_surface(c, at.wrap + i);
         parts[pulleys + i].surface = placed + i;
         parts[pulleys + i].way = wrap_way_of(c, at.wrap + i);
         frames[pulleys + i + 1] = c->blob.surface_frame[s];
@@ -297,7 +297,7 @@ static void walk(core *c, int is_traced)
 void paths_prepare(core *c)
 {
     structure_prepare(c);
-    for (int32_t w = 0; w < c->blob.counts.wraps; w++) c->wrap_turning[w] = NAN;
+    for (int32_t w = 0; w < c->blob.counts.wraps; w++) c->wrap_turning[w] = c->stored_path[PATH_NUMBERS * w] = NAN;
     if (USES_ROUTES) routed_prepare(c);
     if (USES_WRAPS) wrap_simd_prepare(c);
 }

@@ -3,6 +3,7 @@
 #define CARDSFLOW_PLACE_H
 
 #include "../blob/state.h"
+#include "../optional_parts.h"
 #include "cable.h"
 
 #include <string.h>
@@ -20,7 +21,15 @@ static inline wrap_surface placed_surface(const core *c, int32_t s)
     const real *place = c->surface_place + 6 * s;
     const wrap_surface placed = {c->blob.surface_kind[s], c->blob.surface_radius[s],
                                  c->blob.surface_half[s], place, place + 3,
-                                 c->surface_across + 3 * s, c->blob.surface_half_axes + 2 * s};
+                                 c->surface_across + 3 * s, c->blob.surface_half_axes + 2 * s, NULL};
+    return placed;
+}
+
+/* Return the surface of a wrap. */
+static inline wrap_surface wrapped_surface(const core *c, int32_t w)
+{
+    wrap_surface placed = placed_surface(c, c->blob.wrap_surface[w]);
+    if (USES_ELLIPSOIDS) placed.stored = c->stored_path + PATH_NUMBERS * w;
     return placed;
 }
 

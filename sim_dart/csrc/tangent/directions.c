@@ -29,10 +29,12 @@ void core_tangent_place(core_tangent *t, const core *plain, const double *comman
     core *c = t->core;
     const size_t n = dofs_of(t), m = (size_t)c->blob.counts.muscles;
     const double *plain_numbers[] = {(const void *)plain->q, (const void *)plain->qd, (const void *)plain->law_states,
-                                     (const void *)plain->lengths, (const void *)plain->rates};
-    real *const own[] = {c->q, c->qd, c->law_states, c->lengths, c->rates};
-    const size_t lengths[] = {n, n, (size_t)c->blob.law_states, m, m};
-    for (int k = 0; k < 5; k++) put(own[k], plain_numbers[k], lengths[k]);
+                                     (const void *)plain->lengths, (const void *)plain->rates,
+                                     (const void *)plain->stored_path};
+    real *const own[] = {c->q, c->qd, c->law_states, c->lengths, c->rates, c->stored_path};
+    const size_t paths = PATH_NUMBERS * (size_t)c->blob.counts.wraps;
+    const size_t lengths[] = {n, n, (size_t)c->blob.law_states, m, m, paths};
+    for (int k = 0; k < 6; k++) put(own[k], plain_numbers[k], lengths[k]);
     put(c->commands, commands, m);
     put(t->torques, torques, n);
     put(c->torques, (const void *)plain->torques, n);

@@ -28,6 +28,7 @@
 #include "../paths/wrap_inside.c"
 #include "../paths/ellipsoid/geodesic.c"
 #include "../paths/ellipsoid/fan.c"
+#include "../paths/ellipsoid/shot.c"
 #include "../paths/ellipsoid/ellipsoid.c"
 #include "../paths/wrap_simd.c"
 #include "../paths/wrap.c"

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.robots.bent_cables import with_bent_cables
 from support.robots.loops import five_bar
 from support.robots.muscle_bench import SOUND, slider
 from support.robots.robots import EXAMPLES, PLANAR_2R
+from support.robots.wrapped import over_ellipsoids
 
-from addin_sdfusion.robot import CardsflowError, Robot
+from addin_sdfusion.robot import WORLD, CardsflowError, Robot, ViaPoint
 from cardsflow_fmu import Experiment
 from sim_dart import Plant
 from sim_dart.optimal.shooting import Shooting
@@ -73,6 +76,18 @@ def test_derivatives_with_muscle_laws_match_differences() -> None:
     rng = np.random.default_rng(2)
     x = rng.uniform(0.2, 0.8, (COUNT, shooting.nx))
     _check_derivatives(shooting, x, rng.uniform(0.2, 0.8, (COUNT, 6)), np.full(COUNT, H))
+
+
+@pytest.mark.parametrize("is_inside", [False, True])
+def test_derivatives_over_ellipsoids_match_differences(is_inside: bool) -> None:
+    """With an end inside, the ellipsoid changes with the pose."""
+    robot = over_ellipsoids()
+    if is_inside:
+        inner = ViaPoint(WORLD, (0.0, 0.0, 0.05))
+        ends = [replace(m, via_points=(inner, *m.via_points[1:])) for m in robot.muscles]
+        robot = robot.with_muscles(ends)
+    shooting = Shooting(robot, 1)
+    _check_derivatives(shooting, *_arguments(shooting))
 
 
 def test_derivatives_of_every_muscle_law_match_differences() -> None:

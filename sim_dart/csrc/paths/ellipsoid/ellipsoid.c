@@ -1,40 +1,28 @@
-/* A cable over one ellipsoid: two tangents and a geodesic between them, found by shooting.
-
-   The tangents from the end a touch the ellipsoid on an ellipse, at the angle alpha (see fan.h); the
-   tangents from b, at the angle beta. The geodesic that continues the tangent at alpha reaches, after the
-   length s, a point Q with the direction T. The tangent to b begins at P with the direction t. With m
-   perpendicular to t on the surface, the cable is taut if
-
-     (Q - P).t = 0,    (Q - P).m = 0,    T.m = 0.
-
-   Newton's method solves this for s, alpha and beta. The derivative of Q and T by alpha is a Jacobi field,
-   which is integrated with the geodesic. The search starts at the shortest plane paths (fan.c), at each
-   local minimum among neighbouring planes. The shortest solution is selected: the length depends only on the
-   ends, not on earlier moves. Its gradient is that of the straight parts (envelope theorem).
+/* A cable over one ellipsoid: two tangents and a geodesic between them (shot.c), found by a search among plane
+   paths (taut_search.c). The gradient of the length is that of the straight parts (envelope theorem).
 
    If an end is inside, the ellipsoid shrinks in proportion until its surface passes through the end, as for
    a sphere. The length is then also a function of this scale c. Since it is homogeneous in a, b and c,
 
-     c dl/dc = l - a.dl/da - b.dl/db. */
+     c dl/dc = l - a.dl/da - b.dl/db.
+
+   Derivatives need no search. At the found contact, the implicit function theorem determines the changes of
+   the contact from those of the three equations. If the ellipsoid does not change, these follow from the Jacobi
+   fields of the geodesic, which do not depend on the direction of the derivative. */
 #include "ellipsoid.h"
 
+#include "../../blob/state.h"
 #include "../../math/elementary.h"
 #include "../../math/vectors.h"
-#include "fan.h"
 #include "geodesic.h"
+#include "shot.h"
+#include "taut_search.h"
 
 #include <math.h>
 #include <string.h>
 
-#define MAX_SHOTS 40
-#define CONTINUED_SHOTS 8 /* the same from a contact with other ends; if these fail, the search starts again */
-#define HALVINGS 6
-#define LAST_SHOT_STEP PRECISE(1e-8, 2e-4) /* last step: the remaining error is about its square */
-#define ROUNDING_SQUARE PRECISE(1e-24, 1e-10)      /* square of the residual that only rounding errors cause */
-#define MAX_TURN 0.5
-#define FINE_FROM 1e-3 /* after smaller steps, geodesics are computed up to rounding */
-#define FINE_TERM PRECISE(1e-15, 1e-8)
-#define ROUGH_TERM PRECISE(1e-9, 1e-7)
+/* Derivatives use the result of the plain core, whose ends differ by rounding. */
+#define SAME_ENDS (HAS_TANGENT ? 1e-13 : 0)
 #define MIN_CIRCLE 1e-3 /* minimum circle of tangents: on smaller ones angles are undefined */
 
 /* Ends and half axes in the frame of the ellipsoid, divided by its longest half axis. */
@@ -46,20 +34,6 @@ typedef struct {
     real scale;
     real nearest; /* position on the straight line, 0 to 1, nearest to the centre, scaled */
 } ellipsoid_view;
-
-/* Contact point of a tangent: directions of the cable there and their derivatives by the angle. */
-typedef struct {
-    real x[3], t[3], m[3]; /* point, direction from a to b, perpendicular to it on the surface */
-    real span;             /* length from the end */
-    real by_t, by_m, turn; /* derivatives: of x along t and m, of t along m */
-} tangent_at;
-
-typedef struct {
-    path_over way;
-    tangent_at a, b;
-    geodesic_point end;
-    real gap[3], square; /* the three equations; the sum of their squares */
-} shot;
 
 /* ------------------------------------------------------------------------------ the ellipsoid and the ends */
 
@@ -95,178 +69,128 @@ static void shrink_ellipsoid(ellipsoid_view *v)
     for (int k = 0; k < 3; k++) v->r[k] *= v->scale, v->scaled_a[k] /= v->scale, v->scaled_b[k] /= v->scale;
 }
 
-/* ------------------------------------------------------------------------------ shooting */
+/* ------------------------------------------------------------------------------ contact */
 
-/* `sense`: 1 if the cable runs along the tangent, -1 if it runs against it. */
-static void find_tangent(const ellipsoid_view *v, const tangent_cone *c, const real end[3], const real angle[2], int sense,
-                         tangent_at *out)
-{
-    real u[3], du[3], n[3];
-    for (int k = 0; k < 3; k++) {
-        u[k] = v->r[k] * (angle[0] * c->first[k] + angle[1] * c->second[k] - c->rho * c->at[k]);
-        du[k] = v->r[k] * (angle[0] * c->second[k] - angle[1] * c->first[k]);
-    }
-    const real size = sqrt(dot3(u, u));
-    for (int k = 0; k < 3; k++) {
-        out->x[k] = end[k] + c->rho * u[k];
-        out->t[k] = sense * u[k] / size;
-        n[k] = out->x[k] / (v->r[k] * v->r[k]);
-    }
-    cross3(out->m, n, out->t);
-    const real across = sqrt(dot3(out->m, out->m));
-    for (int k = 0; k < 3; k++) out->m[k] /= across;
-    out->span = c->rho * size;
-    out->by_t = c->rho * dot3(du, out->t);
-    out->by_m = c->rho * dot3(du, out->m);
-    out->turn = sense * dot3(du, out->m) / size;
-}
+/* Numbers that are stored for a wrap: ends, half axes and side of the last search, its answer and way, and the
+   Jacobi fields, which are NAN before they are computed. */
+enum { KEY_NUMBERS = 10, ANSWER = KEY_NUMBERS, WAY, FIELDS = WAY + WAY_NUMBERS };
+typedef char stored_numbers_fit[FIELDS + 4 == PATH_NUMBERS ? 1 : -1];
 
-static void shoot(const ellipsoid_view *v, const tangent_cone cones[2], real last_term, shot *s)
-{
-    real missed[3];
-    find_tangent(v, cones, v->a, s->way.a, 1, &s->a);
-    find_tangent(v, cones + 1, v->b, s->way.b, -1, &s->b);
-    memcpy(s->end.x, s->a.x, sizeof s->end.x);
-    memcpy(s->end.v, s->a.t, sizeof s->end.v);
-    s->end.j = s->a.by_m, s->end.dj = s->a.turn;
-    geodesic_follow(v->r, s->way.contact, last_term, &s->end, NULL);
-    for (int k = 0; k < 3; k++) missed[k] = s->end.x[k] - s->b.x[k];
-    s->gap[0] = dot3(missed, s->b.t), s->gap[1] = dot3(missed, s->b.m), s->gap[2] = dot3(s->end.v, s->b.m);
-    s->square = dot3(s->gap, s->gap);
-    if (!(value_of(dot3(s->end.v, s->b.t)) > 0)) s->square += 4; /* it comes from the opposite direction */
-}
-
-/* Turn a tangent by an angle, approximately. */
-static void turn_tangent(real angle[2], real by)
-{
-    const real t = 0.5 * by, per = 1 / (1 + t * t), c = angle[0], s = angle[1];
-    const real cosine_ = (1 - t * t) * per, sine_ = 2 * t * per;
-    angle[0] = cosine_ * c - sine_ * s, angle[1] = sine_ * c + cosine_ * s;
-}
-
-static void move_way(path_over *way, const real step[3], real part)
-{
-    turn_tangent(way->a, part * step[0]);
-    turn_tangent(way->b, part * step[1]);
-    way->contact += part * step[2];
-}
-
-/* Compute Newton's step of alpha, beta and s. Return its size. */
-static real newton_step(const shot *s, real step[3])
-{
-    const real det = s->end.dj * s->b.by_m - s->end.j * s->b.turn;
-    if (det == 0) return INFINITY;
-    step[0] = (s->b.turn * s->gap[1] - s->b.by_m * s->gap[2]) / det;
-    step[1] = (s->end.dj * s->gap[1] - s->end.j * s->gap[2]) / det;
-    step[2] = -s->gap[0] - s->a.by_t * step[0] + s->b.by_t * step[1];
-    return value_of(fabs(step[0])) + value_of(fabs(step[1])) + value_of(fabs(step[2]));
-}
-
-/* Iterate, at most that many shots. Each step is shortened until the residual decreases. Return whether it converges. */
-static int solve_geodesic(const ellipsoid_view *v, const tangent_cone cones[2], int most, shot *s)
-{
-    int is_found = 0;
-    real last_term = ROUGH_TERM;
-    shoot(v, cones, last_term, s);
-    for (int shots = 1; shots < most;) {
-        real step[3] = {0, 0, 0};
-        const real size = newton_step(s, step);
-        if (!isfinite(size)) return 0;
-        const int is_last = last_term == FINE_TERM && (value_of(size) <= LAST_SHOT_STEP || value_of(s->square) <= ROUNDING_SQUARE);
-        if (value_of(size) <= FINE_FROM) last_term = FINE_TERM;
-        real part = value_of(size) > MAX_TURN ? MAX_TURN / size : 1;
-        shot next = *s;
-        for (int halving = 0;; halving++, part *= 0.5) {
-            next.way = s->way;
-            move_way(&next.way, step, part);
-            if (is_last && (!HAS_TANGENT || is_found)) { /* only the end tangents are needed */
-                find_tangent(v, cones, v->a, next.way.a, 1, &next.a);
-                find_tangent(v, cones + 1, v->b, next.way.b, -1, &next.b);
-                *s = next;
-                return 1;
-            }
-            shoot(v, cones, last_term, &next), shots++;
-            if (is_last || halving == HALVINGS || value_of(next.square) < value_of(s->square)) break;
-        }
-        *s = next;
-        is_found = is_last;
-    }
-    return 0;
-}
-
-static real whole_length(const shot *s)
-{
-    return s->a.span + s->way.contact + s->b.span;
-}
-
-/* Return whether the contact begins or ends in a half. */
-static int is_on_side(const shot *s, int side)
-{
-    const int k = (side < 0 ? -side : side) - 1, sign = side < 0 ? -1 : 1;
-    return !side || value_of(sign * s->a.x[k]) >= 0 || value_of(sign * s->b.x[k]) >= 0;
-}
-
-/* Find the shortest solution from starts in a number of planes. Return 0 if a start does not converge. */
-static int search_geodesics(const ellipsoid_view *v, const tangent_cone cones[2], int planes, int side, shot *best, int *is_found)
-{
-    path_over starts[MAX_STARTS];
-    const int count = fan_starts(v->r, cones, planes, starts);
-    int is_complete = count > 0;
-    for (int k = 0; k < count; k++) {
-        shot s;
-        s.way = starts[k];
-        if (!solve_geodesic(v, cones, MAX_SHOTS, &s) || !(value_of(s.way.contact) > 0)) {
-            is_complete = 0;
-            continue;
-        }
-        const int rank = is_on_side(&s, side) ? 2 : 1; /* contacts in the half have priority */
-        if (rank < *is_found) continue;
-        if (rank > *is_found || value_of(whole_length(&s)) < value_of(whole_length(best))) *best = s;
-        *is_found = rank;
-    }
-    return is_complete;
-}
-
-/* Use the path in the best plane, which is longer, for the few cases across a long ellipsoid in which
-   shooting fails. */
-static int use_plane(const ellipsoid_view *v, const tangent_cone cones[2], shot *best)
-{
-    path_over starts[MAX_STARTS];
-    if (!fan_starts(v->r, cones, MANY_PLANES, starts)) return 0;
-    best->way = starts[0];
-    find_tangent(v, cones, v->a, best->way.a, 1, &best->a);
-    find_tangent(v, cones + 1, v->b, best->way.b, -1, &best->b);
-    return 1;
-}
-
-/* Start from a contact in the world, possibly for other ends. Return 0 if this does not converge. */
-static int continue_from(const wrap_surface *s, const ellipsoid_view *v, const tangent_cone cones[2], const contact *from,
-                         shot *best)
+/* Convert a contact in the world, possibly for other ends, to a way. Return 0 if this is impossible. */
+static int way_of(const wrap_surface *s, const ellipsoid_view *v, const tangent_cone cones[2], const contact *from,
+                  plain_real way[WAY_NUMBERS])
 {
     if (!from || !(value_of(from->pull.angle) > 0)) return 0;
     for (int end = 0; end < 2; end++) {
         const real *p = end ? from->lift : from->touch;
-        real y[3], *angle = end ? best->way.b : best->way.a;
         const real at[3] = {p[0] - s->centre[0], p[1] - s->centre[1], p[2] - s->centre[2]};
+        real y[3];
         for (int k = 0; k < 3; k++) y[k] = dot3(v->R[k], at) / (v->unit * v->r[k]);
         const real c = dot3(y, cones[end].first), sine_ = dot3(y, cones[end].second), size = sqrt(c * c + sine_ * sine_);
         if (!(value_of(size) > MIN_CIRCLE)) return 0;
-        angle[0] = c / size, angle[1] = sine_ / size;
+        way[2 * end] = value_of(c / size), way[2 * end + 1] = value_of(sine_ / size);
     }
-    best->way.contact = from->pull.angle / v->unit;
-    return solve_geodesic(v, cones, CONTINUED_SHOTS, best) && value_of(best->way.contact) > 0;
+    way[4] = value_of(from->pull.angle / v->unit);
+    return 1;
 }
+
+static void set_task(const wrap_surface *s, const ellipsoid_view *v, const tangent_cone cones[2], const wrap_way *way,
+                     taut_task *task)
+{
+    for (int k = 0; k < 3; k++) {
+        task->r[k] = value_of(v->r[k]);
+        task->ends[0][k] = value_of(v->a[k]), task->ends[1][k] = value_of(v->b[k]);
+        task->scaled[0][k] = value_of(v->scaled_a[k]), task->scaled[1][k] = value_of(v->scaled_b[k]);
+    }
+    task->side = way->side;
+    memset(task->from, 0, sizeof task->from);
+    task->is_continued = way_of(s, v, cones, way->from, task->from);
+}
+
+/* Search, or use the stored result for the same numbers, which are replaced. */
+static enum taut_answer search(const taut_task *task, real *stored)
+{
+    plain_real way[WAY_NUMBERS], key[KEY_NUMBERS];
+    memcpy(key, task->scaled, sizeof task->scaled);
+    memcpy(key + 6, task->r, sizeof task->r);
+    key[9] = (plain_real)task->side;
+    int is_same = !task->is_continued;
+    for (int k = 0; k < KEY_NUMBERS; k++) is_same = is_same && value_of(fabs(stored[k] - key[k])) <= SAME_ENDS;
+    if (is_same) return (enum taut_answer)value_of(stored[ANSWER]);
+    const enum taut_answer answer = taut_search(task, way);
+    for (int k = 0; k < KEY_NUMBERS; k++) stored[k] = task->is_continued ? NAN : key[k];
+    for (int k = 0; k < WAY_NUMBERS && answer; k++) stored[WAY + k] = way[k];
+    stored[ANSWER] = answer, stored[FIELDS] = NAN;
+    return answer;
+}
+
+#if HAS_TANGENT
+
+static real change_of(real x)
+{
+    return with_tangent(0, tangent_of(x));
+}
+
+static real change_along(const real u[3], const real v[3])
+{
+    real sum = 0;
+    for (int k = 0; k < 3; k++) sum += change_of(u[k]) * value_of(v[k]);
+    return sum;
+}
+
+/* Compute the changes of the three equations of a solution, for a constant way and a constant ellipsoid. */
+static void change_equations(const taut_task *task, real *stored, shot *s)
+{
+    plain_real way[WAY_NUMBERS], fields[4];
+    if (!is_not_a_number(stored[FIELDS])) {
+        for (int k = 0; k < 4; k++) fields[k] = value_of(stored[FIELDS + k]);
+    } else {
+        for (int k = 0; k < WAY_NUMBERS; k++) way[k] = value_of(stored[WAY + k]);
+        taut_fields(task, way, fields);
+        for (int k = 0; k < 4; k++) stored[FIELDS + k] = fields[k];
+    }
+    const real off = change_along(s->a.x, s->a.m), turn = change_along(s->a.t, s->a.m);
+    s->end.j = s->a.by_m * fields[0] + s->a.turn * fields[2];
+    s->end.dj = s->a.by_m * fields[1] + s->a.turn * fields[3];
+    s->gap[0] = change_along(s->a.x, s->a.t) - change_along(s->b.x, s->b.t);
+    s->gap[1] = off * fields[0] + turn * fields[2] - change_along(s->b.x, s->b.m);
+    s->gap[2] = off * fields[1] + turn * fields[3] - change_along(s->b.t, s->b.m);
+}
+
+/* Add the changes of a solution. */
+static void change_contact(const cable_ends *e, const taut_task *task, real *stored, shot *s)
+{
+    real step[3] = {0, 0, 0};
+    const int is_constant = tangent_of(e->r[0]) == 0 && tangent_of(e->r[1]) == 0 && tangent_of(e->r[2]) == 0;
+    if (is_constant)
+        change_equations(task, stored, s);
+    else
+        shot_follow(e, FINE_TERM, s);
+    if (!isfinite(shot_step(s, step))) return;
+    shot_move(&s->way, step, 1);
+    shot_tangents(e, s);
+}
+
+#endif
 
 static int find_geodesic(const wrap_surface *s, const ellipsoid_view *v, const wrap_way *way, shot *best)
 {
-    const int side = (int)way->side;
-    tangent_cone cones[2];
-    int is_found = 0;
-    fan_cones(v->scaled_a, v->scaled_b, cones);
-    if (continue_from(s, v, cones, way->from, best)) return 1;
-    if (search_geodesics(v, cones, FEW_PLANES, side, best, &is_found)) return 1;
-    search_geodesics(v, cones, MANY_PLANES, side, best, &is_found);
-    return is_found || use_plane(v, cones, best);
+    real own[PATH_NUMBERS] = {NAN}, *stored = s->stored ? s->stored : own;
+    taut_task task;
+    cable_ends e;
+    memcpy(e.r, v->r, sizeof e.r), memcpy(e.a, v->a, sizeof e.a), memcpy(e.b, v->b, sizeof e.b);
+    fan_cones(v->scaled_a, v->scaled_b, e.cones);
+    set_task(s, v, e.cones, way, &task);
+    const enum taut_answer answer = search(&task, stored);
+    if (answer == TAUT_NONE) return 0;
+    memcpy(best->way.a, stored + WAY, sizeof best->way.a);
+    memcpy(best->way.b, stored + WAY + 2, sizeof best->way.b);
+    best->way.contact = stored[WAY + 4];
+    shot_tangents(&e, best);
+#if HAS_TANGENT
+    if (answer == TAUT_PATH) change_contact(&e, &task, stored, best);
+#endif
+    return 1;
 }
 
 /* ------------------------------------------------------------------------------ pull */
@@ -277,7 +201,7 @@ static void compute_directions(const ellipsoid_view *v, const shot *s, pull *out
     real entering[3], leaving[3];
     memcpy(entering, s->a.t, sizeof entering);
     memcpy(leaving, s->b.t, sizeof leaving);
-    const real length = whole_length(s);
+    const real length = shot_length(s);
     if (v->shrunk_by) {
         const real *end = v->shrunk_by == 1 ? v->a : v->b;
         const real rate = (length + dot3(v->a, entering) - dot3(v->b, leaving)) / (v->scale * v->scale);

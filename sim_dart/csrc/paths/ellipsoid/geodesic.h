@@ -4,6 +4,9 @@
 
 #include "../../numbers/real.h"
 
+/* Last term of a geodesic up to rounding. */
+#define FINE_TERM PRECISE(1e-15, 1e-8)
+
 /* A point of a geodesic, and the neighbouring geodesic at the distance j. */
 typedef struct {
     real x[3], v[3]; /* position; direction, a unit vector */

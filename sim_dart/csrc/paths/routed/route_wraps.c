@@ -21,7 +21,7 @@
 
 static wrap_surface surface_of(const core *c, int32_t w)
 {
-    return placed_surface(c, c->blob.wrap_surface[w]);
+    return wrapped_surface(c, w);
 }
 
 /* The rules of other programs do not taper the ends of a cylinder. */
@@ -43,31 +43,6 @@ int route_wraps_rule(const core *c, int32_t w, const real A[3], const real B[3],
     const int how = wrap_rule(c->blob.wrap_rule[w], s, g >= 0 ? guide : NULL, A, B, way);
     *s = without_ends(*s);
     return how;
-}
-
-static int is_equal(const real a[3], const real b[3])
-{
-    return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
-}
-
-/* Compute the contact of a wrap. The last contact of an ellipsoid is stored: rounds repeat the same ends. */
-static void contact_over(route *r, int32_t w, const wrap_surface *s, const wrap_way *way, const real A[3], const real B[3],
-                         contact *over)
-{
-    const int32_t at = w - r->wraps;
-    if (s->kind != SURFACE_ELLIPSOID || at >= MAX_SEQUENCE) {
-        wrap_over(s, way, A, B, over);
-        return;
-    }
-    known_contact *known = r->known + at;
-    const size_t size = sizeof known->ends[0];
-    const int is_same = known->is_known && known->side == way->side;
-    if (!is_same || !is_equal(known->ends[0], A) || !is_equal(known->ends[1], B)) {
-        wrap_over(s, way, A, B, &known->over);
-        memcpy(known->ends[0], A, size), memcpy(known->ends[1], B, size);
-        known->is_known = 1, known->side = way->side;
-    }
-    *over = known->over;
 }
 
 static const real *point_of(const core *c, int32_t k)
@@ -104,14 +79,14 @@ static int32_t wrap_of_rank(const core *c, const route *r, int32_t i, int rank, 
 }
 
 /* Evaluate a straight part. Return 1 if its line meets the surface. */
-static int try_part(const core *c, route *r, int32_t w, int32_t i, int rank, const real A[3], const real B[3], place_found *best)
+static int try_part(const core *c, int32_t w, int32_t i, int rank, const real A[3], const real B[3], place_found *best)
 {
     wrap_way way;
     contact over;
     wrap_surface s = surface_of(c, w);
     const int how = route_wraps_rule(c, w, A, B, &s, &way);
     if (how == RULE_STRAIGHT) return 0;
-    contact_over(r, w, &s, &way, A, B, &over);
+    wrap_over(&s, &way, A, B, &over);
     const real d[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]}, change = over.pull.length - sqrt(dot3(d, d));
     if (how != RULE_MEETS && !(value_of(change) < value_of(best->change))) return 0;
     best->before = i, best->rank = rank, best->sense = way.side, best->change = change;
@@ -120,7 +95,7 @@ static int try_part(const core *c, route *r, int32_t w, int32_t i, int rank, con
     return how == RULE_MEETS;
 }
 
-static place_found find_place(const core *c, route *r, int32_t w)
+static place_found find_place(const core *c, const route *r, int32_t w)
 {
     const int32_t stop = c->blob.wrap_last[w] + 2;
     place_found best = {.before = -1, .change = INFINITY};
@@ -130,7 +105,7 @@ static place_found find_place(const core *c, route *r, int32_t w)
         const real *from = point_of(c, i);
         for (int rank = 0; from; rank++) {
             const int32_t other = wrap_of_rank(c, r, i, rank, w);
-            if (try_part(c, r, w, i, rank, from, other < 0 ? point_of(c, j) : touch_of(c, other), &best)) return best;
+            if (try_part(c, w, i, rank, from, other < 0 ? point_of(c, j) : touch_of(c, other), &best)) return best;
             from = other < 0 ? NULL : touch_of(c, other) + 3;
         }
     }
@@ -145,7 +120,7 @@ static void shift_ranks(core *c, const route *r, int32_t i, int rank, int by)
 }
 
 /* Place a wrap again. Return whether its segment has changed. */
-static int relocate_wrap(core *c, route *r, int32_t w)
+static int relocate_wrap(core *c, const route *r, int32_t w)
 {
     const int32_t was = (int32_t)value_of(c->wrap_before[w]);
     const int rank = (int)value_of(c->wrap_rank[w]), sense = (int)value_of(c->wrap_turn[w]);
@@ -159,7 +134,7 @@ static int relocate_wrap(core *c, route *r, int32_t w)
     return found.before != was || (was >= 0 && (found.rank != rank || found.sense != sense));
 }
 
-void route_wraps_choose(core *c, route *r)
+void route_wraps_choose(core *c, const route *r)
 {
     int is_searched = 0;
     for (int32_t w = r->wraps, rank = 0; w < r->wraps + r->wrap_count; w++) {
@@ -188,7 +163,7 @@ static void take(const core *c, const route *r, const real u[3], const real at[3
 }
 
 /* Compute the path over one surface. */
-static int path_over_one(core *c, route *r, int32_t w, int32_t i, int32_t j, path_between *way, real *row,
+static int path_over_one(core *c, const route *r, int32_t w, int32_t i, int32_t j, path_between *way, real *row,
                          int is_traced)
 {
     const real *A = point_of(c, i), *B = point_of(c, j);
@@ -198,12 +173,12 @@ static int path_over_one(core *c, route *r, int32_t w, int32_t i, int32_t j, pat
     wrap_way round = wrap_way_of(c, w);
     pull over;
     if (!is_taut && route_wraps_rule(c, w, A, B, &s, &round) == RULE_STRAIGHT) return 0;
-    contact passed;
-    const int is_ellipsoid = s.kind == SURFACE_ELLIPSOID;
-    if (is_traced || is_ellipsoid) contact_over(r, w, &s, &round, A, B, &passed);
-    if (is_traced) write_contact(c->wrap_contact + CONTACT_NUMBERS * w, &passed, A, B);
-    if (is_ellipsoid) over = passed.pull;
-    const int is_touched = is_ellipsoid ? value_of(over.angle) > 0 : wrap_pull(&s, &round, A, B, BOTH_ENDS, &over);
+    if (is_traced) {
+        contact passed;
+        wrap_over(&s, &round, A, B, &passed);
+        write_contact(c->wrap_contact + CONTACT_NUMBERS * w, &passed, A, B);
+    }
+    const int is_touched = wrap_pull(&s, &round, A, B, BOTH_ENDS, &over);
     if (round.is_counted) c->wrap_turning[w] = over.turning;
     if (!is_touched) return 0;
     way->length = over.length;
@@ -216,7 +191,7 @@ static int path_over_one(core *c, route *r, int32_t w, int32_t i, int32_t j, pat
 
 /* Compute the path over several surfaces. If all wraps have our own rules, the cable may be the straight
    line between the points. */
-static int path_over_several(core *c, route *r, const int32_t *wraps, int count, int32_t i, int32_t j,
+static int path_over_several(core *c, const route *r, const int32_t *wraps, int count, int32_t i, int32_t j,
                              path_between *way, real *row, int is_traced)
 {
     sequence_part parts[MAX_SEQUENCE];
@@ -253,7 +228,7 @@ static int path_over_several(core *c, route *r, const int32_t *wraps, int count,
     return 1;
 }
 
-int route_wraps_over(core *c, route *r, int32_t i, int32_t j, path_between *way, real *row, int is_traced)
+int route_wraps_over(core *c, const route *r, int32_t i, int32_t j, path_between *way, real *row, int is_traced)
 {
     int32_t wraps[MAX_SEQUENCE];
     int count = 0;

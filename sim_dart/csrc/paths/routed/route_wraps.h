@@ -5,20 +5,12 @@
 #include "../cable.h"
 #include "../../blob/state.h"
 
-/* The last contact of an ellipsoid, whose computation is long, and the ends of the cable there. */
-typedef struct {
-    int32_t is_known, side;
-    real ends[2][3];
-    contact over;
-} known_contact;
-
 /* One muscle at one pose. */
 typedef struct {
     int32_t first, end;        /* its via points */
     int32_t wraps, wrap_count; /* its wraps */
     int32_t conditions, moves; /* indices of its first condition and moving point */
     real factor;               /* factor of all added terms */
-    known_contact known[MAX_SEQUENCE]; /* of its first wraps */
 } route;
 
 /* A path between two points: its length and -dl/da, dl/db. */
@@ -33,11 +25,11 @@ CORE_INSIDE int route_wraps_rule(const core *c, int32_t w, const real A[3], cons
 
 /* Select the points between which each wrap lies: wrap_before is the one before it, or -1 if the wrap is
    inactive. */
-CORE_INSIDE void route_wraps_choose(core *c, route *r);
+CORE_INSIDE void route_wraps_choose(core *c, const route *r);
 
 /* Compute the path from point i to j over the wraps between them, and its contribution to the row without
    the motion of the points on their links. Return 0 if it is straight. */
-CORE_INSIDE int route_wraps_over(core *c, route *r, int32_t i, int32_t j, path_between *way, real *row,
+CORE_INSIDE int route_wraps_over(core *c, const route *r, int32_t i, int32_t j, path_between *way, real *row,
                                  int is_traced);
 
 #endif
