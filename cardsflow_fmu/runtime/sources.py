@@ -79,9 +79,9 @@ def _find_files(
 
 _LIB = "cardsflow_fmu/runtime/lib"
 CORE = Library(("sim_dart/csrc", GENERATED), "sim_dart/lib/cardsflow_core", (FREESTANDING,))
-_MATHS = "sim_dart/csrc/math"
+_SHARED = ("sim_dart/csrc/math", "sim_dart/csrc/stage_qp")
 CONTROL = Library(
-    ("controllers/csrc", CONTROL_GENERATED, _MATHS), "controllers/lib/cardsflow_control", ()
+    ("controllers/csrc", CONTROL_GENERATED, *_SHARED), "controllers/lib/cardsflow_control", ()
 )
 _MASTER = "cardsflow_fmu/cosim/csrc"
 RUN = Library((_MASTER, "cardsflow_fmu/utils/compiled"), f"{_LIB}/cardsflow_run", ())

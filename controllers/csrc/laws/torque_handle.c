@@ -20,11 +20,6 @@ static int max_variables(int n, int m, int k)
     return k ? n + m : 2 * m;
 }
 
-static size_t padded(size_t size)
-{
-    return (size + 7u) & ~(size_t)7u;
-}
-
 size_t computed_torque_size(int coordinates, int muscles, int tasks)
 {
     if (coordinates < 1 || muscles < 1 || tasks < 0 || (tasks && !USES_TASKS) || coordinates > DUAL_NEWTON_LARGEST_SIZE / 2 ||
@@ -34,11 +29,9 @@ size_t computed_torque_size(int coordinates, int muscles, int tasks)
     const size_t r = k ? k : n, rows = n + k;
     const size_t program = dual_newton_size(variables_of(coordinates, muscles, tasks), coordinates + tasks);
     const size_t second = dual_newton_size(max_variables(coordinates, muscles, tasks), coordinates + tasks);
-    size_t doubles = 0;
-#define ADD_LENGTH(name, length) doubles += length;
-    TORQUE_ARRAYS(ADD_LENGTH)
-#undef ADD_LENGTH
-    return padded(sizeof(computed_torque)) + padded(program) + padded(second) + doubles * sizeof(real);
+    size_t count = 0;
+    TORQUE_ARRAYS(NAMED_LENGTH)
+    return padded(sizeof(computed_torque)) + padded(program) + padded(second) + count * sizeof(real);
 }
 
 computed_torque *computed_torque_open(int coordinates, int muscles, int tasks, void *memory)
@@ -50,24 +43,20 @@ computed_torque *computed_torque_open(int coordinates, int muscles, int tasks, v
     const size_t n = s->n = (size_t)coordinates, m = s->m = (size_t)muscles, k = s->k = (size_t)tasks;
     const size_t r = s->r = k ? k : n, rows = s->rows = n + k;
     const int variables = variables_of(coordinates, muscles, tasks);
-    char *at = (char *)memory + padded(sizeof *s);
-    s->hard = s->built = dual_newton_open(variables, (int)rows, at);
-    at += padded(dual_newton_size(variables, (int)rows));
-    s->second = at;
-    at += padded(dual_newton_size(max_variables(coordinates, muscles, tasks), (int)rows));
-#define PLACE(name, length) s->name = (real *)(void *)at, at += (length) * sizeof(real);
-    TORQUE_ARRAYS(PLACE)
-#undef PLACE
+    char *rest = (char *)memory + padded(sizeof *s);
+    s->hard = s->built = dual_newton_open(variables, (int)rows, rest);
+    rest += padded(dual_newton_size(variables, (int)rows));
+    s->second = rest;
+    rest += padded(dual_newton_size(max_variables(coordinates, muscles, tasks), (int)rows));
+    real *at = (real *)(void *)rest;
+    TORQUE_ARRAYS(NAMED_PLACE)
     return s;
 }
 
 real *computed_torque_array(computed_torque *s, const char *name, size_t *length)
 {
     const size_t n = s->n, m = s->m, k = s->k, r = s->r, rows = s->rows;
-#define FIND(name_, length_) \
-    if (!strcmp(name, #name_)) return *length = length_, s->name_;
-    TORQUE_ARRAYS(FIND)
-#undef FIND
+    TORQUE_ARRAYS(NAMED_FIND)
     return NULL;
 }
 

@@ -2,6 +2,7 @@
 #ifndef CARDSFLOW_COMPUTED_TORQUE_STATE_H
 #define CARDSFLOW_COMPUTED_TORQUE_STATE_H
 
+#include "../../../sim_dart/csrc/named_arrays.h"
 #include "../qp/state.h"
 #include "computed_torque.h"
 
@@ -54,7 +55,6 @@
     ARRAY(way, m)                                                                                      \
     ARRAY(factor, n *n)
 
-#define TORQUE_MEMBER(name, length) real *name;
 struct computed_torque {
     size_t n, m, k, r, rows;
     dual_newton *hard;  /* the program with hard rows */
@@ -64,8 +64,7 @@ struct computed_torque {
     real rank;          /* priority of the program */
     int limited;        /* whether joint limits bound its qdd */
     int worst;          /* status of the priorities up to now */
-    TORQUE_ARRAYS(TORQUE_MEMBER)
+    TORQUE_ARRAYS(NAMED_MEMBER)
 };
-#undef TORQUE_MEMBER
 
 #endif

@@ -3,21 +3,14 @@
 
 #include <string.h>
 
-static size_t padded(size_t size)
-{
-    return (size + 7u) & ~(size_t)7u;
-}
-
 size_t control_loop_size(int coordinates, int muscles, int tasks)
 {
     const size_t law = computed_torque_size(coordinates, muscles, tasks);
     if (!law) return 0;
     const size_t n = (size_t)coordinates, m = (size_t)muscles, r = tasks ? (size_t)tasks : n;
-    size_t doubles = 0;
-#define ADD_LENGTH(name, length) doubles += length;
-    LOOP_ARRAYS(ADD_LENGTH)
-#undef ADD_LENGTH
-    return padded(sizeof(control_loop)) + padded(law) + doubles * sizeof(real);
+    size_t count = 0;
+    LOOP_ARRAYS(NAMED_LENGTH)
+    return padded(sizeof(control_loop)) + padded(law) + count * sizeof(real);
 }
 
 control_loop *control_loop_open(const control_robot *robot, int coordinates, int muscles, int tasks,
@@ -28,13 +21,12 @@ control_loop *control_loop_open(const control_robot *robot, int coordinates, int
     memset(memory, 0, size);
     control_loop *s = memory;
     s->robot = *robot;
-    char *at = (char *)memory + padded(sizeof *s);
-    s->law = computed_torque_open(coordinates, muscles, tasks, at);
-    at += padded(computed_torque_size(coordinates, muscles, tasks));
+    char *rest = (char *)memory + padded(sizeof *s);
+    s->law = computed_torque_open(coordinates, muscles, tasks, rest);
+    rest += padded(computed_torque_size(coordinates, muscles, tasks));
     const size_t n = s->law->n, m = s->law->m, r = s->law->r;
-#define PLACE(name, length) s->name = (real *)(void *)at, at += (length) * sizeof(real);
-    LOOP_ARRAYS(PLACE)
-#undef PLACE
+    real *at = (real *)(void *)rest;
+    LOOP_ARRAYS(NAMED_PLACE)
     return s;
 }
 
@@ -57,10 +49,7 @@ real *control_loop_array(control_loop *s, const char *name, size_t *length)
 {
     const size_t n = s->law->n, m = s->law->m, r = s->law->r;
     if (!strcmp(name, "remembered")) return *length = remembered(s), s->acting;
-#define FIND(name_, length_) \
-    if (!strcmp(name, #name_)) return *length = length_, s->name_;
-    LOOP_ARRAYS(FIND)
-#undef FIND
+    LOOP_ARRAYS(NAMED_FIND)
     return computed_torque_array(s->law, name, length);
 }
 

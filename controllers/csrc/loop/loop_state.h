@@ -27,14 +27,12 @@
     ARRAY(qdd, n)                                                                                      \
     ARRAY(ahead, 3 * r) /* the reference when forces take effect */
 
-#define LOOP_MEMBER(name, length) real *name;
 struct control_loop {
     control_robot robot;
     control_law custom;
     computed_torque *law;
-    LOOP_ARRAYS(LOOP_MEMBER)
+    LOOP_ARRAYS(NAMED_MEMBER)
 };
-#undef LOOP_MEMBER
 
 /* Compute M, h and L of the robot at a state, in the arrays of the law. */
 static inline void loop_terms(control_loop *s, const real *q, const real *qd)

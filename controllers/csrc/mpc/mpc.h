@@ -20,7 +20,7 @@
 #define CARDSFLOW_MPC_H
 
 #include "../loop/control_loop.h"
-#include "stage_qp.h"
+#include "../../../sim_dart/csrc/stage_qp/stage_qp.h"
 
 typedef struct mpc mpc;
 

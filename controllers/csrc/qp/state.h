@@ -11,7 +11,7 @@
 #define CARDSFLOW_DUAL_NEWTON_STATE_H
 
 #include "dual_newton.h"
-#include "vectors.h"
+#include "../../../sim_dart/csrc/math/rows.h"
 
 #include <stdint.h>
 

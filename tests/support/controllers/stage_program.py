@@ -9,11 +9,12 @@ import numpy as np
 import qpsolvers
 
 from controllers.qp import law_in_c
+from sim_dart.core import library as core
 
 
 def library() -> Any:
-    """Return the library of control laws with the functions of stage_qp.h."""
-    c, pointer, whole = law_in_c.library(), ctypes.c_void_p, ctypes.c_int
+    """Return the C core with the functions of stage_qp.h."""
+    c, pointer, whole = core.library(), ctypes.c_void_p, ctypes.c_int
     c.stage_qp_size.argtypes, c.stage_qp_size.restype = [whole] * 3, ctypes.c_size_t
     c.stage_qp_open.argtypes, c.stage_qp_open.restype = [*[whole] * 3, pointer], pointer
     c.stage_qp_array.argtypes = [pointer, ctypes.c_char_p, ctypes.POINTER(ctypes.c_size_t)]

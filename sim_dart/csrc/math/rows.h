@@ -1,8 +1,8 @@
-/* Small vector algebra. */
-#ifndef CARDSFLOW_DUAL_NEWTON_VECTORS_H
-#define CARDSFLOW_DUAL_NEWTON_VECTORS_H
+/* Algebra of rows of numbers, and comparisons. */
+#ifndef CARDSFLOW_ROWS_H
+#define CARDSFLOW_ROWS_H
 
-#include "../../../sim_dart/csrc/numbers/real_functions.h"
+#include "../numbers/real_functions.h"
 
 #include <stddef.h>
 

@@ -13,7 +13,7 @@
 #ifndef CARDSFLOW_STAGE_QP_H
 #define CARDSFLOW_STAGE_QP_H
 
-#include "../qp/dual_newton.h" /* DUAL_NEWTON_API */
+#include "../core.h" /* CORE_API */
 
 typedef struct stage_qp stage_qp;
 
@@ -24,10 +24,10 @@ enum stage_qp_status {
 };
 
 /* Return the size of the working memory in bytes for N >= 1 stages, and numbers of states and controls. */
-DUAL_NEWTON_API size_t stage_qp_size(int stages, int states, int controls);
+CORE_API size_t stage_qp_size(int stages, int states, int controls);
 
 /* Create a handle in `memory`, which is 8-byte aligned; this call sets it to zero, without bounds. */
-DUAL_NEWTON_API stage_qp *stage_qp_open(int stages, int states, int controls, void *memory);
+CORE_API stage_qp *stage_qp_open(int stages, int states, int controls, void *memory);
 
 /* Return an array by name, and its length; NULL if it does not exist. w = controls + states; t = N w + states
    is the number of variables, in the order v_0, ..., v_N.
@@ -41,12 +41,17 @@ DUAL_NEWTON_API stage_qp *stage_qp_open(int stages, int states, int controls, vo
      is_free      1: whether x_0 is a variable
      tolerance    2: of the complementarity t z of bounds; of the rest of the initial residuals, relative
      v            t: start of the iterations, and solution */
-DUAL_NEWTON_API real *stage_qp_array(stage_qp *s, const char *name, size_t *length);
+CORE_API real *stage_qp_array(stage_qp *s, const char *name, size_t *length);
 
 /* Solve the program in at most `iterations` iterations; return an enum stage_qp_status. */
-DUAL_NEWTON_API int stage_qp_solve(stage_qp *s, int iterations);
+CORE_API int stage_qp_solve(stage_qp *s, int iterations);
+
+/* The same step by step, if the caller limits the time: begin at v, then iterate while the status is
+   STAGE_QP_NOT_CONVERGED. */
+CORE_API int stage_qp_begin(stage_qp *s);
+CORE_API int stage_qp_iterate(stage_qp *s);
 
 /* Return the number of iterations of the last solution. */
-DUAL_NEWTON_API int stage_qp_iterations(const stage_qp *s);
+CORE_API int stage_qp_iterations(const stage_qp *s);
 
 #endif
