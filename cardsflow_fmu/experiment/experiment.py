@@ -18,6 +18,7 @@ from cardsflow_fmu.utils.key_file import key_warning
 from sim_dart.muscles.friction import has_cable_friction
 
 from .motion.feedback import MotionFeedback
+from .motion.look_ahead import LookAhead
 from .motion.settings import MotionTable
 from .packed_files import mesh_roots, omitted_meshes
 from .reader import read_experiment, read_packed_experiment
@@ -67,6 +68,7 @@ class Experiment:
         hardware: Hardware that can run instead of the plant.
         estimator: The state estimator; None if it is not used.
         faults: Detection of faults; None if it is not used.
+        look_ahead: Speeds of the reference after the loss of muscles; None if not computed.
         about: Author, copyright and licence of the FMUs.
         named: Files that the user has named explicitly; they may be packed from any folder.
         motion: Optimal motion for `cardsflow optimise`; None without it. FMUs do not contain it.
@@ -95,6 +97,7 @@ class Experiment:
     named: tuple[Path, ...] = ()
     estimator: EstimatorTable | None = None
     faults: FaultsTable | None = None
+    look_ahead: LookAhead | None = None
     motion: MotionTable | None = None
     feedback: MotionFeedback | None = None
 
@@ -137,6 +140,11 @@ class Experiment:
     def feedback_estimator(self) -> EstimatorTable | None:
         """Estimator that provides the state to the controller; None: the ground truth."""
         return self.estimator if self.estimator is not None and self.estimator.feedback else None
+
+    @property
+    def reacts_to_faults(self) -> bool:
+        """Whether the controller reacts to lost muscles."""
+        return self.faults is not None and self.faults.react
 
     @property
     def roots(self) -> tuple[Path, ...]:

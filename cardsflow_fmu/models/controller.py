@@ -11,10 +11,11 @@ from addin_sdfusion.robot import InputError, Robot, SimulationError
 from addin_sdfusion.robot.model.muscle_laws import states_of
 from cardsflow_fmu.cosim.participant import CStep
 from cardsflow_fmu.cosim.signals.dependencies import Dependencies, controller_dependencies
-from cardsflow_fmu.cosim.signals.estimation import estimate_inputs
+from cardsflow_fmu.cosim.signals.estimation import estimate_inputs, measured_muscles
 from cardsflow_fmu.cosim.signals.groups import Groups
 from cardsflow_fmu.cosim.signals.muscles import driven_muscles, modelled_muscles, state_order
 from cardsflow_fmu.cosim.signals.ports import controller_groups
+from cardsflow_fmu.cosim.signals.reaction import full_bounds
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.policy import read_policy
 from cardsflow_fmu.experiment.settings.predictive import MPC
@@ -120,6 +121,7 @@ class ControllerModel(CModel):
             torque_gains=settings.torque_gains,
             is_predictive=settings.type == MPC,
             estimate=estimate_inputs(experiment.robot) if fed else {},
+            bounded=_bounded(experiment),
         )
 
     @classmethod
@@ -185,13 +187,34 @@ def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
     counts["policy_numbers"] = policy.size
     # The future reference; an external FMU does not provide it.
     knows_reference = controller.type == MPC and "reference" not in experiment.fmus
+    knows_reference = knows_reference and not experiment.reacts_to_faults  # its speed may change
     part_counts, parts = reference_parts(experiment if knows_reference else None)
     motion_counts, of_motion = motion_fields(experiment)
+    reaction_counts, reaction = _reaction_fields(experiment)
     counts |= {"letters": len(names), "numbers": values.size}
     return (
-        counts | plan_counts | part_counts | motion_counts,
-        fields | plan_fields | parts | of_motion,
+        counts | plan_counts | part_counts | motion_counts | reaction_counts,
+        fields | plan_fields | parts | of_motion | reaction,
     )
+
+
+def _bounded(experiment: Experiment) -> list[int]:
+    """Return the muscles whose loss the controller reacts to."""
+    return measured_muscles(experiment.robot) if experiment.reacts_to_faults else []
+
+
+def _reaction_fields(experiment: Experiment) -> tuple[Counts, Fields]:
+    """Return the table of the reaction to lost muscles; see `encode`."""
+    robot, table, bounded = experiment.robot, experiment.look_ahead, _bounded(experiment)
+    times = () if table is None or not bounded else table.times
+    speeds = [] if table is None else [table.speeds[robot.muscles[k].name] for k in bounded]
+    fields: Fields = {
+        "bounded": bounded,
+        "full_bounds": full_bounds(robot, bounded),
+        "reaction_begins": times,
+        "reaction_speeds": speeds,
+    }
+    return {"reaction_times": len(times), "reaction_numbers": len(times) * len(bounded)}, fields
 
 
 def policy_numbers(experiment: Experiment) -> FloatArray:

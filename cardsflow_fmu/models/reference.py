@@ -33,7 +33,12 @@ class ReferenceModel(CModel):
     def groups(experiment: Experiment) -> Groups:
         """Return the variables for an experiment in named groups."""
         space, disturbance = experiment.reference.space, experiment.disturbance
-        return reference_groups(experiment.robot, space, with_loads=disturbance is not None)
+        return reference_groups(
+            experiment.robot,
+            space,
+            with_loads=disturbance is not None,
+            has_speed=experiment.reacts_to_faults,
+        )
 
     @classmethod
     def dependencies(cls, experiment: Experiment) -> Dependencies:
@@ -67,7 +72,9 @@ def make_reference(experiment: Experiment) -> Reference:
 def _fields(experiment: Experiment) -> tuple[Counts, Fields]:
     """Return the parts of the reference and the external forces; see `encode`."""
     counts, fields = reference_parts(experiment)
-    return counts, fields | _disturbance(experiment)
+    faults = experiment.faults
+    ramp = {"ramp": 0.0 if faults is None else faults.ramp}
+    return counts, fields | _disturbance(experiment) | ramp
 
 
 def reference_parts(experiment: Experiment | None) -> tuple[Counts, Fields]:

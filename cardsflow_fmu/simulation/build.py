@@ -20,6 +20,7 @@ from cardsflow_fmu.fmu.platforms import libraries_for
 from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.by_role import C_MODELS, missing_in_c, model_class, model_in_c
 from cardsflow_fmu.models.plant import ContinuousPlantModel
+from cardsflow_fmu.results.analysis.look_ahead import with_look_ahead
 from cardsflow_fmu.runtime.library import find_platform, prebuilt_libraries, this_platform
 from cardsflow_fmu.runtime.model_file import NativeModel
 from cardsflow_fmu.simulation.reference_results import reference_results
@@ -81,6 +82,7 @@ def build(
         return _build_continuous_plant(
             experiment, Path(folder), fmi, arrays, platforms, compute, with_results
         )
+    experiment = with_look_ahead(experiment)
     native: bool | None = validated(Compute, compute or experiment.run.compute, "compute") == "c"
     if compute is None and native:
         native = None

@@ -26,6 +26,7 @@ from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.models.by_role import model_class
 from cardsflow_fmu.models.direct_participant import DirectParticipant, IdleParticipant
+from cardsflow_fmu.results.analysis.look_ahead import with_look_ahead
 from cardsflow_fmu.results.analysis.observable import observability_warnings, observed_poses
 from cardsflow_fmu.results.analysis.plausibility import plausibility_findings
 from cardsflow_fmu.results.files import EXPERIMENT, RECORDING_FILE, Contents
@@ -142,6 +143,8 @@ def open_experiment(
         from cardsflow_fmu.hardware.session.approach import with_approach
 
         driven = with_approach(experiment)
+    if prepared is None:
+        driven = with_look_ahead(driven)
     if prepared is None and experiment.run.coupling == "fmu":
         fmus = _build_fmus(experiment, driven, scratch, fmi, arrays)
     contents: Contents = {}
@@ -202,7 +205,8 @@ def _build_fmus(
     names = [experiment.model_of(role) for role in experiment.roles]
     native = None if experiment.run.compute == "c" else False
     files: dict[str, Path] = {}
-    if driven is not experiment:  # the controller does not depend on the start
+    if driven is not experiment and not driven.reacts_to_faults:
+        # The controller does not depend on the start.
         names.remove("controller")
         files |= build_fmus(
             experiment, folder, ["controller"], fmi, arrays, native=native, sources=False

@@ -107,12 +107,17 @@ def controller_dependencies(
     names = _names(groups)
     followed = [name for name in names["reference"] if name.partition(".")[0] not in unused]
     read = [*names["q"], *names["qd"], *followed, *names["loads"], *names["states"]]
-    read += [*names["estimated_loads"], *names["valid"]]
+    read += [*names["estimated_loads"], *names["valid"], *names["bounds"], *names["reached"]]
     tuned = [name for prefix in ("kp", "kd", "f_min", "f_max") for name in names[prefix]]
     tick = frozenset([*read, *tuned])
     direct, at_start = _no_dependencies(groups), _no_dependencies(groups)
     reports = [name for name in names["report"] if name != SOLVE_TIME]
-    now = [*names["slack"], *reports, *([] if delayed else names["forces"] + names["commands"])]
+    now = [
+        *names["slack"],
+        *reports,
+        *names["reaction"],
+        *([] if delayed else names["forces"] + names["commands"]),
+    ]
     direct.update(dict.fromkeys(now, tick))
     if LIMITS_DROPPED in direct:  # tasks have lower priority than joint limits
         irrelevant = frozenset(names["reference"] + names["kp"] + names["kd"])

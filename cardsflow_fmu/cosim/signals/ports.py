@@ -45,6 +45,7 @@ from .port import (
     task_units,
     time_port,
 )
+from .reaction import reached_port, reaction_groups, speed_port
 from .world import world_ports, wrench_ports, wrench_signals
 
 if TYPE_CHECKING:
@@ -241,17 +242,22 @@ def plant_groups(
     }
 
 
-def reference_groups(robot: Robot, space: Space, *, with_loads: bool = False) -> Groups:
+def reference_groups(
+    robot: Robot, space: Space, *, with_loads: bool = False, has_speed: bool = False
+) -> Groups:
     """Return the variables of a reference: desired positions, velocities, accelerations.
 
     Args:
         robot: The robot.
         space: Whether it is in joint or operational space.
         with_loads: Whether external loads are also outputs.
+        has_speed: Whether its speed is an input, and its time an output.
     """
     return {
+        "speed": [speed_port("input")] if has_speed else [],
         "reference": _reference_ports(robot, space, "output"),
         "loads": _load_ports(robot, "output") if with_loads else [],
+        "reached": [reached_port("output")] if has_speed else [],
         "worker_timeout": [WORKER_TIMEOUT],
     }
 
@@ -280,6 +286,7 @@ def controller_groups(
     torque_gains: bool = False,
     is_predictive: bool = False,
     estimate: Mapping[str, Sequence[Port]] = MappingProxyType({}),
+    bounded: Sequence[int] = (),
 ) -> Groups:
     """Return the variables of a controller.
 
@@ -297,6 +304,7 @@ def controller_groups(
         torque_gains: Whether the gains are torques per error instead of accelerations per error.
         is_predictive: Whether the law is model predictive control, which reports fallbacks.
         estimate: Additional inputs from an estimator.
+        bounded: Muscles whose loss the controller reacts to.
     """
     infeasible = "No forces within the limits produce the required torque"
     undecided = "The solver found no forces, although they may exist"
@@ -308,6 +316,7 @@ def controller_groups(
         "states": state_ports(robot, "input"),
         "estimated_loads": estimate.get("estimated_loads", []),
         "valid": estimate.get("valid", []),
+        **reaction_groups(robot, bounded),
         "forces": [
             *_force_ports(robot, "output", "discrete"),
             *_torque_ports(robot, "output", "discrete"),

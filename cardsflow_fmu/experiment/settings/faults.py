@@ -25,6 +25,12 @@ class FaultsTable(Table):
         "muscle", "relative standard deviation of the tension measurement", 0.05
     )
     motor_lag: FromZero = setting("time constant of the motors, in s", 0.0)
+    react: bool = setting(
+        "react to lost muscles: continue, slow down, hold the pose or stop the joints; false: only "
+        "detect and report faults",
+        False,
+    )
+    ramp: FromZero = setting("duration of changes of the reference's speed, in s", 0.5)
 
 
 def read_faults(

@@ -81,10 +81,10 @@ def failures(
     Raises:
         InputError: The robot has no muscles and no motors, or cannot reach the reference.
     """
-    robot, motion = required_motion(experiment, _points(experiment))
+    robot, motion = required_motion(experiment, motion_points(experiment))
     robot, terms = actuator_terms(robot, motion)
     driven = [*sorted(commanded_muscles(robot)), *range(len(robot.muscles), len(terms.f_min))]
-    limits = _force_limits(robot, terms)
+    limits = force_limits(robot, terms)
     cases = list(chain.from_iterable(combinations(driven, k) for k in range(largest + 1)))
     found: list[Failure] = []
     for case in cases:
@@ -94,7 +94,7 @@ def failures(
     return found
 
 
-def _force_limits(robot: Robot, terms: MotionTerms) -> tuple[FloatArray, FloatArray]:
+def force_limits(robot: Robot, terms: MotionTerms) -> tuple[FloatArray, FloatArray]:
     """Return the force limits of all actuators along a motion, shape (T, a) each.
 
     Muscles without a limit f_max have those of their law.
@@ -113,7 +113,8 @@ def _force_limits(robot: Robot, terms: MotionTerms) -> tuple[FloatArray, FloatAr
     return low, high
 
 
-def _points(experiment: Experiment) -> int:
+def motion_points(experiment: Experiment) -> int:
+    """Return the number of points of the motion."""
     periods = int(experiment.run.duration / experiment.controller.period)
     return min(max(periods + 1, 5), MAX_POINTS)
 

@@ -29,6 +29,23 @@ uint64_t reference_part_length(const reference_part *part);
 DUAL_NEWTON_API void reference_evaluate(const reference_part *parts, const real *begins, size_t part_count,
                                         size_t time_count, const real *times, real *rows);
 
+/* Time of a reference with a variable speed. A new speed is reached within a ramp, without jumps of the
+   acceleration. At the speed 1 throughout, the lag is exactly 0. */
+typedef struct {
+    real lag;          /* real time minus the time of the reference, in [s] */
+    real speed;        /* relative to the reference's own */
+    real acceleration; /* its derivative, in [1/s] */
+    real from, to, since; /* of the current ramp; since in [s] */
+} path_time;
+
+DUAL_NEWTON_API void path_time_reset(path_time *p);
+
+/* Advance by h seconds towards a speed, with ramps of `ramp` seconds. */
+DUAL_NEWTON_API void path_time_advance(path_time *p, real h, real speed, real ramp);
+
+/* Change the velocities and accelerations of r evaluated rows to those with the variable speed. */
+DUAL_NEWTON_API void path_time_scale(const path_time *p, size_t r, real *rows);
+
 /* Functions of the files in this folder */
 
 /* Compute s(u) = 10 u^3 - 15 u^4 + 6 u^5 of u = t/T, and its derivatives by t: s, s', s''. */

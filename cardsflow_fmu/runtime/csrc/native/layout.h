@@ -100,7 +100,10 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
  *     array_names       names of arrays of the loop or of its law, zero-terminated; see control_loop.h. Those of
  *                       model predictive control begin with "mpc."
  *     array_values      the values of these arrays, in the same order
- *     policy            numbers of a policy instead of the law; see controller/policy/policy.h */
+ *     policy            numbers of a policy instead of the law; see controller/policy/policy.h
+ *     bounded           muscle of each bound; full_bounds: bounds of muscles without faults, in [N]
+ *     reaction_begins, reaction_speeds   table of a reaction, with a row per bound; see
+ *                       controllers/csrc/reaction/reaction.h */
 #define CONTROLLER_GROUPS(GROUP)                                                                              \
     GROUP(q, n)                                                                                               \
     GROUP(qd, n)                                                                                              \
@@ -109,6 +112,9 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     GROUP(states, ANY)                                                                                        \
     GROUP(estimated_loads, ANY)                                                                               \
     GROUP(valid, ANY)                                                                                         \
+    GROUP(bounds, ANY)                                                                                        \
+    GROUP(reached, ANY)                                                                                       \
+    GROUP(reaction, ANY)                                                                                      \
     GROUP(forces, a)                                                                                          \
     GROUP(commands, ANY)                                                                                      \
     GROUP(slack, r)                                                                                           \
@@ -121,7 +127,8 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
 #define CONTROLLER_COUNTS(COUNT)                                                                              \
     COUNT(tasks) COUNT(modelled) COUNT(motors) COUNT(letters) COUNT(numbers) COUNT(models)                    \
     COUNT(plan_bytes) COUNT(parts) COUNT(part_numbers) COUNT(policy_numbers)                        \
-    COUNT(motion_rows) COUNT(motion_numbers) COUNT(motion_controls) COUNT(motion_states)
+    COUNT(motion_rows) COUNT(motion_numbers) COUNT(motion_controls) COUNT(motion_states)                      \
+    COUNT(reaction_times) COUNT(reaction_numbers)
 #define CONTROLLER_FIELDS(FIELD)                                                                              \
     FIELD(uint32_t, load_rows, 1, loads)                                                                      \
     FIELD(uint32_t, task_rows, 1, tasks)                                                                      \
@@ -150,17 +157,23 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(double, policy, 1, policy_numbers)                                                                  \
     FIELD(uint32_t, nodes, 1, models)                                                                         \
     FIELD(char, plan_robot, 1, plan_bytes)                                                                    \
+    FIELD(uint32_t, bounded, 1, bounds)                                                                       \
+    FIELD(double, full_bounds, 1, bounds)                                                                     \
+    FIELD(double, reaction_begins, 1, reaction_times)                                                         \
+    FIELD(double, reaction_speeds, 1, reaction_numbers)                                                       \
     PART_FIELDS(FIELD)
 
 /* Fields of a reference:
- *     load_forces       loads that act from load_begin to load_end, in [s] */
-#define REFERENCE_GROUPS(GROUP) GROUP(reference, 3 * r) GROUP(loads, ANY)
+ *     load_forces       loads that act from load_begin to load_end, in [s]
+ *     ramp              duration of changes of the speed, in [s] */
+#define REFERENCE_GROUPS(GROUP) GROUP(reference, 3 * r) GROUP(loads, ANY) GROUP(speed, ANY) GROUP(reached, ANY)
 #define REFERENCE_COUNTS(COUNT) COUNT(parts) COUNT(part_numbers) COUNT(models)
 #define REFERENCE_FIELDS(FIELD)                                                                               \
     PART_FIELDS(FIELD)                                                                                        \
     FIELD(double, load_begin, 1, models)                                                                      \
     FIELD(double, load_end, 1, models)                                                                        \
-    FIELD(double, load_forces, 1, loads)
+    FIELD(double, load_forces, 1, loads)                                                                      \
+    FIELD(double, ramp, 1, models)
 
 /* Fields of sensors and estimators, with i IMUs:
  *     measured          muscle of each length and tension

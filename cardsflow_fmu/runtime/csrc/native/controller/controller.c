@@ -8,6 +8,7 @@
 #include "policy/policy_law.h"
 #include "predictive.h"
 #include "ramp.h"
+#include "reacting.h"
 #include "independent_terms.h"
 
 #include <float.h>
@@ -92,6 +93,11 @@ static void tasks(void *self, const double *q, const double *qd, const double *p
         memcpy(J + i * robot->n, robot->task_jacobian + row * robot->n, robot->n * sizeof(double));
     }
     native_independent_tasks(c, robot, qd, J, bias);
+    if (native_reacting_releases_tasks(c)) {
+        memset(error, 0, c->k * sizeof *error);
+        memset(bias, 0, c->k * sizeof *bias);
+        memset(J, 0, c->k * robot->n * sizeof *J);
+    }
 }
 
 static void complete(void *self, const double *q, const double *qd, double *qdd)
@@ -168,6 +174,7 @@ static int initialize(struct model *model)
     if (c->muscles.are_modelled)
         hold_robot(native);
     native_ramp_reset((struct controller *)native->own, c->forces);
+    native_reacting_reset(native->own);
     native_predictive_reset(c);
     memset(c->slack, 0, c->r * sizeof(double));
     memset(c->report, 0, c->settings.of.report.count * sizeof(double));
@@ -286,9 +293,10 @@ static int step(struct model *model)
     if (c->muscles.are_modelled)
         limit_to_reachable(native, period);
     native_independent_load(c, robot, c->q, c->qd, robot->load);
+    const double *reference = native_reacting_set(c, robot);
     native_predictive_set(c, native->clock[0], period);
     native_motion_set(c, native->clock[0], period);
-    const int status = control_loop_tick(c->loop, period, c->q, c->qd, c->reference, robot->load);
+    const int status = control_loop_tick(c->loop, period, c->q, c->qd, reference, robot->load);
     if (c->undetermined) {
         text_set(&model->error, "%s is not determined by the independent coordinates of the closed loops at this pose",
                  native->ports->ports[c->q - native->values + c->undetermined - 1].name);
@@ -299,6 +307,7 @@ static int step(struct model *model)
         text_set(&model->error, "no forces within the limits produce the required motion: the QP failed");
         return 1;
     }
+    native_reacting_finish(c, period, status != COMPUTED_TORQUE_SOLVED);
     native_ramp_up(c, period);
     memcpy(c->forces, c->in_loop.acting, c->a * sizeof(double));
     if (c->muscles.are_modelled)
@@ -314,21 +323,24 @@ static int step(struct model *model)
     return 0;
 }
 
+enum { PARTS = 8 }; /* of the state */
+
 static int get_state(struct model *model, void **bytes, size_t *size)
 {
     const struct native_model *native = model->backend;
     const struct controller *c = native->own;
     const struct native_robot *robot = &native->robot;
-    size_t sizes[7];
+    size_t sizes[PARTS];
     const double *const parts[] = {loop_array(c, "remembered", &sizes[0]),
                                    loop_array(c, "memory", &sizes[1]), c->muscles.memory,
                                    c->ramp, robot->slips, c->last_position,
-                                   native_predictive_memory(c, &sizes[6])};
+                                   native_predictive_memory(c, &sizes[6]),
+                                   native_reacting_memory(c, &sizes[7])};
     sizes[2] = native_muscles_memory(&c->muscles);
     sizes[3] = native_ramp_memory(c);
     sizes[4] = robot->bends;
     sizes[5] = robot->far ? 1 + robot->n : 0;
-    return native_save(parts, sizes, 7, bytes, size, &model->error);
+    return native_save(parts, sizes, PARTS, bytes, size, &model->error);
 }
 
 static int set_state(struct model *model, const void *bytes, size_t size)
@@ -336,15 +348,16 @@ static int set_state(struct model *model, const void *bytes, size_t size)
     const struct native_model *native = model->backend;
     const struct controller *c = native->own;
     const struct native_robot *robot = &native->robot;
-    size_t sizes[7];
+    size_t sizes[PARTS];
     double *const parts[] = {loop_array(c, "remembered", &sizes[0]),
                              loop_array(c, "memory", &sizes[1]), c->muscles.memory, c->ramp,
-                             robot->slips, c->last_position, native_predictive_memory(c, &sizes[6])};
+                             robot->slips, c->last_position, native_predictive_memory(c, &sizes[6]),
+                             native_reacting_memory(c, &sizes[7])};
     sizes[2] = native_muscles_memory(&c->muscles);
     sizes[3] = native_ramp_memory(c);
     sizes[4] = robot->bends;
     sizes[5] = robot->far ? 1 + robot->n : 0;
-    return native_restore(parts, sizes, 7, bytes, size, &model->error);
+    return native_restore(parts, sizes, PARTS, bytes, size, &model->error);
 }
 
 static void free_controller(struct controller *c)
@@ -353,6 +366,7 @@ static void free_controller(struct controller *c)
     native_motion_close(c);
     free(c->ramp);
     free(c->last_position);
+    native_reacting_close(c);
     native_policy_close(c);
     free(c->loop);
     native_predictive_close(c);
@@ -411,7 +425,7 @@ int native_controller_open(struct model *model, struct native_model *native, str
         failed = 1;
     }
     if (failed || native_predictive_open(c, native, tasks, error) || native_controller_fill(c, native, error) ||
-        native_motion_open(c, &native->robot, error)) {
+        native_motion_open(c, &native->robot, error) || native_reacting_open(c, &native->robot, error)) {
         if (c)
             free_controller(c);
         return 1;

@@ -3,6 +3,7 @@
 #include "../../../../../controllers/csrc/mpc/mpc.h"
 #include "../../../../../sim_dart/csrc/tangent/shooting.h"
 #include "../reference_parts.h"
+#include "reacting.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -118,6 +119,7 @@ void native_predictive_set(struct controller *c, double time, double period)
     write_array(c, "period", &period, 1);
     write_array(c, "f_min", c->f_min, c->a);
     write_array(c, "f_max", c->f_max, c->a);
+    native_reacting_limit(c, mpc_array(p->law, "f_min", &length), mpc_array(p->law, "f_max", &length));
     write_array(c, "first_min", c->in_loop.f_min, c->a);
     write_array(c, "first_max", c->in_loop.f_max, c->a);
 }

@@ -19,6 +19,7 @@ struct motion_feedback; /* see motion_feedback.c */
 #define VALUES_MEMBER(name, length) double *name;
 #define ARRAY_MEMBER(name) double *name;
 struct predictive; /* see predictive.h */
+struct reacting;   /* see reacting.c */
 struct controller {
     struct controller_settings settings;
     CONTROLLER_GROUPS(VALUES_MEMBER) /* the values of each group */
@@ -31,6 +32,7 @@ struct controller {
     struct native_muscles muscles;
     struct predictive *predictive; /* model predictive control, or NULL */
     struct motion_feedback *motion; /* forces and gains of an optimal motion, or NULL */
+    struct reacting *reacting; /* reaction to lost muscles, or NULL */
     double *ramp; /* see ramp.h */
     double *last_position;    /* n + 1: whether the last position is valid; the position */
     policy policy; /* without layers: none */

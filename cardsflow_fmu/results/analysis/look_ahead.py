@@ -1,0 +1,74 @@
+"""Speeds at which the reference remains feasible after the loss of a muscle."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from addin_sdfusion.robot import Robot
+from cardsflow_fmu.cosim.signals.estimation import measured_muscles
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.motion.look_ahead import FALL, POSE, LookAhead
+from cardsflow_fmu.utils.arrays import BoolArray, FloatArray
+from controllers.analysis.failures import required_strength
+from controllers.analysis.inverse_dynamics import Motion, MotionTerms
+
+from .failures import force_limits, motion_points
+from .sizing import actuator_terms, required_motion
+
+SPEEDS = (1.0, 0.5, 0.25)
+"""Speeds of the reference that are tested, relative to its own."""
+
+
+def with_look_ahead(experiment: Experiment) -> Experiment:
+    """Return the experiment with the table of its reaction to lost muscles, if it reacts."""
+    if not experiment.reacts_to_faults or experiment.look_ahead is not None:
+        return experiment
+    return replace(experiment, look_ahead=look_ahead(experiment))
+
+
+def look_ahead(experiment: Experiment) -> LookAhead:
+    """Compute the table by the linear programs of `cardsflow faults`.
+
+    Raises:
+        InputError: The robot has no muscles, or cannot reach the reference.
+    """
+    robot, motion = required_motion(experiment, motion_points(experiment))
+    terms = {speed: _terms(robot, motion, speed) for speed in (*SPEEDS, POSE)}
+    names = terms[1.0][1].muscle_names
+    muscles = [experiment.robot.muscles[k].name for k in measured_muscles(experiment.robot)]
+    speeds = {
+        name: _speeds(terms, names.index(name), experiment.faults.ramp if experiment.faults else 0)
+        for name in muscles
+    }
+    return LookAhead(motion.times.tolist(), speeds)
+
+
+def _terms(robot: Robot, motion: Motion, speed: float) -> tuple[Robot, MotionTerms]:
+    slower = replace(motion, qd=speed * motion.qd, qdd=speed**2 * motion.qdd)
+    return actuator_terms(robot, slower)
+
+
+def _speeds(terms: dict[float, tuple[Robot, MotionTerms]], failed: int, ramp: float) -> list[float]:
+    """Return the speed at each point without a muscle."""
+    times = terms[1.0][1].motion.times
+    speeds = np.full(len(times), FALL)
+    for speed in SPEEDS:
+        is_feasible = _feasible(terms[speed], failed)
+        lasting = np.logical_and.accumulate(is_feasible[::-1])[::-1]
+        speeds[lasting & (speeds < 0)] = speed
+        if (speeds > 0).all():
+            return speeds.tolist()
+    can_hold = _feasible(terms[POSE], failed)
+    last = np.searchsorted(times, times + ramp / 2.0)  # where the reference stops
+    for k in np.flatnonzero(speeds < 0):
+        if can_hold[k : last[k] + 1].all():
+            speeds[k] = POSE
+    return speeds.tolist()
+
+
+def _feasible(terms: tuple[Robot, MotionTerms], failed: int) -> BoolArray:
+    robot, own = terms
+    strength: FloatArray = required_strength(own, (failed,), force_limits(robot, own))
+    return np.asarray(strength <= 1.0)
