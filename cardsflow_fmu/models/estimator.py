@@ -5,6 +5,8 @@ Inputs are measurements; outputs are the state, loads and validity.
 
 from __future__ import annotations
 
+import numpy as np
+
 from cardsflow_fmu.cosim.signals.dependencies import Dependencies, sampled_dependencies
 from cardsflow_fmu.cosim.signals.estimation import estimator_groups
 from cardsflow_fmu.cosim.signals.groups import Groups
@@ -32,6 +34,16 @@ def make_estimator(experiment: Experiment) -> PoseEstimator:
     return PoseEstimator(
         experiment.robot, settings.estimator_settings, experiment.start.q, settings.inertial_units
     )
+
+
+def _horizon_fields(estimator: PoseEstimator) -> Fields:
+    """Return the fields of a horizon, which has no frames for a Kalman filter."""
+    settings = estimator.settings
+    if settings.type == "horizon":
+        fields: Fields = {name: estimator.array(name, -1) for name in ("huber", "low", "high")}
+        return fields | {"frames": settings.frames}
+    none = np.zeros(len(estimator.q))
+    return {"frames": 0, "huber": 0.0, "low": none, "high": none}
 
 
 class EstimatorModel(CModel):
@@ -75,6 +87,7 @@ class EstimatorModel(CModel):
             "delay": settings.delay(experiment.run.step),
         }
         fields |= {name: estimator.array(name, -1) for name in _ARRAYS.split()}
+        fields |= _horizon_fields(estimator)
         n, m = len(robot.coordinates), len(robot.muscles)
         counts = {"units": len(settings.imus), "muscles": m, "numbers": 3 * n + 2}
         blob = compile_blob(estimated_robot(robot))

@@ -183,6 +183,8 @@ def write_controller(experiment: Experiment, folder: Path, *, single: bool = Fal
     estimator = experiment.estimator
     if estimator is not None and (estimator.imus or estimator.delay(experiment.run.step)):
         raise InputError("controller.c supports no IMUs and no delayed measurements")
+    if estimator is not None and estimator.type == "horizon":
+        raise InputError('controller.c has no horizon: set estimator.type = "kalman"')
     if estimator is not None and estimator.estimator_settings.exact_transition:
         raise InputError("controller.c has no derivatives: set estimator.exact_transition = false")
     times = np.arange(experiment.run.steps) * experiment.run.step

@@ -1,4 +1,4 @@
-"""Pose estimator of a robot (extended Kalman filter), implemented in C."""
+"""Pose estimator of a robot (extended Kalman filter or moving horizon), implemented in C."""
 
 from __future__ import annotations
 
@@ -43,6 +43,9 @@ def _bound() -> Any:
     core.estimator_find.argtypes = [pointer]
     core.estimator_use_transition.argtypes = [pointer, pointer, pointer]
     core.estimator_use_transition.restype = None
+    core.estimator_horizon_size.argtypes = [pointer, count, count]
+    core.estimator_horizon_size.restype = size
+    core.estimator_use_horizon.argtypes = [pointer, count, pointer]
     core.core_transition_size.argtypes = [pointer]
     core.core_transition_size.restype = size
     core.core_transition_open.argtypes = [pointer, pointer]
@@ -51,10 +54,10 @@ def _bound() -> Any:
 
 
 class PoseEstimator:
-    """Extended Kalman filter for q, qd and unknown loads w, based on the dynamics of the robot.
+    """Estimator of q, qd and unknown loads w, based on the dynamics of the robot.
 
     The model is M qdd + C + G + w = -L'f with the generalised load w. For the equations see
-    `sim_dart/csrc/estimator/estimator.h`.
+    `sim_dart/csrc/estimator/estimator.h`, and `horizon/frames.h` for a moving horizon.
 
     Args:
         robot: Model of the robot.
@@ -95,11 +98,16 @@ class PoseEstimator:
         n, m, i = len(robot.coordinates), len(robot.muscles), len(imus)
         c = self._c = _bound()
         self._frames, rotations, positions = imu_frames(robot, imus)
-        self._memory = np.empty(-(-c.estimator_size(self._core.handle, i) // 8))
+        own = c.estimator_size(self._core.handle, i)
+        frames = self.settings.frames if self.settings.type == "horizon" else 0
+        rest = c.estimator_horizon_size(self._core.handle, i, frames)
+        self._memory = np.empty(-(-own // 8) - (-rest // 8))
         address = self._memory.ctypes.data
         self._handle = ctypes.c_void_p(
             c.estimator_open(self._core.handle, i, self._frames.ctypes.data, address)
         )
+        if frames:
+            c.estimator_use_horizon(self._handle, frames, address + -(-own // 8) * 8)
         if self.settings.exact_transition:
             self._use_exact_transition()
         if start is None:
@@ -115,7 +123,9 @@ class PoseEstimator:
         self.sd, self.covariance = self.array("sd", size), self.array("covariance", size, size)
         self._innovation, self._used = self.array("innovation", 1), self.array("used", 1)
         self._status, self._valid = self.array("status", 1), self.array("valid", 1)
-        self._remembered = self.array("remembered", -1)
+        self._remembered = [self.array("remembered", -1)]
+        if frames:
+            self._remembered.append(self.array("remembered_frames", -1))
         self.reset()
 
     def array(self, name: str, *shape: int) -> FloatArray:
@@ -148,6 +158,13 @@ class PoseEstimator:
         return float(self._innovation[0])
 
     @property
+    def iterations(self) -> int:
+        """Number of iterations of a horizon in the last tick; 0 for a Kalman filter."""
+        if self.settings.type != "horizon":
+            return 0
+        return int(self.array("iterations", 1)[0])
+
+    @property
     def used(self) -> int:
         """Number of measurements that the last tick used."""
         return int(self._used[0])
@@ -172,11 +189,14 @@ class PoseEstimator:
 
     def get_state(self) -> FloatArray:
         """Return the complete state of the estimator, for `set_state`."""
-        return self._remembered.copy()
+        return np.concatenate(self._remembered)
 
     def set_state(self, state: FloatArray) -> None:
         """Restore a state from `get_state`."""
-        self._remembered[:] = state
+        first = 0
+        for part in self._remembered:
+            part[:] = state[first : first + part.size]
+            first += part.size
 
     def path_lengths(self, q: ArrayLike) -> FloatArray:
         """Return the path lengths l(q) of the model, shape (m,), in [m]."""
@@ -231,6 +251,10 @@ class PoseEstimator:
             "imu_rotation": rotations.ravel(),
             "imu_position": at.ravel(),
         }
+        if settings.type == "horizon":
+            values["huber"] = settings.huber
+            if settings.joint_limits:
+                values |= {"low": low, "high": high}
         for name, value in values.items():
             target = self.array(name, -1)
             try:

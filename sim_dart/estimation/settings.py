@@ -5,11 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, Pose
+
+TYPES = ("kalman", "horizon")
+"""Types of estimators."""
+
+MIN_FRAMES, MAX_FRAMES = 2, 1000
+"""Limits of the number of measurements in a horizon, as in horizon_handle.c."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +40,12 @@ class EstimatorSettings:
     quantity with noise 0 or infinity is not measured.
 
     Attributes:
+        type: "kalman" for the extended Kalman filter, or "horizon" for a moving horizon, which also
+            uses the following three settings.
+        frames: Number of measurements in the horizon.
+        huber: Residual from which the loss of a measurement grows linearly, in standard deviations;
+            0 for a quadratic loss.
+        joint_limits: Whether the estimate remains within the joint limits.
         length_noise: Standard deviation of measured muscle lengths, in [m].
         encoder_noise: Standard deviation of joint encoders, in [rad] or [m].
         gyroscope_noise: Standard deviation of gyroscopes, in [rad/s].
@@ -61,6 +74,10 @@ class EstimatorSettings:
             measurement for this time is not valid.
     """
 
+    type: Literal["kalman", "horizon"] = "kalman"
+    frames: int = 7
+    huber: float = 1.5
+    joint_limits: bool = True
     length_noise: ArrayLike = 1e-4
     encoder_noise: ArrayLike = 0.0
     gyroscope_noise: ArrayLike = 0.005
@@ -91,9 +108,15 @@ class EstimatorSettings:
         Raises:
             InputError: A setting is negative or not a number. The message contains its name.
         """
+        if self.type not in TYPES:
+            raise InputError(f"type must be one of {', '.join(TYPES)}, not {self.type!r}")
+        if not MIN_FRAMES <= self.frames <= MAX_FRAMES:
+            raise InputError(
+                f"frames must be from {MIN_FRAMES} to {MAX_FRAMES}, not {self.frames!r}"
+            )
         for one in fields(self):
             value = getattr(self, one.name)
-            if value is None:
+            if value is None or one.name == "type":
                 continue
             numbers = np.asarray(value, dtype=float)
             signed = one.name == "offset"

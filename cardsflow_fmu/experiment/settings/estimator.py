@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from addin_sdfusion.robot import InputError, Pose, Robot
 from addin_sdfusion.robot.model.muscle_laws import law_of
 from cardsflow_fmu.cosim.signals.port import signal_names
 from cardsflow_fmu.experiment.config.file import read_settings
+from cardsflow_fmu.experiment.config.messages import SettingError
 from cardsflow_fmu.experiment.config.names import named_setting
 from cardsflow_fmu.experiment.config.table import (
     AS_WHOLE,
@@ -27,7 +28,7 @@ from cardsflow_fmu.experiment.config.table import (
 )
 from cardsflow_fmu.utils.multiples import whole_steps
 from sim_dart.estimation.sensors import MAX_DELAY, SensorSettings
-from sim_dart.estimation.settings import EstimatorSettings, Imu
+from sim_dart.estimation.settings import MAX_FRAMES, MIN_FRAMES, EstimatorSettings, Imu
 
 CALIBRATED = "calibrated"
 """Value of `offset` that selects the offsets found by `cardsflow calibrate`."""
@@ -96,6 +97,19 @@ class EstimatorTable(Table):
     """State estimator: noise model of the sensors, and behaviour when the estimate is invalid."""
 
     use: bool = setting("use the estimator in runs", True)
+    type: Literal["kalman", "horizon"] = setting(
+        "kalman: extended Kalman filter; horizon: moving horizon with joint limits and robust loss",
+        "kalman",
+    )
+    frames: Annotated[int, Field(ge=MIN_FRAMES, le=MAX_FRAMES), AS_WHOLE] = setting(
+        "horizon: number of measurements that the horizon contains", 7
+    )
+    huber: FromZero = setting(
+        "horizon: residual from which the loss of a measurement grows linearly, in standard "
+        "deviations; 0: quadratic loss",
+        1.5,
+    )
+    joint_limits: bool = setting("horizon: the estimate remains within the joint limits", True)
     feedback: bool = setting(
         "send the estimate to the controller; false: the controller uses the true state", True
     )
@@ -177,6 +191,15 @@ class EstimatorTable(Table):
         "IMUs: tables [[estimator.imus]]", ()
     )
     sensors: SensorsTable = setting("noise and resolution of the simulated sensors", {})
+
+    @model_validator(mode="after")
+    def _check_type(self) -> Self:
+        if self.type == "horizon":
+            return self
+        for key in ("frames", "huber", "joint_limits"):
+            if getattr(self, key) != type(self).model_fields[key].default:
+                raise SettingError('requires estimator.type = "horizon"', key=key)
+        return self
 
     @property
     def inertial_units(self) -> tuple[Imu, ...]:

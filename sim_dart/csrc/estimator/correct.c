@@ -2,6 +2,7 @@
 #include "correct.h"
 
 #include "../numbers/real_functions.h"
+#include "horizon/terms.h"
 
 #include <string.h>
 
@@ -19,7 +20,8 @@ static void add_row(const estimator *e, size_t j, real factor)
     for (size_t l = 0; l < N; l++) e->gain[l] += factor * from[l];
 }
 
-void estimator_correct(estimator *e, const real *row, size_t width, size_t bias, real residual, real variance)
+/* Process one measurement, unless it exceeds the gate. */
+static void correct(estimator *e, const real *row, size_t width, size_t bias, real residual, real variance)
 {
     const size_t N = e->N;
     real *k = e->gain, *P = e->covariance, S = variance;
@@ -44,6 +46,15 @@ void estimator_correct(estimator *e, const real *row, size_t width, size_t bias,
     for (size_t l = 0; l < N; l++) e->shift[l] += step * k[l], k[l] *= root;
     for (size_t j = 0; j < N; j++)
         for (size_t l = 0; l < N; l++) P[j * N + l] -= k[j] * k[l];
+}
+
+void estimator_take(estimator *e, const real *z, const real *row, size_t width, size_t bias, real residual,
+                    real variance)
+{
+    if (e->is_collecting)
+        horizon_add(e, (size_t)(z - e->lengths), row, width, residual, variance);
+    else
+        correct(e, row, width, bias, residual, variance);
 }
 
 void estimator_end(estimator *e)

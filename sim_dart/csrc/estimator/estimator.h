@@ -76,6 +76,10 @@ CORE_API estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_fra
      innovation_time     1: averaging time of that mean, in [s]; an estimate without measurements for this time is
                          not valid
 
+     huber               1, only with a horizon: residual from which the loss is linear, in standard
+                         deviations; 0: always quadratic
+     low, high           n, only with a horizon: bounds of q; infinite without a bound
+
    Results
      state               q, qd, w, biases: 3 n + 6 i
      sd                  standard deviations of the state
@@ -83,9 +87,12 @@ CORE_API estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_fra
      used                1: number of measurements used in the last tick
      status              1: an enum estimator_status
      valid               1: 1 or 0
+     iterations          1, only with a horizon: of its solver in the last tick
+     x                   K (3 n + 6 i), only with a horizon: states of the frames
 
    Internal state, to be saved and restored
      remembered
+     remembered_frames   only with a horizon
 
    Working memory
      first_poses         of the search: the best pose, the second best; their sums of squares; 2 n + 2 */
@@ -110,5 +117,13 @@ typedef int estimator_transition(void *self, const real *q, const real *qd, cons
 /* Use this function for the transition matrix, see tangent/transition.h. The default, also for NULL, is [I
    hI; 0 I]. */
 CORE_API void estimator_use_transition(estimator *e, estimator_transition *transition, void *self);
+
+/* Return the size of the memory of a horizon in bytes; 0 if the number of frames is not from 2 to 1000. */
+CORE_API size_t estimator_horizon_size(const core *c, int32_t imus, int32_t frames);
+
+/* Estimate by the last measurements, of `frames` ticks, with bounds and robust losses, see horizon/frames.h. `memory` is
+   8-byte aligned; this call sets it to zero. Call it before settings are written. Return nonzero if the memory
+   is rejected. */
+CORE_API int estimator_use_horizon(estimator *e, int32_t frames, void *memory);
 
 #endif

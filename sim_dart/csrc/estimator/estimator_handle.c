@@ -1,5 +1,5 @@
 /* The estimator handle: its memory, its arrays, and the start. */
-#include "state.h"
+#include "horizon/frames.h"
 
 #include <string.h>
 
@@ -7,8 +7,6 @@
     const size_t n = (size_t)(c)->blob.counts.dofs, m = (size_t)(c)->blob.counts.muscles;              \
     const size_t variables = (size_t)(c)->blob.counts.variables, bends = (size_t)(c)->blob.counts.bends;       \
     const size_t i = (size_t)(imus), N = 3 * n + 6 * i;
-
-enum { MAX_IMUS = 64 };
 
 /* The arrays after a handle begin at a multiple of 8 bytes, also where pointers have 4 bytes. */
 static const size_t HANDLE_SIZE = (sizeof(estimator) + 7u) / 8u * 8u;
@@ -50,7 +48,7 @@ real *estimator_array(estimator *e, const char *name, size_t *length)
     if (!strcmp(name, #name_)) return *length = length_, e->name_;
     ESTIMATOR_ARRAYS(FIND)
 #undef FIND
-    return NULL;
+    return horizon_array(e, name, length);
 }
 
 void estimator_use_transition(estimator *e, estimator_transition *transition, void *self)
@@ -69,6 +67,7 @@ void estimator_reset(estimator *e)
 {
     const size_t N = e->N;
     memset(e->state, 0, (size_t)(e->valid + 1 - e->state) * sizeof(real));
+    if (e->horizon) memset(e->horizon->frames, 0, e->horizon->remembered * sizeof(real));
     memcpy(e->state, e->start, e->n * sizeof(real));
     for (size_t k = 0; k < N; k++) {
         e->sd[k] = first_sd(e, k);

@@ -69,7 +69,8 @@ static void take_gyroscope(estimator *e, size_t unit, const real axes[9], const 
         const real along[3] = {axes[k], axes[3 + k], axes[6 + k]};
         if (!is_number(z[k])) continue;
         fill_turning(e, e->imu_frame[unit], along);
-        estimator_correct(e, e->row, 2 * e->n, bias + k, z[k] - dot3(along, spin) - e->state[bias + k], noise * noise);
+        estimator_take(e, z + k, e->row, 2 * e->n, bias + k, z[k] - dot3(along, spin) - e->state[bias + k],
+                       noise * noise);
     }
 }
 
@@ -86,8 +87,8 @@ static void take_accelerometer(estimator *e, size_t unit, const real axes[9], co
         const real along[3] = {axes[k], axes[3 + k], axes[6 + k]};
         if (!is_number(z[k])) continue;
         const real white = fill_force(e, frame, point, along, force);
-        estimator_correct(e, e->row, 3 * e->n, bias + k, z[k] - dot3(along, force) - e->state[bias + k],
-                          noise * noise + white);
+        estimator_take(e, z + k, e->row, 3 * e->n, bias + k, z[k] - dot3(along, force) - e->state[bias + k],
+                       noise * noise + white);
     }
 }
 

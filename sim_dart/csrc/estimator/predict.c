@@ -3,6 +3,7 @@
 
 #include "../cable_friction/cable_friction.h"
 #include "../math/cholesky.h"
+#include "horizon/frames.h"
 
 #include <string.h>
 
@@ -46,12 +47,10 @@ static int fill_transition(estimator *e, const real *q, const real *qd, const re
     return 0;
 }
 
-/* Compute P <- A P A'. A differs from the identity only in the rows of q and qd. */
-static void propagate_covariance(estimator *e)
+void estimator_propagate(const estimator *e, const real *A, real *P)
 {
     const size_t n = e->n, N = e->N, top = 2 * n, wide = 3 * n;
-    const real *A = e->transition;
-    real *P = e->covariance, *B = e->product;
+    real *B = e->product;
     memset(B, 0, top * N * sizeof(real));
     for (size_t j = 0; j < top; j++)
         for (size_t k = 0; k < wide; k++) {
@@ -67,11 +66,24 @@ static void propagate_covariance(estimator *e)
     }
 }
 
-/* Add white noise of accelerations, constant within the step; of dw/dt and of the rates of the biases. */
-static void add_noise(estimator *e, real h)
+/* Add the noise of an unknown impact that stops coordinate j: an impulse changes all velocities by M^-1. */
+static void add_impact(const estimator *e, size_t j, real h, real *P)
 {
     const size_t n = e->n, N = e->N;
-    real *P = e->covariance;
+    const real *response = e->matrix + j * n, scale = e->state[n + j] / response[j];
+    for (size_t i = 0; i < n; i++)
+        for (size_t k = 0; k < n; k++) {
+            const real v = scale * response[i] * scale * response[k];
+            P[i * N + k] += h * h * v;
+            P[i * N + n + k] += h * v;
+            P[(n + i) * N + k] += h * v;
+            P[(n + i) * N + n + k] += v;
+        }
+}
+
+void estimator_add_noise(const estimator *e, real h, real *P)
+{
+    const size_t n = e->n, N = e->N;
     for (size_t j = 0; j < n; j++) {
         const real a = e->acceleration_noise[j], v = a * a * h, w = e->load_drift[j];
         P[j * N + j] += h * h * v;
@@ -84,9 +96,11 @@ static void add_noise(estimator *e, real h)
         const real drift = e->bias_drift[(k - 3 * n) % 6 / 3];
         P[k * N + k] += drift * drift * h;
     }
+    for (size_t j = 0; j < n && e->horizon; j++)
+        if (horizon_approaches_bound(e, j)) add_impact(e, j, h, P);
 }
 
-int estimator_predict(estimator *e, real h)
+int estimator_advance(estimator *e, real h)
 {
     core *c = e->core;
     const size_t n = e->n;
@@ -102,7 +116,13 @@ int estimator_predict(estimator *e, real h)
     memcpy(q, c->q, n * sizeof(real));
     memcpy(qd, c->qd, n * sizeof(real));
     memcpy(e->slips, slips, e->bends * sizeof(real));
-    propagate_covariance(e);
-    add_noise(e, h);
+    return 0;
+}
+
+int estimator_predict(estimator *e, real h)
+{
+    if (estimator_advance(e, h)) return 1;
+    estimator_propagate(e, e->transition, e->covariance);
+    estimator_add_noise(e, h, e->covariance);
     return 0;
 }

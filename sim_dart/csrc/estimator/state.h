@@ -64,6 +64,8 @@
     ARRAY(rates, variables)       /* accelerations of all variables */                                 \
     ARRAY(pose, 3 * n)            /* of the search: current pose, next, step */
 
+enum { MAX_IMUS = 64 };
+
 #define ESTIMATOR_MEMBER(name, length) real *name;
 struct estimator {
     core *core;
@@ -71,6 +73,8 @@ struct estimator {
     const int32_t *imu_frame;
     estimator_transition *exact;
     void *exact_self;
+    struct horizon *horizon; /* NULL for the Kalman filter */
+    int is_collecting;       /* whether measurements become terms of the horizon, see horizon/terms.h */
     real step;    /* of the last prediction, in [s] */
     size_t seen, taken; /* number of measurements in this tick; of those within the gate */
     real squares; /* sum of their squared innovations over the variance */
@@ -89,11 +93,16 @@ static inline int is_number(real x)
     return x <= CORE_MAX_STATE && x >= -CORE_MAX_STATE;
 }
 
+/* Return whether the length of a muscle is measured. */
+static inline int has_length(const estimator *e, size_t k)
+{
+    return is_measured(e->length_noise[k]) && is_number(e->lengths[k]);
+}
+
 /* Return whether the length of a muscle is measured and the muscle is taut. */
 static inline int is_taut(const estimator *e, size_t k)
 {
-    return is_measured(e->length_noise[k]) && is_number(e->lengths[k]) &&
-           e->last_tensions[k] > e->slack[0];
+    return has_length(e, k) && e->last_tensions[k] > e->slack[0];
 }
 
 /* Return l(q) for a measured length. */

@@ -1,35 +1,14 @@
 /* A tick of the estimator: prediction, correction, validity. */
 #include "../math/elementary.h"
 #include "correct.h"
-#include "inertial.h"
+#include "horizon/horizon.h"
+#include "measurements.h"
 #include "predict.h"
-
-#include <string.h>
 
 static void take_tensions(estimator *e)
 {
     for (size_t k = 0; k < e->m; k++)
         if (is_number(e->tensions[k])) e->last_tensions[k] = larger(e->tensions[k], 0);
-}
-
-static void take_lengths(estimator *e)
-{
-    const core *c = e->core;
-    for (size_t k = 0; k < e->m; k++)
-        if (is_taut(e, k))
-            estimator_correct(e, c->jacobian + k * e->n, e->n, e->N, path_length(e, k) - c->lengths[k],
-                              e->length_noise[k] * e->length_noise[k]);
-}
-
-static void take_encoders(estimator *e)
-{
-    for (size_t j = 0; j < e->n; j++) {
-        if (!is_measured(e->encoder_noise[j]) || !is_number(e->encoders[j])) continue;
-        memset(e->row, 0, e->n * sizeof(real));
-        e->row[j] = 1;
-        estimator_correct(e, e->row, e->n, e->N, e->encoders[j] - e->state[j],
-                          e->encoder_noise[j] * e->encoder_noise[j]);
-    }
 }
 
 /* Compute standard deviations. Return 0, or 1 if a value is not finite or a variance is not positive. */
@@ -76,14 +55,14 @@ int estimator_tick(estimator *e, real h, int32_t steps)
         return (int)e->status[0];
     }
     e->status[0] = ESTIMATOR_TRACKING;
+    horizon_begin(e, h, steps);
     for (int32_t k = 0; k < steps; k++)
         if (estimator_predict(e, h)) return mark_lost(e);
+    horizon_append(e);
     estimator_begin(e);
-    take_lengths(e);
-    take_encoders(e);
-    estimator_take_inertial(e);
+    estimator_take_all(e);
     estimator_end(e);
-    if (update_sd(e)) return mark_lost(e);
+    if (horizon_solve(e) || update_sd(e)) return mark_lost(e);
     update_validity(e, h * (real)steps);
     return ESTIMATOR_TRACKING;
 }

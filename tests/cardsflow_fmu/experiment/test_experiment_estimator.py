@@ -15,6 +15,7 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.hardware.protocol.recording import read_recording
+from cardsflow_fmu.models.estimator import make_estimator
 from cardsflow_fmu.results.analysis.observable import (
     observability_notes,
     observability_warnings,
@@ -201,3 +202,33 @@ def test_hardware_without_joint_encoders_only_sends_lengths_and_tensions(tmp_pat
     assert (estimation["per_signal"], estimation["fitted"]) == ({}, True)
     with pytest.raises(InputError, match="muscle lengths are not sufficient"):
         calibrate(experiment.robot, [read_readings(tmp_path / "out", experiment.robot)], ["*"])
+
+
+@pytest.mark.slow
+@pytest.mark.native
+def test_horizon_fmu_is_bit_identical_to_calls_from_python() -> None:
+    """FMPy runs estimator.fmu; the same measurements are then written to a `PoseEstimator`."""
+    experiment = roboy_experiment(
+        0.1, type="horizon", imus=UNITS, sensors={"seed": 3}, encoder_noise={"joint_1": 1e-3}
+    )
+    result = simulate(experiment, coupling="fmu")
+    robot, estimator = experiment.robot, make_estimator(experiment)
+    links = [str(unit["link"]) for unit in UNITS]
+    columns = {
+        "lengths": [f"l_m.{muscle.name}" for muscle in robot.muscles],
+        "tensions": [f"tension_m.{muscle.name}" for muscle in robot.muscles],
+        "gyroscope": [f"gyroscope.{link}.{axis}" for link in links for axis in "xyz"],
+        "accelerometer": [f"accelerometer.{link}.{axis}" for link in links for axis in "xyz"],
+    }
+    read = {name: result.columns(names) for name, names in columns.items()}
+    estimates = result.columns([f"q_hat.{c.name}" for c in robot.coordinates])
+    for k in range(len(estimates) - 1):
+        for name, values in read.items():
+            getattr(estimator, name).ravel()[:] = values[k]
+        estimator.encoders[0] = result["q_m.joint_1"][k]
+        if not k:
+            estimator.accelerometer[:] = np.nan
+        estimator.tick(experiment.run.step, int(k > 0))
+        assert np.array_equal(estimates[k], estimator.q), k
+    assert result["valid"].all()
+    assert estimator.used == 11 + 1 + 12

@@ -182,6 +182,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
  *     imu_frame         frame of each IMU
  *     delay             in measurements
  *     exact             whether the transition matrix is exact
+ *     frames            of a horizon; 0 for the Kalman filter
  *     other fields      arrays of sensors.h and estimator.h, with the same channels and sizes */
 #define READING_GROUPS(GROUP)                                                                                 \
     GROUP(lengths, ANY)                                                                                       \
@@ -246,6 +247,10 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(double, largest_sd, 1, q)                                                                           \
     FIELD(double, largest_innovation, 1, models)                                                              \
     FIELD(double, innovation_time, 1, models)
+#define ESTIMATOR_HORIZON_FIELDS(FIELD)                                                                       \
+    FIELD(double, huber, 1, models)                                                                           \
+    FIELD(double, low, 1, q)                                                                                  \
+    FIELD(double, high, 1, q)
 #define ESTIMATOR_FIELDS(FIELD)                                                                               \
     FIELD(uint32_t, measured, 1, lengths)                                                                     \
     FIELD(uint32_t, motors, 1, measured_torques)                                                              \
@@ -253,6 +258,8 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(int32_t, imu_frame, 1, units)                                                                       \
     FIELD(uint32_t, exact, 1, models)                                                                         \
     FIELD(uint32_t, delay, 1, models)                                                                         \
+    FIELD(uint32_t, frames, 1, models)                                                                        \
+    ESTIMATOR_HORIZON_FIELDS(FIELD)                                                                           \
     ESTIMATOR_COPIED_FIELDS(FIELD)
 
 struct native_group {

@@ -14,7 +14,7 @@ struct estimator_model {
     struct estimator_settings settings;
     ESTIMATOR_GROUPS(VALUES_MEMBER) /* the values of each group */
     estimator *estimator;
-    void *transition;
+    void *transition, *horizon;
     double since; /* steps between the last tick and the next; negative: ticks until the first measurements */
     double *state, *deviations, *innovation, *used, *status, *is_valid;
 };
@@ -113,18 +113,20 @@ static int get_state(struct model *model, void **bytes, size_t *size)
 {
     const struct native_model *native = model->backend;
     const struct estimator_model *s = native->own;
-    size_t sizes[2] = {1, 0};
-    const double *const parts[] = {&s->since, estimator_array(s->estimator, "remembered", &sizes[1])};
-    return native_save(parts, sizes, 2, bytes, size, &model->error);
+    size_t sizes[3] = {1, 0, 0};
+    const double *const parts[] = {&s->since, estimator_array(s->estimator, "remembered", &sizes[1]),
+                                   estimator_array(s->estimator, "remembered_frames", &sizes[2])};
+    return native_save(parts, sizes, s->horizon ? 3 : 2, bytes, size, &model->error);
 }
 
 static int set_state(struct model *model, const void *bytes, size_t size)
 {
     const struct native_model *native = model->backend;
     struct estimator_model *s = native->own;
-    size_t sizes[2] = {1, 0};
-    double *const parts[] = {&s->since, estimator_array(s->estimator, "remembered", &sizes[1])};
-    if (native_restore(parts, sizes, 2, bytes, size, &model->error))
+    size_t sizes[3] = {1, 0, 0};
+    double *const parts[] = {&s->since, estimator_array(s->estimator, "remembered", &sizes[1]),
+                             estimator_array(s->estimator, "remembered_frames", &sizes[2])};
+    if (native_restore(parts, sizes, s->horizon ? 3 : 2, bytes, size, &model->error))
         return 1;
     write_outputs(s, native->robot.n);
     return 0;
@@ -136,6 +138,7 @@ static void free_estimator(struct estimator_model *s)
         return;
     free(s->estimator);
     free(s->transition);
+    free(s->horizon);
     free(s);
 }
 
@@ -194,6 +197,25 @@ static int use_exact_transition(struct estimator_model *s, const core *c, struct
     return 0;
 }
 
+static int use_horizon(struct estimator_model *s, const core *c, struct text *error)
+{
+    const struct estimator_settings *of = &s->settings;
+    const size_t size = estimator_horizon_size(c, (int32_t)of->of.units.count, (int32_t)of->frames[0]);
+    if (size && !(s->horizon = malloc(size))) {
+        text_set(error, "not enough memory for the estimator");
+        return 1;
+    }
+    if (!size || estimator_use_horizon(s->estimator, (int32_t)of->frames[0], s->horizon)) {
+        text_set(error, "native.bin does not match its estimator");
+        return 1;
+    }
+#define COPY(type, name, per_item, group)                                                                     \
+    memcpy(array(s, #name), of->name, per_item * (size_t)of->of.group.count * sizeof(double));
+    ESTIMATOR_HORIZON_FIELDS(COPY)
+#undef COPY
+    return 0;
+}
+
 static int fill(struct estimator_model *s, struct native_model *native, struct text *error)
 {
     struct estimator_settings *of = &s->settings;
@@ -216,6 +238,8 @@ static int fill(struct estimator_model *s, struct native_model *native, struct t
 #undef COPY
     s->state = array(s, "state"), s->deviations = array(s, "sd"), s->innovation = array(s, "innovation");
     s->used = array(s, "used"), s->status = array(s, "status"), s->is_valid = array(s, "valid");
+    if (of->frames[0] != 0 && use_horizon(s, robot->core, error))
+        return 1;
     if (of->exact[0] != 0 && use_exact_transition(s, robot->core, error))
         return 1;
     return place_values(s, native, error);
