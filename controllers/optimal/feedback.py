@@ -10,6 +10,7 @@ from controllers.arrays import FloatArray
 
 from .problem import Iterate, OptimalProblem
 
+_UNKNOWN: FloatArray = np.zeros(0)
 _CONVERGED = 1e-10  # change of the gains, relative
 _MAX_STEPS = 20_000
 _MIN_WEIGHT = 1e-6  # of a control, relative to the mean
@@ -22,12 +23,14 @@ class Stage(NamedTuple):
         A, B: Derivatives of the end, shapes (nx, nx), (nx, nu).
         Q: Weight of the states, shape (nx, nx).
         R: Weights of the controls, shape (nu,).
+        x: State at its start, shape (nx,); empty if it is unknown.
     """
 
     A: FloatArray
     B: FloatArray
     Q: FloatArray
     R: FloatArray
+    x: FloatArray = _UNKNOWN
 
 
 def riccati_step(own: Stage, P: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -95,7 +98,8 @@ def stages(
         part = problem.dynamics.run(starts, u, lengths, True, at.parameters)
         if part is None:
             return []
-        found.append([Stage(*row, R) for row in zip(part.A, part.B, Q, strict=True)])
+        rows = zip(part.A, part.B, Q, starts, strict=True)
+        found.append([Stage(A, B, cost, R, x) for A, B, cost, x in rows])
         starts = part.ends
     return [stage for interval in zip(*found, strict=True) for stage in interval]
 

@@ -98,6 +98,7 @@ class _State:
         hessian: Contribution of the dynamics to the Hessian.
         free: Number of steps that may increase both cost and violation.
         positive: See `Transcription.program`.
+        is_full: Whether the last step was a full one.
         best: Last iterate that satisfies the constraints, with its terms.
     """
 
@@ -109,6 +110,7 @@ class _State:
     idle: int = 0
     free: int = _FREE_STEPS
     positive: float = 0.0
+    is_full: bool = False
     best: tuple[Iterate, Linearisation] | None = None
 
 
@@ -126,8 +128,8 @@ class Optimiser:
             optimal.
         feasibility: Largest accepted violation of a constraint, scaled.
         max_iterations: Number of iterations.
-        refine: Function that makes the dynamics more accurate if an iterate requires it, and
-            returns whether they changed.
+        refine: Function of an iterate and the ends of its intervals that makes the dynamics more
+            accurate if the iterate requires it, and returns whether they changed.
     """
 
     def __init__(
@@ -136,7 +138,7 @@ class Optimiser:
         tolerance: float = 1e-7,
         feasibility: float = 1e-7,
         max_iterations: int = 100,
-        refine: Callable[[Iterate], bool] = lambda _: False,
+        refine: Callable[[Iterate, FloatArray], bool] = lambda _, ends: False,
     ) -> None:
         self.problem = problem
         self.transcription = Transcription(problem)
@@ -228,14 +230,16 @@ class Optimiser:
         if not found_step.is_solved:
             return self._increase_damping(state), 0.0
         feasible = self._worst(state) <= self._feasibility
-        if feasible and not is_relaxed and self._promise(state, step) < self._tolerance:
+        promise = abs(self._slope(state, step)) / max(abs(state.own.cost), 1e-12)
+        if feasible and not is_relaxed and promise < self._tolerance:
             return OPTIMAL, 0.0
-        moved, share = self._search(state, step, is_relaxed)
+        moved, share, found = self._search(state, step, is_relaxed)
         if moved is None and not is_relaxed and self._worst(state) < _NEAR:
             # the filter rejects steps of second order near the optimum: follow one, and start anew
             moved, share, state.filter = self.transcription.move(state.at, step, 1.0), 1.0, []
             state.damping = max(10.0 * state.damping, _MORE_DAMPING)
-        found = None if moved is None else self.transcription.linearise(moved)
+        found = found or (None if moved is None else self.transcription.linearise(moved))
+        state.is_full = share == 1.0
         if moved is None or found is None:
             return self._increase_damping(state), 0.0
         violation = self.transcription.violation
@@ -244,7 +248,7 @@ class Optimiser:
             multipliers = self.transcription.multipliers(state.own, program, found_step)
             self._learn(state, moved, found, multipliers)
         reduced = violation(moved, found) / max(violation(state.at, state.own), self._feasibility)
-        if state.free <= 0 and self._refine(moved):
+        if state.free <= 0 and self._refine(moved, found.intervals.ends):
             found = self.transcription.linearise(moved) or found
             state.filter, state.best = [], None
         state.at, state.own = moved, found
@@ -306,42 +310,42 @@ class Optimiser:
         """Return the change of the cost along a step."""
         return float(self.transcription.gradient(state.at, state.own.terms) @ step)
 
-    def _promise(self, state: _State, step: FloatArray) -> float:
-        """Return the change of the cost along a step, relative to the cost."""
-        return abs(self._slope(state, step)) / max(abs(state.own.cost), 1e-12)
-
     def _search(
         self, state: _State, step: FloatArray, is_relaxed: bool
-    ) -> tuple[Iterate | None, float]:
-        """Return the first iterate along a step that the filter accepts, and its share.
+    ) -> tuple[Iterate | None, float, Linearisation | None]:
+        """Return the first iterate along a step that the filter accepts, its share, and its terms.
 
-        A relaxed step must reduce the violation.
+        A relaxed step must reduce the violation. After a full step, the next one is linearised at
+        once: it is probably accepted, too.
         """
         transcription, own = self.transcription, state.own
         theta = transcription.violation(state.at, own)
-        slope = self._slope(state, step)
+        slope, less = self._slope(state, step), own.cost - _MARGIN * theta * abs(own.cost)
         for share in _SHARES.tolist():
             moved = transcription.move(state.at, step, share)
-            tried = transcription.evaluate(moved)
+            found = None
+            if share == 1.0 and state.is_full:
+                found = transcription.linearise(moved)
+                tried = found and (transcription.violation(moved, found), found.cost)
+            else:
+                tried = transcription.evaluate(moved)
             if tried is None:
                 continue
             new_theta, cost = tried
             if state.free > 0 and new_theta <= _FREE_VIOLATION * (1.0 + theta):
                 state.free -= 1
-                return moved, share
+                return moved, share, found
             descends = slope < 0.0 and -share * slope > 10.0 * theta * abs(own.cost)
             if descends and new_theta <= max(theta, 0.1 * self._feasibility):
                 rounding = _ROUNDING * max(abs(own.cost), 1e-12)
                 accepted = cost <= own.cost + _ARMIJO * share * slope + rounding
             else:
-                less = own.cost - _MARGIN * theta * abs(own.cost)
                 accepted = new_theta <= (1.0 - _MARGIN) * theta
                 accepted |= cost < less and not is_relaxed
             if any(new_theta >= worst and cost >= best for worst, best in state.filter):
                 continue
             if accepted:
                 if not descends:
-                    less = own.cost - _MARGIN * theta * abs(own.cost)
                     state.filter.append(((1.0 - _MARGIN) * theta, less))
-                return moved, share
-        return None, 0.0
+                return moved, share, found
+        return None, 0.0, None

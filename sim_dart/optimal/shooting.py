@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -172,6 +174,15 @@ class Shooting:
         self._parameters = parameters.copy()
         self._open()
 
+    @contextmanager
+    def using(self, steps: int) -> Iterator[None]:
+        """Use another number of Runge-Kutta steps."""
+        own, self.steps = self.steps, steps
+        try:
+            yield
+        finally:
+            self.steps = own
+
     def run(
         self,
         x: FloatArray,
@@ -232,7 +243,8 @@ class Shooting:
 
     def rates(self, x: FloatArray, u: FloatArray) -> FloatArray:
         """Return the time derivatives of states, shape (k, nx), as for `run`."""
-        found = self._simulate(x, u, np.zeros(len(x)), self._inputs[-1:])
+        with self.using(1):
+            found = self._simulate(x, u, np.zeros(len(x)), self._inputs[-1:])
         assert found is not None
         return found[1][:, :, 0]
 

@@ -36,7 +36,8 @@ def motion_feedback(experiment: Experiment, own: MotionProblem, at: Iterate) -> 
     settings = experiment.motion.feedback
     deviations = np.full(at.x.shape[1], np.inf)
     deviations[:n], deviations[n : 2 * n] = settings.q, settings.qd or np.inf
-    found = stages(problem, at, deviations, parts)
+    with own.shooting.using(-(-own.shooting.steps // parts)):
+        found = stages(problem, at, deviations, parts)
     if not found:
         raise CardsflowError("the simulation of the motion diverges; use more substeps")
     hold = _hold(experiment, own, at, found[-1], interval / parts)
@@ -44,7 +45,7 @@ def motion_feedback(experiment: Experiment, own: MotionProblem, at: Iterate) -> 
     gains = gains_along(found, weight)
     gains = np.concatenate([gains, gains[-1:] if gain is None else gain[None]])
     times = np.linspace(0.0, at.duration, len(found) + 1)
-    states = _states(own, at, parts, x)
+    states = np.array([*(stage.x for stage in found), x])
     controls = np.concatenate([np.repeat(at.u, parts, axis=0), u[None]])
     return _with_names(own, times, states, controls, gains)
 
@@ -66,17 +67,6 @@ def _hold(
         return None
     found = stationary_gain(last._replace(A=rest.A[0], B=rest.B[0]))
     return None if found is None else (x, u, *found)
-
-
-def _states(own: MotionProblem, at: Iterate, parts: int, end: FloatArray) -> FloatArray:
-    """Return the states at the rows, by simulation from the node before each."""
-    N = own.problem.intervals
-    h = at.duration / N / parts
-    starts, u = np.repeat(at.x[:-1], parts, axis=0), np.repeat(at.u, parts, axis=0)
-    lengths = np.tile(np.arange(parts) * h, N)
-    found = own.problem.dynamics.run(starts, u, lengths, False, at.parameters)
-    assert found is not None
-    return np.concatenate([found.ends, end[None]])
 
 
 def _with_names(

@@ -26,6 +26,7 @@ from .problem import ROUGH_INTEGRATION, MotionProblem, motion_problem
 
 _INTEGRATION_ERROR = 1e-5  # of an interval, in rad, m, and their rates
 _ROUGH = 1e-3  # tolerance of a first guess, and violation of an interrupted motion
+_MAX_PAUSE = 4  # iterations between two checks of the integration
 MARK_COLUMN = "cardsflow.interval"
 
 
@@ -77,6 +78,21 @@ class OptimisedMotion:
         return [] if free is None else free.lines(found)
 
 
+class _Refinement:
+    """Refinement of the integration during iterations; after checks without effect it pauses."""
+
+    def __init__(self, own: MotionProblem) -> None:
+        self._own, self._pause, self._left = own, 1, 1
+
+    def __call__(self, at: Iterate, ends: FloatArray) -> bool:
+        self._left -= 1
+        if self._left > 0:
+            return False
+        is_finer = self._own.refine(at, ROUGH_INTEGRATION, ends=ends)
+        self._left = self._pause = 1 if is_finer else min(2 * self._pause, _MAX_PAUSE)
+        return is_finer
+
+
 def load_for_motion(path: Path, settings: Mapping[str, Any] | None = None) -> Experiment:
     """Load an experiment whose reference does not exist yet; the reference is a rest."""
     return Experiment.load(path, {**(settings or {}), "reference": {"type": "rest"}})
@@ -108,9 +124,6 @@ def optimise(
     last = None if resume is None else last_motion(resume, own)
     guess = first = _first_guess(experiment, own) if last is None else last
 
-    def refine(at: Iterate) -> bool:
-        return own.refine(at, ROUGH_INTEGRATION)
-
     def report(done: Progress) -> None:
         progress(done, own.shooting.steps)
 
@@ -118,7 +131,7 @@ def optimise(
         own.refine(own.problem.clip(last), _INTEGRATION_ERROR, is_final=True)
     found = None
     while True:
-        solver = Optimiser(own.problem, max_iterations=limit, refine=refine)
+        solver = Optimiser(own.problem, max_iterations=limit, refine=_Refinement(own))
         is_near = guess is not first or guess is last
         others = None if is_near else [smooth_guess(own.problem, own.guess, own.shooting.n)]
         solution = solver.solve(guess, report, others)
@@ -136,7 +149,10 @@ def optimise(
         iterations += solution.history[-1].iteration
         seconds += solution.history[-1].seconds
         is_final = solution.status == INTERRUPTED
-        if is_final or not own.refine(solution.iterate, _INTEGRATION_ERROR, is_final=True):
+        ends = solution.linearisation.intervals.ends
+        if is_final or not own.refine(
+            solution.iterate, _INTEGRATION_ERROR, is_final=True, ends=ends
+        ):
             break
         found, guess = solution, solution.iterate
     notes, warnings = own.notes, tuple[str, ...]()
@@ -145,7 +161,7 @@ def optimise(
         if not solution.is_feasible:
             what = f"the motion violates constraints by {solution.violation:.2g} (scaled)"
         warnings += (f"{solution.status}: {what}; continue with --resume",)
-    error = own.integration_error(solution.iterate)
+    error = own.integration_error(solution.iterate, ends)
     what = f"the integration error of an interval is up to {error:.2g}"
     what += "; increase motion.substeps or motion.intervals"
     if error > ROUGH_INTEGRATION:
@@ -189,16 +205,13 @@ def _require_motion(own: MotionProblem, solution: Solution | None) -> None:
 def _samples(
     own: MotionProblem, solution: Solution, step: float
 ) -> tuple[FloatArray, dict[str, FloatArray]]:
-    """Return the motion at multiples of a step, by simulation from the node before each."""
+    """Return the motion at multiples of a step."""
     at, dynamics, n = solution.iterate, own.dynamics, own.dynamics.n
     count = int(np.ceil(at.duration / step - 1e-9))
     times = np.minimum(np.arange(count + 1) * step, at.duration)
     h = at.duration / len(at.u)
     interval = np.minimum((times / h + 1e-9).astype(int), len(at.u) - 1)
-    starts, lengths = at.x[interval], times - interval * h
-    parts = own.shooting.run(starts, at.u[interval], lengths, False, at.parameters)
-    assert parts is not None
-    x, u = parts.ends, at.u[interval]
+    x, u = _states(own, at, times), at.u[interval]
     torques = u[:, len(own.shooting.driven) :]
     forces = np.concatenate([own.shooting.tensions(x, u), torques], axis=1)
     qdd = own.shooting.rates(x, u)[:, n : 2 * n]
@@ -215,6 +228,24 @@ def _samples(
     for k, p in enumerate(at.parameters.tolist()):
         columns[f"{PARAMETER}{k + 1}"] = np.full(len(times), p)
     return times, {**columns, MARK_COLUMN: interval.astype(float)}
+
+
+def _states(own: MotionProblem, at: Iterate, times: FloatArray) -> FloatArray:
+    """Return the states at some times, by one step from the Runge-Kutta step before each."""
+    shooting, steps = own.shooting, own.shooting.steps
+    h = at.duration / len(at.u) / steps
+    x, lengths = [at.x[:-1]], np.full(len(at.u), h)
+    with shooting.using(1):
+        for _ in range(1, steps):
+            part = shooting.run(x[-1], at.u, lengths, False, at.parameters)
+            assert part is not None
+            x.append(part.ends)
+        starts = np.stack(x, axis=1).reshape(-1, at.x.shape[1])
+        step = np.minimum((times / h + 1e-9).astype(int), len(starts) - 1)
+        u = at.u[step // len(x)]
+        found = shooting.run(starts[step], u, times - step * h, False, at.parameters)
+    assert found is not None
+    return found.ends
 
 
 def _law_columns(own: MotionProblem, x: FloatArray, u: FloatArray) -> dict[str, FloatArray]:

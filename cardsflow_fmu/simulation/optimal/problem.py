@@ -56,12 +56,18 @@ class MotionProblem(NamedTuple):
     free: FreeParameters | None
     notes: tuple[str, ...]
 
-    def integration_error(self, at: Iterate) -> float:
+    def integration_error(self, at: Iterate, ends: FloatArray) -> float:
         """Return the largest error of the ends of the intervals, in rad, m, and their rates."""
-        steps = self.shooting.steps
-        return _distance(self._ends(at, steps), self._ends(at, 2 * steps))
+        return _distance(ends, self._ends(at, 2 * self.shooting.steps))
 
-    def refine(self, at: Iterate, tolerance: float, is_final: bool = False) -> bool:
+    def refine(
+        self,
+        at: Iterate,
+        tolerance: float,
+        *,
+        is_final: bool = False,
+        ends: FloatArray | None = None,
+    ) -> bool:
         """Double the substeps until the intervals are accurate; return whether they changed.
 
         More than 8 substeps are only used for stiff robots, and not for the wild motions of early
@@ -72,10 +78,11 @@ class MotionProblem(NamedTuple):
             at: The motion.
             tolerance: Largest error of an interval, in [rad], [m], and their rates.
             is_final: Whether the motion satisfies all constraints.
+            ends: Ends of its intervals, if they are known.
         """
         first = steps = self.shooting.steps
         fine = self._ends(at, 2 * steps)
-        error = _distance(self._ends(at, steps), fine)
+        error = _distance(self._ends(at, steps) if ends is None else ends, fine)
         while error > tolerance and steps < (
             _MAX_STIFF if is_final and error > ROUGH_INTEGRATION else _MAX_REFINED
         ):
@@ -89,9 +96,8 @@ class MotionProblem(NamedTuple):
 
     def _ends(self, at: Iterate, steps: int) -> FloatArray:
         """Return the ends of the intervals with a number of substeps; infinite if they diverge."""
-        own, self.shooting.steps = self.shooting.steps, steps
-        found = self.problem.run(at, derivatives=False)
-        self.shooting.steps = own
+        with self.shooting.using(steps):
+            found = self.problem.run(at, derivatives=False)
         return np.full_like(at.x[1:], np.inf) if found is None else found.ends
 
 

@@ -124,11 +124,13 @@ static void follow(void *self, int stage, double h)
         memcpy(s->at, s->start, count * sizeof(double));
         memset(s->sum, 0, count * sizeof(double));
     }
-    multiply(s, rate_jacobian_fill(s->rates, s->controls, s->controls + s->m));
-    add(count, weights[stage], s->slope, s->sum);
+    if (h != 0) {
+        multiply(s, rate_jacobian_fill(s->rates, s->controls, s->controls + s->m));
+        add(count, weights[stage], s->slope, s->sum);
+    }
     if (stage < 3) {
         memcpy(s->at, s->start, count * sizeof(double));
-        add(count, shares[stage] * h, s->slope, s->at);
+        if (h != 0) add(count, shares[stage] * h, s->slope, s->at);
         add_duration(s, shares[stage], c->qd, c->qdd, c->law_rates, s->at);
     } else {
         add(count, h / 6, s->sum, s->start);
