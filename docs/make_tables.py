@@ -352,7 +352,7 @@ def _inside(form: Mapping[str, Any], key: str) -> Mapping[str, Any]:
 def _settings(form: Mapping[str, Any]) -> str:
     """Return the table of the keys of a table of settings."""
     own = next(own for own in form.get("anyOf", [form]) if "properties" in own)
-    required = own.get("required", [])
+    required = own.get("required", own.get("else", {}).get("required", []))
     rows = [
         (
             f"`{key}`",

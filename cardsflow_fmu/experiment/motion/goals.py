@@ -49,20 +49,35 @@ class GoalSettings(Table):
     y: tuple[float, ...] = named_setting(
         "task coordinate", "task coordinates, in m or rad", None, others=FREE
     )
-    rest: bool = setting("joint velocities are 0 (default: only at the end)", None)
-
-    weight: Positive = setting(
-        "weight of the squared deviations of q and y, in the cost (default: they are 0)", None
+    qd: tuple[float, ...] = named_setting(
+        "coordinate", "joint velocities, in rad/s or m/s", None, others=FREE
     )
+    yd: tuple[float, ...] = named_setting(
+        "task coordinate", "velocities of task coordinates, in m/s or rad/s", None, others=FREE
+    )
+    rest: bool = setting(
+        "joint velocities are 0 (default: only at the end, without qd and yd)", None
+    )
+    weight: Positive = setting(
+        "weight of the squared deviations, in the cost (default: they are 0)", None
+    )
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether the goal contains velocities."""
+        return bool(self.qd or self.yd)
 
     @model_validator(mode="after")
     def _check_goal(self) -> Self:
-        if not self.model_fields_set & {"q", "y", "rest"}:
-            raise SettingError("missing; set q or y", key="q")
+        if not self.model_fields_set & {"q", "y", "qd", "yd", "rest"}:
+            raise SettingError("missing; set q, y, qd or yd", key="q")
         if self.time is not None and self.fraction is not None:
             raise SettingError("excludes time; remove one of them", key="fraction")
         if self.hold is not None and self.rest is False:
             raise SettingError("excludes rest = false; the robot rests while it holds", key="hold")
+        if self.is_moving and (self.rest or self.hold is not None):
+            key = "rest" if self.rest else "hold"
+            raise SettingError("excludes qd and yd; remove them or this key", key=key)
         return self
 
     def check_times(self, low: float, high: float) -> None:

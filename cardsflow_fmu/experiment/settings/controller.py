@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     AfterValidator,
+    ConfigDict,
     Field,
     ValidatorFunctionWrapHandler,
     WithJsonSchema,
@@ -147,8 +148,18 @@ _OPEN = (MPC, POLICY)
 """Types that control either space."""
 
 
+def _require_gains_of_laws(schema: dict[str, Any]) -> None:
+    """Require gains in the JSON Schema only for types that use them."""
+    of_motion = {"properties": {"type": {"enum": [FEEDBACK, POLICY]}}, "required": ["type"]}
+    own_law = {"properties": {"type": {"pattern": "[.]py:"}}, "required": ["type"]}
+    gains = {"required": schema.pop("required")}
+    schema |= {"if": {"anyOf": [of_motion, own_law]}, "else": gains}
+
+
 class ControllerSettings(Table):
     """Control law, gains, weights, and sampling."""
+
+    model_config = ConfigDict(json_schema_extra=_require_gains_of_laws)
 
     type: Law = setting("control law; a custom law as `file.py:Class`", None)
     policy: File | None = setting("file of the policy, for the type `policy`", None)

@@ -19,15 +19,24 @@ from .problem import MotionProblem
 _MIN_LENGTH = 2e-3  # of a row, in [s]; gains change slowly
 _AT_REST = 1e-3  # speed, in [rad/s] or [m/s]
 _DRIFT = 1e-6  # change of a state at rest, in an interval of the gains
+_CANNOT_HOLD = (
+    "the robot rests at the end, but no forces within the bounds hold it there; it moves on after "
+    "the motion"
+)
 
 
-def motion_feedback(experiment: Experiment, own: MotionProblem, at: Iterate) -> MotionFeedback:
+def motion_feedback(
+    experiment: Experiment, own: MotionProblem, at: Iterate
+) -> tuple[MotionFeedback, tuple[str, ...]]:
     """Compute the feedback along a motion, and the feedback that holds the robot afterwards.
 
     Args:
         experiment: The experiment.
         own: Its problem.
         at: The motion.
+
+    Returns:
+        The feedback, and a note if the robot cannot hold the pose in which it rests at the end.
     """
     assert experiment.motion is not None
     problem, n = own.problem, own.dynamics.n
@@ -41,13 +50,15 @@ def motion_feedback(experiment: Experiment, own: MotionProblem, at: Iterate) -> 
     if not found:
         raise CardsflowError("the simulation of the motion diverges; use more substeps")
     hold = _hold(experiment, own, at, found[-1], interval / parts)
+    rests = abs(at.x[-1, n : 2 * n]).max() <= _AT_REST
+    notes = (_CANNOT_HOLD,) if rests and hold is None else ()
     x, u, gain, weight = hold or (at.x[-1], at.u[-1], None, found[-1].Q)
     gains = gains_along(found, weight)
     gains = np.concatenate([gains, gains[-1:] if gain is None else gain[None]])
     times = np.linspace(0.0, at.duration, len(found) + 1)
     states = np.array([*(stage.x for stage in found), x])
     controls = np.concatenate([np.repeat(at.u, parts, axis=0), u[None]])
-    return _with_names(own, times, states, controls, gains)
+    return _with_names(own, times, states, controls, gains), notes
 
 
 def _hold(

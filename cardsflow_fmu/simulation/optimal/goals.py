@@ -20,7 +20,7 @@ from sim_dart.optimal.shooting import Shooting
 
 from .loops import advances, dependent
 from .muscles import override, require_order, state_ranges
-from .tasks import StateRows, TaskRows
+from .tasks import StateRows, TaskRates, TaskRows
 
 _WHOLE = 1e-6  # deviation of a time from a node, relative to an interval
 
@@ -128,39 +128,48 @@ def fix_goals(
     for k, goal in enumerate(motion.goals):
         key = f"motion.goals[{k}]"
         node, last = _nodes(experiment, motion, goal, key)
-        if goal.rest or goal.hold or (goal.rest is None and node == motion.intervals):
+        is_end = node == motion.intervals and not goal.is_moving
+        if goal.rest or goal.hold or (goal.rest is None and is_end):
             x_low[node : last + 1, speeds] = x_high[node : last + 1, speeds] = 0.0
-        given = np.flatnonzero(~np.isnan(goal.q))
+        targets = np.array([*(goal.q or [np.nan] * n), *(goal.qd or [np.nan] * n)])
+        given = np.flatnonzero(~np.isnan(targets))
         for j in given.tolist():
-            value, low, high = goal.q[j], x_low[node, j], x_high[node, j]
+            value, low, high = float(targets[j]), x_low[node, j], x_high[node, j]
             if not low <= value <= high:
                 what = f"must be within the bounds {low:.6g} to {high:.6g}, not {value!r}"
-                where = f"{key}.q.{dynamics.coordinate_names[j]}"
+                where = f"{key}.{'qd' if j >= n else 'q'}.{dynamics.coordinate_names[j % n]}"
                 raise InputError(what, file=experiment.file, key=where)
             if goal.weight is None:
                 x_low[node, j] = x_high[node, j] = value
-        task = _task_goal(f"goals[{k}].y", goal.y, node, dynamics, nx)
+        tasks = [
+            _task_goal(f"goals[{k}].y", goal.y, node, dynamics, nx),
+            _task_goal(f"goals[{k}].yd", goal.yd, node, dynamics, nx, TaskRates),
+        ]
+        tasks = [task for task in tasks if task.rows]
         if goal.weight is None:
-            found.constraints.extend([task] if task.rows else [])
+            found.constraints.extend(tasks)
             continue
-        for evaluate, target in (
-            (StateRows(given, nx), np.array(goal.q)[given]),
-            (task.evaluate, task.low),
-        ):
-            if len(target):
-                weights, nodes = np.full(len(target), goal.weight), np.array([node])
-                found.costs.append(squares(nodes, False, evaluate, weights, target))
+        node_rows = NodeConstraint(
+            "", (), np.array([node]), StateRows(given, nx), *[targets[given]] * 2
+        )
+        for own in [node_rows] * bool(len(given)) + tasks:
+            weights = np.full(len(own.low), goal.weight)
+            found.costs.append(squares(own.nodes, False, own.evaluate, weights, own.low))
     return found
 
 
 def _task_goal(
-    key: str, y: tuple[float, ...], node: int, dynamics: CoreDynamics, nx: int
+    key: str,
+    y: tuple[float, ...],
+    node: int,
+    dynamics: CoreDynamics,
+    nx: int,
+    kind: type[TaskRows] | type[TaskRates] = TaskRows,
 ) -> NodeConstraint:
-    """Return the constraint that some task coordinates have given values at a node."""
+    """Return the constraint that some task coordinates, or their rates, are given at a node."""
     rows = np.flatnonzero(~np.isnan(y)) if y else np.empty(0, dtype=int)
     target, names = np.array(y)[rows], tuple(dynamics.task_names[row] for row in rows)
-    evaluate = TaskRows(dynamics, rows, nx)
-    return NodeConstraint(key, names, np.array([node]), evaluate, target, target)
+    return NodeConstraint(key, names, np.array([node]), kind(dynamics, rows, nx), target, target)
 
 
 def _nodes(

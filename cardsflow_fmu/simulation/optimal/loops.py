@@ -42,11 +42,12 @@ def require_independent(experiment: Experiment, motion: MotionTable, names: Sequ
         what = "does not support closed loops; use motion.periodic, or set [start]"
         raise InputError(what, file=experiment.file, key="motion.start")
     for k, goal in enumerate(motion.goals):
-        for name, value, is_dependent in zip(names, goal.q, flags, strict=bool(goal.q)):
-            if is_dependent and not np.isnan(value):
-                what = "follows from the closed loops; omit it, or change controller.dependent"
-                key = f"motion.goals[{k}].q.{name}"
-                raise InputError(what, file=experiment.file, key=key)
+        for letter, values in (("q", goal.q), ("qd", goal.qd)):
+            for name, value, is_dependent in zip(names, values, flags, strict=bool(values)):
+                if is_dependent and not np.isnan(value):
+                    what = "follows from the closed loops; omit it, or change controller.dependent"
+                    key = f"motion.goals[{k}].{letter}.{name}"
+                    raise InputError(what, file=experiment.file, key=key)
 
 
 def advances(experiment: Experiment, motion: MotionTable) -> FloatArray:

@@ -61,7 +61,11 @@ def resting_controls(
     motion: MotionTable, dynamics: CoreDynamics, shooting: Shooting, q: FloatArray, bounds: Bounds
 ) -> tuple[FloatArray, FloatArray]:
     """Return controls that hold the robot at q, shape (nu,), and the states of its muscles."""
-    forces, m, driven = gravity_compensation(dynamics, q), dynamics.m, actuators(dynamics, shooting)
+    m, driven = dynamics.m, actuators(dynamics, shooting)
+    limits = np.array([dynamics.f_min, dynamics.f_max])
+    are_forces = np.append(~shooting.laws.modelled, np.ones(limits.shape[1] - m, bool))[driven]
+    limits[:, np.array(driven)[are_forces]] = np.array(bounds)[:, are_forces]
+    forces = gravity_compensation(dynamics, q, *limits)
     shooting.start(q, np.zeros(m))  # moves the core to q
     commands = shooting.laws.resting_commands(forces[:m])
     commands = override(commands, motion.start_command)

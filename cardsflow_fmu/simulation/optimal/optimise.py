@@ -172,9 +172,9 @@ def optimise(
     x = np.zeros((len(times), own.shooting.nx))
     x[:, : own.dynamics.n] = np.transpose(list(columns.values())[: own.dynamics.n])
     warnings += passages(own.problem.constraints, times, x)
-    feedback = motion_feedback(experiment, own, solution.iterate)
+    feedback, more = motion_feedback(experiment, own, solution.iterate)
     return OptimisedMotion(
-        solution, own, times, columns, feedback, notes, warnings, iterations, seconds
+        solution, own, times, columns, feedback, (*notes, *more), warnings, iterations, seconds
     )
 
 

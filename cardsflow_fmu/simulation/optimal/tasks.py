@@ -37,6 +37,35 @@ class TaskRows:
         return y, J
 
 
+class TaskRates:
+    """Rates J(q) qd of some task coordinates with their derivatives by the states.
+
+    The bias b(q, v) = J'(q, v) v is quadratic in v, and J is a derivative, so that the derivative
+    of J qd by q_j is (b(q, qd + e_j) - b(q, qd - e_j)) / 4 exactly.
+
+    Args:
+        dynamics: The robot.
+        rows: Indices of the task coordinates.
+        nx: Number of states.
+    """
+
+    def __init__(self, dynamics: CoreDynamics, rows: IntArray, nx: int) -> None:
+        self._dynamics, self._rows, self._nx = dynamics, rows, nx
+
+    def __call__(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return yd, shape (k, rows), and its derivatives, shape (k, rows, nx)."""
+        own, n = self._dynamics, self._dynamics.n
+        yd, J = np.empty((len(x), len(self._rows))), np.zeros((len(x), len(self._rows), self._nx))
+        for k, row in enumerate(x):
+            q, qd = row[:n], row[n : 2 * n]
+            J[k, :, n : 2 * n] = own.task_jacobian(q)[self._rows]
+            yd[k] = J[k, :, n : 2 * n] @ qd
+            for j, unit in enumerate(np.eye(n)):
+                change = own.task_bias(q, qd + unit) - own.task_bias(q, qd - unit)
+                J[k, :, j] = 0.25 * change[self._rows]
+        return yd, J
+
+
 class StateRows:
     """Some states with their derivatives by the states.
 

@@ -17,7 +17,11 @@ from cardsflow_fmu.simulation.run import simulate
 
 OVERLAPS = (Path(__file__).parent / "overlaps.js").read_text(encoding="utf-8")
 SIZES = ((1400, 900), (1024, 768), (390, 844))
-NAMES = sorted(file.parent.name for file in EXAMPLES.glob("*/experiment.toml"))
+NAMES = sorted(
+    file.parent.name
+    for file in EXAMPLES.glob("*/experiment.toml")
+    if '"optimised"' not in file.read_text(encoding="utf-8")
+)
 LONG = "the reference is not followed: " + "a long text about a joint at its limit, " * 6
 # nothing is drawn in the canvas, which takes most of the time without a graphics card
 _NO_DRAWING = """

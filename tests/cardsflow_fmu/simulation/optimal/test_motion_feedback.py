@@ -12,6 +12,7 @@ from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cosim.recording import Recording
+from cardsflow_fmu.simulation.optimal.feedback import motion_feedback
 from cardsflow_fmu.simulation.optimal.files import write_motion_files
 from cardsflow_fmu.simulation.optimal.optimise import load_for_motion, optimise
 from cardsflow_fmu.simulation.run import simulate
@@ -68,6 +69,18 @@ def test_robot_follows_the_motion_with_its_gains(folder: Path, masses: float, li
     forces = np.array([result[f"f.cable_{k}"] for k in (1, 2, 3, 4)])
     assert forces.min() >= 10.0
     assert forces.max() <= 100.0
+
+
+def test_robot_holds_its_last_pose_within_the_bounds_of_the_motion(folder: Path) -> None:
+    own = {"motion.intervals": 20, "motion.duration": 0.6, "motion.bounds.f_min": 15.0}
+    motion = optimise(load_for_motion(folder, own))
+    f, dynamics = motion.feedback.forces[-1], motion.problem.dynamics
+    q = np.array([0.6, -0.4])
+    np.testing.assert_allclose(-dynamics.actuator_jacobian(q).T @ f, dynamics.gravity(q), atol=1e-9)
+    assert f.min() == pytest.approx(15.0)
+    weak = load_for_motion(folder, {**own, "motion.bounds.f_max": 15.1})
+    _, notes = motion_feedback(weak, motion.problem, motion.solution.iterate)
+    assert ["hold it there" in note for note in (*motion.notes, *notes)] == [False, True]
 
 
 def test_computed_torque_with_the_forces_of_the_motion_applies_them(folder: Path) -> None:

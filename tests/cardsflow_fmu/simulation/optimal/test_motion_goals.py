@@ -7,11 +7,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.robots.robots import EXAMPLES
 from support.robots.slider import MASS, responses, slide
 
+from addin_sdfusion.robot import read_robot
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.optimal.files import write_motion_files
 from cardsflow_fmu.simulation.optimal.optimise import NoMotionError
+from cardsflow_fmu.simulation.optimal.tasks import TaskRates
+from sim_dart.dynamics.core import CoreDynamics
 
 
 def test_mass_passes_a_via_point_with_the_least_effort(tmp_path: Path) -> None:
@@ -111,3 +115,23 @@ def test_infeasible_motion_names_constraint_and_node(
         own["motion.goals"] = []
     with pytest.raises(NoMotionError, match=f"^no motion found: {message}"):
         slide(tmp_path, own)
+
+
+def test_mass_passes_with_a_velocity(tmp_path: Path) -> None:
+    """A goal at the end with a velocity does not rest."""
+    goals = [{"fraction": 0.35, "qd": 2.0}, {"q": 1.0, "qd": 0.5}]
+    u = slide(tmp_path, {"motion.goals": goals}).solution.iterate.u[:, 0]
+    rows = responses(20, 0.8, [7, 20])[[2, 1, 3], :-1]
+    forces = np.linalg.lstsq(rows, np.array([2.0, 1.0, 0.5]), rcond=None)[0]
+    np.testing.assert_allclose(u, forces, atol=1e-3)
+
+
+def test_rates_of_task_coordinates_have_exact_derivatives() -> None:
+    robot = read_robot(EXAMPLES / "roboy_left_arm" / "robot")
+    rates = TaskRates(CoreDynamics(robot), np.arange(3), 8)
+    x, step = np.array([[1.4, 0.2, 0.1, -1.0, 1.0, -2.0, 0.5, 3.0]]), 1e-5
+    yd, J = rates(x)
+    for k, row in enumerate(np.eye(8)):
+        change = (rates(x + step * row)[0] - rates(x - step * row)[0]) / (2.0 * step)
+        np.testing.assert_allclose(J[0, :, k], change[0], atol=1e-8)
+    np.testing.assert_allclose(yd[0], J[0, :, 4:] @ x[0, 4:])
