@@ -114,6 +114,7 @@ EXAMPLES = {
 ESTIMATED: dict[str, Any] = {
     "robot.joints.joint_2.motor": True,
     "estimator": {"encoder_noise": {"joint_1": 1e-3}, "imus": [{"link": "link_2"}]},
+    "faults": {},
 }
 """Settings of an experiment that has all kinds of ports of an estimator."""
 

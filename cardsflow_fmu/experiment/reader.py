@@ -195,7 +195,7 @@ def experiment_settings(
         "run": run,
         "wiring": wiring,
         "estimator": estimator,
-        "faults": read_faults(data.get("faults"), context, estimator),
+        "faults": read_faults(data.get("faults"), context, estimator, run.step),
         "fmus": tables.fmus.by_role,
         **world,
         "hardware": hardware,

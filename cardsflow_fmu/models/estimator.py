@@ -5,12 +5,17 @@ Inputs are measurements; outputs are the state, loads and validity.
 
 from __future__ import annotations
 
+import math
+import sys
+
 import numpy as np
 
 from cardsflow_fmu.cosim.signals.dependencies import Dependencies, sampled_dependencies
 from cardsflow_fmu.cosim.signals.estimation import estimator_groups
+from cardsflow_fmu.cosim.signals.faults import fault_groups
 from cardsflow_fmu.cosim.signals.groups import Groups
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.settings.faults import FaultsTable
 from sim_dart import compile_blob
 from sim_dart.estimation.estimated_robot import estimated_robot
 from sim_dart.estimation.estimator import PoseEstimator
@@ -26,6 +31,12 @@ acceleration_noise load_drift bias_drift imu_rotation imu_position search starts
 start_high start_sd largest_sd largest_innovation innovation_time
 """
 """Fields that contain arrays of a `PoseEstimator`."""
+
+_FAULT_ARRAYS = """
+false_alarms_per_hour motor_lag length_error tension_noise tension_error command_delay start
+force_rate f_max
+"""
+"""Fields that contain arrays of a monitor of faults, see controllers/csrc/faults/faults.h."""
 
 
 def make_estimator(experiment: Experiment) -> PoseEstimator:
@@ -61,14 +72,26 @@ class EstimatorModel(CModel):
         """Return the variables for an experiment in named groups."""
         settings = estimator_settings(experiment)
         assert settings.offset is not None  # set when an experiment is read
-        return estimator_groups(
-            experiment.robot,
-            settings.encoder_indices,
-            settings.links,
-            experiment.start.q,
-            settings.offset,
-            experiment.run.step,
-        )
+        robot, encoded = experiment.robot, settings.encoder_indices
+        has_faults = experiment.faults is not None
+        groups = {
+            **estimator_groups(
+                robot,
+                encoded,
+                settings.links,
+                experiment.start.q,
+                settings.offset,
+                experiment.run.step,
+            ),
+            **fault_groups(robot, encoded, has_faults=has_faults),
+        }
+        # Models have their inputs first, then outputs, then parameters.
+        return {
+            name: groups[name]
+            for causality in ("input", "output", "parameter")
+            for name in groups
+            if groups[name] and groups[name][0].causality == causality
+        } | {name: () for name in groups if not groups[name]}
 
     @classmethod
     def dependencies(cls, experiment: Experiment) -> Dependencies:
@@ -88,7 +111,39 @@ class EstimatorModel(CModel):
         }
         fields |= {name: estimator.array(name, -1) for name in _ARRAYS.split()}
         fields |= _horizon_fields(estimator)
+        fields |= _fault_fields(experiment)
         n, m = len(robot.coordinates), len(robot.muscles)
         counts = {"units": len(settings.imus), "muscles": m, "numbers": 3 * n + 2}
+        has_faults = experiment.faults is not None
+        counts |= {"watched": m * has_faults, "monitors": int(has_faults)}
         blob = compile_blob(estimated_robot(robot))
         return encode("estimator", blob, cls.groups(experiment), counts, fields)
+
+
+def _fault_fields(experiment: Experiment) -> Fields:
+    """Return the settings of the detection of faults; without detection they are empty."""
+    hardware, settings, none = experiment.hardware, experiment.faults, np.empty(0)
+    fields = {"has_tensions": hardware.has_tensions or not hardware.use}
+    if settings is None:
+        return {**dict.fromkeys(_FAULT_ARRAYS.split(), none), **fields}
+    muscles, safety = experiment.robot.muscles, hardware.safety
+    return {
+        **{n: getattr(settings, n) for n in _FAULT_ARRAYS.split() if n in FaultsTable.model_fields},
+        **fields,
+        "command_delay": float(_command_delay(experiment)),
+        "start": safety.ramp_in if hardware.use else 0.0,
+        "force_rate": safety.force_rate
+        if hardware.use and safety.force_rate
+        else [math.inf] * len(muscles),
+        "f_max": [min(muscle.f_max, sys.float_info.max) for muscle in muscles],
+    }
+
+
+def _command_delay(experiment: Experiment) -> int:
+    """Return the ticks from a command to the measurement of its tension.
+
+    Hardware in real time measures the state at the start of a step.
+    """
+    if experiment.hardware.use:
+        return int(experiment.hardware.is_paced)
+    return estimator_settings(experiment).delay(experiment.run.step)

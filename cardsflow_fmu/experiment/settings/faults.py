@@ -7,6 +7,9 @@ from cardsflow_fmu.experiment.config.table import Context, FromZero, Positive, T
 
 from .estimator import EstimatorTable
 
+MAX_DELAY = 60
+"""Maximum delay of measurements for the detection of faults, in steps."""
+
 
 class FaultsTable(Table):
     """Detection of faults: accepted false alarms, and errors of healthy sensors and motors."""
@@ -34,7 +37,7 @@ class FaultsTable(Table):
 
 
 def read_faults(
-    data: object, context: Context, estimator: EstimatorTable | None
+    data: object, context: Context, estimator: EstimatorTable | None, step: float
 ) -> FaultsTable | None:
     """Read the table [faults]; return None if it does not exist or is not used.
 
@@ -42,6 +45,7 @@ def read_faults(
         data: The content of the table, or None.
         context: File and names, for messages.
         estimator: The estimator, or None.
+        step: run.step, in [s].
     """
     if data is None:
         return None
@@ -51,4 +55,7 @@ def read_faults(
     if estimator is None:
         what = "requires an estimator; add [estimator], or remove [faults]"
         raise context.error("faults", what)
+    if estimator.delay(step) > MAX_DELAY:
+        what = f"must be at most {MAX_DELAY} steps of {step!r} s to detect faults"
+        raise context.error("estimator.sensors.delay", what)
     return settings

@@ -64,6 +64,10 @@ DUAL_NEWTON_API faults *faults_open(int coordinates, int muscles, void *memory);
      tension_noise      m, in [N]
      tension_error      m, relative
      motor_lag          1, time constant, in [s]
+     force_rate         m, maximum rate of the forces that are sent, in [N/s]; infinite without a limit
+     command_delay      1, ticks from a command to the measurement of its tension, at most 60; lengths and encoders
+                        are compared with each other only, so that their delay has no effect
+     start              1, time from which tensions follow the commands, in [s]
      f_max              m, in [N]
 
    Results
@@ -86,8 +90,11 @@ DUAL_NEWTON_API real *faults_array(faults *s, const char *name, size_t *length);
 
 DUAL_NEWTON_API void faults_reset(faults *s);
 
+enum faults_pose_status { FAULTS_POSE_NEAR = 0, FAULTS_POSE_FAR = 1, FAULTS_POSE_UNKNOWN = 2 };
+
 /* Fit the coordinates to lengths and encoders: q <- q + d. The caller then computes path_lengths and jacobian at
-   this pose, since an estimate may be wrong after a fault. Return 0, or 1 if the sensors do not determine q. */
+   this pose, since an estimate may be wrong after a fault. Return an enum faults_pose_status: UNKNOWN if the sensors do
+   not determine q; FAR if d is so large that another fit is necessary. */
 DUAL_NEWTON_API int faults_pose(faults *s);
 
 /* Process the inputs of a tick of h seconds. Return the number of parts with faults. */

@@ -5,6 +5,9 @@
 #include "hypotheses.h"
 
 enum { MAX_WAIT = WINDOW, HYPOTHESES = 16, ENCODER_WAIT = 8 };
+/* Possible ticks of a fault before the suspicion. A swap is noticed soon, since its deviation is constant. */
+enum { BEGINS = 11, MAX_SWAP_DELAY = 3 };
+static const int BEFORE[BEGINS] = {0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32};
 static const real MIN_CONFIDENCE = (real)0.99;
 
 typedef struct {
@@ -132,10 +135,14 @@ static void isolate_muscle(faults *s, size_t i)
     const real first = a < 0 ? b : b < 0 ? a : smaller(a, b);
     hypotheses all = {.count = 0};
     const real earliest = larger(now - WINDOW + 2, 1);
-    for (real begin = larger(earliest, first - WINDOW / 2); begin <= larger(first, earliest); begin++) {
+    for (int k = 0; k < BEGINS; k++) {
+        const real begin = larger(earliest, first - BEFORE[k]);
         add_muscle(s, i, begin, &all);
-        add_swap(s, i, begin, &all);
+        if (BEFORE[k] <= MAX_SWAP_DELAY) add_swap(s, i, begin, &all);
+        if (begin == earliest) break;
     }
+    add_muscle(s, i, larger(earliest, now - s->run[i]), &all);
+    add_muscle(s, i, larger(earliest, now - s->run[m + i]), &all);
     size_t best = 0;
     for (size_t k = 1; k < all.count; k++)
         if (all.list[k].fit.factor > all.list[best].fit.factor) best = k;

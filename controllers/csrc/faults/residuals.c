@@ -11,6 +11,8 @@
 
 static const real MIN_INDEPENDENT = (real)1e-4; /* 1 - h of a sensor that the others can verify */
 
+static const real MAX_DISTANCE = 100; /* of a pose whose errors of second order are negligible */
+
 /* Return the variance of a length or encoder, and its derivative by q in `row`; 0: not measured. `difference`:
    measured minus expected at q. */
 static real sensor(const faults *s, size_t channel, const real **row, real *difference)
@@ -71,9 +73,14 @@ static int fit(faults *s)
 
 int faults_pose(faults *s)
 {
-    if (fit(s)) return 1;
-    for (size_t j = 0; j < s->n; j++) s->q[j] += s->shift[j];
-    return 0;
+    const size_t n = s->n;
+    real distance = 0; /* d'C^-1 d, in squared standard deviations */
+    if (fit(s)) return FAULTS_POSE_UNKNOWN;
+    for (size_t j = 0; j < n; j++) {
+        distance += s->shift[j] * cholesky_dot(n, s->normal + j * n, s->shift);
+        s->q[j] += s->shift[j];
+    }
+    return distance <= MAX_DISTANCE * MAX_DISTANCE ? FAULTS_POSE_NEAR : FAULTS_POSE_FAR;
 }
 
 void faults_fit(faults *s)
@@ -103,19 +110,35 @@ void faults_fit(faults *s)
     }
 }
 
+/* Return the force of a motor that is sent in this tick. */
+static real limited_command(const faults *s, size_t i, real h)
+{
+    if (s->clock[0] == 0 || s->now[0] < s->start[0]) return s->commands[i];
+    const real before = s->sent[faults_at(s, i, s->clock[0] - 1)], change = h * s->force_rate[i];
+    return smaller(larger(s->commands[i], before - change), before + change);
+}
+
+/* Update the tension expected from the commands. Return whether it can be compared. */
+static int expect_tension(faults *s, size_t i, real h, real share)
+{
+    const real delayed = s->clock[0] - s->command_delay[0];
+    s->sent[faults_at(s, i, s->clock[0])] = limited_command(s, i, h);
+    if (delayed < 0) return 0;
+    const real target = s->sent[faults_at(s, i, delayed)];
+    s->expected[i] = delayed > 0 ? s->expected[i] + share * (target - s->expected[i]) : target;
+    return s->now[0] >= s->start[0] + s->command_delay[0] * h;
+}
+
 void faults_compare_tensions(faults *s, real h)
 {
     const real share = s->motor_lag[0] > 0 ? 1 - exponential(-h / s->motor_lag[0]) : 1;
     for (size_t i = 0; i < s->m; i++) {
-        real *expected = &s->expected[i];
-        *expected = s->clock[0] > 0 ? *expected + share * (s->commands[i] - *expected) : s->commands[i];
-        const real error = s->tension_error[i] * *expected, noise = s->tension_noise[i];
+        const int is_expected = expect_tension(s, i, h, share);
+        const real expected = s->expected[i], noise = s->tension_noise[i], error = s->tension_error[i] * expected;
         const real variance = noise * noise + error * error;
-        if (!faults_is_number(s->tensions[i]) || !(variance > 0)) {
-            store(s, s->m + i, *expected, 0, 0);
-            continue;
-        }
-        store(s, s->m + i, *expected, s->tensions[i] - *expected, 1 / variance);
-        faults_count(s, s->m + i, s->tensions[i], variance);
+        const int is_measured = faults_is_number(s->tensions[i]) && variance > 0;
+        const real residual = is_measured && is_expected ? s->tensions[i] - expected : 0;
+        store(s, s->m + i, expected, residual, is_measured && is_expected ? 1 / variance : 0);
+        if (is_measured) faults_count(s, s->m + i, s->tensions[i], variance);
     }
 }

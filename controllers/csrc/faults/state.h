@@ -15,6 +15,7 @@ enum { WINDOW = 64 };
 #define FAULTS_REMEMBERED(ARRAY)                                                                       \
     ARRAY(clock, 1)        /* ticks since the reset */                                                 \
     ARRAY(now, 1)          /* in [s] */                                                                \
+    ARRAY(sent, WINDOW *m) /* commands with limited rates */                                           \
     ARRAY(expected, m)     /* tension behind the lag of the motor */                                   \
     ARRAY(residual, WINDOW *c)                                                                         \
     ARRAY(weight, WINDOW *c)                                                                           \
@@ -59,6 +60,9 @@ enum { WINDOW = 64 };
     ARRAY(tension_noise, m)                                                                            \
     ARRAY(tension_error, m)                                                                            \
     ARRAY(motor_lag, 1)                                                                                \
+    ARRAY(force_rate, m)                                                                               \
+    ARRAY(command_delay, 1)                                                                            \
+    ARRAY(start, 1)                                                                                    \
     ARRAY(f_max, m)                                                                                    \
     FAULTS_REMEMBERED(ARRAY)                                                                           \
     ARRAY(normal, n *n)   /* of the least squares; its factor */                                       \
@@ -91,7 +95,8 @@ static inline int faults_is_measured(real noise)
 /* Return the index of a channel at a tick in the stored arrays. */
 static inline size_t faults_at(const faults *s, size_t channel, real tick)
 {
-    return channel * WINDOW + (size_t)tick % WINDOW + 0 * s->c;
+    (void)s;
+    return channel * WINDOW + (size_t)tick % WINDOW;
 }
 
 /* Return the part of a channel: sensors follow the muscles. */
@@ -103,7 +108,7 @@ static inline size_t faults_part(const faults *s, size_t channel)
 /* Return whether a channel is used: its sensor has neither a fault nor a suspicion. */
 static inline int faults_is_used(const faults *s, size_t channel)
 {
-    return s->kind[faults_part(s, channel)] == 0 && s->suspicion[channel] < 0;
+    return s->usable[faults_part(s, channel)] != 0 && s->suspicion[channel] < 0;
 }
 
 /* Store residuals of lengths and encoders against the fit of the others; of tensions against the commands. */

@@ -292,6 +292,20 @@ ROBOY_LEFT_ARM: list[Row] = [
     ({"reference.flower.petals": 0}, "reference.flower.petals: must be at least 1"),
     ({"reference.flower.radius": -0.1}, "reference.flower.radius: must be above 0"),
     ({"reference.flower.radius": 3.0}, "reference: no configuration reaches hand.x 3.45"),
+    ({"faults": {}}, "faults: requires an estimator; add [estimator], or remove [faults]"),
+    (
+        {"estimator": {}, "faults.false_alarms_per_hour": 0},
+        "faults.false_alarms_per_hour: must be above 0",
+    ),
+    ({"estimator": {}, "faults.alarms": 1}, "faults.alarms: no key 'alarms'"),
+    (
+        {"estimator": {}, "faults.tension_noise": {"motor99": 1.0}},
+        "faults.tension_noise.motor99: no muscle 'motor99'",
+    ),
+    (
+        {"estimator.sensors.delay": 0.5, "faults": {}},
+        "estimator.sensors.delay: must be at most 60 steps",
+    ),
     ({"robot.operational_space": "foot"}, "robot.operational_space: no operational space"),
     ({"start.y": [0.5, -0.45]}, "start.y: must have 3 values, one per task coordinate"),
     ({"start.y": [2.0, 0.0, 0.0]}, "start.y: "),

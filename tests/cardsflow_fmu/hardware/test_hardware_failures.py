@@ -14,6 +14,7 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.experiment.settings.hardware import FailureSettings
 from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
+from cardsflow_fmu.simulation.run import simulate
 
 STEP = 1e-3
 TIME = 0.05
@@ -84,18 +85,30 @@ def test_reset_repeats_the_failures() -> None:
     np.testing.assert_array_equal(states(robot), first)
 
 
-def test_run_over_the_emulated_device_has_the_failure(tmp_path: Path) -> None:
+def test_failure_of_the_emulated_device_is_found_by_fmus_and_models_alike(tmp_path: Path) -> None:
     settings = {
-        "run.duration": 0.3,
+        "run.duration": 0.4,
         "run.accept": "any",
         "hardware.link": "emulated:",
         "hardware.use": True,
-        "hardware.emulator.failures": [{"kind": "broken", "part": "cable_2", "time": 0.2}],
+        "hardware.emulator": {"noise": 1e-4, "tension_noise": 0.05},
+        "hardware.emulator.failures": [{"kind": "broken", "part": "cable_2", "time": 0.3}],
+        "estimator": {"encoder_noise": 1e-4, "acceleration_noise": 5.0},
+        "faults": {"tension_noise": 0.1},
     }
-    result = run(Experiment.load(PLANAR_2R, settings), tmp_path)
-    tension = result["tension.cable_2"]
-    assert (tension[result["time"] <= 0.19] > 0.0).all()
-    assert (tension[result["time"] >= 0.22] == 0.0).all()
+    experiment = Experiment.load(PLANAR_2R, settings)
+    result = run(experiment, tmp_path)
+    tension, time = result["tension.cable_2"], result["time"]
+    assert (tension[time <= 0.29] > 0.0).all()
+    assert (tension[time >= 0.32] == 0.0).all()
+    found = time[result["fault.cable_2"] == 1.0]
+    assert 0.3 <= found[0] <= 0.33
+    assert result["faults"].max() == 1.0
+    assert result["bound.cable_2"][-1] == 0.0
+    assert result["bound.cable_1"][-1] == experiment.robot.muscles[0].f_max
+    direct = simulate(experiment, coupling="direct")
+    for name in ("fault.cable_2", "fault_statistic", "bound.cable_2", "w_hat.joint_1"):
+        assert (direct[name] == result[name]).all()
 
 
 @pytest.mark.parametrize(

@@ -224,8 +224,27 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     GROUP(report, 4)                                                                                          \
     GROUP(q_start, n)                                                                                         \
     GROUP(offsets, ANY)                                                                                       \
-    GROUP(step, 1)
-#define ESTIMATOR_COUNTS(COUNT) COUNT(units) COUNT(muscles) COUNT(numbers) COUNT(models)
+    GROUP(step, 1)                                                                                            \
+    GROUP(commands, ANY)                                                                                      \
+    GROUP(muscle_faults, ANY)                                                                                 \
+    GROUP(length_faults, ANY)                                                                                 \
+    GROUP(tension_faults, ANY)                                                                                \
+    GROUP(encoder_faults, ANY)                                                                                \
+    GROUP(bounds, ANY)                                                                                        \
+    GROUP(fault_report, ANY)
+/* watched: muscles, monitors: 1; both 0 without detection of faults */
+#define ESTIMATOR_COUNTS(COUNT)                                                                               \
+    COUNT(units) COUNT(muscles) COUNT(numbers) COUNT(watched) COUNT(monitors) COUNT(models)
+#define FAULT_FIELDS(FIELD)                                                                                   \
+    FIELD(double, false_alarms_per_hour, 1, monitors)                                                         \
+    FIELD(double, motor_lag, 1, monitors)                                                                     \
+    FIELD(double, command_delay, 1, monitors)                                                                 \
+    FIELD(double, start, 1, monitors)                                                                         \
+    FIELD(double, force_rate, 1, watched)                                                                     \
+    FIELD(double, length_error, 1, watched)                                                                   \
+    FIELD(double, tension_noise, 1, watched)                                                                  \
+    FIELD(double, tension_error, 1, watched)                                                                  \
+    FIELD(double, f_max, 1, watched)
 #define ESTIMATOR_COPIED_FIELDS(FIELD)                                                                        \
     FIELD(double, length_noise, 1, muscles)                                                                   \
     FIELD(double, encoder_noise, 1, q)                                                                        \
@@ -260,6 +279,8 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(uint32_t, delay, 1, models)                                                                         \
     FIELD(uint32_t, frames, 1, models)                                                                        \
     ESTIMATOR_HORIZON_FIELDS(FIELD)                                                                           \
+    FIELD(uint32_t, has_tensions, 1, models)                                                                  \
+    FAULT_FIELDS(FIELD)                                                                                       \
     ESTIMATOR_COPIED_FIELDS(FIELD)
 
 struct native_group {

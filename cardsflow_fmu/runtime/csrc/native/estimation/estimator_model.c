@@ -1,6 +1,7 @@
 /* The estimator as a native model. Inputs: measurements; outputs: state, loads, standard deviations and
    validity. */
 #include "estimation_models.h"
+#include "fault_monitor.h"
 
 #include "../../../../../sim_dart/csrc/estimator/estimator.h"
 #include "../../../../../sim_dart/csrc/tangent/transition.h"
@@ -14,6 +15,7 @@ struct estimator_model {
     struct estimator_settings settings;
     ESTIMATOR_GROUPS(VALUES_MEMBER) /* the values of each group */
     estimator *estimator;
+    struct fault_monitor monitor;
     void *transition, *horizon;
     double since; /* steps between the last tick and the next; negative: ticks until the first measurements */
     double *state, *deviations, *innovation, *used, *status, *is_valid;
@@ -66,6 +68,7 @@ static int initialize(struct model *model)
     for (size_t i = 0; i < s->settings.of.offsets.count; i++)
         array(s, "offset")[s->settings.measured[i]] = s->offsets[i];
     estimator_reset(s->estimator);
+    fault_monitor_reset(&s->monitor);
     s->since = -(double)s->settings.delay[0];
     write_outputs(s, n);
     return 0;
@@ -103,6 +106,8 @@ static int step(struct model *model)
         return 0;
     }
     take_readings(s, s->since > 0);
+    if (s->status[0] == ESTIMATOR_TRACKING)
+        fault_monitor_tick(&s->monitor, s->step[0] * s->since);
     estimator_tick(s->estimator, s->step[0], (int32_t)s->since);
     s->since = (double)steps;
     write_outputs(s, native->robot.n);
@@ -113,21 +118,24 @@ static int get_state(struct model *model, void **bytes, size_t *size)
 {
     const struct native_model *native = model->backend;
     const struct estimator_model *s = native->own;
-    size_t sizes[3] = {1, 0, 0};
+    size_t sizes[4] = {1, 0, 0, 0};
     const double *const parts[] = {&s->since, estimator_array(s->estimator, "remembered", &sizes[1]),
-                                   estimator_array(s->estimator, "remembered_frames", &sizes[2])};
-    return native_save(parts, sizes, s->horizon ? 3 : 2, bytes, size, &model->error);
+                                   fault_monitor_state(&s->monitor, &sizes[2]),
+                                   estimator_array(s->estimator, "remembered_frames", &sizes[3])};
+    return native_save(parts, sizes, s->horizon ? 4 : 3, bytes, size, &model->error);
 }
 
 static int set_state(struct model *model, const void *bytes, size_t size)
 {
     const struct native_model *native = model->backend;
     struct estimator_model *s = native->own;
-    size_t sizes[3] = {1, 0, 0};
+    size_t sizes[4] = {1, 0, 0, 0};
     double *const parts[] = {&s->since, estimator_array(s->estimator, "remembered", &sizes[1]),
-                             estimator_array(s->estimator, "remembered_frames", &sizes[2])};
-    if (native_restore(parts, sizes, s->horizon ? 3 : 2, bytes, size, &model->error))
+                             fault_monitor_state(&s->monitor, &sizes[2]),
+                             estimator_array(s->estimator, "remembered_frames", &sizes[3])};
+    if (native_restore(parts, sizes, s->horizon ? 4 : 3, bytes, size, &model->error))
         return 1;
+    fault_monitor_write(&s->monitor);
     write_outputs(s, native->robot.n);
     return 0;
 }
@@ -137,6 +145,7 @@ static void free_estimator(struct estimator_model *s)
     if (!s)
         return;
     free(s->estimator);
+    free(s->monitor.faults);
     free(s->transition);
     free(s->horizon);
     free(s);
@@ -158,6 +167,18 @@ static const struct model_functions FUNCTIONS = {
     .close = close_estimator,
 };
 
+/* Return whether the variables of faults exist if faults are detected. */
+static int has_all_faults(const struct estimator_settings *s)
+{
+    const size_t measured = s->of.lengths.count;
+    if (!s->of.monitors.count)
+        return 1;
+    return s->of.commands.count == measured && s->of.muscle_faults.count == measured &&
+           s->of.length_faults.count == measured && s->of.tension_faults.count == measured &&
+           s->of.bounds.count == measured && s->of.encoder_faults.count == s->of.encoders.count &&
+           s->of.fault_report.count == 6;
+}
+
 /* Return whether all indices are within their ranges, and all counts agree. */
 static int are_sound(const struct estimator_settings *s, const struct native_robot *robot)
 {
@@ -165,7 +186,8 @@ static int are_sound(const struct estimator_settings *s, const struct native_rob
            native_all_below(s->motors, s->of.measured_torques.count, robot->n) &&
            native_all_below(s->encoded, s->of.encoders.count, robot->n) && s->of.muscles.count == robot->m &&
            s->of.numbers.count == 3 * robot->n + 2 && s->of.lengths.count == s->of.measured_tensions.count &&
-           s->of.lengths.count == s->of.offsets.count && s->starts[0] >= 1 && s->starts[0] <= 100000;
+           s->of.lengths.count == s->of.offsets.count && has_all_faults(s) &&
+           s->starts[0] >= 1 && s->starts[0] <= 100000;
 }
 
 static int place_values(struct estimator_model *s, const struct native_model *native, struct text *error)
@@ -242,7 +264,14 @@ static int fill(struct estimator_model *s, struct native_model *native, struct t
         return 1;
     if (of->exact[0] != 0 && use_exact_transition(s, robot->core, error))
         return 1;
-    return place_values(s, native, error);
+    if (place_values(s, native, error) || fault_monitor_open(&s->monitor, of, robot, s->estimator, error))
+        return 1;
+    const struct fault_variables values = {.commands = s->commands, .muscles = s->muscle_faults,
+                                           .lengths = s->length_faults, .tensions = s->tension_faults,
+                                           .encoders = s->encoder_faults, .bounds = s->bounds,
+                                           .report = s->fault_report};
+    s->monitor.out = values;
+    return 0;
 }
 
 int native_estimator_open(struct model *model, struct native_model *native, struct text *error)

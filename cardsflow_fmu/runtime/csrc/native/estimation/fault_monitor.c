@@ -1,0 +1,167 @@
+/* Detection of faults in an estimator model. */
+#include "fault_monitor.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MAX_FITS = 5 }; /* of the pose, in a tick */
+
+/* Values of the report; the group fault_report has as many variables. */
+enum { COUNT, TIME, STATISTIC, THRESHOLD, CONFIDENCE, VALUE };
+
+static double *array(const struct fault_monitor *s, const char *name)
+{
+    size_t length;
+    return faults_array(s->faults, name, &length);
+}
+
+static double *of_estimator(const struct fault_monitor *s, const char *name)
+{
+    size_t length;
+    return estimator_array(s->estimator, name, &length);
+}
+
+int fault_monitor_open(struct fault_monitor *s, const struct estimator_settings *settings,
+                       const struct native_robot *robot, estimator *e, struct text *error)
+{
+    s->settings = settings, s->robot = robot, s->estimator = e;
+    if (!settings->of.monitors.count)
+        return 0;
+    const int n = (int)robot->n, m = (int)robot->m;
+    const size_t size = faults_size(n, m);
+    void *memory = settings->of.watched.count == robot->m && size ? malloc(size) : NULL;
+    if (!memory) {
+        text_set(error, size ? "native.bin does not match its estimator" : "too many muscles to detect faults");
+        return 1;
+    }
+    s->faults = faults_open(n, m, memory);
+#define COPY(type, name, per_item, group)                                                                     \
+    memcpy(array(s, #name), settings->name, per_item * (size_t)settings->of.group.count * sizeof(double));
+    FAULT_FIELDS(COPY)
+#undef COPY
+    memcpy(array(s, "length_noise"), settings->length_noise, robot->m * sizeof(double));
+    memcpy(array(s, "encoder_noise"), settings->encoder_noise, robot->n * sizeof(double));
+    return 0;
+}
+
+void fault_monitor_reset(struct fault_monitor *s)
+{
+    if (!s->faults)
+        return;
+    faults_reset(s->faults);
+    fault_monitor_write(s);
+}
+
+double *fault_monitor_state(const struct fault_monitor *s, size_t *length)
+{
+    static double none;
+    *length = 0;
+    return s->faults ? faults_array(s->faults, "remembered", length) : &none;
+}
+
+static void move(const struct fault_monitor *s)
+{
+    const struct native_robot *robot = s->robot;
+    core_move(robot->core, array(s, "q"));
+    memcpy(array(s, "path_lengths"), robot->lengths, robot->m * sizeof(double));
+    memcpy(array(s, "jacobian"), robot->jacobian, robot->m * robot->n * sizeof(double));
+}
+
+static void read_measurements(const struct fault_monitor *s, double h)
+{
+    const struct native_robot *robot = s->robot;
+    const struct estimator_settings *of = s->settings;
+    const double *offset = of_estimator(s, "offset"), *compliance = of_estimator(s, "compliance");
+    const double *length = of_estimator(s, "lengths"), *tension = of_estimator(s, "tensions");
+    const double *encoder = of_estimator(s, "encoders"), *state = of_estimator(s, "state");
+    double *lengths = array(s, "lengths"), *tensions = array(s, "tensions"), *commands = array(s, "commands");
+    for (size_t i = 0; i < robot->m; i++)
+        lengths[i] = tensions[i] = NAN, commands[i] = 0;
+    for (size_t k = 0; k < of->of.lengths.count; k++) {
+        const size_t i = of->measured[k];
+        lengths[i] = length[i] - offset[i] + compliance[i] * tension[i];
+        tensions[i] = of->has_tensions[0] ? tension[i] : NAN;
+        commands[i] = s->out.commands[k];
+    }
+    for (size_t j = 0; j < robot->n; j++) {
+        array(s, "encoders")[j] = encoder[j];
+        array(s, "q")[j] = state[j] + h * state[robot->n + j];
+    }
+}
+
+/* Replace the measurements that must not be used. */
+static void replace_measurements(const struct fault_monitor *s)
+{
+    const size_t n = s->robot->n, m = s->robot->m;
+    const double *usable = array(s, "usable"), *suspect = array(s, "suspect"), *kind = array(s, "kind");
+    const double *commands = array(s, "commands");
+    double *lengths = of_estimator(s, "lengths"), *encoders = of_estimator(s, "encoders");
+    double *tensions = of_estimator(s, "tensions");
+    for (size_t i = 0; i < m; i++) {
+        if (usable[m + i] == 0 || suspect[m + i] != 0) lengths[i] = NAN;
+        if (usable[2 * m + i] == 0) tensions[i] = commands[i];
+        if (kind[i] == FAULT_BROKEN) tensions[i] = 0;
+    }
+    for (size_t j = 0; j < n; j++)
+        if (usable[3 * m + j] == 0 || suspect[3 * m + j] != 0) encoders[j] = NAN;
+}
+
+/* Fit the pose to lengths and encoders. Return 0, or 1 if it cannot be found near the estimate. */
+static int find_pose(const struct fault_monitor *s)
+{
+    int status = FAULTS_POSE_FAR;
+    move(s);
+    for (int k = 0; k < MAX_FITS && status == FAULTS_POSE_FAR; k++) {
+        status = faults_pose(s->faults);
+        if (status != FAULTS_POSE_UNKNOWN)
+            move(s);
+    }
+    return status != FAULTS_POSE_NEAR;
+}
+
+void fault_monitor_tick(struct fault_monitor *s, double h)
+{
+    if (!s->faults)
+        return;
+    read_measurements(s, h);
+    if (find_pose(s))
+        return;
+    faults_tick(s->faults, h);
+    replace_measurements(s);
+    fault_monitor_write(s);
+}
+
+static void write_report(const struct fault_monitor *s)
+{
+    static const char *const NAMES[] = {"time", "statistic", "threshold", "confidence", "value"};
+    const size_t parts = 3 * s->robot->m + s->robot->n;
+    const double *kind = array(s, "kind"), *time = array(s, "time");
+    size_t newest = parts, count = 0;
+    for (size_t p = 0; p < parts; p++) {
+        if (kind[p] == 0)
+            continue;
+        count++;
+        if (newest == parts || time[p] > time[newest]) newest = p;
+    }
+    s->out.report[COUNT] = (double)count;
+    for (size_t k = TIME; k <= VALUE; k++)
+        s->out.report[k] = newest == parts ? 0 : array(s, NAMES[k - TIME])[newest];
+}
+
+void fault_monitor_write(const struct fault_monitor *s)
+{
+    const struct estimator_settings *of = s->settings;
+    if (!s->faults)
+        return;
+    const size_t m = s->robot->m;
+    const double *kind = array(s, "kind"), *bound = array(s, "bound");
+    for (size_t k = 0; k < of->of.lengths.count; k++) {
+        const size_t i = of->measured[k];
+        s->out.muscles[k] = kind[i], s->out.lengths[k] = kind[m + i];
+        s->out.tensions[k] = kind[2 * m + i], s->out.bounds[k] = bound[i];
+    }
+    for (size_t k = 0; k < of->of.encoders.count; k++)
+        s->out.encoders[k] = kind[3 * m + of->encoded[k]];
+    write_report(s);
+}

@@ -1,0 +1,36 @@
+/* Detection of faults in an estimator model: connects the measurements to controllers/csrc/faults. */
+#ifndef NATIVE_FAULT_MONITOR_H
+#define NATIVE_FAULT_MONITOR_H
+
+#include "../../../../../controllers/csrc/faults/faults.h"
+#include "../../../../../sim_dart/csrc/estimator/estimator.h"
+#include "../model.h"
+
+/* Variables of the model; see cosim/signals/faults.py. */
+struct fault_variables {
+    double *commands, *muscles, *lengths, *tensions, *encoders, *bounds, *report;
+};
+
+struct fault_monitor {
+    faults *faults; /* NULL if faults are not detected */
+    const struct estimator_settings *settings;
+    const struct native_robot *robot;
+    estimator *estimator;
+    struct fault_variables out;
+};
+
+/* Return 0, or nonzero with a message. The monitor has no faults if the settings contain none. */
+int fault_monitor_open(struct fault_monitor *s, const struct estimator_settings *settings,
+                       const struct native_robot *robot, estimator *e, struct text *error);
+void fault_monitor_reset(struct fault_monitor *s);
+
+/* Test the measurements in the arrays of the estimator, whose last tick was h seconds ago. Measurements of suspect
+   sensors and of sensors with faults are replaced, so that the estimator does not use them. */
+void fault_monitor_tick(struct fault_monitor *s, double h);
+
+/* Return the internal state and its length; 0 numbers without detection. */
+double *fault_monitor_state(const struct fault_monitor *s, size_t *length);
+
+void fault_monitor_write(const struct fault_monitor *s);
+
+#endif
