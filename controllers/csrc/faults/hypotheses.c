@@ -18,7 +18,7 @@ static const real MEAN_WEAKNESS = (real)-0.5, WEAKNESS = (real)0.3;
 
 /* Sums of a regression. */
 typedef struct {
-    real base, S, I;
+    real S, I;
 } sums;
 
 static fault_fit evaluate(sums sum, real mean, real sd)
@@ -32,7 +32,7 @@ static fault_fit evaluate(sums sum, real mean, real sd)
 
 fault_fit faults_fit_bias(const faults *s, size_t i, real begin)
 {
-    sums sum = {0, 0, 0};
+    sums sum = {0, 0};
     for (real t = begin; t <= s->clock[0]; t++) {
         const size_t at = faults_at(s, i, t);
         sum.S += s->weight[at] * s->residual[at], sum.I += s->weight[at];
@@ -40,19 +40,37 @@ fault_fit faults_fit_bias(const faults *s, size_t i, real begin)
     return evaluate(sum, 0, BIAS);
 }
 
+/* Sums of a regression r = c + a x. */
+typedef struct {
+    real base, w, wx, wxx, wr, wxr;
+} line_sums;
+
+static void add_to_line(line_sums *sum, real w, real x, real r)
+{
+    sum->w += w, sum->wx += w * x, sum->wxx += w * x * x, sum->wr += w * r, sum->wxr += w * x * r;
+}
+
+/* The same with two parameters, whose priors have the mean 0; `value` is the slope a. */
+static fault_fit evaluate_line(line_sums sum, real sd_c, real sd_a)
+{
+    const real p = 1 / (sd_c * sd_c), q = 1 / (sd_a * sd_a), a = sum.w + p, b = sum.wx, c = sum.wxx + q;
+    const real determinant = a * c - b * b;
+    const real y = (c * sum.wr - b * sum.wxr) / determinant, z = (a * sum.wxr - b * sum.wr) / determinant;
+    const fault_fit fit = {sum.base + (sum.wr * y + sum.wxr * z) / 2 - logarithm(determinant / (p * q)) / 2, z};
+    return fit;
+}
+
 /* r = c + (scale - 1) (l - l_begin), with a small c, since the fault may be older than the window. */
 fault_fit faults_fit_scale(const faults *s, size_t i, real begin)
 {
-    const real p = 1 / (SCALE_START * SCALE_START), q = 1 / (SCALE * SCALE);
+    line_sums sum = {0, 0, 0, 0, 0, 0};
     const real first = s->predicted[faults_at(s, i, begin)];
-    real a = p, b = 0, c = q, u = 0, v = 0;
     for (real t = begin; t <= s->clock[0]; t++) {
         const size_t at = faults_at(s, i, t);
-        const real w = s->weight[at], r = s->residual[at], x = s->predicted[at] - first;
-        a += w, b += w * x, c += w * x * x, u += w * r, v += w * x * r;
+        add_to_line(&sum, s->weight[at], s->predicted[at] - first, s->residual[at]);
     }
-    const real determinant = a * c - b * b, y = (c * u - b * v) / determinant, z = (a * v - b * u) / determinant;
-    const fault_fit fit = {(u * y + v * z) / 2 - logarithm(determinant / (p * q)) / 2, 1 + z};
+    fault_fit fit = evaluate_line(sum, SCALE_START, SCALE);
+    fit.value += 1;
     return fit;
 }
 
@@ -103,37 +121,35 @@ fault_fit faults_fit_dead(const faults *s, size_t i, real begin)
     return fit;
 }
 
-/* Sums of measured - start = a x, with the variance of the measured tension. x: of the spring or of the command. */
-static sums tension_sums(const faults *s, size_t i, real begin, int is_spring)
+/* measured = (1 + a) command, with the variance of the measured tension. */
+fault_fit faults_fit_weak(const faults *s, size_t i, real begin)
+{
+    sums sum = {0, 0};
+    real base = 0;
+    for (real t = begin; t <= s->clock[0]; t++) {
+        const size_t at = faults_at(s, i, t);
+        const real r = s->residual[at], x = s->predicted[at], w = 1 / tension_variance(s, i - s->m, x + r);
+        base += (s->weight[at] - w) * r * r / 2;
+        sum.S += w * x * r, sum.I += w * x * x;
+    }
+    fault_fit fit = evaluate(sum, MEAN_WEAKNESS, WEAKNESS);
+    fit.factor += base, fit.value += 1;
+    return fit;
+}
+
+/* measured = force at the begin + c + stiffness (l - l_begin), with a small c, since the begin is not exact. */
+fault_fit faults_fit_jam(const faults *s, size_t i, real begin)
 {
     const size_t muscle = i - s->m;
     const real before = larger(begin - 1, 0);
     const real force = s->predicted[faults_at(s, i, before)], length = s->predicted[faults_at(s, muscle, before)];
-    sums sum = {0, 0, 0};
+    line_sums sum = {0, 0, 0, 0, 0, 0};
     for (real t = begin; t <= s->clock[0]; t++) {
         const size_t at = faults_at(s, i, t);
-        const real r = s->residual[at], expected = s->predicted[at], measured = expected + r;
+        const real r = s->residual[at], measured = s->predicted[at] + r, rest = measured - force;
         const real w = 1 / tension_variance(s, muscle, measured);
-        const real x = is_spring ? s->predicted[faults_at(s, muscle, t)] - length : expected;
-        const real rest = is_spring ? measured - force : r;
         sum.base += (s->weight[at] * r * r - w * rest * rest) / 2;
-        sum.S += w * x * rest, sum.I += w * x * x;
+        add_to_line(&sum, w, s->predicted[faults_at(s, muscle, t)] - length, rest);
     }
-    return sum;
-}
-
-fault_fit faults_fit_weak(const faults *s, size_t i, real begin)
-{
-    const sums sum = tension_sums(s, i, begin, 0);
-    fault_fit fit = evaluate(sum, MEAN_WEAKNESS, WEAKNESS);
-    fit.factor += sum.base, fit.value += 1;
-    return fit;
-}
-
-fault_fit faults_fit_jam(const faults *s, size_t i, real begin)
-{
-    const sums sum = tension_sums(s, i, begin, 1);
-    fault_fit fit = evaluate(sum, 0, STIFFNESS);
-    fit.factor += sum.base;
-    return fit;
+    return evaluate_line(sum, sqrt(tension_variance(s, muscle, force)), STIFFNESS);
 }
