@@ -65,8 +65,8 @@ def fault_groups(robot: Robot, encoded: Sequence[int], *, has_faults: bool) -> G
     encoders = coordinate_signals("encoder_fault", robot)
     report = (
         ("fault_time", "s", "Time of the newest decision, from the start"),
-        ("fault_statistic", "", "Log likelihood ratio of the newest fault"),
-        ("fault_threshold", "", "Threshold of the log likelihood ratio"),
+        ("fault_statistic", "", "Log Bayes factor of the newest fault against no fault"),
+        ("fault_threshold", "", "Half the squared normalised mean from which a sensor is suspect"),
         ("fault_confidence", "", "Probability of the newest fault among all hypotheses"),
         ("fault_value", "", "Factor, offset in m or stiffness in N/m of the newest fault"),
     )

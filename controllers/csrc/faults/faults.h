@@ -3,12 +3,12 @@
    Lengths and encoders are compared with each other by geometry only, so that unknown loads, contacts and wrong
    masses have no effect. In each tick, all coordinates are fitted to all sensors (least squares); the residual of
    a sensor is its deviation from the fit of the other sensors, divided by its standard deviation. Tensions are
-   compared with the commands behind the lag of the motors. Loads are used only to decide whether a motor or
-   its sensor has a fault: a broken cable i changes the load by L_i' f_i.
+   compared with the commands behind the lag of the motors. Without tension sensors, faults of motors are not found, and
+   a broken cable is reported as a stuck length sensor.
 
-   Each hypothesis (kind, part, time) has the log likelihood ratio of a window of ticks against no fault. An alarm
-   needs a ratio that a robot without faults reaches less often than `false_alarms_per_hour`; the reported
-   hypothesis has the largest ratio.
+   A sensor becomes suspect if its statistic exceeds a threshold that a robot without faults exceeds less often than
+   `false_alarms_per_hour`; see statistics.c. Then each hypothesis (kind, part, time) has a Bayes factor against no
+   fault; the most probable one is reported; see isolate.c.
 
    The monitor does not allocate memory, has no global state and no I/O. Write the inputs, then call
    faults_tick. */
@@ -50,11 +50,6 @@ DUAL_NEWTON_API faults *faults_open(int coordinates, int muscles, void *memory);
      q                  n, estimate
      path_lengths       m, l(q)
      jacobian           m n, L(q), row by row
-     torque_score       n, see below; 0 if not available
-     torque_information n n
-
-   torque_score s and torque_information J: log likelihood ratio tau's - tau'J tau/2 of an additional constant
-   generalised load tau since the last `restart`, from the innovations of a filter.
 
    Settings, to be written before a reset
      false_alarms_per_hour  1
@@ -74,15 +69,14 @@ DUAL_NEWTON_API faults *faults_open(int coordinates, int muscles, void *memory);
      kind               p, enum fault_kind; it remains until a reset
      time               p, time of the decision since the reset, in [s]
      begin              p, estimated time of the fault, in [s]
-     statistic          p, log likelihood ratio of the fault at the decision
-     threshold          p
+     statistic          p, log Bayes factor of the fault against no fault at the decision
+     threshold          p, of half the squared normalised mean of a window, from which a sensor is suspect
      confidence         p, probability of the kind and the part among all hypotheses
      value              p, factor or offset of the fault
      other              p, index of the other muscle, or -1
      usable             p, 1 or 0: whether a muscle can be commanded, a sensor can be used
      bound              m, maximum force that the muscle can produce: f_max, 0 if broken; last force if jammed
      suspect            p, 1 while a fault is tested; the sensor should not be used
-     restart            1, nonzero: the filter begins its torque_score again
 
    Internal state, to be saved and restored
      remembered */

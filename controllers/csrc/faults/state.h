@@ -29,7 +29,6 @@ enum { WINDOW = 64 };
     ARRAY(resolution, c)   /* smallest change */                                                       \
     ARRAY(run, c)          /* repeated values up to now, and their log likelihood ratio */             \
     ARRAY(evidence, c)                                                                                 \
-    ARRAY(torque_score_last, n)                                                                        \
     ARRAY(kind, p)                                                                                     \
     ARRAY(time, p)                                                                                     \
     ARRAY(begin, p)                                                                                    \
@@ -41,7 +40,6 @@ enum { WINDOW = 64 };
     ARRAY(usable, p)                                                                                   \
     ARRAY(suspect, p)                                                                                  \
     ARRAY(bound, m)                                                                                    \
-    ARRAY(restart, 1)                                                                                  \
     ARRAY(suspicion, c)    /* tick at which a channel became suspect; -1: it is not */
 #define FAULTS_ARRAYS(ARRAY)                                                                           \
     ARRAY(lengths, m)                                                                                  \
@@ -51,8 +49,6 @@ enum { WINDOW = 64 };
     ARRAY(q, n)                                                                                        \
     ARRAY(path_lengths, m)                                                                             \
     ARRAY(jacobian, m *n)                                                                              \
-    ARRAY(torque_score, n)                                                                             \
-    ARRAY(torque_information, n *n)                                                                    \
     ARRAY(false_alarms_per_hour, 1)                                                                    \
     ARRAY(length_noise, m)                                                                             \
     ARRAY(length_error, m)                                                                             \

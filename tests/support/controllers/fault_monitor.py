@@ -65,6 +65,10 @@ class FaultMonitor:
         """Forget all faults."""
         self._c.faults_reset(self._handle)
 
+    def fit_pose(self) -> bool:
+        """Move the input q to the fit of lengths and encoders; return whether it was near."""
+        return self._c.faults_pose(self._handle) == 0
+
     def tick(self) -> int:
         """Process the inputs and return the number of parts with faults."""
         count: int = self._c.faults_tick(self._handle, STEP)
