@@ -11,9 +11,9 @@ import sys
 import numpy as np
 
 from cardsflow_fmu.cosim.signals.dependencies import Dependencies, sampled_dependencies
-from cardsflow_fmu.cosim.signals.estimation import estimator_groups
-from cardsflow_fmu.cosim.signals.faults import fault_groups
+from cardsflow_fmu.cosim.signals.estimation import estimator_groups, measured_muscles
 from cardsflow_fmu.cosim.signals.groups import Groups
+from cardsflow_fmu.cosim.signals.reaction import fault_groups
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.faults import FaultsTable
 from sim_dart import compile_blob
@@ -83,7 +83,7 @@ class EstimatorModel(CModel):
                 settings.offset,
                 experiment.run.step,
             ),
-            **fault_groups(robot, encoded, has_faults=has_faults),
+            **fault_groups(robot, measured_muscles(robot), encoded, has_faults=has_faults),
         }
         # Models have their inputs first, then outputs, then parameters.
         return {

@@ -6,7 +6,7 @@
 #include "../../../../../sim_dart/csrc/estimator/estimator.h"
 #include "../model.h"
 
-/* Variables of the model; see cosim/signals/faults.py. */
+/* Variables of the model; see cosim/signals/reaction.py. */
 struct fault_variables {
     double *commands, *muscles, *lengths, *tensions, *encoders, *bounds, *report;
 };
