@@ -1,7 +1,7 @@
 /* A device for docs/reference/hardware_protocol.md: the tasks of firmware, with BSD sockets.
  *
  *     cc -std=c99 -O2 -o device device.c -lm
- *     ./device 127.0.0.1 5005 SIGNATURE [KEY_FILE]
+ *     ./device 127.0.0.1 5005 SIGNATURE [KEY_FILE] [--fault broken:3@2.0]...
  *
  * make_controller.py prints the signature, which is computed from names and units of the signals. Memory is not allocated.
  * On a microcontroller, replace the robot, platform.h, the socket and the source of random numbers. */
@@ -9,7 +9,6 @@
 
 #include <arpa/inet.h>
 #include <fcntl.h>
-#include <math.h>
 #include <netinet/in.h>
 #include <signal.h>
 #include <stdio.h>
@@ -19,64 +18,12 @@
 #include <time.h>
 #include <unistd.h>
 
-/* ---- Replace this by your hardware. Simulation: tensions follow commands, and joints follow tensions, with
- * first-order lags; muscle i moves joint i % JOINTS, with alternating sign. */
-#ifndef JOINTS
-#define JOINTS 2
-#define MUSCLES 4
-#define ENCODERS JOINTS /* or 0: hardware.has_positions = false */
-#endif
-#ifndef START /* positions with equal tensions: -DSTART=0.1,0.2 */
-#define START 0.0
-#endif
-enum { COMMANDS = MUSCLES, STATES = 2 * ENCODERS + 2 * MUSCLES };
+#include "simulated_robot.h" /* replace this by your hardware */
 enum { HELLO_VALUES = 7, ACK_VALUES = 9, MAX_VALUES = ACK_VALUES + STATES };
 #include "frame.h"
 #include "platform.h"
 
-static const double STEP = 1e-3, WATCHDOG = 0.02;                /* [s] */
-static const double F_MIN = 10.0, F_MAX = 500.0;                 /* [N] */
-static const double MOTOR_LAG = 0.005, JOINT_LAG = 0.1;          /* [s] */
-static const double COMPLIANCE = 1e-3, LENGTH = 0.3, ARM = 0.02; /* [rad/N], [m], [m] */
-static double q[JOINTS] = {START}, qd[JOINTS], command[MUSCLES], tension[MUSCLES];
-
-static double direction(int i) { return i / JOINTS % 2 ? -1.0 : 1.0; }
-
-static void robot_apply(int i, double force) { command[i] = force; }
-
-static void robot_safe(void)
-{
-    for (int i = 0; i < MUSCLES; i++)
-        command[i] = F_MIN;
-}
-
-static void robot_reset(void)
-{
-    robot_safe();
-    memcpy(tension, command, sizeof tension);
-    memcpy(q, (const double[JOINTS]){START}, sizeof q), memset(qd, 0, sizeof qd);
-}
-
-static void robot_advance(double dt)
-{
-    double goal[JOINTS] = {START};
-    for (int i = 0; i < MUSCLES; i++) {
-        tension[i] += (command[i] - tension[i]) * dt / (MOTOR_LAG + dt);
-        goal[i % JOINTS] += direction(i) * COMPLIANCE * tension[i];
-    }
-    for (int j = 0; j < JOINTS; j++)
-        qd[j] = (goal[j] - q[j]) / (JOINT_LAG + dt), q[j] += qd[j] * dt;
-}
-
-static void robot_state(double *values)
-{
-    for (int j = 0; j < ENCODERS; j++)
-        values[j] = q[j], values[ENCODERS + j] = qd[j];
-    for (int i = 0; i < MUSCLES; i++) {
-        values[2 * ENCODERS + i] = LENGTH - direction(i) * ARM * q[i % JOINTS];
-        values[2 * ENCODERS + MUSCLES + i] = tension[i];
-    }
-}
+static const double STEP = 1e-3, WATCHDOG = 0.02; /* [s] */
 
 /* ---- The device: who may command the robot, when, and the watchdog */
 static enum { IDLE, READY, RUNNING, IN_SAFE_STATE } state;
@@ -277,8 +224,12 @@ int main(int count, char **arguments)
     socklen_t size = sizeof here;
     here.sin_family = AF_INET;
     const int line = socket(AF_INET, SOCK_DGRAM, 0);
+    for (; count > 5 && !strcmp(arguments[count - 2], "--fault"); count -= 2)
+        if (!failures_add(arguments[count - 1]))
+            return fprintf(stderr, "device: --fault must be KIND:NUMBER[=VALUE]@TIME, such as broken:3@2.0, not %s; " KINDS_TEXT "\n",
+                           arguments[count - 1]), 2;
     if (count < 4 || inet_pton(AF_INET, arguments[1], &here.sin_addr) != 1 || line < 0)
-        return fprintf(stderr, "usage: device ADDRESS PORT SIGNATURE [KEY_FILE]\n"), 2;
+        return fprintf(stderr, "usage: device ADDRESS PORT SIGNATURE [KEY_FILE] [--fault KIND:NUMBER[=VALUE]@TIME]...\n"), 2;
     here.sin_port = htons((uint16_t)strtoul(arguments[2], NULL, 10));
     signature = strtoull(arguments[3], NULL, 16);
     if (count > 4) {

@@ -7,7 +7,7 @@ import signal
 import socket
 import subprocess
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import count
@@ -17,6 +17,8 @@ import numpy as np
 import pytest
 from support.hardware.hardware_fuzz import FRAMES, bad_frames
 
+from cardsflow_fmu.experiment.settings.hardware import FailureSettings
+from cardsflow_fmu.hardware.emulator.failures import Failures, Measurement
 from cardsflow_fmu.hardware.links.udp import UdpLink
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.protocol.exchange import Exchange
@@ -55,12 +57,15 @@ def compile_device(compiler: str, program: Path, options: list[str]) -> None:
 
 
 @contextmanager
-def running(program: Path, folder: Path, key: bytes | None = None) -> Iterator[str]:
+def running(
+    program: Path, folder: Path, key: bytes | None = None, faults: Sequence[str] = ()
+) -> Iterator[str]:
     """Yield the address of a running device, which must end without output on stderr."""
     arguments = [str(program), "127.0.0.1", "0", f"{SIGNATURE:x}"]
     if key is not None:
         (folder / "key.bin").write_bytes(key)
         arguments.append(str(folder / "key.bin"))
+    arguments += [word for fault in faults for word in ("--fault", fault)]
     device = subprocess.Popen(
         arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={}
     )
@@ -81,17 +86,60 @@ def pull(link: UdpLink, command=PULL, *, within: float = SOON) -> Exchange:
     return link.exchange(0.0, np.asarray(command, float), time.monotonic() + within)
 
 
-def followed(commands: np.ndarray, h: float) -> np.ndarray:
-    """Return the expected tensions: a first-order lag by the backward Euler method."""
+def followed(commands: np.ndarray, h: float, failures: Failures | None = None) -> np.ndarray:
+    """Return the expected states: a first-order lag by the backward Euler method.
+
+    Failures are those of the emulator.
+    """
+    failures = failures or Failures((), (), ())
     tension, q = np.full(MUSCLES, F_MIN), np.zeros(JOINTS)
     turn = 1e-3 * np.array([[1.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, -1.0]])
     rows = []
-    for command in commands:
-        tension = (0.005 * tension + h * command) / (0.005 + h)
-        q_before, q = q, (0.1 * q + h * turn @ tension) / (0.1 + h)
-        lengths = 0.3 - 0.02 * np.array([q[0], q[1], -q[0], -q[1]])
-        rows.append([*q, *(q - q_before) / h, *lengths, *tension])
+    for k, command in enumerate(commands):
+        tension, time_ = (0.005 * tension + h * command) / (0.005 + h), (k + 1) * h
+        pull_ = failures.change_tensions(tension, length_of(q), time_)
+        q_before, q = q, (0.1 * q + h * turn @ pull_) / (0.1 + h)
+        pull_ = failures.change_tensions(tension, length_of(q), time_)
+        seen = Measurement(q.copy(), (q - q_before) / h, length_of(q), pull_.copy())
+        failures.change_measurement(seen, time_)
+        rows.append([*seen.q, *seen.qd, *seen.lengths, *seen.tensions])
     return np.array(rows)
+
+
+def length_of(q: np.ndarray) -> np.ndarray:
+    return 0.3 - 0.02 * np.array([q[0], q[1], -q[0], -q[1]])
+
+
+@pytest.mark.slow
+def test_failures_are_those_of_the_emulator(built: Path, tmp_path: Path) -> None:
+    names = [str(k) for k in range(MUSCLES)]
+    kinds = {
+        "broken": None, "jammed": 5e4, "weak": 0.5, "off_pulley": 0.01, "length_stuck": None,
+        "length_bias": -0.02, "length_scale": 1.5, "tension_stuck": None, "tension_dead": None,
+        "encoder_stuck": None, "length_swapped": "3",
+    }  # fmt: skip
+    commands = np.random.default_rng(0).uniform(F_MIN, F_MAX, (12, COMMANDS))
+    for k, (kind, value) in enumerate(kinds.items()):
+        part = str(k % JOINTS if kind == "encoder_stuck" else k % 3)
+        other = {"other": value} if kind == "length_swapped" else {}
+        number = {} if other or value is None else {"value": value}
+        settings = FailureSettings(kind=kind, part=part, time=4.5e-3, **number, **other)
+        expected = followed(commands, STEP, Failures([settings], names, names[:JOINTS]))
+        text = f"{kind}:{part}" + ("" if value is None else f"={value}") + "@4.5e-3"
+        with running(built, tmp_path, None, [text]) as uri, UdpLink(uri) as link:
+            link.open(handshake(lockstep=True))
+            for command, state in zip(commands, expected, strict=True):
+                came = pull(link, command)
+                np.testing.assert_allclose(came.state, state, rtol=1e-9, atol=1e-12, err_msg=text)
+            assert link.stop()
+
+
+@pytest.mark.parametrize("fault", ["brokn:1@2", "broken:9@2", "broken:1=3@2", "weak:1@2", "x"])
+def test_wrong_failures_are_rejected(built: Path, fault: str) -> None:
+    words = [str(built), "127.0.0.1", "0", "ff", "--fault", fault]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.startswith("device: --fault must be KIND:NUMBER[=VALUE]@TIME")
 
 
 def test_the_source_is_short_and_does_not_allocate_memory() -> None:
