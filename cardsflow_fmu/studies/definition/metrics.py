@@ -262,6 +262,15 @@ def wrench_closure(experiment: Experiment, box: Box | None) -> float:
     return float(np.mean(is_wrench_closed(L)))
 
 
+def _breaks_survived(result: Result, box: Box | None, muscle: str | None) -> float:
+    """Return the fraction of the reference that is feasible without one muscle or motor."""
+    from cardsflow_fmu.results.analysis.failures import failures
+
+    single = failures(result.experiment)[1:]
+    shares = [(failure.strength <= 1.0).mean() for failure in single]
+    return float(np.mean(shares)) if shares else math.nan
+
+
 METRICS: Mapping[str, Metric] = {
     "tracking.rms": Metric(None, "RMS tracking error", _tracking("rms")),
     "tracking.max": Metric(None, "Maximum tracking error", _tracking("max")),
@@ -284,6 +293,13 @@ METRICS: Mapping[str, Metric] = {
     "margin.gain": Metric("", "Gain margin", _loop_margin("gain_margin"), large_is_good=True),
     "margin.phase": Metric("rad", "Phase margin", _loop_margin("phase_margin"), large_is_good=True),
     "margin.delay": Metric("s", "Delay margin", _loop_margin("delay_margin"), large_is_good=True),
+    "breaks_survived": Metric(
+        "",
+        "Fraction of the reference that is feasible without one muscle or motor, mean over all; "
+        "1: the motion survives any single failure",
+        _breaks_survived,
+        large_is_good=True,
+    ),
     "wrench_closure": Metric(
         "", "Fraction of the workspace with wrench closure", _wrench_closure, large_is_good=True
     ),

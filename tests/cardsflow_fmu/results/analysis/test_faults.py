@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.results.analysis.failures import describe_failures, failures
+from cardsflow_fmu.studies.definition.metrics import METRICS
 
 LEFT_ARM = EXAMPLES / "roboy_left_arm"
 COARSE = {"controller.period": 0.1}
@@ -40,6 +42,13 @@ def test_pairs_are_never_easier_than_single_failures() -> None:
     for pair in pairs:
         for name in pair.actuators:
             assert (pair.strength >= single[name] - 1e-6).all()
+
+
+def test_study_metric_is_the_share_of_feasible_points() -> None:
+    settings = {"controller.period": 0.5, "run.duration": 1.0}
+    result = SimpleNamespace(experiment=Experiment.load(LEFT_ARM, settings))
+    share = METRICS["breaks_survived"].value(result, None, None)
+    assert share == pytest.approx(10 / 11)  # only motor10 lifts the forearm
 
 
 def test_hill_muscles_are_limited_by_their_law() -> None:
