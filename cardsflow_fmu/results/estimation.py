@@ -1,4 +1,4 @@
-"""Summary of state estimates and their errors."""
+"""Summary of state estimates and their errors, of detected faults and of the reactions to them."""
 
 from __future__ import annotations
 
@@ -9,8 +9,69 @@ import numpy as np
 
 from cardsflow_fmu.cosim.signals.estimation import ESTIMATE, STATUSES, VALID
 from cardsflow_fmu.cosim.signals.ports import coordinate_signals
+from cardsflow_fmu.cosim.signals.reaction import DECISIONS, FAULTS, LOST, REACTION, SPEED
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.arrays import FloatArray
+
+_PARTS = {
+    "fault": "muscle",
+    "length_fault": "length sensor",
+    "tension_fault": "tension sensor",
+    "encoder_fault": "encoder",
+}
+"""Parts with faults, by the prefix of their columns."""
+_EVIDENCE = ("statistic", "threshold", "confidence", "value")
+
+
+def fault_events(columns: Mapping[str, FloatArray]) -> list[dict[str, Any]]:
+    """Return the detected faults and the decisions about them, in the order of time.
+
+    Args:
+        columns: Columns of a run.
+    """
+    events: list[tuple[int, dict[str, Any]]] = []
+    for name, values in columns.items():
+        prefix, _, part = name.partition(".")
+        if prefix not in _PARTS or not part:
+            continue
+        for row in _changes(values):
+            evidence = {
+                key: float(columns[f"fault_{key}"][row])
+                for key in _EVIDENCE
+                if f"fault_{key}" in columns
+            }
+            kind = FAULTS.get(int(values[row]), "unknown")
+            fault = {"part": f"{_PARTS[prefix]} {part}", "kind": kind.replace("_", " ")}
+            events.append((row, fault | evidence))
+    if REACTION in columns:
+        for row in sorted(
+            {*_changes(columns[REACTION]), *_changes(columns.get(LOST, np.empty(0)))}
+        ):
+            decision: dict[str, Any] = {
+                "decision": DECISIONS.get(int(columns[REACTION][row]), "unknown")
+            }
+            if SPEED in columns:
+                decision["speed"] = float(columns[SPEED][row])
+            events.append((row, decision))
+    return [
+        {"time": float(columns["time"][row])} | event
+        for row, event in sorted(events, key=lambda pair: pair[0])
+    ]
+
+
+def describe_event(event: Mapping[str, Any]) -> str:
+    """Return a detected fault or a decision as text."""
+    if "decision" in event:
+        speed = f" to {event['speed']:.0%} of the speed" if event.get("speed", 0.0) % 1.0 else ""
+        return f"at {event['time']:.6g} s decision: {event['decision']}{speed}"
+    how_sure = f" (confidence {event['confidence']:.1%})" if "confidence" in event else ""
+    return f"at {event['time']:.6g} s {event['part']}: {event['kind']}{how_sure}"
+
+
+def _changes(values: FloatArray) -> list[int]:
+    """Return the rows at which a number that begins with 0 changes to another one than 0."""
+    before = np.concatenate([[0.0], values[:-1]])
+    return [int(k) for k in np.flatnonzero((values != before) & (values != 0.0))]
 
 
 def estimation_summary(

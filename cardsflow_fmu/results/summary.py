@@ -36,7 +36,7 @@ from cardsflow_fmu.utils.arrays import FloatArray, IntArray
 from cardsflow_fmu.version import __version__
 
 from .engines import OVER_FMUS, engine_summary
-from .estimation import estimation_summary
+from .estimation import estimation_summary, fault_events
 from .verdict import failure, problems
 
 Columns = Mapping[str, FloatArray]
@@ -209,6 +209,7 @@ def _signals(
         "slack": _slack(slack, columns, ticks, has_failed),
         "solve_time": _solve_time(recording.solve_times),
         **_exchanges(columns),
+        **({"faults": events} if (events := fault_events(columns)) else {}),
     }
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from cardsflow_fmu.cosim.pacing import describe_timeliness
 
+from .estimation import describe_event
 from .verdict import failure_text
 
 WORST = 5
@@ -24,6 +25,7 @@ def describe_summary(summary: Mapping[str, Any], *, every: bool = False) -> list
     limit = None if every else WORST
     failed = failure_text(summary)
     lines = [] if failed is None else [failed]
+    lines += [f"FAULT: {describe_event(event)}" for event in summary.get("faults") or ()]
     lines += [f"WARNING: {warning}" for warning in summary.get("warnings") or ()]
     lines += [_title(summary), *_tracking_lines(summary, limit), *_force_lines(summary, limit)]
     lines += _estimation_lines(summary, limit)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from cardsflow_fmu.results.estimation import describe_event, fault_events
 from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.ros_interface import message_types as types
 from cardsflow_fmu.ros_interface.node import Topic, header
@@ -27,8 +28,9 @@ _FAULTS = {
 def run_diagnostics(run: RunData) -> Iterator[Batch]:
     """Yield the diagnostics of a run.
 
-    The first message contains the warnings of the run. If the run has columns with controller
-    faults, a message contains their state at the beginning and after each change.
+    The first message contains the warnings of the run. A message follows for each detected fault
+    and each decision about it. If the run has columns with controller faults, a message contains
+    their state at the beginning and after each change.
     """
     if not len(run.rows):
         return
@@ -38,6 +40,11 @@ def run_diagnostics(run: RunData) -> Iterator[Batch]:
         lines.append(f"incomplete run: {run.summary.get('error')}")
     status = _status("run", _WARN if lines else _OK, "; ".join(lines) or "complete", {})
     yield _message(time_ns[:1], [status])
+    for event in fault_events(dict(zip(run.names, run.rows.T, strict=True))):
+        row = int(np.searchsorted(run["time"], event["time"]))
+        values = {key: str(value) for key, value in event.items()}
+        status = _status("faults", _ERROR, describe_event(event), values)
+        yield _message(time_ns[row : row + 1], [status])
     recorded = [name for name in _FAULTS if name in run.names]
     slack = [name for name in run.names if name.startswith("slack.")]
     faults = np.nan_to_num(run.columns(recorded)) != 0.0 if recorded else np.zeros((0, 0))

@@ -31,7 +31,7 @@ class FaultsTable(Table):
     react: bool = setting(
         "react to lost muscles: continue, slow down, hold the pose or stop the joints; false: only "
         "detect and report faults",
-        False,
+        True,
     )
     ramp: FromZero = setting("duration of changes of the reference's speed, in s", 0.5)
 

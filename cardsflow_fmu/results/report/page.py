@@ -13,6 +13,7 @@ from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.cosim.signals.ports import force_unit
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.results.analysis.info import robot_info
+from cardsflow_fmu.results.estimation import describe_event
 from cardsflow_fmu.results.run_data import ExperimentRunData
 from cardsflow_fmu.results.saved_run import opened_run
 from cardsflow_fmu.results.verdict import failure_text
@@ -71,6 +72,7 @@ def _verdict(result: ExperimentRunData) -> list[str]:
         lines.append(f"Incomplete run: {error}")
     if (failed := failure_text(result.summary)) is not None:
         lines.append(failed)
+    lines += [f"Fault: {describe_event(event)}" for event in result.summary.get("faults") or ()]
     lines += [f"Warning: {warning}" for warning in result.summary.get("warnings") or ()]
     notices = [f'<p class="notice">{escape(line)}</p>' for line in lines]
     kind = "verdict" if lines else "verdict good"
@@ -86,7 +88,11 @@ def _replay(act: Act) -> str:
 
 def _figures(result: ExperimentRunData) -> Iterator[str]:
     for kind, panels in all_panels(result).items():
-        svg = inline_svg(figure_of_panels(panels, bins=_BINS), salt=kind)
+        figure = figure_of_panels(panels, bins=_BINS)
+        for axes in figure.axes:
+            for event in result.summary.get("faults") or ():
+                axes.axvline(event["time"], color="black", linestyle="--", linewidth=0.8)
+        svg = inline_svg(figure, salt=kind)
         yield f"<figure>{svg}<figcaption>{escape(kind.replace('_', ' '))}</figcaption></figure>"
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from cardsflow_fmu.results.estimation import describe_event
 from cardsflow_fmu.results.verdict import failure_text
 
 from .html import table
@@ -20,10 +21,12 @@ def summary_tables(summary: Mapping[str, Any]) -> list[str]:
     forces = (summary.get("forces") or {}).get("per_muscle") or {}
     torques = (summary.get("torques") or {}).get("per_motor") or {}
     slack = (summary.get("slack") or {}).get("per_signal") or {}
+    faults = summary.get("faults") or ()
     missing = {name: s for name, s in slack.items() if s["max"]}
     return [
         part
         for part in (
+            table(("faults and decisions",), ([describe_event(e)] for e in faults)),
             table(("", ""), _overview(summary)),
             table(
                 ("tracking", "RMS", "largest", "unit"),

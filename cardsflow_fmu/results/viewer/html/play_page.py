@@ -16,6 +16,7 @@ from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.models.browser.pack import engine_text
 from cardsflow_fmu.models.browser.pose import pose_experiment
+from cardsflow_fmu.results.analysis.look_ahead import with_look_ahead
 from cardsflow_fmu.results.viewer.scene.act import Act
 from cardsflow_fmu.results.viewer.scene.meshes import link_meshes
 from cardsflow_fmu.results.viewer.scene.motion import Motion
@@ -54,6 +55,7 @@ def play_page(experiment: Experiment, robot_file: str = "", changes: Sequence[st
         InputError: The experiment requires Python, DART or hardware, or the compiler is missing.
     """
     notes = tuple(experiment.warnings())
+    experiment = with_look_ahead(experiment)
     if experiment.scene is not None:
         experiment, notes = replace(experiment, scene=None), (_NO_CONTACTS, *notes)
     meshes = link_meshes(experiment.robot, experiment.folder, experiment.roots)
