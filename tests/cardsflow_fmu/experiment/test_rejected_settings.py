@@ -274,6 +274,13 @@ ROBOY_LEFT_ARM: list[Row] = [
     ({"disturbance.force": {"foot": [0, 0, 1]}}, "disturbance.force.foot: no task frame"),
     ({"disturbance.known": True}, "disturbance.force: missing; set forces on hand"),
     ({"estimator.gate": 0.0}, "estimator.gate"),
+    ({"estimator.type": "mhe"}, "estimator.type: no type 'mhe'"),
+    ({"estimator.frames": 5}, 'estimator.frames: requires estimator.type = "horizon"'),
+    ({"estimator.type": "horizon", "estimator.frames": 1}, "estimator.frames: must be at least 2"),
+    (
+        {"estimator.type": "horizon", "estimator.huber": -1.0},
+        "estimator.huber: must not be negative",
+    ),
     ({"estimator.length_noise": -1.0}, "estimator.length_noise"),
     ({"estimator.length_noise.motor99": 1e-3}, "no muscle 'motor99'"),
     ({"estimator.sensors.delay": 0.0015}, "estimator.sensors.delay: 0.0015 s is not a whole"),

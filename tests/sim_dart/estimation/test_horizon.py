@@ -165,6 +165,18 @@ def test_program_equals_scipy(case: str) -> None:
         assert np.isclose(x[:, 0].max(), UPPER, atol=1e-8)
 
 
+def test_outlier_of_a_slack_cable_is_ignored() -> None:
+    """A length far below l(q) is impossible; far above it is not informative."""
+    settings, start, f = CASES["slack"]
+    readings = np.array([lengths_on_rail(start) for _ in range(10)])
+    found = []
+    for error in (0.5, -0.5):
+        readings[5:, 1] += error
+        found.append(run_on_rail(replace(settings, huber=1.0, gate=5.0), start, readings, f).q[0])
+        readings[5:, 1] -= error
+    assert np.isclose(*found, atol=1e-4)
+
+
 @pytest.mark.parametrize("frames", [2, 7, 40])
 def test_linear_estimate_equals_the_kalman_filter(frames: int) -> None:
     """The arrival cost is exact, so that the length of the horizon has no effect."""

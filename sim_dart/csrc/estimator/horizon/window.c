@@ -277,11 +277,18 @@ static void solve(estimator *e)
     }
 }
 
-/* Return whether a term is a measurement whose residual exceeds the gate, in standard deviations. */
+/* Return whether a term is a measurement that is not ignored. */
+static int is_used(const horizon *h, size_t t)
+{
+    return (size_t)h->slot[t] < h->B && h->least[t] < 0;
+}
+
+/* Return whether the residual of a measurement exceeds the gate, in standard deviations. */
 static int is_outlier(const estimator *e, const real *residual, size_t t)
 {
     const horizon *h = e->horizon;
-    return (size_t)h->slot[t] < h->B && h->most[t] > 0 && !(fabs(residual[t]) <= e->gate[0] * sqrt(h->variance[t]));
+    const real size = h->most[t] > 0 || residual[t] < 0 ? fabs(residual[t]) : 0; /* slack: only below l(q) */
+    return is_used(h, t) && !(size <= e->gate[0] * sqrt(h->variance[t]));
 }
 
 /* Ignore the outliers of each frame, unless they are the majority. Return their number. */
@@ -293,7 +300,7 @@ static size_t ignore_outliers(estimator *e, const real *residual, size_t frames)
         const size_t first = k * h->T, end = first + (size_t)h->count[k];
         size_t all = 0, out = 0;
         for (size_t t = first; t < end; t++)
-            all += (size_t)h->slot[t] < h->B && h->most[t] > 0, out += (size_t)is_outlier(e, residual, t);
+            all += (size_t)is_used(h, t), out += (size_t)is_outlier(e, residual, t);
         for (size_t t = first; t < end && 2 * out <= all; t++)
             if (is_outlier(e, residual, t)) h->least[t] = h->most[t] = 0, count++;
     }
