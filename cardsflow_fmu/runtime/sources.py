@@ -78,7 +78,9 @@ def _find_files(
 
 
 _LIB = "cardsflow_fmu/runtime/lib"
-CORE = Library(("sim_dart/csrc", GENERATED), "sim_dart/lib/cardsflow_core", (FREESTANDING,))
+CORE = Library(
+    ("sim_dart/csrc", GENERATED), "sim_dart/lib/cardsflow_core", (FREESTANDING,), ("-Wno-psabi",)
+)
 _SHARED = ("sim_dart/csrc/math", "sim_dart/csrc/stage_qp")
 CONTROL = Library(
     ("controllers/csrc", CONTROL_GENERATED, *_SHARED), "controllers/lib/cardsflow_control", ()

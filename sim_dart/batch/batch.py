@@ -113,6 +113,7 @@ class Batch:
         self._task_rows = task_rows(robot)
         self._answers = np.zeros(self.n, dtype=np.int32)
         self._scratch: list[FloatArray] = []
+        self._groups = self._instances.group_memory(self._threads.count)
         self.reset()
 
     @property
@@ -145,11 +146,12 @@ class Batch:
             SimulationError: Instances diverged; see `diverged`. The others have moved.
         """
         self._set_inputs(commands, torques)
-        before, rule = np.count_nonzero(self._answers), self._rule()
+        before, rule, groups = np.count_nonzero(self._answers), self._rule(), self._groups
 
         def run(thread: int, part: slice) -> None:
             place, answers = self._instances.place(part), self._answers[part].ctypes.data
-            batch_library().core_batch_step(*place, *self._inputs(part), *rule, answers)
+            group = groups[thread].ctypes.data if groups else None
+            batch_library().core_batch_step(*place, *self._inputs(part), *rule, group, answers)
 
         self._threads.share(run, self.n, is_small=self.n * self._substeps < _MIN_SHARED)
         self.ticks += self._answers == 0

@@ -19,7 +19,9 @@ def batch_library() -> Any:
     pointer, size, count = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int32
     real = ctypes.c_double
     instances: list[Any] = [pointer, size, count]
-    core.core_batch_step.argtypes = [*instances, pointer, pointer, real, count, count, pointer]
+    core.core_batch_group_size.argtypes, core.core_batch_group_size.restype = [pointer], size
+    rule: list[Any] = [real, count, count]
+    core.core_batch_step.argtypes = [*instances, pointer, pointer, *rule, pointer, pointer]
     core.core_batch_reset.argtypes = [*instances, pointer, pointer, pointer, pointer, pointer]
     core.core_batch_terms.argtypes = [*instances, count, pointer]
     core.core_batch_derivatives_size.argtypes = [pointer]

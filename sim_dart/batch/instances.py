@@ -16,6 +16,8 @@ from sim_dart.core.mass_check import require_inertia
 from sim_dart.muscles.laws import MuscleLaws
 from sim_dart.plant.settings import unsupported_by_core
 
+from .binding import batch_library
+
 _LINE = 8  # numbers in a cache line, which two threads must not share
 
 
@@ -60,6 +62,11 @@ class Instances:
     def address(self, i: int) -> int:
         """Return the address of the handle of an instance."""
         return int(self.memory.ctypes.data) + i * self.stride
+
+    def group_memory(self, count: int) -> list[FloatArray]:
+        """Return memory for threads to step several instances at once; empty if unsupported."""
+        sizes = [batch_library().core_batch_group_size(core.handle) for core in self.cores]
+        return [np.zeros(-(-max(sizes) // 8)) for _ in range(count)] if all(sizes) else []
 
     def place(self, part: slice) -> tuple[int, int, int]:
         """Return address, distance and number of the handles of a part."""

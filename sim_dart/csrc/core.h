@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(CARDSFLOW_TANGENT)
+#if IS_ONE_UNIT
 #define CORE_API CORE_INSIDE
 #elif defined(CARDSFLOW_INSIDE) /* defined in another library */
 #define CORE_API

@@ -1,5 +1,7 @@
 #include "batch.h"
 
+#include "lanes.h"
+
 #include "../blob/state.h"
 
 #include <string.h>
@@ -14,16 +16,45 @@ static const real *row(const real *rows, int32_t k, int32_t width)
     return rows ? rows + (size_t)k * (size_t)width : NULL;
 }
 
-void core_batch_step(void *memory, size_t stride, int32_t count, const real *u, const real *extra, real h, int32_t steps,
-                     int32_t is_runge_kutta, int32_t *answers)
+size_t core_batch_group_size(const core *c)
 {
+    const batch_lanes *lanes = batch_lanes_for(c);
+    return lanes ? lanes->size(c) : 0;
+}
+
+/* Instances that wait for a group to be complete. */
+typedef struct {
+    int32_t count, index[LANES_OF_BATCH];
+    core *handle[LANES_OF_BATCH];
+    const real *u[LANES_OF_BATCH], *extra[LANES_OF_BATCH];
+} waiting;
+
+static void step_group(waiting *w, void *group, int has_extra, real h, int32_t steps, int32_t *answers)
+{
+    int32_t found[LANES_OF_BATCH];
+    batch_lanes_for(w->handle[0])->step(group, w->handle, w->u, has_extra ? w->extra : NULL, h, steps, found);
+    for (int32_t i = 0; i < LANES_OF_BATCH; i++) answers[w->index[i]] = found[i];
+    w->count = 0;
+}
+
+void core_batch_step(void *memory, size_t stride, int32_t count, const real *u, const real *extra, real h, int32_t steps,
+                     int32_t is_runge_kutta, void *group, int32_t *answers)
+{
+    waiting w;
+    w.count = 0;
     for (int32_t k = 0; k < count; k++) {
         core *c = instance(memory, stride, k);
         const blob_counts *n = &c->blob.counts;
+        const real *own = row(u, k, n->muscles), *outer = row(extra, k, n->dofs);
         if (answers[k]) continue;
-        answers[k] = (is_runge_kutta ? core_runge_kutta : core_step)(c, row(u, k, n->muscles), row(extra, k, n->dofs), h,
-                                                                    steps);
+        if (!group || is_runge_kutta) {
+            answers[k] = (is_runge_kutta ? core_runge_kutta : core_step)(c, own, outer, h, steps);
+            continue;
+        }
+        w.index[w.count] = k, w.handle[w.count] = c, w.u[w.count] = own, w.extra[w.count++] = outer;
+        if (w.count == LANES_OF_BATCH) step_group(&w, group, extra != NULL, h, steps, answers);
     }
+    for (int32_t i = 0; i < w.count; i++) answers[w.index[i]] = core_step(w.handle[i], w.u[i], w.extra[i], h, steps);
 }
 
 static int reset(core *c, const real *q, const real *qd, const real *u)

@@ -18,10 +18,15 @@ enum batch_term {
     BATCH_ENERGIES = 16
 };
 
+/* Return the size of the working memory `group`, with which instances of the robot are computed in the lanes of
+   vectors; 0 if lanes do not support it, see lanes.h. */
+CORE_API size_t core_batch_group_size(const core *c);
+
 /* Do the same as core_step, or core_runge_kutta, with the commands u, count x muscles, and the external
-   generalised forces, count x dofs, or NULL. */
+   generalised forces, count x dofs, or NULL. `group`: see above; zero before the first call; NULL without lanes.
+   Results are the same with and without lanes. */
 CORE_API void core_batch_step(void *memory, size_t stride, int32_t count, const real *u, const real *extra, real h,
-                              int32_t steps, int32_t is_runge_kutta, int32_t *answers);
+                              int32_t steps, int32_t is_runge_kutta, void *group, int32_t *answers);
 
 /* Set q and qd, count x dofs, of instances with a nonzero `chosen`, or the nearest state with closed loops;
    and the states of the muscles to the equilibrium with the commands u, count x muscles, or to 0 if u is NULL.

@@ -179,6 +179,7 @@
 struct core {
     blob_view blob;
     int32_t is_counting; /* whether wraps store their turns */
+    int32_t is_straight; /* whether all paths are straight, see straight.h */
     int32_t has_laws;    /* whether any muscle is not an ideal cable */
     int32_t has_weight;  /* whether any muscle is a heavy cable */
     int32_t has_friction;
@@ -191,11 +192,46 @@ struct core {
     int32_t wrap_ends;   /* directions needed of any of them */
     int32_t has_rules;   /* whether any of them has MuJoCo's rule */
     int32_t has_wide_lanes; /* whether the processor has vectors of four numbers */
+    int32_t *leaving;    /* bits of lanes that leave a group, see `agreed`; NULL without lanes */
     int32_t externals;   /* points of core_external_wrenches; the caller owns the arrays */
     const int32_t *external_frame;
     const real *external_point, *external_wrench;
     STATE_ARRAYS(STATE_MEMBER)
 };
 #undef STATE_MEMBER
+
+/* Decisions of instances that are computed in lanes. A lane that leaves its group computes numbers without
+   meaning from then on; its step is repeated alone, see ../batch/lanes.c. */
+#if defined(CARDSFLOW_LANES)
+/* Return whether a condition holds in the first lane; lanes that differ leave. */
+static inline int agreed(const core *c, truth x)
+{
+    const int bits = bits_of(x), is_first = bits & 1, others = is_first ? ~bits & ((1 << GROUP) - 1) : bits;
+    if (others) *c->leaving |= others;
+    return is_first;
+}
+
+/* Return 0; lanes in which the condition holds leave. */
+static inline int is_rare(const core *c, truth x)
+{
+    const int bits = bits_of(x);
+    if (bits) *c->leaving |= bits;
+    return 0;
+}
+#else
+/* Return whether a condition holds. */
+static inline int agreed(const core *c, int x)
+{
+    (void)c;
+    return x;
+}
+
+/* The same for a condition that rarely holds. */
+static inline int is_rare(const core *c, int x)
+{
+    (void)c;
+    return x;
+}
+#endif
 
 #endif

@@ -30,7 +30,7 @@ static void add_wrench(const core *c, int32_t frame, const real local[3], const 
 
 void external_wrenches_add(core *c, const real *extra)
 {
-    for (int32_t j = 0; j < c->blob.counts.dofs; j++) c->outer[j] = extra ? extra[j] : 0;
+    for (int32_t j = 0; j < c->blob.counts.dofs; j++) c->outer[j] = extra ? extra[j] : number(0);
     real *forces = c->outer;
     if (c->is_driven && c->externals) {
         forces = c->row;

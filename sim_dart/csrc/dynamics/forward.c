@@ -21,7 +21,7 @@ static inline void begin_body(core *c, int32_t i)
 {
     articulated *A = body(c, i);
     const real *h = c->centre + 3 * i, m = c->blob.mass[i];
-    const real skew[9] = {0, -h[2], h[1], h[2], 0, -h[0], -h[1], h[0], 0};
+    const real skew[9] = {number(0), -h[2], h[1], h[2], number(0), -h[0], -h[1], h[0], number(0)};
     memcpy(A->I, c->moment + 9 * i, sizeof A->I);
     memcpy(A->H, skew, sizeof A->H);
     memset(A->M, 0, sizeof A->M);
@@ -95,10 +95,11 @@ static inline void skewed(real *restrict out, const real r[3], const real *restr
 
 /* Add A about the origin of a frame to P about the origin of its parent:
      M + M,   H + [r] M,   I + [r] H' + ([r] H')' + [r] M [r]' */
-static inline void add_articulated(articulated *restrict P, const articulated *restrict A, const real *restrict r)
+static inline void add_articulated(const core *c, articulated *restrict P, const articulated *restrict A,
+                                   const real *restrict r)
 {
     real rM[9], rH[9], Ht[9], rMt[9], rMr[9];
-    if (r[0] == 0 && r[1] == 0 && r[2] == 0) { /* the motions of one joint share their origin */
+    if (agreed(c, (r[0] == 0) & (r[1] == 0) & (r[2] == 0))) { /* the motions of one joint share their origin */
         for (int k = 0; k < 9; k++) P->I[k] += A->I[k], P->H[k] += A->H[k], P->M[k] += A->M[k];
         return;
     }
@@ -138,7 +139,7 @@ static void backward(core *c, const real *tau, const real *armature)
         apply(body(c, i), c->drift + 6 * i, more);
         for (int k = 0; k < 6; k++) wrench[k] += more[k] + U[k] * (u / c->pivot[i]);
         add_to_parent(c, i, wrench, c->wrench + 6 * parent);
-        add_articulated(body(c, parent), body(c, i), c->link + 3 * i);
+        add_articulated(c, body(c, parent), body(c, i), c->link + 3 * i);
     }
 }
 
@@ -158,7 +159,7 @@ void dynamics_factor(core *c, const real *armature)
     for (int32_t i = c->blob.counts.dofs - 1; i >= 0; i--) {
         const int32_t parent = c->blob.parent[i];
         free_joint(c, i, armature);
-        if (parent >= 0) add_articulated(body(c, parent), body(c, i), c->link + 3 * i);
+        if (parent >= 0) add_articulated(c, body(c, parent), body(c, i), c->link + 3 * i);
     }
 }
 
@@ -174,7 +175,7 @@ void dynamics_respond(core *c, const real *impulse, real *change)
         real *wrench = c->wrench + 6 * i;
         const real *U = c->reaction + 6 * i;
         c->drive[i] = impulse[c->blob.coordinate[i]] - generalised_force(c, i, wrench);
-        if (c->blob.parent[i] < 0 || (c->drive[i] == 0 && is_zero_wrench(wrench))) continue;
+        if (c->blob.parent[i] < 0 || (all_of(c->drive[i] == 0) && is_zero_wrench(wrench))) continue;
         for (int k = 0; k < 6; k++) wrench[k] += U[k] * (c->drive[i] / c->pivot[i]);
         add_to_parent(c, i, wrench, c->wrench + 6 * c->blob.parent[i]);
     }
@@ -220,7 +221,7 @@ void dynamics_accelerate(core *c, const real *qd, const real *tau, const real *a
     for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
         begin_body(c, i);
         begin_wrench(c, i);
-        if (armature[i] != c->blob.armature[i]) c->is_factored = 0;
+        if (any_of(armature[i] != c->blob.armature[i])) c->is_factored = 0;
     }
     backward(c, tau, armature);
     forward(c);

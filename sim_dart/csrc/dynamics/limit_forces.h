@@ -15,15 +15,18 @@ typedef struct {
 static inline limit_force limit_force_at(const core *c, int32_t l)
 {
     const real *n = c->blob.limit_numbers + LIMIT_NUMBERS * l, x = c->at[c->blob.limit_variable[l]];
-    const int over = value_of(x) > value_of(n[1]), under = value_of(x) < value_of(n[0]);
-    limit_force f = {0, 0, 0, 0};
-    if (!over && !under) return f;
-    const real e = x - (over ? n[1] : n[0]), k = over ? n[3] : n[2], t = n[5], y = (over ? e : -e) / t;
-    const int is_whole = value_of(y) >= 1;
-    const real s = is_whole ? 1 : quintic_step(y);
-    f.beyond = e, f.stiffness = k * s, f.damping = n[4] * s;
-    f.energy = is_whole ? k * (t * t * (5.0 / 14 - 0.5) + 0.5 * e * e)
-                        : k * t * t * y * y * y * y * y * (2 + y * (y * 6 / 7 - 2.5));
+    const truth over = value_of(x) > value_of(n[1]), is_beyond = over | (value_of(x) < value_of(n[0]));
+    limit_force f = {number(0), number(0), number(0), number(0)};
+    if (!any_of(is_beyond)) return f;
+    const real e = x - choose(over, n[1], n[0]), k = choose(over, n[3], n[2]), t = n[5], y = choose(over, e, -e) / t;
+    const truth is_whole = value_of(y) >= 1;
+    const real s = choose(is_whole, number(1), quintic_step(y));
+    f.beyond = choose(is_beyond, e, f.beyond), f.stiffness = choose(is_beyond, k * s, f.stiffness);
+    f.damping = choose(is_beyond, n[4] * s, f.damping);
+    f.energy = choose(is_beyond,
+                      choose(is_whole, k * (t * t * (5.0 / 14 - 0.5) + 0.5 * e * e),
+                             k * t * t * y * y * y * y * y * (2 + y * (y * 6 / 7 - 2.5))),
+                      f.energy);
     return f;
 }
 

@@ -14,7 +14,7 @@
 
 static inline int is_zero_wrench(const real w[6])
 {
-    return w[0] == 0 && w[1] == 0 && w[2] == 0 && w[3] == 0 && w[4] == 0 && w[5] == 0;
+    return all_of((w[0] == 0) & (w[1] == 0) & (w[2] == 0) & (w[3] == 0) & (w[4] == 0) & (w[5] == 0));
 }
 
 /* Return the generalised force of a wrench along the motion of a frame, S'w. */

@@ -15,15 +15,17 @@ void core_move(core *c, const real *q)
     tasks_move(c);
 }
 
-static int is_sound(real x)
+/* Return whether one of both is too large. */
+static truth is_unsound(real q, real qd)
 {
-    return value_of(fabs(x)) <= CORE_MAX_STATE; /* false for NaN */
+    const truth is_near = value_of(fabs(q)) <= CORE_MAX_STATE, is_slow = value_of(fabs(qd)) <= CORE_MAX_STATE;
+    return (is_near & is_slow) == 0; /* also for NaN */
 }
 
 int core_move_checked(core *c, const real *q, const real *qd)
 {
     for (int32_t i = 0; i < c->blob.counts.dofs; i++)
-        if (!is_sound(q[i]) || !is_sound(qd[i])) return 1 + i;
+        if (is_rare(c, is_unsound(q[i], qd[i]))) return 1 + i;
     core_move(c, q);
     return 0;
 }

@@ -9,6 +9,7 @@
 #include "../laws/laws.h"
 #include "../loops/loops.h"
 #include "../math/elementary.h"
+#include "semi_implicit_euler.h"
 
 #include <string.h>
 
@@ -19,7 +20,7 @@ static void accelerate(core *c, real h)
     const real *rates = c->is_driven ? variables_rates(c, c->qd) : c->qd;
     real *load = c->is_driven ? c->row : c->load;
     for (int32_t j = 0; j < b->counts.variables; j++) {
-        const real given = j < b->counts.dofs ? c->torques[j] + c->outer[j] : 0;
+        const real given = j < b->counts.dofs ? c->torques[j] + c->outer[j] : number(0);
         c->armature[j] = b->armature[j] + h * (b->damping[j] + h * b->stiffness[j]);
         load[j] = given - b->damping[j] * rates[j] -
                   b->stiffness[j] * (c->at[j] + h * rates[j] - b->rest[j]);
@@ -35,9 +36,9 @@ static void accelerate(core *c, real h)
 }
 
 /* Compute qd += h qdd, with loops closed. Return whether q then passes a limit within h. */
-static int update_velocities(core *c, real h)
+static truth update_velocities(core *c, real h)
 {
-    int passes = 0;
+    truth passes = {0};
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
         c->before[j] = c->qd[j];
         c->qd[j] += h * c->qdd[j];
@@ -45,23 +46,25 @@ static int update_velocities(core *c, real h)
     if (c->blob.counts.closures) loops_enforce(c, h);
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
         const real next = c->q[j] + h * c->qd[j];
-        passes |= value_of(next) < value_of(c->blob.lower[j]) || value_of(next) > value_of(c->blob.upper[j]);
+        const truth is_below = value_of(next) < value_of(c->blob.lower[j]);
+        const truth is_above = value_of(next) > value_of(c->blob.upper[j]);
+        passes |= is_below | is_above;
     }
     return passes;
 }
 
 /* Maximum velocity, in rad/s or m/s, at which a coordinate that starts beyond a limit returns; as in DART. */
-static const real MAX_RETURN = 10;
+static const constant MAX_RETURN = 10;
 
-/* Apply joint limits and joint friction: no coordinate may pass a limit within h. */
-static void enforce_limits(core *c, real h)
+/* Apply joint limits and joint friction: no coordinate may pass a limit within h. `passes`: whether one does. */
+static void enforce_limits(core *c, real h, truth passes)
 {
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
-        c->low[j] = smaller((c->blob.lower[j] - c->q[j]) / h, MAX_RETURN);
-        c->high[j] = larger((c->blob.upper[j] - c->q[j]) / h, -MAX_RETURN);
+        c->low[j] = smaller((c->blob.lower[j] - c->q[j]) / h, number(MAX_RETURN));
+        c->high[j] = larger((c->blob.upper[j] - c->q[j]) / h, number(-MAX_RETURN));
     }
     if (c->has_friction) friction_enforce(c, h);
-    else limits_enforce(c, c->qd);
+    else if (any_of(passes)) limits_enforce(c, c->qd);
 }
 
 /* Compute qd at the end of the step, from the forces at its start and the cable friction at its end. */
@@ -70,7 +73,8 @@ static void find_velocities(core *c, real h)
     if (c->blob.counts.bends) cable_friction_begin(c, h);
     for (;;) {
         accelerate(c, h);
-        if (update_velocities(c, h) || c->has_friction) enforce_limits(c, h);
+        const truth passes = update_velocities(c, h);
+        if (any_of(passes) || c->has_friction) enforce_limits(c, h, passes);
         if (!c->blob.counts.bends || cable_friction_has_converged(c, h)) return;
     }
 }
@@ -79,7 +83,7 @@ static void find_velocities(core *c, real h)
    kinetic energy, exactly if M is constant. */
 static void add_step_work(core *c, real h)
 {
-    real muscles = 0, outer = 0, damping = 0;
+    real muscles = number(0), outer = number(0), damping = number(0);
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
         const real way = 0.5 * h * (c->before[j] + c->qd[j]);
         muscles += c->torques[j] * way;
@@ -108,10 +112,9 @@ static int advance_muscles(core *c, const real *u, real h)
     return muscles_are_sound(c);
 }
 
-int core_step(core *c, const real *u, const real *extra, real h, int32_t steps)
+int euler_steps(core *c, const real *u, const real *extra, real h, int32_t steps)
 {
     const int32_t dofs = c->blob.counts.dofs;
-    memset(c->work, 0, 4 * sizeof(real));
     for (; steps > 0; steps--) {
         int bad = muscles_pull(c, u);
         if (bad) return -bad;
@@ -125,3 +128,11 @@ int core_step(core *c, const real *u, const real *extra, real h, int32_t steps)
     }
     return 0;
 }
+
+#if !defined(CARDSFLOW_LANES)
+int core_step(core *c, const real *u, const real *extra, real h, int32_t steps)
+{
+    memset(c->work, 0, 4 * sizeof(real));
+    return euler_steps(c, u, extra, h, steps);
+}
+#endif

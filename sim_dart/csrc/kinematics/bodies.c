@@ -10,7 +10,7 @@ void bodies_links(core *c)
     for (int32_t i = 0; i < c->blob.counts.frames; i++) {
         const int32_t parent = c->blob.parent[i];
         for (int k = 0; k < 3; k++)
-            c->link[3 * i + k] = c->origin[3 * i + k] - (parent < 0 ? 0 : c->origin[3 * parent + k]);
+            c->link[3 * i + k] = c->origin[3 * i + k] - (parent < 0 ? number(0) : c->origin[3 * parent + k]);
     }
 }
 
@@ -26,7 +26,7 @@ static void place_inertia(core *c, int32_t i)
     for (int a = 0; a < 3; a++) {
         centre[a] = m * r[a];
         for (int b = 0; b < 3; b++)
-            moment[3 * a + b] = dot3(RI + 3 * a, R + 3 * b) - m * r[a] * r[b] + (a == b ? rr : 0);
+            moment[3 * a + b] = dot3(RI + 3 * a, R + 3 * b) - m * r[a] * r[b] + (a == b ? rr : number(0));
     }
 }
 
@@ -34,7 +34,8 @@ static void place_inertia(core *c, int32_t i)
 static int is_empty(const core *c, int32_t i)
 {
     const real *I = c->blob.inertia + 6 * i;
-    return c->blob.mass[i] == 0 && I[0] == 0 && I[1] == 0 && I[2] == 0 && I[3] == 0 && I[4] == 0 && I[5] == 0;
+    const truth is_massless = (c->blob.mass[i] == 0) & (I[0] == 0) & (I[1] == 0) & (I[2] == 0);
+    return agreed(c, is_massless & (I[3] == 0) & (I[4] == 0) & (I[5] == 0));
 }
 
 void bodies_inertias(core *c)
@@ -61,7 +62,7 @@ static void add_second_derivatives(core *c)
 
 void bodies_velocities(core *c, const real *qd)
 {
-    static const real rest[3] = {0, 0, 0};
+    static const real rest[3]; /* zeros */
     if (c->is_driven) qd = variables_rates(c, qd);
     for (int32_t i = 0; i < c->blob.counts.frames; i++) {
         const int32_t parent = c->blob.parent[i];

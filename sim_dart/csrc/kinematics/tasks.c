@@ -84,8 +84,8 @@ static void angle_accelerations(const real angles[3], const real w[3], const rea
     sine_cosine(angles[1], &sb, &cb);
     real rates[3];
     angle_rates(angles, w, rates);
-    const real second[3] = {0, ca, sa}, third[3] = {sb, -sa * cb, ca * cb};
-    const real first[3] = {1, 0, 0};
+    const real second[3] = {number(0), ca, sa}, third[3] = {sb, -sa * cb, ca * cb};
+    const real first[3] = {number(1), number(0), number(0)};
     /* rotation of the axes: x is fixed, y turns with alpha', z with alpha' x + beta' y */
     real left[3] = {alpha[0], alpha[1], alpha[2]}, turn[3], change[3];
     for (int k = 0; k < 3; k++) turn[k] = rates[0] * first[k];

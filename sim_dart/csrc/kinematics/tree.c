@@ -15,7 +15,7 @@ void tree_prepare(core *c)
     for (int32_t i = 0; i < c->blob.counts.frames; i++) {
         if (c->blob.motion[i] != ROTATION) continue;
         const real *a = c->blob.axis + 3 * i;
-        const real skew[9] = {0, -a[2], a[1], a[2], 0, -a[0], -a[1], a[0], 0};
+        const real skew[9] = {number(0), -a[2], a[1], a[2], number(0), -a[0], -a[1], a[0], number(0)};
         multiply3(c->rotation_sin + 9 * i, c->blob.offset_rotation + 9 * i, skew);
         multiply3(c->rotation_cos + 9 * i, c->rotation_sin + 9 * i, skew);
     }

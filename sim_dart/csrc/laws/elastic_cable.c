@@ -13,13 +13,13 @@ static void cable_prepare(const void *parameters, real *k)
 static real cable_tension(const real *k, const real *x, real l, real v, real u)
 {
     (void)x;
-    return value_of(l) > value_of(u) ? k[CABLE_STIFFNESS] * (l - u) + k[CABLE_DAMPING] * v : 0;
+    return choose(value_of(l) > value_of(u), k[CABLE_STIFFNESS] * (l - u) + k[CABLE_DAMPING] * v, number(0));
 }
 
 static cable_stretch cable_stretched(const real *k, const real *x, real l, real u)
 {
     (void)x;
-    return (cable_stretch){larger(l - u, 0), k[CABLE_STIFFNESS], 0};
+    return (cable_stretch){larger(l - u, number(0)), k[CABLE_STIFFNESS], number(0)};
 }
 
 TENSION_LAW(elastic_cable) = {

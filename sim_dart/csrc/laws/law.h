@@ -64,7 +64,7 @@ typedef struct {
 
 /* Bounds of a parameter: finite, and from `low` to `high`; open: above `low`. */
 typedef struct {
-    real low, high;
+    constant low, high;
     int is_open;
     const char *words;
 } law_bounds;
@@ -87,14 +87,14 @@ typedef struct {
 } law_entry;
 
 /* TENSION_LAW(kind) = {...} defines a law; the table declares it. */
-#if defined(CARDSFLOW_TANGENT)
+#if IS_ONE_UNIT
 #define TENSION_LAW(kind) static const tension_law LAW_##kind
 #else
 #define TENSION_LAW(kind) const tension_law LAW_##kind
 #endif
-/* Functions that check a robot, or are called from outside of the core. A handle with tangents is a copy of a
+/* Functions that check a robot, or are called from outside of the core. A handle with tangents or lanes is a copy of a
    plain one and does not need them. */
-#if defined(CARDSFLOW_TANGENT)
+#if IS_ONE_UNIT
 #define WHEN_OPENED(function) NULL
 #else
 #define WHEN_OPENED(function) function
@@ -102,18 +102,20 @@ typedef struct {
 
 static inline const real *law_shared(const real *k)
 {
-    return k + (ptrdiff_t)value_of(k[LAW_SHARED]);
+    return k + index_of(k[LAW_SHARED]);
 }
 
 static inline real clamped(real x, real low, real high)
 {
-    return value_of(x) < value_of(low) ? low : value_of(x) > value_of(high) ? high : x;
+    return choose(value_of(x) < value_of(low), low, choose(value_of(x) > value_of(high), high, x));
 }
 
+#if !defined(CARDSFLOW_LANES)
 /* Return a number of steps, from 1 to `maximum`. NaN results in 1, since it cannot be converted to an integer. */
 static inline int whole_steps(real x, int maximum)
 {
     return !(value_of(x) > 1) ? 1 : value_of(x) < maximum ? (int)value_of(x) : maximum;
 }
+#endif
 
 #endif

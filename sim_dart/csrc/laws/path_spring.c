@@ -13,14 +13,14 @@ static void path_spring_prepare(const void *parameters, real *k)
 static real path_spring_tension(const real *k, const real *x, real l, real v, real u)
 {
     (void)x, (void)u;
-    const real stretch = larger(l - k[PATH_REST_LENGTH], 0);
+    const real stretch = larger(l - k[PATH_REST_LENGTH], number(0));
     return k[PATH_STIFFNESS] * stretch * (1 + k[PATH_DISSIPATION] * v);
 }
 
 static cable_stretch path_spring_stretched(const real *k, const real *x, real l, real u)
 {
     (void)x, (void)u;
-    return (cable_stretch){larger(l - k[PATH_REST_LENGTH], 0), k[PATH_STIFFNESS], 0};
+    return (cable_stretch){larger(l - k[PATH_REST_LENGTH], number(0)), k[PATH_STIFFNESS], number(0)};
 }
 
 TENSION_LAW(path_spring) = {

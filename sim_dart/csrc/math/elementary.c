@@ -3,74 +3,19 @@
    The polynomials are minimax polynomials, found by the Remez algorithm, with relative errors far below the
    rounding error. Sums are ordered so that rounded terms are small compared to the result. */
 #include "arc.h"
+#include "circle.h"
 #include "elementary.h"
+#include "polynomial.h"
 
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
 
-#if defined(CARDSFLOW_FLOAT)
-#include "elementary_float.h"
-#else
-#include "elementary_double.h"
-#endif
-
-#define POLYNOMIAL(z, c) polynomial(z, c, sizeof c / sizeof *c)
-
-/* Evaluate even and odd powers separately by Horner's scheme: two short chains that a processor computes in
-   parallel. */
-static inline real polynomial(real z, const real *c, size_t count)
-{
-    const size_t last = (count - 1) / 2;
-    const real zz = z * z;
-    real even = c[2 * last], odd = 2 * last + 1 < count ? c[2 * last + 1] : 0;
-    for (size_t k = last; k-- > 0;) even = even * zz + c[2 * k], odd = odd * zz + c[2 * k + 1];
-    return even + z * odd;
-}
-
 /* ------------------------------------------------------------------------------- sine and cosine */
 
-static const real TURNS = 0.6366197723675814; /* 2/pi */
-
-/* Compute x minus the nearest multiple of pi/2, as high + low; return the multiple modulo 4. */
-static int reduce(real x, real *high, real *low)
-{
-    real n = x * TURNS, rest = x, lost = 0;
-    n = (real)(int32_t)(n < 0 ? n - 0.5 : n + 0.5);
-    for (int k = 0; k < 4; k++) { /* Knuth's two-sum keeps the rounding error */
-        const real part = -n * QUARTER[k], sum = rest + part, back = sum - rest;
-        lost += (rest - (sum - back)) + (part - back);
-        rest = sum;
-    }
-    *high = rest + lost;
-    *low = (rest - *high) + lost;
-    return (int)((int32_t)n & 3);
-}
-
-/* Compute the sine of high + low, |high + low| <= pi/4. */
-static real small_sine(real high, real low)
-{
-    const real z = high * high;
-    return high + (z * high * POLYNOMIAL(z, SINE) + low * (1 - 0.5 * z));
-}
-
-static real small_cosine(real high, real low)
-{
-    const real z = high * high, half = 0.5 * z, w = 1 - half;
-    return w + (((1 - w) - half) + (z * z * POLYNOMIAL(z, COSINE) - high * low));
-}
-
-/* The results are NaN if x is not finite. */
 void sine_cosine(real x, real *sine, real *cosine)
 {
-    real high, low = 0;
-    int quarter = 0;
-    if (!(fabs(x) <= MAX_ANGLE)) x = fmod(x, 6.283185307179586);
-    high = x;
-    if (fabs(x) > 0.785) quarter = reduce(x, &high, &low);
-    const real s = small_sine(high, low), c = small_cosine(high, low);
-    *sine = quarter == 0 ? s : quarter == 1 ? c : quarter == 2 ? -s : -c;
-    *cosine = quarter == 0 ? c : quarter == 1 ? -s : quarter == 2 ? -c : s;
+    circle_at(x, sine, cosine);
 }
 
 real sine(real x)

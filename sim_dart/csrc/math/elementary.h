@@ -11,6 +11,8 @@
 
 #if defined(CARDSFLOW_TANGENT)
 #include "elementary_complex.h"
+#elif defined(CARDSFLOW_LANES)
+#include "elementary_lanes.h"
 #else
 
 void sine_cosine(real x, real *sine, real *cosine);
@@ -32,11 +34,11 @@ real hyperbolic_tangent(real x);
 /* fmax and fmin are not used: their result for 0 and -0 depends on the platform. */
 static inline real larger(real a, real b)
 {
-    return value_of(a) > value_of(b) ? a : b;
+    return choose(value_of(a) > value_of(b), a, b);
 }
 static inline real smaller(real a, real b)
 {
-    return value_of(a) < value_of(b) ? a : b;
+    return choose(value_of(a) < value_of(b), a, b);
 }
 
 #endif

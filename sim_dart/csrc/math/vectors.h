@@ -42,6 +42,7 @@ static inline void add_cross3(real out[3], const real a[3], const real b[3])
     add3(out, product);
 }
 
+#if !defined(CARDSFLOW_LANES)
 /* Compute a unit vector perpendicular to v. */
 static inline void unit_across(real out[3], const real v[3])
 {
@@ -54,6 +55,7 @@ static inline void unit_across(real out[3], const real v[3])
     const real norm = sqrt(dot3(w, w));
     for (int k = 0; k < 3; k++) out[k] = value_of(norm) > 0 ? w[k] / norm : e[k];
 }
+#endif
 
 /* Add w x (w x r). */
 static inline void add_centripetal(real out[3], const real w[3], const real r[3])

@@ -1,6 +1,6 @@
 /* The type of all numbers: double precision; with CARDSFLOW_FLOAT single precision, for processors without a
    double-precision floating point unit; with CARDSFLOW_TANGENT complex numbers, for derivatives: see
-   ../tangent/tangent.h.
+   ../tangent/tangent.h; with CARDSFLOW_LANES vectors of numbers, one per instance: see lanes.h.
 
    In single precision no double may occur, as in `0.5 * x`. The compiler must treat literals as floats:
 
@@ -29,17 +29,23 @@ typedef int64_t whole_number;
 
 #endif
 
-/* CORE_INSIDE declares functions that other files of the core call. With CARDSFLOW_TANGENT all of them are
-   in one translation unit. */
-#if defined(CARDSFLOW_TANGENT)
+/* CORE_INSIDE declares functions that other files of the core call. With CARDSFLOW_TANGENT or CARDSFLOW_LANES
+   all of them are in one translation unit. */
+#if defined(CARDSFLOW_TANGENT) || defined(CARDSFLOW_LANES)
+#define IS_ONE_UNIT 1
 #define CORE_INSIDE static
-
-#include "complex_step.h"
-
 #else
+#define IS_ONE_UNIT 0
 #define CORE_INSIDE
+#endif
 
-#if !defined(CARDSFLOW_FLOAT)
+#if defined(CARDSFLOW_TANGENT)
+#include "complex_step.h"
+#else
+
+#if defined(CARDSFLOW_LANES)
+#include "lanes.h"
+#elif !defined(CARDSFLOW_FLOAT)
 typedef double real;
 #endif
 
@@ -55,7 +61,7 @@ static inline real value_of(real x)
 static inline real tangent_of(real x)
 {
     (void)x;
-    return 0;
+    return (real){0};
 }
 
 #endif

@@ -17,24 +17,13 @@
 #include "routed/routed.h"
 #include "routed/wrap_rules.h"
 #include "span.h"
+#include "structure/straight.h"
 #include "structure/structure.h"
 #include "wrap.h"
 #include "wrap_simd.h"
 
 #include <math.h>
 #include <string.h>
-
-/* Add the segment from via point k to the next one, as a straight line. */
-static inline real add_segment(const core *c, int32_t k, real *row)
-{
-    const real *A = c->point + 3 * k, *B = A + 3;
-    real u[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]};
-    const real length = sqrt(dot3(u, u));
-    if (length == 0) return 0; /* no direction, so no moment arm */
-    for (int j = 0; j < 3; j++) u[j] /= length;
-    add_span(c, u, A, c->blob.point_frame[k], B, c->blob.point_frame[k + 1], row);
-    return length;
-}
 
 /* Compute the surface of the only wrap of a segment and the way around it. Return 0 if the rule of the wrap
    excludes a contact. */
@@ -214,8 +203,7 @@ static inline void place_surface(const core *c, int32_t s)
 static void place_all(core *c)
 {
     const blob_view *blob = &c->blob;
-    for (int32_t k = 0; k < blob->counts.points; k++)
-        tree_point(c, blob->point_frame[k], blob->point_position + 3 * k, c->point + 3 * k);
+    straight_place(c);
     for (int32_t s = 0; s < blob->counts.surfaces; s++) place_surface(c, s);
     if (USES_ROUTES && blob->counts.moves) routed_place(c);
 }
@@ -297,6 +285,7 @@ static void walk(core *c, int is_traced)
 void paths_prepare(core *c)
 {
     structure_prepare(c);
+    c->is_straight = straight_applies(c);
     for (int32_t w = 0; w < c->blob.counts.wraps; w++) c->wrap_turning[w] = c->stored_path[PATH_NUMBERS * w] = NAN;
     if (USES_ROUTES) routed_prepare(c);
     if (USES_WRAPS) wrap_simd_prepare(c);
@@ -304,6 +293,10 @@ void paths_prepare(core *c)
 
 void paths_move(core *c)
 {
+    if (c->is_straight) {
+        straight_move(c);
+        return;
+    }
     place_all(c);
     const int has_bends = USES_CABLE_FRICTION && c->blob.counts.bends;
     walk(c, has_bends);

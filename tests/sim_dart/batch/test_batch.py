@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 import tracemalloc
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -54,6 +55,36 @@ def test_batches_equal_plants_bit_by_bit(name: str, threads: int) -> None:
             np.testing.assert_array_equal(one, all_[i])
         np.testing.assert_array_equal(plant.tensions, batch.tensions()[i])
         np.testing.assert_array_equal(plant.task_position, batch.task_position[i])
+
+
+@pytest.mark.parametrize("name", ["planar_2r", "roboy_left_arm"])
+def test_instances_in_lanes_equal_instances_alone_bit_by_bit(name: str) -> None:
+    """Also slack cables, limits that some instances meet, torques, and one that diverges."""
+    robot = _robot(name) if name == "roboy_left_arm" else without_limits(_robot(name))
+    variants = (robot, _heavier(robot), robot)
+    lanes, alone = (
+        Batch(robot, 11, 0.02, substeps=20, variants=variants, threads=1) for _ in range(2)
+    )
+    assert lanes._groups
+    alone._groups = []
+    rng = np.random.default_rng(1)
+    start = alone.get_state()
+    start[:, alone.q.shape[1] : 2 * alone.q.shape[1]] = rng.normal(0.0, 3.0, alone.q.shape)
+    for batch in (lanes, alone):
+        batch.set_state(start)
+    for u in _commands(alone, 4):
+        u = np.maximum(u - 30.0, 0.0)
+        u[5] = 1e308
+        torques = rng.normal(0.0, 0.1, (11, len(alone._actuated)))
+        for batch in (lanes, alone):
+            with suppress(SimulationError):
+                batch.step(u, torques)
+    assert alone.diverged.any()
+    for array in ("work", "qdd", "torques", "points", "task_values", "frame_rotation"):
+        views = (batch._instances.view(array, -1) for batch in (lanes, alone))
+        np.testing.assert_array_equal(*views)
+    for array in ("q", "qd", "lengths", "jacobian", "diverged"):
+        np.testing.assert_array_equal(getattr(lanes, array), getattr(alone, array))
 
 
 def test_chosen_instances_are_reset_with_their_variant() -> None:

@@ -49,7 +49,7 @@ CORE_INSIDE void activations_finish(activations *s, real h);
 
 static inline real hill_activation(const real *k, real a)
 {
-    return clamped(a, k[HILL_MIN_ACTIVATION], 1);
+    return clamped(a, k[HILL_MIN_ACTIVATION], number(1));
 }
 
 #endif
