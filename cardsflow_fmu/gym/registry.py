@@ -18,15 +18,25 @@ from .experiments import experiment_setup
 from .myosuite import EPISODE, TASKS, myosuite_setup
 from .vector_env import CardsflowVectorEnv
 
-_POSES = {"joint_1": (-0.8, 0.8), "joint_2": (-0.8, 0.8)}
+_PLANAR: Mapping[str, Any] = {
+    "settings": {f"muscles.cable_{k}.f_max": 40.0 for k in (1, 2, 3, 4)},
+    "step": 0.01,
+}
+_POSES = {"joint_1": (-0.5, 0.5), "joint_2": (-0.3, 0.3)}
+"""Poses that the cables of the planar arm can hold. The arm is light and unstable, so that larger
+forces or longer steps than those of `_PLANAR` make it uncontrollable."""
 
 EXAMPLES: dict[str, tuple[str, Mapping[str, Any], int]] = {
     "PlanarReach-v0": (
         "planar_2r",
-        {"task": "reach", "poses": _POSES, "threshold": 0.05, "far": 10.0},
+        {**_PLANAR, "task": "reach", "poses": _POSES, "threshold": 0.05, "far": 1.5},
         EPISODE,
     ),
-    "PlanarPose-v0": ("planar_2r", {"task": "pose", "targets": _POSES, "threshold": 0.1}, EPISODE),
+    "PlanarPose-v0": (
+        "planar_2r",
+        {**_PLANAR, "task": "pose", "targets": _POSES, "threshold": 0.1, "far": 2.0},
+        EPISODE,
+    ),
     "TrackFlower-v0": ("roboy_left_arm", {"task": "track"}, 1600),
 }
 """Example, options of `experiment_setup` and number of steps, by id."""

@@ -35,6 +35,20 @@ class _Step(torch.autograd.Function):  # type: ignore[misc]
         return by_state.to(gradient.dtype), by_commands.to(gradient.dtype), None
 
 
+class _Position(torch.autograd.Function):  # type: ignore[misc]
+    @staticmethod
+    def forward(context: Any, state: Any, batch: Batch) -> Any:
+        context.save_for_backward(torch.from_numpy(batch.task_jacobian().copy()))
+        context.rest = state.shape[1] - batch.q.shape[1]
+        return torch.from_numpy(batch.task_position).to(state.dtype)
+
+    @staticmethod
+    def backward(context: Any, gradient: Any) -> Any:
+        (J,) = context.saved_tensors
+        by_q = (gradient.double().unsqueeze(1) @ J).squeeze(1).to(gradient.dtype)
+        return torch.nn.functional.pad(by_q, (0, context.rest)), None
+
+
 class BatchStep:
     """Differentiable step of all instances of a batch.
 
@@ -57,3 +71,11 @@ class BatchStep:
             commands: Commands of the muscles, shape (n, m).
         """
         return _Step.apply(state, commands, self.batch)
+
+    def position(self, state: Any) -> Any:
+        """Return the task coordinates y, a tensor of shape (n, k).
+
+        Args:
+            state: The current states, from `start` or the last step.
+        """
+        return _Position.apply(state, self.batch)

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from scipy.optimize import lsq_linear
 from support.robots.robots import EXAMPLES
 
 import cardsflow_fmu.gym as gym
@@ -63,10 +64,23 @@ def test_vector_environments_equal_single_ones(mode: AutoresetMode) -> None:
     assert ends > 6
 
 
+@pytest.mark.parametrize("corner", [(0.5, 0.3), (0.5, -0.3), (-0.5, 0.3), (-0.5, -0.3)])
+def test_planar_targets_can_be_held_by_the_actions(corner: tuple[float, float]) -> None:
+    """Cables produce a torque of 1 N.m in each direction at the corners of the targets."""
+    episodes = gymnasium.make(REACH).unwrapped.episodes
+    episodes.batch.reset(q=corner, commands=episodes.actions.rest)
+    _, low, high, _ = episodes.actions.ranges()
+    A = -episodes.batch.jacobian[0].T
+    for angle in np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False):
+        torque = np.array([np.cos(angle), np.sin(angle)])
+        found = lsq_linear(A, torque, (low, high))
+        np.testing.assert_allclose(A @ found.x, torque, atol=1e-6)
+
+
 def test_reset_mask_starts_only_chosen_episodes() -> None:
     env = gymnasium.make_vec(POSE, 2, autoreset_mode="Disabled")
     before = env.reset(seed=[3, 4])[0]
-    env.step(np.ones(env.action_space.shape, np.float32))
+    env.step(np.full(env.action_space.shape, [1.0, -1.0, -1.0, -1.0], np.float32))
     options = {"reset_mask": np.array([True, False])}
     found = env.reset(seed=[3, 4], options=options)[0]
     np.testing.assert_array_equal(found[0], before[0])

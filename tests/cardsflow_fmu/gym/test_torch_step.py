@@ -24,3 +24,13 @@ def test_gradients_through_steps_equal_differences() -> None:
     assert torch.autograd.gradcheck(
         lambda x, u: step(step(x, u), u), (state, commands), eps=1e-6, atol=1e-5, rtol=1e-4
     )
+
+
+def test_gradients_of_points_equal_differences() -> None:
+    from cardsflow_fmu.gym.torch_step import BatchStep
+
+    batch = Batch(read_robot(EXAMPLES / "planar_2r" / "robot"), 2, 0.01)
+    step = BatchStep(batch)
+    state, commands = step.start().requires_grad_(True), torch.full((2, 4), 20.0)
+    commands = commands.double() + torch.arange(4)
+    assert torch.autograd.gradcheck(lambda x: step.position(step(x, commands)), state, eps=1e-6)

@@ -1,0 +1,133 @@
+"""Networks, normalisation and results that both ways of training share."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import gymnasium
+import numpy as np
+import torch
+from torch import nn
+
+import cardsflow_fmu.gym  # noqa: F401  registers cardsflow/...
+from cardsflow_fmu.gym.export import export_policy
+
+
+class Row(NamedTuple):
+    """Row of a learning curve."""
+
+    seconds: float
+    cpu_seconds: float
+    steps: int
+    episode_return: float
+    solved: float
+
+    def text(self) -> str:
+        """Return the row as a line."""
+        form = "{:6.0f} s ({:.0f} s CPU) {:9d} steps  return {:8.1f}  solved {:.3f}"
+        return form.format(*self)
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of both ways of training."""
+    parser.add_argument("--minutes", type=float, default=5.0, help="time limit (default: 5)")
+    parser.add_argument("--cpu", action="store_true", help="limit processor time, not wall time")
+    parser.add_argument(
+        "--goal",
+        type=float,
+        default=0.97,
+        help="share of solved episodes at which training ends (default: 0.97)",
+    )
+    parser.add_argument("--seed", type=int, default=0, help="(default: 0)")
+    parser.add_argument(
+        "-o", "--output", type=Path, default=Path("trained"), help="folder (default: trained)"
+    )
+
+
+class Clock:
+    """Wall time and processor time since the start of a training."""
+
+    def __init__(self) -> None:
+        self._wall, self._processor = time.perf_counter(), time.process_time()
+
+    def __call__(self) -> tuple[float, float]:
+        """Return both times, in [s]."""
+        return time.perf_counter() - self._wall, time.process_time() - self._processor
+
+
+class Normaliser:
+    """Mean and standard deviation of rows of numbers.
+
+    Args:
+        size: Length of a row.
+
+    Attributes:
+        mean: Means, shape (size,).
+        sd: Standard deviations, shape (size,).
+    """
+
+    def __init__(self, size: int) -> None:
+        self._count, self.mean, self.sd = 1e-4, np.zeros(size), np.ones(size)
+
+    def update(self, rows: np.ndarray) -> None:
+        """Include rows, shape (n, size)."""
+        total = self._count + len(rows)
+        difference, share = rows.mean(axis=0) - self.mean, len(rows) / total
+        variance = (1.0 - share) * (self.sd**2 + share * difference**2) + share * rows.var(axis=0)
+        self.mean, self.sd = self.mean + share * difference, np.sqrt(variance + 1e-12)
+        self._count = total
+
+    def __call__(self, rows: np.ndarray | torch.Tensor) -> torch.Tensor:
+        """Return the normalised rows, with gradients."""
+        kind = torch.get_default_dtype()
+        mean, sd = (torch.as_tensor(x, dtype=kind) for x in (self.mean, self.sd))
+        return (torch.as_tensor(rows, dtype=kind) - mean) / sd
+
+
+def network(inputs: int, outputs: int, width: int = 64, gain: float = 1.0) -> nn.Sequential:
+    """Return a network with two inner layers."""
+    layers = [nn.Linear(inputs, width), nn.Linear(width, width), nn.Linear(width, outputs)]
+    for layer, scale in zip(layers, (np.sqrt(2.0), np.sqrt(2.0), gain), strict=True):
+        nn.init.orthogonal_(layer.weight, scale)
+        nn.init.zeros_(layer.bias)
+    return nn.Sequential(layers[0], nn.Tanh(), layers[1], nn.Tanh(), layers[2])
+
+
+def make(name: str, count: int, model: str | None = None, **options: Any) -> Any:
+    """Return the vector environment of an id; tasks of MyoSuite need its model."""
+    options = options if model is None else {**options, "model": model}
+    return gymnasium.make_vec(name, count, autoreset_mode="SameStep", **options)
+
+
+@torch.no_grad()
+def evaluate(envs: Any, actor: nn.Module, normal: Normaliser, seed: int = 1_000_000) -> np.ndarray:
+    """Return mean return and share of solved episodes, one for each environment, without noise.
+
+    An episode is solved if the task is solved at its end.
+    """
+    observations, _ = envs.reset(seed=seed)
+    runs, total = np.ones(envs.num_envs, bool), np.zeros(envs.num_envs)
+    solved = np.zeros(envs.num_envs, bool)
+    while runs.any():
+        actions = actor(normal(observations)).numpy()
+        observations, rewards, terminated, truncated, infos = envs.step(actions)
+        total += runs * rewards
+        ended = runs & (terminated | truncated)
+        if ended.any():
+            solved[ended] = (infos["final_info"]["solved"] & truncated)[ended]
+            runs &= ~ended
+    return np.array([total.mean(), solved.mean()])
+
+
+def save(folder: Path, env: Any, actor: nn.Module, normal: Normaliser, rows: Sequence[Row]) -> None:
+    """Write the policy for controllers, the state dictionary and the learning curve."""
+    folder.mkdir(parents=True, exist_ok=True)
+    torch.save(actor.state_dict(), folder / "policy.pt")
+    export_policy(env, actor.state_dict(), folder / "policy.json", mean=normal.mean, sd=normal.sd)
+    with (folder / "curve.csv").open("w", newline="") as file:
+        csv.writer(file).writerows([Row._fields, *rows])
