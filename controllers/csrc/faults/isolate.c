@@ -147,7 +147,12 @@ static void isolate_muscle(faults *s, size_t i)
     for (size_t k = 1; k < all.count; k++)
         if (all.list[k].fit.factor > all.list[best].fit.factor) best = k;
     const real confidence = probability(&all, best);
-    if (confidence < MIN_CONFIDENCE && now - first < MAX_WAIT) return;
+    const int is_fault = all.list[best].fit.factor > 0;
+    if ((confidence < MIN_CONFIDENCE || !is_fault) && now - first < MAX_WAIT) return;
+    if (!is_fault) { /* the deviation has vanished */
+        release(s, i), release(s, m + i);
+        return;
+    }
     decide(s, i, &all.list[best], now > 0 ? s->now[0] / now : 0, confidence);
 }
 
