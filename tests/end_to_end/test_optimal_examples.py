@@ -36,7 +36,7 @@ def test_written_robot_needs_less_force(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["fast_throw"])
+@pytest.mark.parametrize("name", ["fast_throw", "reach_around_obstacle"])
 def test_hand_follows_the_motion(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -57,3 +57,7 @@ def test_hand_follows_the_motion(
         at = np.searchsorted(motion["time"], 0.6 * motion["time"][-1])
         speed = [motion[f"yd.hand.{axis}"][at] for axis in "xyz"]
         assert speed == pytest.approx([4.0, 0.0, 4.0], abs=0.1)
+    else:
+        y = np.transpose([motion[y] for y in hand])
+        least = np.linalg.norm(y - [0.36, -0.35, 0.32], axis=1).min()
+        assert least == pytest.approx(0.1, abs=1e-4)
