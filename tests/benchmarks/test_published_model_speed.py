@@ -1,7 +1,8 @@
-"""Steps of MyoSuite models, compared with MuJoCo: `test_published_model_speed.py -s`.
+"""Steps of many instances, compared with `mujoco.rollout`: `test_published_model_speed.py -s`.
 
-Both use the same muscle law and a loop in C. Constraints in MuJoCo are disabled, and so are joint
-limits and friction in the core.
+Both use the same muscle law, one thread and a loop in C over instances and steps, interleaved in
+one run. For models of MyoSuite, constraints in MuJoCo are disabled, and so are joint limits and
+friction in the core. The arm starts from the same pose in both.
 """
 
 from __future__ import annotations
@@ -13,18 +14,46 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from mujoco import rollout
 from support.interleaved import interleaved, record
+from support.robots.robots import EXAMPLES
 
-from addin_sdfusion.robot import read_robot
-from sim_dart import Plant
+from addin_sdfusion.robot import Robot, read_robot
+from addin_sdfusion.robot.formats.mjcf.write import write_mjcf
+from sim_dart import Batch
 
-STEP, STEPS = 1e-3, 500
+STEP, STEPS, INSTANCES = 1e-3, 50, 16
 
 
-@pytest.mark.parametrize("name", ["myoelbow_2dof6muscles", "myofinger_v0", "myohand", "myoarm"])
-def test_step_is_faster_than_that_of_mujoco(shared: Path, name: str) -> None:
-    file = shared / f"models/mjcf/{name}.xml"
-    robot = read_robot(file)
+def _ratio(name: str, robot: Robot, model: mujoco.MjModel, command: float) -> float:
+    """Return the time of `mujoco.rollout` over that of a batch."""
+    batch = Batch(robot, INSTANCES, STEPS * STEP, substeps=STEPS, threads=1)
+    start, commands = batch.get_state(), np.full(batch.commands.shape, command)
+    model.opt.timestep, data = STEP, mujoco.MjData(model)
+    if model.nq == len(robot.coordinates):
+        data.qpos[:] = [c.initial for c in robot.coordinates]
+    full = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    initial = np.zeros((INSTANCES, mujoco.mj_stateSize(model, full)))
+    for row in initial:
+        mujoco.mj_getState(model, data, row, full)
+    controls = np.full((INSTANCES, STEPS, model.nu), command)
+
+    def ours() -> None:
+        batch.set_state(start)
+        batch.step(commands)
+
+    def theirs() -> None:
+        rollout.rollout(model, data, initial, controls)
+
+    times = interleaved({"ours": ours, "MuJoCo": theirs}, calls=1, rounds=20)
+    ratio = times["MuJoCo"] / times["ours"]
+    record(f"step of {name}", us=times["ours"] / STEPS / INSTANCES * 1e6, rollout_over_ours=ratio)
+    return ratio
+
+
+def _without_constraints(robot: Robot, model: mujoco.MjModel) -> Robot:
+    """Disable constraints of the model, and return the robot without limits and friction."""
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
     joints = tuple(
         replace(
             joint,
@@ -34,23 +63,21 @@ def test_step_is_faster_than_that_of_mujoco(shared: Path, name: str) -> None:
         )
         for joint in robot.joints
     )
-    free = replace(robot, joints=joints)
-    plant = Plant(free, STEPS * STEP, engine="core", substeps=STEPS)
-    start, commands = plant.get_state(), np.full(len(robot.muscles), 0.2)
+    return replace(robot, joints=joints)
+
+
+@pytest.mark.parametrize("name", ["myoelbow_2dof6muscles", "myofinger_v0", "myohand", "myoarm"])
+def test_step_is_faster_than_that_of_mujoco(shared: Path, name: str) -> None:
+    file = shared / f"models/mjcf/{name}.xml"
     model = mujoco.MjModel.from_xml_path(str(file))
-    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
-    model.opt.timestep, data = STEP, mujoco.MjData(model)
+    assert _ratio(name, _without_constraints(read_robot(file), model), model, 0.2) > 2.0
 
-    def ours() -> None:
-        plant.set_state(start)
-        plant.step(commands)
 
-    def theirs() -> None:
-        mujoco.mj_resetData(model, data)
-        data.ctrl[:] = 0.2
-        mujoco.mj_step(model, data, nstep=STEPS)
-
-    times = interleaved({"ours": ours, "MuJoCo": theirs}, calls=1, rounds=20)
-    ratio = times["MuJoCo"] / times["ours"]
-    record(f"step of {name}", us=times["ours"] / STEPS * 1e6, mujoco_over_ours=ratio)
-    assert ratio > 2.0
+@pytest.mark.parametrize("has_limits", [True, False])
+def test_arm_in_lanes_is_faster_than_in_mujoco(tmp_path: Path, has_limits: bool) -> None:
+    robot = read_robot(EXAMPLES / "roboy_left_arm/robot")
+    write_mjcf(robot, tmp_path)
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "roboy_left_arm.xml"))
+    name = "roboy_left_arm" if has_limits else "roboy_left_arm without limits"
+    stepped = robot if has_limits else _without_constraints(robot, model)
+    assert _ratio(name, stepped, model, 20.0) > 4.0
