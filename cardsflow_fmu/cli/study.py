@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from controllers.optimal.sqp import Progress
 
 
-_MAX_ERRORS = 5
+_MAX_ERRORS = 5  # lines about failed runs, and bounds of a motion
 
 
 def add_study(commands: Commands) -> None:
@@ -176,10 +176,11 @@ def add_optimise(commands: Commands) -> None:
         help="write a replay of the motion as a self-contained HTML page (default: none)",
     )
     add_overwrite(parser)
-    add_json(parser, "cost, duration, iterations and files")
+    add_json(parser, "cost, duration, iterations, active bounds and files")
 
 
 def _optimise(options: argparse.Namespace) -> int:
+    from cardsflow_fmu.simulation.optimal.diagnosis import active_bounds
     from cardsflow_fmu.simulation.optimal.files import motion_file, write_motion_files
     from cardsflow_fmu.simulation.optimal.optimise import load_for_motion, optimise
     from cardsflow_fmu.utils.overwrite import output_file
@@ -197,10 +198,12 @@ def _optimise(options: argparse.Namespace) -> int:
     if motion.parameters:
         files = (*files, _write_robot(options, motion.parameters, file))
     solution = motion.solution
+    bounds = active_bounds(motion.problem, solution)
     if not options.json:
         _print_motion(motion)
+        _print_bounds(bounds)
     numbers: dict[str, Any] = {"cost": solution.cost, "duration": motion.duration}
-    numbers["iterations"] = motion.iterations
+    numbers |= {"iterations": motion.iterations, "active_bounds": bounds}
     if motion.parameters:
         numbers["parameters"] = motion.parameters
     warnings = list(motion.warnings)
@@ -277,3 +280,12 @@ def _print_motion(motion: OptimisedMotion) -> None:
     print(f"duration    {motion.duration:.6g} s")
     for line in motion.parameter_lines():
         print(f"parameter   {line}")
+
+
+def _print_bounds(bounds: Mapping[str, float]) -> None:
+    """Print the bounds at which the motion is for the longest time."""
+    shown = [f"{name} {share:.0%}" for name, share in bounds.items()][:_MAX_ERRORS]
+    rest = len(bounds) - len(shown)
+    if shown:
+        more = f", and {rest} more; use --json" if rest else ""
+        print(f"at bounds   {', '.join(shown)}{more}")

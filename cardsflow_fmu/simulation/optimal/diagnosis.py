@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.analysis.kinematics import inverse_kinematics
 from controllers.optimal.problem import OptimalProblem, excess
 from controllers.optimal.sqp import INFEASIBLE, Solution
 
+from .feedback import control_signals
 from .problem import MotionProblem
 
 _AT_LIMIT = 1e-4  # distance from a limit, relative to its range
@@ -50,6 +53,31 @@ def infeasibility(problem: OptimalProblem, solution: Solution) -> str:
     if limited:
         text += f"; at their limits most of the time: {', '.join(limited)}"
     return f"{text}; use a longer duration, wider bounds or another goal"
+
+
+def active_bounds(own: MotionProblem, solution: Solution) -> dict[str, float]:
+    """Return the share of the motion at each bound by name, such as `f.biceps maximum`.
+
+    The largest shares are first, and those of muscles with their minimum force last. Fixed values,
+    such as those of goals, are not included.
+    """
+    problem, at, found = own.problem, solution.iterate, dict[str, float]()
+    parts: list[tuple[Sequence[str], FloatArray, FloatArray, FloatArray]] = [
+        (control_signals(own), at.u, problem.u_low, problem.u_high),
+        (problem.state_names, at.x, problem.x_low, problem.x_high),
+    ]
+    for each, values in zip(problem.constraints, solution.linearisation.values, strict=False):
+        if len(each.nodes) > 1:
+            rows = [f"{each.name}.{row}" for row in each.rows]
+            parts.append((rows, values, each.low, each.high))
+    for names, values, low, high in parts:
+        near = _AT_LIMIT * np.where(np.isfinite(high - low), high - low, 1.0)
+        at_bounds = {"minimum": values <= low + near, "maximum": values >= high - near}
+        for word, flags in at_bounds.items():
+            shares = (flags & (low < high)).mean(axis=0).tolist()
+            found |= {f"{name} {word}": s for name, s in zip(names, shares, strict=True) if s}
+    idle = {name for name in found if name.startswith("f.") and name.endswith("minimum")}
+    return dict(sorted(found.items(), key=lambda pair: (pair[0] in idle, -pair[1])))
 
 
 def _worst(problem: OptimalProblem, solution: Solution, *, with_gaps: bool) -> tuple[str, int]:

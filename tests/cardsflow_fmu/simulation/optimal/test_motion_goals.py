@@ -12,6 +12,7 @@ from support.robots.slider import MASS, responses, slide
 
 from addin_sdfusion.robot import read_robot
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.simulation.optimal.diagnosis import active_bounds
 from cardsflow_fmu.simulation.optimal.files import write_motion_files
 from cardsflow_fmu.simulation.optimal.optimise import NoMotionError
 from cardsflow_fmu.simulation.optimal.tasks import TaskRates
@@ -135,3 +136,12 @@ def test_rates_of_task_coordinates_have_exact_derivatives() -> None:
         change = (rates(x + step * row)[0] - rates(x - step * row)[0]) / (2.0 * step)
         np.testing.assert_allclose(J[0, :, k], change[0], atol=1e-8)
     np.testing.assert_allclose(yd[0], J[0, :, 4:] @ x[0, 4:])
+
+
+def test_active_bounds_of_the_least_time(tmp_path: Path) -> None:
+    """The force is at a limit all the time, and drives and brakes for equally long."""
+    own = {"motion.duration": [0.1, 2.0], "motion.cost.time": 1.0}
+    motion = slide(tmp_path, {**own, "motion.bounds.f_max": 50.0, "motion.bounds.f_min": -50.0})
+    assert motion.duration == pytest.approx(0.4, abs=1e-6)
+    shares = active_bounds(motion.problem, motion.solution)
+    assert shares == {"tau.x maximum": 0.5, "tau.x minimum": 0.5}
