@@ -164,12 +164,12 @@ class FaultyArm:
             q=estimator.q + STEP * estimator.qd * (self.ticks > 0),
         )
         self._move()
+        is_near = False
         for _ in range(5):
-            is_near = monitor.fit_pose()
-            self._move()
-            if is_near:
-                break
-        count = monitor.tick()
+            if not is_near:
+                is_near = monitor.fit_pose()
+                self._move()
+        count = monitor.tick() if is_near else int(np.count_nonzero(monitor.array("kind")))
         lost = (monitor.array("usable") == 0) | (monitor.array("suspect") != 0)
         estimator.lengths[lost[m : 2 * m]] = np.nan
         estimator.encoders[lost[3 * m :]] = np.nan
