@@ -40,13 +40,12 @@ static inline void circle_at(real x, real *sine, real *cosine)
     const truth is_usual = fabs(x) <= MAX_ANGLE;
     if (!all_of(is_usual)) x = choose(is_usual, x, fmod(x, 6.283185307179586));
     const truth is_turned = fabs(x) > 0.785;
-    if (!any_of(is_turned)) {
-        *sine = circle_small_sine(x, number(0)), *cosine = circle_small_cosine(x, number(0));
-        return;
+    real high = x, low = number(0);
+    whole quarter = {0};
+    if (any_of(is_turned)) {
+        quarter = circle_reduce(x, &high, &low);
+        high = choose(is_turned, high, x), low = choose(is_turned, low, number(0));
     }
-    real high, low;
-    const whole quarter = circle_reduce(x, &high, &low);
-    high = choose(is_turned, high, x), low = choose(is_turned, low, number(0));
     const real s = circle_small_sine(high, low), c = circle_small_cosine(high, low);
     const truth is_swapped = is_turned & ((quarter & 1) != 0), is_behind = is_turned & ((quarter & 2) != 0);
     const real along = choose(is_swapped, s, c), across = choose(is_swapped, c, s);

@@ -12,7 +12,7 @@
 #if defined(CARDSFLOW_TANGENT)
 #include "elementary_complex.h"
 #elif defined(CARDSFLOW_LANES)
-#include "elementary_lanes.h"
+#include "../numbers/elementary_lanes.h"
 #else
 
 void sine_cosine(real x, real *sine, real *cosine);

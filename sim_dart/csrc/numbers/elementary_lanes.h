@@ -2,7 +2,7 @@
 #ifndef CARDSFLOW_ELEMENTARY_LANES_H
 #define CARDSFLOW_ELEMENTARY_LANES_H
 
-#include "circle.h"
+#include "../math/circle.h"
 
 /* Functions of plain numbers. */
 double arc_tangent(double y, double x);
