@@ -305,6 +305,8 @@ ROBOY_LEFT_ARM: list[Row] = [
         "faults.false_alarms_per_hour: must be above 0",
     ),
     ({"estimator": {}, "faults.alarms": 1}, "faults.alarms: no key 'alarms'"),
+    ({"estimator": {}, "faults.ramp": -1}, "faults.ramp: must not be negative"),
+    ({"estimator": {}, "faults.react": "maybe"}, "faults.react: must be true or false"),
     (
         {"estimator": {}, "faults.tension_noise": {"motor99": 1.0}},
         "faults.tension_noise.motor99: no muscle 'motor99'",
