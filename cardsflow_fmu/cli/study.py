@@ -248,10 +248,14 @@ def _write_replay(options: argparse.Namespace, motion: OptimisedMotion) -> Path:
 
 def _next_command(options: argparse.Namespace, files: Sequence[Path]) -> list[str]:
     """Return the command that simulates the motion."""
+    from cardsflow_fmu.experiment.reader import follows_motion
+
     if files[-1].suffix == ".json":
         return ["cardsflow", "run", str(files[-1])]
     own = "" if options.output is None else f", file={json_text(str(files[0].resolve()))}"
     settings = [f'reference={{type="optimised"{own}}}', 'controller={type="trajectory_feedback"}']
+    if not own and follows_motion(options.experiment, parse_settings(options.set)):
+        settings = []
     given = [word for setting in (options.set or []) for word in ("--set", setting)]
     new = [word for setting in settings for word in ("--set", setting)]
     return ["cardsflow", "run", str(options.experiment), *given, *new]

@@ -67,6 +67,25 @@ def read_experiment(
     Raises:
         InputError: The experiment is invalid; the message names file and key.
     """
+    data, file = _read_data(path, settings)
+    named = named_files(settings, file.parent) if names_files else ()
+    return experiment_settings(data, file, named)
+
+
+def follows_motion(path: Path, settings: Mapping[str, Any]) -> bool:
+    """Return whether a run of an experiment follows motion.csv with the feedback of the motion.
+
+    Args:
+        path: An experiment.toml or its folder.
+        settings: Changes by full key.
+    """
+    data = _follow_motion(_read_data(path, settings)[0])
+    is_followed = data["controller"].get("type") == FEEDBACK
+    return is_followed and data.get("reference") == {"type": "optimised"}
+
+
+def _read_data(path: Path, settings: Mapping[str, Any]) -> tuple[dict[str, Any], Path]:
+    """Return the content of an experiment with changes, and its file."""
     file = path / EXPERIMENT_TOML if path.is_dir() else path
     _require_experiment(path, file)
     _require_text(file)
@@ -74,8 +93,7 @@ def read_experiment(
     for key, value in settings.items():
         set_value(data, key, value, file)
     reject_renamed(data, file)
-    named = named_files(settings, file.parent) if names_files else ()
-    return experiment_settings(data, file, named)
+    return data, file
 
 
 def read_packed_experiment(file: Path) -> dict[str, Any]:
@@ -131,7 +149,7 @@ def experiment_settings(
         reading: Result of reading the robot of [robot], to read it only once.
     """
     context = Context(file)
-    data = _add_default_gains(data)
+    data = _add_default_gains(_follow_motion(data))
     tables = ExperimentTables.read(data, context)
     robots, in_file = _read_robots(tables, context, named, reading)
     robot = with_muscle_settings(robots["robot"], tables.muscles, context)
@@ -245,6 +263,13 @@ def _estimator_wiring(
             has_tensions=hardware.has_tensions,
         )
     )
+
+
+def _follow_motion(data: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the data with the optimal motion and its feedback if there is no controller."""
+    if "motion" not in data or "controller" in data:
+        return data
+    return {"reference": {"type": "optimised"}, **data, "controller": {"type": FEEDBACK}}
 
 
 def _add_default_gains(data: Mapping[str, Any]) -> Mapping[str, Any]:

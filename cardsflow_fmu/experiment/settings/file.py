@@ -36,7 +36,10 @@ class ExperimentTables(Table):
     """Experiment of CARDSFlow: robot, reference, controller, and run."""
 
     model_config = ConfigDict(
-        json_schema_extra={"oneOf": [{"required": ["robot"]}, {"required": ["robots"]}]}
+        json_schema_extra={
+            "oneOf": [{"required": ["robot"]}, {"required": ["robots"]}],
+            "allOf": [{"anyOf": [{"required": ["controller"]}, {"required": ["motion"]}]}],
+        }
     )
 
     robot: RobotSettings = setting("The robot.", None)
@@ -48,13 +51,16 @@ class ExperimentTables(Table):
     )
     start: StartSettings = setting("Initial state (default: the first point of the reference).", {})
     reference: ReferenceTable = setting(
-        "Reference: points, a recorded motion, a named trajectory, or a flower.",
+        "Reference: points, a recorded motion, a named trajectory, or a flower (default with "
+        "[motion] and without [controller]: the optimal motion).",
         None,
     )
     motion: MotionTable = setting(
         "Optimal motion from the start to goals, for `cardsflow optimise`.", None
     )
-    controller: ControllerSettings = setting("The controller.")
+    controller: ControllerSettings = setting(
+        "The controller (default with [motion]: trajectory_feedback).", None
+    )
     disturbance: DisturbanceSettings = setting("External forces on end-effector points.", {})
     world: WorldSettings = setting("Ground, objects and contacts.", None)
     plant: PlantSettings = setting("The simulated robot.", {})
@@ -71,6 +77,12 @@ class ExperimentTables(Table):
     )
     hardware: HardwareSettings = setting("Hardware that runs instead of the plant.", {})
     about: AboutSettings = setting("Author, copyright and licence of the FMUs.", {})
+
+    @model_validator(mode="after")
+    def _check_controller(self) -> Self:
+        if self.controller is None:
+            raise SettingError("missing", key="controller")
+        return self
 
     @model_validator(mode="after")
     def _check_robots(self) -> Self:

@@ -12,6 +12,8 @@ from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.experiment.reader import follows_motion
+from cardsflow_fmu.simulation.optimal.files import write_motion_files
 from cardsflow_fmu.simulation.optimal.optimise import load_for_motion, optimise
 from cardsflow_fmu.utils.csv_table import read_csv
 from sim_dart import CoreDynamics, Plant
@@ -93,6 +95,18 @@ def test_run_follows_the_optimised_motion(cardsflow: CommandLine, file: Path) ->
     again = cardsflow.json("optimise", file)  # replaces its own files
     assert again["status"] == "optimal"
     assert 0.0 < again["active_bounds"]["f.cable_1 minimum"] < 1.0
+
+
+def test_motion_without_a_controller_is_followed_with_its_own_feedback(file: Path) -> None:
+    text = file.read_text()
+    file.write_text(text[: text.index("[reference]")])
+    assert follows_motion(file, {})
+    assert not follows_motion(file, {"controller.kp": 1.0})
+    write_motion_files(optimise(load_for_motion(file)), file.parent / "motion.csv")
+    followed = {"reference.type": "optimised", "controller.type": "trajectory_feedback"}
+    own, explicit = Experiment.load(file), Experiment.load(file, followed)
+    assert own.controller == explicit.controller
+    assert own.reference.curve.points == explicit.reference.curve.points
 
 
 def test_motion_that_begins_elsewhere_is_rejected(cardsflow: CommandLine, file: Path) -> None:
