@@ -41,7 +41,7 @@ from .settings.hardware import HardwareSettings, read_hardware
 from .settings.loads import complete_wiring, read_disturbance
 from .settings.muscles import with_muscle_settings
 from .settings.plant import PlantSettings
-from .settings.predictive import MPC, require_predictable
+from .settings.predictive import MPC, require_bounds, require_predictable
 from .settings.robots import combine_robots, read_parts, read_robot, robot_names
 from .settings.run import RunSettings
 from .start import read_controller_gains, read_reference
@@ -196,6 +196,7 @@ def experiment_settings(
     controller = read_controller(data["controller"], context, run, reference.space, start)
     if controller.type == MPC:
         require_predictable(robot, plant, "scene" in world, controller.engine, context)
+        require_bounds(controller.bounds, robot, context)
     controller, feedback = read_controller_gains(
         controller, tables.reference, reference, context, robot, roots
     )

@@ -23,6 +23,7 @@ _TYPES: dict[str, tuple[type, ...]] = {
     "infeasible_ticks": _NUMBER,
     "not_converged_ticks": _NUMBER,
     "fallback_ticks": _NUMBER,
+    "late_ticks": _NUMBER,
     "real_time_factor": _NUMBER,
     "first_step_after_s": _NUMBER,
     "tracking": _TABLE,

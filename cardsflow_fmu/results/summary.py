@@ -18,6 +18,7 @@ from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.cosim.signals.muscles import tension_signals
 from cardsflow_fmu.cosim.signals.ports import (
     FALLBACK,
+    LATE,
     TORQUE,
     force_unit,
     motor_signals,
@@ -201,6 +202,7 @@ def _signals(
         has_failed = has_failed if raised is None else has_failed | raised
     if FALLBACK in columns:
         counts["fallback_ticks"] = int(np.count_nonzero(columns[FALLBACK][ticks]))
+        counts["late_ticks"] = int(np.count_nonzero(columns[LATE][ticks]))
     return {
         "tracking": _tracking(recorded, columns),
         "forces": _forces({n: b for n, b in bounds.items() if n in columns}, columns),

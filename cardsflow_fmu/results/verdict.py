@@ -122,8 +122,15 @@ def _fallbacks(summary: Mapping[str, Any]) -> list[str]:
     count, ticks = summary.get("fallback_ticks"), summary.get("ticks")
     if not count:
         return []
-    what = "mpc found no motion, so the computed torque determined the forces"
-    return [f"{count} of {ticks} ticks with the fallback: {what}; set controller.iterations higher"]
+    late = summary.get("late_ticks") or 0
+    found = "mpc found no motion" + (
+        f" within controller.deadline in {late} of them" if late else ""
+    )
+    change = (
+        "deadline higher or controller.nodes lower" if 2 * late > count else "iterations higher"
+    )
+    what = f"{found}, so the computed torque determined the forces; set controller.{change}"
+    return [f"{count} of {ticks} ticks with the fallback: {what}"]
 
 
 def _contact_errors(summary: Mapping[str, Any]) -> list[str]:

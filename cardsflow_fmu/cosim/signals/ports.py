@@ -53,6 +53,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FALLBACK",
+    "LATE",
     "LIMITS_DROPPED",
     "SOLVE_TIME",
     "TORQUE",
@@ -80,6 +81,7 @@ __all__ = [
 
 LIMITS_DROPPED = "limits_dropped"
 FALLBACK = "fallback"
+LATE = "late"
 TORQUE = "tau"
 """Prefix of the commands of joint motors."""
 
@@ -349,6 +351,7 @@ def _predictive_ports() -> list[Port]:
     return [
         Port(FALLBACK, "", "output", "discrete", what, boolean=True),
         count_port("iterations", "Number of solver iterations"),
+        Port(LATE, "", "output", "discrete", "The deadline ended the iterations", boolean=True),
     ]
 
 

@@ -234,6 +234,11 @@ class ControllerSettings(Table):
     iterations: Annotated[int, Field(ge=1, le=1000), AS_WHOLE] = setting(
         "mpc: maximum number of solver iterations in a tick", 50
     )
+    deadline: Positive | None = setting(
+        "mpc: time for a tick, in s of a real clock; if the solver needs longer, computed torque "
+        "determines the forces, so runs are not reproducible (default: none)",
+        None,
+    )
     cost: PredictiveCostSettings = setting("mpc: cost of the predicted motion", {})
     bounds: PredictiveBoundSettings = setting("mpc: bounds of the predicted motion", {})
 
@@ -362,7 +367,7 @@ _TASK_KEYS = (
     "limit_bandwidth",
 )
 """Keys of operational-space laws."""
-_MPC_KEYS = ("horizon", "nodes", "iterations", "cost", "bounds")
+_MPC_KEYS = ("horizon", "nodes", "iterations", "deadline", "cost", "bounds")
 """Keys of model predictive control."""
 _FALLBACK = "joint_space"
 """Law in joint space if model predictive control has no solution; unused by trajectory_feedback."""
@@ -408,6 +413,9 @@ def read_controller(
     if name == MPC and settings.horizon <= settings.period:
         what = f"must be longer than the period, {settings.period!r} s, not {settings.horizon!r} s"
         raise context.error("controller.horizon", what)
+    if settings.deadline is not None and settings.deadline > settings.period:
+        what = f"must be at most the period, {settings.period!r} s, not {settings.deadline!r} s"
+        raise context.error("controller.deadline", what)
     if settings.custom_law is None:
         return settings
     own = settings.custom_law._replace(file=context.file.parent / settings.custom_law.file)

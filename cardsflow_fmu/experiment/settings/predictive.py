@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.experiment.config.names import named_setting
 from cardsflow_fmu.experiment.config.table import Context, FromZero, Positive, Table
+from cardsflow_fmu.utils.arrays import FloatArray
+from sim_dart import CoreDynamics
 from sim_dart.estimation.estimated_robot import passive_muscles
 
 from .plant import PlantSettings
@@ -44,8 +48,24 @@ class PredictiveCostSettings(Table):
 
 
 class PredictiveBoundSettings(Table):
-    """Bounds of the predicted motion. They are soft, but violations have a high cost."""
+    """Bounds of the predicted motion, as in [motion.bounds].
 
+    Those of positions and speeds are soft, but violations have a high cost. The fallback uses the
+    limits of the robot.
+    """
+
+    f_min: tuple[float, ...] = named_setting(
+        "actuator",
+        "minimum forces and torques (default: of the robot)",
+        None,
+        others=float("nan"),
+    )
+    f_max: tuple[float, ...] = named_setting(
+        "actuator",
+        "maximum forces and torques (default: of the robot)",
+        None,
+        others=float("nan"),
+    )
     q_min: tuple[float, ...] = named_setting(
         "coordinate", "minimum joint positions (default: joint limits)", None, others=float("nan")
     )
@@ -58,6 +78,36 @@ class PredictiveBoundSettings(Table):
         None,
         others=float("nan"),
     )
+
+
+def override(values: FloatArray, given: tuple[float, ...]) -> FloatArray:
+    """Return values, replaced by those that are given and not NaN."""
+    own = np.array(given or np.full(len(values), np.nan))
+    return np.where(np.isnan(own), values, own)
+
+
+def require_bounds(bounds: PredictiveBoundSettings, robot: Robot, context: Context) -> None:
+    """Check that bounds are in order, and those of forces within the limits of the robot.
+
+    Raises:
+        InputError: A bound is not valid.
+    """
+    dynamics, key = CoreDynamics(robot), "controller.bounds"
+    actuators = [part.name for part in (*robot.muscles, *robot.motors)]
+    coordinates = [coordinate.name for coordinate in robot.coordinates]
+    for what, names in {"f": actuators, "q": coordinates}.items():
+        limits = getattr(dynamics, f"{what}_min"), getattr(dynamics, f"{what}_max")
+        given = getattr(bounds, f"{what}_min"), getattr(bounds, f"{what}_max")
+        least, most = (override(*pair) for pair in zip(limits, given, strict=True))
+        for k, name in enumerate(names):
+            low, high = limits[0][k], limits[1][k]
+            for side, value in (("min", least[k]), ("max", most[k])):
+                if what == "f" and not low <= value <= high:
+                    message = f"must be within the limits of the robot, {low:g} to {high:g}"
+                    raise context.error(f"{key}.f_{side}.{name}", f"{message}, not {value:g}")
+            if least[k] > most[k]:
+                message = f"must be at least the minimum, {least[k]:g}, not {most[k]:g}"
+                raise context.error(f"{key}.{what}_max.{name}", message)
 
 
 def require_predictable(

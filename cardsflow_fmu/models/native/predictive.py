@@ -8,7 +8,7 @@ import numpy as np
 
 from addin_sdfusion.robot import Robot
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.experiment.settings.predictive import MPC
+from cardsflow_fmu.experiment.settings.predictive import MPC, override
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import CoreDynamics, compile_blob
 from sim_dart.estimation.estimated_robot import estimated_robot
@@ -74,9 +74,12 @@ def _arrays(experiment: Experiment) -> dict[str, FloatArray]:
         "forces_cost": np.array(cost.forces or _FORCE_SHARE * scale * weights / weights.mean()),
         "force_rates": np.array(cost.force_rates),
         "f_p": law["f_p"],
-        "q_min": _override(dynamics.q_min, bounds.q_min),
-        "q_max": _override(dynamics.q_max, bounds.q_max),
-        "qd_max": _override(np.full(len(robot.coordinates), np.inf), bounds.qd_max),
+        "deadline": np.array([settings.deadline or 0.0]),
+        "plan_min": override(dynamics.f_min, bounds.f_min),
+        "plan_max": override(dynamics.f_max, bounds.f_max),
+        "q_min": override(dynamics.q_min, bounds.q_min),
+        "q_max": override(dynamics.q_max, bounds.q_max),
+        "qd_max": override(np.full(len(robot.coordinates), np.inf), bounds.qd_max),
         "limit_penalty": np.full(
             len(robot.coordinates), _VIOLATION * settings.horizon * tracking.max()
         ),
@@ -108,9 +111,3 @@ def _acceleration_per_force(experiment: Experiment) -> float:
     moved = np.linalg.solve(dynamics.mass_matrix(q), dynamics.actuator_jacobian(q).T)
     squares = np.linalg.svd(moved, compute_uv=False) ** 2
     return float(squares[squares > _WEAK * squares[0]].min())
-
-
-def _override(values: FloatArray, given: tuple[float, ...]) -> FloatArray:
-    """Return values, replaced by those that are given and not NaN."""
-    own = np.array(given or [np.nan] * len(values))
-    return np.where(np.isnan(own), values, own)

@@ -104,6 +104,7 @@ _ROWS = (
     ("infeasible ticks", "infeasible_ticks"),
     ("not converged ticks", "not_converged_ticks"),
     ("ticks with the fallback of mpc", "fallback_ticks"),
+    ("ticks beyond the deadline of mpc", "late_ticks"),
     ("computation time per tick, median [s]", "solve_time.median"),
     ("computation time per tick, maximum [s]", "solve_time.max"),
     ("master", "master"),

@@ -60,6 +60,8 @@ DUAL_NEWTON_API computed_torque *control_loop_law(control_loop *s);
 
      ki               r
      gain             1, of the observer; 0 to disable it
+     midpoint         1: whether the observer compares with the model in the middle of the last tick, for laws that
+                      predict the motion between ticks. Others assume the terms of its begin, also the observer
      delay, predict   1 each: ticks until forces take effect, 0 or 1; whether to compensate for the delay
    Results:
      acting           m: forces from this tick to the next

@@ -9,6 +9,7 @@
 #define LOOP_ARRAYS(ARRAY)                                                                             \
     ARRAY(ki, r)                                                                                       \
     ARRAY(gain, 1)                                                                                     \
+    ARRAY(midpoint, 1)                                                                                 \
     ARRAY(delay, 1)                                                                                    \
     ARRAY(predict, 1)                                                                                  \
     ARRAY(acting, m)                                                                                   \

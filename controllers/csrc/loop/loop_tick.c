@@ -78,7 +78,7 @@ int control_loop_tick(control_loop *s, real T, const real *q, const real *qd, co
     computed_torque *law = s->law;
     const size_t n = law->n, m = law->m;
     const real *at = q, *rate = qd, *desired = reference;
-    if (s->gain[0] > 0) loop_observe(s, T, qd);
+    if (s->gain[0] > 0) loop_observe(s, T, q, qd);
     for (size_t j = 0; j < n; j++) s->load[j] = load[j] + s->disturbance[j];
     if (s->delay[0] && s->predict[0]) {
         loop_predict(s, T, q, qd, s->coming, reference);

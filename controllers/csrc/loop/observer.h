@@ -4,6 +4,6 @@
 
 #include "loop_state.h"
 
-void loop_observe(control_loop *s, real period, const real *qd);
+void loop_observe(control_loop *s, real period, const real *q, const real *qd);
 
 #endif

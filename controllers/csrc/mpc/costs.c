@@ -23,60 +23,33 @@ typedef struct {
     const real *J, *next_J;
 } follow;
 
-/* Set `row` to zero except for J, from a column on. Return it. */
-static const real *place(mpc *s, size_t column, const real *J)
-{
-    memset(s->row, 0, (s->a + 2 * s->n) * sizeof(real));
-    memcpy(s->row + column, J, s->n * sizeof(real));
-    return s->row;
-}
-
-/* Add the costs of the error and its rate at node k. */
-static void add_errors(mpc *s, size_t k, const follow *c)
+/* Add to the row of an interval the change of share (error at its begin) + next_share (error at its end),
+   for positions (offset 0) or rates (offset n). C v + c is the change of the state at the end. */
+static void add_change(mpc *s, size_t k, size_t offset, const follow *c, real share, real next_share)
 {
     const size_t n = s->n, a = s->a, w = a + 2 * n;
-    const real share = mpc_share(s, k);
-    add_square(s, k, w, share * c->tracking, c->error, place(s, a, c->J));
-    add_square(s, k, w, share * c->rates, c->rate, place(s, a + n, c->J));
+    const real *C = s->qp.C + (k * 2 * n + offset) * w;
+    add(n, s->row + a + offset, share, c->J);
+    for (size_t i = 0; next_share != 0 && i < n; i++) add(w, s->row, next_share * c->next_J[i], C + i * w);
 }
 
-/* Add accelerations (e'_k+1 - e'_k - h correction)^2 / h. C v + c is the change of the state at the end of
-   the interval. */
-static void add_acceleration(mpc *s, size_t k, const follow *c)
-{
-    const size_t n = s->n, a = s->a, w = a + 2 * n;
-    const real h = s->h[k], *C = s->qp.C + k * 2 * n * w;
-    const real defect = dot(n, c->next_J, s->qp.c + k * 2 * n + n);
-    real *row = s->row;
-    memset(row, 0, w * sizeof(real));
-    for (size_t i = 0; i < n; i++) row[a + n + i] = -c->J[i];
-    for (size_t i = 0; i < n; i++) add(w, row, c->next_J[i], C + (n + i) * w);
-    add_square(s, k, w, c->accelerations / h, c->next_rate + defect - c->rate - h * c->correction, row);
-}
-
-/* Add the cost to go (e, e')' P (e, e') of mpc.h as a sum of squares,
-
-     P = L diag(first, last) L',   last = P_22,   cross = P_12 / last,   first = P_11 - cross P_12,
-
-   and the share h/2 of the last node in the integral of the error. */
-static void add_cost_to_go(mpc *s, const follow *c)
-{
-    const size_t n = s->n, N = s->N;
-    const real both = sqrt(c->tracking * c->accelerations), slope = sqrt(c->rates + 2 * both);
-    const real last = slope * sqrt(c->accelerations), cross = last > 0 ? both / last : 0;
-    const real first = slope * sqrt(c->tracking) - both * cross;
-    real *row = s->row;
-    place(s, 0, c->next_J);
-    add_square(s, N, 2 * n, first + s->h[N - 1] / 2 * c->tracking, c->next_error, row);
-    for (size_t i = 0; i < n; i++) row[n + i] = row[i], row[i] *= cross;
-    add_square(s, N, 2 * n, last, c->next_rate + cross * c->next_error, row);
-}
-
+/* Add h (accelerations^1/2 (e'_k+1 - e'_k)/h + d e' + tracking^1/2 e)^2, see mpc.h: with e and e' at the begin
+   of the first interval, which is the law of computed torque, and at the middle of the others, which is stable
+   for intervals of any length. */
 static void add_followed(mpc *s, size_t k, const follow *c)
 {
-    if (k > 0) add_errors(s, k, c);
-    add_acceleration(s, k, c);
-    if (k + 1 == s->N) add_cost_to_go(s, c);
+    const size_t n = s->n, w = s->a + 2 * n;
+    const real *defect = s->qp.c + k * 2 * n;
+    const real h = s->h[k], at_end = k ? PRECISE(0.5, 0.5f) : 0, at_begin = 1 - at_end;
+    const real stiffness = sqrt(c->tracking), inertia = sqrt(c->accelerations);
+    const real damping = sqrt(c->rates + 2 * stiffness * inertia), change = inertia / h;
+    const real rate = at_begin * damping - change, next_rate = at_end * damping + change;
+    memset(s->row, 0, w * sizeof(real));
+    add_change(s, k, 0, c, at_begin * stiffness, at_end * stiffness);
+    add_change(s, k, n, c, rate, next_rate);
+    const real e = at_begin * c->error + at_end * (c->next_error + dot(n, c->next_J, defect));
+    const real rates = rate * c->rate + next_rate * (c->next_rate + dot(n, c->next_J, defect + n));
+    add_square(s, k, w, h, stiffness * e + rates - inertia * c->correction, s->row);
 }
 
 static follow followed_coordinate(const mpc *s, size_t k, size_t i, real correction)

@@ -12,6 +12,7 @@
     ARRAY(period, 1)                                                                                   \
     ARRAY(iterations, 1)                                                                               \
     ARRAY(tolerance, 1)                                                                                \
+    ARRAY(deadline, 1)                                                                                 \
     ARRAY(tracking, r)                                                                                 \
     ARRAY(tracking_rates, r)                                                                           \
     ARRAY(accelerations, r)                                                                            \
@@ -27,11 +28,14 @@
     ARRAY(f_max, a)                                                                                    \
     ARRAY(first_min, a)                                                                                \
     ARRAY(first_max, a)                                                                                \
+    ARRAY(plan_min, a)                                                                                 \
+    ARRAY(plan_max, a)                                                                                 \
     ARRAY(q_min, n)                                                                                    \
     ARRAY(q_max, n)                                                                                    \
     ARRAY(qd_max, n)                                                                                   \
     ARRAY(limit_penalty, n)                                                                            \
     ARRAY(used, 1)                                                                                     \
+    ARRAY(is_late, 1)                                                                                  \
     ARRAY(planned, 1)            /* then x and f */                                                    \
     ARRAY(x, (N + 1) * 2 * n)                                                                          \
     ARRAY(f, N *a)                                                                                     \
@@ -56,6 +60,7 @@ struct mpc {
     mpc_model model;
     size_t n, a, r, N;
     int has_tasks;
+    double begun, looked, longest; /* begin of the tick; last reading of the clock; longest time between two */
     stage_qp *program;
     struct {
         QP_ARRAYS(QP_MEMBER)

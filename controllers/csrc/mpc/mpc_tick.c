@@ -47,12 +47,38 @@ static void bound_states(mpc *s, size_t k)
     }
 }
 
+static int has_deadline(const mpc *s)
+{
+    return s->model.clock && s->deadline[0] > 0;
+}
+
+static void start_clock(mpc *s)
+{
+    s->is_late[0] = 0;
+    if (has_deadline(s)) s->begun = s->looked = s->model.clock(s->model.self);
+    s->longest = 0;
+}
+
+/* Return whether another iteration would probably end after the deadline: it takes as long as the longest one
+   of the tick. */
+static int is_late(mpc *s)
+{
+    if (!has_deadline(s)) return 0;
+    const double now = s->model.clock(s->model.self), last = now - s->looked;
+    if (stage_qp_iterations(s->program) > 0 && last > s->longest) s->longest = last;
+    s->looked = now;
+    s->is_late[0] = now - s->begun + s->longest > (double)s->deadline[0];
+    return s->is_late[0] != 0;
+}
+
 /* Solve the program, from no change. Return an enum stage_qp_status. */
 static int solve_program(mpc *s)
 {
     memset(s->qp.v, 0, (s->N * (s->a + 2 * s->n) + 2 * s->n) * sizeof(real));
     s->qp.tolerance[0] = s->tolerance[0], s->qp.tolerance[1] = REST;
-    const int status = stage_qp_solve(s->program, (int)s->iterations[0]);
+    int status = stage_qp_begin(s->program);
+    while (status == STAGE_QP_NOT_CONVERGED && (real)stage_qp_iterations(s->program) < s->iterations[0] && !is_late(s))
+        status = stage_qp_iterate(s->program);
     s->used[0] += (real)stage_qp_iterations(s->program);
     return status;
 }
@@ -77,6 +103,7 @@ int mpc_solve(void *self, const real *q, const real *qd, const real *reference, 
     mpc *s = self;
     const size_t n = s->n, a = s->a;
     const int is_first = s->planned[0] == 0;
+    start_clock(s);
     planned_motion_divide(s);
     if (is_first) planned_motion_rest(s, q);
     memcpy(s->before, s->f, a * sizeof(real));
@@ -86,7 +113,10 @@ int mpc_solve(void *self, const real *q, const real *qd, const real *reference, 
     s->planned[0] = 0;
     s->used[0] = 0;
     for (int step = 0; step < (is_first ? FIRST_STEPS : 1); step++)
-        if (improve(s, reference, correction, load)) return COMPUTED_TORQUE_NEXT;
+        if (improve(s, reference, correction, load)) {
+            s->planned[0] = s->is_late[0] != 0 && (!is_first || step > 0);
+            return COMPUTED_TORQUE_NEXT;
+        }
     s->planned[0] = 1;
     for (size_t i = 0; i < a; i++) forces[i] = clip(s->f[i], s->first_min[i], s->first_max[i]);
     memset(slack, 0, s->r * sizeof(real));

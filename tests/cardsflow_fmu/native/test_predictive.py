@@ -43,13 +43,21 @@ def test_arm_follows_reference_in_joint_space() -> None:
     assert forces.max() <= 100.0
 
 
-def test_hand_follows_task_reference_with_wrong_masses() -> None:
+def test_hand_with_wrong_masses_is_as_near_as_with_computed_torque() -> None:
     """The observer's load is part of the predicted motion."""
-    settings = {"controller.type": "mpc", "controller.nodes": 5, "run.duration": 0.6}
-    settings |= {"controller.observer": 30.0, "plant.mass_scale": 1.2, "controller.horizon": 0.1}
+    settings = {"controller.observer": 30.0, "plant.mass_scale": 1.2, "run.duration": 0.4}
+    expected = tracking_error(run("roboy_left_arm", settings), "y", "y_d")
+    settings |= {"controller.type": "mpc", "controller.nodes": 5, "controller.horizon": 0.1}
     columns = run("roboy_left_arm", settings)
-    late = {name: values[-50:] for name, values in columns.items()}
-    assert tracking_error(late, "y", "y_d").max() < 2e-4
+    assert tracking_error(columns, "y", "y_d") == pytest.approx(expected, rel=0.005)
+
+
+def test_true_masses_need_no_load_of_the_observer() -> None:
+    """Forces are constant between ticks: terms at the begin of a tick would be a false load."""
+    settings = PLANAR | {"controller.period": 0.005, "run.duration": 0.3}
+    without = tracking_error(run("planar_2r", settings)).max()
+    observed = tracking_error(run("planar_2r", settings | {"controller.observer": 30.0})).max()
+    assert observed < 1.1 * without
 
 
 def test_arm_recovers_where_computed_torque_falls() -> None:
@@ -76,6 +84,28 @@ def test_tick_without_solution_uses_computed_torque() -> None:
     expected = run("planar_2r", {"run.duration": 0.01})
     for name, values in expected.items():
         np.testing.assert_array_equal(columns[name], values)
+
+
+def test_late_ticks_use_computed_torque() -> None:
+    columns = run("planar_2r", {**PLANAR, "controller.deadline": 1e-9, "run.duration": 0.01})
+    assert columns["late"][:-1].all()
+    assert columns["fallback"][:-1].all()
+    expected = run("planar_2r", {"run.duration": 0.01})
+    for name, values in expected.items():
+        np.testing.assert_array_equal(columns[name], values)
+
+
+def test_planned_forces_keep_own_bounds() -> None:
+    """Without them, the first cable needs 51 N, and two cables are at 10 N."""
+    settings = {"controller.bounds": {"f_min": 11.0, "f_max": {"cable_1": 50.0}}}
+    settings |= {"start": {"q": [-0.52, 0.5]}, "run.duration": 0.02}
+    columns = run("planar_2r", PLANAR | settings)
+    assert not columns["fallback"].any()
+    forces = np.array([columns[f"f.cable_{k}"] for k in (1, 2, 3, 4)])[:, :-1]
+    assert forces.min() == pytest.approx(11.0, abs=1e-3)
+    assert forces[0].max() == pytest.approx(50.0, abs=1e-3)
+    assert (forces >= 11.0).all()
+    assert (forces[0] <= 50.0).all()
 
 
 @pytest.mark.native
@@ -120,6 +150,19 @@ def test_copied_controller_has_same_forces() -> None:
         ("bicycle", {}, "'mpc' does not support closed kinematic loops"),
         ("planar_2r", {"controller.nodes": 1}, "controller.nodes: .*at least 2"),
         ("planar_2r", {"controller.horizon": 0.001}, "controller.horizon: must be longer than"),
+        ("planar_2r", {"controller.deadline": 0.01}, "controller.deadline: must be at most the"),
+        *(
+            ("planar_2r", {"controller.bounds": bounds}, f"controller.bounds.{message}")
+            for bounds, message in [
+                ({"f_min": {"cable_1": 30.0}, "f_max": 20.0}, "f_max.cable_1: must be at least"),
+                ({"f_min": 5.0}, "f_min.cable_1: must be within the limits of the robot, 10 to"),
+                ({"f_max": {"cable_3": 300.0}}, "f_max.cable_3: must be within the limits of"),
+                ({"q_min": 1.0, "q_max": 0.5}, "q_max.joint_1: must be at least the minimum, 1"),
+                ({"f_max": {"cable_9": 20.0}}, "f_max.cable_9: no"),
+                ({"qd_max": -1.0}, "qd_max: "),
+                ({"fmax": 20.0}, "fmax: no key 'fmax'; did you mean 'f_max'"),
+            ]
+        ),
         ("planar_2r", {"controller.cost": {"tracing": 1.0}}, "no key 'tracing'; did you mean"),
     ],
 )

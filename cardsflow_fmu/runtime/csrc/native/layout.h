@@ -83,7 +83,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(double, part_data, 1, part_numbers)
 
 /* The report: number of actuators at a bound, computation time of the tick, infeasible, not converged; in
- * operational space limits dropped; with model predictive control fallback and iterations.
+ * operational space limits dropped; with model predictive control fallback, iterations and late.
  *     is_angle          whether each task coordinate is an angle
  *     muscle_horizon    in [s], 0 for late_periods periods; see muscles.h
  *     start_forces      tensions before the first tick, for muscles with laws; start_commands: their commands

@@ -2,6 +2,7 @@
 
 #include "../../../../../controllers/csrc/mpc/mpc.h"
 #include "../../../../../sim_dart/csrc/tangent/shooting.h"
+#include "../../platform/clock.h"
 #include "../reference_parts.h"
 #include "reacting.h"
 
@@ -71,6 +72,12 @@ static void preview(void *self, double ahead, const double *now, double *referen
     }
 }
 
+static double seconds(void *self)
+{
+    (void)self;
+    return monotonic_seconds();
+}
+
 static int solve(void *self, const double *q, const double *qd, const double *reference, const double *correction,
                  const double *load, double *forces, double *slack)
 {
@@ -108,6 +115,21 @@ static void write_array(const struct controller *c, const char *name, const doub
     memcpy(mpc_array(c->predictive->law, name, &length), values, count * sizeof(double));
 }
 
+/* Write the limits of the actuators, within the bounds of the settings; the nearest to them if no force satisfies
+   both. */
+static void write_bounds(const struct controller *c, const char *min_name, const char *max_name, const double *f_min,
+                         const double *f_max)
+{
+    mpc *law = c->predictive->law;
+    size_t length;
+    const double *low = mpc_array(law, "plan_min", &length), *high = mpc_array(law, "plan_max", &length);
+    double *least = mpc_array(law, min_name, &length), *most = mpc_array(law, max_name, &length);
+    for (size_t i = 0; i < c->a; i++) {
+        least[i] = low[i] < f_min[i] ? f_min[i] : low[i] > f_max[i] ? f_max[i] : low[i];
+        most[i] = high[i] > f_max[i] ? f_max[i] : high[i] < f_min[i] ? f_min[i] : high[i];
+    }
+}
+
 void native_predictive_set(struct controller *c, double time, double period)
 {
     struct predictive *p = c->predictive;
@@ -117,11 +139,9 @@ void native_predictive_set(struct controller *c, double time, double period)
     const int looks_ahead = loop_array(c, "delay", &length)[0] != 0 && loop_array(c, "predict", &length)[0] != 0;
     p->time = time + (looks_ahead ? period : 0);
     write_array(c, "period", &period, 1);
-    write_array(c, "f_min", c->f_min, c->a);
-    write_array(c, "f_max", c->f_max, c->a);
+    write_bounds(c, "f_min", "f_max", c->f_min, c->f_max);
     native_reacting_limit(c, mpc_array(p->law, "f_min", &length), mpc_array(p->law, "f_max", &length));
-    write_array(c, "first_min", c->in_loop.f_min, c->a);
-    write_array(c, "first_max", c->in_loop.f_max, c->a);
+    write_bounds(c, "first_min", "first_max", c->in_loop.f_min, c->in_loop.f_max);
 }
 
 void native_predictive_report(const struct controller *c, double *report)
@@ -131,6 +151,7 @@ void native_predictive_report(const struct controller *c, double *report)
         return;
     report[0] = c->predictive->has_fallen_back;
     report[1] = mpc_array(c->predictive->law, "used", &length)[0];
+    report[2] = mpc_array(c->predictive->law, "is_late", &length)[0];
 }
 
 void native_predictive_close(struct controller *c)
@@ -178,7 +199,7 @@ static int open_reference(struct predictive *p, const struct controller_settings
 static int open_law(struct predictive *p, const struct controller *c)
 {
     const size_t n = p->n, a = p->a, N = p->N;
-    const mpc_model model = {p, intervals, tasks, preview};
+    const mpc_model model = {p, intervals, tasks, preview, seconds};
     const size_t size = mpc_size((int)n, (int)a, (int)c->k, (int)N);
     p->inputs = calloc(a + 2 * n, sizeof *p->inputs);
     p->controls = calloc(N * (p->m + n) + 3 * p->r, sizeof *p->controls);
@@ -212,6 +233,8 @@ int native_predictive_open(struct controller *c, struct native_model *native,
         return 1;
     }
     const control_law law = {p, NULL, solve, NULL};
+    size_t length;
     control_loop_set_law(c->loop, &law);
+    loop_array(c, "midpoint", &length)[0] = 1;
     return 0;
 }

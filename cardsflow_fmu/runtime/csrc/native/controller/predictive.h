@@ -18,7 +18,8 @@ void native_predictive_reset(const struct controller *c);
 /* Set the time in s and the bounds for the next tick. */
 void native_predictive_set(struct controller *c, double time, double period);
 
-/* Write whether the last tick used the computed-torque law, and its number of iterations. */
+/* Write whether the last tick used the computed-torque law, its number of iterations, and whether the deadline
+ * ended them. */
 void native_predictive_report(const struct controller *c, double *report);
 
 /* Return the internal state and its length, which may be 0. */
