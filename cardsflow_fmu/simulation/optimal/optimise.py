@@ -18,7 +18,7 @@ from controllers.optimal.problem import Iterate
 from controllers.optimal.sqp import INFEASIBLE, INTERRUPTED, OPTIMAL, Optimiser, Progress, Solution
 from sim_dart.dynamics.core import CoreDynamics
 
-from .diagnosis import infeasibility, require_reachable
+from .diagnosis import infeasibility, require_reachable, rigid_tendons
 from .feedback import motion_feedback
 from .guess import PARAMETER, last_motion, smooth_guess
 from .obstacles import passages
@@ -194,7 +194,8 @@ def _first_guess(experiment: Experiment, own: MotionProblem) -> Iterate:
 def _require_motion(own: MotionProblem, solution: Solution | None) -> None:
     """Check that a motion satisfies the constraints."""
     if solution is None:
-        raise NoMotionError("the simulation of the start diverges; use more substeps")
+        advice = f"use {rigid_tendons(own.problem)}more substeps"
+        raise NoMotionError(f"the simulation of the start diverges; {advice}")
     if solution.status == INTERRUPTED:
         if solution.violation > _ROUGH:
             raise KeyboardInterrupt

@@ -261,6 +261,13 @@ def test_motion_converges_although_the_filter_rejects_steps_near_the_optimum() -
     assert motion.solution.status == "optimal"
 
 
+def test_elastic_tendons_are_named_if_their_motion_diverges() -> None:
+    own = {"motion.goals": [{"y": [0.5, -0.12]}], "motion.intervals": 2, "motion.muscles": "laws"}
+    own |= {"motion.duration": 0.4, "muscles.biceps.model.elastic_tendon": 1}
+    with pytest.raises(NoMotionError, match=r"use rigid tendons \(elastic_tendon = 0\)"):
+        optimise(load_for_motion(EXAMPLES / "hill_arm", own))
+
+
 def test_motion_with_muscle_laws_has_excitations_that_reach_the_goal() -> None:
     """The written excitations, replayed with the plant, reach the end of the motion."""
     own = {"motion.goals": [{"y": [0.5, -0.12]}], "motion.duration": 0.8, "motion.muscles": "laws"}
