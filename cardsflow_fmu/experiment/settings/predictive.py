@@ -93,7 +93,7 @@ def require_bounds(bounds: PredictiveBoundSettings, robot: Robot, context: Conte
         InputError: A bound is not valid.
     """
     dynamics, key = CoreDynamics(robot), "controller.bounds"
-    actuators = [part.name for part in (*robot.muscles, *robot.motors)]
+    actuators = [*(each.name for each in robot.muscles), *(each.name for each in robot.motors)]
     coordinates = [coordinate.name for coordinate in robot.coordinates]
     for what, names in {"f": actuators, "q": coordinates}.items():
         limits = getattr(dynamics, f"{what}_min"), getattr(dynamics, f"{what}_max")

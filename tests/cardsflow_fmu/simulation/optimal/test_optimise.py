@@ -14,7 +14,7 @@ from support.robots.robots import EXAMPLES, PLANAR_2R
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.reader import follows_motion
 from cardsflow_fmu.simulation.optimal.files import write_motion_files
-from cardsflow_fmu.simulation.optimal.optimise import load_for_motion, optimise
+from cardsflow_fmu.simulation.optimal.optimise import NoMotionError, load_for_motion, optimise
 from cardsflow_fmu.utils.csv_table import read_csv
 from sim_dart import CoreDynamics, Plant
 
