@@ -32,6 +32,11 @@ class MotionStartSettings(Table):
     free_speeds: Annotated[tuple[Text, ...], Listed] = setting(
         'coordinates with a free velocity, or ["*"] for all (default: none)', ()
     )
+    free_states: bool = setting(
+        "whether states of muscles, such as activations, are free (default: if a position or "
+        "velocity is free)",
+        None,
+    )
     y: tuple[float, ...] = named_setting(
         "task coordinate", "task coordinates at the start, in m or rad", None, others=FREE
     )

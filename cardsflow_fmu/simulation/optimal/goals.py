@@ -57,7 +57,8 @@ def free_start(
 ) -> BoolArray:
     """Return the flags of the states whose start is free, shape (nx,).
 
-    The states of muscles are free if a position or velocity is free, since they depend on it. A
+    By default, the states of muscles are free if a position or velocity is free, since they depend
+    on it. A
     periodic coordinate that advances starts at the position of [start].
 
     Raises:
@@ -78,7 +79,7 @@ def free_start(
         advance = advances(experiment, motion)
         flags[: dynamics.n] |= advance == 0.0
         flags[dynamics.n : 2 * dynamics.n] |= ~np.isnan(advance)
-    flags[2 * dynamics.n :] = flags.any()
+    flags[2 * dynamics.n :] = flags.any() if own.free_states is None else own.free_states
     return flags
 
 

@@ -130,6 +130,17 @@ def test_rigid_tendons_equal_opensim(
                 assert found == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
+def test_flat_passive_curve_equals_opensims_muscle_without_passive_force() -> None:
+    theirs = _opensim("hill_degroote2016", HILL, rigid=True)
+    theirs.muscle.set_ignore_passive_fiber_force(True)
+    ours = Bench(("hill_degroote2016", HILL | {"passive_fibre_strain": 1e9}))
+    for length in np.linspace(HILL["tendon_slack_length"] + 0.003, 0.42, 24):
+        theirs.at(length, 0.1, 0.2)
+        expected = max(theirs.realized().getTendonForce(theirs.state), 0.0)
+        found = ours.tension(length, 0.1, 0.0, [0.2])
+        assert found == pytest.approx(expected, rel=1e-6, abs=1e-6)
+
+
 @pytest.mark.parametrize("geometry", [HILL, OTHER], ids=["plain", "pennate"])
 @pytest.mark.parametrize(("kind", "extra"), EVERY)
 def test_equilibria_of_elastic_tendons(

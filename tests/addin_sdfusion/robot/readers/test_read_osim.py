@@ -79,6 +79,14 @@ def test_muscles_of_unknown_classes_become_cables(tmp_path: Path) -> None:
     assert "muscle-left-out" in {finding.code for finding in reading.findings}
 
 
+def test_muscle_without_passive_force_has_a_flat_passive_curve(tmp_path: Path) -> None:
+    other = OSIM.replace("Thelen2003Muscle", "DeGrooteFregly2016Muscle")
+    flag = "<ignore_passive_fiber_force>true</ignore_passive_fiber_force><max_isometric_force>"
+    for text, expected in [(other, 0.6), (other.replace("<max_isometric_force>", flag), 1e9)]:
+        muscle = read(of_text(tmp_path, text)).require().muscle("vas")
+        assert law_parameters(muscle.model)["passive_fibre_strain"] == expected
+
+
 def test_older_files_are_rejected_with_the_reason(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="which is not supported; open it in OpenSim 4"):
         read(of_text(tmp_path, OSIM.replace('"40000"', '"30000"')))

@@ -287,6 +287,17 @@ def test_motion_with_muscle_laws_has_excitations_that_reach_the_goal() -> None:
     np.testing.assert_allclose(plant.task_position, [0.5, -0.12], atol=1e-4)
 
 
+def test_free_states_of_muscles_reduce_the_cost() -> None:
+    """A muscle that is activated at the start needs less excitation afterwards."""
+    own = {"motion.goals": [{"y": [0.5, -0.12]}], "motion.duration": 0.8, "motion.muscles": "laws"}
+    own["motion.intervals"] = 20
+    free = {**own, "motion.start.free_states": True}
+    fixed, found = (optimise(load_for_motion(EXAMPLES / "hill_arm", each)) for each in (own, free))
+    assert found.solution.status == "optimal"
+    assert found.solution.cost < 0.5 * fixed.solution.cost
+    np.testing.assert_array_equal(found.solution.iterate.x[0, :4], fixed.solution.iterate.x[0, :4])
+
+
 def test_passive_joint_with_a_stiff_spring_is_integrated_accurately(file: Path) -> None:
     """The joint has 350 rad/s and a time constant of 1 ms; intervals are 30 ms."""
     spring = {"stiffness": 300.0, "rest": 0.0, "damping": 2.0}

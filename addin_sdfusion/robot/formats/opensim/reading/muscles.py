@@ -92,6 +92,10 @@ def _actuator(node: Node, muscle: Muscle) -> Muscle:
     return replace(muscle, f_min=max(low, 0.0), f_max=max(high, 0.0))
 
 
+_NO_PASSIVE_FORCE = 1e9
+"""Strain of the passive fibre for a passive force below 1e-9 of F0 at all lengths."""
+
+
 def _parameters(node: Node) -> Iterator[tuple[str, float]]:
     """Yield the parameters of a muscle law that differ from their defaults, in order."""
     kind = KINDS[node.tag]
@@ -103,6 +107,8 @@ def _parameters(node: Node) -> Iterator[tuple[str, float]]:
         if is_true(node, "ignore_activation_dynamics", False):
             problem = "its activation equals its excitation in the file; here it has dynamics"
             node.warning("activation-dynamics", problem)
+    if kind == "hill_degroote2016" and is_true(node, "ignore_passive_fiber_force", False):
+        values["passive_fibre_strain"] = _NO_PASSIVE_FORCE
     if kind == "hill_schutte1993":
         values |= {"elastic_tendon": 1.0, **_schuttes_times(node)}
         _note_other_curves(node, values["max_isometric_force"])
