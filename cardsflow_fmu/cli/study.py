@@ -210,7 +210,7 @@ def _optimise(options: argparse.Namespace) -> int:
     print_files(files, options.json, status=solution.status, warnings=warnings, **numbers)
     if not options.json:
         print(f"next        {shlex.join(_next_command(options, files))}")
-    return GOOD if solution.status == "optimal" else FAILED
+    return GOOD if solution.status == "optimal" and not motion.warnings else FAILED
 
 
 def _write_robot(options: argparse.Namespace, found: Mapping[str, Any], motion: Path) -> Path:

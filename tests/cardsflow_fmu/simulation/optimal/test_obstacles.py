@@ -99,7 +99,7 @@ def test_passage_between_nodes_is_the_first_line(
     text = "obstacles=[{centre=[0.0,0.005,0.0],radius=0.05}]"
     own = ["--set", f"motion.{text}", "--set", "motion.intervals=5"]
     code, out, _ = CommandLine(capsys)("optimise", gantry_file(tmp_path), "-q", *own)
-    assert code == 0
+    assert code == 1
     first = out.splitlines()[0]
     assert first.startswith("warning     the motion violates obstacles[0].tip by up to 0.0")
     assert "between nodes, at t = 0.5" in first
