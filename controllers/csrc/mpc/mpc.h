@@ -64,7 +64,7 @@ DUAL_NEWTON_API mpc *mpc_open(const mpc_model *model, int coordinates, int actua
      limit_penalty    n: cost of a violation of the bounds of q and qd, per s
    Results:
      used             1: iterations of the interior-point method in the last tick
-     is_late          1: whether the deadline ended them
+     is_late          1: whether the deadline ended them, or the tick was longer
    Internal state:
      planned          1 + (N + 1) 2n + N a: whether a motion exists; its states and forces */
 DUAL_NEWTON_API real *mpc_array(mpc *s, const char *name, size_t *length);

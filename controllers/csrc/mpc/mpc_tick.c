@@ -71,6 +71,12 @@ static int is_late(mpc *s)
     return s->is_late[0] != 0;
 }
 
+/* Note whether the tick took longer than its deadline, although it used the solution. */
+static void note_overrun(mpc *s)
+{
+    if (has_deadline(s) && s->model.clock(s->model.self) - s->begun > (double)s->deadline[0]) s->is_late[0] = 1;
+}
+
 /* Solve the program, from no change. Return an enum stage_qp_status. */
 static int solve_program(mpc *s)
 {
@@ -120,5 +126,6 @@ int mpc_solve(void *self, const real *q, const real *qd, const real *reference, 
     s->planned[0] = 1;
     for (size_t i = 0; i < a; i++) forces[i] = clip(s->f[i], s->first_min[i], s->first_max[i]);
     memset(slack, 0, s->r * sizeof(real));
+    note_overrun(s);
     return COMPUTED_TORQUE_SOLVED;
 }

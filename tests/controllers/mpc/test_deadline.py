@@ -122,6 +122,20 @@ def test_tick_after_a_late_one_starts_from_the_last_motion() -> None:
     assert law["used"][0] <= 12.0  # one step, not several as from rest
 
 
+def test_pause_after_the_last_iteration_is_late_too() -> None:
+    clock = Clock(0.0)
+    assert Law(clock, 5e-3).tick(0.0, 0.0)[0] == SOLVED
+    last, paused = clock.readings, Clock(0.0)
+
+    def read() -> float:
+        paused.step = 1.0 if paused.readings == last - 1 else 0.0
+        return paused()
+
+    law = Law(read, 5e-3)
+    assert law.tick(0.0, 0.0)[0] == SOLVED
+    assert law["is_late"][0] == 1.0
+
+
 def test_clock_is_unused_without_deadline() -> None:
     clock = Clock(1e3)
     law, other = Law(clock, 0.0), Law(Clock(0.0), 1e-3)
