@@ -120,17 +120,15 @@ def _not_converged(summary: Mapping[str, Any]) -> list[str]:
 
 def _fallbacks(summary: Mapping[str, Any]) -> list[str]:
     count, ticks = summary.get("fallback_ticks"), summary.get("ticks")
-    if not count:
-        return []
-    late = summary.get("late_ticks") or 0
-    found = "mpc found no motion" + (
-        f" within controller.deadline in {late} of them" if late else ""
-    )
-    change = (
-        "deadline higher or controller.nodes lower" if 2 * late > count else "iterations higher"
-    )
-    what = f"{found}, so the computed torque determined the forces; set controller.{change}"
-    return [f"{count} of {ticks} ticks with the fallback: {what}"]
+    late, found = summary.get("late_ticks") or 0, []
+    if late:
+        what = "set controller.deadline higher or controller.nodes lower"
+        found.append(f"{late} of {ticks} ticks reached controller.deadline; {what}")
+    if count:
+        what = "mpc found no motion, so the computed torque determined the forces"
+        advice = "" if late else "; set controller.iterations higher"
+        found.append(f"{count} of {ticks} ticks with the fallback: {what}{advice}")
+    return found
 
 
 def _contact_errors(summary: Mapping[str, Any]) -> list[str]:
