@@ -11,8 +11,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy.optimize import linprog
-from scipy.sparse import block_diag, csr_matrix, hstack, identity
 
 from addin_sdfusion.robot import SimulationError
 from controllers.arrays import FloatArray
@@ -87,6 +85,8 @@ def _missing_torque(A: FloatArray, b: FloatArray, low: FloatArray) -> FloatArray
         b: Shape (k, n).
         low: Lower limits of forces, shape (k, m), in [N].
     """
+    from scipy.sparse import block_diag, hstack, identity
+
     k, n, m = A.shape
     eye = identity(k * n)
     cost = np.append(np.zeros(k * m), np.ones(2 * k * n))
@@ -98,6 +98,8 @@ def _missing_torque(A: FloatArray, b: FloatArray, low: FloatArray) -> FloatArray
 
 def _strength(A: FloatArray, b: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """Return the smallest s with A f = b and low <= f <= s high, shape (k,); see above."""
+    from scipy.sparse import block_diag, csr_matrix, hstack
+
     k, _, m = A.shape
     point, muscle = np.nonzero(np.isfinite(high))
     rows, columns = np.arange(len(point)), point * m + muscle
@@ -114,6 +116,8 @@ def _solve(
     cost: FloatArray, A: Any, b: FloatArray, low: FloatArray, upper: Any = None
 ) -> FloatArray:
     """Minimise cost'x subject to A x = b, upper x <= 0 and x >= low."""
+    from scipy.optimize import linprog
+
     answer = linprog(
         cost,
         A_ub=upper,

@@ -16,4 +16,6 @@
 #define HAS_WIDE_VERSION 0
 #endif
 
+typedef int lane_support; /* ISO C forbids empty files */
+
 #endif
