@@ -24,7 +24,8 @@ FREESTANDING = "sim_dart/csrc/freestanding"
 """Replacement for the C library on machines without one."""
 TANGENT = "sim_dart/csrc/tangent"
 """Derivatives for FMUs and estimators, but not for microcontrollers."""
-_BATCH = "sim_dart/csrc/batch"
+BATCH = "sim_dart/csrc/batch"
+"""Steps of many instances, which no FMU contains."""
 GENERATED = "sim_dart/generated"
 """Headers that hatch_build.py generates from the tables of muscle laws."""
 CONTROL_GENERATED = "controllers/generated"
@@ -94,17 +95,17 @@ _NATIVE = f"{RUNTIME}/native/backend_native.c"
 _PYTHON, _LOOP = f"{RUNTIME}/python", f"{RUNTIME}/loop"
 _BROWSER_LOOP = f"{_LOOP}/native_loop.c"
 FMI = Library(
-    _ALL, f"{_LIB}/cardsflow_fmi", (FREESTANDING, _BATCH, _NATIVE, _BROWSER_LOOP), _INSIDE
+    _ALL, f"{_LIB}/cardsflow_fmi", (FREESTANDING, BATCH, _NATIVE, _BROWSER_LOOP), _INSIDE
 )
 """Library of FMUs whose model may be in Python."""
-NATIVE = Library(_ALL, f"{_LIB}/cardsflow_native", (FREESTANDING, _BATCH, _PYTHON, _LOOP), _INSIDE)
+NATIVE = Library(_ALL, f"{_LIB}/cardsflow_native", (FREESTANDING, BATCH, _PYTHON, _LOOP), _INSIDE)
 """Library of native FMUs, without a Python host."""
 LIBRARIES = (CORE, CONTROL, RUN, FMI, NATIVE)
 _MODELS = tuple(f"{RUNTIME}/{name}" for name in ("native", "loop", "model", "platform"))
 BROWSER = Library(
     (*_MODELS, _MASTER, *CORE.folders, *CONTROL.folders),
     f"{PREBUILT}/wasm32",
-    (FREESTANDING, _BATCH, _NATIVE, f"{_MASTER}/fmu_step.c"),
+    (FREESTANDING, BATCH, _NATIVE, f"{_MASTER}/fmu_step.c"),
     _INSIDE,
 )
 """WebAssembly module that simulates in a browser."""

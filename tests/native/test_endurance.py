@@ -24,7 +24,7 @@ def test_heap_does_not_grow(example: str, tmp_path: Path) -> None:
     """For longer runs set CARDSFLOW_STEPS and CARDSFLOW_TICKS: 10 million and 300,000."""
     write_example(tmp_path / "example.h", Experiment.load(EXAMPLES / example))
     sources = ("endurance.c", "example_loop.c")
-    flags = ("-D_GNU_SOURCE", f"-I{tmp_path}", "-Wno-psabi")  # static functions of vectors
+    flags = ("-D_GNU_SOURCE", f"-I{tmp_path}")
     program = build_program(TARGETS["gcc -O3"], tmp_path, sources, *flags)
     heap, times, factor = run([*program, str(STEPS), str(TICKS)]).splitlines()
     before, after = heap.split()

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import pytest
 from support.cases import LONG
 
-from cardsflow_fmu.runtime.sources import CONTROL, CORE, TANGENT
+from cardsflow_fmu.runtime.sources import BATCH, CONTROL, CORE, TANGENT
 
 from .objects import compile_objects
 
@@ -27,9 +27,9 @@ PROGRAMS = ROOT / "tests/native/csrc"
 SOURCES = sorted(
     str(ROOT / name)
     for name in {*CORE.sources(), *CONTROL.sources()}
-    if not name.startswith(TANGENT)
+    if not name.startswith((TANGENT, BATCH))
 )
-"""C files of the core and the control laws, without derivatives."""
+"""C files of the core and the control laws, without derivatives and batches."""
 DERIVATIVES = str(ROOT / TANGENT / "tangent.c")
 """C files of the core for derivatives, which only FMUs contain."""
 TRANSITION = str(ROOT / TANGENT / "transition.c")
