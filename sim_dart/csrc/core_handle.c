@@ -6,17 +6,9 @@
 
 #include <string.h>
 
-/* The arrays after a handle begin at a multiple of 8 bytes, also where pointers have 4 bytes. */
-static const size_t HANDLE_SIZE = (sizeof(core) + 7u) / 8u * 8u;
-
 static size_t working_size(const blob_view *view)
 {
-    STATE_LENGTHS(view)
-    size_t doubles = 0;
-#define ADD_LENGTH(name, length) doubles += length;
-    STATE_ARRAYS(ADD_LENGTH)
-#undef ADD_LENGTH
-    return HANDLE_SIZE + doubles * sizeof(real);
+    return padded(sizeof(core)) + state_reals(view) * sizeof(real);
 }
 
 static int open_view(blob_view *view, const void *blob, size_t size, char *message, size_t capacity)
@@ -35,22 +27,20 @@ core *core_open(const void *blob, size_t size, void *memory)
     blob_view view;
     if (!memory || (uintptr_t)memory % 8 || open_view(&view, blob, size, NULL, 0)) return NULL;
     memset(memory, 0, working_size(&view));
-    core *c = memory;
-    c->blob = view;
+    core *s = memory;
+    s->blob = view;
     STATE_LENGTHS(&view)
-    real *at = (real *)(void *)((char *)memory + HANDLE_SIZE);
-#define PLACE(name, length) c->name = at, at += length;
-    STATE_ARRAYS(PLACE)
-#undef PLACE
-    for (int32_t k = 0; k < view.counts.muscles; k++) c->has_laws |= view.law_kind[k] != KIND_ideal;
-    for (int32_t k = 0; k < view.counts.muscles; k++) c->tension_scale[k] = 1;
-    c->has_laws |= view.counts.bends > 0;
-    c->is_driven = wide > 0;
-    for (int32_t j = 0; j < view.counts.dofs; j++) c->has_friction |= view.friction[j] != 0;
-    tree_prepare(c);
-    paths_prepare(c);
-    laws_prepare(c);
-    return c;
+    real *at = (real *)(void *)((char *)memory + padded(sizeof *s));
+    STATE_ARRAYS(NAMED_PLACE)
+    for (int32_t k = 0; k < view.counts.muscles; k++) s->has_laws |= view.law_kind[k] != KIND_ideal;
+    for (int32_t k = 0; k < view.counts.muscles; k++) s->tension_scale[k] = 1;
+    s->has_laws |= view.counts.bends > 0;
+    s->is_driven = wide > 0;
+    for (int32_t j = 0; j < view.counts.dofs; j++) s->has_friction |= view.friction[j] != 0;
+    tree_prepare(s);
+    paths_prepare(s);
+    laws_prepare(s);
+    return s;
 }
 
 real *core_array(core *c, const char *name, size_t *length)

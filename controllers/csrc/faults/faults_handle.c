@@ -5,8 +5,6 @@
 
 enum { MAX_COORDINATES = 256, MAX_MUSCLES = 1024 };
 
-static const size_t HANDLE_SIZE = (sizeof(faults) + 7u) / 8u * 8u;
-
 #define FAULTS_SIZES(coordinates, muscles)                                                             \
     const size_t n = (size_t)(coordinates), m = (size_t)(muscles), c = 2 * m + n, p = m + c;
 
@@ -14,11 +12,9 @@ size_t faults_size(int coordinates, int muscles)
 {
     if (coordinates < 1 || coordinates > MAX_COORDINATES || muscles < 1 || muscles > MAX_MUSCLES) return 0;
     FAULTS_SIZES(coordinates, muscles)
-    size_t reals = 0;
-#define ADD_LENGTH(name, length) reals += length;
-    FAULTS_ARRAYS(ADD_LENGTH)
-#undef ADD_LENGTH
-    return HANDLE_SIZE + reals * sizeof(real);
+    size_t count = 0;
+    FAULTS_ARRAYS(NAMED_LENGTH)
+    return padded(sizeof(faults)) + count * sizeof(real);
 }
 
 faults *faults_open(int coordinates, int muscles, void *memory)
@@ -29,10 +25,8 @@ faults *faults_open(int coordinates, int muscles, void *memory)
     FAULTS_SIZES(coordinates, muscles)
     faults *s = memory;
     s->n = n, s->m = m, s->c = c, s->p = p;
-    real *at = (real *)(void *)((char *)memory + HANDLE_SIZE);
-#define PLACE(name, length) s->name = at, at += length;
-    FAULTS_ARRAYS(PLACE)
-#undef PLACE
+    real *at = (real *)(void *)((char *)memory + padded(sizeof *s));
+    FAULTS_ARRAYS(NAMED_PLACE)
     return s;
 }
 
@@ -45,10 +39,7 @@ real *faults_array(faults *s, const char *name, size_t *length)
 {
     const size_t n = s->n, m = s->m, c = s->c, p = s->p;
     if (!strcmp(name, "remembered")) return *length = remembered(s), s->clock;
-#define FIND(name_, length_)                                                                           \
-    if (!strcmp(name, #name_)) return *length = length_, s->name_;
-    FAULTS_ARRAYS(FIND)
-#undef FIND
+    FAULTS_ARRAYS(NAMED_FIND)
     return NULL;
 }
 

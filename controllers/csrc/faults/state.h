@@ -7,6 +7,7 @@
 #define CARDSFLOW_FAULTS_STATE_H
 
 #include "../../../sim_dart/csrc/math/elementary.h"
+#include "../../../sim_dart/csrc/named_arrays.h"
 #include "faults.h"
 
 enum { WINDOW = 64 };
@@ -69,13 +70,11 @@ enum { WINDOW = 64 };
     ARRAY(level, c)       /* largest statistic of each channel in this tick */                         \
     ARRAY(onset, c)       /* tick at which its window begins */
 
-#define FAULTS_MEMBER(name, length) real *name;
 struct faults {
     size_t n, m, c, p;
     real limit, repeat_limit; /* thresholds in this tick */
-    FAULTS_ARRAYS(FAULTS_MEMBER)
+    FAULTS_ARRAYS(NAMED_MEMBER)
 };
-#undef FAULTS_MEMBER
 
 static inline int faults_is_number(real x)
 {

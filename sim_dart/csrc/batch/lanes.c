@@ -121,26 +121,12 @@ static const array_place LIMITS[] = {PLACE_OF(link),     PLACE_OF(axis),  PLACE_
 
 #define SIZE(places) (sizeof places / sizeof *places)
 
-static size_t find_lengths(const blob_view *view, array_lengths *of)
+static void find_lengths(const blob_view *view, array_lengths *of)
 {
     STATE_LENGTHS(view)
-    size_t sum = 0;
-#define SET_LENGTH(name, length) sum += of->name = length;
+#define SET_LENGTH(name, length) of->name = length;
     STATE_ARRAYS(SET_LENGTH)
 #undef SET_LENGTH
-    return sum;
-}
-
-/* Return the number of reals in the blob. */
-static size_t blob_length(const blob_view *view)
-{
-    size_t length = 0;
-#define ADD_int32_t(count)
-#define ADD_real(count) length += (size_t)(count);
-#define ADD_FIELD(type, name, per_item, count) ADD_##type(per_item * view->counts.count)
-    BLOB_FIELDS(ADD_FIELD)
-#undef ADD_FIELD
-    return length;
 }
 
 static int qualifies(const core *c)
@@ -154,11 +140,10 @@ static int qualifies(const core *c)
 
 static size_t group_size(const core *c)
 {
-    array_lengths of;
     if (!qualifies(c)) return 0;
     const size_t dofs = (size_t)c->blob.counts.dofs, own = (size_t)c->blob.counts.muscles + dofs + 2 * dofs +
                                                            (size_t)c->blob.law_states + 4;
-    return sizeof(group) + sizeof(real) * (1 + own + find_lengths(&c->blob, &of) + blob_length(&c->blob));
+    return sizeof(group) + sizeof(real) * (1 + own + state_reals(&c->blob) + blob_reals(&c->blob));
 }
 
 static const double *plain(const real *numbers)

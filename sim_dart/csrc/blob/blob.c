@@ -2,6 +2,7 @@
 #include "blob.h"
 
 #include "../core.h"
+#include "../named_arrays.h"
 #include "../../generated/law_parameters.h"
 #include "checks/check_cable_friction.h"
 #include "checks/check_parts.h"
@@ -31,11 +32,6 @@ uint32_t core_layout_hash(void)
 uint32_t core_version(void)
 {
     return BLOB_VERSION;
-}
-
-static size_t padded(size_t bytes)
-{
-    return (bytes + 7u) & ~(size_t)7u;
 }
 
 static size_t expected_size(const blob_counts *n)

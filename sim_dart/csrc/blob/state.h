@@ -3,6 +3,7 @@
 #define CARDSFLOW_STATE_H
 
 #include "../core.h"
+#include "../named_arrays.h"
 #include "../../generated/law_parameters.h"
 #include "layout.h"
 
@@ -175,7 +176,6 @@
 /* Seven vectors and an angle: see core_trace. */
 #define CONTACT_NUMBERS 22
 
-#define STATE_MEMBER(name, length) real *name;
 struct core {
     blob_view blob;
     int32_t is_counting; /* whether wraps store their turns */
@@ -196,9 +196,31 @@ struct core {
     int32_t externals;   /* points of core_external_wrenches; the caller owns the arrays */
     const int32_t *external_frame;
     const real *external_point, *external_wrench;
-    STATE_ARRAYS(STATE_MEMBER)
+    STATE_ARRAYS(NAMED_MEMBER)
 };
-#undef STATE_MEMBER
+
+/* Return the number of reals in the working memory after a handle. */
+static inline size_t state_reals(const blob_view *view)
+{
+    size_t count = 0;
+    STATE_LENGTHS(view)
+    STATE_ARRAYS(NAMED_LENGTH)
+    return count;
+}
+
+/* Return the number of reals in the blob. */
+static inline size_t blob_reals(const blob_view *view)
+{
+    size_t length = 0;
+#define ADD_int32_t(count)
+#define ADD_real(count) length += (size_t)(count);
+#define ADD_FIELD(type, name, per_item, count) ADD_##type(per_item * view->counts.count)
+    BLOB_FIELDS(ADD_FIELD)
+#undef ADD_FIELD
+#undef ADD_int32_t
+#undef ADD_real
+    return length;
+}
 
 /* Decisions of instances that are computed in lanes. A lane that leaves its group computes numbers without
    meaning from then on; its step is repeated alone, see ../batch/lanes.c. */

@@ -8,18 +8,13 @@
     const size_t variables = (size_t)(c)->blob.counts.variables, bends = (size_t)(c)->blob.counts.bends;       \
     const size_t i = (size_t)(imus), N = 3 * n + 6 * i;
 
-/* The arrays after a handle begin at a multiple of 8 bytes, also where pointers have 4 bytes. */
-static const size_t HANDLE_SIZE = (sizeof(estimator) + 7u) / 8u * 8u;
-
 size_t estimator_size(const core *c, int32_t imus)
 {
     if (imus < 0 || imus > MAX_IMUS) return 0;
     ESTIMATOR_LENGTHS(c, imus)
-    size_t reals = 0;
-#define ADD_LENGTH(name, length) reals += length;
-    ESTIMATOR_ARRAYS(ADD_LENGTH)
-#undef ADD_LENGTH
-    return HANDLE_SIZE + reals * sizeof(real);
+    size_t count = 0;
+    ESTIMATOR_ARRAYS(NAMED_LENGTH)
+    return padded(sizeof(estimator)) + count * sizeof(real);
 }
 
 estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_frame, void *memory)
@@ -30,25 +25,20 @@ estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_frame, void 
         if (imu_frame[k] < 0 || imu_frame[k] >= c->blob.counts.frames) return NULL;
     memset(memory, 0, size);
     ESTIMATOR_LENGTHS(c, imus)
-    estimator *e = memory;
-    e->core = c, e->imu_frame = imu_frame;
-    e->n = n, e->m = m, e->i = i, e->N = N, e->variables = variables, e->bends = bends;
-    real *at = (real *)(void *)((char *)memory + HANDLE_SIZE);
-#define PLACE(name, length) e->name = at, at += length;
-    ESTIMATOR_ARRAYS(PLACE)
-#undef PLACE
-    return e;
+    estimator *s = memory;
+    s->core = c, s->imu_frame = imu_frame;
+    s->n = n, s->m = m, s->i = i, s->N = N, s->variables = variables, s->bends = bends;
+    real *at = (real *)(void *)((char *)memory + padded(sizeof *s));
+    ESTIMATOR_ARRAYS(NAMED_PLACE)
+    return s;
 }
 
-real *estimator_array(estimator *e, const char *name, size_t *length)
+real *estimator_array(estimator *s, const char *name, size_t *length)
 {
-    const size_t n = e->n, m = e->m, i = e->i, N = e->N, variables = e->variables, bends = e->bends;
-    if (!strcmp(name, "remembered")) return *length = (size_t)(e->valid + 1 - e->state), e->state;
-#define FIND(name_, length_)                                                                           \
-    if (!strcmp(name, #name_)) return *length = length_, e->name_;
-    ESTIMATOR_ARRAYS(FIND)
-#undef FIND
-    return horizon_array(e, name, length);
+    const size_t n = s->n, m = s->m, i = s->i, N = s->N, variables = s->variables, bends = s->bends;
+    if (!strcmp(name, "remembered")) return *length = (size_t)(s->valid + 1 - s->state), s->state;
+    ESTIMATOR_ARRAYS(NAMED_FIND)
+    return horizon_array(s, name, length);
 }
 
 void estimator_use_transition(estimator *e, estimator_transition *transition, void *self)

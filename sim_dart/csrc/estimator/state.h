@@ -66,7 +66,6 @@
 
 enum { MAX_IMUS = 64 };
 
-#define ESTIMATOR_MEMBER(name, length) real *name;
 struct estimator {
     core *core;
     size_t n, m, i, N, variables, bends;
@@ -78,9 +77,8 @@ struct estimator {
     real step;    /* of the last prediction, in [s] */
     size_t seen, taken; /* number of measurements in this tick; of those within the gate */
     real squares; /* sum of their squared innovations over the variance */
-    ESTIMATOR_ARRAYS(ESTIMATOR_MEMBER)
+    ESTIMATOR_ARRAYS(NAMED_MEMBER)
 };
-#undef ESTIMATOR_MEMBER
 
 /* Return whether a noise setting enables a measurement. */
 static inline int is_measured(real noise)

@@ -33,32 +33,25 @@ enum { MAX_IMUS = 64, MAX_DELAY = 100000 };
     ARRAY(truth, C)                                                                                    \
     ARRAY(rates, variables)
 
-#define SENSORS_MEMBER(name, length) real *name;
 struct sensors {
     core *core;
     size_t n, m, i, D, C, variables; /* C channels, delay D in measurements */
     const int32_t *imu_frame;
-    SENSORS_ARRAYS(SENSORS_MEMBER)
+    SENSORS_ARRAYS(NAMED_MEMBER)
 };
-#undef SENSORS_MEMBER
 
 #define SENSORS_LENGTHS(c, imus, delay)                                                                \
     const size_t n = (size_t)(c)->blob.counts.dofs, m = (size_t)(c)->blob.counts.muscles;              \
     const size_t variables = (size_t)(c)->blob.counts.variables;                                       \
     const size_t i = (size_t)(imus), D = (size_t)(delay), C = 2 * m + 2 * n + 6 * i;
 
-/* The arrays after a handle begin at a multiple of 8 bytes, also where pointers have 4 bytes. */
-static const size_t HANDLE_SIZE = (sizeof(sensors) + 7u) / 8u * 8u;
-
 size_t sensors_size(const core *c, int32_t imus, int32_t delay)
 {
     if (imus < 0 || imus > MAX_IMUS || delay < 0 || delay > MAX_DELAY) return 0;
     SENSORS_LENGTHS(c, imus, delay)
-    size_t reals = 0;
-#define ADD_LENGTH(name, length) reals += length;
-    SENSORS_ARRAYS(ADD_LENGTH)
-#undef ADD_LENGTH
-    return HANDLE_SIZE + reals * sizeof(real);
+    size_t count = 0;
+    SENSORS_ARRAYS(NAMED_LENGTH)
+    return padded(sizeof(sensors)) + count * sizeof(real);
 }
 
 sensors *sensors_open(core *c, int32_t imus, const int32_t *imu_frame, int32_t delay, void *memory)
@@ -72,10 +65,8 @@ sensors *sensors_open(core *c, int32_t imus, const int32_t *imu_frame, int32_t d
     sensors *s = memory;
     s->core = c, s->imu_frame = imu_frame;
     s->n = n, s->m = m, s->i = i, s->D = D, s->C = C, s->variables = variables;
-    real *at = (real *)(void *)((char *)memory + HANDLE_SIZE);
-#define PLACE(name, length) s->name = at, at += length;
-    SENSORS_ARRAYS(PLACE)
-#undef PLACE
+    real *at = (real *)(void *)((char *)memory + padded(sizeof *s));
+    SENSORS_ARRAYS(NAMED_PLACE)
     for (size_t k = 0; k < C; k++) s->stuck[k] = INFINITY;
     return s;
 }
@@ -84,10 +75,7 @@ real *sensors_array(sensors *s, const char *name, size_t *length)
 {
     const size_t n = s->n, m = s->m, i = s->i, D = s->D, C = s->C, variables = s->variables;
     if (!strcmp(name, "remembered")) return *length = (size_t)(s->truth - s->count), s->count;
-#define FIND(name_, length_)                                                                           \
-    if (!strcmp(name, #name_)) return *length = length_, s->name_;
-    SENSORS_ARRAYS(FIND)
-#undef FIND
+    SENSORS_ARRAYS(NAMED_FIND)
     return NULL;
 }
 

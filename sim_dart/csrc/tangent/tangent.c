@@ -71,32 +71,9 @@ struct core_tangent {
     int has_torques, has_law_changes;
 };
 
-/* Return the number of reals in the working memory after a handle. */
-static size_t working_length(const blob_view *view)
-{
-    size_t length = 0;
-    STATE_LENGTHS(view)
-#define ADD_LENGTH(name, numbers) length += numbers;
-    STATE_ARRAYS(ADD_LENGTH)
-#undef ADD_LENGTH
-    return length;
-}
-
-/* Return the number of reals in the blob. */
-static size_t blob_length(const blob_view *view)
-{
-    size_t length = 0;
-#define ADD_int32_t(count)
-#define ADD_real(count) length += (size_t)(count);
-#define ADD_FIELD(type, name, per_item, count) ADD_##type(per_item * view->counts.count)
-    BLOB_FIELDS(ADD_FIELD)
-#undef ADD_FIELD
-    return length;
-}
-
 size_t core_tangent_size(const core *plain)
 {
-    const size_t numbers = working_length(&plain->blob) + blob_length(&plain->blob);
+    const size_t numbers = state_reals(&plain->blob) + blob_reals(&plain->blob);
     return sizeof(core_tangent) + sizeof(core) + 
            (numbers + 9 * (size_t)plain->externals + (size_t)plain->blob.counts.dofs) * sizeof(real);
 }
@@ -197,7 +174,7 @@ void core_tangent_values(const core_tangent *t, enum tangent_array which, double
 
 size_t core_tangent_robot_numbers(const core *plain)
 {
-    return blob_length(&plain->blob);
+    return blob_reals(&plain->blob);
 }
 
 /* Return whether parameters of muscle laws change along a direction. */

@@ -65,20 +65,18 @@
     ARRAY(innovation, T)                                                   \
     ARRAY(spread, T)    /* variance of the innovation */
 
-#define HORIZON_MEMBER(name, length) real *name;
 #define HORIZON_MEMBERS(name_, length) \
     real *name_;                       \
     size_t name_##_length;
 typedef struct horizon {
     size_t K, B, T, remembered;
-    HORIZON_SETTINGS(HORIZON_MEMBER)
-    HORIZON_REMEMBERED(HORIZON_MEMBER)
+    HORIZON_SETTINGS(NAMED_MEMBER)
+    HORIZON_REMEMBERED(NAMED_MEMBER)
     HORIZON_FRAMES(HORIZON_MEMBERS)
     HORIZON_WORK(HORIZON_MEMBERS)
     real *P, *mean;      /* working memory, N x N and N */
     real *given;         /* inputs of the current tick */
 } horizon;
-#undef HORIZON_MEMBER
 #undef HORIZON_MEMBERS
 
 /* Return an array by name, see estimator_array; NULL without a horizon. */
