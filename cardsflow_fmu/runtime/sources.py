@@ -94,9 +94,7 @@ _INSIDE = ("-DCARDSFLOW_INSIDE",)
 _NATIVE = f"{RUNTIME}/native/backend_native.c"
 _PYTHON, _LOOP = f"{RUNTIME}/python", f"{RUNTIME}/loop"
 _BROWSER_LOOP = f"{_LOOP}/native_loop.c"
-FMI = Library(
-    _ALL, f"{_LIB}/cardsflow_fmi", (FREESTANDING, BATCH, _NATIVE, _BROWSER_LOOP), _INSIDE
-)
+FMI = Library(_ALL, f"{_LIB}/cardsflow_fmi", (FREESTANDING, BATCH, _NATIVE, _BROWSER_LOOP), _INSIDE)
 """Library of FMUs whose model may be in Python."""
 NATIVE = Library(_ALL, f"{_LIB}/cardsflow_native", (FREESTANDING, BATCH, _PYTHON, _LOOP), _INSIDE)
 """Library of native FMUs, without a Python host."""

@@ -14,7 +14,9 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.experiment.settings.hardware import FailureSettings
 from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
+from cardsflow_fmu.models.estimator import EstimatorModel
 from cardsflow_fmu.simulation.run import simulate
+from sim_dart import CoreDynamics
 
 STEP = 1e-3
 TIME = 0.05
@@ -109,6 +111,32 @@ def test_failure_of_the_emulated_device_is_found_by_fmus_and_models_alike(tmp_pa
     direct = simulate(experiment, coupling="direct")
     for name in ("fault.cable_2", "fault_statistic", "bound.cable_2", "w_hat.joint_1"):
         assert (direct[name] == result[name]).all()
+
+
+def test_faulty_sensor_stays_unused_if_no_other_sensor_measures() -> None:
+    """The pose of the monitor is then unknown."""
+    settings = {
+        "estimator": {"encoder_noise": 1e-4, "length_noise": 1e-4, "gate": 1e6},
+        "faults": {"length_error": 0.0},
+    }
+    experiment = Experiment.load(PLANAR_2R, settings)
+    model, random = EstimatorModel(experiment), np.random.default_rng(0)
+    at = {port.name: k for k, port in enumerate(model.ports)}
+    poses, lengths = [at["q.joint_1"], at["q.joint_2"]], [at[f"l.cable_{k}"] for k in (1, 2, 3, 4)]
+    rest = np.array(experiment.start.q)
+    expected = np.concatenate([CoreDynamics(experiment.robot).muscle_lengths(rest), rest])
+    model.initialize()
+    model.values[[at[f"tension.cable_{k}"] for k in (1, 2, 3, 4)]] = 20.0  # not slack
+    model.values[[at[f"f.cable_{k}"] for k in (1, 2, 3, 4)]] = 20.0
+    for k in range(200):
+        if k == 100:
+            expected[0] += 5e-3
+        if k == 150:
+            expected[1:] = np.nan
+        model.values[[*lengths, *poses]] = expected + 1e-4 * random.standard_normal(6)
+        model.step(k * STEP, STEP)
+    assert model.values[at["length_fault.cable_1"]] == 5.0
+    assert model.values[at["readings"]] == 0.0
 
 
 @pytest.mark.parametrize(

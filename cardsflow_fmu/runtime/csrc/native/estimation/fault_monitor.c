@@ -127,9 +127,8 @@ void fault_monitor_tick(struct fault_monitor *s, double h)
     if (!s->faults)
         return;
     read_measurements(s, h);
-    if (find_pose(s))
-        return;
-    faults_tick(s->faults, h);
+    if (!find_pose(s))
+        faults_tick(s->faults, h);
     replace_measurements(s);
     fault_monitor_write(s);
 }
