@@ -10,7 +10,7 @@ from typing import Any
 
 from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.formats.read import Reading, holds_robot
-from cardsflow_fmu.cosim.signals.estimation import estimation_wiring
+from cardsflow_fmu.cosim.signals.estimation import estimation_wiring, measured_muscles
 from cardsflow_fmu.cosim.signals.ports import load_signals
 from cardsflow_fmu.cosim.signals.world import wrench_signals
 from cardsflow_fmu.experiment.config.file import read_settings
@@ -23,6 +23,7 @@ from sim_dart.scene import Scene
 
 from .config.custom_law import CustomLaw
 from .loops import closing_dynamics, with_dependent, with_resting_points
+from .motion.look_ahead import LOOK_AHEAD_FILE, read_look_ahead
 from .motion.settings import FREE_STARTS, MotionTable
 from .packed_files import (
     mesh_roots,
@@ -110,7 +111,9 @@ def read_packed_experiment(file: Path) -> dict[str, Any]:
     found = experiment_settings(data, file)
     for own in (found["robot_files"], *(part.files for part in found.get("parts", ()))):
         require_archive_files(own, file.parent)
-    return found
+    robot: Robot = found["robot"]
+    muscles = [robot.muscles[k].name for k in measured_muscles(robot)]
+    return {**found, "look_ahead": read_look_ahead(file.with_name(LOOK_AHEAD_FILE), muscles)}
 
 
 def _require_experiment(path: Path, file: Path) -> None:

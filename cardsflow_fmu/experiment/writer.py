@@ -10,6 +10,7 @@ from addin_sdfusion.robot.json_text import json_text
 
 from .config.custom_law import CustomLaw
 from .experiment import EXPERIMENT_FILE, Experiment
+from .motion.look_ahead import LOOK_AHEAD_FILE
 from .packed_files import (
     Files,
     collision_meshes,
@@ -105,6 +106,8 @@ def experiment_resources(experiment: Experiment, *, with_hardware: bool = False)
     if experiment.feedback is not None and (gains := experiment.controller.gains) is not None:
         files["controller/gains.csv"] = gains
         data["controller"]["gains"] = "controller/gains.csv"
+    if experiment.look_ahead is not None:
+        files[LOOK_AHEAD_FILE] = json_text(experiment.look_ahead.data()).encode()
     files |= _custom_muscle_laws(data["muscles"], experiment)
     if with_hardware:
         data["hardware"] = hardware_data(experiment.hardware, experiment.robot)

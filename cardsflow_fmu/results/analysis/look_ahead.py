@@ -38,11 +38,9 @@ def look_ahead(experiment: Experiment) -> LookAhead:
     terms = {speed: _terms(robot, motion, speed) for speed in (*SPEEDS, POSE)}
     names = terms[1.0][1].muscle_names
     muscles = [experiment.robot.muscles[k].name for k in measured_muscles(experiment.robot)]
-    speeds = {
-        name: _speeds(terms, names.index(name), experiment.faults.ramp if experiment.faults else 0)
-        for name in muscles
-    }
-    return LookAhead(motion.times.tolist(), speeds)
+    ramp = experiment.faults.ramp if experiment.faults else 0.0
+    speeds = {name: tuple(_speeds(terms, names.index(name), ramp)) for name in muscles}
+    return LookAhead(times=tuple(motion.times.tolist()), speeds=speeds)
 
 
 def _terms(robot: Robot, motion: Motion, speed: float) -> tuple[Robot, MotionTerms]:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
+from support.experiments import write_resources
 from support.robots.robots import EXAMPLES
 
+from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.motion.look_ahead import FALL, POSE, LookAhead
 from cardsflow_fmu.models.c_model import CModel
@@ -31,8 +34,8 @@ def arm(**settings: float) -> Experiment:
 
 def with_table(experiment: Experiment, speed: float) -> Experiment:
     """Return the experiment with the same speed for all muscles and times."""
-    speeds = {muscle.name: [speed] for muscle in experiment.robot.muscles}
-    return replace(experiment, look_ahead=LookAhead([0.0], speeds))
+    speeds = {muscle.name: (speed,) for muscle in experiment.robot.muscles}
+    return replace(experiment, look_ahead=LookAhead(times=(0.0,), speeds=speeds))
 
 
 def values(model: CModel, group: str) -> FloatArray:
@@ -175,3 +178,14 @@ def test_insufficient_forces_lead_to_a_more_severe_decision() -> None:
     assert (rows["q"] >= limits[:, 0] - 1e-9).all()
     assert (rows["q"] <= limits[:, 1] + 1e-9).all()
     assert np.abs(rows["qd"][-1]).max() < 1e-3
+
+
+def test_fmus_contain_the_table(tmp_path: Path) -> None:
+    """Models in Python decide as those in C."""
+    experiment = with_table(arm(), 0.25)
+    folder = write_resources(experiment, tmp_path)
+    assert Experiment.from_resources(folder).look_ahead == experiment.look_ahead
+    file = folder / "look_ahead.json"
+    file.write_text(file.read_text().replace("motor10", "motor11"))
+    with pytest.raises(InputError, match=r"speeds.motor10: must have one number for each of"):
+        Experiment.from_resources(folder)
