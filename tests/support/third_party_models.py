@@ -180,3 +180,27 @@ BODY = INCLUDED.partition("-->")[2].rpartition("<")[0].replace('0"a', '0" a')
 WHOLE_MJCF = MJCF.replace('<include file="arm.xml"/>', BODY)
 WHOLE_MJCF = WHOLE_MJCF.replace('<include file="options.xml"/>', '<option gravity="0 1 -9"/>')
 """Model without includes, as well-formed XML."""
+
+SQUAT = """
+[robot]
+path = "P2.osim"
+
+[start]
+q = { hip_flexion_r = -2.0, knee_angle_r = -2.0, ankle_angle_r = -0.5 }
+
+[motion]
+duration = 1.0
+goals = [{ q = 0.0 }]
+
+[motion.cost]  # 1 / (150, 300, 150 N·m)²
+forces = { hip_flexion_r = 4.444444444444444e-5, knee_angle_r = 1.1111111111111111e-5, ankle_angle_r = 4.444444444444444e-5 }
+
+[motion.bounds]
+q_min = { hip_flexion_r = -2.0, knee_angle_r = -2.0, ankle_angle_r = -0.5 }
+q_max = { hip_flexion_r = 0.5, knee_angle_r = 0.0, ankle_angle_r = 0.7 }
+
+[controller]
+kp = 400.0
+kd = 40.0
+"""  # noqa: E501
+"""Experiment of the model P2.osim of OpenSim Moco, with torques."""

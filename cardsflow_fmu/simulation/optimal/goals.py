@@ -58,8 +58,7 @@ def free_start(
     """Return the flags of the states whose start is free, shape (nx,).
 
     By default, the states of muscles are free if a position or velocity is free, since they depend
-    on it. A
-    periodic coordinate that advances starts at the position of [start].
+    on it. A periodic coordinate that advances starts at the position of [start].
 
     Raises:
         UnknownNameError: A coordinate does not exist; the message names the key.
@@ -150,12 +149,12 @@ def fix_goals(
         if goal.weight is None:
             found.constraints.extend(tasks)
             continue
-        node_rows = NodeConstraint(
-            "", (), np.array([node]), StateRows(given, nx), *[targets[given]] * 2
-        )
-        for own in [node_rows] * bool(len(given)) + tasks:
-            weights = np.full(len(own.low), goal.weight)
-            found.costs.append(squares(own.nodes, False, own.evaluate, weights, own.low))
+        pairs = [(task.evaluate, task.low) for task in tasks]
+        if len(given):
+            pairs.append((StateRows(given, nx), targets[given]))
+        for evaluate, target in pairs:
+            weights, nodes = np.full(len(target), goal.weight), np.array([node])
+            found.costs.append(squares(nodes, False, evaluate, weights, target))
     return found
 
 
@@ -165,7 +164,7 @@ def _task_goal(
     node: int,
     dynamics: CoreDynamics,
     nx: int,
-    kind: type[TaskRows] | type[TaskRates] = TaskRows,
+    kind: type[TaskRows] = TaskRows,
 ) -> NodeConstraint:
     """Return the constraint that some task coordinates, or their rates, are given at a node."""
     rows = np.flatnonzero(~np.isnan(y)) if y else np.empty(0, dtype=int)

@@ -37,20 +37,12 @@ class TaskRows:
         return y, J
 
 
-class TaskRates:
+class TaskRates(TaskRows):
     """Rates J(q) qd of some task coordinates with their derivatives by the states.
 
     The bias b(q, v) = J'(q, v) v is quadratic in v, and J is a derivative, so that the derivative
     of J qd by q_j is (b(q, qd + e_j) - b(q, qd - e_j)) / 4 exactly.
-
-    Args:
-        dynamics: The robot.
-        rows: Indices of the task coordinates.
-        nx: Number of states.
     """
-
-    def __init__(self, dynamics: CoreDynamics, rows: IntArray, nx: int) -> None:
-        self._dynamics, self._rows, self._nx = dynamics, rows, nx
 
     def __call__(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return yd, shape (k, rows), and its derivatives, shape (k, rows, nx)."""

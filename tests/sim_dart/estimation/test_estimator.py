@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.robots.bent_cables import with_bent_cables
-from support.robots.estimated import STEP, Truth, draw_flower
+from support.robots.estimated import STEP, Truth, draw_flower, require_repeatable_tick
 from support.robots.inertial import UnitReadings
 from support.robots.robots import EXAMPLES, one_joint
 
@@ -287,13 +287,7 @@ def test_offsets_are_found_at_a_known_pose(arm: Robot) -> None:
 def test_restored_state_is_bit_identical(arm: Robot) -> None:
     estimator, _ = estimator_at_rest(arm, EstimatorSettings())
     estimator.tick(STEP)
-    state = estimator.get_state()
-    estimator.tick(STEP)
-    after = estimator.get_state()
-    estimator.reset()
-    estimator.set_state(state)
-    estimator.tick(STEP)
-    assert np.array_equal(estimator.get_state(), after)
+    require_repeatable_tick(estimator)
 
 
 def test_invalid_settings_are_rejected(arm: Robot) -> None:

@@ -135,3 +135,14 @@ def draw_flower(
             estimator.accelerometer[:] = read[:, 1] + settings.accelerometer_noise * noise[:, 1]
         valid &= estimator.tick(STEP) or k * STEP < _SETTLED
     return Drawn(float(np.sqrt(np.mean(np.square(errors).sum(axis=1)))), valid)
+
+
+def require_repeatable_tick(estimator: PoseEstimator) -> None:
+    """Check that a tick after restoring the state has the same result, bit by bit."""
+    state = estimator.get_state()
+    estimator.tick(STEP)
+    after = estimator.get_state()
+    estimator.reset()
+    estimator.set_state(state)
+    estimator.tick(STEP)
+    assert np.array_equal(estimator.get_state(), after)

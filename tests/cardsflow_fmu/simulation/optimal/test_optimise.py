@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R
+from support.third_party_models import SQUAT
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.reader import follows_motion
@@ -17,29 +18,6 @@ from cardsflow_fmu.simulation.optimal.files import write_motion_files
 from cardsflow_fmu.simulation.optimal.optimise import NoMotionError, load_for_motion, optimise
 from cardsflow_fmu.utils.csv_table import read_csv
 from sim_dart import CoreDynamics, Plant
-
-SQUAT = """
-[robot]
-path = "P2.osim"
-
-[start]
-q = { hip_flexion_r = -2.0, knee_angle_r = -2.0, ankle_angle_r = -0.5 }
-
-[motion]
-duration = 1.0
-goals = [{ q = 0.0 }]
-
-[motion.cost]  # 1 / (150, 300, 150 N·m)²
-forces = { hip_flexion_r = 4.444444444444444e-5, knee_angle_r = 1.1111111111111111e-5, ankle_angle_r = 4.444444444444444e-5 }
-
-[motion.bounds]
-q_min = { hip_flexion_r = -2.0, knee_angle_r = -2.0, ankle_angle_r = -0.5 }
-q_max = { hip_flexion_r = 0.5, knee_angle_r = 0.0, ankle_angle_r = 0.7 }
-
-[controller]
-kp = 400.0
-kd = 40.0
-"""  # noqa: E501
 
 PENDULUM = """<robot name="pendulum"><link name="base"/>
 <link name="rod"><inertial><origin xyz="0 0 -1"/><mass value="1"/>
