@@ -15,6 +15,7 @@ import torch
 from torch import nn
 
 import cardsflow_fmu.gym  # noqa: F401  registers cardsflow/...
+from addin_sdfusion.robot import InputError
 from cardsflow_fmu.gym.export import export_policy
 
 
@@ -125,9 +126,18 @@ def evaluate(envs: Any, actor: nn.Module, normal: Normaliser, seed: int = 1_000_
 
 
 def save(folder: Path, env: Any, actor: nn.Module, normal: Normaliser, rows: Sequence[Row]) -> None:
-    """Write the policy for controllers, the state dictionary and the learning curve."""
+    """Write the learning curve, the network with its normalisation, and the policy for controllers.
+
+    Controllers do not know the observations of some tasks, such as those of MyoSuite. Their policy
+    is only written for PyTorch.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    torch.save(actor.state_dict(), folder / "policy.pt")
-    export_policy(env, actor.state_dict(), folder / "policy.json", mean=normal.mean, sd=normal.sd)
     with (folder / "curve.csv").open("w", newline="") as file:
         csv.writer(file).writerows([Row._fields, *rows])
+    torch.save(actor.state_dict(), folder / "policy.pt")
+    np.savez(folder / "normalisation.npz", mean=normal.mean, sd=normal.sd)
+    try:
+        policy = actor.state_dict()
+        export_policy(env, policy, folder / "policy.json", mean=normal.mean, sd=normal.sd)
+    except InputError as error:
+        print(f"policy.json is not written: {error}")
