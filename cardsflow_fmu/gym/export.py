@@ -117,19 +117,19 @@ def export_network(
     target = Path(folder)
     with create_new_folder(target, "policy"):
         written = target / "policy.json"
+        spaces = {"pose": "joint", "reach": "operational"}
+        space = spaces.get(task) or Experiment.load(experiment, given).reference.space
+        changes = {"type": "policy", "policy": str(written.absolute()), "period": step}
+        if space != "joint":
+            changes["space"] = space
+        given |= {f"controller.{key}": value for key, value in changes.items()}
         env = from_experiment(experiment, given, task=task, step=step)
         assert isinstance(env, CardsflowEnv)
         if file.suffix == ".json":
-            policy = write_policy(read_policy(file), written)
+            write_policy(read_policy(file), written)
         else:
             layers, functions = read_network(file)
             inner, last = (functions[0], functions[-1]) if functions else (activation, "linear")
             export_policy(env, layers, written, activation=inner, last=last)
-            policy = written
-        space = env.episodes.task.space
-        changes = {"type": "policy", "policy": str(policy.absolute()), "period": step}
-        if space != "joint":
-            changes["space"] = space
-        given |= {f"controller.{key}": value for key, value in changes.items()}
         loaded = Experiment.load(experiment, given)
-        return [policy, *build_fmus(loaded, target, ["controller"], native=True).values()]
+        return [written, *build_fmus(loaded, target, ["controller"], native=True).values()]

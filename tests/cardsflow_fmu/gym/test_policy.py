@@ -124,6 +124,20 @@ def test_a_policy_fmu_computes_the_network_without_python(tmp_path: Path) -> Non
     fmu.freeInstance()
 
 
+@pytest.mark.parametrize("example", [PLANAR, FLOWER], ids=["own joint space", "flower"])
+def test_policies_are_exported_for_references_that_the_own_controller_cannot_follow(
+    example: Path, tmp_path: Path
+) -> None:
+    points = [{"time": t, "y": [0.3, 1.95]} for t in (0, 2)]
+    given = {"reference": {"points": points}} if example == PLANAR else {}
+    task = "reach" if example == PLANAR else "track"
+    own = {**given, "controller.type": "operational_space"} if example == PLANAR else {}
+    env = gym.from_experiment(example, own, task=task)
+    _export(env, tmp_path / "policy.json")
+    files = export_network(tmp_path / "policy.json", example, tmp_path / "out", given, task=task)
+    assert [file.name for file in files] == ["policy.json", "controller.fmu"]
+
+
 WRONG: dict[str, tuple[Callable[[dict[str, Any]], object], str]] = {
     "format": (lambda d: d.update(format="x"), "is not a policy"),
     "missing": (lambda d: d.pop("layers"), "is not a valid policy: KeyError"),
