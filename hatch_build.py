@@ -28,8 +28,8 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -115,36 +115,58 @@ def compiler() -> list[str]:
 def platform_flags(is_small: bool) -> list[str]:
     """Flags that depend on the system."""
     if sys.platform == "win32":
-        return ["-shared"]
-    flags = ["-shared", "-fPIC"]
+        return []
     if sys.platform == "darwin":
-        return flags
-    small = ["-s", *_SOURCES.NO_UNWINDING, "-Wl,--gc-sections"] if is_small else []
-    return [*flags, *small, "-D_GNU_SOURCE", "-lm", "-ldl", "-lpthread"]
+        return ["-fPIC"]
+    return ["-fPIC", *(_SOURCES.NO_UNWINDING if is_small else ()), "-D_GNU_SOURCE"]
 
 
-def compile_library(
-    library: Any, output: Path, extra: Sequence[str] = (), objects: Mapping[str, str] = {}
-) -> Path:
-    """Compile one library below `output`; returns its path.
+def link_flags(library: Any, is_small: bool, folder: Path) -> list[str]:
+    """Flags of the linker; `folder` takes a file that it reads."""
+    if sys.platform == "win32":
+        return ["-shared"]
+    if sys.platform == "darwin":
+        return ["-shared", *(f"-Wl,-exported_symbol,_{name}" for name in library.exports)]
+    flags = ["-shared", *(["-s", "-Wl,--gc-sections"] if is_small else [])]
+    if library.exports:
+        script = folder / f"{Path(library.target).name}.map"
+        script.write_text(f"{{ global: {'; '.join(library.exports)}; local: *; }};\n", "utf-8")
+        flags.append(f"-Wl,--version-script={script}")
+    return [*flags, "-lm", "-ldl", "-lpthread"]
 
-    `objects` are the files that are compiled already, by their sources.
+
+def compile_libraries(output: Path, extra: Sequence[str] = ()) -> list[Path]:
+    """Compile the libraries of this platform below `output`, on all processors.
+
+    Files that several libraries contain are compiled once for each set of flags. Compilers run at
+    the root with relative paths, so that their caches hold for every clone.
     """
-    sources = library.sources(ROOT)  # relative to where compilers run: caches hold for every clone
-    is_small = library is _SOURCES.NATIVE and not extra
-    flags = _flags(library, is_small, extra)
-    made_of = [objects.get(name, name) for name in sources]
-    name = library.target + SUFFIX
-    libraries = platform_flags(is_small)  # behind what needs them
-    fingerprint = f"{library.fingerprint(ROOT)} {_version()} {flags} {libraries}\n"
-    command = [*compiler(), *flags, *made_of, *libraries, "-o"]
-    return _take_or_make(name, output, fingerprint, lambda aside: [*command, str(aside)])[0]
+    with ThreadPoolExecutor(os.cpu_count()) as pool, tempfile.TemporaryDirectory() as folder:
+
+        @cache
+        def compiled(source: str, flags: tuple[str, ...]) -> Future[str]:
+            file = f"{folder}/{Path(source).stem}{'_small' if _SOURCES.SMALL[0] in flags else ''}.o"
+            command = [*compiler(), *flags, "-c", source, "-o", file]
+            return pool.submit(lambda: _run(command, ROOT) or file)
+
+        def link(library: Any) -> list[Path]:
+            is_small = library is _SOURCES.NATIVE and not extra
+            flags = (*_flags(is_small, extra), *platform_flags(is_small))
+            fingerprint = f"{library.fingerprint(ROOT)} {_version()} {flags}\n"
+
+            def command_for(aside: Path) -> list[str]:
+                objects = [compiled(name, flags) for name in library.sources(ROOT)]
+                linked = (*(one.result() for one in objects), "-o", str(aside))
+                return [*compiler(), *flags, *linked, *link_flags(library, is_small, Path(folder))]
+
+            return _take_or_make(library.target + SUFFIX, output, fingerprint, command_for)
+
+        return [file for library in LIBRARIES for file in link(library)]
 
 
-def _flags(library: Any, is_small: bool, extra: Sequence[str]) -> list[str]:
+def _flags(is_small: bool, extra: Sequence[str]) -> list[str]:
     of_user = shlex.split(os.environ.get("CARDSFLOW_CFLAGS", ""))
-    small = _SOURCES.SMALL if is_small else ()
-    return [*FLAGS, *library.flags, *small, *of_user, *extra]
+    return [*FLAGS, *(_SOURCES.SMALL if is_small else ()), *of_user, *extra]
 
 
 @cache
@@ -152,28 +174,6 @@ def _version() -> str:
     """What the compiler says of itself."""
     command = [*compiler(), "--version"]
     return subprocess.run(command, capture_output=True, text=True, check=False).stdout
-
-
-def compile_libraries(output: Path) -> list[Path]:
-    """Compile all of this platform, on all processors."""
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        largest_first = reversed(LIBRARIES)
-        return list(pool.map(lambda one: compile_library(one, output), largest_first))
-
-
-def compile_sanitized(output: Path, sanitizer: str) -> list[Path]:
-    """The same with a sanitizer; what both libraries of FMUs are made of is compiled once."""
-    flags = SANITIZE[sanitizer]
-    *others, fmi, native = LIBRARIES
-    both = set(native.sources(ROOT))
-    common = [name for name in fmi.sources(ROOT) if name in both]
-    with ThreadPoolExecutor(os.cpu_count()) as pool, tempfile.TemporaryDirectory() as folder:
-        first = pool.map(lambda one: compile_library(one, output, flags), others)
-        command = [*compiler(), *_flags(native, False, flags), "-fPIC", "-D_GNU_SOURCE", "-c"]
-        _run([*command, *(str(ROOT / name) for name in common)], Path(folder))
-        objects = {name: f"{folder}/{Path(name).stem}.o" for name in common}
-        then = pool.map(lambda one: compile_library(one, output, flags, objects), (fmi, native))
-        return [*first, *then]
 
 
 def compile_prebuilt(platform: str, output: Path) -> list[Path]:
@@ -319,10 +319,7 @@ def main() -> None:
     )
     arguments = parser.parse_args()
     write_headers()
-    if arguments.sanitize:
-        made = compile_sanitized(arguments.output, arguments.sanitize)
-    else:
-        made = compile_libraries(arguments.output)
+    made = compile_libraries(arguments.output, SANITIZE.get(arguments.sanitize, ()))
     made += compile_all_prebuilt(parse_platforms(arguments.platforms), arguments.output)
     print(*made, sep="\n")
 

@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[2]
 # traps, which are not used, compilers can vectorise loops.
 _NUMBERS = ("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math")
 FLAGS = ("-std=c99", "-O3", *_NUMBERS, "-fvisibility=hidden")
-WARNINGS = ("-Wall", "-Wextra")
+WARNINGS = ("-Wall", "-Wextra", "-Wno-psabi")  # vectors are passed inside one library only
 
 RUNTIME = "cardsflow_fmu/runtime/csrc"
 FREESTANDING = "sim_dart/csrc/freestanding"
@@ -40,13 +40,13 @@ class Library(NamedTuple):
         folders: Folders with its files, at any depth.
         target: Path of the library without a suffix.
         without: Folders and files to exclude.
-        flags: Additional compiler flags.
+        exports: Patterns of the functions to export; all that the sources declare so if empty.
     """
 
     folders: tuple[str, ...]
     target: str
-    without: tuple[str, ...]
-    flags: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
+    exports: tuple[str, ...] = ()
 
     def sources(self, root: Path = ROOT) -> list[str]:
         """Return its C files, relative to the root, in order."""
@@ -61,7 +61,7 @@ class Library(NamedTuple):
 
     def fingerprint(self, root: Path = ROOT) -> str:
         """Return a hash of all sources, which identifies the compiled library."""
-        digest = hashlib.sha256(repr((FLAGS, self.flags, SMALL, TARGETS)).encode())
+        digest = hashlib.sha256(repr((FLAGS, self.exports, SMALL, TARGETS)).encode())
         for name in [*self.sources(root), *self.headers(root)]:
             contents = (root / name).read_bytes()
             digest.update(f"{name}\0{len(contents)}\0".encode() + contents)
@@ -79,24 +79,27 @@ def _find_files(
 
 
 _LIB = "cardsflow_fmu/runtime/lib"
-CORE = Library(
-    ("sim_dart/csrc", GENERATED), "sim_dart/lib/cardsflow_core", (FREESTANDING,), ("-Wno-psabi",)
-)
+CORE = Library(("sim_dart/csrc", GENERATED), "sim_dart/lib/cardsflow_core", (FREESTANDING,))
 _SHARED = ("sim_dart/csrc/math", "sim_dart/csrc/stage_qp")
 CONTROL = Library(
-    ("controllers/csrc", CONTROL_GENERATED, *_SHARED), "controllers/lib/cardsflow_control", ()
+    ("controllers/csrc", CONTROL_GENERATED, *_SHARED), "controllers/lib/cardsflow_control"
 )
 _MASTER = "cardsflow_fmu/cosim/csrc"
-RUN = Library((_MASTER, "cardsflow_fmu/utils/compiled"), f"{_LIB}/cardsflow_run", ())
+RUN = Library((_MASTER, "cardsflow_fmu/utils/compiled"), f"{_LIB}/cardsflow_run")
 """Library for runs: the co-simulation master, and tables as text."""
 _ALL = (RUNTIME, *CORE.folders, *CONTROL.folders)
-_INSIDE = ("-DCARDSFLOW_INSIDE",)
+_FMI = ("fmi2*", "fmi3*")
 _NATIVE = f"{RUNTIME}/native/backend_native.c"
 _PYTHON, _LOOP = f"{RUNTIME}/python", f"{RUNTIME}/loop"
 _BROWSER_LOOP = f"{_LOOP}/native_loop.c"
-FMI = Library(_ALL, f"{_LIB}/cardsflow_fmi", (FREESTANDING, BATCH, _NATIVE, _BROWSER_LOOP), _INSIDE)
+FMI = Library(
+    _ALL,
+    f"{_LIB}/cardsflow_fmi",
+    (FREESTANDING, BATCH, _NATIVE, _BROWSER_LOOP),
+    (*_FMI, "cardsflow_worker_*", "native_model_*"),
+)
 """Library of FMUs whose model may be in Python."""
-NATIVE = Library(_ALL, f"{_LIB}/cardsflow_native", (FREESTANDING, BATCH, _PYTHON, _LOOP), _INSIDE)
+NATIVE = Library(_ALL, f"{_LIB}/cardsflow_native", (FREESTANDING, BATCH, _PYTHON, _LOOP), _FMI)
 """Library of native FMUs, without a Python host."""
 LIBRARIES = (CORE, CONTROL, RUN, FMI, NATIVE)
 _MODELS = tuple(f"{RUNTIME}/{name}" for name in ("native", "loop", "model", "platform"))
@@ -104,7 +107,6 @@ BROWSER = Library(
     (*_MODELS, _MASTER, *CORE.folders, *CONTROL.folders),
     f"{PREBUILT}/wasm32",
     (FREESTANDING, BATCH, _NATIVE, f"{_MASTER}/fmu_step.c"),
-    _INSIDE,
 )
 """WebAssembly module that simulates in a browser."""
 
@@ -117,8 +119,8 @@ class Target(NamedTuple):
     flags: tuple[str, ...]
 
 
-# Small, because every FMU contains it. Unused functions are removed.
-SMALL = ("-Os", "-ffunction-sections")
+# Small, because every FMU contains it. Unused functions are removed, so few may be exported.
+SMALL = ("-Os", "-ffunction-sections", "-DCARDSFLOW_INSIDE")
 NO_UNWINDING = ("-fno-unwind-tables", "-fno-asynchronous-unwind-tables")  # C has no exceptions
 _LINUX = ("-fPIC", "-D_GNU_SOURCE", *NO_UNWINDING, "-Wl,--gc-sections", "-lm", "-ldl", "-lpthread")
 _DARWIN = (
@@ -155,7 +157,7 @@ def wasm_command(file: Path) -> list[str]:
     compiler = [sys.executable, "-m", "ziglang", "cc", "-target", "wasm32-wasi"]
     module = ["-mexec-model=reactor", "-Wl,--gc-sections", "-Wl,--export-dynamic"]
     memory = [f"-Wl,--export={name}" for name in ("malloc", "free")]
-    flags = [*FLAGS, *BROWSER.flags, *SMALL, "-g0", "-s", *module, *memory]
+    flags = [*FLAGS, *SMALL, "-g0", "-s", *module, *memory]
     return [*compiler, *flags, *BROWSER.sources(), "-o", str(file.absolute())]
 
 
@@ -169,5 +171,5 @@ def cross_command(library: Library, platform: str, file: Path) -> list[str]:
     """
     target = TARGETS[platform]
     compiler = [sys.executable, "-m", "ziglang", "cc", "-target", target.name]
-    flags = [*FLAGS, *library.flags, *SMALL, "-shared", "-g0", "-s"]
+    flags = [*FLAGS, *SMALL, "-shared", "-g0", "-s"]
     return [*compiler, *flags, *library.sources(), "-o", str(file.absolute()), *target.flags]
