@@ -20,6 +20,8 @@ from typing import Any
 import numpy as np
 import pytest
 from support.hardware.hardware_fuzz import bad_frames, with_checksum
+from support.native.targets import DERIVATIVES, FLAGS, SOURCES, TRANSITION, Target
+from support.native.targets import compiled as compiled_objects
 from support.process_output import wait_until
 from support.robots.bent_cables import with_bent_cables
 from support.robots.robots import EXAMPLES, PLANAR_2R
@@ -31,14 +33,13 @@ from cardsflow_fmu.hardware.device.server import DeviceServer
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
 from cardsflow_fmu.hardware.protocol.frame import MAX_BYTES, Frame, Kind, pack, unpack
 from cardsflow_fmu.hardware.protocol.signals import hardware_signature
-from cardsflow_fmu.runtime.sources import CONTROL, CORE
 from cardsflow_fmu.simulation.run import simulate
 
 ROOT = EXAMPLES.parent
 FOLDER = EXAMPLES / "hardware_in_the_loop"
 ARM = EXAMPLES / "roboy_left_arm"
 STRICT = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wshadow", "-Wconversion"]
-SOURCES = sorted({str(ROOT / name) for one in (CORE, CONTROL) for name in one.sources()})
+NEEDED = [*SOURCES, DERIVATIVES, TRANSITION]
 SANITIZED = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 COMMON = ["-O1", "-ffp-contract=off", "-DCARDSFLOW_INSIDE"]
 SINGLE = ["-DCARDSFLOW_FLOAT", "-fsingle-precision-constant"]
@@ -62,11 +63,9 @@ _spec.loader.exec_module(make_controller)
 
 
 @pytest.fixture(scope="session")
-def libraries(compiler: str, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+def libraries(compiler: str) -> list[str]:
     """Compile the object files of the core and the muscle laws."""
-    folder = tmp_path_factory.mktemp("objects")
-    subprocess.run([compiler, "-std=c99", *COMMON, "-c", *SOURCES], cwd=folder, check=True)
-    return [str(file) for file in folder.glob("*.o")]
+    return compiled_objects(Target([compiler, "-O1", "-fPIC"]), [*FLAGS, f"-I{ROOT}"], NEEDED)
 
 
 def compiled(
@@ -91,12 +90,13 @@ def compiled_in_single_precision(experiment: Experiment, folder: Path) -> Path:
         pytest.skip("no gcc")
     make_controller.write_controller(experiment, folder, single=True)
     program = folder / "controller"
-    command = ["gcc", *STRICT, *COMMON, *SINGLE, f"-I{folder}", str(FOLDER / "controller.c")]
+    command = ["gcc", *STRICT, *COMMON, "-O0", *SINGLE, f"-I{folder}"]
     command += [
+        str(FOLDER / "controller.c"),
         '-DCARDSFLOW_PARTS="parts.h"',
         "-Wno-conversion",
         "-Wno-shadow",
-        *SOURCES,
+        *NEEDED,
         "-o",
         str(program),
         "-lm",
