@@ -14,10 +14,10 @@ from support.cases import LONG, with_marks
 from support.native.elf import program_names, program_sizes
 from support.native.example import write_example
 from support.native.targets import (
+    GCC,
     PROGRAMS,
     ROOT,
     SOURCES,
-    TARGETS,
     ZIG,
     build_program,
     find_runner,
@@ -97,7 +97,7 @@ def test_vectors_are_bit_identical(processor: str, tmp_path: Path) -> None:
     own, flags = ("replay_bare.c", "replay_vectors.c"), ("-O2", "-g", f'-DVECTORS="{vectors}"')
     program = build(tmp_path / "replay.elf", cpu, own, (*flags, *SINGLE_FLAGS * single))
     assert not single or not arithmetic_helpers(program)
-    here = TARGETS["gcc -O2"]
+    here = GCC
     replay = build_program(here, tmp_path, REPLAY, *(single_flags(here) if single else ()))
     assert emulate(program) == run([*replay, vectors]).splitlines()
 

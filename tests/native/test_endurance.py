@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from support.cases import LONG, with_marks
 from support.native.example import write_example
-from support.native.targets import TARGETS, build_program, run
+from support.native.targets import GCC, build_program, run
 from support.robots.robots import EXAMPLES
 
 from cardsflow_fmu import Experiment
@@ -25,7 +25,7 @@ def test_heap_does_not_grow(example: str, tmp_path: Path) -> None:
     write_example(tmp_path / "example.h", Experiment.load(EXAMPLES / example))
     sources = ("endurance.c", "example_loop.c")
     flags = ("-D_GNU_SOURCE", f"-I{tmp_path}")
-    program = build_program(TARGETS["gcc -O3"], tmp_path, sources, *flags)
+    program = build_program(GCC, tmp_path, sources, *flags)
     heap, times, factor = run([*program, str(STEPS), str(TICKS)]).splitlines()
     before, after = heap.split()
     assert before == after
