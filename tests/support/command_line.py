@@ -30,7 +30,7 @@ class CommandLine:
         found, out, err = self(*words)
         assert (found, out) == (code, ""), err
         assert err.startswith("cardsflow: ")
-        assert err.count("\n") == 1
+        assert err.count("\n") == 1, err
         return err
 
     def json(self, *words: object) -> Any:

@@ -26,14 +26,14 @@ def ports() -> Iterator[list[int]]:
     """Return all ports at which a local cluster listens."""
     psutil = pytest.importorskip("psutil")
     this = psutil.Process()
-    before = set(listening([this]))
+    before = set(listening(this))  # other tests may have started servers
     with dask_executor("local", 1):
-        family = [this, *this.children(recursive=True)]
-        yield sorted(set(listening(family)) - before)
+        yield sorted(set(listening(this)) - before)
 
 
-def listening(processes: list[Any]) -> Iterator[int]:
-    for process in processes:
+def listening(this: Any) -> Iterator[int]:
+    """Yield the ports at which a process and its children listen."""
+    for process in (this, *this.children(recursive=True)):
         for connection in process.net_connections(kind="inet"):
             if connection.status == "LISTEN":
                 assert connection.laddr.ip == "127.0.0.1"
