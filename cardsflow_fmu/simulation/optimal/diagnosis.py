@@ -19,7 +19,6 @@ from .problem import MotionProblem
 
 _AT_LIMIT = 1e-4  # distance from a limit, relative to its range
 _MAX_NAMES = 3
-_FIBRE = "fibre_length."  # states of elastic tendons
 
 
 def require_reachable(experiment: Experiment, own: MotionProblem) -> None:
@@ -53,15 +52,7 @@ def infeasibility(problem: OptimalProblem, solution: Solution) -> str:
     limited = _at_limits(problem, solution)
     if limited:
         text += f"; at their limits most of the time: {', '.join(limited)}"
-    return f"{text}; use {rigid_tendons(problem)}a longer duration, wider bounds or another goal"
-
-
-def rigid_tendons(problem: OptimalProblem) -> str:
-    """Return the advice to use rigid tendons, if there are elastic ones, which are stiff."""
-    is_stiff = any(name.startswith(_FIBRE) for name in problem.state_names)
-    return (
-        "rigid tendons (elastic_tendon = 0), since elastic ones are stiff, or " if is_stiff else ""
-    )
+    return f"{text}; use a longer duration, wider bounds or another goal"
 
 
 def active_bounds(own: MotionProblem, solution: Solution) -> dict[str, float]:

@@ -18,7 +18,7 @@ from controllers.optimal.problem import Iterate
 from controllers.optimal.sqp import INFEASIBLE, INTERRUPTED, OPTIMAL, Optimiser, Progress, Solution
 from sim_dart.dynamics.core import CoreDynamics
 
-from .diagnosis import infeasibility, require_reachable, rigid_tendons
+from .diagnosis import infeasibility, require_reachable
 from .feedback import motion_feedback
 from .guess import PARAMETER, last_motion, smooth_guess
 from .obstacles import passages
@@ -26,6 +26,7 @@ from .problem import ROUGH_INTEGRATION, MotionProblem, motion_problem
 
 _INTEGRATION_ERROR = 1e-5  # of an interval, in rad, m, and their rates
 _ROUGH = 1e-3  # tolerance of a first guess, and violation of an interrupted motion
+_OF_GAPS = 0.1  # error of the integration during iterations, relative to gaps between intervals
 _MAX_PAUSE = 4  # iterations between two checks of the integration
 MARK_COLUMN = "cardsflow.interval"
 
@@ -88,7 +89,8 @@ class _Refinement:
         self._left -= 1
         if self._left > 0:
             return False
-        is_finer = self._own.refine(at, ROUGH_INTEGRATION, ends=ends)
+        tolerance = max(ROUGH_INTEGRATION, _OF_GAPS * float(abs(ends - at.x[1:]).max()))
+        is_finer = self._own.refine(at, tolerance, ends=ends)
         self._left = self._pause = 1 if is_finer else min(2 * self._pause, _MAX_PAUSE)
         return is_finer
 
@@ -194,8 +196,7 @@ def _first_guess(experiment: Experiment, own: MotionProblem) -> Iterate:
 def _require_motion(own: MotionProblem, solution: Solution | None) -> None:
     """Check that a motion satisfies the constraints."""
     if solution is None:
-        advice = f"use {rigid_tendons(own.problem)}more substeps"
-        raise NoMotionError(f"the simulation of the start diverges; {advice}")
+        raise NoMotionError("the simulation of the start diverges; use more substeps")
     if solution.status == INTERRUPTED:
         if solution.violation > _ROUGH:
             raise KeyboardInterrupt

@@ -33,7 +33,8 @@ from .tasks import task_bounds
 
 _MAX_REFINED = 8  # substeps up to which they are doubled automatically
 _MAX_STIFF = 64  # the same for final motions with a rough error, such as with stiff springs
-_MIN_GAIN = 8.0  # of the error by twice the substeps; 16 for smooth motions
+_MIN_GAIN = 5.0  # of the error by twice the substeps; 16 for smooth motions, 8 with elastic tendons
+_UNSTABLE = 1.0  # error of an interval whose substeps are too long, in rad, m, and their rates
 ROUGH_INTEGRATION = 1e-2  # error of an interval during the iterations, in rad, m, and their rates
 
 
@@ -58,7 +59,7 @@ class MotionProblem(NamedTuple):
 
     def integration_error(self, at: Iterate, ends: FloatArray) -> float:
         """Return the largest error of the ends of the intervals, in rad, m, and their rates."""
-        return _distance(ends, self._ends(at, 2 * self.shooting.steps))
+        return float(_errors(ends, self._ends(at, 2 * self.shooting.steps)).max())
 
     def refine(
         self,
@@ -71,8 +72,8 @@ class MotionProblem(NamedTuple):
         """Double the substeps until the intervals are accurate; return whether they changed.
 
         More than 8 substeps are only used for stiff robots, and not for the wild motions of early
-        iterations. Substeps that hardly reduce the error, since the forces jump within an interval,
-        are not used.
+        iterations, in which they are doubled once. If they hardly reduce the error of an interval,
+        since the forces jump, others are not more accurate than this one or `ROUGH_INTEGRATION`.
 
         Args:
             at: The motion.
@@ -82,13 +83,17 @@ class MotionProblem(NamedTuple):
         """
         first = steps = self.shooting.steps
         fine = self._ends(at, 2 * steps)
-        error = _distance(self._ends(at, steps) if ends is None else ends, fine)
-        while error > tolerance and steps < (
-            _MAX_STIFF if is_final and error > ROUGH_INTEGRATION else _MAX_REFINED
-        ):
+        errors = _errors(self._ends(at, steps) if ends is None else ends, fine)
+        while errors.max() > tolerance:
+            is_stiff = is_final and errors.max() > ROUGH_INTEGRATION
+            most = _MAX_STIFF if is_stiff else _MAX_REFINED
+            if steps >= (most if is_final else min(2 * first, most)):
+                break
             finer = self._ends(at, 4 * steps)
-            before, error = error, _distance(fine, finer)
-            if before < ROUGH_INTEGRATION and error > before / _MIN_GAIN:
+            before, errors = errors, _errors(fine, finer)
+            is_smooth = (errors <= before / _MIN_GAIN) | (before > _UNSTABLE)
+            jump = min(before[~is_smooth].max(initial=0.0), ROUGH_INTEGRATION)
+            if before[is_smooth].max(initial=0.0) <= max(tolerance, jump):
                 break
             steps, fine = 2 * steps, finer
         self.shooting.steps = steps
@@ -101,9 +106,10 @@ class MotionProblem(NamedTuple):
         return np.full_like(at.x[1:], np.inf) if found is None else found.ends
 
 
-def _distance(one: FloatArray, other: FloatArray) -> float:
+def _errors(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Return the largest difference of the ends of each interval."""
     with np.errstate(invalid="ignore"):
-        return float(np.nan_to_num(abs(one - other), nan=np.inf).max())
+        return np.asarray(np.nan_to_num(abs(one - other), nan=np.inf).max(axis=1))
 
 
 def motion_problem(experiment: Experiment) -> MotionProblem:

@@ -54,6 +54,7 @@ _Static_assert(GROUP == LANES_OF_BATCH, "LANES_OF_BATCH is wrong");
 #define cable_friction_start(c) ((void)(c))
 #define cable_stretch_take(c, m, bend, found) ((void)(bend), (void)(found))
 #define cable_stretch_start(c) ((void)(c))
+#define activation_rate(k, a, u) (u)
 #define activations_add(s, k, a, u, h) ((void)(k))
 #define activations_finish(s, h) ((void)(s))
 

@@ -63,7 +63,7 @@
     ARRAY(energies, 3)        /* kinetic, gravitational, of springs */                                 \
     ARRAY(momenta, 6)         /* linear, angular */                                                    \
     ARRAY(before, 2 * dofs + law_states) /* q, qd, law_states at the start of the step */              \
-    ARRAY(slopes, 2 * dofs + law_states) /* sum of their rates over the stages */                      \
+    ARRAY(stage_rates, 4 * (2 * dofs + law_states)) /* their rates at each Runge-Kutta stage */        \
     ARRAY(armature, variables)                                                                         \
     ARRAY(response, dofs *dofs) /* rows: change of qd for a unit impulse on a coordinate */            \
     ARRAY(factor, dofs *dofs)                                                                          \
@@ -182,6 +182,8 @@ struct core {
     int32_t is_straight; /* whether all paths are straight, see straight.h */
     int32_t has_laws;    /* whether any muscle is not an ideal cable */
     int32_t has_weight;  /* whether any muscle is a heavy cable */
+    int32_t has_fibres;  /* whether any muscle has an elastic tendon and thus a fibre as a state */
+    int32_t is_settling; /* true in a step that settles fibres, whose rates are then not computed */
     int32_t has_friction;
     int32_t is_rubbing;  /* true while velocities of a step with cable friction are computed */
     int32_t friction_rounds, friction_settled;

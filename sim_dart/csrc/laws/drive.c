@@ -167,7 +167,9 @@ int core_law_rates(core *c, const real *u)
     if (bad) return bad;
     muscle_law at;
     for EACH_MUSCLE (c, &at)
-        if (at.states)
+        if (c->is_settling && has_fibre(&at))
+            at.xd[0] = activation_rate(at.k, at.x[0], command(&at, u));
+        else if (at.states)
             at.law->rates(at.k, at.x, length_at(c, at.m), c->rates[at.m], command(&at, u), at.xd);
     if (has_bends(c)) cable_friction_state_rates(c);
     return 0;

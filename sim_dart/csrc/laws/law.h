@@ -46,6 +46,9 @@ typedef struct {
     void (*start)(const real *k, real l, real u, real *x);
     /* Compute x after a time h, while l grows by v h. */
     void (*advance)(const real *k, real *x, real l, real v, real u, real h);
+    /* Only for a law with fibres, otherwise NULL: move a fibre from its length x[1] to the force equilibrium with
+       its mean velocity during a time, at length l and activation x[0]. */
+    void (*settle)(const real *k, real *x, real l, real time);
     /* Only for a cable with weight between two points, otherwise NULL: compute the constants that depend on
        its position, and the forces that pull its two points down in addition to the tension along the chord. */
     void (*place)(real *k, const real chord[3], const real gravity[3]);

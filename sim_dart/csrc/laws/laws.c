@@ -99,6 +99,7 @@ void laws_prepare(core *c)
         share_constants(&before, &at);
         before = at;
         c->has_weight |= at.law->place != NULL;
+        c->has_fibres |= at.law->settle && at.k[LAW_STATES] == 2;
     }
 }
 

@@ -51,6 +51,12 @@ static inline real command(const muscle_law *at, const real *u)
     return at->entry->driven ? clamped(u[at->m], at->k[LAW_LOW], at->k[LAW_HIGH]) : number(0);
 }
 
+/* Return whether the second state is the length of a fibre with an elastic tendon. */
+static inline int has_fibre(const muscle_law *at)
+{
+    return at->law->settle && at->states == 2;
+}
+
 /* Return whether the muscle is a cable with friction that stretches along its path. */
 static inline int does_stretch(const core *c, int32_t m)
 {

@@ -42,6 +42,7 @@ void core_tangent_place(core_tangent *t, const core *plain, const double *comman
     if (!c->has_laws)
         for (size_t k = 0; k < m; k++) c->tensions[k] = c->tension_scale[k] * larger(c->commands[k], 0);
     t->has_torques = 1;
+    c->is_settling = plain->is_settling;
     if (c->has_weight) core_move(c, c->q);
     else tree_move(c, c->q);
 }
@@ -49,10 +50,11 @@ void core_tangent_place(core_tangent *t, const core *plain, const double *comman
 /* Compute a column of the derivatives of a muscle, along a number that has a change. */
 static void take_column(const core *c, const muscle_law *at, double *column)
 {
-    real rates[MAX_LAW_STATES];
+    real rates[MAX_LAW_STATES] = {0};
     const real l = c->lengths[at->m], v = c->rates[at->m], u = command(at, c->commands);
     column[0] = PER_SMALL * tangent_of(bounded_tension(at, at->x, l, v, u));
-    if (at->states) at->law->rates(at->k, at->x, l, v, u, rates);
+    if (c->is_settling && has_fibre(at)) rates[0] = activation_rate(at->k, at->x[0], u);
+    else if (at->states) at->law->rates(at->k, at->x, l, v, u, rates);
     for (int32_t i = 0; i < at->states; i++) column[(1 + i) * LAW_INPUTS] = PER_SMALL * tangent_of(rates[i]);
 }
 

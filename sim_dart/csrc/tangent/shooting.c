@@ -8,6 +8,8 @@
 
 #include "../blob/state.h"
 #include "../integrators/runge_kutta.h"
+#include "../laws/hill/activation.h"
+#include "../laws/muscle_law.h"
 
 struct core_shooting {
     core *plain;
@@ -15,7 +17,7 @@ struct core_shooting {
     size_t n, m, width, across; /* width: numbers in a state; across: number of directions */
     const int32_t *inputs;
     const double *controls;        /* of the interval */
-    double *start, *at, *sum, *slope; /* derivatives of a state, or of its rates: width x across */
+    double *start, *at, *slopes; /* derivatives of a state, or of its rates at each stage: width x across */
     double *none;                     /* zeros, as many as the blob has numbers or any array */
 };
 
@@ -40,7 +42,7 @@ static size_t zeros_of(const core *plain)
 size_t core_shooting_size(const core *plain)
 {
     if (plain->blob.counts.bends) return 0;
-    const size_t numbers = 3 * derivatives_of(plain) + zeros_of(plain);
+    const size_t numbers = 5 * derivatives_of(plain) + zeros_of(plain);
     return sizeof(core_shooting) + numbers * sizeof(double) + rate_jacobian_size(plain);
 }
 
@@ -52,8 +54,8 @@ core_shooting *core_shooting_open(core *plain, void *memory)
     s->n = (size_t)plain->blob.counts.dofs, s->m = (size_t)plain->blob.counts.muscles;
     s->width = width_of(plain);
     s->at = (double *)(void *)(s + 1);
-    s->sum = s->at + length, s->slope = s->sum + length;
-    s->none = s->slope + length;
+    s->slopes = s->at + length;
+    s->none = s->slopes + 4 * length;
     memset(s->none, 0, zeros_of(plain) * sizeof(double));
     s->rates = rate_jacobian_open(plain, s->none + zeros_of(plain));
     return s;
@@ -65,13 +67,12 @@ static void add(size_t count, double scale, const double *restrict slope, double
     for (size_t k = 0; k < count; k++) to[k] += scale * slope[k];
 }
 
-/* Compute the derivatives of the rates of a stage from those of its state. */
-static void multiply(const core_shooting *s, const double *jacobian)
+/* Add the derivatives of the rates of a stage, from those of its state. */
+static void multiply(const core_shooting *s, const double *jacobian, double *slope)
 {
     const size_t columns = s->width + s->m + s->n;
-    memset(s->slope, 0, s->width * s->across * sizeof(double));
     for (size_t i = 0; i < s->width; i++) {
-        double *row = s->slope + i * s->across;
+        double *row = slope + i * s->across;
         const double *own = jacobian + i * columns;
         for (size_t k = 0; k < s->width; k++)
             if (own[k] != 0) add(s->across, own[k], s->at + k * s->across, row);
@@ -82,16 +83,50 @@ static void multiply(const core_shooting *s, const double *jacobian)
     }
 }
 
-/* Add the derivative by h of a move by share * h * rates. */
-static void add_duration(const core_shooting *s, double share, const double *qd, const double *qdd, const double *states,
-                         double *to)
+/* Add a multiple of the derivative of h to a row. */
+static void add_duration(const core_shooting *s, double scale, double *row)
 {
-    for (size_t j = 0; j < s->across; j++) {
-        if ((size_t)s->inputs[j] != s->width + s->m + s->n) continue;
-        for (size_t i = 0; i < s->width; i++) {
-            const double *rates = i < s->n ? qd + i : i < 2 * s->n ? qdd + (i - s->n) : states + (i - 2 * s->n);
-            to[i * s->across + j] += share * *rates;
-        }
+    for (size_t j = 0; j < s->across; j++)
+        if ((size_t)s->inputs[j] == s->width + s->m + s->n) row[j] += scale;
+}
+
+/* Compute row i of the derivatives of a state after h times weighted rates of the first stages. */
+static void sum_row(const core_shooting *s, size_t i, const double weights[4], int stages, double h, double *row)
+{
+    if (row != s->start + i * s->across) memcpy(row, s->start + i * s->across, s->across * sizeof(double));
+    for (int k = 0; k < stages; k++) {
+        if (weights[k] == 0) continue;
+        if (h != 0) add(s->across, weights[k] * h, s->slopes + ((size_t)k * s->width + i) * s->across, row);
+        add_duration(s, weights[k] * s->plain->stage_rates[(size_t)k * s->width + i], row);
+    }
+}
+
+/* Compute the derivatives of settled fibres, as in rows of the state, and of their rates: by the force
+   equilibrium of each. See core_fibres for the numbers of the law. */
+static void settle_fibres(const core_shooting *s, const double weights[4], int stage, double h)
+{
+    const core *c = s->plain;
+    const double time = weights[stage] * h;
+    muscle_law at;
+    for EACH_MUSCLE (c, &at) {
+        if (!has_fibre(&at)) continue;
+        const size_t first = 2 * s->n + (size_t)(at.x - c->law_states), rate_row = (size_t)stage * s->width + first + 1;
+        double *row = s->at + (first + 1) * s->across, *slope = s->slopes + rate_row * s->across;
+        const double rate = at.xd[1], point[FIBRE_POINT] = {at.x[0], at.x[1], rate, c->lengths[at.m], 0};
+        double own[FIBRE_VALUES];
+        at.law->fibre(at.k, point, own);
+        const double by_fibre = own[2] + own[3] / time - own[5];
+        const int is_held = at.x[1] <= at.k[HILL_MIN_FIBRE];
+        const double per = is_held ? 0 : 1 / by_fibre, by_activation = at.x[0] < at.k[HILL_MIN_ACTIVATION] ? 0 : own[1];
+        sum_row(s, first + 1, weights, stage, h, row);
+        for (size_t j = 0; j < s->across; j++) slope[j] = -row[j], row[j] *= per * own[3] / time;
+        add_duration(s, per * own[3] * rate / time * weights[stage], row);
+        add(s->across, -per * by_activation, s->at + first * s->across, row);
+        for (size_t i = 0; i < s->n; i++)
+            add(s->across, -per * own[5] * own[9] * c->jacobian[at.m * s->n + i], s->at + i * s->across, row);
+        add(s->across, 1, row, slope);
+        for (size_t j = 0; j < s->across; j++) slope[j] /= time;
+        add_duration(s, -rate / h, slope);
     }
 }
 
@@ -100,42 +135,35 @@ static void close_loops(const core_shooting *s)
 {
     const double *jacobian = rate_jacobian_close(s->rates);
     const size_t rows = 2 * s->n;
-    memset(s->slope, 0, rows * s->across * sizeof(double));
+    memset(s->at, 0, rows * s->across * sizeof(double));
     for (size_t i = 0; i < rows; i++)
         for (size_t k = 0; k < rows; k++) {
-            double *row = s->slope + i * s->across;
+            double *row = s->at + i * s->across;
             add(s->across, jacobian[i * rows + k], s->start + k * s->across, row);
         }
-    memcpy(s->start, s->slope, rows * s->across * sizeof(double));
+    memcpy(s->start, s->at, rows * s->across * sizeof(double));
 }
 
 /* A stage_observer: advance the derivatives like the state. */
 static void follow(void *self, int stage, double h)
 {
-    static const double weights[4] = {1, 2, 2, 1}, shares[3] = {0.5, 0.5, 1};
     core_shooting *s = self;
-    const core *c = s->plain;
-    const size_t count = s->width * s->across;
     if (stage == 4) {
         close_loops(s);
         return;
     }
-    if (stage == 0) {
-        memcpy(s->at, s->start, count * sizeof(double));
-        memset(s->sum, 0, count * sizeof(double));
-    }
+    const stage_table *table = runge_kutta_stages(s->plain, h);
+    for (size_t i = 0; i < s->width; i++)
+        sum_row(s, i, table->explicit_weights[stage], stage, h, s->at + i * s->across);
+    double *slope = s->slopes + (size_t)stage * s->width * s->across;
+    memset(slope, 0, s->width * s->across * sizeof(double));
     if (h != 0) {
-        multiply(s, rate_jacobian_fill(s->rates, s->controls, s->controls + s->m));
-        add(count, weights[stage], s->slope, s->sum);
+        if (table->implicit_weights[stage][stage] != 0) settle_fibres(s, table->implicit_weights[stage], stage, h);
+        multiply(s, rate_jacobian_fill(s->rates, s->controls, s->controls + s->m), slope);
     }
-    if (stage < 3) {
-        memcpy(s->at, s->start, count * sizeof(double));
-        if (h != 0) add(count, shares[stage] * h, s->slope, s->at);
-        add_duration(s, shares[stage], c->qd, c->qdd, c->law_rates, s->at);
-    } else {
-        add(count, h / 6, s->sum, s->start);
-        add_duration(s, 1.0 / 6, c->slopes, c->slopes + s->n, c->slopes + 2 * s->n, s->start);
-    }
+    if (stage < 3) return;
+    for (size_t i = 0; i < s->width; i++)
+        sum_row(s, i, table->explicit_weights[4], 4, h, s->start + i * s->across);
 }
 
 /* Set the derivatives at the start: 1 for the states among the inputs. */

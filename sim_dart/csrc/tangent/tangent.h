@@ -100,7 +100,7 @@ enum { LAW_STATE_COUNT = (1 + MAX_LAW_STATES) * LAW_INPUTS, LAW_PARTIALS };
 void core_tangent_place(core_tangent *a, const core *plain, const double *commands, const double *torques);
 
 /* Compute the derivatives of all muscles, muscles x LAW_PARTIALS, after core_tangent_place. Those of a heavy
-   cable by its length are 0. */
+   cable by its length are 0, and those of the rate of a fibre in a step that settles it. */
 void core_tangent_laws(core_tangent *a, double *partials);
 
 /* Compute the change of the torques along the command of a heavy cable by its weight, else 0, after

@@ -52,7 +52,7 @@ def _check_derivatives(shooting: Shooting, x: np.ndarray, u: np.ndarray, h: np.n
     e, rng = 1e-6, np.random.default_rng(1)
     found = shooting.run(x, u, h)
     assert found is not None
-    dx, du = rng.normal(size=x.shape), rng.normal(size=u.shape) * np.maximum(abs(u), 0.1)
+    dx, du = (rng.normal(size=own.shape) * np.maximum(abs(own), 0.1) for own in (x, u))
     dh = h * rng.normal(size=len(h))
     ends = [shooting.run(x + s * dx, u + s * du, h + s * dh, False) for s in (e, -e)]
     assert ends[0] is not None
@@ -68,14 +68,36 @@ def test_derivatives_match_differences(robot: Robot, threads: int) -> None:
     _check_derivatives(shooting, *_arguments(shooting))
 
 
-def test_derivatives_with_muscle_laws_match_differences() -> None:
-    """Commands and activations of Hill-type muscles."""
-    robot = Experiment.load(EXAMPLES / "hill_arm").robot
-    shooting = Shooting(robot, STEPS, with_laws=True)
-    assert shooting.nx == 4 + 6  # one activation per muscle
+@pytest.mark.parametrize("is_elastic", [0, 1])
+def test_derivatives_with_muscle_laws_match_differences(is_elastic: int) -> None:
+    """Commands, activations and, with elastic tendons, fibre lengths of Hill-type muscles."""
+    shooting = _hill_arm(is_elastic)
+    assert shooting.nx == 4 + 6 * (1 + is_elastic)
     rng = np.random.default_rng(2)
     x = rng.uniform(0.2, 0.8, (COUNT, shooting.nx))
+    if is_elastic:
+        x[:, 5::2] = [shooting.start(row[:2], row[4::2])[1::2] for row in x]
     _check_derivatives(shooting, x, rng.uniform(0.2, 0.8, (COUNT, 6)), np.full(COUNT, H))
+
+
+def test_fibres_with_elastic_tendons_have_order_three_in_long_steps() -> None:
+    """Also without damping, where explicit steps of this length diverge."""
+    shooting = _hill_arm(1, **{"muscles.*.model.fibre_damping": 0.0})
+    q, u = np.array([0.3, 0.5]), np.full((1, 6), 0.3)
+    x = np.array([[*q, 0.0, 0.0, *shooting.start(q, np.full(6, 0.1))]])
+    ends = []
+    for shooting.steps in (2, 4, 8, 256):
+        found = shooting.run(x, u, np.array([0.04]), False)
+        assert found is not None
+        ends.append(found.ends)
+    errors = [float(abs(own - ends[-1]).max()) for own in ends[:-1]]
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert (orders > 2.5).all(), errors
+
+
+def _hill_arm(is_elastic: int, **settings: float) -> Shooting:
+    own = {"muscles.*.model.elastic_tendon": is_elastic, **settings}
+    return Shooting(Experiment.load(EXAMPLES / "hill_arm", own).robot, STEPS, with_laws=True)
 
 
 @pytest.mark.parametrize("is_inside", [False, True])

@@ -139,6 +139,13 @@ void hill_rates(const hill_curves *f, const real *k, const real *x, real l, real
     xd[1] = value_of(x[1]) <= value_of(k[HILL_MIN_FIBRE]) ? larger(w, 0) * k[HILL_SPEED] : w * k[HILL_SPEED];
 }
 
+void hill_settle(const hill_curves *f, const real *k, real *x, real l, real time)
+{
+    const real from = x[1];
+    const balance b = {f, k, hill_activation(k, x[0]), l, 0, from, time};
+    x[1] = balanced_length(&b, from);
+}
+
 /* Advance by two implicit stages of an L-stable method of order 2 (SDIRK2), which damps stiff components. A
    stage is a force equilibrium with the mean fibre velocity; it exists also for a muscle without activation
    and damping. */

@@ -37,6 +37,8 @@ CORE_INSIDE real hill_elastic_tension(const hill_curves *f, const real *k, const
 CORE_INSIDE void hill_rates(const hill_curves *f, const real *k, const real *x, real l, real v, real u,
                             real *xd);
 CORE_INSIDE void hill_start(const hill_curves *f, const real *k, real l, real u, real *x);
+/* See law.h. Such an equilibrium exists also for a muscle without activation and damping. */
+CORE_INSIDE void hill_settle(const hill_curves *f, const real *k, real *x, real l, real time);
 CORE_INSIDE void hill_advance(const hill_curves *f, const real *k, real *x, real l, real v, real u, real h);
 /* Advance the fibre, with its activation x[0] at the end of the step and `early` after HILL_STAGE h. */
 CORE_INSIDE void hill_advance_fibre(const hill_curves *f, const real *k, real *x, real early, real l, real v,
@@ -85,6 +87,10 @@ static inline real hill_rigid_tension(const hill_curves *f, const real *k, real 
     {                                                                                                  \
         hill_start(&law##_curves, k, l, u, x);                                                         \
     }                                                                                                  \
+    static void law##_settle(const real *k, real *x, real l, real time)                                \
+    {                                                                                                  \
+        hill_settle(&law##_curves, k, x, l, time);                                                     \
+    }                                                                                                  \
     static void law##_advance(const real *k, real *x, real l, real v, real u, real h)                  \
     {                                                                                                  \
         hill_advance(&law##_curves, k, x, l, v, u, h);                                                 \
@@ -104,7 +110,7 @@ static inline real hill_rigid_tension(const hill_curves *f, const real *k, real 
 
 #define HILL_LAW(law, constant_count)                                                                  \
     .constants = constant_count, .prepare = law##_prepare, .tension = law##_tension,      \
-    .rates = law##_rates, .start = law##_start, .advance = law##_advance,                              \
+    .rates = law##_rates, .start = law##_start, .advance = law##_advance, .settle = law##_settle,      \
     .fibre = WHEN_OPENED(law##_fibre), .tendon = WHEN_OPENED(law##_tendon_length), \
     .curve = WHEN_OPENED(law##_curve), .is_hill = 1
 

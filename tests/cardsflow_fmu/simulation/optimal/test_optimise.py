@@ -15,7 +15,7 @@ from support.third_party_models import SQUAT
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.reader import follows_motion
 from cardsflow_fmu.simulation.optimal.files import write_motion_files
-from cardsflow_fmu.simulation.optimal.optimise import NoMotionError, load_for_motion, optimise
+from cardsflow_fmu.simulation.optimal.optimise import load_for_motion, optimise
 from cardsflow_fmu.utils.csv_table import read_csv
 from sim_dart import CoreDynamics, Plant
 
@@ -239,16 +239,11 @@ def test_motion_converges_although_the_filter_rejects_steps_near_the_optimum() -
     assert motion.solution.status == "optimal"
 
 
-def test_elastic_tendons_are_named_if_their_motion_diverges() -> None:
-    own = {"motion.goals": [{"y": [0.5, -0.12]}], "motion.intervals": 2, "motion.muscles": "laws"}
-    own |= {"motion.duration": 0.4, "muscles.biceps.model.elastic_tendon": 1}
-    with pytest.raises(NoMotionError, match=r"use rigid tendons \(elastic_tendon = 0\)"):
-        optimise(load_for_motion(EXAMPLES / "hill_arm", own))
-
-
-def test_motion_with_muscle_laws_has_excitations_that_reach_the_goal() -> None:
+@pytest.mark.parametrize("is_elastic", [0, 1])
+def test_excitations_of_muscle_laws_reach_the_goal(is_elastic: int) -> None:
     """The written excitations, replayed with the plant, reach the end of the motion."""
     own = {"motion.goals": [{"y": [0.5, -0.12]}], "motion.duration": 0.8, "motion.muscles": "laws"}
+    own |= {"muscles.*.model.elastic_tendon": is_elastic, "motion.intervals": 20}
     experiment = load_for_motion(EXAMPLES / "hill_arm", own)
     motion = optimise(experiment)
     assert motion.solution.status == "optimal"
