@@ -113,7 +113,11 @@ EXAMPLES = {
 
 ESTIMATED: dict[str, Any] = {
     "robot.joints.joint_2.motor": True,
-    "estimator": {"encoder_noise": {"joint_1": 1e-3}, "imus": [{"link": "link_2"}]},
+    "estimator": {
+        "encoder_noise": {"joint_1": 1e-3},
+        "imus": [{"link": "link_2"}],
+        "offset_drift": 1e-5,
+    },
     "faults": {},
 }
 """Settings of an experiment that has all kinds of ports of an estimator."""
@@ -157,7 +161,8 @@ def ports_page() -> str:
         "then has the inputs `w_hat.<joint>` and `valid` in addition, and its `q`, `qd` come from "
         "`q_hat`, `qd_hat`. With hardware, the outputs of `hardware.fmu` of the same names are the "
         "measurements. `q.<joint>` exists for coordinates with an encoder, `<link>` stands for "
-        "links with an IMU (inertial measurement unit).",
+        "links with an IMU (inertial measurement unit). `offset_hat.<muscle>` and "
+        "`offset_sd.<muscle>` exist if `offset_drift` or `start_offset_sd` is not 0.",
         _ports("hardware.fmu", experiments[:2], _hardware),
         "It also has all ports of `plant.fmu`, so it can replace the plant.",
     ]

@@ -27,8 +27,8 @@ from .sensors import estimator_settings, sensor_indices
 
 _ARRAYS = """
 length_noise encoder_noise gyroscope_noise accelerometer_noise compliance slack gate
-acceleration_noise load_drift bias_drift imu_rotation imu_position search starts start_low
-start_high start_sd largest_sd largest_innovation innovation_time
+acceleration_noise load_drift bias_drift offset_drift start_offset_sd imu_rotation imu_position
+search starts start_low start_high start_sd largest_sd largest_innovation innovation_time
 """
 """Fields that contain arrays of a `PoseEstimator`."""
 
@@ -82,6 +82,7 @@ class EstimatorModel(CModel):
                 experiment.start.q,
                 settings.offset,
                 experiment.run.step,
+                estimates_offsets=settings.estimator_settings.estimates_offsets,
             ),
             **fault_groups(robot, measured_muscles(robot), encoded, has_faults=has_faults),
         }
@@ -115,6 +116,7 @@ class EstimatorModel(CModel):
         n, m = len(robot.coordinates), len(robot.muscles)
         counts = {"units": len(settings.imus), "muscles": m, "numbers": 3 * n + 2}
         has_faults = experiment.faults is not None
+        counts["tracked"] = len(estimator.offset_changes)
         counts |= {"watched": m * has_faults, "monitors": int(has_faults)}
         blob = compile_blob(estimated_robot(robot))
         return encode("estimator", blob, cls.groups(experiment), counts, fields)

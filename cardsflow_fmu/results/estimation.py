@@ -1,4 +1,4 @@
-"""Summary of state estimates and their errors, of detected faults and of the reactions to them."""
+"""Summary of state estimates, changed length offsets, detected faults and the reactions to them."""
 
 from __future__ import annotations
 
@@ -7,10 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from cardsflow_fmu.cosim.signals.estimation import ESTIMATE, STATUSES, VALID
+from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.json_text import json_text
+from cardsflow_fmu.cosim.signals.estimation import ESTIMATE, OFFSET, OFFSET_SD, STATUSES, VALID
+from cardsflow_fmu.cosim.signals.port import muscle_signals
 from cardsflow_fmu.cosim.signals.ports import coordinate_signals
 from cardsflow_fmu.cosim.signals.reaction import DECISIONS, FAULTS, LOST, REACTION, SPEED
+from cardsflow_fmu.experiment.config.file import read_settings
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.settings.estimator import CALIBRATION_FILE
 from cardsflow_fmu.utils.arrays import FloatArray
 
 _PARTS = {
@@ -20,6 +25,8 @@ _PARTS = {
     "encoder_fault": "encoder",
 }
 """Parts with faults, by the prefix of their columns."""
+UPDATED_CALIBRATION = "calibration_updated.json"
+"""Name of the file with changed length offsets in a results folder."""
 _EVIDENCE = ("statistic", "threshold", "confidence", "value")
 
 
@@ -103,6 +110,7 @@ def estimation_summary(
             **({} if is_known else {"fitted": True}),
             "feeds": experiment.estimator.feedback,
             "observability": dict(observed),
+            **_offsets(experiment, columns),
             "per_signal": {
                 hat: _errors(columns[q] - columns[hat], columns[sd], c.unit)
                 for q, hat, sd, c in zip(
@@ -116,6 +124,71 @@ def estimation_summary(
             },
         }
     }
+
+
+def _offsets(experiment: Experiment, columns: Mapping[str, FloatArray]) -> dict[str, Any]:
+    """Return the length offsets of the last valid estimate; empty if they are constant.
+
+    An offset is observed if the measurements at least halve its standard deviation.
+    """
+    settings = experiment.estimator
+    valid = np.flatnonzero(columns[VALID])
+    if settings is None or settings.offset is None or not valid.size:
+        return {}
+    time, rows = float(columns["time"][valid[-1]]), {}
+    names = zip(
+        *(muscle_signals(key, experiment.robot) for key in (OFFSET, OFFSET_SD)), strict=True
+    )
+    for k, (offset, sd) in enumerate(names):
+        if {offset, sd} <= set(columns):
+            prior = np.hypot(settings.start_offset_sd[k], settings.offset_drift[k] * np.sqrt(time))
+            after = float(columns[sd][valid[-1]])
+            rows[experiment.robot.muscles[k].name] = {
+                "start": settings.offset[k],
+                "end": float(columns[offset][valid[-1]]),
+                "sd": after,
+                "observed": bool(after < prior / 2),
+            }
+    return {"offsets": rows} if rows else {}
+
+
+def changed_offsets(summary: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the observed length offsets that changed by more than three standard deviations.
+
+    Args:
+        summary: Summary of a run.
+    """
+    rows = (summary.get("estimation") or {}).get("offsets") or {}
+    return {
+        name: row
+        for name, row in rows.items()
+        if row["observed"] and abs(row["end"] - row["start"]) > 3.0 * row["sd"]
+    }
+
+
+def updated_calibration(experiment: Experiment, summary: Mapping[str, Any]) -> dict[str, str]:
+    """Return a calibration with the changed offsets by file name; empty if none has changed.
+
+    It contains the calibration in the folder of the robot, which is not changed, with new offsets.
+
+    Args:
+        experiment: The experiment.
+        summary: Summary of its run.
+    """
+    changed = changed_offsets(summary)
+    if not changed:
+        return {}
+    try:
+        data = read_settings(experiment.folder / CALIBRATION_FILE)
+    except InputError:  # no calibration so far
+        data = {}
+    rows = summary["estimation"]["offsets"]
+    new = {name: row["end" if name in changed else "start"] for name, row in rows.items()}
+    for parameter in data.get("parameters") or ():
+        name = str(parameter.get("name")).removeprefix("muscles.").removesuffix(".offset")
+        if name in changed:
+            parameter |= {"change": new[name], "sd": changed[name]["sd"]}
+    return {UPDATED_CALIBRATION: json_text({**data, "offsets": new}, indent=1) + "\n"}
 
 
 def _errors(error: FloatArray, sd: FloatArray, unit: str) -> dict[str, Any]:

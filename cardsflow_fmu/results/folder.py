@@ -14,6 +14,7 @@ from addin_sdfusion.robot import CardsflowError, InputError, limits
 from addin_sdfusion.robot.files import file_error, read_file, write_files
 from cardsflow_fmu.utils.folder_lock import create_folder
 
+from .estimation import UPDATED_CALIBRATION
 from .files import RECORDING_FILE
 
 _SUMMARY = "summary.json"
@@ -38,6 +39,7 @@ _RESULT_FILES = (
     "reference.fmu",
     "hardware.fmu",
     RECORDING_FILE,
+    UPDATED_CALIBRATION,
 )
 
 

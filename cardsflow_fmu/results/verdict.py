@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from cardsflow_fmu.experiment.settings.estimator import CALIBRATION_FILE
+
+from .estimation import UPDATED_CALIBRATION, changed_offsets
+
 _MAX_RATIO, _WARNING_RATIO = 0.5, 0.2
 """Maximum ratio of the tracking error to the range of the reference: of a run that succeeds, and
 of one without a warning."""
@@ -29,6 +33,7 @@ def problems(summary: Mapping[str, Any]) -> list[str]:
     checks = (
         _missed_exchanges,
         _lost_estimate,
+        _changed_offsets,
         _infeasible,
         _not_converged,
         _fallbacks,
@@ -86,6 +91,25 @@ def _lost_estimate(summary: Mapping[str, Any]) -> list[str]:
     return [
         f"the estimate was invalid in {1 - estimate['valid_share']:.1%} of the run, first at "
         f"t = {estimate['first_lost_at_s']:.6g} s; final status: {estimate['status']}"
+    ]
+
+
+def _changed_offsets(summary: Mapping[str, Any]) -> list[str]:
+    """Report length offsets that have drifted."""
+    found = sorted(
+        changed_offsets(summary).items(), key=lambda pair: -abs(pair[1]["end"] - pair[1]["start"])
+    )
+    if not found:
+        return []
+    rows = [
+        f"{name} by {1e3 * (row['end'] - row['start']):.3g} mm (sd {1e3 * row['sd']:.2g} mm)"
+        for name, row in found[:_MAX_NAMES]
+    ]
+    if len(found) > _MAX_NAMES:
+        rows.append(f"less at {len(found) - _MAX_NAMES} more")
+    return [
+        f"length offsets have changed: {', '.join(rows)}; to use them, copy {UPDATED_CALIBRATION} "
+        f"to the robot's folder as {CALIBRATION_FILE} and set estimator.offset = 'calibrated'"
     ]
 
 

@@ -18,6 +18,7 @@ from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.pace import Pace
 from cardsflow_fmu.cosim.recording import Progress, Recording, Watch
 from cardsflow_fmu.experiment.settings.run import Compute, ModelCoupling, RunSettings, TableFormat
+from cardsflow_fmu.results.estimation import updated_calibration
 from cardsflow_fmu.results.files import MCAP, NPY, Contents, metadata_files, table_file
 from cardsflow_fmu.results.folder import OutputFolder
 from cardsflow_fmu.results.journal import STARTED, Journal, no_rows
@@ -307,6 +308,7 @@ def _write(
     else:
         written = [table, *written]
     if isinstance(result, Result) and len(result.rows):
+        contents |= updated_calibration(result.experiment, result.summary)
         if result.experiment.run.figures:
             from cardsflow_fmu.results.report.run_figures import run_images  # imports matplotlib
 

@@ -8,13 +8,13 @@
 
 #define KINDS_TEXT                                                                                            \
     "kinds: broken, jammed=STIFFNESS, weak=FACTOR, off_pulley=LENGTH, length_stuck, length_bias=LENGTH, "     \
-    "length_scale=FACTOR, length_swapped=NUMBER, tension_stuck, tension_dead, encoder_stuck"
+    "length_drift=RATE, length_scale=FACTOR, length_swapped=NUMBER, tension_stuck, tension_dead, encoder_stuck"
 enum failure_kind {
-    BROKEN, JAMMED, WEAK, OFF_PULLEY, LENGTH_STUCK, LENGTH_BIAS, LENGTH_SCALE, LENGTH_SWAPPED, TENSION_STUCK,
-    TENSION_DEAD, ENCODER_STUCK, KINDS
+    BROKEN, JAMMED, WEAK, OFF_PULLEY, LENGTH_STUCK, LENGTH_BIAS, LENGTH_DRIFT, LENGTH_SCALE, LENGTH_SWAPPED,
+    TENSION_STUCK, TENSION_DEAD, ENCODER_STUCK, KINDS
 };
 static const char *const KIND_NAMES[KINDS] = {
-    "broken", "jammed", "weak", "off_pulley", "length_stuck", "length_bias", "length_scale", "length_swapped",
+    "broken", "jammed", "weak", "off_pulley", "length_stuck", "length_bias", "length_drift", "length_scale", "length_swapped",
     "tension_stuck", "tension_dead", "encoder_stuck"};
 enum { MAX_FAILURES = 16 };
 
@@ -94,6 +94,7 @@ static void failures_measure(double *encoders, double *lengths, double *tensions
         switch (f->kind) {
         case BROKEN: case LENGTH_STUCK: *length = first_reading(f, *length); break;
         case OFF_PULLEY: case LENGTH_BIAS: *length += f->value; break;
+        case LENGTH_DRIFT: *length += f->value * (robot_time - f->time); break;
         case LENGTH_SCALE: *length = first_reading(f, kept) + f->value * (kept - first_reading(f, kept)); break;
         case LENGTH_SWAPPED: *length = lengths[(int)f->value], lengths[(int)f->value] = kept; break;
         case TENSION_STUCK: tensions[f->part] = first_reading(f, tensions[f->part]); break;

@@ -103,9 +103,12 @@ def estimator_lines(experiment: Experiment, single: bool) -> list[str]:
     words = np.frombuffer(compile_blob(robot, single=True) if single else blob, "<u8")
     size = core().core_size(np.frombuffer(blob).ctypes.data, len(blob), None, 0)
     encoded = [float(j in settings.encoder_indices) for j in range(len(robot.coordinates))]
-    arrays = {f"observer.{name}": estimator.array(name, -1) for name in OF_ESTIMATOR}
+    offsets = len(estimator.offset_changes)
+    names = (*OF_ESTIMATOR, *(("offset_drift", "start_offset_sd") if offsets else ()))
+    arrays = {f"observer.{name}": estimator.array(name, -1) for name in names}
     return [
         "#define ESTIMATED 1",
+        f"enum {{ OFFSETS = {offsets} }};",
         f"enum {{ OBSERVED_MEMORY = {whole_words(size)} }};",
         f"enum {{ OBSERVER_MEMORY = {whole_words(estimator.size)} }};",
         f"static const uint64_t OBSERVED[] = {{{', '.join(f'{word}u' for word in words)}}};",

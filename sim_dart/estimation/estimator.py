@@ -31,9 +31,9 @@ _RANGE = np.pi
 def _bound() -> Any:
     core = library()
     pointer, size, count = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int32
-    core.estimator_size.argtypes = [pointer, count]
+    core.estimator_size.argtypes = [pointer, count, count]
     core.estimator_size.restype = size
-    core.estimator_open.argtypes = [pointer, count, pointer, pointer]
+    core.estimator_open.argtypes = [pointer, count, pointer, count, pointer]
     core.estimator_open.restype = pointer
     core.estimator_array.argtypes = [pointer, ctypes.c_char_p, ctypes.POINTER(size)]
     core.estimator_array.restype = ctypes.POINTER(ctypes.c_double)
@@ -43,7 +43,7 @@ def _bound() -> Any:
     core.estimator_find.argtypes = [pointer]
     core.estimator_use_transition.argtypes = [pointer, pointer, pointer]
     core.estimator_use_transition.restype = None
-    core.estimator_horizon_size.argtypes = [pointer, count, count]
+    core.estimator_horizon_size.argtypes = [pointer, count, count, count]
     core.estimator_horizon_size.restype = size
     core.estimator_use_horizon.argtypes = [pointer, count, pointer]
     core.core_transition_size.argtypes = [pointer]
@@ -81,8 +81,11 @@ class PoseEstimator:
             [m/s²].
         q, qd, w: The estimate, shape (n,) each, as views.
         biases: Biases of gyroscopes and accelerometers, shape (IMUs, 2, 3).
-        sd: Standard deviations of q, qd, w and the biases, shape (3 n + 6 IMUs,).
-        covariance: Covariance of q, qd, w and the biases, shape (3 n + 6 IMUs, 3 n + 6 IMUs).
+        offset_changes: Changes of the length offsets since the reset, shape (m,), in [m]; empty if
+            the offsets are constant.
+        sd: Standard deviations of q, qd, w, the biases and the offsets, shape
+            (3 n + 6 IMUs + offsets,).
+        covariance: Covariance of these values.
     """
 
     def __init__(
@@ -98,13 +101,14 @@ class PoseEstimator:
         n, m, i = len(robot.coordinates), len(robot.muscles), len(imus)
         c = self._c = _bound()
         self._frames, rotations, positions = imu_frames(robot, imus)
-        own = c.estimator_size(self._core.handle, i)
+        o = m if self.settings.estimates_offsets else 0
+        own = c.estimator_size(self._core.handle, i, o)
         frames = self.settings.frames if self.settings.type == "horizon" else 0
-        rest = c.estimator_horizon_size(self._core.handle, i, frames)
+        rest = c.estimator_horizon_size(self._core.handle, i, o, frames)
         self._memory = np.empty(-(-own // 8) - (-rest // 8))
         address = self._memory.ctypes.data
         self._handle = ctypes.c_void_p(
-            c.estimator_open(self._core.handle, i, self._frames.ctypes.data, address)
+            c.estimator_open(self._core.handle, i, self._frames.ctypes.data, o, address)
         )
         if frames:
             c.estimator_use_horizon(self._handle, frames, address + -(-own // 8) * 8)
@@ -117,9 +121,11 @@ class PoseEstimator:
         self.torques, self.encoders = self.array("torques", n), self.array("encoders", n)
         self.gyroscope = self.array("gyroscope", i, 3)
         self.accelerometer = self.array("accelerometer", i, 3)
-        state, size = self.array("state", 3 * n + 6 * i), 3 * n + 6 * i
+        size = 3 * n + 6 * i + o
+        state = self.array("state", size)
         self.q, self.qd, self.w = state[: 3 * n].reshape(3, n)
-        self.biases = state[3 * n :].reshape(i, 2, 3)
+        self.biases = state[3 * n : size - o].reshape(i, 2, 3)
+        self.offset_changes = state[size - o :]
         self.sd, self.covariance = self.array("sd", size), self.array("covariance", size, size)
         self._innovation, self._used = self.array("innovation", 1), self.array("used", 1)
         self._status, self._valid = self.array("status", 1), self.array("valid", 1)

@@ -59,6 +59,7 @@ class EstimatorSettings:
             model.
         gyroscope_drift, accelerometer_drift: Density of white noise of the rates of biases, in
             [rad/s/√s] and [m/s²/√s].
+        offset_drift: Density of white noise of the rates of length offsets, in [m/√s].
         exact_transition: Use the exact derivative of the step as transition matrix; otherwise
             [I hI; 0 I].
         find_start: Search the start pose from the first measurements.
@@ -66,6 +67,8 @@ class EstimatorSettings:
         start_sd: Standard deviation of a known start pose, in [rad] or [m].
         start_speed_sd: Standard deviation of the start velocities, in [rad/s] or [m/s].
         start_load_sd: Standard deviation of the unknown loads at the start, in [N·m] or [N].
+        start_offset_sd: Standard deviation of the length offsets at the start, in [m]. The offsets
+            are constant if this and `offset_drift` are 0 for all muscles.
         gyroscope_bias_sd, accelerometer_bias_sd: Standard deviations of biases at the start, in
             [rad/s] and [m/s²].
         max_sd: Largest standard deviation of a coordinate for a valid estimate, in [rad] or [m].
@@ -90,12 +93,14 @@ class EstimatorSettings:
     load_drift: ArrayLike = 0.05
     gyroscope_drift: float = 0.0
     accelerometer_drift: float = 0.0
+    offset_drift: ArrayLike = 0.0
     exact_transition: bool = True
     find_start: bool = False
     start_candidates: int = 32
     start_sd: ArrayLike = 1e-3
     start_speed_sd: ArrayLike = 1e-2
     start_load_sd: ArrayLike = 1.0
+    start_offset_sd: ArrayLike = 0.0
     gyroscope_bias_sd: float = 0.01
     accelerometer_bias_sd: float = 0.1
     max_sd: ArrayLike = 0.05
@@ -126,6 +131,11 @@ class EstimatorSettings:
             if not 0 < getattr(self, name) < math.inf:
                 raise InputError(f"{name} must be positive and finite, not {getattr(self, name)!r}")
 
+    @property
+    def estimates_offsets(self) -> bool:
+        """Whether the length offsets are part of the state."""
+        return bool(np.any(self.offset_drift) or np.any(self.start_offset_sd))
+
 
 def arrays(settings: EstimatorSettings) -> Mapping[str, ArrayLike]:
     """Return the settings by the names of the C library's arrays."""
@@ -133,6 +143,8 @@ def arrays(settings: EstimatorSettings) -> Mapping[str, ArrayLike]:
         "length_noise encoder_noise gyroscope_noise accelerometer_noise offset gate "
         "acceleration_noise load_drift innovation_time"
     )
+    if settings.estimates_offsets:
+        copied += " offset_drift start_offset_sd"
     return {name: getattr(settings, name) for name in copied.split()} | {
         "bias_drift": (settings.gyroscope_drift, settings.accelerometer_drift),
         "slack": settings.min_tension,

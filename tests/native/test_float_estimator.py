@@ -29,11 +29,11 @@ HORIZON = ("huber", "low", "high")
 def open_estimator(precision: Precision, like: PoseEstimator) -> Handle:
     """Open an estimator in that precision with the settings of another one."""
     robot = open_robot(precision, estimated_robot(like.robot))
-    memory = room(precision.call("estimator_size", robot.pointer, 0))
-    pointer = precision.call("estimator_open", robot.pointer, 0, None, memory)
+    memory = room(precision.call("estimator_size", robot.pointer, 0, 0))
+    pointer = precision.call("estimator_open", robot.pointer, 0, None, 0, memory)
     estimator = Handle(precision, "estimator", pointer)
     is_horizon, frames = like.settings.type == "horizon", like.settings.frames
-    more = room(precision.call("estimator_horizon_size", robot.pointer, 0, frames))
+    more = room(precision.call("estimator_horizon_size", robot.pointer, 0, 0, frames))
     assert not is_horizon or not estimator.call("use_horizon", frames, more)
     estimator.memory = robot, memory, more  # type: ignore[attr-defined]
     for name in (*COPIED, *HORIZON) if is_horizon else COPIED:

@@ -37,6 +37,8 @@ MEASURED = "_m"
 """Suffix of measurements of simulated sensors, which differ from the true values."""
 ESTIMATE = {"q": "q_hat", "qd": "qd_hat", "w": "w_hat", "sd": "sd"}
 """Prefixes of the estimator's outputs."""
+OFFSET, OFFSET_SD = "offset_hat", "offset_sd"
+"""Prefixes of the estimated length offsets and their standard deviations."""
 VALID = "valid"
 
 
@@ -133,6 +135,8 @@ def estimator_groups(
     q: Sequence[float],
     offsets: Sequence[float],
     step: float,
+    *,
+    estimates_offsets: bool = False,
 ) -> Groups:
     """Return the variables of an estimator.
 
@@ -145,6 +149,7 @@ def estimator_groups(
         q: Start pose, or initial guess for the search of the start pose, in [rad] or [m].
         offsets: Offsets of the measured lengths, one per muscle, in [m].
         step: Internal step, in [s].
+        estimates_offsets: Whether the offsets are estimated.
     """
     descriptions = (
         ("q", "", "Estimated position"),
@@ -192,6 +197,20 @@ def estimator_groups(
             )
             for k in measured_muscles(robot)
         ],
+        **{
+            group: [
+                Port(
+                    muscle_signals(prefix, robot)[k],
+                    *("m", "output", "continuous", f"{what} of muscle {robot.muscles[k].name}"),
+                )
+                for k in measured_muscles(robot)
+                if estimates_offsets
+            ]
+            for group, prefix, what in (
+                ("found_offsets", OFFSET, "Estimated offset of the measured length"),
+                ("offset_sd", OFFSET_SD, "Standard deviation of the estimated offset"),
+            )
+        },
         "step": [time_port("step", "Internal step of the estimator", step)],
         "worker_timeout": [WORKER_TIMEOUT],
     }

@@ -154,6 +154,12 @@ class EstimatorTable(Table):
     accelerometer_drift: FromZero = setting(
         "noise density of the rate of the accelerometer biases, in m/s²/√s", 0.0
     )
+    offset_drift: tuple[FromZero, ...] = named_setting(
+        "muscle",
+        "noise density of the rate of the length offsets, in m/√s; 0 for all muscles, with "
+        "start_offset_sd = 0: constant offsets",
+        0.0,
+    )
     exact_transition: bool = setting(
         "use the exact transition matrix; false: [I hI; 0 I], which is faster", True
     )
@@ -171,6 +177,9 @@ class EstimatorTable(Table):
     )
     start_load_sd: tuple[FromZero, ...] = named_setting(
         "coordinate", "standard deviation of the initial unknown loads, in N·m or N", 1.0
+    )
+    start_offset_sd: tuple[FromZero, ...] = named_setting(
+        "muscle", "standard deviation of the initial length offsets, in m", 0.0
     )
     gyroscope_bias_sd: FromZero = setting(
         "standard deviation of the initial gyroscope biases, in rad/s", 0.01

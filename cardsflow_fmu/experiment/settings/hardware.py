@@ -129,6 +129,7 @@ FailureKind = Literal[
     "off_pulley",
     "length_stuck",
     "length_bias",
+    "length_drift",
     "length_scale",
     "length_swapped",
     "tension_stuck",
@@ -140,6 +141,7 @@ _FAILURE_VALUES = {
     "weak": "factor of the force",
     "off_pulley": "change of the length, in m",
     "length_bias": "offset, in m",
+    "length_drift": "rate of the offset, in m/s",
     "length_scale": "factor of length changes",
 }
 

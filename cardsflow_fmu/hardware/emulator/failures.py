@@ -6,6 +6,7 @@ weak            f is multiplied by a factor
 off_pulley      the measured length jumps, in [m]
 length_stuck    the measured length is constant
 length_bias     the measured length has an offset, in [m]
+length_drift    the offset of the measured length changes at a constant rate, in [m/s]
 length_scale    changes of the measured length are multiplied by a factor
 length_swapped  the measured lengths of two muscles are exchanged
 tension_stuck   the measured tension is constant
@@ -103,6 +104,8 @@ class Failures:
                 lengths[i] = self._sensor.setdefault(k, lengths[i])
             elif own.kind in ("length_bias", "off_pulley"):
                 lengths[i] += own.value
+            elif own.kind == "length_drift":
+                lengths[i] += own.value * (time - own.time)
             elif own.kind == "length_scale":
                 start = self._sensor.setdefault(k, lengths[i])
                 lengths[i] = start + own.value * (lengths[i] - start)

@@ -21,7 +21,8 @@ def observed_poses(experiment: Experiment) -> dict[str, Any]:
         Plain data: `poses`, `least_rank`, `coordinates`; `sd`, the maximum standard deviation of
         each coordinate from one measurement, None if it is unobservable; `open_poses`, the number
         of poses at which it is unobservable; `critical`, muscles that make a pose unobservable if
-        they are slack together. Empty without an estimator.
+        they are slack together; `unknown_offsets`, whether offsets are estimated, and
+        `without_encoder`, the coordinates without an encoder. Empty without an estimator.
     """
     settings = experiment.estimator
     if settings is None:
@@ -45,25 +46,33 @@ def observed_poses(experiment: Experiment) -> dict[str, Any]:
         "open_poses": dict(zip(names, np.isinf(found.sd).sum(axis=0).tolist(), strict=True)),
         "critical": list(found.critical),
         "inertial_units": len(settings.imus),
+        "unknown_offsets": settings.estimator_settings.estimates_offsets,
+        "without_encoder": [n for j, n in enumerate(names) if settings.encoder_noise[j] == 0.0],
     }
 
 
 def observability_warnings(found: dict[str, Any]) -> list[str]:
-    """Return warnings about unobservable poses.
+    """Return warnings about unobservable poses and offsets.
 
     Args:
         found: Result of `observed_poses`.
     """
     unobservable = {name: count for name, count in found.get("open_poses", {}).items() if count}
+    lines = []
+    if found.get("unknown_offsets") and found["without_encoder"] and not found["inertial_units"]:
+        lines.append(
+            f"{', '.join(found['without_encoder'])} without encoder: lengths hardly distinguish "
+            "changed offsets from a different pose; add encoders, or set estimator.offset_drift = 0"
+        )
     if not unobservable:
-        return []
+        return lines
     coordinates = ", ".join(f"{name} at {count}" for name, count in unobservable.items())
     line = (
         f"muscles and encoders do not determine the pose: {coordinates} of {found['poses']} poses "
         f"of the reference (minimum rank {found['least_rank']} of {found['coordinates']})"
     )
     units = "; the IMUs must provide it" if found["inertial_units"] else ""
-    return [line + (units or "; add encoders, IMUs or muscles")]
+    return [*lines, line + (units or "; add encoders, IMUs or muscles")]
 
 
 def observability_notes(found: dict[str, Any]) -> list[str]:

@@ -5,7 +5,8 @@
 
      M qdd + C + G + w = -L'f,
 
-   and for each IMU the biases of gyroscope and accelerometer. Loads and biases are random walks.
+   for each IMU the biases of gyroscope and accelerometer; and optionally the changes of all length offsets b since
+   the reset. Loads, biases and offsets are random walks.
 
      x <- step(x, f),   P <- A P A' + Q          with the measured tensions f
 
@@ -36,16 +37,17 @@ enum estimator_status {
     ESTIMATOR_DIVERGED = 5      /* until the next reset */
 };
 
-/* Return the size of the working memory in bytes. imus: number of IMUs. */
-CORE_API size_t estimator_size(const core *c, int32_t imus);
+/* Return the size of the working memory in bytes. imus: number of IMUs; offsets: 0 if length offsets are constant, or
+   the number of muscles. */
+CORE_API size_t estimator_size(const core *c, int32_t imus, int32_t offsets);
 
 /* Create a handle in `memory`, which is 8-byte aligned and has estimator_size bytes; this call sets it to
    zero. Neither core nor memory may be moved. imu_frame is the frame of each IMU in the blob. Return NULL if
    a frame does not exist. */
-CORE_API estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_frame, void *memory);
+CORE_API estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_frame, int32_t offsets, void *memory);
 
 /* Return an array by name, and its number of elements; NULL if the array does not exist. n coordinates, m
-   muscles, i IMUs.
+   muscles, i IMUs, o offsets.
 
    Measurements, to be written before a tick; NaN if a measurement is missing
      lengths             l_m, m, in [m]
@@ -64,6 +66,7 @@ CORE_API estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_fra
      acceleration_noise  n: density of white noise, in [rad/s2] times the root of a second
      load_drift          n: density of the noise of dw/dt
      bias_drift          2: of gyroscopes and of accelerometers
+     offset_drift        o: density of the noise of db/dt
      imu_rotation        axes of an IMU in its frame, row by row, 9 i
      imu_position        in its frame, 3 i, in [m]
      search              1: whether to search the first pose
@@ -71,6 +74,7 @@ CORE_API estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_fra
      start               q, n; pose at a reset, or the first start of the search
      start_low, start_high   n: range of the search
      start_sd            standard deviations of q, qd, w, of gyroscope and accelerometer biases; 3 n + 2
+     start_offset_sd     o, of the offsets
      largest_sd          n: maximum standard deviation of q of a valid estimate
      largest_innovation  1: maximum mean of (innovation / its standard deviation)^2 of a valid estimate
      innovation_time     1: averaging time of that mean, in [s]; an estimate without measurements for this time is
@@ -81,14 +85,14 @@ CORE_API estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_fra
      low, high           n, only with a horizon: bounds of q; infinite without a bound
 
    Results
-     state               q, qd, w, biases: 3 n + 6 i
+     state               q, qd, w, biases, changes of the offsets: 3 n + 6 i + o
      sd                  standard deviations of the state
      innovation          1: mean of these squares in the last tick, about 1 if the model is correct
      used                1: number of measurements used in the last tick
      status              1: an enum estimator_status
      valid               1: 1 or 0
      iterations          1, only with a horizon: of its solver in the last tick
-     x                   K (3 n + 6 i), only with a horizon: states of the frames
+     x                   K (3 n + 6 i + o), only with a horizon: states of the frames
 
    Internal state, to be saved and restored
      remembered
@@ -119,7 +123,7 @@ typedef int estimator_transition(void *self, const real *q, const real *qd, cons
 CORE_API void estimator_use_transition(estimator *e, estimator_transition *transition, void *self);
 
 /* Return the size of the memory of a horizon in bytes; 0 if the number of frames is not from 2 to 1000. */
-CORE_API size_t estimator_horizon_size(const core *c, int32_t imus, int32_t frames);
+CORE_API size_t estimator_horizon_size(const core *c, int32_t imus, int32_t offsets, int32_t frames);
 
 /* Estimate by the last measurements, of `frames` ticks, with bounds and robust losses, see horizon/frames.h. `memory` is
    8-byte aligned; this call sets it to zero. Call it before settings are written. Return nonzero if the memory

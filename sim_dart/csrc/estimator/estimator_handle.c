@@ -3,31 +3,31 @@
 
 #include <string.h>
 
-#define ESTIMATOR_LENGTHS(c, imus)                                                                     \
+#define ESTIMATOR_LENGTHS(c, imus, offsets)                                                            \
     const size_t n = (size_t)(c)->blob.counts.dofs, m = (size_t)(c)->blob.counts.muscles;              \
     const size_t variables = (size_t)(c)->blob.counts.variables, bends = (size_t)(c)->blob.counts.bends;       \
-    const size_t i = (size_t)(imus), N = 3 * n + 6 * i;
+    const size_t i = (size_t)(imus), o = (size_t)(offsets), N = 3 * n + 6 * i + o;
 
-size_t estimator_size(const core *c, int32_t imus)
+size_t estimator_size(const core *c, int32_t imus, int32_t offsets)
 {
-    if (imus < 0 || imus > MAX_IMUS) return 0;
-    ESTIMATOR_LENGTHS(c, imus)
+    if (imus < 0 || imus > MAX_IMUS || (offsets != 0 && offsets != c->blob.counts.muscles)) return 0;
+    ESTIMATOR_LENGTHS(c, imus, offsets)
     size_t count = 0;
     ESTIMATOR_ARRAYS(NAMED_LENGTH)
     return padded(sizeof(estimator)) + count * sizeof(real);
 }
 
-estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_frame, void *memory)
+estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_frame, int32_t offsets, void *memory)
 {
-    const size_t size = estimator_size(c, imus);
+    const size_t size = estimator_size(c, imus, offsets);
     if (!size || !memory || (uintptr_t)memory % 8) return NULL;
     for (int32_t k = 0; k < imus; k++)
         if (imu_frame[k] < 0 || imu_frame[k] >= c->blob.counts.frames) return NULL;
     memset(memory, 0, size);
-    ESTIMATOR_LENGTHS(c, imus)
+    ESTIMATOR_LENGTHS(c, imus, offsets)
     estimator *s = memory;
     s->core = c, s->imu_frame = imu_frame;
-    s->n = n, s->m = m, s->i = i, s->N = N, s->variables = variables, s->bends = bends;
+    s->n = n, s->m = m, s->i = i, s->o = o, s->N = N, s->variables = variables, s->bends = bends;
     real *at = (real *)(void *)((char *)memory + padded(sizeof *s));
     ESTIMATOR_ARRAYS(NAMED_PLACE)
     return s;
@@ -35,7 +35,7 @@ estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_frame, void 
 
 real *estimator_array(estimator *s, const char *name, size_t *length)
 {
-    const size_t n = s->n, m = s->m, i = s->i, N = s->N, variables = s->variables, bends = s->bends;
+    const size_t n = s->n, m = s->m, i = s->i, o = s->o, N = s->N, variables = s->variables, bends = s->bends;
     if (!strcmp(name, "remembered")) return *length = (size_t)(s->valid + 1 - s->state), s->state;
     ESTIMATOR_ARRAYS(NAMED_FIND)
     return horizon_array(s, name, length);
@@ -50,6 +50,7 @@ void estimator_use_transition(estimator *e, estimator_transition *transition, vo
 static real first_sd(const estimator *e, size_t k)
 {
     const size_t n = e->n;
+    if (k >= e->N - e->o) return e->start_offset_sd[k - (e->N - e->o)];
     return e->start_sd[k < 3 * n ? k : 3 * n + (k - 3 * n) % 6 / 3];
 }
 

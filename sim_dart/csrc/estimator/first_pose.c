@@ -16,6 +16,13 @@ static const real SAME_POSE = 25;  /* squared distance over variance within whic
 static const real SAME_FIT = 25; /* difference of sums of squares within which both poses fit */
 static const real POOR_FIT = 25;  /* mean square above which a pose does not fit */
 
+/* Return the standard deviation of a length with a constant but unknown offset. */
+static real length_sd(const estimator *e, size_t k)
+{
+    const real noise = e->length_noise[k], sd = e->o ? e->start_offset_sd[k] : 0;
+    return sd > 0 ? sqrt(noise * noise + sd * sd) : noise;
+}
+
 /* Move to a pose. Return the sum of squares. */
 static real move_to_pose(estimator *e, const real *q, size_t *count)
 {
@@ -25,7 +32,7 @@ static real move_to_pose(estimator *e, const real *q, size_t *count)
     core_move(e->core, q);
     for (size_t k = 0; k < e->m; k++)
         if (is_taut(e, k)) {
-            const real r = (path_length(e, k) - c->lengths[k]) / e->length_noise[k];
+            const real r = (path_length(e, k) - c->lengths[k]) / length_sd(e, k);
             sum += r * r, ++*count;
         }
     for (size_t j = 0; j < e->n; j++)
@@ -46,7 +53,7 @@ static void normal_equations(estimator *e, const real *q)
     memset(e->column, 0, n * sizeof(real));
     for (size_t k = 0; k < e->m; k++) {
         if (!is_taut(e, k)) continue;
-        const real *L = c->jacobian + k * n, weight = 1 / (e->length_noise[k] * e->length_noise[k]);
+        const real *L = c->jacobian + k * n, weight = 1 / (length_sd(e, k) * length_sd(e, k));
         const real r = path_length(e, k) - c->lengths[k];
         for (size_t i = 0; i < n; i++) {
             e->column[i] += weight * L[i] * r;
@@ -148,6 +155,22 @@ static void store_best(estimator *e, const real *q, real cost)
     }
 }
 
+/* Set the covariances of q and the offsets: an offset that is larger by b moves the pose by -C L' b / variance, with
+   C = (J'J)^-1. */
+static void correlate_offsets(estimator *e)
+{
+    const size_t n = e->n, N = e->N;
+    for (size_t k = 0; k < e->m && e->o; k++) {
+        if (!is_taut(e, k)) continue;
+        const size_t at = offset_state(e, k);
+        const real share = e->covariance[at * N + at] / (length_sd(e, k) * length_sd(e, k));
+        memcpy(e->column, e->core->jacobian + k * n, n * sizeof(real));
+        cholesky_solve(n, e->factor, e->column);
+        for (size_t j = 0; j < n; j++)
+            e->covariance[j * N + at] = e->covariance[at * N + j] = -share * e->column[j];
+    }
+}
+
 /* Set P of q to (J'J)^-1 at the best pose, limited by the range. Return 1 if J'J is singular. */
 static int use_best_pose(estimator *e)
 {
@@ -168,6 +191,7 @@ static int use_best_pose(estimator *e)
         column[j] = 1;
         cholesky_solve(n, e->factor, column);
     }
+    correlate_offsets(e);
     return 0;
 }
 

@@ -11,7 +11,7 @@ static void take_lengths(estimator *e)
     const core *c = e->core;
     for (size_t k = 0; k < e->m; k++)
         if (is_taut(e, k) || (e->is_collecting && has_length(e, k)))
-            estimator_take(e, e->lengths + k, c->jacobian + k * e->n, e->n, e->N,
+            estimator_take(e, e->lengths + k, c->jacobian + k * e->n, e->n, offset_state(e, k),
                            path_length(e, k) - c->lengths[k], e->length_noise[k] * e->length_noise[k]);
 }
 

@@ -93,7 +93,8 @@ void estimator_add_noise(const estimator *e, real h, real *P)
         P[(2 * n + j) * N + 2 * n + j] += w * w * h;
     }
     for (size_t k = 3 * n; k < N; k++) {
-        const real drift = e->bias_drift[(k - 3 * n) % 6 / 3];
+        const size_t first = N - e->o;
+        const real drift = k < first ? e->bias_drift[(k - 3 * n) % 6 / 3] : e->offset_drift[k - first];
         P[k * N + k] += drift * drift * h;
     }
     for (size_t j = 0; j < n && e->horizon; j++)

@@ -37,6 +37,7 @@
     ARRAY(acceleration_noise, n)                                                                       \
     ARRAY(load_drift, n)                                                                               \
     ARRAY(bias_drift, 2)                                                                               \
+    ARRAY(offset_drift, o)                                                                             \
     ARRAY(imu_rotation, 9 * i)                                                                         \
     ARRAY(imu_position, 3 * i)                                                                         \
     ARRAY(search, 1)                                                                                   \
@@ -45,6 +46,7 @@
     ARRAY(start_low, n)                                                                                \
     ARRAY(start_high, n)                                                                               \
     ARRAY(start_sd, 3 * n + 2)                                                                         \
+    ARRAY(start_offset_sd, o)                                                                          \
     ARRAY(largest_sd, n)                                                                               \
     ARRAY(largest_innovation, 1)                                                                       \
     ARRAY(innovation_time, 1)                                                                          \
@@ -68,7 +70,7 @@ enum { MAX_IMUS = 64 };
 
 struct estimator {
     core *core;
-    size_t n, m, i, N, variables, bends;
+    size_t n, m, i, o, N, variables, bends; /* o: m, or 0 if offsets are constant */
     const int32_t *imu_frame;
     estimator_transition *exact;
     void *exact_self;
@@ -103,10 +105,17 @@ static inline int is_taut(const estimator *e, size_t k)
     return has_length(e, k) && e->last_tensions[k] > e->slack[0];
 }
 
+/* Return the state with the change of the offset of muscle k; N if offsets are constant. */
+static inline size_t offset_state(const estimator *e, size_t k)
+{
+    return e->o ? e->N - e->o + k : e->N;
+}
+
 /* Return l(q) for a measured length. */
 static inline real path_length(const estimator *e, size_t k)
 {
-    return e->lengths[k] - e->offset[k] + e->compliance[k] * e->last_tensions[k];
+    const real length = e->lengths[k] - e->offset[k] + e->compliance[k] * e->last_tensions[k];
+    return e->o ? length - e->state[offset_state(e, k)] : length;
 }
 
 #endif

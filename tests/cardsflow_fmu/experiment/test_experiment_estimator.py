@@ -6,6 +6,7 @@ import json
 import re
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -166,6 +167,51 @@ def test_calibrated_offsets_are_read_from_the_robot_folder(tmp_path: Path) -> No
 
 
 @pytest.mark.slow
+def test_drifted_offsets_are_offered_as_a_new_calibration(tmp_path: Path) -> None:
+    """A length drifts by 1 mm/s. The new file has its offset; the robot's file does not change."""
+    robot = tmp_path / "robot"
+    shutil.copytree(EXAMPLES / "planar_2r" / "robot", robot)
+    old = {
+        "offsets": {"cable_1": 0.0},
+        "parameters": [
+            {"name": "muscles.cable_2.offset", "change": 0.0, "sd": 1.0},
+            {"name": "joints.joint_1.damping", "change": 0.1, "sd": 0.2},
+        ],
+    }
+    (robot / "calibration.json").write_text(json.dumps(old))
+    drift = {"kind": "length_drift", "part": "cable_2", "time": 0.0, "value": 1e-3}
+    settings: dict[str, Any] = {
+        "robot.path": str(robot),
+        "run.duration": 0.5,
+        "run.accept": "any",
+        "hardware": {"use": True, "link": "emulated:", "mode": "lockstep"},
+        "hardware.emulator": {"noise": 1e-4, "failures": [drift]},
+        "estimator": {"encoder_noise": 1e-4, "acceleration_noise": 5.0, "offset_drift": 1e-3},
+        "faults": {},
+    }
+    experiment = Experiment.load(EXAMPLES / "planar_2r", settings)
+    result = run(experiment, tmp_path / "out", coupling="direct")
+    assert "faults" not in result.summary
+    row = result.summary["estimation"]["offsets"]["cable_2"]
+    assert row["observed"]
+    assert abs(row["end"] - 0.5e-3) < 4.0 * row["sd"] < 0.3e-3
+    (line,) = [w for w in result.summary["warnings"] if w.startswith("length offsets have changed")]
+    assert "cable_2 by 0." in line
+    new = json.loads((tmp_path / "out" / "calibration_updated.json").read_text())
+    assert new["offsets"]["cable_2"] == row["end"]
+    assert new["parameters"] == [
+        {"name": "muscles.cable_2.offset", "change": row["end"], "sd": row["sd"]},
+        old["parameters"][1],
+    ]
+    assert json.loads((robot / "calibration.json").read_text()) == old
+    shutil.copy(tmp_path / "out" / "calibration_updated.json", robot / "calibration.json")
+    again = Experiment.load(EXAMPLES / "planar_2r", settings | {"estimator.offset": "calibrated"})
+    assert again.estimator is not None
+    assert again.estimator.offset is not None
+    assert again.estimator.offset[1] == row["end"]
+
+
+@pytest.mark.slow
 def test_unobservable_poses_are_reported_before_a_run() -> None:
     """Without the lengths of the elbow muscles, joint_4 is unobservable at all poses."""
     found = observed_poses(roboy_experiment(0.1))
@@ -206,10 +252,11 @@ def test_hardware_without_joint_encoders_only_sends_lengths_and_tensions(tmp_pat
 
 @pytest.mark.slow
 @pytest.mark.native
-def test_horizon_fmu_is_bit_identical_to_calls_from_python() -> None:
+@pytest.mark.parametrize("settings", [{"type": "horizon"}, {"offset_drift": {"motor1": 1e-3}}])
+def test_estimator_fmu_is_bit_identical_to_calls_from_python(settings: dict[str, object]) -> None:
     """FMPy runs estimator.fmu; the same measurements are then written to a `PoseEstimator`."""
     experiment = roboy_experiment(
-        0.1, type="horizon", imus=UNITS, sensors={"seed": 3}, encoder_noise={"joint_1": 1e-3}
+        0.1, imus=UNITS, sensors={"seed": 3}, encoder_noise={"joint_1": 1e-3}, **settings
     )
     result = simulate(experiment, coupling="fmu")
     robot, estimator = experiment.robot, make_estimator(experiment)
@@ -230,5 +277,9 @@ def test_horizon_fmu_is_bit_identical_to_calls_from_python() -> None:
             estimator.accelerometer[:] = np.nan
         estimator.tick(experiment.run.step, int(k > 0))
         assert np.array_equal(estimates[k], estimator.q), k
+        if len(estimator.offset_changes):
+            assert result["offset_hat.motor1"][k] == estimator.offset_changes[1]
+            assert result["offset_sd.motor1"][k] == estimator.sd[-10]
     assert result["valid"].all()
     assert estimator.used == 11 + 1 + 12
+    assert all(estimator.offset_changes[1:2])

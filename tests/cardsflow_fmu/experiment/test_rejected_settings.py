@@ -28,6 +28,12 @@ def model(**changes: Any) -> dict[str, Any]:
     return {"muscles": {"biceps": changes}}
 
 
+def length_drift(**changes: object) -> dict[str, Any]:
+    """Return a failure of the emulated device with changes."""
+    failure = {"kind": "length_drift", "part": "motor1", "time": 1.0} | changes
+    return {"hardware.emulator.failures": [failure]}
+
+
 def blend_reference(**last: float) -> dict[str, Any]:
     """Return a reference of two points with changes of the last point."""
     points = [{"time": 0, "y": [0.5, -0.45, 0.4]}, {"time": 1, "y": [0.5, -0.45, 0.5]} | last]
@@ -283,6 +289,11 @@ ROBOY_LEFT_ARM: list[Row] = [
     ),
     ({"estimator.length_noise": -1.0}, "estimator.length_noise"),
     ({"estimator.length_noise.motor99": 1e-3}, "no muscle 'motor99'"),
+    ({"estimator.offset_drift": -1e-5}, "estimator.offset_drift: must not be negative"),
+    ({"estimator.offset_drift.motor99": 1e-5}, "estimator.offset_drift.motor99: no muscle"),
+    ({"estimator.offset_drift": "slow"}, "estimator.offset_drift: must be a number"),
+    ({"estimator.start_offset_sd": [1e-3]}, "estimator.start_offset_sd: must have 11 values"),
+    ({"estimator.start_offset_sd.motor1": True}, "estimator.start_offset_sd.motor1: must be a"),
     ({"estimator.sensors.delay": 0.0015}, "estimator.sensors.delay: 0.0015 s is not a whole"),
     ({"estimator.sensors.nothing": 1}, "estimator.sensors.nothing: no key 'nothing'"),
     ({"estimator.imus": [UNIT, UNIT]}, "rename one"),
@@ -306,6 +317,15 @@ ROBOY_LEFT_ARM: list[Row] = [
     ),
     ({"estimator": {}, "faults.alarms": 1}, "faults.alarms: no key 'alarms'"),
     ({"estimator": {}, "faults.ramp": -1}, "faults.ramp: must not be negative"),
+    ({"estimator": {}, "faults.motor_lag": -1e-3}, "faults.motor_lag: must not be negative"),
+    ({"estimator": {}, "faults.length_error": -1e-4}, "faults.length_error: must not be negative"),
+    ({"estimator": {}, "faults.tension_error": "5 %"}, "faults.tension_error: must be a number"),
+    ({"estimator": {}, "faults": []}, "faults: must be a table"),
+    (length_drift(), "failures[0].value: missing; it is required for kind 'length_drift'"),
+    (length_drift(value=1e-5, other="motor2"), "failures[0].other: is unused for kind"),
+    (length_drift(value=1e-5, time=-1.0), "failures[0].time: must not be negative"),
+    (length_drift(value=INF), "failures[0].value: must be"),
+    (length_drift(kind="length_drfit"), "failures[0].kind: no kind 'length_drfit'; did you mean"),
     ({"estimator": {}, "faults.react": "maybe"}, "faults.react: must be true or false"),
     (
         {"estimator": {}, "faults.tension_noise": {"motor99": 1.0}},

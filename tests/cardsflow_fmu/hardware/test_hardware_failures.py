@@ -66,6 +66,7 @@ def test_sensor_failures_do_not_change_the_motion() -> None:
     expected = {
         "length_stuck": ({}, 4, np.full(50, length[49])),
         "length_bias": ({"value": 0.01}, 4, length[50:] + 0.01),
+        "length_drift": ({"value": 0.4}, 4, length[50:] + 4e-4 * np.arange(1, 51)),
         "off_pulley": ({"value": -0.02}, 4, length[50:] - 0.02),
         "length_scale": ({"value": 1.1}, 4, length[49] + 1.1 * (length[50:] - length[49])),
         "length_swapped": ({"other": "cable_3"}, 4, other[50:]),

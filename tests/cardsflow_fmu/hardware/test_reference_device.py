@@ -115,8 +115,8 @@ def test_failures_are_those_of_the_emulator(built: Path, tmp_path: Path) -> None
     names = [str(k) for k in range(MUSCLES)]
     kinds = {
         "broken": None, "jammed": 5e4, "weak": 0.5, "off_pulley": 0.01, "length_stuck": None,
-        "length_bias": -0.02, "length_scale": 1.5, "tension_stuck": None, "tension_dead": None,
-        "encoder_stuck": None, "length_swapped": "3",
+        "length_bias": -0.02, "length_drift": 1.0, "length_scale": 1.5, "length_swapped": "3",
+        "tension_stuck": None, "tension_dead": None, "encoder_stuck": None,
     }  # fmt: skip
     commands = np.random.default_rng(0).uniform(F_MIN, F_MAX, (12, COMMANDS))
     for k, (kind, value) in enumerate(kinds.items()):

@@ -63,14 +63,26 @@ def estimator_at_rest(arm: Robot, settings: EstimatorSettings) -> tuple[PoseEsti
     return estimator, f
 
 
+CONSISTENT = {
+    "exact": {"acceleration_noise": 0.5},
+    "simple": {"acceleration_noise": 0.5, "exact_transition": False},
+    "imus": {"acceleration_noise": 0.05},
+    "offsets": {"acceleration_noise": 0.5, "offset_drift": 2e-3, "start_offset_sd": 1e-3},
+}
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("exact", [True, False], ids=["exact", "simple"])
-def test_errors_match_standard_deviations(arm: Robot, exact: bool) -> None:
-    """Check the NEES of q, qd and w over seeds. The simple transition matrix is approximate."""
-    settings = EstimatorSettings(exact_transition=exact, acceleration_noise=0.5, load_drift=0.5)
+@pytest.mark.parametrize("case", CONSISTENT)
+def test_errors_match_standard_deviations(arm: Robot, case: str) -> None:
+    """Check the NEES of all states over seeds. The simple transition matrix is approximate."""
+    settings = EstimatorSettings(load_drift=0.5, **CONSISTENT[case])
+    if case == "offsets":
+        settings = replace(settings, encoder_noise=1e-3)
+    units = UNITS if case == "imus" else []
     f, squares = holding_forces(arm, START), []
     for seed in range(SEEDS):
-        truth, estimator = Truth(arm, settings, START, seed), PoseEstimator(arm, settings, START)
+        truth = Truth(arm, settings, START, seed, units)
+        estimator = PoseEstimator(arm, settings, START, units)
         for _ in range(TICKS):
             truth.step(f)
             truth.measure(estimator, f)
@@ -81,21 +93,37 @@ def test_errors_match_standard_deviations(arm: Robot, exact: bool) -> None:
     assert abs(sum(squares) - size) < 1.96 * np.sqrt(2 * size)
 
 
-@pytest.mark.slow
-def test_errors_with_imus_match_standard_deviations(arm: Robot) -> None:
-    settings = EstimatorSettings(acceleration_noise=0.05, load_drift=0.5)
-    f, squares = holding_forces(arm, START), []
-    for seed in range(SEEDS):
-        truth = Truth(arm, settings, START, seed, UNITS)
-        estimator = PoseEstimator(arm, settings, START, UNITS)
-        for _ in range(TICKS):
-            truth.step(f)
-            truth.measure(estimator, f)
-            assert estimator.tick(STEP)
-        error = truth.error(estimator)
-        squares.append(error @ np.linalg.solve(estimator.covariance, error))
-    size = len(error) * SEEDS
-    assert abs(sum(squares) - size) < 1.96 * np.sqrt(2 * size)
+def test_first_pose_with_unknown_offsets_matches_its_covariance(arm: Robot) -> None:
+    """Errors of the pose and the offsets are correlated. The filter then separates them."""
+    settings = EstimatorSettings(
+        find_start=True, start_candidates=1, start_offset_sd=5e-4, exact_transition=False
+    )
+    estimator, random, squares = PoseEstimator(arm, settings, START), np.random.default_rng(5), []
+    for _ in range(SEEDS):
+        offsets = random.normal(0.0, 5e-4, 11)
+        estimator.reset()
+        estimator.lengths[:] = estimator.path_lengths(START) + offsets
+        estimator.lengths += random.normal(0.0, 1e-4, 11)
+        estimator.tensions[:] = 50.0
+        assert estimator.find() == "tracking"
+        assert not estimator.offset_changes.any()
+        error, at = np.concatenate([estimator.q - START, -offsets]), np.r_[0:4, 12:23]
+        squares.append(error @ np.linalg.solve(estimator.covariance[np.ix_(at, at)], error))
+    assert abs(sum(squares) - 15 * SEEDS) < 1.96 * np.sqrt(2 * 15 * SEEDS)
+
+
+def test_constant_offsets_are_those_of_a_filter_without_them(arm: Robot) -> None:
+    """Offsets with a negligible drift are states, but change no bit of the other ones."""
+    plain, _ = estimator_at_rest(arm, EstimatorSettings())
+    tracking, _ = estimator_at_rest(arm, EstimatorSettings(offset_drift=1e-300))
+    for estimator in (plain, tracking):
+        estimator.lengths += 1e-4 * np.sin(np.arange(11))
+        for _ in range(20):
+            estimator.tick(STEP)
+    assert len(tracking.offset_changes) == 11
+    assert not tracking.offset_changes.any()
+    assert np.array_equal(plain.q, tracking.q)
+    assert np.array_equal(plain.sd, tracking.sd[:12])
 
 
 def test_cable_friction_is_not_estimated_as_load(arm: Robot) -> None:
@@ -310,7 +338,7 @@ def test_array_access_is_bounded(arm: Robot) -> None:
     length = ctypes.c_size_t()
     assert not estimator._c.estimator_array(estimator._handle, b"nothing", ctypes.byref(length))
     assert not estimator._c.estimator_open(
-        estimator._core.handle, 1, np.array([99], np.int32).ctypes.data, 8
+        estimator._core.handle, 1, np.array([99], np.int32).ctypes.data, 0, 8
     )
 
 

@@ -177,16 +177,62 @@ def test_outlier_of_a_slack_cable_is_ignored() -> None:
     assert np.isclose(*found, atol=1e-4)
 
 
-@pytest.mark.parametrize("frames", [2, 7, 40])
-def test_linear_estimate_equals_the_kalman_filter(frames: int) -> None:
+def posterior_on_rail(
+    settings: EstimatorSettings, start: float, readings: FloatArray, f: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return mean and covariance of the last (q, qd, w, offsets) given all readings.
+
+    The states are linear in the start and the process noise, in standard deviations.
+    """
+    K, h = len(readings), STEP
+    sd = np.array([settings.start_sd, settings.start_speed_sd, settings.start_load_sd], dtype=float)
+    drifts = np.array(
+        [settings.acceleration_noise, settings.load_drift, *2 * [settings.offset_drift]],
+        dtype=float,
+    )
+    first = np.append(sd, 2 * [float(np.asarray(settings.start_offset_sd))])
+
+    def states(z: FloatArray) -> FloatArray:
+        x, found = np.array([start, 0.0, 0.0, 0.0, 0.0]) + first * z[:5], []
+        for k in range(K):
+            kicks = np.sqrt(h) * drifts * z[5 + 4 * k : 9 + 4 * k]
+            qd = x[1] + h * (f[1] - f[0] - x[2]) / MASS + kicks[0]
+            x = np.concatenate([[x[0] + h * qd, qd], x[2:] + kicks[1:]])
+            found.append(x)
+        return np.array(found)
+
+    base = states(np.zeros(5 + 4 * K))
+    J = np.array([states(d) - base for d in np.eye(5 + 4 * K)])
+    C = np.array([[1.0, 0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0, 1.0]])
+    H = (J @ C.T).reshape(len(J), -1) / np.asarray(settings.length_noise)
+    r = (readings - np.array([1.0, 1.0]) - base @ C.T).ravel() / np.asarray(settings.length_noise)
+    P = np.linalg.inv(np.eye(len(J)) + H @ H.T)
+    last = J[:, -1].T
+    return base[-1] + last @ P @ H @ r, last @ P @ last.T
+
+
+def test_offsets_are_the_posterior_of_all_measurements() -> None:
+    """The filter equals the least-squares solution for all noise at once."""
+    settings = replace(RAIL, type="kalman", offset_drift=0.01, start_offset_sd=2e-3)
+    random, f = np.random.default_rng(8), np.array([30.0, 20.0])
+    readings = lengths_on_rail(0.1) + random.normal(0.0, 2e-3, (12, 2))
+    estimator = run_on_rail(settings, 0.1, readings, f)
+    mean, covariance = posterior_on_rail(settings, 0.1, readings, f)
+    state = np.concatenate([estimator.q, estimator.qd, estimator.w, estimator.offset_changes])
+    assert np.allclose(state, mean, rtol=1e-9, atol=1e-12)
+    assert np.allclose(estimator.covariance, covariance, rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize(("frames", "drift"), [(2, 0.0), (7, 0.0), (7, 0.01), (40, 0.0)])
+def test_linear_estimate_equals_the_kalman_filter(frames: int, drift: float) -> None:
     """The arrival cost is exact, so that the length of the horizon has no effect."""
     random, f = np.random.default_rng(1), np.array([40.0, 30.0])
     readings = np.array([lengths_on_rail(0.1 + 1e-3 * k) for k in range(30)])
     readings += random.normal(0.0, 1e-3, readings.shape)
-    settings = replace(RAIL, frames=frames, joint_limits=False)
+    settings = replace(RAIL, frames=frames, joint_limits=False, offset_drift=drift)
     horizon = run_on_rail(settings, 0.1, readings, f)
     kalman = run_on_rail(replace(settings, type="kalman"), 0.1, readings, f)
-    for name, scale in (("q", 1e-3), ("qd", 1e-1), ("w", 1.0)):
+    for name, scale in (("q", 1e-3), ("qd", 1e-1), ("w", 1.0), ("offset_changes", 1e-3)):
         assert np.allclose(getattr(horizon, name), getattr(kalman, name), atol=1e-9 * scale), name
     assert np.allclose(horizon.covariance, kalman.covariance, rtol=1e-9, atol=1e-18)
 

@@ -27,6 +27,10 @@ INNER = 1e-3  # step of plant and estimator, in [s]
 LAG = 0.002  # of the motors, in [s]
 BEFORE = 0.6  # time before a failure, in [s]
 CONTACT = 100  # ticks of one load
+OF_ESTIMATOR = {
+    **{"length_noise": NOISE, "encoder_noise": NOISE, "acceleration_noise": 1.0},
+    **{"load_drift": 3.0, "exact_transition": False},
+}
 
 
 class Moment(NamedTuple):
@@ -54,9 +58,10 @@ class FaultyArm:
     Args:
         has_tensions: Whether tensions are measured.
         rate: Accepted number of false alarms per hour.
+        settings: Other settings of the estimator; without encoders, `encoder_noise` is 0.
     """
 
-    def __init__(self, *, has_tensions: bool = True, rate: float = 0.1) -> None:
+    def __init__(self, *, has_tensions: bool = True, rate: float = 0.1, **settings: Any) -> None:
         folder = EXAMPLES / "roboy_left_arm"
         self.experiment = Experiment.load(folder, {"plant.mass_scale": 1.1})
         robot, start = self.experiment.robot, self.experiment.start.q
@@ -75,22 +80,20 @@ class FaultyArm:
         )
         dynamics = CoreDynamics(robot)
         self._f_min = dynamics.f_min
+        encoders = float(settings.get("encoder_noise", NOISE))
+        self._rough = np.sqrt(max(encoders**2 - NOISE**2, 0.0))  # noise beyond that of the device
         self._loop = ControlLoop(control_law(self.experiment, dynamics), dynamics.task_names, STEP)
         self._reference = make_reference(self.experiment)
         self.estimator = PoseEstimator(
             robot,
-            EstimatorSettings(
-                length_noise=NOISE,
-                encoder_noise=NOISE,
-                acceleration_noise=1.0,
-                load_drift=3.0,
-                exact_transition=False,
-            ),
+            EstimatorSettings(**OF_ESTIMATOR | settings),
             start,
         )
         self._core = self.estimator._core
+        self.tracks = self.estimator.settings.estimates_offsets
         self.monitor = FaultMonitor(self.n, self.m, rate)
         self.monitor.write(motor_lag=LAG, f_max=dynamics.f_max)
+        self.monitor.write(encoder_noise=self.estimator.settings.encoder_noise)
         self.reset()
 
     def reset(
@@ -105,6 +108,7 @@ class FaultyArm:
         """
         device, estimator = self.device, self.estimator
         device._sensors._settings = self._sensors.copy_with(seed=seed)
+        self._random = np.random.default_rng(seed)
         device._failures = Failures(failures, self.muscles, self.joints)
         device.load = None
         device._start = (self.experiment.start.q, None) if at is None else (at.q, at.qd)
@@ -134,6 +138,7 @@ class FaultyArm:
         n, m, estimator = self.n, self.m, self.estimator
         state = self.device.state()
         estimator.encoders[:], estimator.lengths[:] = state[:n], state[2 * n : 2 * n + m]
+        estimator.encoders[:] += self._random.normal(0.0, self._rough, n)
         tensions = state[2 * n + m : 2 * n + 2 * m]
         estimator.tensions[:] = tensions if self.has_tensions else self._command
         count = self._test(tensions)
@@ -157,7 +162,7 @@ class FaultyArm:
         """Test the measurements; leave out those of suspect sensors, as estimator.fmu does."""
         estimator, monitor, m = self.estimator, self.monitor, self.m
         monitor.write(
-            lengths=estimator.lengths,
+            lengths=estimator.lengths - (estimator.offset_changes if self.tracks else 0.0),
             encoders=estimator.encoders,
             tensions=tensions if self.has_tensions else np.full(m, np.nan),
             commands=self._command,

@@ -47,6 +47,11 @@ class Truth:
         self.biases = self.random.normal(0.0, 1.0, (len(units or []), 2, 3)) * np.array(
             [[settings.gyroscope_bias_sd], [settings.accelerometer_bias_sd]]
         )
+        self.offsets = np.zeros(len(robot.muscles))
+        if settings.estimates_offsets:
+            self.offsets += (
+                self.random.normal(0.0, 1.0, self.offsets.size) * settings.start_offset_sd
+            )
         self._q, self._qd = self._core.array("q", n), self._core.array("qd", n)
         self.lengths = self._core.array("lengths", len(robot.muscles))
         self._readings = UnitReadings(robot, units or [])
@@ -61,13 +66,19 @@ class Truth:
         self._qdd = (self._qd + kick - self.qd) / STEP
         self.q, self.qd = self._q + STEP * kick, self._qd + kick
         self.w += np.sqrt(STEP) * self.random.normal(0.0, 1.0, n) * settings.load_drift
+        if settings.estimates_offsets:
+            kick = np.sqrt(STEP) * self.random.normal(0.0, 1.0, self.offsets.size)
+            self.offsets += kick * settings.offset_drift
         core.move(core.handle, self.q.tobytes())
 
     def measure(self, estimator: PoseEstimator, f: FloatArray) -> None:
         """Write sensor readings to an estimator."""
         settings = self._settings
         noise = self.random.normal(0.0, 1.0, len(self.lengths)) * settings.length_noise
-        estimator.lengths[:], estimator.tensions[:] = self.lengths + noise, f
+        estimator.lengths[:], estimator.tensions[:] = self.lengths + self.offsets + noise, f
+        if np.any(settings.encoder_noise):
+            noise = self.random.normal(0.0, 1.0, len(self.q)) * settings.encoder_noise
+            estimator.encoders[:] = self.q + noise
         if len(self.biases):
             readings = self._readings.read(self.q, self.qd, self._qdd) + self.biases
             noise = self.random.normal(0.0, 1.0, readings.shape)
@@ -76,9 +87,11 @@ class Truth:
 
     def error(self, estimator: PoseEstimator) -> FloatArray:
         """Return the estimation error, in the order of the covariance."""
-        state = np.concatenate([self.q, self.qd, self.w, self.biases.ravel()])
+        state = [self.q, self.qd, self.w, self.biases.ravel()]
         estimates = [estimator.q, estimator.qd, estimator.w, estimator.biases.ravel()]
-        return state - np.concatenate(estimates)
+        if len(estimator.offset_changes):
+            state, estimates = [*state, self.offsets], [*estimates, estimator.offset_changes]
+        return np.concatenate(state) - np.concatenate(estimates)
 
 
 class Drawn(NamedTuple):

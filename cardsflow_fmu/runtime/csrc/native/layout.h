@@ -224,6 +224,8 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     GROUP(report, 4)                                                                                          \
     GROUP(q_start, n)                                                                                         \
     GROUP(offsets, ANY)                                                                                       \
+    GROUP(found_offsets, ANY)                                                                                 \
+    GROUP(offset_sd, ANY)                                                                                     \
     GROUP(step, 1)                                                                                            \
     GROUP(commands, ANY)                                                                                      \
     GROUP(muscle_faults, ANY)                                                                                 \
@@ -232,9 +234,9 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     GROUP(encoder_faults, ANY)                                                                                \
     GROUP(bounds, ANY)                                                                                        \
     GROUP(fault_report, ANY)
-/* watched: muscles, monitors: 1; both 0 without detection of faults */
+/* watched: muscles, monitors: 1; both 0 without detection of faults. tracked: muscles; 0 if offsets are constant */
 #define ESTIMATOR_COUNTS(COUNT)                                                                               \
-    COUNT(units) COUNT(muscles) COUNT(numbers) COUNT(watched) COUNT(monitors) COUNT(models)
+    COUNT(units) COUNT(muscles) COUNT(tracked) COUNT(numbers) COUNT(watched) COUNT(monitors) COUNT(models)
 #define FAULT_FIELDS(FIELD)                                                                                   \
     FIELD(double, false_alarms_per_hour, 1, monitors)                                                         \
     FIELD(double, motor_lag, 1, monitors)                                                                     \
@@ -256,6 +258,8 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(double, acceleration_noise, 1, q)                                                                   \
     FIELD(double, load_drift, 1, q)                                                                           \
     FIELD(double, bias_drift, 2, models)                                                                      \
+    FIELD(double, offset_drift, 1, tracked)                                                                   \
+    FIELD(double, start_offset_sd, 1, tracked)                                                                \
     FIELD(double, imu_rotation, 9, units)                                                                     \
     FIELD(double, imu_position, 3, units)                                                                     \
     FIELD(double, search, 1, models)                                                                          \

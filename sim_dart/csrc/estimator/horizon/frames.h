@@ -93,6 +93,7 @@ static inline int horizon_approaches_bound(const estimator *e, size_t j)
 static inline size_t bias_of(const estimator *e, size_t slot)
 {
     const size_t first = 2 * e->m + 2 * e->n, k = slot - first;
+    if (slot < e->m) return offset_state(e, slot);
     if (slot < first || k >= 6 * e->i) return e->N;
     const size_t is_force = k >= 3 * e->i, axis = is_force ? k - 3 * e->i : k;
     return 3 * e->n + axis / 3 * 6 + 3 * is_force + axis % 3;

@@ -3,17 +3,17 @@
 
 #include <string.h>
 
-#define HORIZON_LENGTHS(c, imus, frames)                                                               \
+#define HORIZON_LENGTHS(c, imus, offsets, frames)                                                              \
     const size_t n = (size_t)(c)->blob.counts.dofs, m = (size_t)(c)->blob.counts.muscles;              \
     const size_t bends = (size_t)(c)->blob.counts.bends, i = (size_t)(imus), K = (size_t)(frames);     \
-    const size_t N = 3 * n + 6 * i, B = 2 * m + 2 * n + 6 * i, T = m + 3 * n + 6 * i;
+    const size_t N = 3 * n + 6 * i + (size_t)(offsets), B = 2 * m + 2 * n + 6 * i, T = m + 3 * n + 6 * i;
 
 enum { MIN_FRAMES = 2, MAX_FRAMES = 1000 };
 
-size_t estimator_horizon_size(const core *c, int32_t imus, int32_t frames)
+size_t estimator_horizon_size(const core *c, int32_t imus, int32_t offsets, int32_t frames)
 {
-    if (imus < 0 || imus > MAX_IMUS || frames < MIN_FRAMES || frames > MAX_FRAMES) return 0;
-    HORIZON_LENGTHS(c, imus, frames)
+    if (!estimator_size(c, imus, offsets) || frames < MIN_FRAMES || frames > MAX_FRAMES) return 0;
+    HORIZON_LENGTHS(c, imus, offsets, frames)
     size_t count = N * N + N + B;
 #define ADD_LENGTHS(name, length) count += K * (length);
     HORIZON_SETTINGS(NAMED_LENGTH)
@@ -27,10 +27,10 @@ size_t estimator_horizon_size(const core *c, int32_t imus, int32_t frames)
 int estimator_use_horizon(estimator *e, int32_t frames, void *memory)
 {
     e->horizon = NULL;
-    const size_t size = estimator_horizon_size(e->core, (int32_t)e->i, frames);
+    const size_t size = estimator_horizon_size(e->core, (int32_t)e->i, (int32_t)e->o, frames);
     if (!size || !memory || (uintptr_t)memory % 8) return 1;
     memset(memory, 0, size);
-    HORIZON_LENGTHS(e->core, e->i, frames)
+    HORIZON_LENGTHS(e->core, e->i, e->o, frames)
     horizon *s = e->horizon = memory;
     s->K = K, s->B = B, s->T = T;
     real *at = (real *)(void *)((char *)memory + padded(sizeof *s));
@@ -50,7 +50,7 @@ real *horizon_array(estimator *e, const char *name, size_t *length)
 {
     horizon *s = e->horizon;
     if (!s) return NULL;
-    HORIZON_LENGTHS(e->core, e->i, s->K)
+    HORIZON_LENGTHS(e->core, e->i, e->o, s->K)
     (void)m, (void)bends, (void)B, (void)T;
     HORIZON_SETTINGS(NAMED_FIND)
     NAMED_FIND(iterations, 1)

@@ -36,6 +36,19 @@ static int all_finite(const double *values, size_t count)
     return 1;
 }
 
+/* Write the estimated offsets and their standard deviations; the last ones if they are not finite. */
+static void write_offsets(const struct estimator_model *s, size_t n)
+{
+    const size_t first = 3 * n + 6 * (size_t)s->settings.of.units.count, count = s->settings.of.found_offsets.count;
+    if (!all_finite(s->state + first, s->settings.of.tracked.count))
+        return;
+    for (size_t i = 0; i < count; i++) {
+        const size_t at = first + s->settings.measured[i];
+        s->found_offsets[i] = s->offsets[i] + s->state[at];
+        s->offset_sd[i] = s->deviations[at];
+    }
+}
+
 /* Write the estimate; the last one if the current one is not finite. */
 static void write_outputs(const struct estimator_model *s, size_t n)
 {
@@ -45,6 +58,7 @@ static void write_outputs(const struct estimator_model *s, size_t n)
         memcpy(s->w, s->state + 2 * n, n * sizeof(double));
         memcpy(s->sd, s->deviations, n * sizeof(double));
     }
+    write_offsets(s, n);
     s->report[0] = s->innovation[0];
     s->report[1] = s->used[0];
     s->report[2] = s->status[0];
@@ -187,6 +201,8 @@ static int are_sound(const struct estimator_settings *s, const struct native_rob
            native_all_below(s->encoded, s->of.encoders.count, robot->n) && s->of.muscles.count == robot->m &&
            s->of.numbers.count == 3 * robot->n + 2 && s->of.lengths.count == s->of.measured_tensions.count &&
            s->of.lengths.count == s->of.offsets.count && has_all_faults(s) &&
+           s->of.found_offsets.count == (s->of.tracked.count ? s->of.lengths.count : 0) &&
+           s->of.offset_sd.count == s->of.found_offsets.count &&
            s->starts[0] >= 1 && s->starts[0] <= 100000;
 }
 
@@ -222,7 +238,8 @@ static int use_exact_transition(struct estimator_model *s, const core *c, struct
 static int use_horizon(struct estimator_model *s, const core *c, struct text *error)
 {
     const struct estimator_settings *of = &s->settings;
-    const size_t size = estimator_horizon_size(c, (int32_t)of->of.units.count, (int32_t)of->frames[0]);
+    const size_t size = estimator_horizon_size(c, (int32_t)of->of.units.count, (int32_t)of->of.tracked.count,
+                                               (int32_t)of->frames[0]);
     if (size && !(s->horizon = malloc(size))) {
         text_set(error, "not enough memory for the estimator");
         return 1;
@@ -246,10 +263,10 @@ static int fill(struct estimator_model *s, struct native_model *native, struct t
         text_set(error, "native.bin does not match its estimator");
         return 1;
     }
-    const int32_t units = (int32_t)of->of.units.count;
-    const size_t size = estimator_size(robot->core, units);
+    const int32_t units = (int32_t)of->of.units.count, offsets = (int32_t)of->of.tracked.count;
+    const size_t size = estimator_size(robot->core, units, offsets);
     void *memory = size ? malloc(size) : NULL;
-    if (!memory || !(s->estimator = estimator_open(robot->core, units, of->imu_frame, memory))) {
+    if (!memory || !(s->estimator = estimator_open(robot->core, units, of->imu_frame, offsets, memory))) {
         text_set(error, memory ? "native.bin does not match its estimator" : "not enough memory for the estimator");
         free(memory);
         return 1;

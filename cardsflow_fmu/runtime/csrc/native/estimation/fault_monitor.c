@@ -76,13 +76,17 @@ static void read_measurements(const struct fault_monitor *s, double h)
     const struct estimator_settings *of = s->settings;
     const double *offset = of_estimator(s, "offset"), *compliance = of_estimator(s, "compliance");
     const double *length = of_estimator(s, "lengths"), *tension = of_estimator(s, "tensions");
-    const double *encoder = of_estimator(s, "encoders"), *state = of_estimator(s, "state");
+    const double *encoder = of_estimator(s, "encoders");
+    size_t states;
+    const double *state = estimator_array(s->estimator, "state", &states);
+    const size_t tracked = of->of.tracked.count;
     double *lengths = array(s, "lengths"), *tensions = array(s, "tensions"), *commands = array(s, "commands");
     for (size_t i = 0; i < robot->m; i++)
         lengths[i] = tensions[i] = NAN, commands[i] = 0;
     for (size_t k = 0; k < of->of.lengths.count; k++) {
         const size_t i = of->measured[k];
         lengths[i] = length[i] - offset[i] + compliance[i] * tension[i];
+        if (tracked) lengths[i] -= state[states - tracked + i];
         tensions[i] = of->has_tensions[0] ? tension[i] : NAN;
         commands[i] = s->out.commands[k];
     }
