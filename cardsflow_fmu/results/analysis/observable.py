@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from addin_sdfusion.robot import CardsflowError
+from addin_sdfusion.robot import CardsflowError, Robot
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.settings.estimator import EstimatorTable
+from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart.estimation.observability import observability
 
 POSES = 33
@@ -21,8 +24,8 @@ def observed_poses(experiment: Experiment) -> dict[str, Any]:
         Plain data: `poses`, `least_rank`, `coordinates`; `sd`, the maximum standard deviation of
         each coordinate from one measurement, None if it is unobservable; `open_poses`, the number
         of poses at which it is unobservable; `critical`, muscles that make a pose unobservable if
-        they are slack together; `unknown_offsets`, whether offsets are estimated, and
-        `without_encoder`, the coordinates without an encoder. Empty without an estimator.
+        they are slack together; `rank_with_offsets`, the least rank if lengths
+        with unknown offsets are ignored. Empty without an estimator.
     """
     settings = experiment.estimator
     if settings is None:
@@ -46,9 +49,17 @@ def observed_poses(experiment: Experiment) -> dict[str, Any]:
         "open_poses": dict(zip(names, np.isinf(found.sd).sum(axis=0).tolist(), strict=True)),
         "critical": list(found.critical),
         "inertial_units": len(settings.imus),
-        "unknown_offsets": settings.estimator_settings.estimates_offsets,
-        "without_encoder": [n for j, n in enumerate(names) if settings.encoder_noise[j] == 0.0],
+        "rank_with_offsets": _rank_with_offsets(experiment.robot, poses, settings),
     }
+
+
+def _rank_with_offsets(robot: Robot, poses: FloatArray, settings: EstimatorTable) -> int:
+    is_unknown = np.hypot(settings.offset_drift, settings.start_offset_sd) > 0.0
+    known = np.where(is_unknown, 0.0, settings.length_noise)
+    if not is_unknown.any():
+        return len(robot.coordinates)
+    own = replace(settings.estimator_settings, length_noise=known)
+    return int(observability(robot, poses, own).rank.min())
 
 
 def observability_warnings(found: dict[str, Any]) -> list[str]:
@@ -58,11 +69,12 @@ def observability_warnings(found: dict[str, Any]) -> list[str]:
         found: Result of `observed_poses`.
     """
     unobservable = {name: count for name, count in found.get("open_poses", {}).items() if count}
-    lines = []
-    if found.get("unknown_offsets") and found["without_encoder"] and not found["inertial_units"]:
+    lines, coordinates = [], found.get("coordinates", 0)
+    if (rank := found.get("rank_with_offsets", 0)) < coordinates and not found["inertial_units"]:
         lines.append(
-            f"{', '.join(found['without_encoder'])} without encoder: lengths hardly distinguish "
-            "changed offsets from a different pose; add encoders, or set estimator.offset_drift = 0"
+            "drifting offsets are not observable: encoders and lengths with constant offsets have "
+            f"rank {rank} of {coordinates}, so that a drift looks like a different pose; add "
+            "encoders, or set estimator.offset_drift for fewer muscles"
         )
     if not unobservable:
         return lines

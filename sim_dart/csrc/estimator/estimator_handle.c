@@ -10,7 +10,7 @@
 
 size_t estimator_size(const core *c, int32_t imus, int32_t offsets)
 {
-    if (imus < 0 || imus > MAX_IMUS || (offsets != 0 && offsets != c->blob.counts.muscles)) return 0;
+    if (!estimator_can_have(c, imus, offsets)) return 0;
     ESTIMATOR_LENGTHS(c, imus, offsets)
     size_t count = 0;
     ESTIMATOR_ARRAYS(NAMED_LENGTH)

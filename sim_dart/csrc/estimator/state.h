@@ -82,6 +82,12 @@ struct estimator {
     ESTIMATOR_ARRAYS(NAMED_MEMBER)
 };
 
+/* Return whether an estimator can have these numbers of IMUs and offsets. */
+static inline int estimator_can_have(const core *c, int32_t imus, int32_t offsets)
+{
+    return imus >= 0 && imus <= MAX_IMUS && (offsets == 0 || offsets == c->blob.counts.muscles);
+}
+
 /* Return whether a noise setting enables a measurement. */
 static inline int is_measured(real noise)
 {

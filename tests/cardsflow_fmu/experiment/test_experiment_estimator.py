@@ -228,6 +228,11 @@ def test_unobservable_poses_are_reported_before_a_run() -> None:
     )
     assert not observability_warnings(observed_poses(helped))
     assert line in simulate(blind, coupling="direct").summary["warnings"]
+    (line,) = observability_warnings(observed_poses(roboy_experiment(0.1, offset_drift=1e-5)))
+    assert "rank 0 of 4" in line
+    for settings in ({"encoder_noise": 0.01}, {"offset_drift": {"motor2": 1e-5, "motor9": 1e-5}}):
+        known = roboy_experiment(0.1, **{"offset_drift": 1e-5} | settings)
+        assert not observability_warnings(observed_poses(known))
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ enum { MIN_FRAMES = 2, MAX_FRAMES = 1000 };
 
 size_t estimator_horizon_size(const core *c, int32_t imus, int32_t offsets, int32_t frames)
 {
-    if (!estimator_size(c, imus, offsets) || frames < MIN_FRAMES || frames > MAX_FRAMES) return 0;
+    if (!estimator_can_have(c, imus, offsets) || frames < MIN_FRAMES || frames > MAX_FRAMES) return 0;
     HORIZON_LENGTHS(c, imus, offsets, frames)
     size_t count = N * N + N + B;
 #define ADD_LENGTHS(name, length) count += K * (length);
