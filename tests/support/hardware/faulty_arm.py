@@ -83,7 +83,8 @@ class FaultyArm:
         encoders = float(settings.get("encoder_noise", NOISE))
         self._rough = np.sqrt(max(encoders**2 - NOISE**2, 0.0))  # noise beyond that of the device
         self._loop = ControlLoop(control_law(self.experiment, dynamics), dynamics.task_names, STEP)
-        self._reference = make_reference(self.experiment)
+        self.reference = make_reference(self.experiment).evaluate
+        self.is_monitored = True
         self.estimator = PoseEstimator(
             robot,
             EstimatorSettings(**OF_ESTIMATOR | settings),
@@ -141,9 +142,9 @@ class FaultyArm:
         estimator.encoders[:] += self._random.normal(0.0, self._rough, n)
         tensions = state[2 * n + m : 2 * n + 2 * m]
         estimator.tensions[:] = tensions if self.has_tensions else self._command
-        count = self._test(tensions)
+        count = self._test(tensions) if self.is_monitored else 0
         estimator.tick(INNER, round(STEP / INNER) if self.ticks else 0)
-        reference = np.array(self._reference.evaluate(self.time))
+        reference = np.array(self.reference(self.time))
         self._loop.tick(estimator.q.copy(), estimator.qd.copy(), reference, estimator.w.copy())
         self._command = self._loop.acting
         self.device.apply(self._command)
