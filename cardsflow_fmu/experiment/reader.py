@@ -193,9 +193,11 @@ def experiment_settings(
     estimator = _read_estimator(data.get("estimator"), tables, context, robot, folder, run)
     if hardware.use and not hardware.has_positions:
         _require_estimate(estimator, context)
+    faults = read_faults(data.get("faults"), context, estimator, run.step)
     wiring = complete_wiring(tables.wiring, robot, disturbance, plant)
     if estimator is not None:
-        wiring = _estimator_wiring(robot, estimator, hardware) | wiring
+        own = _estimator_wiring(robot, estimator, hardware, has_faults=faults is not None)
+        wiring = own | wiring
     controller = read_controller(data["controller"], context, run, reference.space, start)
     if controller.type == MPC:
         require_predictable(robot, plant, "scene" in world, controller.engine, context)
@@ -217,7 +219,7 @@ def experiment_settings(
         "run": run,
         "wiring": wiring,
         "estimator": estimator,
-        "faults": read_faults(data.get("faults"), context, estimator, run.step),
+        "faults": faults,
         "fmus": tables.fmus.by_role,
         **world,
         "hardware": hardware,
@@ -255,7 +257,7 @@ def _require_estimate(estimator: EstimatorTable | None, context: Context) -> Non
 
 
 def _estimator_wiring(
-    robot: Robot, estimator: EstimatorTable, hardware: HardwareSettings
+    robot: Robot, estimator: EstimatorTable, hardware: HardwareSettings, *, has_faults: bool
 ) -> dict[str, str | float]:
     """Return the connections of the estimator."""
     return dict(
@@ -265,6 +267,7 @@ def _estimator_wiring(
             uses_estimate=estimator.feedback,
             has_hardware=hardware.use,
             has_tensions=hardware.has_tensions,
+            has_faults=has_faults,
         )
     )
 

@@ -27,13 +27,14 @@ class DartPlant:
         views: Values of each group of variables.
 
     Raises:
-        InputError: A tension is scaled.
+        InputError: A tension is scaled, or a cable breaks.
     """
 
     def __init__(self, experiment: Experiment, views: Mapping[str, FloatArray]) -> None:
-        if any(scale != 1.0 for scale in experiment.plant.tension_scale):
-            what = "requires the engine core, which supports neither contacts nor custom laws"
-            raise InputError(what, file=experiment.file, key="plant.tension_scale")
+        for key, usual in (("tension_scale", 1.0), ("break_time", 0.0)):
+            if any(value != usual for value in getattr(experiment.plant, key)):
+                what = "requires the engine core, which supports neither contacts nor custom laws"
+                raise InputError(what, file=experiment.file, key=f"plant.{key}")
         robot = experiment.plant_robot
         self._robot = robot
         self._settings, self._scene = experiment.plant, experiment.scene
@@ -122,8 +123,11 @@ class DartPlant:
         self._lengths[:] = plant.lengths_view
         if self._tasks.size:
             self._tasks[:] = plant.task_position
-        if self._modelled:
+        if self._tensions.size == len(self._robot.muscles):
+            self._tensions[:] = plant.tensions
+        elif self._modelled:
             self._tensions[:] = plant.tensions[self._modelled]
+        if self._modelled:
             self._states[:] = plant.muscle_states[self._state_order]
         if self._far.size:
             self._far[:] = plant.far_tensions[self._rubbing]

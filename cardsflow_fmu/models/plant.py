@@ -5,6 +5,7 @@ Inputs are commands and loads; outputs are positions, velocities, lengths and ta
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -22,10 +23,12 @@ from cardsflow_fmu.cosim.signals.muscles import (
     commanded_muscles,
     friction_muscles,
     modelled_muscles,
+    muscles_with_tension,
     state_order,
 )
 from cardsflow_fmu.cosim.signals.ports import plant_groups
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.settings.plant import PlantSettings
 from cardsflow_fmu.runtime.derivatives import Indices
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import CoreDynamics, compile_blob
@@ -84,6 +87,7 @@ class PlantModel(CModel):
             energy=plant.energy,
             wrenches=plant.wrenches,
             scene=experiment.scene,
+            has_tensions=experiment.faults is not None,
         )
 
     @classmethod
@@ -103,9 +107,12 @@ class PlantModel(CModel):
         """Return the contents of the file `native.bin` of the model."""
         robot, plant = experiment.plant_robot, experiment.plant
         CoreDynamics(robot)  # raises an error if the mass matrix is singular
-        scales = plant.tension_scale
-        settings = plant_fields(robot, plant.substeps, plant.integrator, plant.wrenches, scales)
-        return encode("plant", compile_blob(robot), cls.groups(experiment), *settings)
+        groups, scales = cls.groups(experiment), plant.tension_scale
+        counts, fields = plant_fields(
+            robot, plant.substeps, plant.integrator, plant.wrenches, scales, groups
+        )
+        fields["break_time"] = break_times(plant) or fields["break_time"]
+        return encode("plant", compile_blob(robot), groups, counts, fields)
 
     def set_states(self, states: FloatArray) -> None:
         """Set q, qd and the states of muscles."""
@@ -162,7 +169,7 @@ def continuous_file(
         wrenches: Names of links with external wrenches.
         tension_scale: Factor on the tension of each muscle; 1 if empty.
     """
-    counts, fields = plant_fields(robot, 1, "rk4", wrenches, tension_scale)
+    counts, fields = plant_fields(robot, 1, "rk4", wrenches, tension_scale, groups)
     fields["nominals"] = [port.nominal for port in state_ports_of(groups)]
     fields["limited"] = [2 * j + side for j, side in limited_sides(robot)]
     return encode("plant", compile_blob(robot), groups, counts, fields)
@@ -174,6 +181,7 @@ def plant_fields(
     integrator: str = "euler",
     wrenches: Sequence[str] = (),
     tension_scale: Sequence[float] = (),
+    groups: Groups | None = None,
 ) -> tuple[Counts, Fields]:
     """Return counts and fields of a plant; see `encode`.
 
@@ -183,6 +191,7 @@ def plant_fields(
         integrator: Integration method.
         wrenches: Names of links with external wrenches.
         tension_scale: Factor on the tension of each muscle; 1 if empty.
+        groups: Variables of the plant; by default, tensions of muscles with laws are outputs.
     """
     frames, points = wrench_points(robot, wrenches)
     fields: Fields = {
@@ -190,7 +199,9 @@ def plant_fields(
         "task_rows": task_rows(robot),
         "commanded": commanded_muscles(robot),
         "motors": motors(robot),
-        "modelled": modelled_muscles(robot),
+        "modelled": modelled_muscles(robot)
+        if groups is None
+        else muscles_with_tension(robot, groups),
         "rubbing": friction_muscles(robot),
         "state_order": state_order(robot),
         "external_frame": frames,
@@ -198,11 +209,17 @@ def plant_fields(
         "substeps": substeps,
         "integrator": _INTEGRATORS.index(integrator),
         "tension_scale": tension_scale or [1.0] * len(robot.muscles),
+        "break_time": [math.inf] * len(robot.muscles),
         "fixed_energy": fixed_energy(robot),
         "nominals": [],
         "limited": [],
     }
     return {"external_points": len(frames)}, fields
+
+
+def break_times(settings: PlantSettings) -> list[float]:
+    """Return the time at which each cable breaks, in [s], or infinity."""
+    return [time or math.inf for time in settings.break_time]
 
 
 def motors(robot: Robot) -> list[int]:

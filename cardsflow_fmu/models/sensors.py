@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.cosim.signals.dependencies import Dependencies, sampled_dependencies
 from cardsflow_fmu.cosim.signals.estimation import measured_muscles, sensor_groups
@@ -14,6 +16,7 @@ from sim_dart.estimation.imu_frames import imu_frames
 
 from .c_model import CModel
 from .native.fields import Fields, encode
+from .plant import break_times
 
 
 class SensorsModel(CModel):
@@ -49,7 +52,10 @@ class SensorsModel(CModel):
             "seed": float(sensors.seed),
             "compliance": cable_compliances(robot),
         }
-        fields |= {key: getattr(sensors, key) for key in ("noise", "resolution", "offset", "stuck")}
+        fields |= {key: getattr(sensors, key) for key in ("noise", "resolution", "offset")}
+        stuck = np.array(sensors.stuck)
+        stuck[:m] = np.minimum(stuck[:m], break_times(experiment.plant))  # these motors hold
+        fields["stuck"] = stuck
         counts = {"units": i, "channels": 2 * m + 2 * n + 6 * i, "muscles": m}
         blob = compile_blob(estimated_robot(robot))
         return encode("sensors", blob, cls.groups(experiment), counts, fields)

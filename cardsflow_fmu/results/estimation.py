@@ -12,19 +12,12 @@ from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.cosim.signals.estimation import ESTIMATE, OFFSET, OFFSET_SD, STATUSES, VALID
 from cardsflow_fmu.cosim.signals.port import muscle_signals
 from cardsflow_fmu.cosim.signals.ports import coordinate_signals
-from cardsflow_fmu.cosim.signals.reaction import DECISIONS, FAULTS, LOST, REACTION, SPEED
+from cardsflow_fmu.cosim.signals.reaction import DECISIONS, FAULTS, LOST, PARTS, REACTION, SPEED
 from cardsflow_fmu.experiment.config.file import read_settings
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.estimator import CALIBRATION_FILE
 from cardsflow_fmu.utils.arrays import FloatArray
 
-_PARTS = {
-    "fault": "muscle",
-    "length_fault": "length sensor",
-    "tension_fault": "tension sensor",
-    "encoder_fault": "encoder",
-}
-"""Parts with faults, by the prefix of their columns."""
 UPDATED_CALIBRATION = "calibration_updated.json"
 """Name of the file with changed length offsets in a results folder."""
 _EVIDENCE = ("statistic", "threshold", "confidence", "value")
@@ -39,7 +32,7 @@ def fault_events(columns: Mapping[str, FloatArray]) -> list[dict[str, Any]]:
     events: list[tuple[int, dict[str, Any]]] = []
     for name, values in columns.items():
         prefix, _, part = name.partition(".")
-        if prefix not in _PARTS or not part:
+        if prefix not in PARTS or not part:
             continue
         for row in _changes(values):
             evidence = {
@@ -48,7 +41,7 @@ def fault_events(columns: Mapping[str, FloatArray]) -> list[dict[str, Any]]:
                 if f"fault_{key}" in columns
             }
             kind = FAULTS.get(int(values[row]), "unknown")
-            fault = {"part": f"{_PARTS[prefix]} {part}", "kind": kind.replace("_", " ")}
+            fault = {"part": f"{PARTS[prefix]} {part}", "kind": kind.replace("_", " ")}
             events.append((row, fault | evidence))
     if REACTION in columns:
         for row in sorted(

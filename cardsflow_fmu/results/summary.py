@@ -75,7 +75,7 @@ def summarize(
     followed = tracked_signals(
         robot, experiment.reference.space, experiment.controller.uncontrolled
     )
-    bounds = dict(zip(tension_signals(robot), map(_bounds, robot.muscles), strict=True))
+    bounds = dict(zip(tension_signals(robot, columns), map(_bounds, robot.muscles), strict=True))
     slack = slack_signals(robot, experiment.controller.space)
     motors = {
         name: (_finite(motor.tau_min), _finite(motor.tau_max), force_unit(motor))

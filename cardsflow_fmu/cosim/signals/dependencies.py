@@ -22,7 +22,9 @@ from .muscles import (
     command_signals,
     driven_muscles,
     friction_muscles,
+    ideal_muscles,
     modelled_muscles,
+    muscles_with_tension,
     state_order,
 )
 from .port import muscle_signals
@@ -71,8 +73,11 @@ def plant_dependencies(robot: Robot, groups: Groups) -> Dependencies:
         at_start[name] = _select(q, above[link])
     for name in names["energies"]:
         at_start[name] = _energy_start(name, q, qd)
+    pulls = muscle_signals(FORCE, robot)
     commands = dict(zip(driven_muscles(robot), command_signals(robot), strict=True))
-    for name, k, what in _muscle_outputs(robot, names):
+    commands |= {k: pulls[k] for k in ideal_muscles(robot)}
+    reported = muscles_with_tension(robot, groups)
+    for name, k, what in _muscle_outputs(robot, names, reported):
         muscle, command = robot.muscles[k], commands.get(k)
         known = {
             _COMMAND: frozenset() if command is None else frozenset([command]),
@@ -82,8 +87,7 @@ def plant_dependencies(robot: Robot, groups: Groups) -> Dependencies:
         at_start[name] = _NONE.union(*(known[letter] for letter in _start_arguments(muscle, what)))
         if _has_direct_command(muscle):
             direct[name] = known[_COMMAND]
-    pulls = muscle_signals(FORCE, robot)
-    tensions = dict(zip(modelled_muscles(robot), names["tensions"], strict=True))
+    tensions = dict(zip(reported, names["tensions"], strict=True))
     for name, k in zip(names["far_tensions"], friction_muscles(robot), strict=True):
         same = tensions.get(k)  # at the start, friction has no direction yet
         direct[name] = frozenset([pulls[k]]) if same is None else direct[same]
@@ -235,9 +239,11 @@ def _energy_start(name: str, q: Sequence[str], qd: Sequence[str]) -> Names:
     return frozenset(q if name == "energy.potential" else [*q, *qd])
 
 
-def _muscle_outputs(robot: Robot, names: Mapping[str, Sequence[str]]) -> list[tuple[str, int, str]]:
-    """Return the outputs of muscles with laws: name, index of the muscle, kind."""
-    tensions = zip(names["tensions"], modelled_muscles(robot), strict=True)
+def _muscle_outputs(
+    robot: Robot, names: Mapping[str, Sequence[str]], reported: Sequence[int]
+) -> list[tuple[str, int, str]]:
+    """Return the outputs of muscles: name, index of the muscle, kind."""
+    tensions = zip(names["tensions"], reported, strict=True)
     of_state = [(k, s.name) for k, m in enumerate(robot.muscles) for s in states_of(m.model)]
     states = zip(names["states"], (of_state[i] for i in state_order(robot)), strict=True)
     return [

@@ -236,6 +236,7 @@ def estimation_wiring(
     uses_estimate: bool,
     has_hardware: bool,
     has_tensions: bool = True,
+    has_faults: bool = False,
 ) -> dict[str, str]:
     """Return the wiring for inputs of sensors, estimator and controller whose names differ.
 
@@ -246,15 +247,19 @@ def estimation_wiring(
         has_hardware: Whether measurements come from hardware instead of simulated sensors.
         has_tensions: Whether the hardware measures tensions and motor torques. Otherwise commands
             replace them.
+        has_faults: Whether faults are detected, so that the plant provides all tensions.
     """
     muscles = measured_muscles(robot)
     wiring: dict[str, str] = {}
     forces, tensions = muscle_signals("f", robot), muscle_signals(TENSION, robot)
-    motors = zip(motor_signals(MOTOR_TORQUE, robot), motor_signals(TORQUE, robot), strict=True)
+    motors = dict(
+        zip(motor_signals(MOTOR_TORQUE, robot), motor_signals(TORQUE, robot), strict=True)
+    )
     commanded = {tensions[k]: forces[k] for k in muscles if not is_modelled(robot.muscles[k])}
-    commanded |= dict(motors)
+    commanded |= motors
     if not has_hardware:
-        wiring |= {f"sensors.{name}": f"controller.{out}" for name, out in commanded.items()}
+        known = motors if has_faults else commanded
+        wiring |= {f"sensors.{name}": f"controller.{out}" for name, out in known.items()}
         for group in _measurement_ports(robot, encoded, (), "input", "").values():
             for port in group:
                 prefix, _, rest = port.name.partition(".")

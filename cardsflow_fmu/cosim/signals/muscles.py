@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from addin_sdfusion.robot import Muscle, Robot
 from addin_sdfusion.robot.model.muscle_laws import law_of, range_of, states_of
 from sim_dart.muscles.friction import bend_count
 
+from .groups import Groups
 from .port import Causality, Port, Variability, muscle_signals, nominal_of, signal_names
 
 FORCE, COMMAND, TENSION, FAR_TENSION = "f", "u", "tension", "far_tension"
@@ -62,14 +63,21 @@ def commanded_muscles(robot: Robot) -> list[int]:
     return [*ideal_muscles(robot), *driven_muscles(robot)]
 
 
-def tension_signals(robot: Robot) -> list[str]:
+def tension_signals(robot: Robot, known: Collection[str] = ()) -> list[str]:
     """Return the names of the signals with the actual tension of each muscle, in the order of f.
 
     They are `tension.<muscle>` for muscles with a muscle law, otherwise the command `f.<muscle>`.
+
+    Args:
+        robot: The robot.
+        known: Names of the signals of a run. If they contain `tension.<muscle>` of a muscle without
+            a muscle law, this signal is used.
     """
     forces, tensions = muscle_signals(FORCE, robot), muscle_signals(TENSION, robot)
-    rows = zip(robot.muscles, forces, tensions, strict=True)
-    return [tension if is_modelled(muscle) else force for muscle, force, tension in rows]
+    return [
+        tension if is_modelled(muscle) or tension in known else force
+        for muscle, force, tension in zip(robot.muscles, forces, tensions, strict=True)
+    ]
 
 
 def command_signals(robot: Robot) -> list[str]:
@@ -137,15 +145,26 @@ def command_ports(
     return ports
 
 
-def tension_ports(robot: Robot) -> list[Port]:
-    """Return the outputs `tension.<muscle>` of all muscles with a muscle law."""
-    muscles = [robot.muscles[k] for k in modelled_muscles(robot)]
-    names = signal_names(TENSION, [muscle.name for muscle in muscles])
+def tension_ports(robot: Robot, *, has_ideal: bool) -> list[Port]:
+    """Return the outputs `tension.<muscle>` of muscles.
+
+    Args:
+        robot: The robot.
+        has_ideal: Whether muscles without a muscle law have one, too.
+    """
+    rows = zip(muscle_signals(TENSION, robot), robot.muscles, strict=True)
     return [
         Port(name, "N", "output", "continuous", what, nominal=nominal_force(muscle))
-        for name, muscle in zip(names, muscles, strict=True)
+        for name, muscle in rows
+        if has_ideal or is_modelled(muscle)
         for what in [f"Tension of muscle {muscle.name}"]
     ]
+
+
+def muscles_with_tension(robot: Robot, groups: Groups) -> list[int]:
+    """Return the indices of the muscles whose tension is an output of a plant."""
+    names = {port.name for port in groups["tensions"]}
+    return [k for k, name in enumerate(muscle_signals(TENSION, robot)) if name in names]
 
 
 def nominal_force(muscle: Muscle) -> float:

@@ -193,6 +193,7 @@ def plant_groups(
     energy: bool = False,
     wrenches: Sequence[str] = (),
     scene: Scene | None = None,
+    has_tensions: bool = False,
 ) -> Groups:
     """Return the variables of the plant.
 
@@ -210,6 +211,7 @@ def plant_groups(
         energy: Whether energies, work and momenta are outputs.
         wrenches: Names of links with external forces and torques.
         scene: Surroundings of the robot, or None.
+        has_tensions: Whether tensions of muscles without a muscle law are outputs.
     """
     pulls = _force_ports(robot, "input", "continuous", forces)
     driven = command_ports(robot, "input", "continuous", commands)
@@ -226,7 +228,7 @@ def plant_groups(
             for what in [f"Path length of muscle {muscle.name}"]
         ],
         "tasks": _task_ports("y", "", "Task coordinate", robot, "output"),
-        "tensions": tension_ports(robot),
+        "tensions": tension_ports(robot, has_ideal=has_tensions),
         "far_tensions": far_tension_ports(robot),
         "states": state_ports(robot, "output"),
         "energies": energy_ports() if energy else [],

@@ -44,6 +44,14 @@ DECISIONS = {
 }
 """Meaning of the controller's output `reaction`."""
 
+PARTS = {
+    "fault": "muscle",
+    "length_fault": "length sensor",
+    "tension_fault": "tension sensor",
+    "encoder_fault": "encoder",
+}
+"""Parts with faults, by the prefix of their outputs."""
+
 BOUND = "bound"
 """Prefix of the largest forces that muscles can produce."""
 REACTION, SPEED, REACHED, LOST = "reaction", "reference_speed", "reference_time", "lost_muscles"

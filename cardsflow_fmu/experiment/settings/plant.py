@@ -42,9 +42,14 @@ class PlantSettings(Table):
     )
     tension_scale: tuple[FromZero, ...] = named_setting(
         "muscle",
-        "factor on the tensions of the plant; 0: the cable is cut; the controller uses the "
-        "unscaled ones; requires the engine core",
+        "factor on the tensions of the plant; the controller uses the unscaled ones; requires the "
+        "engine core",
         1.0,
+    )
+    break_time: tuple[FromZero, ...] = named_setting(
+        "muscle",
+        "time at which the cable breaks, in s (default: never); requires the engine core",
+        0.0,
     )
     integrator: Rule = setting("integrator; rk4 requires the engine core", "euler")
     engine: Engine = setting(

@@ -125,9 +125,16 @@ class EmulatedRobot:
             InputError: A muscle has a muscle law, or a value is out of range. A custom law is not
                 executed.
         """
-        require_forces(experiment.plant_robot, experiment.file)
+        robot = experiment.plant_robot
+        require_forces(robot, experiment.file)
+        breaks = zip(robot.muscles, experiment.plant.break_time, strict=True)
+        broken = [
+            FailureSettings(kind="broken", part=muscle.name, time=time)
+            for muscle, time in breaks
+            if time
+        ]
         return cls(
-            experiment.plant_robot,
+            robot,
             experiment.plant.step,
             q=experiment.start.q,
             qd=experiment.start.qd,
@@ -138,7 +145,7 @@ class EmulatedRobot:
             has_positions=experiment.hardware.has_positions,
             has_lengths=experiment.hardware.has_lengths,
             has_tensions=experiment.hardware.has_tensions,
-            failures=failures,
+            failures=(*failures, *broken),
         )
 
     @property

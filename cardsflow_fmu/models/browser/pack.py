@@ -20,6 +20,7 @@ from addin_sdfusion.robot.json_text import json_text
 from addin_sdfusion.robot.model.muscle_laws import command_range, law_of
 from cardsflow_fmu.cosim.participant import WiredPorts
 from cardsflow_fmu.cosim.signals.muscles import commanded_muscles
+from cardsflow_fmu.cosim.signals.reaction import DECISIONS, FAULTS, PARTS
 from cardsflow_fmu.cosim.signals.variables import scalar_variables
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.models.by_role import C_MODELS
@@ -42,7 +43,10 @@ from .modes import (
     with_wrenches,
 )
 
-_FIELDS = ("gravity", "mass", "mass_centre", "inertia", "muscle_bends", "bend_friction", "noise")
+_FIELDS = (
+    *("gravity", "mass", "mass_centre", "inertia", "muscle_bends", "bend_friction", "noise"),
+    *("tension_scale", "break_time", "stuck"),
+)
 """Fields of files that a page changes while it simulates."""
 
 
@@ -82,6 +86,7 @@ def engine_data(experiment: Experiment, modes: Sequence[Mode] = MODES) -> bytes:
         "missing": missing,
         "gains": [{"name": name, "value": value} for name, value in packer.gains.items()],
         "hasSensors": experiment.estimator is not None,
+        "reports": {"parts": PARTS, "kinds": FAULTS, "decisions": DECISIONS},
         "space": experiment.controller.space,
         **_robot(robot),
         "inertias": packer.add_array(link_moments(experiment.robot)),

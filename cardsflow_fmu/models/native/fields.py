@@ -48,10 +48,14 @@ def encode(
     return _MAGIC + struct.pack("<III", _VERSION, size, zlib.crc32(body)) + body
 
 
+_CHANGED = {"sensors": ("noise", "stuck"), "plant": ("tension_scale", "break_time")}
+"""Fields of models that may be changed in place."""
+
+
 def field_places(model: str, file: bytes) -> dict[str, tuple[int, int]]:
     """Return offset in the file, and number of elements, of fields that may be changed in place.
 
-    These are the fields of the robot and, of sensors, `noise`. The CRC must be computed again.
+    These are the fields of the robot, and `_CHANGED`. The CRC must be computed again.
 
     Args:
         model: Name from `NATIVE_MODELS`.
@@ -72,7 +76,7 @@ def field_places(model: str, file: bytes) -> dict[str, tuple[int, int]]:
             at += 8
             continue
         count = int(rest[0]) * sizes[rest[1]]
-        if model == "sensors" and name == "noise":
+        if name in _CHANGED.get(model, ()):
             places[name] = at, count
         at += (np.dtype(_KINDS[kind]).itemsize * count + 7) // 8 * 8
     return places

@@ -12,7 +12,6 @@ from addin_sdfusion.robot.model.muscle_laws import law_of
 from cardsflow_fmu.cosim.signals.muscles import (
     command_signals,
     driven_muscles,
-    modelled_muscles,
     tension_signals,
 )
 from cardsflow_fmu.cosim.signals.ports import identifier, muscle_signals
@@ -84,7 +83,9 @@ def _point(result: ExperimentRunData) -> list[TrackedSignal]:
 def _forces(result: ExperimentRunData) -> Panel:
     """Return muscle tensions, and desired tensions of muscles with muscle laws."""
     time, robot = result["time"], result.experiment.robot
-    desired = dict(zip(tension_signals(robot), muscle_signals("f", robot), strict=True))
+    desired = dict(
+        zip(tension_signals(robot, result.names), muscle_signals("f", robot), strict=True)
+    )
     names = [name for name in desired if name in result.names]
     curves = [Curve(name, time, result[name]) for name in names]
     curves += [
@@ -92,7 +93,8 @@ def _forces(result: ExperimentRunData) -> Panel:
         for name in names
         if desired[name] != name and desired[name] in result.names
     ]
-    return Panel("tension [N]" if modelled_muscles(robot) else "force command [N]", curves)
+    is_command = list(desired) == list(desired.values())
+    return Panel("force command [N]" if is_command else "tension [N]", curves)
 
 
 def _commands(result: ExperimentRunData) -> list[Panel]:

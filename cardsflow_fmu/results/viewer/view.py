@@ -16,6 +16,7 @@ from addin_sdfusion.robot.formats.read import holds_robot, read
 from cardsflow_fmu.cosim.signals.ports import muscle_signals
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.packed_files import omitted_meshes
+from cardsflow_fmu.results.estimation import describe_event
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
 from cardsflow_fmu.results.saved_run import is_run, opened_run, require_not_experiment
 from cardsflow_fmu.results.verdict import failure_text
@@ -66,7 +67,9 @@ def act_of(result: ExperimentRunData, *, full_scale: bool = False) -> Act:
     motion = motion_of(experiment.robot, result, world=world)
     stage = Stage(experiment.robot, motion, meshes, world=world, full_scale=full_scale)
     title = str(result.summary.get("experiment", experiment.name))
-    return Act(stage, title, notes(result), shown_signals(result))
+    faults = result.summary.get("faults") or ()
+    events = tuple((event["time"], describe_event(event)) for event in faults)
+    return Act(stage, title, notes(result), shown_signals(result), events)
 
 
 def experiment_act(experiment: Experiment) -> Act:

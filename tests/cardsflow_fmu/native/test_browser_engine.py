@@ -71,6 +71,7 @@ def test_constant_pull_acts_as_a_wrench_in_the_native_library(page: Page, tmp_pa
 CHANGES = {
     "planar_2r": {
         "plant.tension_scale.cable_1": 0.5,
+        "plant.break_time.cable_2": 0.1,
         "plant.mass_scale.link_2": 1.3,
         "controller.kp.joint_1": 1500.0,
         "muscles.cable_2.f_max": 40.0,

@@ -16,8 +16,10 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.motion.look_ahead import FALL, POSE, LookAhead
 from cardsflow_fmu.models.c_model import CModel
 from cardsflow_fmu.models.controller import ControllerModel
+from cardsflow_fmu.models.native_loop import NativeLoop
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.models.reference import ReferenceModel, make_reference
+from cardsflow_fmu.results.estimation import fault_events
 from cardsflow_fmu.utils.arrays import FloatArray
 
 LEFT_ARM = EXAMPLES / "roboy_left_arm"
@@ -153,6 +155,27 @@ def test_slower_reference_is_the_same_path() -> None:
     assert times[499] == 0.5
     np.testing.assert_allclose(speeds[:499], 1.0, rtol=0, atol=1e-12)
     np.testing.assert_allclose(speeds[1000:], 0.3, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+def test_broken_cable_of_a_simulation_is_found(noise: float) -> None:
+    """Its measured tension is 0, its motor holds, and the hand stays on its path."""
+    settings = {"plant.break_time.motor4": 0.1, "run.duration": 0.3}
+    settings["estimator.sensors.length_noise"] = noise
+    with NativeLoop(with_table(arm(**settings), 1.0)) as loop:
+        data = loop.run()
+    columns = dict(zip(data.names, data.rows.T, strict=True))
+    broken, *others = fault_events(columns)
+    assert (broken["part"], broken["kind"]) == ("muscle motor4", "broken")
+    assert 0.1 <= broken["time"] <= 0.13
+    assert [event["decision"] for event in others] == ["continue"]
+    after = columns["time"] > 0.1
+    assert (columns["tension.motor4"] > 0.0)[columns["time"] < 0.1].all()
+    assert not columns["tension.motor4"][after].any()
+    assert np.ptp(columns["l_m.motor4"][after]) == 0.0
+    for axis in "xyz":
+        error = columns[f"y.hand.{axis}"] - columns[f"y_d.hand.{axis}"]
+        assert np.abs(error).max() < 5e-3
 
 
 def test_state_of_the_reaction_is_saved() -> None:

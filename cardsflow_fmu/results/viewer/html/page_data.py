@@ -80,6 +80,7 @@ def _act(act: Act, tables: TableSequence) -> dict[str, Any]:
         "box": [corner.tolist() for corner in stage.box],
         "floor": stage.floor,
         "time": [round(float(t), 6) for t in stage.motion.time],
+        "events": [{"time": time, "text": text} for time, text in act.events],
         "plane": None if (plane := motion_plane(stage)) is None else plane.tolist(),
         "tensions": _legend(stage),
         **robot_data(act, tables),

@@ -28,7 +28,7 @@ from .page_data import encode
 from .robot_data import links_of_shapes
 
 _WORKER = ("module", "crc32", "drawing", "changes", "analysis", "engine", "worker")
-_PLAY = ("analysis", "download", "panel", "pointer", "bar", "play")
+_PLAY = ("analysis", "download", "events", "panel", "pointer", "bar", "play")
 _SCRIPTS = (*SHARED_SCRIPTS, *EDITING_SCRIPTS, *(f"play_parts/{name}.js" for name in _PLAY))
 
 

@@ -19,9 +19,11 @@ class Act:
         title: Title of the stage.
         notes: Lines below the title.
         signals: Recorded signals at the frames of the stage, shape (K,), by name.
+        events: Time, in [s], and text of faults and decisions.
     """
 
     stage: Stage
     title: str
     notes: tuple[str, ...] = ()
     signals: Mapping[str, FloatArray] = field(default_factory=dict)
+    events: tuple[tuple[float, str], ...] = ()

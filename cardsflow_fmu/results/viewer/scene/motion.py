@@ -17,11 +17,13 @@ from cardsflow_fmu.cosim.signals.ports import (
     muscle_signals,
     signal_names,
 )
+from cardsflow_fmu.cosim.signals.reaction import FAULTS
 from cardsflow_fmu.results.run_data import RunData
-from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.utils.arrays import BoolArray, FloatArray
 from sim_dart.scene import Scene
 
 _MAX_DISTANCE = 1e9
+_BROKEN = next(number for number, kind in FAULTS.items() if kind == "broken")
 
 RATE = 25.0
 """Frame rate of a replay, in [1/s]."""
@@ -44,6 +46,7 @@ class Motion:
         objects: Poses of the moving objects, shape (K, 4, 4), by name.
         torques: Torques or forces of joint motors, shape (K, motors), in [N·m] or [N]; None if
             unknown.
+        broken: Whether each cable is known to be broken, shape (K, m); None without detection.
     """
 
     time: FloatArray
@@ -54,6 +57,7 @@ class Motion:
     contacts: dict[str, FloatArray] = field(default_factory=dict)
     objects: dict[str, FloatArray] = field(default_factory=dict)
     torques: FloatArray | None = None
+    broken: BoolArray | None = None
 
     @staticmethod
     def still(q: ArrayLike) -> Motion:
@@ -101,6 +105,7 @@ def motion_of(
     if q is None:
         missing = next(n for n in coordinate_signals("q", robot) if n not in result.names)
         raise InputError(f"the results have no column {missing!r}, which a view requires")
+    faults = columns.any(muscle_signals("fault", robot))
     return Motion(
         result["time"][rows],
         q,
@@ -110,6 +115,7 @@ def motion_of(
         _contacts(robot.links, world, columns),
         {} if world is None else _objects(world, columns),
         columns.all(motor_signals(TORQUE, robot)),
+        None if faults is None else faults == _BROKEN,
     )
 
 

@@ -78,6 +78,14 @@ def _indices_of(points: FloatArray, path: FloatArray) -> list[int]:
     return indices
 
 
+def stump(points: FloatArray, share: float = 0.4) -> FloatArray:
+    """Return the points of a broken cable, which ends after a share of its path, shape (p, 3)."""
+    lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    along = np.concatenate([[0.0], np.cumsum(lengths)])
+    at = np.minimum(along, share * along[-1])
+    return np.stack([np.interp(at, along, axis) for axis in points.T], axis=1)
+
+
 def unit_forces(path: MusclePath) -> FloatArray:
     """Return the force at each via point of a muscle with tension 1 N, shape (K, v, 3), in [N]."""
     step = np.diff(path.points, axis=1)

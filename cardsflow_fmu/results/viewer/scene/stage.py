@@ -22,7 +22,7 @@ from .link_bodies import link_capsules, platform_hull
 from .link_poses import Poses, coordinate_axes, link_poses, moved_point
 from .meshes import LinkMeshes
 from .motion import Motion, frame_rows, motion_of, task_points
-from .muscle_paths import MusclePath, muscle_paths, unit_forces
+from .muscle_paths import MusclePath, muscle_paths, stump, unit_forces
 from .shapes import Triangles
 from .solids import shape_triangles
 from .trail import trail_points
@@ -245,7 +245,10 @@ class Stage:
             if self.motion.tensions is not None:
                 tension = float(self.motion.tensions[k, i])
                 colour = colours.tension_colour(tension, *self.tension_range(i))
-            yield s.Line(s.MUSCLES, muscle.name, colour, path.points[k], 0.004 * reach)
+            points = path.points[k]
+            if self.motion.broken is not None and self.motion.broken[k, i]:
+                points, colour = stump(points), colours.SLACK
+            yield s.Line(s.MUSCLES, muscle.name, colour, points, 0.004 * reach)
             for v, corner in enumerate(path.via[k]):
                 key, centre = f"{muscle.name}/{v}", path.points[k, corner]
                 yield s.Sphere(s.VIA_POINTS, key, colours.VIA_POINT, centre, 0.007 * reach)

@@ -29,7 +29,8 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
  *     external_point    position in that frame, in [m]
  *     substeps          steps of the integrator per step of the plant
  *     integrator        0 semi-implicit Euler, 1 Runge-Kutta
- *     tension_scale     factor on the tension of each muscle, 0 if its cable is cut
+ *     tension_scale     factor on the tension of each muscle
+ *     break_time        time at which the cable of each muscle breaks, in [s]; infinite: never
  *     fixed_energy      potential energy of fixed bodies, in [J]
  *     nominals          nominal value of each state, in model exchange: those of q, qd, states and work
  *     limited           coordinate of each event indicator, times 2; plus 1 for the upper limit */
@@ -66,6 +67,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(uint32_t, substeps, 1, models)                                                                      \
     FIELD(uint32_t, integrator, 1, models)                                                                    \
     FIELD(double, tension_scale, 1, lengths)                                                                  \
+    FIELD(double, break_time, 1, lengths)                                                                     \
     FIELD(double, fixed_energy, 1, models)                                                                    \
     FIELD(double, nominals, 1, derivatives)                                                                   \
     FIELD(uint32_t, limited, 1, indicators)

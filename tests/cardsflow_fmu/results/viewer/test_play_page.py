@@ -33,12 +33,12 @@ def test_server_only_answers_requests_of_its_own_page() -> None:
                 urllib.request.urlopen(urllib.request.Request(address, headers=headers), timeout=5)
 
 
-def open_page(page: Page, folder: Path, robot: str) -> None:
+def open_page(page: Page, folder: Path, robot: str, *options: str) -> None:
     """Open the page of `cardsflow play ROBOT --html` offline."""
     if importlib.util.find_spec("ziglang") is None:
         pytest.skip("no ziglang: the extra `cross`")
     file = folder / "play.html"
-    assert main(["play", str(EXAMPLES / robot), "--html", str(file)]) == 0
+    assert main(["play", str(EXAMPLES / robot), *options, "--html", str(file)]) == 0
     assert file.stat().st_size < 700_000
     page.open(file.as_uri(), offline=True)
     page.wait_for("document.body && document.body.dataset.drawn")
@@ -89,11 +89,12 @@ def test_user_pulls_a_link_cuts_a_cable_and_steps_back(page: Page, tmp_path: Pat
     page.wait_for("play.client.frame.tensions[0] === 0")
     page.click("[aria-label=play]")
     page.wait_for("!play.client.frame.playing")
+    cut = page.evaluate("play.client.changes()['plant.break_time.cable_1']")
     step = page.evaluate("play.client.frame.step")
     page.click("[aria-label='one step back']")
     page.wait_for(f"play.client.frame.step === {step - 1}")
     assert page.evaluate("play.panel.command()").endswith(
-        "planar_2r --set plant.tension_scale.cable_1=0"
+        f"planar_2r --set plant.break_time.cable_1={cut!r}"
     )
     page.evaluate(
         "(s => { s.value = 40; s.dispatchEvent(new Event('input')); })"
@@ -104,6 +105,35 @@ def test_user_pulls_a_link_cuts_a_cable_and_steps_back(page: Page, tmp_path: Pat
     page.evaluate("play.panel.setGains('kp', 0.5)")
     words = page.evaluate("play.client.options(play.panel.settings())")
     _require_same_experiment(page, tmp_path, words[1::2])
+    assert not page.errors
+
+
+@pytest.mark.browser
+def test_arm_copes_with_a_cut_cable(page: Page, tmp_path: Path) -> None:
+    """The fault is found and shown, the cable ends early, and the hand stays on its path."""
+    settings = "faults.react=true", "estimator.encoder_noise=1e-4", "run.duration=3"
+    options = [word for setting in settings for word in ("--set", setting)]
+    open_page(page, tmp_path, "roboy_left_arm", *options)
+    line = "play.shapes.find(shape => shape.name === 'muscles/motor4').points.numbers"
+    length = f"(p => p.slice(3).reduce((l, x, i) => l + Math.abs(x - p[i]), 0))([...{line}])"
+    whole = page.evaluate(length)
+    page.click("[aria-label=play]")
+    page.wait_for("play.client.frame.time > 0.3")
+    page.evaluate("document.querySelector(\"[aria-label='cut motor4']\").click()")
+    page.wait_for("document.querySelectorAll('.faults div').length === 2")
+    cut = page.evaluate("play.client.changes()['plant.break_time.motor4']")
+    page.wait_for(f"play.client.frame.time > {cut + 1.0}")
+    texts = page.evaluate("[...document.querySelectorAll('.faults div')].map(d => d.textContent)")
+    assert texts[0].endswith(" s muscle motor4: broken")
+    assert texts[1].endswith(" s decision: continue")
+    assert cut <= float(texts[0].split()[0]) + 1e-3 <= cut + 0.1
+    assert page.evaluate("[...document.querySelectorAll('.mark')].map(m => m.title)") == texts
+    assert page.evaluate(length) < 0.7 * whole
+    value = "play.client.frame.values[play.panel.analysis.columns.get(`{}.hand.${{axis}}`)]"
+    error = f"{value.format('plant.y')} - {value.format('reference.y_d')}"
+    assert page.evaluate(f"Math.hypot(...['x', 'y', 'z'].map(axis => {error}))") < 5e-3
+    page.click(f".mark[title='{texts[0]}']")  # goes back to the fault
+    page.wait_for(f"Math.abs(play.client.frame.time - {texts[0].split()[0]}) < 1e-3")
     assert not page.errors
 
 

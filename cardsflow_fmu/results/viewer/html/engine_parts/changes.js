@@ -1,7 +1,7 @@
 // Live changes of a running simulation, by the keys of `cardsflow run --set`.
 //
-// Gains and force limits are tunable variables; scales of tensions are an array of the core. Gravity, masses,
-// cable friction and sensor noise are fields of a model's file: the model is opened again with its state.
+// Gains and force limits are tunable variables. Gravity, masses, tensions, cable friction, breaks of cables and
+// sensor noise are fields of a model's file: the model is opened again with its state.
 
 class Changes {
   constructor(engine, part) {
@@ -38,7 +38,7 @@ class Changes {
     const { muscles, drawing } = this.engine.header, names = muscles.map(muscle => muscle.name);
     for (const [key, value] of Object.entries(this.all)) {
       const [kind, name] = this.parse(key);
-      const known = { mass: drawing.links, friction: names, tension: names, f_max: names }[kind];
+      const known = { mass: drawing.links, friction: names, tension: names, break: names, f_max: names }[kind];
       if (known && !known.includes(name)) throw new Error(`${key}: ${JSON.stringify(name)} does not exist`);
       for (const number of [value].flat())
         if (!Number.isFinite(number)) throw new Error(`${key}: must be a number, not ${value}`);
@@ -50,6 +50,7 @@ class Changes {
     const forms = [
       [/^robot\.gravity()$/, "gravity"], [/^plant\.mass_scale\.(.+)$/, "mass"],
       [/^plant\.friction_scale\.(.+)$/, "friction"], [/^plant\.tension_scale\.(.+)$/, "tension"],
+      [/^plant\.break_time\.(.+)$/, "break"],
       [/^muscles\.(.+)\.f_max$/, "f_max"], [/^controller\.((?:kp|kd)\..+)$/, "gain"],
       [/^noise()$/, "noise"],
     ];
@@ -70,12 +71,10 @@ class Changes {
     return found;
   }
 
-  // ------------------------------------------------------------------- variables and arrays
+  // ------------------------------------------------------------------- variables
 
   write() {
-    const { engine } = this, { muscles } = engine.header, tensions = this.of("tension");
-    const scales = engine.plant.array("tension_scale");
-    muscles.forEach(({ name }, i) => { scales[i] = tensions.has(name) ? tensions.get(name) : this.given(i); });
+    const { engine } = this, { muscles } = engine.header;
     if (!engine.controller) return;
     const at = engine.loop.models.indexOf(engine.controller), { controller } = engine;
     const original = new Float64Array(engine.loop.values[at].buffer), limits = this.of("f_max");
@@ -90,16 +89,9 @@ class Changes {
     }
   }
 
-  // Returns the tension scale of a muscle in the experiment.
-  given(muscle) {
-    this.scales = this.scales || this.engine.plant.array("tension_scale").slice();
-    return this.scales[muscle];
-  }
-
   // ------------------------------------------------------------------- fields of files
 
   openModels() {
-    this.given(0);
     let isNew = false;
     this.engine.models.forEach((model, i) => {
       const own = this.fieldsOf(i), key = JSON.stringify(own);
@@ -116,8 +108,13 @@ class Changes {
     const { role, fields } = this.engine.header.models[i], own = {};
     const take = (kind, of) => { if (fields[of] && this.of(kind).size) own[kind] = [...this.of(kind)]; };
     take("gravity", "gravity");
-    if (role === "plant") for (const kind of ["mass", "friction"]) take(kind, kind === "mass" ? "mass" : "bend_friction");
-    if (role === "sensors") take("noise", "noise");
+    if (role === "plant")
+      for (const [kind, of] of Object.entries({ mass: "mass", friction: "bend_friction", tension: "tension_scale", break: "break_time" }))
+        take(kind, of);
+    if (role !== "sensors") return own;
+    take("noise", "noise");
+    take("break", "stuck");
+    if (own.break) own.break = own.break.map(([name, time]) => [name, time - this.engine.models[i].begin]); // of its own clock
     return own;
   }
 
@@ -135,6 +132,9 @@ class Changes {
     if (own.gravity) own.gravity[0][1].forEach((value, k) => numbers("gravity").set(k, value));
     if (own.mass) this.scaleMasses(new Map(own.mass), numbers);
     if (own.friction) this.scaleFriction(new Map(own.friction), numbers("bend_friction"), view, fields);
+    for (const [kind, name] of [["tension", "tension_scale"], ["break", fields.stuck ? "stuck" : "break_time"]])
+      for (const [muscle, value] of own[kind] || [])
+        numbers(name).set(this.engine.header.muscles.findIndex(one => one.name === muscle), value);
     if (own.noise) {
       const noise = numbers("noise");
       for (let k = 0; k < noise.count; k++) noise.set(k, own.noise[0][1] * noise.get(k));

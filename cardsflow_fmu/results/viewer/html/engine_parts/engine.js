@@ -41,6 +41,7 @@ class Engine {
     models.forEach((model, i) => model.values.set(new Float64Array(values[i].buffer)));
     this.changes.write();
     for (const model of models.slice().reverse()) model.initialize(0);
+    this.changes.openModels();
     this.holdTargets();
     this.isChanged = true;
   }
@@ -88,6 +89,7 @@ class Engine {
     this.changes.write();
     for (const model of models.slice().reverse())
       if (!before.has(model)) model.initialize(this.time);
+    this.changes.openModels();
     this.holdTargets();
     this.isChanged = true;
   }
@@ -289,6 +291,15 @@ class Engine {
     return this.commands().map((command, i) => scales[i] * Math.max(command, 0));
   }
 
+  // Returns which cables are broken.
+  broken() { return Array.from(this.plant.array("tension_scale"), scale => scale === 0); }
+
+  // Returns the time of the newest fault that the estimator has found, in s.
+  faultTime() {
+    const estimator = this.loop.models.find(model => model.role === "estimator"), report = estimator?.group("fault_report");
+    return report?.length ? estimator.begin + report[1] : this.time;
+  }
+
   status() {
     const report = this.controller ? this.controller.group("report") : [0, 0, 0, 0];
     const infeasible = report[2] !== 0, shortfall = infeasible ? this.analysis.shortfall() : null;
@@ -306,6 +317,8 @@ class Engine {
       paths: this.drawing.paths(),
       pathSizes: this.drawing.sizes.slice(),
       tensions: this.tensions(),
+      broken: this.broken(),
+      faultTime: this.faultTime(),
       commands: this.commands(),
       motors: this.plant.group("torques").slice(),
       lengths: this.plant.group("lengths").slice(),

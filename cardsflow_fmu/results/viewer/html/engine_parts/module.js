@@ -63,7 +63,7 @@ class Model {
     this.role = entry.role;
     this.count = entry.names.length;
     this.at = module.room(8 * this.count);
-    this.handle = 0;
+    this.handle = this.begin = 0;
     this.load(file);
   }
 
@@ -97,7 +97,10 @@ class Model {
 
   get message() { return this.module.text(this.module.calls.native_model_message(this.handle)); }
 
-  initialize(time) { this.check(this.module.calls.native_model_initialize(this.handle, time)); }
+  initialize(time) {
+    this.begin = time;
+    this.check(this.module.calls.native_model_initialize(this.handle, time));
+  }
 
   state() {
     const { module } = this, out = module.room(8);

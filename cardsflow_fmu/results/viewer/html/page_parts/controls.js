@@ -82,8 +82,32 @@ function addViews(camera, panel, changed) {
   }
 }
 
+// Returns a function that shows marks of events [{ time, text }] above a slider between two times; a click goes there.
+function addMarks(slider, seek) {
+  const line = element("div", null, { className: "line" });
+  slider.before(line);
+  line.append(slider);
+  let shown = "", marks = [];
+  return (events, low, high) => {
+    const key = events.map(({ text }) => text).join("\n");
+    if (key !== shown) {
+      for (const mark of marks) mark.remove();
+      marks = events.map(({ time, text }) => {
+        const mark = element("button", line, { className: "mark", title: text, ariaLabel: text });
+        mark.addEventListener("click", () => { seek(time); mark.blur(); });
+        return mark;
+      });
+      shown = key;
+    }
+    events.forEach(({ time }, i) => {
+      marks[i].hidden = !(time >= low && time <= high && high > low);
+      marks[i].style.left = `${100 * (time - low) / (high - low)}%`;
+    });
+  };
+}
+
 // Returns the clock { now, playing }, which `tick(seconds)` advances. A motion also has a control bar.
-function addClock(end, changed) {
+function addClock(end, changed, events = []) {
   const clock = { now: 0, playing: false, speed: 1, tick() {} };
   if (!(end > 0)) return clock;
   const bar = element("div", document.body, { className: "bar" });
@@ -106,6 +130,7 @@ function addClock(end, changed) {
   };
   const seek = time => { clock.now = Math.max(0, Math.min(end, time)); show(); };
   Object.assign(clock, { end, seek });
+  addMarks(slider, seek)(events, 0, end);
   clock.tick = seconds => {
     if (!clock.playing) return;
     clock.playing = clock.now + clock.speed * seconds < end;

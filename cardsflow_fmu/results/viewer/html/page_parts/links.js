@@ -29,6 +29,21 @@ function setPoints(shape, numbers, colour) {
   if (colour) shape.colours = { rows: 1, columns: 3, numbers: Float32Array.from(colour) };
 }
 
+const BROKEN = [150, 60, 60]; // colour of a broken cable
+
+// Returns the points of a broken cable, which ends after a share of its path.
+function stumpOf(points, share = 0.4) {
+  const found = points.slice(), apart = at => Math.hypot(points[at] - points[at - 3], points[at + 1] - points[at - 2], points[at + 2] - points[at - 1]);
+  let left = 0;
+  for (let at = 3; at < points.length; at += 3) left += share * apart(at);
+  for (let at = 3; at < points.length; at += 3) {
+    const length = apart(at), part = length > 0 ? Math.min(1, left / length) : 0;
+    for (let i = at; i < at + 3; i++) found[i] = found[i - 3] + part * (points[i] - points[i - 3]);
+    left -= part * length;
+  }
+  return found;
+}
+
 // Returns origin and direction of the ray through a point of the canvas.
 function rayAt(camera, canvas, x, y) {
   const aspect = canvas.clientWidth / Math.max(canvas.clientHeight, 1), { eye } = camera.uniforms(aspect);

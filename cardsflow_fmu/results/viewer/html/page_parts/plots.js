@@ -89,6 +89,7 @@ class Plot {
       pen.stroke();
     });
     pen.fillStyle = this.colour;
+    for (const { time } of this.act.events) pen.fillRect(time / this.end * width, 0, 0.5, height);
     pen.font = "10px system-ui, sans-serif";
     pen.fillText(short(this.high), 2, 10);
     pen.fillText(short(this.low), 2, height - 3);

@@ -8,7 +8,7 @@ async function start() {
   const changed = () => { stale = true; };
   const played = motion.acts.map((act, i) => playAct(act, i, motion.acts.length, drawing));
   const pointer = trackPointer(canvas, changed);
-  const panel = addPanel("Show"), shown = addSwitches(motion, panel, changed), clock = addClock(Math.max(...played.map(act => act.end)), changed);
+  const panel = addPanel("Show"), shown = addSwitches(motion, panel, changed), clock = addClock(Math.max(...played.map(act => act.end)), changed, motion.acts.flatMap(act => act.events));
   const panels = document.getElementById("follows") ? [] : played.map(({ act }) => new ActPanel(panel, act, clock, changed));
   panel.classList.toggle("wide", panels.length > 0);
   const { clientWidth, clientHeight } = played[0].box;

@@ -29,6 +29,7 @@ function addPlayBar(client, panel) {
   button("↺", "reset", reset);
   const slider = element("input", bar, { type: "range", min: 0, max: 0, step: 1, ariaLabel: "history" });
   slider.addEventListener("input", () => goTo(slider.valueAsNumber));
+  const mark = addMarks(slider, time => goTo(Math.round(time / client.setup.step)));
   const output = element("output", bar), speed = element("select", bar, { ariaLabel: "speed" });
   for (const factor of SPEEDS) element("option", speed, { value: factor, textContent: `${factor} x`, selected: factor === 1 });
   const setSpeed = factor => { speed.value = factor; panel.do(client.setSpeed(factor)); };
@@ -50,6 +51,7 @@ function addPlayBar(client, panel) {
   return frame => {
     play.textContent = frame.playing ? "❚❚" : "▶";
     Object.assign(slider, { min: frame.first, max: frame.last, value: frame.step });
+    mark(panel.events.all, frame.first * client.setup.step, frame.last * client.setup.step);
     output.textContent = `${frame.time.toFixed(3)} s`;
   };
 }

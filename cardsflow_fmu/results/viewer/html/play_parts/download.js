@@ -19,7 +19,7 @@ const gainNames = (data, setup) => setup.space === "task" ? data.tasks : setup.c
 function applyChange(experiment, data, setup, key, value) {
   const lists = {
     "plant.mass_scale": setup.links, "plant.friction_scale": setup.muscles.map(muscle => muscle.name),
-    "plant.tension_scale": setup.muscles.map(muscle => muscle.name),
+    "plant.tension_scale": setup.muscles.map(muscle => muscle.name), "plant.break_time": setup.muscles.map(muscle => muscle.name),
   };
   for (const gain of ["kp", "kd"]) lists[`controller.${gain}`] = gainNames(data, setup);
   if (key === "robot.gravity") {

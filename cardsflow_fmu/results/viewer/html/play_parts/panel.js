@@ -3,6 +3,7 @@
 const MODE_NAMES = { reference: "follow the reference", joints: "hold joint targets", task: "drag the end effector", muscles: "muscle and motor commands",
   pose: "set joint positions" };
 
+const EVENT_SECONDS = 3; // for which the bar shows a fault or decision
 
 // Adds the legend of a colour scale from the smallest f_min to the largest tension up to now.
 function addScale(ramp, muscles, into) {
@@ -25,9 +26,11 @@ class PlayPanel {
     box.classList.add("play");
     this.status = element("div", null, { className: "status" });
     this.slow = "";
+    this.events = new PlayEvents(this.setup);
     this.isStill = this.setup.modes.length === 1; // a robot without dynamics
     this.shown = element("details", box);
     element("summary", this.shown, { textContent: "Show" });
+    this.faults = element("fieldset", box, { className: "faults" });
     if (!this.isStill) this.addModes();
     this.targets = element("fieldset", this.box, { className: "targets" });
     if (!this.isStill) this.addChanges();
@@ -133,8 +136,9 @@ class PlayPanel {
       Object.assign(cell(), { textContent: name, title: name });
       if (this.isStill) return { row, length: cell(), arm: cell() };
       const cells = { row, tension: cell(), command: cell(), length: cell() };
-      const cut = element("input", cell(), { type: "checkbox", ariaLabel: `cut ${name}` });
-      cut.addEventListener("change", () => this.do(this.client.set(`plant.tension_scale.${name}`, cut.checked ? 0 : null)));
+      const cut = cells.cut = element("input", cell(), { type: "checkbox", ariaLabel: `cut ${name}` });
+      const now = () => Math.max(this.client.frame.time, this.setup.step); // 0 would be never
+      cut.addEventListener("change", () => this.do(this.client.set(`plant.break_time.${name}`, cut.checked ? now() : null)));
       return cells;
     });
   }
@@ -185,18 +189,30 @@ class PlayPanel {
     const target = this.targetOf(frame);
     if (target) target.forEach((x, i) => { this.values[i] = x; this.sliders[i].set(x); });
     if (!this.box.open) return;
+    this.showEvents(frame);
     this.showMuscles(frame);
     this.analysis.show(frame);
   }
 
+  // Lists detected faults and decisions.
+  showEvents(frame) {
+    const texts = this.events.shown.map(({ text }) => text);
+    if (this.listed === texts.join()) return;
+    this.listed = texts.join();
+    this.faults.replaceChildren();
+    if (texts.length) element("legend", this.faults, { textContent: "Faults" });
+    for (const textContent of texts) element("div", this.faults, { textContent });
+  }
+
   showMuscles(frame) {
     const { coordinates, muscles } = this.setup, { joint } = this.analysis;
-    this.rows.forEach(({ tension, command, length, arm }, i) => {
+    this.rows.forEach(({ tension, command, length, arm, cut }, i) => {
       setText(length, short(frame.lengths[i]));
       if (arm) {
         setText(arm, short(-frame.jacobian[coordinates.length * i + joint]));
         return;
       }
+      cut.checked = frame.broken[i];
       const { low, high } = muscles[i], u = frame.commands[i];
       setText(tension, short(frame.tensions[i]));
       setText(command, short(u));
@@ -216,7 +232,7 @@ class PlayPanel {
     const { infeasible, notConverged } = frame.status;
     const text = this.failure || (infeasible ? this.lack(frame.status.shortfall) :
       notConverged ? "the solver did not converge" :
-      frame.behind > 0.05 ? `slower than real time: ${Math.round(100 * (1 - frame.behind))} %` : this.slow);
+      this.events.shown?.findLast(({ time }) => time > frame.time - EVENT_SECONDS)?.text || (frame.behind > 0.05 ? `slower than real time: ${Math.round(100 * (1 - frame.behind))} %` : this.slow));
     setText(this.status, text);
     this.status.className = this.failure || infeasible ? "status bad" : "status";
   }

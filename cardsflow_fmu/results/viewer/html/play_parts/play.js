@@ -37,9 +37,11 @@ class Play {
     const paths = Array.from(frame.pathSizes, size => frame.paths.subarray(3 * at, 3 * (at += size)));
     for (const shape of this.shapes) {
       if (shape.link !== undefined) moveShape(shape, this.pose(shape.link, frame.poses));
-      const muscle = this.muscles.get(shape.name);
-      if (muscle !== undefined) setPoints(shape, paths[muscle], this.panel.scale && this.colour(frame.tensions[muscle]));
       if (shape.coordinate >= 0) shape.values.numbers[0] = frame.q[shape.coordinate];
+      const muscle = this.muscles.get(shape.name);
+      if (muscle === undefined) continue;
+      if (frame.broken[muscle]) setPoints(shape, stumpOf(paths[muscle]), BROKEN);
+      else setPoints(shape, paths[muscle], this.panel.scale && this.colour(frame.tensions[muscle]));
     }
     this.updateExtras(frame);
   }
@@ -144,6 +146,7 @@ async function startPlay() {
       stale = false;
       stalePanel = true;
       const { frame } = client;
+      panel.events.update(frame);
       play.update(frame);
       showBar(frame);
       panel.showStatus(frame);

@@ -11,6 +11,17 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Set the tensions of cables that are broken at the current time, to the nearest step, to 0. */
+static void break_cables(const struct plant *plant, size_t m)
+{
+    const struct plant_settings *s = &plant->settings;
+    if (plant_is_continuous(plant))
+        return;
+    for (size_t i = 0; i < m; i++)
+        plant->tension_scale[i] =
+            (plant->ticks + 0.5) * plant->step[0] > s->break_time[i] ? 0 : s->tension_scale[i];
+}
+
 /* Write the outputs at q and qd of the core; in continuous time also derivatives and event indicators. */
 static int show(struct model *model)
 {
@@ -57,6 +68,7 @@ static int initialize(struct model *model)
         core_close_rates(robot->core, robot->qd);
         if (start_muscles(model))
             return 1;
+        break_cables(plant, robot->m);
     }
     return show(model);
 }
@@ -88,6 +100,7 @@ static int advance(const struct native_robot *robot, struct plant *plant)
     const int bad = plant->rule(robot->core, plant->muscle_commands, native_plant_torques(plant),
                                 plant->step[0] / substeps, (int32_t)substeps);
     plant->ticks++;
+    break_cables(plant, robot->m);
     for (size_t i = 0; !bad && i < WORKS; i++)
         plant->work[i] += robot->work[i];
     return bad;
@@ -136,7 +149,10 @@ static int set_state(struct model *model, const void *bytes, size_t size)
                             robot->n, robot->s,
                             plant->settings.of.energies.count ? WORKS : 0,
                             plant_is_continuous(plant) ? robot->n : 0};
-    return native_restore(parts, sizes, 6, bytes, size, &model->error) || show(model);
+    if (native_restore(parts, sizes, 6, bytes, size, &model->error))
+        return 1;
+    break_cables(plant, robot->m);
+    return show(model);
 }
 
 static void close_plant(struct model *model)

@@ -36,7 +36,7 @@ static int are_sound(const struct plant_settings *s, const struct native_robot *
     if (s->of.lengths.count != robot->m)
         return 0;
     for (size_t i = 0; i < robot->m; i++)
-        if (!(s->tension_scale[i] >= 0 && isfinite(s->tension_scale[i])))
+        if (!(s->tension_scale[i] >= 0 && isfinite(s->tension_scale[i]) && s->break_time[i] >= 0))
             return 0;
     return is_sound_in_time(s, robot) && native_all_below(s->load_rows, s->of.loads.count, 3 * robot->tasks) &&
            native_all_below(s->task_rows, s->of.tasks.count, 3 * robot->tasks) &&
@@ -82,7 +82,8 @@ int native_plant_settings(struct plant *plant, struct native_model *native, stru
         return 1;
     }
     size_t length;
-    memcpy(core_array(robot->core, "tension_scale", &length), s->tension_scale, robot->m * sizeof(double));
+    plant->tension_scale = core_array(robot->core, "tension_scale", &length);
+    memcpy(plant->tension_scale, s->tension_scale, robot->m * sizeof(double));
     plant->held = core_array(robot->core, "held", &length);
     plant->hold_force = core_array(robot->core, "hold_force", &length);
     plant->qdd = core_array(robot->core, "qdd", &length);

@@ -23,6 +23,7 @@ struct plant {
     double *external_wrenches; /* 6 per point: see core_external_wrenches */
     double *motor_torques;     /* n: torques of motors at joints */
     /* in model exchange: of the core, see core.h; and q, qd before an event */
+    double *tension_scale; /* of the core: 0 for broken cables */
     double *held, *hold_force, *qdd, *state_rates, *before_event;
     struct core_tangent *tangent; /* created at the first request for derivatives */
 };
