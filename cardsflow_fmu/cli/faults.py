@@ -41,6 +41,7 @@ def add_faults(commands: Commands) -> None:
 
 def _faults(options: argparse.Namespace) -> int:
     from cardsflow_fmu.results.analysis.failures import describe_failures, failures
+    from cardsflow_fmu.results.analysis.look_ahead import worst_reactions
     from cardsflow_fmu.results.report.failures import failure_figure
     from cardsflow_fmu.results.report.figures import figure_file, write_figure
 
@@ -48,12 +49,17 @@ def _faults(options: argparse.Namespace) -> int:
     target = options.output and figure_file(options.output, overwrite=options.overwrite)
     with show_progress("faults") as progress:
         found = failures(experiment, 2 if options.double else 1, progress)
+        reactions = worst_reactions(experiment) if experiment.robot.muscles else {}
     if target:
         write_figure(target, failure_figure(found))
     if options.json:
-        print(json_text({"failures": [failure.as_dict() for failure in found]}, indent=1))
+        rows = [
+            {**failure.as_dict(), "reaction": reactions.get(" and ".join(failure.actuators))}
+            for failure in found
+        ]
+        print(json_text({"failures": rows}, indent=1))
     else:
-        print(describe_failures(found))
+        print(describe_failures(found, reactions))
         if target:
             print(f"\nfigure  {target}")
     return GOOD if found[0].is_survived else FAILED

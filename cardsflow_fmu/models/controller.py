@@ -187,7 +187,6 @@ def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
     counts["policy_numbers"] = policy.size
     # The future reference; an external FMU does not provide it.
     knows_reference = controller.type == MPC and "reference" not in experiment.fmus
-    knows_reference = knows_reference and not experiment.reacts_to_faults  # its speed may change
     part_counts, parts = reference_parts(experiment if knows_reference else None)
     motion_counts, of_motion = motion_fields(experiment)
     reaction_counts, reaction = _reaction_fields(experiment)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from cardsflow_fmu.cosim.signals.reaction import DECISIONS
 from cardsflow_fmu.experiment.settings.estimator import CALIBRATION_FILE
 
 from .estimation import UPDATED_CALIBRATION, changed_offsets
@@ -49,6 +50,9 @@ def failure(summary: Mapping[str, Any]) -> str | None:
     Args:
         summary: As for `problems`.
     """
+    for event in summary.get("faults") or ():
+        if event.get("decision") == DECISIONS[4]:
+            return f"joints stopped at {event['time']:.6g} s: the muscles cannot hold the pose"
     if _large_errors(summary, _MAX_RATIO)[0]:
         return NOT_FOLLOWED
     ticks = summary.get("ticks") or 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, combinations
 from typing import Any
@@ -119,8 +119,13 @@ def motion_points(experiment: Experiment) -> int:
     return min(max(periods + 1, 5), MAX_POINTS)
 
 
-def describe_failures(found: Sequence[Failure]) -> str:
-    """Return the failures as text, with the result in the first line."""
+def describe_failures(found: Sequence[Failure], reactions: Mapping[str, str] = {}) -> str:
+    """Return the failures as text, with the result in the first line.
+
+    Args:
+        found: The failures.
+        reactions: Worst reaction to the loss of each muscle, by its name; see `worst_reactions`.
+    """
     intact, *others = found
     parts = [_result(intact, others)]
     times = intact.times
@@ -128,13 +133,14 @@ def describe_failures(found: Sequence[Failure]) -> str:
         f"{len(times)} points from {times[0]:g} to {times[-1]:g} s; with a margin of "
         "40 %, 60 % of the force limits suffice"
     )
-    heads = ["without", "margin", "at [s]", "infeasible"]
+    heads = ["without", "margin", "at [s]", "infeasible", "[faults] would"]
     rows = [
         [
             " and ".join(failure.actuators) or "(intact)",
             _percent(1.0 - failure.strength.max()),
             f"{failure.worst_time:.4g}",
             f"{100 * (failure.strength > 1.0).mean():.0f} %",
+            reactions.get(" and ".join(failure.actuators), ""),
         ]
         for failure in found
     ]

@@ -8,8 +8,10 @@ import numpy as np
 
 from addin_sdfusion.robot import Robot
 from cardsflow_fmu.cosim.signals.estimation import measured_muscles
+from cardsflow_fmu.cosim.signals.reaction import DECISIONS
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.motion.look_ahead import FALL, POSE, LookAhead
+from cardsflow_fmu.experiment.settings.faults import FaultsTable
 from cardsflow_fmu.utils.arrays import BoolArray, FloatArray
 from controllers.analysis.failures import required_strength
 from controllers.analysis.inverse_dynamics import Motion, MotionTerms
@@ -38,9 +40,25 @@ def look_ahead(experiment: Experiment) -> LookAhead:
     terms = {speed: _terms(robot, motion, speed) for speed in (*SPEEDS, POSE)}
     names = terms[1.0][1].muscle_names
     muscles = [experiment.robot.muscles[k].name for k in measured_muscles(experiment.robot)]
-    ramp = experiment.faults.ramp if experiment.faults else 0.0
+    ramp = (experiment.faults or FaultsTable()).ramp
     speeds = {name: tuple(_speeds(terms, names.index(name), ramp)) for name in muscles}
     return LookAhead(times=tuple(motion.times.tolist()), speeds=speeds)
+
+
+def worst_reactions(experiment: Experiment) -> dict[str, str]:
+    """Return what happens in the worst case if each muscle breaks, by its name.
+
+    A robot falls if the other muscles cannot even hold its pose.
+    """
+    table = experiment.look_ahead or look_ahead(experiment)
+    return {name: reaction_at(min(speeds)) for name, speeds in table.speeds.items()}
+
+
+def reaction_at(speed: float) -> str:
+    """Return the reaction for a speed of the table, such as `slow down to 50 %`."""
+    if speed in (FALL, POSE):
+        return "fall" if speed == FALL else DECISIONS[3]
+    return DECISIONS[1] if speed == 1.0 else f"{DECISIONS[2]} to {speed:.0%}"
 
 
 def _terms(robot: Robot, motion: Motion, speed: float) -> tuple[Robot, MotionTerms]:

@@ -178,6 +178,25 @@ def test_broken_cable_of_a_simulation_is_found(noise: float) -> None:
         assert np.abs(error).max() < 5e-3
 
 
+def test_predicted_motion_follows_the_slower_reference() -> None:
+    """The forces of mpc are those with a reference that is slower from the start."""
+    mpc = {"controller.type": "mpc", "controller.nodes": 5, "controller.horizon": 0.1}
+    twice = {"reference.approach": {"duration": 4.0}, "reference.flower.duration": 60.0}
+    slower = Experiment.load(LEFT_ARM, mpc | twice)
+    rows = np.array(make_reference(slower).evaluate(1.2)).ravel()
+    forces = []
+    for experiment, time in ((slower, 1.2), (arm(**mpc), 0.6)):
+        model = ControllerModel(experiment)
+        values(model, "q")[:] = experiment.start.q
+        values(model, "reference")[:] = rows
+        if experiment.reacts_to_faults:
+            values(model, "reached")[:] = time
+        model.initialize(0.0)
+        model.step(1.2, experiment.controller.period)
+        forces.append(values(model, "forces").copy())
+    np.testing.assert_allclose(*forces, rtol=1e-6)
+
+
 def test_state_of_the_reaction_is_saved() -> None:
     experiment = with_table(arm(), POSE)
     loop, other = Loop(experiment), Loop(experiment)

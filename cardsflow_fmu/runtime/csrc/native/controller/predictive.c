@@ -6,6 +6,7 @@
 #include "../reference_parts.h"
 #include "reacting.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -21,7 +22,8 @@ struct predictive {
     double *controls;   /* N x (m + n): forces of muscles, generalised forces */
     double *difference; /* 3 r: of the input from the parts at the tick */
     double time;        /* of the reference of the tick */
-    int has_fallen_back;
+    double rate;        /* of this time; 1 unless reactions slow the reference down */
+    int is_slowed, has_fallen_back;
     struct native_robot *robot;
     void (*tasks)(void *, const double *, const double *, const double *, double *, double *, double *);
     const double *begins;
@@ -52,20 +54,37 @@ static void tasks(void *self, const double *q, const double *qd, const double *p
     p->tasks(p->robot, q, qd, position, error, J, bias);
 }
 
+/* Evaluate the parts at a time, with velocities and accelerations at the rate of the time. */
+static void evaluate(const struct predictive *p, double then, double *reference)
+{
+    const size_t r = p->r;
+    memset(reference, 0, 3 * r * sizeof(double));
+    if (p->part_count)
+        reference_evaluate(p->parts, p->begins, p->part_count, 1, &then, reference);
+    for (size_t i = r; i < 3 * r && p->rate != 1; i++) reference[i] *= i < 2 * r ? p->rate : p->rate * p->rate;
+}
+
+/* Find the rate at which the reference `now` passes along the parts: the same path at another speed. */
+static void find_rate(struct predictive *p, const double *now, double *reference)
+{
+    const size_t r = p->r;
+    double along = 0, square = 0;
+    p->rate = 1;
+    evaluate(p, p->time, reference);
+    for (size_t i = r; i < 2 * r; i++) along += now[i] * reference[i], square += reference[i] * reference[i];
+    if (p->is_slowed && square > 0)
+        p->rate = fmin(1, fmax(0, along / square));
+}
+
 /* Without parts, the velocity of the reference is constant; otherwise its difference from the parts is. */
 static void preview(void *self, double ahead, const double *now, double *reference)
 {
-    const struct predictive *p = self;
+    struct predictive *p = self;
     const size_t r = p->r;
-    const double then = p->time + ahead;
-    memset(reference, 0, 3 * r * sizeof(double));
-    if (ahead == 0) {
-        memcpy(p->difference, now, 3 * r * sizeof(double));
-        if (p->part_count)
-            reference_evaluate(p->parts, p->begins, p->part_count, 1, &then, reference);
-        for (size_t i = 0; i < 3 * r; i++) p->difference[i] -= reference[i];
-    } else if (p->part_count)
-        reference_evaluate(p->parts, p->begins, p->part_count, 1, &then, reference);
+    if (ahead == 0)
+        find_rate(p, now, reference);
+    evaluate(p, p->time + p->rate * ahead, reference);
+    for (size_t i = 0; i < 3 * r && ahead == 0; i++) p->difference[i] = now[i] - reference[i];
     for (size_t i = 0; i < r; i++) {
         reference[i] += p->difference[i] + ahead * p->difference[r + i];
         reference[r + i] += p->difference[r + i];
@@ -137,7 +156,10 @@ void native_predictive_set(struct controller *c, double time, double period)
         return;
     size_t length;
     const int looks_ahead = loop_array(c, "delay", &length)[0] != 0 && loop_array(c, "predict", &length)[0] != 0;
-    p->time = time + (looks_ahead ? period : 0);
+    p->is_slowed = c->reacting != NULL;
+    p->time = p->is_slowed ? c->reached[0] : time;
+    if (looks_ahead)
+        p->time += p->is_slowed ? period * c->reaction[0] : period;
     write_array(c, "period", &period, 1);
     write_bounds(c, "f_min", "f_max", c->f_min, c->f_max);
     native_reacting_limit(c, mpc_array(p->law, "f_min", &length), mpc_array(p->law, "f_max", &length));
