@@ -70,10 +70,11 @@ def observability_warnings(found: dict[str, Any]) -> list[str]:
     """
     unobservable = {name: count for name, count in found.get("open_poses", {}).items() if count}
     lines, coordinates = [], found.get("coordinates", 0)
-    if (rank := found.get("rank_with_offsets", 0)) < coordinates and not found["inertial_units"]:
+    if (rank := found.get("rank_with_offsets", 0)) < coordinates:
+        seen = "only by IMUs" if found["inertial_units"] else "not"
         lines.append(
-            "drifting offsets are not observable: encoders and lengths with constant offsets have "
-            f"rank {rank} of {coordinates}, so that a drift looks like a different pose; add "
+            f"drifting offsets are {seen} observable: encoders and lengths with constant offsets "
+            f"have rank {rank} of {coordinates}, so that a drift looks like a different pose; add "
             "encoders, or set estimator.offset_drift for fewer muscles"
         )
     if not unobservable:
