@@ -272,6 +272,7 @@ def test_without_joint_encoders_the_pose_is_estimated(
     """The motion is close to a run with the true pose; constant sensors end a run with a ramp."""
     settings: dict[str, Any] = {"run.step": 0.005, "run.duration": 1.0}
     own = {"estimator.exact_transition": False, "plant.mass_scale": 1.0}
+    own["estimator.offset_drift"] = 1e-6 * single
     made = Experiment.load(EXAMPLES / "no_joint_encoders", settings | own)
     if single:
         program = compiled_in_single_precision(made, tmp_path)
