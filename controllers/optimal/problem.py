@@ -91,7 +91,7 @@ class Parameters:
 
 @dataclass(frozen=True)
 class NodeConstraint:
-    """Constraint low <= g(x) <= high at some nodes.
+    """Constraint low <= g(x) <= high at some nodes, or at points of the intervals after them.
 
     Attributes:
         name: Name for messages.
@@ -100,6 +100,8 @@ class NodeConstraint:
         evaluate: Function of states, shape (k, nx), that returns g, shape (k, r), and its
             derivatives, shape (k, r, nx).
         low, high: Bounds, shape (r,); equal bounds are an equality.
+        shares: Times after the nodes, relative to an interval, shape (k,); None for the nodes. Then
+            no bounds are equal.
     """
 
     name: str
@@ -108,6 +110,7 @@ class NodeConstraint:
     evaluate: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
     low: FloatArray
     high: FloatArray
+    shares: FloatArray | None = None
 
 
 def _no_parameters() -> Parameters:
@@ -179,6 +182,13 @@ class OptimalProblem:
         """Simulate all intervals of an iterate; None if a state diverged."""
         lengths = np.full(self.intervals, at.duration / self.intervals)
         return self.dynamics.run(at.x[:-1], at.u, lengths, derivatives, at.parameters)
+
+    def run_inside(
+        self, at: Iterate, nodes: IntArray, shares: FloatArray, derivatives: bool = True
+    ) -> IntervalResult | None:
+        """Simulate shares of the intervals after some nodes, shape (k,), as for `run`."""
+        lengths = shares * (at.duration / self.intervals)
+        return self.dynamics.run(at.x[nodes], at.u[nodes], lengths, derivatives, at.parameters)
 
     def clip(self, iterate: Iterate) -> Iterate:
         """Return the nearest iterate within the bounds of controls, duration, parameters and start.

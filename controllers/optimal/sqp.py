@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from itertools import chain
 
 import numpy as np
 
@@ -149,7 +150,7 @@ class Optimiser:
         self,
         guess: Iterate,
         progress: Callable[[Progress], None] = lambda _: None,
-        others: Sequence[Iterate] | None = (),
+        others: Iterable[Iterate] | None = (),
     ) -> Solution | None:
         """Return the optimal motion near a guess; None if the guess diverges.
 
@@ -169,14 +170,15 @@ class Optimiser:
             history.append(Progress(len(history), state.own.cost, violation, share, seconds))
             progress(history[-1])
 
-        attempts = [(guess, 0)]
+        limit = self._max_iterations
+        attempts: Iterable[tuple[Iterate, int, int]] = [(guess, 0, limit)]
         if others is not None:
-            attempts = [(guess, _FREE_STEPS), *((each, 0) for each in others), (guess, 0)]
+            first = min(limit, _FIRST_ITERATIONS)
+            more = ((each, 0, max(first, limit // 2)) for each in others)
+            attempts = chain([(guess, _FREE_STEPS, first)], more, attempts)
         best = None
-        for k, (start, free) in enumerate(attempts):
-            limit = self._max_iterations
-            limit = limit if k == len(attempts) - 1 else min(limit, _FIRST_ITERATIONS)
-            found = self._attempt(start, free, limit, report, history)
+        for start, free, most in attempts:
+            found = self._attempt(start, free, most, report, history)
             if found is not None and (best is None or _rank(found) < _rank(best)):
                 best = found
             if found is not None and (found.is_feasible or found.status == INTERRUPTED):

@@ -28,7 +28,8 @@ class Linearisation(NamedTuple):
         intervals: Intervals with derivatives.
         gaps: Ends of the intervals minus states at the next nodes, shape (N, nx).
         values: Values of each node constraint, shape (k, r), then of each linear one, shape (r,).
-        jacobians: Derivatives of the node constraints, shape (k, r, nx).
+        jacobians: Derivatives of the node constraints by the states, shape (k, r, nx); inside
+            intervals, by states, controls and globals, shape (k, r, nz).
         terms: Gradient and Hessian of the cost.
         cost: The cost.
     """
@@ -112,10 +113,12 @@ class Transcription:
 
     def _constraint_pattern(self, own: NodeConstraint) -> SparsePattern:
         count, r = len(own.nodes), len(own.low)
-        row = np.arange(count * r).reshape(count, r, 1)
-        shape = (count, r, self._nx)
-        rows = np.broadcast_to(row, shape)
-        columns = np.broadcast_to(self._x[own.nodes][:, None, :], shape)
+        row, columns = np.arange(count * r).reshape(count, r, 1), self._x[own.nodes]
+        if own.shares is not None:
+            g = np.tile(self._g, (count, 1))
+            columns = np.concatenate([self._z[own.nodes], g], axis=1)
+        shape = (count, r, columns.shape[1])
+        rows, columns = np.broadcast_to(row, shape), np.broadcast_to(columns[:, None, :], shape)
         return SparsePattern([rows], [columns], (count * r, self.size))
 
     def _linear_rows(self, own: LinearConstraint) -> csr_matrix:
@@ -139,7 +142,12 @@ class Transcription:
         intervals = problem.run(at)
         if intervals is None:
             return None
-        found = [own.evaluate(at.x[own.nodes]) for own in problem.constraints]
+        found = []
+        for own in problem.constraints:
+            pair = self._constraint(own, at)
+            if pair is None:
+                return None
+            found.append(pair)
         return Linearisation(
             intervals,
             intervals.ends - at.x[1:],
@@ -148,6 +156,21 @@ class Transcription:
             problem.costs.terms(at.x, at.u, at.duration),
             problem.cost(at),
         )
+
+    def _constraint(
+        self, own: NodeConstraint, at: Iterate, derivatives: bool = True
+    ) -> tuple[FloatArray, FloatArray] | None:
+        """Return the values and derivatives of a constraint; None if a state diverged."""
+        if own.shares is None:
+            return own.evaluate(at.x[own.nodes])
+        parts = self.problem.run_inside(at, own.nodes, own.shares, derivatives)
+        if parts is None:
+            return None
+        values, jacobian = own.evaluate(parts.ends)
+        if derivatives:
+            by_globals = self._by_globals(parts, own.shares[:, None])
+            jacobian = jacobian @ np.concatenate([parts.A, parts.B, by_globals], axis=2)
+        return values, jacobian
 
     def program(
         self,
@@ -200,7 +223,7 @@ class Transcription:
         blocks, nx = blocks.copy(), self._nx
         np.einsum("kii->ki", blocks)[:, :nx] += _FIXED * self._fixed
         for constraint, jacobian in zip(self.problem.constraints, own.jacobians, strict=True):
-            J = (jacobian * self.x_scale)[:, constraint.low == constraint.high]
+            J = (jacobian[..., :nx] * self.x_scale)[:, constraint.low == constraint.high]
             blocks[constraint.nodes, :nx, :nx] += _FIXED * np.einsum("kri,krj->kij", J, J)
         ends, gaps = self._ends_by_stages(own), own.gaps / self.x_scale
         free = np.concatenate([np.flatnonzero(~self._fixed[0]), nx + np.arange(len(self._g))])
@@ -220,11 +243,13 @@ class Transcription:
         rest = (self.problem.x_low - at.x) / self.x_scale
         return A, np.concatenate([(-own.gaps / self.x_scale).ravel(), rest[self._fixed]])
 
-    def _by_globals(self, intervals: IntervalResult) -> FloatArray:
-        """Return the derivatives of the ends by the globals, shape (N, nx, ng)."""
-        by_time = intervals.c[:, :, None] / self._N
+    def _by_globals(
+        self, intervals: IntervalResult, shares: FloatArray | float = 1.0
+    ) -> FloatArray:
+        """Return the derivatives of the ends of k intervals by the globals, shape (k, nx, ng)."""
+        by_time = (shares * intervals.c)[:, :, None] / self._N
         parts = ([intervals.D] if self._np else []) + ([by_time] if self._has_time else [])
-        return np.concatenate([*parts, np.empty((self._N, self._nx, 0))], axis=2)
+        return np.concatenate([*parts, np.empty((len(by_time), self._nx, 0))], axis=2)
 
     def _inequalities(self, own: Linearisation) -> tuple[csc_matrix, FloatArray, FloatArray]:
         """Return the rows of all constraints with their bounds."""
@@ -232,7 +257,7 @@ class Transcription:
         low, high = [np.empty(0)], [np.empty(0)]
         triples = zip(self.problem.constraints, self._C, own.values, own.jacobians)  # noqa: B905
         for constraint, pattern, values, jacobian in triples:
-            rows.append(pattern.fill(jacobian * self.x_scale))
+            rows.append(pattern.fill(jacobian * self._z_scale[: jacobian.shape[2]]))
             low.append((constraint.low - values).ravel())
             high.append((constraint.high - values).ravel())
         rest = zip(self.problem.linear, self._linear, own.values[len(rows) :], strict=True)
@@ -309,8 +334,11 @@ class Transcription:
         intervals = problem.run(at, derivatives=False)
         if intervals is None:
             return None
-        values = [own.evaluate(at.x[own.nodes])[0] for own in problem.constraints]
-        values, gaps = self._values(at, values), intervals.ends - at.x[1:]
+        found = [self._constraint(own, at, derivatives=False) for own in problem.constraints]
+        if any(pair is None for pair in found):
+            return None
+        values = self._values(at, [pair[0] for pair in found if pair is not None])
+        gaps = intervals.ends - at.x[1:]
         violation = sum(float(part.sum()) for part in self.violations(at, gaps, values))
         return violation, problem.cost(at)
 

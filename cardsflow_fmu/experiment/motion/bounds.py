@@ -64,7 +64,7 @@ class MotionBoundSettings(Table):
 
 
 class ObstacleSettings(Table):
-    """Sphere or capsule that parts of the robot must not enter, at the nodes between intervals."""
+    """Sphere or capsule that parts of the robot must not enter."""
 
     centre: Vector3 = setting("centre, in the world frame, in m")
     end: Vector3 = setting("other end of the axis of a capsule, in m (default: a sphere)", None)

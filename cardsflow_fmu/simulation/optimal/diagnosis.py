@@ -46,9 +46,8 @@ def infeasibility(problem: OptimalProblem, solution: Solution) -> str:
     text = "no motion found: "
     if not is_certain:
         text += f"{solution.status} after {solution.history[-1].iteration} iterations; "
-    text += (
-        f"{what} at node {node} of {problem.intervals} (t = {node * T / problem.intervals:.4g} s)"
-    )
+    time = node * T / problem.intervals
+    text += f"{what} at node {node:.4g} of {problem.intervals} (t = {time:.4g} s)"
     limited = _at_limits(problem, solution)
     if limited:
         text += f"; at their limits most of the time: {', '.join(limited)}"
@@ -67,7 +66,7 @@ def active_bounds(own: MotionProblem, solution: Solution) -> dict[str, float]:
         (problem.state_names, at.x, problem.x_low, problem.x_high),
     ]
     for each, values in zip(problem.constraints, solution.linearisation.values, strict=False):
-        if len(each.nodes) > 1:
+        if len(each.nodes) > 1 and each.shares is None:
             rows = [f"{each.name}.{row}" for row in each.rows]
             parts.append((rows, values, each.low, each.high))
     for names, values, low, high in parts:
@@ -80,8 +79,10 @@ def active_bounds(own: MotionProblem, solution: Solution) -> dict[str, float]:
     return dict(sorted(found.items(), key=lambda pair: (pair[0] in idle, -pair[1])))
 
 
-def _worst(problem: OptimalProblem, solution: Solution, *, with_gaps: bool) -> tuple[str, int]:
+def _worst(problem: OptimalProblem, solution: Solution, *, with_gaps: bool) -> tuple[str, float]:
     """Return the largest violation of a bound of a state or of a constraint, and its node.
+
+    A fraction of the node is the share of the interval after it.
 
     Args:
         problem: The problem.
@@ -89,7 +90,7 @@ def _worst(problem: OptimalProblem, solution: Solution, *, with_gaps: bool) -> t
         with_gaps: Whether jumps of the states between intervals are included.
     """
     x, values_of = solution.iterate.x, solution.linearisation.values
-    found: list[tuple[float, str, int]] = []
+    found: list[tuple[float, str, float]] = []
     for linear, values in zip(problem.linear, values_of[len(problem.constraints) :], strict=True):
         miss = excess(values, linear.low, linear.high)
         at = int(miss.argmax())
@@ -99,7 +100,9 @@ def _worst(problem: OptimalProblem, solution: Solution, *, with_gaps: bool) -> t
         miss = excess(values, constraint.low, constraint.high)
         k, row = np.unravel_index(int(miss.argmax()), miss.shape)
         what = f"{constraint.name}.{constraint.rows[row]} is missed by {miss[k, row]:.3g}"
-        found.append((float(miss[k, row]), what, int(constraint.nodes[k])))
+        place = float(constraint.nodes[k])
+        place += 0.0 if constraint.shares is None else float(constraint.shares[k])
+        found.append((float(miss[k, row]), what, place))
     beyond = excess(x, problem.x_low, problem.x_high)
     k, row = np.unravel_index(int(beyond.argmax()), beyond.shape)
     low, high = problem.x_low[k, row], problem.x_high[k, row]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,19 +14,20 @@ from cardsflow_fmu.cosim.signals.ports import motor_signals, muscle_signals, tas
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.motion.feedback import MotionFeedback
 from cardsflow_fmu.utils.arrays import FloatArray
-from controllers.optimal.problem import Iterate
+from controllers.optimal.problem import Iterate, NodeConstraint
 from controllers.optimal.sqp import INFEASIBLE, INTERRUPTED, OPTIMAL, Optimiser, Progress, Solution
 from sim_dart.dynamics.core import CoreDynamics
 
 from .diagnosis import infeasibility, require_reachable
 from .feedback import motion_feedback
 from .guess import PARAMETER, last_motion, smooth_guess
-from .obstacles import passages
+from .obstacles.constraints import against_jumps, between_nodes, is_blocked, passages
+from .obstacles.detours import ROUGH, detours, rough_motion, without_obstacles
 from .problem import ROUGH_INTEGRATION, MotionProblem, motion_problem
 
 _INTEGRATION_ERROR = 1e-5  # of an interval, in rad, m, and their rates
-_ROUGH = 1e-3  # tolerance of a first guess, and violation of an interrupted motion
 _OF_GAPS = 0.1  # error of the integration during iterations, relative to gaps between intervals
+_MAX_ROUNDS = 20  # of constraints between the nodes
 _MAX_PAUSE = 4  # iterations between two checks of the integration
 MARK_COLUMN = "cardsflow.interval"
 
@@ -124,7 +125,10 @@ def optimise(
     assert experiment.motion is not None
     limit, iterations, seconds = experiment.motion.max_iterations, 0, 0.0
     last = None if resume is None else last_motion(resume, own)
-    guess = first = _first_guess(experiment, own) if last is None else last
+    guess = first = _first_guess(own) if last is None else last
+    inner, rounds, passes = against_jumps(own.problem, guess), 0, False
+    own = _with_constraints(own, inner)
+    others = _other_guesses(own, first)
 
     def report(done: Progress) -> None:
         progress(done, own.shooting.steps)
@@ -135,28 +139,40 @@ def optimise(
     while True:
         solver = Optimiser(own.problem, max_iterations=limit, refine=_Refinement(own))
         is_near = guess is not first or guess is last
-        others = None if is_near else [smooth_guess(own.problem, own.guess, own.shooting.n)]
-        solution = solver.solve(guess, report, others)
+        solution = solver.solve(guess, report, None if is_near else others)
         stopped = solution is not None and solution.status == INTERRUPTED
+        iterations += 0 if solution is None else solution.history[-1].iteration
+        seconds += 0.0 if solution is None else solution.history[-1].seconds
         if guess is last and not stopped and (solution is None or not solution.is_feasible):
-            guess = first = _first_guess(experiment, own)  # the goals or bounds have changed
+            guess = first = _first_guess(own)  # the goals or bounds have changed
+            others = _other_guesses(own, first)
             own.shooting.steps = experiment.motion.substeps
             continue
         if stopped and found is not None and solution is not None and not solution.is_feasible:
             solution = replace(found, status=INTERRUPTED, history=solution.history)
-        if solution is None or not solution.is_feasible:
+        at = solution.iterate if solution is not None and solution.is_feasible else None
+        passes = passes if at is None else is_blocked(own.problem, at)
+        if passes and not stopped:
+            another = next(others, None)
+            if another is not None:
+                guess = another
+                continue
+        if at is None:
             require_reachable(experiment, own)
         _require_motion(own, solution)
         assert solution is not None
-        iterations += solution.history[-1].iteration
-        seconds += solution.history[-1].seconds
         is_final = solution.status == INTERRUPTED
         ends = solution.linearisation.intervals.ends
-        if is_final or not own.refine(
-            solution.iterate, _INTEGRATION_ERROR, is_final=True, ends=ends
-        ):
+        if is_final:
             break
-        found, guess = solution, solution.iterate
+        at = solution.iterate
+        if not own.refine(at, _INTEGRATION_ERROR, is_final=True, ends=ends):
+            inner = between_nodes(own.problem, at, experiment.run.step)
+            if not inner or rounds == _MAX_ROUNDS:
+                break
+            rounds, passes = rounds + 1, True
+            own = _with_constraints(own, inner)
+        found, guess = solution, at
     notes, warnings = own.notes, tuple[str, ...]()
     if solution.status != OPTIMAL:
         what = "the motion satisfies the constraints, but is not optimal"
@@ -180,17 +196,27 @@ def optimise(
     )
 
 
-def _first_guess(experiment: Experiment, own: MotionProblem) -> Iterate:
+def _with_constraints(own: MotionProblem, inner: Sequence[NodeConstraint]) -> MotionProblem:
+    """Return a problem with more constraints."""
+    constraints = [*own.problem.constraints, *inner]
+    return own._replace(problem=replace(own.problem, constraints=constraints))
+
+
+def _first_guess(own: MotionProblem) -> Iterate:
     """Return a rest, or the motion without obstacles, since a rest can be stuck behind one."""
-    assert experiment.motion is not None
-    if not experiment.motion.obstacles:
+    free = without_obstacles(own.problem)
+    if len(free.constraints) == len(own.problem.constraints):
         return own.guess
-    goals = [each for each in own.problem.constraints if len(each.nodes) == 1]
-    free = replace(own.problem, constraints=goals)
-    found = Optimiser(free, tolerance=_ROUGH).solve(own.guess)
-    if found is not None and found.status == INTERRUPTED:
-        raise KeyboardInterrupt
-    return own.guess if found is None or not found.is_feasible else found.iterate
+    return rough_motion(free, own.guess) or own.guess
+
+
+def _other_guesses(own: MotionProblem, first: Iterate) -> Iterator[Iterate]:
+    """Yield guesses for a first one from which no motion is found."""
+    smooth = smooth_guess(own.problem, own.guess, own.shooting.n)
+    if len(without_obstacles(own.problem).constraints) < len(own.problem.constraints):
+        base = smooth if first is own.guess else first
+        yield from detours(own.problem, base, own.shooting.n)
+    yield smooth
 
 
 def _require_motion(own: MotionProblem, solution: Solution | None) -> None:
@@ -198,7 +224,7 @@ def _require_motion(own: MotionProblem, solution: Solution | None) -> None:
     if solution is None:
         raise NoMotionError("the simulation of the start diverges; use more substeps")
     if solution.status == INTERRUPTED:
-        if solution.violation > _ROUGH:
+        if solution.violation > ROUGH:
             raise KeyboardInterrupt
     elif solution.status == INFEASIBLE or not solution.is_feasible:
         raise NoMotionError(infeasibility(own.problem, solution))

@@ -27,7 +27,7 @@ from .muscles import (
     control_bounds,
     resting_controls,
 )
-from .obstacles import obstacle_constraints
+from .obstacles.constraints import obstacle_constraints
 from .parameters import FreeParameters, free_parameters
 from .tasks import task_bounds
 

@@ -38,6 +38,9 @@ class SegmentDistances:
         segments: Segments, k of them.
         axis: End points of the axis, equal for a sphere, shape (2, 3), in [m].
         nx: Number of states; the first ones are q.
+
+    Attributes:
+        n: Number of coordinates.
     """
 
     def __init__(self, robot: Robot, segments: list[Segment], axis: FloatArray, nx: int) -> None:
@@ -46,7 +49,7 @@ class SegmentDistances:
         frames = tuple(TaskFrame(f"point_{k}", *each) for k, each in enumerate(moving))
         own = replace(robot, task_sets=(TaskSet("obstacles", frames),), task_set="obstacles")
         self._paths = MusclePaths(own if frames else robot)
-        self._n, self._nx = len(robot.coordinates), nx
+        self.n, self._nx = len(robot.coordinates), nx
         self._moving = np.array([each in moving for each in points])
         self._fixed = np.array([position for _, position in points], dtype=float)
         self._starts = np.array([points.index(each.start) for each in segments])
@@ -56,26 +59,38 @@ class SegmentDistances:
 
     def __call__(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the distances, shape (r, k), and their derivatives, shape (r, k, nx)."""
-        values = np.empty((len(x), len(self._starts)))
+        gap, slope = self.nearest(x[:, : self.n])
+        values = np.sqrt((gap**2).sum(axis=2))
+        direction = gap / np.maximum(values, 1e-9)[:, :, None]
         slopes = np.zeros((*values.shape, self._nx))
-        for row, state in enumerate(x):
-            values[row], slopes[row, :, : self._n] = self._at(state[: self._n])
+        slopes[:, :, : self.n] = np.einsum("rki,rkij->rkj", direction, slope)
         return values, slopes
 
-    def _at(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the distances at q, shape (k,), and their derivatives, shape (k, n)."""
-        points, J = self._fixed.copy(), np.zeros((len(self._fixed), 3, self._n))
+    def nearest(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the nearest points of the segments minus those of the axis, and derivatives.
+
+        Args:
+            q: Joint positions, shape (r, n).
+
+        Returns:
+            The differences, shape (r, k, 3), and the derivatives of the segments' points by q,
+            shape (r, k, 3, n).
+        """
+        points, J = (
+            np.tile(self._fixed, (len(q), 1, 1)),
+            np.zeros((len(q), *self._fixed.shape, self.n)),
+        )
         if self._moving.any():
-            points[self._moving] = self._paths.task_position(q).reshape(-1, 3)
-            J[self._moving] = self._paths.task_jacobian(q).reshape(-1, 3, self._n)
-        a, b = points[self._starts] * self._axes, points[self._ends] * self._axes
-        c, d = (end * self._axes for end in self._axis)
+            paths = self._paths
+            points[:, self._moving] = [paths.task_position(row).reshape(-1, 3) for row in q]
+            J[:, self._moving] = [paths.task_jacobian(row).reshape(-1, 3, self.n) for row in q]
+        shape, axes = (len(q), len(self._starts), 1), np.tile(self._axes, (len(q), 1))
+        a, b = (points[:, ends].reshape(-1, 3) * axes for ends in (self._starts, self._ends))
+        c, d = (end * axes for end in self._axis)
         s, t = nearest_parameters(a, b, c, d)
-        gap = a + s * (b - a) - c - t * (d - c)
-        distance = np.sqrt((gap**2).sum(axis=1))
-        direction = gap / np.maximum(distance, 1e-9)[:, None]
-        slope = (1.0 - s)[:, :, None] * J[self._starts] + s[:, :, None] * J[self._ends]
-        return distance, np.einsum("ki,kij->kj", direction, slope)
+        gap, s = a + s * (b - a) - c - t * (d - c), s.reshape(*shape, 1)
+        slope = (1.0 - s) * J[:, self._starts] + s * J[:, self._ends]
+        return gap.reshape(*shape[:2], 3), slope
 
 
 def nearest_parameters(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -15,12 +16,17 @@ from cardsflow_fmu.experiment.motion.bounds import ObstacleSettings
 from cardsflow_fmu.experiment.motion.settings import MotionTable
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.arrays import IntArray
-from controllers.optimal.problem import NodeConstraint, excess
+from controllers.optimal.problem import Iterate, NodeConstraint, OptimalProblem, excess
 from sim_dart.dynamics.core import CoreDynamics
 
 from .segments import Segment, SegmentDistances
 
-_PASSAGE = 1e-4  # violation between nodes that is reported, in m
+_PASSAGE = 1e-4  # violation between nodes that is reported, in m or rad
+_INSIDE = 1e-6  # violation between nodes that is corrected, in m or rad
+_MIN_SHARES, _MAX_SHARES = 8, 256  # checked points of an interval
+_MAX_SPACED = 4  # parts of an interval with equal lengths
+_NEAR = 0.5  # distance of a blocked motion, relative to the required one
+_SAME = 0.01  # distance of points of an interval that are equal, relative to the interval
 
 
 def obstacle_constraints(
@@ -69,7 +75,7 @@ def passages(
     """
     lines = []
     for own in constraints:
-        if len(own.nodes) == 1:
+        if len(own.nodes) == 1 or own.shares is not None:
             continue
         miss = excess(own.evaluate(x)[0], own.low, own.high)
         k, row = np.unravel_index(int(miss.argmax()), miss.shape)
@@ -78,6 +84,101 @@ def passages(
             hint = "increase motion.intervals" + " or clearance" * own.name.startswith("obstacles")
             lines.append(f"{what} between nodes, at t = {times[k]:.4g} s; {hint}")
     return tuple(lines)
+
+
+def between_nodes(problem: OptimalProblem, at: Iterate, step: float) -> tuple[NodeConstraint, ...]:
+    """Return constraints at points between the nodes, where a motion violates path constraints.
+
+    In each interval, these are the points of the largest violations.
+
+    Args:
+        problem: The problem.
+        at: A motion.
+        step: Distance of the checked points in time, in [s].
+    """
+    N, found = problem.intervals, list[NodeConstraint]()
+    count = int(np.clip(np.ceil(at.duration / N / step), _MIN_SHARES, _MAX_SHARES))
+    paths = [own for own in problem.constraints if len(own.nodes) > 1 and own.shares is None]
+    x = inner_states(problem, at, count) if paths else None
+    if x is None:
+        return ()
+    for own in paths:
+        low = np.where(own.low < own.high, own.low, -np.inf)  # equalities hold at nodes only
+        high = np.where(own.low < own.high, own.high, np.inf)
+        g = own.evaluate(x)[0].reshape(N, count + 1, -1)
+        miss = np.maximum(low - g, g - high)
+        places = {place for k in range(N) for place in _peaks(k, miss[k])}
+        if places:
+            inside = np.array(sorted(places)).T
+            found.append(
+                replace(own, nodes=inside[0].astype(int), low=low, high=high, shares=inside[1])
+            )
+    return tuple(found)
+
+
+def inner_states(problem: OptimalProblem, at: Iterate, count: int) -> FloatArray | None:
+    """Return the states at equal distances in each interval, with both ends; None if one diverged.
+
+    Returns:
+        Shape (N (count + 1), nx).
+    """
+    N = problem.intervals
+    nodes, shares = np.repeat(np.arange(N), count + 1), np.tile(np.linspace(0.0, 1.0, count + 1), N)
+    parts = problem.run_inside(at, nodes, shares, derivatives=False)
+    return None if parts is None else parts.ends
+
+
+def against_jumps(problem: OptimalProblem, at: Iterate) -> tuple[NodeConstraint, ...]:
+    """Return constraints at equal distances in the intervals, if these are too long for nodes only.
+
+    Between two constrained points, a segment moves at most as far as it must be away from the axis
+    of an obstacle, so that it does not jump over it.
+
+    Args:
+        problem: The problem.
+        at: The motion without obstacles.
+    """
+    N, found = problem.intervals, list[NodeConstraint]()
+    for own in problem.constraints:
+        if isinstance(own.evaluate, SegmentDistances):
+            gaps, _ = own.evaluate.nearest(at.x[:, : own.evaluate.n])
+            steps = np.linalg.norm(np.diff(gaps, axis=0), axis=2) / own.low
+            count = min(int(np.ceil(steps.max())), _MAX_SPACED)
+            if count > 1:
+                shares = np.tile(np.arange(1, count) / count, N)
+                nodes = np.repeat(np.arange(N), count - 1)
+                found.append(replace(own, nodes=nodes, shares=shares))
+    return tuple(found)
+
+
+def is_blocked(problem: OptimalProblem, at: Iterate) -> bool:
+    """Return whether a motion passes through an obstacle, below half the required distance."""
+    x = inner_states(problem, at, _MIN_SHARES)
+    return x is not None and any(
+        bool((own.evaluate(x)[0] < _NEAR * own.low).any())
+        for own in problem.constraints
+        if isinstance(own.evaluate, SegmentDistances)
+    )
+
+
+def _peaks(node: int, miss: FloatArray) -> list[tuple[int, float]]:
+    """Return a node and the share of its interval at the peak of each row's violation.
+
+    Args:
+        node: The node.
+        miss: Violations at equal distances in the interval, shape (k + 1, rows).
+    """
+    found = list[tuple[int, float]]()
+    count, best = len(miss) - 1, miss.argmax(axis=0)
+    for row, j in enumerate(best.tolist()):
+        if miss[j, row] <= _INSIDE or j in (0, count):
+            continue
+        before, here, after = miss[j - 1 : j + 2, row].tolist()
+        bend = before - 2.0 * here + after
+        share = (j + (0.5 * (before - after) / bend if bend < 0.0 else 0.0)) / count
+        if all(abs(share - other) > _SAME for _, other in found):
+            found.append((node, share))
+    return found
 
 
 def _segments(robot: Robot, own: ObstacleSettings) -> list[Segment]:

@@ -1,0 +1,1 @@
+"""Obstacles of motions: distances, constraints, and motions around obstacles."""
