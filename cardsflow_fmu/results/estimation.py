@@ -173,14 +173,15 @@ def updated_calibration(experiment: Experiment, summary: Mapping[str, Any]) -> d
         return {}
     try:
         data = read_settings(experiment.folder / CALIBRATION_FILE)
-    except InputError:  # no calibration so far
+    except InputError:  # no calibration so far, or a damaged one
         data = {}
     rows = summary["estimation"]["offsets"]
     new = {name: row["end" if name in changed else "start"] for name, row in rows.items()}
-    for parameter in data.get("parameters") or ():
-        name = str(parameter.get("name")).removeprefix("muscles.").removesuffix(".offset")
-        if name in changed:
-            parameter |= {"change": new[name], "sd": changed[name]["sd"]}
+    parameters = {f"muscles.{name}.offset": row for name, row in changed.items()}
+    found = data.get("parameters")
+    for one in found if isinstance(found, list) else ():
+        if isinstance(one, dict) and (row := parameters.get(str(one.get("name")))):
+            one |= {"change": row["end"], "sd": row["sd"]}
     return {UPDATED_CALIBRATION: json_text({**data, "offsets": new}, indent=1) + "\n"}
 
 
