@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import Robot
 from sim_dart.core.arrays import FloatArray
@@ -26,15 +27,15 @@ class FittedPose:
         robot: The robot.
         q: Start pose, shape (n,), in [rad] or [m].
         offsets: Length offsets b, shape (m,), in [m].
-        slack: Tension below which a muscle is ignored, in [N].
+        slack: Tension below which a muscle is ignored, a number or shape (m,), in [N].
 
     Attributes:
         q: The pose, shape (n,), changed in place.
     """
 
-    def __init__(self, robot: Robot, q: FloatArray, offsets: FloatArray, slack: float) -> None:
+    def __init__(self, robot: Robot, q: FloatArray, offsets: FloatArray, slack: ArrayLike) -> None:
         self.q = q.copy()
-        self._paths, self._offsets, self._slack = MusclePaths(robot), offsets, slack
+        self._paths, self._offsets, self._slack = MusclePaths(robot), offsets, np.asarray(slack)
 
     def follow(self, lengths: FloatArray, tensions: FloatArray) -> None:
         """Update the pose with new measurements.

@@ -27,6 +27,7 @@ from cardsflow_fmu.hardware.protocol.signals import (
 )
 from cardsflow_fmu.utils.key_file import read_key
 from sim_dart.estimation.fitted_pose import FittedPose
+from sim_dart.muscles.paths import MusclePaths
 
 from .open_link import ADDRESSES, open_link
 from .session import HardwareSession
@@ -147,13 +148,18 @@ def require_connectable(experiment: Experiment) -> None:
 def _fitted_pose(experiment: Experiment) -> FittedPose:
     """Return the pose fit for hardware without joint positions, beginning at the start pose.
 
-    The estimator settings specify the length offsets.
+    The estimator settings specify the length offsets. Lengths with drifting offsets are ignored if
+    the others determine the pose.
     """
     estimator, q = experiment.estimator, np.array(experiment.start.q)
     if estimator is None:
         what = "without measured joint positions the experiment requires an [estimator]"
         raise InputError(what, file=experiment.file, key="hardware.has_positions")
-    return FittedPose(experiment.robot, q, np.array(estimator.offset), estimator.min_tension)
+    drifts = np.array(estimator.offset_drift) > 0.0
+    others = MusclePaths(experiment.robot).evaluate(q).jacobian[~drifts]
+    is_known = np.linalg.matrix_rank(others) == len(q)
+    slack = np.where(drifts & is_known, np.inf, estimator.min_tension)
+    return FittedPose(experiment.robot, q, np.array(estimator.offset), slack)
 
 
 def handshake_of(robot: Robot, settings: HardwareSettings, step: float) -> Handshake:

@@ -18,6 +18,7 @@ from support.robots.robots import EXAMPLES
 from cardsflow_fmu import Experiment, Result
 from cardsflow_fmu.experiment.settings.hardware import Faults
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
+from cardsflow_fmu.hardware.session.connect import _fitted_pose
 from cardsflow_fmu.simulation.run import RunError, simulate
 from sim_dart import MusclePaths
 from sim_dart.estimation.fitted_pose import FittedPose
@@ -237,6 +238,19 @@ def test_the_fitted_pose_is_finite_for_any_measurement(value: float) -> None:
     pose.follow(wrong, np.full(MUSCLES, 20.0))
     assert np.isfinite(pose.q).all()
     assert np.abs(pose.q - q).max() > 0.1
+
+
+def test_lengths_with_drifting_offsets_do_not_change_the_fitted_pose() -> None:
+    """If all lengths drift, the pose is fitted to all of them."""
+    for drift, moves in (({"motor2": 1e-5}, False), (1e-5, True)):
+        experiment = Experiment.load(
+            EXAMPLES / "roboy_left_arm", {"estimator": {"offset_drift": drift}}
+        )
+        q, pose = np.array(experiment.start.q), _fitted_pose(experiment)
+        lengths = MusclePaths(experiment.robot).evaluate(q).lengths.copy()
+        lengths[2] += 5e-3
+        pose.follow(lengths, np.full(MUSCLES, 20.0))
+        assert (np.abs(pose.q - q).max() > 1e-2) == moves
 
 
 @pytest.mark.slow
