@@ -179,6 +179,7 @@
 struct core {
     blob_view blob;
     int32_t is_counting; /* whether wraps store their turns */
+    int32_t moving;      /* 1 + the coordinate along which q has a tangent, the only one; 0 otherwise */
     int32_t is_straight; /* whether all paths are straight, see straight.h */
     int32_t has_laws;    /* whether any muscle is not an ideal cable */
     int32_t has_weight;  /* whether any muscle is a heavy cable */

@@ -265,6 +265,28 @@ static inline real add_muscle(core *c, walker *w, int32_t m, int32_t first, real
     return add_part(c, w, first, end - 1, row);
 }
 
+/* Return whether a muscle keeps its length while only one coordinate moves. */
+static inline int is_still(const core *c, int32_t m)
+{
+    const int32_t j = c->moving - 1;
+    return HAS_TANGENT && c->moving && (j < index_of(c->column_first[m]) || j >= index_of(c->column_end[m]));
+}
+
+/* Pass a muscle whose via points are before `end`. */
+static void pass_muscle(const core *c, walker *w, int32_t m, int32_t end)
+{
+    const blob_view *b = &c->blob;
+    progress *at = &w->at;
+    for (; at->wrap < b->counts.wraps && b->wrap_point[at->wrap] < end; at->wrap++)
+        at->lane += c->wrap_is_special[at->wrap] == 0;
+    while (at->pulley < b->counts.pulleys && b->pulley_point[at->pulley] < end) at->pulley++;
+    while (at->branch < b->counts.branches && b->branch_point[at->branch] < end) at->branch++;
+    while (at->condition < b->counts.conditions && b->condition_point[at->condition] < end) at->condition++;
+    while (at->move < b->counts.moves && b->move_point[at->move] < end) at->move++;
+    while (at->term < b->counts.path_terms && b->path_term_muscle[at->term] == m) at->term++;
+    w->next = next_curved_segment(b, at);
+}
+
 static void walk(core *c, int is_traced)
 {
     const blob_view *blob = &c->blob;
@@ -273,10 +295,15 @@ static void walk(core *c, int is_traced)
     memset(&w.at, 0, sizeof w.at);
     w.is_traced = is_traced, w.lanes.first = w.lanes.count = 0;
     w.next = next_curved_segment(blob, &w.at);
-    memset(c->jacobian, 0, (size_t)blob->counts.muscles * dofs * sizeof(real));
     for (int32_t m = 0, k = 0; m < blob->counts.muscles; k += blob->muscle_points[m], m++) {
         real *own = c->jacobian + (size_t)m * dofs, *row = c->is_driven ? c->row : own;
-        if (c->is_driven) memset(row, 0, (size_t)blob->counts.variables * sizeof(real));
+        if (is_still(c, m)) {
+            pass_muscle(c, &w, m, k + blob->muscle_points[m]);
+            c->lengths[m] = value_of(c->lengths[m]);
+            for (size_t j = 0; j < dofs; j++) own[j] = value_of(own[j]);
+            continue;
+        }
+        memset(row, 0, (c->is_driven ? (size_t)blob->counts.variables : dofs) * sizeof(real));
         c->lengths[m] = add_muscle(c, &w, m, k, row);
         if (c->is_driven) variables_fold(c, row, own);
     }

@@ -30,11 +30,11 @@ void core_tangent_place(core_tangent *t, const core *plain, const double *comman
     const size_t n = dofs_of(t), m = (size_t)c->blob.counts.muscles;
     const double *plain_numbers[] = {(const void *)plain->q, (const void *)plain->qd, (const void *)plain->law_states,
                                      (const void *)plain->lengths, (const void *)plain->rates,
-                                     (const void *)plain->stored_path};
-    real *const own[] = {c->q, c->qd, c->law_states, c->lengths, c->rates, c->stored_path};
+                                     (const void *)plain->stored_path, (const void *)plain->jacobian};
+    real *const own[] = {c->q, c->qd, c->law_states, c->lengths, c->rates, c->stored_path, c->jacobian};
     const size_t paths = PATH_NUMBERS * (size_t)c->blob.counts.wraps;
-    const size_t lengths[] = {n, n, (size_t)c->blob.law_states, m, m, paths};
-    for (int k = 0; k < 6; k++) put(own[k], plain_numbers[k], lengths[k]);
+    const size_t lengths[] = {n, n, (size_t)c->blob.law_states, m, m, paths, m * n};
+    for (int k = 0; k < 7; k++) put(own[k], plain_numbers[k], lengths[k]);
     put(c->commands, commands, m);
     put(t->torques, torques, n);
     put(c->torques, (const void *)plain->torques, n);
@@ -118,7 +118,9 @@ void core_tangent_accelerate_along_q(core_tangent *t, size_t coordinate, double 
     core *c = t->core;
     change(c->q + coordinate, 1);
     tree_move(c, c->q);
+    c->moving = 1 + (int32_t)coordinate;
     paths_move(c);
+    c->moving = 0;
     if (c->has_laws) core_rates(c, c->qd);
     if (c->has_weight) {
         laws_place(c);
