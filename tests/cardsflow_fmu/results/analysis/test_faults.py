@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -10,8 +11,10 @@ import pytest
 from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
-from cardsflow_fmu import Experiment, run
+from cardsflow_fmu import Experiment
 from cardsflow_fmu.results.analysis.failures import describe_failures, failures
+from cardsflow_fmu.results.analysis.look_ahead import reaction_at, with_look_ahead
+from cardsflow_fmu.simulation.run import simulate
 from cardsflow_fmu.studies.definition.metrics import METRICS
 
 LEFT_ARM = EXAMPLES / "roboy_left_arm"
@@ -19,17 +22,40 @@ COARSE = {"controller.period": 0.1}
 
 
 @pytest.mark.slow
-def test_arm_survives_the_failures_that_its_runs_survive(tmp_path: Path) -> None:
-    """Cables that fail from the start of the first two seconds of the flower."""
-    duration = {"run.duration": 2.0}
-    found = failures(Experiment.load(LEFT_ARM, COARSE | duration))
-    predicted = {failure.actuators[0]: failure.is_survived for failure in found[1:]}
-    assert sum(predicted.values()) == 10
-    for name in ("motor0", "motor6", "motor10"):
-        broken = {f"muscles.{name}.f_min": 0.0, f"muscles.{name}.f_max": 1e-6}
-        accepted = {"run.accept": "any"}
-        result = run(Experiment.load(LEFT_ARM, duration | broken | accepted), tmp_path / name)
-        assert (result.summary["tracking"]["max"] < 5e-3) == predicted[name], name
+def test_broken_cables_have_the_predicted_effect() -> None:
+    """Each cable breaks once at a random time of the flower."""
+    settings = {"estimator.encoder_noise": 1e-4, "estimator.feedback": False, "faults.react": True}
+    settings |= {"estimator.sensors.length_noise": 1e-4}
+    experiment = with_look_ahead(Experiment.load(LEFT_ARM, settings))
+    table, random = experiment.look_ahead, np.random.default_rng(2)
+    assert table is not None
+    limits = [(c.lower, c.upper) for c in experiment.robot.coordinates]
+    reactions = set()
+    for name, speeds in table.speeds.items():
+        time = round(random.uniform(2.2, 4.5), 2)
+        expected = reaction_at(speeds[np.searchsorted(table.times, time, "right") - 1])
+        changes = {f"plant.break_time.{name}": time, "run.duration": time + 2.0}
+        broken = replace(Experiment.load(LEFT_ARM, settings | changes), look_ahead=table)
+        result = simulate(broken)
+        decided = result.summary["faults"][-1]["decision"]
+        error, q, qd = (
+            result.columns([n for n in result.names if n.startswith(prefix)])
+            for prefix in ("y.", "q.", "qd.")
+        )
+        error = error - result.columns([n for n in result.names if n.startswith("y_d.")])
+        has_fallen = bool(np.linalg.norm(error, axis=1).max() > 5e-3)
+        assert has_fallen == (expected == "fall"), name
+        wanted = "stop the joints" if has_fallen else expected.partition(" to ")[0]
+        assert decided == wanted, name
+        assert (result.summary["status"] == "failed") == has_fallen, name
+        assert all(
+            (low - 1e-9 <= x).all() and (x <= high + 1e-9).all()
+            for x, (low, high) in zip(q.T, limits, strict=True)
+        )
+        if has_fallen or decided == "hold the pose":
+            assert np.abs(qd[-1]).max() < 0.02, name
+        reactions.add(expected)
+    assert reactions == {"continue", "hold the pose", "fall"}
 
 
 def test_pairs_are_never_easier_than_single_failures() -> None:
