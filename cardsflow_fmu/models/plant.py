@@ -144,6 +144,8 @@ class ContinuousPlantModel(PlantModel):
     def missing(cls, experiment: Experiment) -> str | None:
         """Return a requirement that model exchange does not support, or None."""
         plant = experiment.plant
+        if any(plant.break_time):
+            return "breaking cables (plant.break_time)"
         return unsupported_by_rk4(plant.engine, experiment.scene, experiment.plant_robot)
 
     @classmethod

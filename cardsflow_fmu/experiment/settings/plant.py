@@ -48,7 +48,7 @@ class PlantSettings(Table):
     )
     break_time: tuple[FromZero, ...] = named_setting(
         "muscle",
-        "time at which the cable breaks, in s (default: never); requires the engine core",
+        "time at which the cable breaks, in s; 0: never; requires the engine core",
         0.0,
     )
     integrator: Rule = setting("integrator; rk4 requires the engine core", "euler")

@@ -326,6 +326,7 @@ UNSUPPORTED = {
     "hill_arm": ({"plant.engine": "dart"}, 'the engine "dart"'),
     "pick_up": ({}, "worlds with contacts"),
     "planar_2r": ({"friction": 0.1}, "Coulomb friction (of joint_1"),
+    "cable_robot": ({"plant.break_time": 1.0}, "breaking cables"),
 }
 
 

@@ -26,14 +26,17 @@ def test_half_of_a_tension_is_the_tension_of_half_the_command() -> None:
     np.testing.assert_array_equal(half.views["q"], moved("planar_2r", {}, 20.0).views["q"])
 
 
-def test_cut_muscle_has_no_tension_and_the_arm_falls() -> None:
+@pytest.mark.parametrize(("key", "value"), [("tension_scale", 0.0), ("break_time", 1e-4)])
+def test_cut_muscle_has_no_tension_and_the_arm_falls(key: str, value: float) -> None:
+    """A cable that breaks within half a step is broken from the start."""
     name = Experiment.load(EXAMPLES / "hill_arm").robot.muscles[0].name
-    cut = moved("hill_arm", {f"plant.tension_scale.{name}": 0.0}, 0.5)
+    cut = moved("hill_arm", {f"plant.{key}.{name}": value}, 0.5)
     assert cut.views["tensions"][0] == 0.0
     assert np.abs(cut.views["q"] - moved("hill_arm", {}, 0.5).views["q"]).max() > 1e-4
 
 
-def test_scaled_tensions_require_the_core() -> None:
-    settings = {"plant.tension_scale": 0.5, "plant.engine": "dart"}
-    with pytest.raises(InputError, match=r"plant\.tension_scale: requires the engine core"):
+@pytest.mark.parametrize("key", ["tension_scale", "break_time"])
+def test_scaled_tensions_require_the_core(key: str) -> None:
+    settings = {f"plant.{key}": 0.5, "plant.engine": "dart"}
+    with pytest.raises(InputError, match=rf"plant\.{key}: requires the engine core"):
         PlantModel(Experiment.load(EXAMPLES / "planar_2r", settings))
