@@ -72,7 +72,7 @@ def test_motion_costs_at_most_one_percent_more(name: str, tmp_path: Path) -> Non
 def test_hanging_muscle_lifts_its_load_as_fast_as_in_moco(
     is_elastic: int, moco: float, tmp_path: Path
 ) -> None:
-    """OpenSim Moco 4.6, 50 intervals, tolerance 1e-5: 1.9 s of CPU with a rigid tendon, 4.6 s with an elastic one."""
+    """OpenSim Moco 4.6, 50 intervals, tolerance 1e-5: 1.9 and 4.6 s of processor time."""
     muscle = {"max_isometric_force": 60.0, "optimal_fibre_length": 0.1}
     muscle |= {"tendon_slack_length": 0.05, "tendon_strain": 0.1, "fibre_damping": 0.01}
     robot = slider(("hill_degroote2016", {**muscle, "elastic_tendon": float(is_elastic)}))
