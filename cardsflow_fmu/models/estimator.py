@@ -34,7 +34,7 @@ search starts start_low start_high start_sd largest_sd largest_innovation innova
 
 _FAULT_ARRAYS = """
 false_alarms_per_hour motor_lag length_error tension_noise tension_error command_delay start
-force_rate f_max
+force_rate f_max load_noise load_change
 """
 """Fields that contain arrays of a monitor of faults, see controllers/csrc/faults/faults.h."""
 
@@ -117,7 +117,7 @@ class EstimatorModel(CModel):
         counts = {"units": len(settings.imus), "muscles": m, "numbers": 3 * n + 2}
         has_faults = experiment.faults is not None
         counts["tracked"] = len(estimator.offset_changes)
-        counts |= {"watched": m * has_faults, "monitors": int(has_faults)}
+        counts |= {"watched": m * has_faults, "joints": n * has_faults, "monitors": int(has_faults)}
         blob = compile_blob(estimated_robot(robot))
         return encode("estimator", blob, cls.groups(experiment), counts, fields)
 

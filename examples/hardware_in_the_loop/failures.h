@@ -100,7 +100,8 @@ static void failures_measure(double *encoders, double *lengths, double *tensions
         case TENSION_STUCK: tensions[f->part] = first_reading(f, tensions[f->part]); break;
         case TENSION_DEAD: tensions[f->part] = 0; break;
         case ENCODER_STUCK: encoders[f->part] = first_reading(f, encoders[f->part]), encoders[ENCODERS + f->part] = 0; break;
-        case JAMMED: case WEAK: case KINDS: break;
+        case JAMMED: *length = f->motor_failed ? f->length : kept; break; /* the motor does not turn */
+        case WEAK: case KINDS: break;
         }
     }
 }

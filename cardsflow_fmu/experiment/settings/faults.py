@@ -27,6 +27,15 @@ class FaultsTable(Table):
     tension_error: tuple[FromZero, ...] = named_setting(
         "muscle", "relative standard deviation of the tension measurement", 0.05
     )
+    load_noise: tuple[FromZero, ...] = named_setting(
+        "coordinate", "noise density of slow changes of unknown loads, in N·m/√s or N/√s", 0.05
+    )
+    load_change: tuple[FromZero, ...] = named_setting(
+        "coordinate",
+        "standard deviation of sudden changes of unknown loads, in N·m or N; without tension "
+        "sensors, lost forces are detected by the motion; 0: they are not",
+        3.0,
+    )
     motor_lag: FromZero = setting("time constant of the motors, in s", 0.0)
     react: bool = setting(
         "react to lost muscles: continue, slow down, hold the pose or stop the joints; false: only "

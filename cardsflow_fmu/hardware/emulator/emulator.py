@@ -207,7 +207,8 @@ class EmulatedRobot:
             self._steps += 1
         self._advances += 1
         if steps:
-            self._sensors.read(plant.q, plant.qd, plant.lengths_view, self._tension, steps * step)
+            lengths = self._failures.motor_lengths(plant.lengths_view)
+            self._sensors.read(plant.q, plant.qd, lengths, self._tension, steps * step)
 
     def state(self) -> FloatArray:
         """Return the newest measurement of q, qd, l, tension and torque, shape (states,)."""

@@ -1,7 +1,8 @@
 """Failures of cables, motors and sensors of an emulated robot, at stated times.
 
 broken          f = 0; the motor holds, so that length and tension sensors are constant and 0
-jammed          f = f_0 + k (l - l_0), at least 0, with the force and length of the failure
+jammed          f = f_0 + k (l - l_0), at least 0, with the force and length of the failure; the
+                length at the motor remains l_0, apart from the noise of its sensor
 weak            f is multiplied by a factor
 off_pulley      the measured length jumps, in [m]
 length_stuck    the measured length is constant
@@ -94,6 +95,19 @@ class Failures:
             elif own.kind == "jammed":
                 force, length = self._motor.setdefault(k, (tensions[i], lengths[i]))
                 changed[i] = max(force + own.value * (lengths[i] - length), 0.0)
+        return changed
+
+    def motor_lengths(self, lengths: FloatArray) -> FloatArray:
+        """Return the lengths at the motors: jammed motors do not move.
+
+        Args:
+            lengths: True muscle lengths, shape (m,), in [m].
+        """
+        if not self._motor:
+            return lengths
+        changed = lengths.copy()
+        for k, (_, length) in self._motor.items():
+            changed[self._parts[k]] = length
         return changed
 
     def change_measurement(self, measured: Measurement, time: float) -> None:

@@ -50,6 +50,11 @@ DUAL_NEWTON_API faults *faults_open(int coordinates, int muscles, void *memory);
      q                  n, estimate
      path_lengths       m, l(q)
      jacobian           m n, L(q), row by row
+   Inputs of faults_move
+     acceleration       n, mean of the tick by the model with the forces `acting` and without loads
+     mobility           n n, inverse mass matrix
+     acting             m, forces of the model, in [N]
+     velocity, load     n, estimate; only used at the start
 
    Settings, to be written before a reset
      false_alarms_per_hour  1
@@ -64,6 +69,8 @@ DUAL_NEWTON_API faults *faults_open(int coordinates, int muscles, void *memory);
                         are compared with each other only, so that their delay has no effect
      start              1, time from which tensions follow the commands, in [s]
      f_max              m, in [N]
+     load_noise         n, density of the noise of dw/dt of unknown loads
+     load_change        n, standard deviation of sudden changes of them; 0: the motion is not tested
 
    Results
      kind               p, enum fault_kind; it remains until a reset
@@ -93,5 +100,9 @@ DUAL_NEWTON_API int faults_pose(faults *s);
 
 /* Process the inputs of a tick of h seconds. Return the number of parts with faults. */
 DUAL_NEWTON_API int faults_tick(faults *s, real h);
+
+/* Test the motion that ends at the measurements of the last faults_tick: h seconds, in equal steps. Only without tension
+   sensors. Return the number of parts with faults. */
+DUAL_NEWTON_API int faults_move(faults *s, real h, int steps);
 
 #endif

@@ -32,7 +32,7 @@ faults *faults_open(int coordinates, int muscles, void *memory)
 
 static size_t remembered(const faults *s)
 {
-    return (size_t)(s->suspicion + s->c - s->clock);
+    return (size_t)(s->count + ONSETS - s->clock);
 }
 
 real *faults_array(faults *s, const char *name, size_t *length)
@@ -47,6 +47,8 @@ void faults_reset(faults *s)
 {
     memset(s->clock, 0, remembered(s) * sizeof(real));
     for (size_t i = 0; i < s->c; i++) s->suspicion[i] = -1;
+    faults_forget_motion(s);
+    s->followed[0] = -1;
     for (size_t i = 0; i < s->p; i++) s->usable[i] = 1, s->other[i] = -1;
     memcpy(s->bound, s->f_max, s->m * sizeof(real));
 }

@@ -14,7 +14,8 @@ static const real BIAS = (real)0.02;         /* [m] or [rad] */
 static const real SCALE = (real)0.5;
 static const real SCALE_START = (real)0.0005; /* deviation when the window begins, in [m] */
 static const real STIFFNESS = 30000;         /* [N/m] */
-static const real MEAN_WEAKNESS = (real)-0.5, WEAKNESS = (real)0.3;
+static const real MEAN_WEAKNESS = (real)-0.5, WEAKNESS = (real)0.3, MIN_WEAKNESS = (real)0.1;
+static const real FIRST = (real)0.5, FIRST_SD = (real)0.3; /* share of the first tick before a fault */
 
 /* Sums of a regression. */
 typedef struct {
@@ -91,6 +92,64 @@ fault_fit faults_fit_stuck(const faults *s, size_t i, real begin)
     return fit;
 }
 
+/* r = c - (l - l_begin), with a small c. */
+fault_fit faults_fit_hold(const faults *s, size_t i, real begin)
+{
+    const real first = s->predicted[faults_at(s, i, begin)];
+    real base = 0;
+    sums sum = {0, 0};
+    for (real t = begin; t <= s->clock[0]; t++) {
+        const size_t at = faults_at(s, i, t);
+        const real r = s->residual[at], rest = r + s->predicted[at] - first;
+        base += s->weight[at] * (r * r - rest * rest) / 2;
+        sum.S += s->weight[at] * rest, sum.I += s->weight[at];
+    }
+    fault_fit fit = evaluate(sum, 0, SCALE_START);
+    fit.factor += base;
+    return fit;
+}
+
+/* z = a y_0 + b y_3; b: the fault begins within the first tick. A share from MIN_WEAKNESS to 1 is lost. */
+fault_fit faults_fit_weakness(const real S[SIGNS], const real I[SIGNS * SIGNS])
+{
+    const real a = MEAN_WEAKNESS, b = -MEAN_WEAKNESS * FIRST;
+    const real base = a * S[0] + b * S[3] - (a * a * I[0] + 2 * a * b * I[3] + b * b * I[15]) / 2;
+    const line_sums sum = {base, I[15], I[3], I[0], S[3] - a * I[3] - b * I[15], S[0] - a * I[0] - b * I[3]};
+    fault_fit fit = evaluate_line(sum, FIRST_SD, WEAKNESS);
+    const real lost = -fit.value - a, nearest = larger(smaller(lost, 1), MIN_WEAKNESS), off = nearest - lost;
+    const real info = I[0] - I[3] * I[3] / (I[15] + 1 / (FIRST_SD * FIRST_SD)) + 1 / (WEAKNESS * WEAKNESS);
+    fit.factor -= off * off * info / 2;
+    fit.value = 1 - nearest;
+    return fit;
+}
+
+/* z = -y_0 + b y_3. */
+fault_fit faults_fit_break(const real S[SIGNS], const real I[SIGNS * SIGNS])
+{
+    const sums sum = {S[3] + I[3], I[15]};
+    fault_fit fit = evaluate(sum, FIRST, FIRST_SD);
+    fit.factor -= S[0] + I[0] / 2;
+    fit.value = 0;
+    return fit;
+}
+
+/* Return the variance of a tension that is really there. */
+static real tension_variance(const faults *s, size_t muscle, real tension)
+{
+    const real error = s->tension_error[muscle] * tension, noise = s->tension_noise[muscle];
+    return noise * noise + error * error;
+}
+
+/* z = -y_0 + (force + c) y_1 + k y_2, with a small c, since the begin is not exact. */
+fault_fit faults_fit_spring(const faults *s, size_t i, const real S[SIGNS], const real I[SIGNS * SIGNS], real force)
+{
+    const real base = -(I[0] + force * force * I[5]) / 2 - S[0] + force * (S[1] + I[1]);
+    const line_sums sum = {base, I[5], I[6], I[10], S[1] + I[1] - force * I[5], S[2] + I[2] - force * I[6]};
+    fault_fit fit = evaluate_line(sum, sqrt(tension_variance(s, i, force)), STIFFNESS);
+    if (fit.value < 0) fit.factor = IMPOSSIBLE;
+    return fit;
+}
+
 fault_fit faults_fit_swap(const faults *s, size_t i, size_t other, real begin)
 {
     fault_fit fit = {0, 0};
@@ -100,13 +159,6 @@ fault_fit faults_fit_swap(const faults *s, size_t i, size_t other, real begin)
         fit.factor += s->weight[at] * (s->residual[at] * s->residual[at] - rest * rest) / 2;
     }
     return fit;
-}
-
-/* Return the variance of a tension that is really there. */
-static real tension_variance(const faults *s, size_t muscle, real tension)
-{
-    const real error = s->tension_error[muscle] * tension, noise = s->tension_noise[muscle];
-    return noise * noise + error * error;
 }
 
 fault_fit faults_fit_dead(const faults *s, size_t i, real begin)

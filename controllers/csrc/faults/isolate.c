@@ -4,11 +4,12 @@
    suspect and is not used; after MAX_WAIT ticks the most probable one is reported with its confidence. */
 #include "hypotheses.h"
 
-enum { MAX_WAIT = WINDOW, HYPOTHESES = 16, ENCODER_WAIT = 8 };
+enum { MAX_WAIT = WINDOW, HYPOTHESES = 16, ENCODER_WAIT = 8, MAX_FOLLOWED = WINDOW };
 /* Possible ticks of a fault before the suspicion. A swap is noticed soon, since its deviation is constant. */
 enum { BEGINS = 11, MAX_SWAP_DELAY = 3 };
 static const int BEFORE[BEGINS] = {0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32};
 static const real MIN_CONFIDENCE = (real)0.99;
+static const real MIN_FACTOR = (real)4.6; /* logarithm of 100 */
 
 typedef struct {
     enum fault_kind kind;
@@ -38,8 +39,22 @@ static int is_available(const faults *s, size_t channel)
     return s->weight[faults_at(s, channel, s->clock[0])] > 0;
 }
 
+/* Add a broken cable and a jammed motor, which hold the measured length and change the motion. A jammed motor need not
+   change it. If the motion is not known, a cable is broken only if its length is equal in all ticks. */
+static void add_moved(faults *s, size_t i, fault_fit stuck, fault_fit hold, real begin, hypotheses *all)
+{
+    real moved;
+    if (s->motion_begin[0] < 0) return;
+    const int is_known = s->followed[0] >= 0;
+    fault_fit jammed = faults_fit_moved(s, i, FAULT_JAMMED, &moved), broken = faults_fit_moved(s, i, FAULT_BROKEN, &moved);
+    jammed.factor = hold.factor + larger(jammed.factor, 0);
+    broken.factor += is_known ? larger(stuck.factor, hold.factor) : stuck.factor;
+    add(all, FAULT_BROKEN, i, broken, begin);
+    add(all, FAULT_JAMMED, i, jammed, begin);
+}
+
 /* Add the hypotheses of a muscle and its sensors for one begin. */
-static void add_muscle(const faults *s, size_t i, real begin, hypotheses *all)
+static void add_muscle(faults *s, size_t i, real begin, hypotheses *all)
 {
     const size_t m = s->m, tension = m + i;
     const int has_tension = is_available(s, tension);
@@ -47,13 +62,19 @@ static void add_muscle(const faults *s, size_t i, real begin, hypotheses *all)
     add(all, FAULT_LENGTH_STUCK, m + i, stuck, begin);
     add(all, FAULT_LENGTH_BIAS, m + i, bias, begin);
     add(all, FAULT_LENGTH_SCALE, m + i, faults_fit_scale(s, i, begin), begin);
-    if (!has_tension) return;
+    const fault_fit hold = faults_fit_hold(s, i, begin);
+    if (!has_tension) {
+        add_moved(s, i, stuck, hold, begin, all);
+        return;
+    }
     const fault_fit dead = faults_fit_dead(s, tension, begin);
     const fault_fit broken = {dead.factor + larger(stuck.factor, bias.factor), 0};
     add(all, FAULT_TENSION_DEAD, m + tension, dead, begin);
     add(all, FAULT_BROKEN, i, broken, begin);
     add(all, FAULT_WEAK, i, faults_fit_weak(s, tension, begin), begin);
-    add(all, FAULT_JAMMED, i, faults_fit_jam(s, tension, begin), begin);
+    fault_fit jam = faults_fit_jam(s, tension, begin);
+    jam.factor += larger(hold.factor, 0);
+    add(all, FAULT_JAMMED, i, jam, begin);
     const fault_fit frozen = faults_fit_stuck(s, tension, begin);
     add(all, FAULT_TENSION_STUCK, m + tension, frozen, begin);
 }
@@ -121,11 +142,13 @@ static void decide(faults *s, size_t i, const hypothesis *found, real step, real
         release(s, found->other);
         report(s, found, m + found->other, i, step, confidence);
     }
-    if (found->kind == FAULT_BROKEN) s->usable[m + i] = 0, s->bound[i] = 0;
-    if (found->kind == FAULT_WEAK) s->bound[i] = found->fit.value * s->f_max[i];
+    if (found->kind == FAULT_BROKEN || found->kind == FAULT_JAMMED) s->usable[m + i] = 0;
+    if (found->kind == FAULT_BROKEN) s->bound[i] = 0;
+    if (found->kind == FAULT_WEAK) s->bound[i] = larger(found->fit.value, 0) * s->f_max[i];
     if (found->kind == FAULT_JAMMED) s->bound[i] = s->predicted[faults_at(s, m + i, found->begin)];
     for (size_t k = 2 * m; k < s->c; k++) release(s, k);
     for (size_t k = 0; k < s->c; k++) restart(s, k);
+    faults_forget_motion(s);
 }
 
 static void isolate_muscle(faults *s, size_t i)
@@ -153,7 +176,7 @@ static void isolate_muscle(faults *s, size_t i)
         release(s, i), release(s, m + i);
         return;
     }
-    decide(s, i, &all.list[best], now > 0 ? s->now[0] / now : 0, confidence);
+    decide(s, i, &all.list[best], s->step, confidence);
 }
 
 /* A changed pair of lengths can look like an error of an encoder, but then the lengths become suspect too. */
@@ -162,9 +185,72 @@ static void isolate_encoder(faults *s, size_t channel)
     if (s->run[channel] == 0 && s->clock[0] - s->suspicion[channel] < ENCODER_WAIT) return;
     const hypothesis found = {FAULT_ENCODER_STUCK, faults_part(s, channel), (size_t)-1,
                               {s->level[channel] * s->limit, 0}, s->onset[channel]};
-    report(s, &found, found.part, found.other, s->clock[0] > 0 ? s->now[0] / s->clock[0] : 0, 1);
+    report(s, &found, found.part, found.other, s->step, 1);
     release(s, channel);
     for (size_t k = 0; k < s->c; k++) restart(s, k);
+    faults_forget_motion(s);
+}
+
+/* The hypothesis of a kind from the motion; the motor of a broken cable or a jammed motor may hold the length. */
+static hypothesis lost_force(const faults *s, size_t i, enum fault_kind kind)
+{
+    hypothesis own = {kind, i, (size_t)-1, {0, 0}, s->clock[0]};
+    own.fit = faults_fit_moved(s, i, kind, &own.begin);
+    if (kind == FAULT_BROKEN) own.fit.factor += s->evidence[i];
+    if (kind == FAULT_JAMMED) own.fit.factor += larger(faults_fit_hold(s, i, own.begin).factor, 0);
+    return own;
+}
+
+/* Find the most probable lost force among all muscles but `except`; return whether there is one. */
+static int find_lost(const faults *s, size_t except, hypothesis *found)
+{
+    int is_found = 0;
+    for (size_t i = 0; i < s->m; i++)
+        for (int kind = FAULT_BROKEN; kind <= FAULT_WEAK && i != except && s->kind[i] == 0; kind++) {
+            const hypothesis own = lost_force(s, i, (enum fault_kind)kind);
+            if (!is_found || own.fit.factor > found->fit.factor) *found = own, is_found = 1;
+        }
+    return is_found;
+}
+
+/* Return the sum of the probabilities of all lost forces relative to one of them. */
+static real sum_lost(const faults *s, real factor)
+{
+    real sum = 0;
+    for (size_t i = 0; i < s->m; i++)
+        for (int kind = FAULT_BROKEN; kind <= FAULT_WEAK && s->kind[i] == 0; kind++) {
+            const real difference = lost_force(s, i, (enum fault_kind)kind).fit.factor - factor;
+            sum += difference > -50 ? exponential(difference) : 0;
+        }
+    return sum;
+}
+
+/* Return whether a length may be held, so that its muscle may be lost. */
+static int is_held(const faults *s)
+{
+    int is_held = 0;
+    for (size_t i = 0; i < s->m; i++) is_held |= s->evidence[i] > 0;
+    return is_held;
+}
+
+/* A lost force is more probable than nothing and than an unknown load by the factors of the stated false alarms, if
+   loads change at most once per window. If the muscle remains uncertain, the two most probable ones are reported. */
+void faults_isolate_motion(faults *s, real h)
+{
+    hypothesis best, second;
+    if (!find_lost(s, s->m, &best)) return;
+    const real factor = best.fit.factor, load = faults_load_factor(s), wait = s->followed[0];
+    if (!(factor > s->repeat_limit && factor - load > s->repeat_limit - logarithm((real)WINDOW))) {
+        if ((load - factor > MIN_FACTOR && !is_held(s)) || wait > MAX_FOLLOWED) faults_accept_load(s);
+        return;
+    }
+    const real confidence = 1 / sum_lost(s, factor);
+    if (confidence < MIN_CONFIDENCE && wait < MAX_WAIT) return;
+    if (confidence < MIN_CONFIDENCE && find_lost(s, best.part, &second) && factor - second.fit.factor < MIN_FACTOR) {
+        best.other = second.part, second.other = best.part;
+        decide(s, second.part, &second, h, confidence * exponential(second.fit.factor - factor));
+    }
+    decide(s, best.part, &best, h, confidence);
 }
 
 void faults_isolate(faults *s)

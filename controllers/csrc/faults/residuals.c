@@ -83,6 +83,20 @@ int faults_pose(faults *s)
     return distance <= MAX_DISTANCE * MAX_DISTANCE ? FAULTS_POSE_NEAR : FAULTS_POSE_FAR;
 }
 
+/* Return the standard deviation of the error of an encoder's prediction that the constant errors of the lengths cause.
+   `solved`: column of C; with C without the sensor, it is larger by 1 / independent. */
+static real error_by_lengths(const faults *s, const real *solved, real independent)
+{
+    real sum = 0;
+    for (size_t i = 0; i < s->m; i++) {
+        const real noise = s->length_noise[i], difference = s->lengths[i] - s->path_lengths[i];
+        if (!faults_is_used(s, i) || !faults_is_measured(noise) || !faults_is_number(difference)) continue;
+        const real effect = cholesky_dot(s->n, s->jacobian + i * s->n, solved) / (noise * noise) * s->length_error[i];
+        sum += effect * effect;
+    }
+    return sqrt(sum) / independent;
+}
+
 void faults_fit(faults *s)
 {
     const size_t n = s->n;
@@ -98,12 +112,13 @@ void faults_fit(faults *s)
         memcpy(s->solved, row, n * sizeof(real));
         cholesky_solve(n, s->factor, s->solved);
         const real spread = cholesky_dot(n, row, s->solved);
-        real residual = difference - cholesky_dot(n, row, s->shift), weight = 1 / (variance + spread);
+        real residual = difference - cholesky_dot(n, row, s->shift), weight = 1 / (variance + spread), independent = 1;
         if (faults_is_used(s, i)) {
-            const real independent = 1 - spread / variance;
+            independent = 1 - spread / variance;
             residual /= independent;
             weight = independent > MIN_INDEPENDENT ? independent / variance : 0;
         }
+        s->error[i] = i < s->m ? s->length_error[i] : weight > 0 ? error_by_lengths(s, s->solved, independent) : 0;
         const real measured = i < s->m ? s->lengths[i] : s->encoders[i - 2 * s->m];
         store(s, i, measured - residual, weight > 0 ? residual : 0, weight);
         faults_count(s, i, measured, variance);

@@ -10,12 +10,13 @@
 #include "../../../sim_dart/csrc/named_arrays.h"
 #include "faults.h"
 
-enum { WINDOW = 64 };
+enum { WINDOW = 64, MOTION_WINDOW = 32, ONSETS = 3, SIGNS = 4, TURN = 1 << 20 };
 
 /* ARRAY(name, number of reals); the arrays from clock to suspicion form the internal state. c channels, p parts. */
 #define FAULTS_REMEMBERED(ARRAY)                                                                       \
-    ARRAY(clock, 1)        /* ticks since the reset */                                                 \
-    ARRAY(now, 1)          /* in [s] */                                                                \
+    ARRAY(clock, 1)        /* ticks since the reset, minus multiples of TURN */                        \
+    ARRAY(now, 1)          /* in [s]; its rounding error */                                            \
+    ARRAY(now_rest, 1)                                                                                 \
     ARRAY(sent, WINDOW *m) /* commands with limited rates */                                           \
     ARRAY(expected, m)     /* tension behind the lag of the motor */                                   \
     ARRAY(residual, WINDOW *c)                                                                         \
@@ -26,7 +27,9 @@ enum { WINDOW = 64 };
     ARRAY(last_change, c)                                                                              \
     ARRAY(seen, c)         /* number of measurements, of repeated values */                            \
     ARRAY(repeats, c)                                                                                  \
-    ARRAY(roughness, c)    /* sum of squared second differences */                                     \
+    ARRAY(roughness, c)    /* sum of squared second differences of a block, and their number */        \
+    ARRAY(rough, c)                                                                                    \
+    ARRAY(smoothest, c)    /* smallest mean of a block */                                              \
     ARRAY(resolution, c)   /* smallest change */                                                       \
     ARRAY(run, c)          /* repeated values up to now, and their log likelihood ratio */             \
     ARRAY(evidence, c)                                                                                 \
@@ -41,7 +44,33 @@ enum { WINDOW = 64 };
     ARRAY(usable, p)                                                                                   \
     ARRAY(suspect, p)                                                                                  \
     ARRAY(bound, m)                                                                                    \
-    ARRAY(suspicion, c)    /* tick at which a channel became suspect; -1: it is not */
+    ARRAY(suspicion, c)    /* tick at which a channel became suspect; -1: it is not */                 \
+    ARRAY(motion_begin, 1) /* tick of the start of the filter; -1: none. Its last tick */              \
+    ARRAY(motion_tick, 1)                                                                              \
+    ARRAY(motion_state, 6 * n) /* of two filters */                                                    \
+    ARRAY(motion_covariance, 18 * n *n)                                                                \
+    ARRAY(motion_force, m)    /* behind the lag of the motors, at the end of the tick */               \
+    ARRAY(motion_gain, MOTION_WINDOW * 3 * n *n)                                                       \
+    ARRAY(motion_mobility, MOTION_WINDOW * n *n)                                                       \
+    ARRAY(motion_factor, MOTION_WINDOW * n *n)                                                         \
+    ARRAY(motion_white, MOTION_WINDOW * n)                                                             \
+    ARRAY(motion_forces, MOTION_WINDOW * m)                                                            \
+    ARRAY(motion_lengths, MOTION_WINDOW * m)                                                           \
+    ARRAY(motion_jacobian, MOTION_WINDOW * m *n)                                                       \
+    ARRAY(motion_agile, MOTION_WINDOW)                                                                 \
+    ARRAY(agility, 1)         /* factor of the variance of the drift */                                \
+    ARRAY(followed, 1)        /* ticks since a change was detected; -1: none */                        \
+    ARRAY(began, ONSETS)      /* ticks at which it may have begun; for each of these: */               \
+    ARRAY(force_began, ONSETS *m)                                                                      \
+    ARRAY(length_began, ONSETS *m)                                                                     \
+    ARRAY(signatures, ONSETS * (n + SIGNS * m) * 3 * n) /* of unit loads and of muscles */             \
+    ARRAY(load_score, ONSETS *n)                                                                       \
+    ARRAY(load_info, ONSETS *n *n)                                                                     \
+    ARRAY(score, ONSETS * m * SIGNS)                                                                   \
+    ARRAY(info, ONSETS * m * SIGNS * SIGNS)                                                            \
+    ARRAY(squares, ONSETS)    /* sums of squared white innovations, of motion_agile; their number */   \
+    ARRAY(agile, ONSETS)                                                                               \
+    ARRAY(count, ONSETS)
 #define FAULTS_ARRAYS(ARRAY)                                                                           \
     ARRAY(lengths, m)                                                                                  \
     ARRAY(encoders, n)                                                                                 \
@@ -61,18 +90,35 @@ enum { WINDOW = 64 };
     ARRAY(command_delay, 1)                                                                            \
     ARRAY(start, 1)                                                                                    \
     ARRAY(f_max, m)                                                                                    \
+    ARRAY(acceleration, n)                                                                             \
+    ARRAY(mobility, n *n)                                                                              \
+    ARRAY(acting, m)                                                                                   \
+    ARRAY(velocity, n)                                                                                 \
+    ARRAY(load, n)                                                                                     \
+    ARRAY(load_noise, n)                                                                               \
+    ARRAY(load_change, n)                                                                              \
     FAULTS_REMEMBERED(ARRAY)                                                                           \
     ARRAY(normal, n *n)   /* of the least squares; its factor */                                       \
     ARRAY(factor, n *n)                                                                                \
     ARRAY(shift, n)                                                                                    \
     ARRAY(row, n)                                                                                      \
     ARRAY(solved, n)                                                                                   \
+    ARRAY(spread, n *n)   /* covariance of the fit */                                                  \
+    ARRAY(matrix, (n + SIGNS) * n)                                                                     \
+    ARRAY(signal_factor, n *n)                                                                         \
+    ARRAY(signal, n)                                                                                   \
+    ARRAY(agile_gain, 3 * n *n)                                                                        \
+    ARRAY(agile_factor, n *n)                                                                          \
+    ARRAY(agile_white, n)                                                                              \
+    ARRAY(substeps, 1)    /* q+ = q + h qd + substeps h^2 qdd, for equal steps within a tick */        \
+    ARRAY(error, c)       /* standard deviation of the constant error of a prediction */               \
     ARRAY(level, c)       /* largest statistic of each channel in this tick */                         \
     ARRAY(onset, c)       /* tick at which its window begins */
 
 struct faults {
     size_t n, m, c, p;
     real limit, repeat_limit; /* thresholds in this tick */
+    real step;                /* of this tick, in [s] */
     FAULTS_ARRAYS(NAMED_MEMBER)
 };
 
@@ -119,7 +165,14 @@ void faults_set_limits(faults *s, real h);
 /* Compute `level` and `onset` of a channel. */
 void faults_scan(faults *s, size_t channel);
 
-/* Decide about the suspect channels. */
+/* Decide about the suspect channels, and about the motion. */
 void faults_isolate(faults *s);
+void faults_isolate_motion(faults *s, real h);
+
+/* Advance the filter of the motion. Return whether a change can be a lost force. */
+int faults_follow_motion(faults *s, real h, int steps);
+/* Begin it again: after a fault; after a change of the load. */
+void faults_forget_motion(faults *s);
+void faults_accept_load(faults *s);
 
 #endif

@@ -7,11 +7,12 @@
    Repeated values: a sensor whose noise exceeds its resolution rarely repeats a value. If k of N values were repeated, the
    next one is repeated with probability (k + 1) / (N + 2) (uniform prior). A run of repeated values whose probability is
    less than a / 2 divided by the number of tests is an alarm. This is valid only if the noise exceeds the resolution:
-   second differences of the values, which hardly contain the motion, must be larger than the smallest change and
-   comparable to the noise of the settings. */
+   second differences of the values must be larger than the smallest change and comparable to the noise of the settings,
+   in the block of values in which they are smallest, since fast motion enlarges them: a sensor without noise is constant
+   when its joint rests, for example at a limit. */
 #include "state.h"
 
-enum { LAGS = 12, MIN_SEEN = 50 };
+enum { LAGS = 12, BLOCK = 48, MAX_SEEN = 1 << 20 };
 static const int LAG[LAGS] = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64};
 
 static const real HOUR = 3600;
@@ -38,9 +39,8 @@ void faults_set_limits(faults *s, real h)
 
 static int is_noisy(const faults *s, size_t i, real variance)
 {
-    const real N = s->seen[i], mean = s->roughness[i] / N, step = MIN_STEPS * s->resolution[i];
-    return N > MIN_SEEN && s->repeats[i] < MAX_REPEATS * N && mean > step * step &&
-           mean > 6 * MIN_NOISE * MIN_NOISE * variance;
+    const real mean = s->smoothest[i], step = MIN_STEPS * s->resolution[i];
+    return s->repeats[i] < MAX_REPEATS * s->seen[i] && mean > step * step && mean > 6 * MIN_NOISE * MIN_NOISE * variance;
 }
 
 /* A change of a value with a resolution is a multiple of it, apart from rounding errors. */
@@ -50,13 +50,23 @@ static void note_resolution(faults *s, size_t i, real change, real variance)
     if (s->resolution[i] == 0 || change < s->resolution[i]) s->resolution[i] = change;
 }
 
+static void add_roughness(faults *s, size_t i, real square)
+{
+    s->roughness[i] += square;
+    if (++s->rough[i] < BLOCK) return;
+    const real mean = s->roughness[i] / BLOCK;
+    if (s->smoothest[i] == 0 || mean < s->smoothest[i]) s->smoothest[i] = mean;
+    s->roughness[i] = s->rough[i] = 0;
+}
+
 void faults_count(faults *s, size_t i, real measured, real variance)
 {
     const real change = measured - s->last[i], second = change - s->last_change[i];
     s->last[i] = measured;
+    if (s->seen[i] == MAX_SEEN) s->seen[i] /= 2, s->repeats[i] /= 2;
     if (s->seen[i]++ == 0) return;
     if (change != 0) {
-        if (s->seen[i] > 2) s->roughness[i] += second * second;
+        if (s->seen[i] > 2) add_roughness(s, i, second * second);
         note_resolution(s, i, fabs(change), variance);
         note_resolution(s, i, fabs(second), variance);
         s->last_change[i] = change;
@@ -68,14 +78,9 @@ void faults_count(faults *s, size_t i, real measured, real variance)
     s->repeats[i]++;
 }
 
-static real model_error(const faults *s, size_t channel)
-{
-    return channel < s->m ? s->length_error[channel] : 0;
-}
-
 void faults_scan(faults *s, size_t i)
 {
-    const real now = s->clock[0], e = model_error(s, i);
+    const real now = s->clock[0], e = s->error[i];
     real S = 0, I = 0, best = 0;
     int lag = 0;
     s->onset[i] = now;

@@ -92,6 +92,17 @@ def test_broken_cable_has_no_force_left_and_its_length_sensor_is_not_used() -> N
     assert lost == [MUSCLE, MUSCLE + Bench.m]
 
 
+def test_ticks_are_counted_from_zero_again_without_any_effect() -> None:
+    found = []
+    for start in (0, 2**20):
+        monitor = FaultMonitor(Bench.n, Bench.m)
+        monitor.array("clock")[0] = start
+        run_until_found(monitor, Bench(3), "length_bias")
+        found.append([monitor.array(name).copy() for name in ("kind", "statistic", "value")])
+    assert monitor.array("clock")[0] < 2**20
+    assert np.array_equal(*found)
+
+
 def test_broken_cable_is_found_without_tension_sensors_as_a_stuck_length() -> None:
     monitor, bench, fault = FaultMonitor(Bench.n, Bench.m), Bench(2), Fault("broken")
     for now in bench.ticks(END):
@@ -112,13 +123,17 @@ def test_unknown_load_is_not_a_fault() -> None:
 
 
 @pytest.mark.parametrize("resolution", [1e-5, 1e-3])
-def test_constant_values_of_a_sensor_without_noise_are_not_a_fault(resolution: float) -> None:
-    """Encoders of a robot at rest repeat their values."""
+@pytest.mark.parametrize("fall", [0.0, 40.0])
+def test_constant_values_of_a_sensor_without_noise_are_not_a_fault(
+    resolution: float, fall: float
+) -> None:
+    """Encoders of a robot at rest repeat their values, also after a fall to its limits."""
     monitor, bench = FaultMonitor(Bench.n, Bench.m), Bench(5)
     monitor.write(length_noise=max(1e-4, resolution), length_error=resolution)
     for now in bench.ticks(3 * BEGIN):
         if now.tick == 2 * BEGIN:
-            rest = now.q
+            rest = now.q + fall / 2.0 * (0.1 * BEGIN * STEP) ** 2
+        now.q = now.q + fall / 2.0 * (max(min(now.tick, 2 * BEGIN) - 1.9 * BEGIN, 0.0) * STEP) ** 2
         if now.tick >= 2 * BEGIN:
             now.q = rest
         exact = now._rest + now.L @ now.q

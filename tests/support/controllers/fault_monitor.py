@@ -36,6 +36,7 @@ class FaultMonitor:
         c.faults_array.argtypes = [pointer, ctypes.c_char_p, ctypes.POINTER(size)]
         c.faults_reset.argtypes = c.faults_pose.argtypes = [pointer]
         c.faults_tick.argtypes = [pointer, ctypes.c_double]
+        c.faults_move.argtypes = [pointer, ctypes.c_double, ctypes.c_int]
         self.n, self.m, self._c = n, m, c
         self._memory = np.zeros(c.faults_size(n, m) // 8 + 1)
         self._handle = c.faults_open(n, m, self._memory.ctypes.data)
@@ -72,6 +73,11 @@ class FaultMonitor:
     def tick(self) -> int:
         """Process the inputs and return the number of parts with faults."""
         count: int = self._c.faults_tick(self._handle, STEP)
+        return count
+
+    def move(self, steps: int) -> int:
+        """Process the motion of the last tick and return the number of parts with faults."""
+        count: int = self._c.faults_move(self._handle, STEP, steps)
         return count
 
     @property

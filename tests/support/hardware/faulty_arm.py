@@ -31,6 +31,7 @@ OF_ESTIMATOR = {
     **{"length_noise": NOISE, "encoder_noise": NOISE, "acceleration_noise": 1.0},
     **{"load_drift": 3.0, "exact_transition": False},
 }
+LOAD_NOISE, LOAD_CHANGE = 0.05, 3.0  # of unknown loads, in [N m/sqrt(s)] and [N m]
 
 
 class Moment(NamedTuple):
@@ -93,7 +94,9 @@ class FaultyArm:
         self._core = self.estimator._core
         self.tracks = self.estimator.settings.estimates_offsets
         self.monitor = FaultMonitor(self.n, self.m, rate)
-        self.monitor.write(motor_lag=LAG, f_max=dynamics.f_max)
+        self.monitor.write(
+            motor_lag=LAG, f_max=dynamics.f_max, load_noise=LOAD_NOISE, load_change=LOAD_CHANGE
+        )
         self.monitor.write(encoder_noise=self.estimator.settings.encoder_noise)
         self.reset()
 
@@ -142,8 +145,9 @@ class FaultyArm:
         estimator.encoders[:] += self._random.normal(0.0, self._rough, n)
         tensions = state[2 * n + m : 2 * n + 2 * m]
         estimator.tensions[:] = tensions if self.has_tensions else self._command
-        count = self._test(tensions) if self.is_monitored else 0
-        estimator.tick(INNER, round(STEP / INNER) if self.ticks else 0)
+        if self.is_monitored:
+            self._test(tensions)
+        count = self._move(round(STEP / INNER) if self.ticks else 0)
         reference = np.array(self.reference(self.time))
         self._loop.tick(estimator.q.copy(), estimator.qd.copy(), reference, estimator.w.copy())
         self._command = self._loop.acting
@@ -159,7 +163,23 @@ class FaultyArm:
         kinds = self.monitor.array("kind")
         return {(KINDS[int(kinds[p])], self.parts[p]) for p in np.flatnonzero(kinds)}
 
-    def _test(self, tensions: FloatArray) -> int:
+    def _move(self, steps: int) -> int:
+        """Estimate, and test the motion, as estimator.fmu does. Return the number of faults."""
+        estimator, monitor, n = self.estimator, self.monitor, self.n
+        before, load = estimator.qd.copy(), estimator.w.copy()
+        estimator.tick(INNER, steps)
+        change = estimator.qd - estimator.array("shift", -1)[n : 2 * n] - before
+        mobility = estimator.array("matrix", n * n).reshape(n, n)
+        monitor.write(
+            acceleration=change / STEP + mobility @ load,
+            mobility=mobility,
+            acting=estimator.array("last_tensions", self.m),
+            velocity=before,
+            load=load,
+        )
+        return self.monitor.move(steps) if self.is_monitored and self._is_near else int(np.count_nonzero(monitor.array("kind")))
+
+    def _test(self, tensions: FloatArray) -> None:
         """Test the measurements; leave out those of suspect sensors, as estimator.fmu does."""
         estimator, monitor, m = self.estimator, self.monitor, self.m
         monitor.write(
@@ -169,19 +189,20 @@ class FaultyArm:
             commands=self._command,
             q=estimator.q + STEP * estimator.qd * (self.ticks > 0),
         )
-        self._move()
+        self._evaluate()
         is_near = False
         for _ in range(5):
             if not is_near:
                 is_near = monitor.fit_pose()
-                self._move()
-        count = monitor.tick() if is_near else int(np.count_nonzero(monitor.array("kind")))
+                self._evaluate()
+        self._is_near = is_near
+        if is_near:
+            monitor.tick()
         lost = (monitor.array("usable") == 0) | (monitor.array("suspect") != 0)
         estimator.lengths[lost[m : 2 * m]] = np.nan
         estimator.encoders[lost[3 * m :]] = np.nan
-        return count
 
-    def _move(self) -> None:
+    def _evaluate(self) -> None:
         core, q = self._core, self.monitor.array("q")
         core.move(core.handle, q.tobytes())
         self.monitor.write(

@@ -236,9 +236,11 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     GROUP(encoder_faults, ANY)                                                                                \
     GROUP(bounds, ANY)                                                                                        \
     GROUP(fault_report, ANY)
-/* watched: muscles, monitors: 1; both 0 without detection of faults. tracked: muscles; 0 if offsets are constant */
+/* watched: muscles, joints: coordinates, monitors: 1; all 0 without detection of faults. tracked: muscles; 0 if offsets are
+   constant */
 #define ESTIMATOR_COUNTS(COUNT)                                                                               \
-    COUNT(units) COUNT(muscles) COUNT(tracked) COUNT(numbers) COUNT(watched) COUNT(monitors) COUNT(models)
+    COUNT(units) COUNT(muscles) COUNT(tracked) COUNT(numbers) COUNT(watched) COUNT(joints) COUNT(monitors)    \
+    COUNT(models)
 #define FAULT_FIELDS(FIELD)                                                                                   \
     FIELD(double, false_alarms_per_hour, 1, monitors)                                                         \
     FIELD(double, motor_lag, 1, monitors)                                                                     \
@@ -248,7 +250,9 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(double, length_error, 1, watched)                                                                   \
     FIELD(double, tension_noise, 1, watched)                                                                  \
     FIELD(double, tension_error, 1, watched)                                                                  \
-    FIELD(double, f_max, 1, watched)
+    FIELD(double, f_max, 1, watched)                                                                          \
+    FIELD(double, load_noise, 1, joints)                                                                      \
+    FIELD(double, load_change, 1, joints)
 #define ESTIMATOR_COPIED_FIELDS(FIELD)                                                                        \
     FIELD(double, length_noise, 1, muscles)                                                                   \
     FIELD(double, encoder_noise, 1, q)                                                                        \

@@ -30,7 +30,7 @@ int fault_monitor_open(struct fault_monitor *s, const struct estimator_settings 
         return 0;
     const int n = (int)robot->n, m = (int)robot->m;
     const size_t size = faults_size(n, m);
-    void *memory = settings->of.watched.count == robot->m && size ? malloc(size) : NULL;
+    void *memory = settings->of.watched.count == robot->m && settings->of.joints.count == robot->n && size ? malloc(size) : NULL;
     if (!memory) {
         text_set(error, size ? "native.bin does not match its estimator" : "too many muscles to detect faults");
         return 1;
@@ -42,6 +42,8 @@ int fault_monitor_open(struct fault_monitor *s, const struct estimator_settings 
 #undef COPY
     memcpy(array(s, "length_noise"), settings->length_noise, robot->m * sizeof(double));
     memcpy(array(s, "encoder_noise"), settings->encoder_noise, robot->n * sizeof(double));
+    if (settings->frames[0] != 0) /* a horizon has no predicted velocity */
+        memset(array(s, "load_change"), 0, robot->n * sizeof(double));
     return 0;
 }
 
@@ -130,10 +132,33 @@ void fault_monitor_tick(struct fault_monitor *s, double h)
 {
     if (!s->faults)
         return;
+    const size_t n = s->robot->n;
     read_measurements(s, h);
-    if (!find_pose(s))
+    memcpy(array(s, "velocity"), of_estimator(s, "state") + n, n * sizeof(double));
+    memcpy(array(s, "load"), of_estimator(s, "state") + 2 * n, n * sizeof(double));
+    s->is_near = !find_pose(s);
+    if (s->is_near)
         faults_tick(s->faults, h);
     replace_measurements(s);
+    fault_monitor_write(s);
+}
+
+/* The acceleration without loads is that of the prediction, before the correction, which contains the last loads. */
+void fault_monitor_move(struct fault_monitor *s, double h, int steps)
+{
+    if (!s->faults || !s->is_near || steps < 1)
+        return;
+    const size_t n = s->robot->n;
+    const double *velocity = array(s, "velocity"), *load = array(s, "load"), *mobility = of_estimator(s, "matrix");
+    const double *predicted = of_estimator(s, "state") + n, *shift = of_estimator(s, "shift") + n;
+    double *acceleration = array(s, "acceleration");
+    for (size_t j = 0; j < n; j++) {
+        acceleration[j] = (predicted[j] - shift[j] - velocity[j]) / (h * steps);
+        for (size_t k = 0; k < n; k++) acceleration[j] += mobility[j * n + k] * load[k];
+    }
+    memcpy(array(s, "mobility"), mobility, n * n * sizeof(double));
+    memcpy(array(s, "acting"), of_estimator(s, "last_tensions"), s->robot->m * sizeof(double));
+    faults_move(s->faults, h * steps, steps);
     fault_monitor_write(s);
 }
 

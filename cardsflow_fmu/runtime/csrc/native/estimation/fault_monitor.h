@@ -16,6 +16,7 @@ struct fault_monitor {
     const struct estimator_settings *settings;
     const struct native_robot *robot;
     estimator *estimator;
+    int is_near; /* whether the pose was found in this tick */
     struct fault_variables out;
 };
 
@@ -27,6 +28,9 @@ void fault_monitor_reset(struct fault_monitor *s);
 /* Test the measurements in the arrays of the estimator, whose last tick was h seconds ago. Measurements of suspect
    sensors and of sensors with faults are replaced, so that the estimator does not use them. */
 void fault_monitor_tick(struct fault_monitor *s, double h);
+
+/* Test the motion after the tick of the estimator, in steps of h. */
+void fault_monitor_move(struct fault_monitor *s, double h, int steps);
 
 /* Return the internal state and its length; 0 numbers without detection. */
 double *fault_monitor_state(const struct fault_monitor *s, size_t *length);
