@@ -233,15 +233,17 @@ static int is_held(const faults *s)
     return is_held;
 }
 
-/* A lost force is more probable than nothing and than an unknown load by the factors of the stated false alarms, if
-   loads change at most once per window. If the muscle remains uncertain, the two most probable ones are reported. */
+/* A lost force is more probable than an unknown load by the factor of the stated false alarms; as long as no load has
+   changed, loads change at most once per window. If the muscle remains uncertain, the two most probable ones are
+   reported. */
 void faults_isolate_motion(faults *s, real h)
 {
     hypothesis best, second;
     if (!find_lost(s, s->m, &best)) return;
     const real factor = best.fit.factor, load = faults_load_factor(s), wait = s->followed[0];
-    if (!(factor > s->repeat_limit && factor - load > s->repeat_limit - logarithm((real)WINDOW))) {
-        if ((load - factor > MIN_FACTOR && !is_held(s)) || wait > MAX_FOLLOWED) faults_accept_load(s);
+    const real limit = s->repeat_limit - (faults_is_loaded(s) ? 0 : logarithm((real)WINDOW));
+    if (!(factor > s->repeat_limit && factor - load > limit)) {
+        if ((load - factor > MIN_FACTOR && !is_held(s)) || wait > MAX_FOLLOWED) faults_accept_load(s, 1);
         return;
     }
     const real confidence = 1 / sum_lost(s, factor);

@@ -1,15 +1,16 @@
-/* Signatures of lost forces and of loads in the innovations, see motion.h. */
-#include "motion.h"
+/* Signatures of lost forces and of loads in the innovations, see motion_filter.h. */
+#include "motion_filter.h"
 
 #include "../../../sim_dart/csrc/math/cholesky.h"
 #include "hypotheses.h"
 
 #include <string.h>
 
-enum { AGES = 11, LAGS = 8 };
+enum { AGES = 11, LAGS = 8, SHARES = 3, LOADED = 32 * WINDOW };
 /* Possible ticks of a change before its detection, and lengths of the sums. */
 static const int AGE[AGES] = {0, 1, 2, 3, 4, 6, 8, 11, 15, 20, 27};
 static const int LAG[LAGS] = {1, 2, 3, 4, 6, 10, 16, 28};
+static const real SHARE[SHARES] = {1, (real)0.3, (real)0.1}; /* of the usual change of loads */
 
 /* Advance the signature x of a load by a tick. Return its part of the white innovation in s->signal. */
 static void advance_signature(faults *s, const motion_record *at, const real *load, real h, real *x)
@@ -80,24 +81,38 @@ static void clear(faults *s, size_t o)
     s->squares[o] = s->count[o] = s->agile[o] = 0;
 }
 
-/* Log Bayes factor of the most probable one of: a constant load from an onset; changing loads; larger innovations. */
-static real log_factor_of_load(faults *s, size_t o)
+/* Log Bayes factor of a constant load from an onset, with a share of the usual change of loads. */
+static real log_factor_of_change(faults *s, size_t o, real share)
 {
     const size_t n = s->n;
-    const real N = s->count[o], mean = s->squares[o] / larger(N, 1);
-    real constant = 0, *solved = s->solved;
+    real *solved = s->solved, sum = 0;
     for (size_t j = 0; j < n; j++) {
+        const real change = share * s->load_change[j];
         for (size_t k = 0; k < n; k++) s->matrix[j * n + k] = s->load_info[o * n * n + j * n + k];
-        s->matrix[j * n + j] += 1 / (s->load_change[j] * s->load_change[j]);
+        s->matrix[j * n + j] += 1 / (change * change);
         solved[j] = s->load_score[o * n + j];
+        sum -= logarithm(change);
     }
-    if (!cholesky_factor(n, s->matrix, s->signal_factor)) {
-        motion_whiten(n, s->signal_factor, solved);
-        constant = cholesky_dot(n, solved, solved) / 2;
-        for (size_t j = 0; j < n; j++) constant -= logarithm(s->load_change[j] * s->signal_factor[j * n + j]);
-    }
-    constant = larger(constant, s->agile[o]);
-    return larger(constant, mean > 1 ? N * (mean - 1 - logarithm(mean)) / 2 : 0);
+    if (cholesky_factor(n, s->matrix, s->signal_factor)) return 0;
+    motion_whiten(n, s->signal_factor, solved);
+    for (size_t j = 0; j < n; j++) sum -= logarithm(s->signal_factor[j * n + j]);
+    return sum + cholesky_dot(n, solved, solved) / 2;
+}
+
+int faults_is_loaded(const faults *s)
+{
+    return s->accepted[0] >= 0 && s->clock[0] - s->accepted[0] < LOADED;
+}
+
+/* The most probable one of: a constant load, of any size if loads have changed lately; changing loads; larger
+   innovations. */
+static real log_factor_of_load(faults *s, size_t o)
+{
+    const real N = s->count[o], mean = s->squares[o] / larger(N, 1);
+    real best = larger(s->agile[o], mean > 1 ? N * (mean - 1 - logarithm(mean)) / 2 : 0);
+    const size_t shares = faults_is_loaded(s) ? SHARES : 1;
+    for (size_t k = 0; k < shares; k++) best = larger(best, log_factor_of_change(s, o, SHARE[k]));
+    return best;
 }
 
 static real oldest(const faults *s)
@@ -208,7 +223,7 @@ int faults_follow_motion(faults *s, real h, int steps)
         follow(s, s->onset[suspect] - 1, now, h);
     } else if (suspect == s->c && is_changed(s)) {
         const real onset = find_onset(s, h);
-        if (onset - s->motion_begin[0] < WINDOW) faults_accept_load(s); /* the last change of the load continues */
+        if (onset - s->motion_begin[0] < WINDOW) faults_accept_load(s, 1); /* the last change of the load continues */
         else follow(s, onset - 1, now, h);
     }
     return s->followed[0] >= 0 && suspect == s->c;

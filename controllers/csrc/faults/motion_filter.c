@@ -1,5 +1,5 @@
-/* Kalman filters of the motion, see motion.h. */
-#include "motion.h"
+/* Kalman filters of the motion. */
+#include "motion_filter.h"
 
 #include "../../../sim_dart/csrc/math/cholesky.h"
 
@@ -45,8 +45,9 @@ void faults_forget_motion(faults *s)
     s->motion_begin[0] = s->followed[0] = -1;
 }
 
-void faults_accept_load(faults *s)
+void faults_accept_load(faults *s, int is_change)
 {
+    if (is_change) s->accepted[0] = s->clock[0];
     const size_t N = 3 * s->n;
     memcpy(s->motion_state, s->motion_state + N, N * sizeof(real));
     memcpy(s->motion_covariance, s->motion_covariance + N * N, N * N * sizeof(real));
@@ -79,7 +80,7 @@ static void begin(faults *s, real h)
         P[(2 * n + j) * N + 2 * n + j] = load * load;
     }
     memcpy(s->motion_force, s->acting, s->m * sizeof(real));
-    faults_accept_load(s);
+    faults_accept_load(s, 0);
     s->agility[0] = 1;
 }
 

@@ -177,7 +177,9 @@ class FaultyArm:
             velocity=before,
             load=load,
         )
-        return self.monitor.move(steps) if self.is_monitored and self._is_near else int(np.count_nonzero(monitor.array("kind")))
+        if self.is_monitored and self._is_near:
+            return monitor.move(steps)
+        return int(np.count_nonzero(monitor.array("kind")))
 
     def _test(self, tensions: FloatArray) -> None:
         """Test the measurements; leave out those of suspect sensors, as estimator.fmu does."""

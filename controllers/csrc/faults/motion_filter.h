@@ -13,8 +13,8 @@
    the innovations.
 
    The signatures are computed after a sum of innovations has exceeded its threshold, from the stored last ticks. */
-#ifndef CARDSFLOW_FAULTS_MOTION_H
-#define CARDSFLOW_FAULTS_MOTION_H
+#ifndef CARDSFLOW_FAULTS_MOTION_FILTER_H
+#define CARDSFLOW_FAULTS_MOTION_FILTER_H
 
 #include "state.h"
 
