@@ -173,7 +173,7 @@ def add_optimise(commands: Commands) -> None:
         "--html",
         type=Path,
         metavar="FILE",
-        help="write a replay of the motion as a self-contained HTML page (default: none)",
+        help="write a report with a replay as a self-contained HTML page (default: none)",
     )
     add_overwrite(parser)
     add_json(parser, "cost, duration, iterations, active bounds and files")
@@ -194,11 +194,12 @@ def _optimise(options: argparse.Namespace) -> int:
         print_note(note)
     files: tuple[Path, ...] = write_motion_files(motion, file, overwrite=options.overwrite)
     if options.html is not None:
-        files = (*files, _write_replay(options, motion))
+        files = (*files, _write_report(options, motion))
     if motion.parameters:
         files = (*files, _write_robot(options, motion.parameters, file))
     solution = motion.solution
-    bounds = active_bounds(motion.problem, solution)
+    found = active_bounds(motion.problem, solution)
+    bounds = {name: float(is_at.mean()) for name, (_, is_at) in found.items()}
     if not options.json:
         _print_motion(motion)
         _print_bounds(bounds)
@@ -229,21 +230,14 @@ def _write_robot(options: argparse.Namespace, found: Mapping[str, Any], motion: 
     return file if file.exists() else folder / MUSCLES
 
 
-def _write_replay(options: argparse.Namespace, motion: OptimisedMotion) -> Path:
-    """Write a page with the robot that moves as in the motion."""
-    import numpy as np
-
-    from cardsflow_fmu.results.run_data import ExperimentRunData
-    from cardsflow_fmu.results.viewer.view import act_of, write_page
+def _write_report(options: argparse.Namespace, motion: OptimisedMotion) -> Path:
+    """Write the report of a motion, for the robot with the found parameters."""
+    from cardsflow_fmu.simulation.optimal.files import write_motion_report
     from cardsflow_fmu.simulation.optimal.optimise import load_for_motion
 
     settings = {**parse_settings(options.set), **motion.parameters}
-    experiment = load_for_motion(options.experiment, settings)
-    rows = np.stack([motion.times, *motion.columns.values()], axis=1)
-    summary = {"warnings": motion.warnings}
-    names = ("time", *motion.columns)
-    data = ExperimentRunData(names, rows, {}, summary, experiment=experiment)
-    return write_page([act_of(data)], options.html, overwrite=options.overwrite)
+    own = load_for_motion(options.experiment, settings)
+    return write_motion_report(motion, own, options.html, overwrite=options.overwrite)
 
 
 def _next_command(options: argparse.Namespace, files: Sequence[Path]) -> list[str]:

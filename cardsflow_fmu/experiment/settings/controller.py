@@ -7,17 +7,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import (
-    AfterValidator,
-    ConfigDict,
-    Field,
-    ValidatorFunctionWrapHandler,
-    WithJsonSchema,
-    WrapValidator,
-    model_validator,
-)
+from pydantic import ConfigDict, Field, model_validator
 
-from addin_sdfusion.robot import UnknownNameError
 from addin_sdfusion.robot.model.trajectory import Space
 from cardsflow_fmu.experiment.config.custom_law import CustomLaw
 from cardsflow_fmu.experiment.config.messages import SettingError
@@ -31,103 +22,35 @@ from cardsflow_fmu.experiment.config.table import (
     FromZero,
     Positive,
     Table,
-    Text,
     setting,
 )
 from controllers.laws.operational_space import LIMIT_BANDWIDTH
 from controllers.qp.law_in_c import number_of
-from controllers.qp.solver import DEFAULT_SOLVER, require_solver
-from controllers.validation import MAX_NORM, MAX_PRETENSION
+from controllers.qp.solver import DEFAULT_SOLVER
+from controllers.validation import MAX_PRETENSION
 
 from .controller_types import (
+    EXACT,
     FEEDBACK,
+    INFINITY,
     JOINT_ACCELERATION,
     OPERATIONAL,
     POLICY,
     TYPES,
     ControlType,
+    Law,
+    Norm,
+    Rank,
+    Solver,
+    Weight,
     control_type,
-    require_law,
 )
 from .plant import Engine, StartSettings
 from .predictive import MPC, PredictiveBoundSettings, PredictiveCostSettings
 from .run import RunSettings
 
-EXACT = "exact"
-"""Value of an infinite weight in files."""
-INFINITY = "infinity"
-"""Value of the infinity norm in files."""
 MAX_HORIZON = 1e6
 """Maximum prediction horizon, in [s]. Much larger values would overflow the predicted forces."""
-
-
-def _solver(name: str) -> str:
-    try:
-        return require_solver(name)
-    except UnknownNameError as error:
-        raise SettingError(error) from None
-
-
-def _weight(value: Any, handler: ValidatorFunctionWrapHandler) -> float:
-    if isinstance(value, str) and value == EXACT:
-        return math.inf
-    if isinstance(value, int | float) and not isinstance(value, bool) and value <= 0:
-        raise SettingError(f"must be positive, or {EXACT!r}, not {value!r}")
-    number: float = handler(value)
-    return number
-
-
-def _norm(value: Any, handler: ValidatorFunctionWrapHandler) -> float:
-    if value == INFINITY:
-        return math.inf
-    number: float = handler(value)
-    if not 1 <= number <= MAX_NORM or number != int(number):
-        raise SettingError(
-            f"must be an integer from 1 to {MAX_NORM}, or {INFINITY!r}, not {value!r}"
-        )
-    return number
-
-
-def _rank(value: float) -> float:
-    if value < 1 or value != int(value):
-        raise SettingError(f"must be an integer of at least 1, not {value!r}")
-    return value
-
-
-Weight = Annotated[
-    float,
-    WrapValidator(_weight),
-    WithJsonSchema({"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"const": EXACT}]}),
-]
-Norm = Annotated[
-    float,
-    WrapValidator(_norm),
-    WithJsonSchema(
-        {
-            "anyOf": [
-                {"type": "integer", "minimum": 1, "maximum": MAX_NORM},
-                {"const": INFINITY},
-            ]
-        }
-    ),
-]
-Rank = Annotated[float, AfterValidator(_rank), WithJsonSchema({"type": "number", "minimum": 1})]
-
-
-def _law(law: str) -> str:
-    try:
-        require_law(law)
-    except UnknownNameError as error:
-        raise SettingError(error) from None
-    return law
-
-
-_CUSTOM_LAW = {"type": "string", "pattern": r"\.py:\w+$"}
-Law = Annotated[
-    str,
-    AfterValidator(_law),
-    WithJsonSchema({"anyOf": [{"enum": list(TYPES)}, _CUSTOM_LAW]}),
-]
 
 
 class PostureSettings(Table):
@@ -174,9 +97,7 @@ class ControllerSettings(Table):
     period: Positive = setting(
         "sampling period, in s; a multiple of run.step (default: run.step)", None
     )
-    solver: Annotated[Text, AfterValidator(_solver)] = setting(
-        "QP solver: dual_newton, or a solver of qpsolvers", DEFAULT_SOLVER
-    )
+    solver: Solver = setting("QP solver: dual_newton, or a solver of qpsolvers", DEFAULT_SOLVER)
     weights: tuple[Positive, ...] = named_setting(
         "muscle", "weight of squared muscle forces, in 1/N²", None, symbol="H_f"
     )

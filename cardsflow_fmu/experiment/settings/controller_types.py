@@ -1,15 +1,23 @@
-"""Controller types of experiments: built-in laws by name, or custom laws."""
+"""Controller types of experiments, and values of [controller] such as weights and norms."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, ValidatorFunctionWrapHandler, WithJsonSchema, WrapValidator
 
 from addin_sdfusion.robot import UnknownNameError
 from addin_sdfusion.robot.model.trajectory import Space
 from cardsflow_fmu.experiment.config.custom_law import CUSTOM_LAW_FORM, CustomLaw
+from cardsflow_fmu.experiment.config.messages import SettingError
+from cardsflow_fmu.experiment.config.table import Text
 from controllers.laws.joint_laws import JOINT_LAWS
 from controllers.laws.operational_space import FORCE_WEIGHT
 from controllers.laws.reactive_qp import TASK_WEIGHT
+from controllers.qp.solver import require_solver
+from controllers.validation import MAX_NORM
 
 from .predictive import MPC
 
@@ -109,3 +117,80 @@ def control_type(law: str, space: Space | None = None) -> ControlType:
     if law == POLICY and space == "operational":
         return replace(TYPES[law], space=space, torque_gains=False)
     return TYPES.get(law) or ControlType("", space or "joint")
+
+
+EXACT = "exact"
+"""Value of an infinite weight in files."""
+INFINITY = "infinity"
+"""Value of the infinity norm in files."""
+
+
+def _solver(name: str) -> str:
+    try:
+        return require_solver(name)
+    except UnknownNameError as error:
+        raise SettingError(error) from None
+
+
+def _weight(value: Any, handler: ValidatorFunctionWrapHandler) -> float:
+    if isinstance(value, str) and value == EXACT:
+        return math.inf
+    if isinstance(value, int | float) and not isinstance(value, bool) and value <= 0:
+        raise SettingError(f"must be positive, or {EXACT!r}, not {value!r}")
+    number: float = handler(value)
+    return number
+
+
+def _norm(value: Any, handler: ValidatorFunctionWrapHandler) -> float:
+    if value == INFINITY:
+        return math.inf
+    number: float = handler(value)
+    if not 1 <= number <= MAX_NORM or number != int(number):
+        raise SettingError(
+            f"must be an integer from 1 to {MAX_NORM}, or {INFINITY!r}, not {value!r}"
+        )
+    return number
+
+
+def _rank(value: float) -> float:
+    if value < 1 or value != int(value):
+        raise SettingError(f"must be an integer of at least 1, not {value!r}")
+    return value
+
+
+Weight = Annotated[
+    float,
+    WrapValidator(_weight),
+    WithJsonSchema({"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"const": EXACT}]}),
+]
+Norm = Annotated[
+    float,
+    WrapValidator(_norm),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "integer", "minimum": 1, "maximum": MAX_NORM},
+                {"const": INFINITY},
+            ]
+        }
+    ),
+]
+Rank = Annotated[float, AfterValidator(_rank), WithJsonSchema({"type": "number", "minimum": 1})]
+
+
+def _law(law: str) -> str:
+    try:
+        require_law(law)
+    except UnknownNameError as error:
+        raise SettingError(error) from None
+    return law
+
+
+_CUSTOM_LAW = {"type": "string", "pattern": r"\.py:\w+$"}
+Law = Annotated[
+    str,
+    AfterValidator(_law),
+    WithJsonSchema({"anyOf": [{"enum": list(TYPES)}, _CUSTOM_LAW]}),
+]
+
+Solver = Annotated[Text, AfterValidator(_solver)]

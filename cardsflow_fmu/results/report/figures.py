@@ -169,7 +169,7 @@ def _draw(axes: Axes, panel: Panel, bins: int) -> None:
         axes.plot(*points, ":", color=colour, linewidth=1.3)
     if drawn.references:
         lines.append(axes.lines[len(names)])
-        labels.append("reference")
+        labels.append(panel.dotted)
     if drawn.omitted:
         comparison = "with less change" if panel.by_change else "smaller"
         lines += axes.plot([], [], " ")

@@ -7,6 +7,8 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from matplotlib.figure import Figure
+
 from addin_sdfusion.robot import Coordinate
 from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.json_text import json_text
@@ -54,7 +56,7 @@ def report_page(result: ExperimentRunData) -> str:
         f"{name}: report",
         f"<h1>{escape(name)}</h1>",
         *_verdict(result),
-        section("Replay", _replay(act)),
+        section("Replay", replay(act)),
         section("Figures", *_figures(result)),
         collapsible_section("Summary", *summary_tables(result.summary)),
         collapsible_section("Robot", *_robot(result)),
@@ -80,7 +82,7 @@ def _verdict(result: ExperimentRunData) -> list[str]:
     return [*notices, f'<p class="{kind}">{escape(outcome)}</p>']
 
 
-def _replay(act: Act) -> str:
+def replay(act: Act) -> str:
     """Return the replay in a sandboxed frame, isolated from the report."""
     inner = escape(replay_page([act]))
     return f'<iframe title="replay" sandbox="allow-scripts" srcdoc="{inner}"></iframe>'
@@ -92,8 +94,13 @@ def _figures(result: ExperimentRunData) -> Iterator[str]:
         for axes in figure.axes:
             for event in result.summary.get("faults") or ():
                 axes.axvline(event["time"], color="black", linestyle="--", linewidth=0.8)
-        svg = inline_svg(figure, salt=kind)
-        yield f"<figure>{svg}<figcaption>{escape(kind.replace('_', ' '))}</figcaption></figure>"
+        yield captioned(figure, kind.replace("_", " "))
+
+
+def captioned(figure: Figure, caption: str) -> str:
+    """Return a figure with a caption."""
+    svg = inline_svg(figure, salt=caption.replace(" ", "_"))
+    return f"<figure>{svg}<figcaption>{escape(caption)}</figcaption></figure>"
 
 
 def _robot(result: ExperimentRunData) -> Iterator[str]:

@@ -53,11 +53,13 @@ class Panel:
         label: Label of the axis, with unit.
         curves: At least one curve.
         by_change: Whether curves are selected by change instead of magnitude.
+        dotted: What the references are, for the legend.
     """
 
     label: str
     curves: list[Curve]
     by_change: bool = False
+    dotted: str = "reference"
 
 
 # for diverged runs

@@ -11,6 +11,7 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.analysis.kinematics import inverse_kinematics
+from controllers.arrays import BoolArray, IntArray
 from controllers.optimal.problem import OptimalProblem, excess
 from controllers.optimal.sqp import INFEASIBLE, Solution
 
@@ -54,29 +55,35 @@ def infeasibility(problem: OptimalProblem, solution: Solution) -> str:
     return f"{text}; use a longer duration, wider bounds or another goal"
 
 
-def active_bounds(own: MotionProblem, solution: Solution) -> dict[str, float]:
-    """Return the share of the motion at each bound by name, such as `f.biceps maximum`.
+def active_bounds(
+    own: MotionProblem, solution: Solution
+) -> dict[str, tuple[FloatArray, BoolArray]]:
+    """Return when the motion is at each bound by name, such as `f.biceps maximum`.
 
-    The largest shares are first, and those of muscles with their minimum force last. Fixed values,
-    such as those of goals, are not included.
+    Times in [s], and whether the motion is at the bound then. The longest ones are first, and
+    those of muscles with their minimum force last. Fixed values, such as those of goals, are not
+    included.
     """
-    problem, at, found = own.problem, solution.iterate, dict[str, float]()
-    parts: list[tuple[Sequence[str], FloatArray, FloatArray, FloatArray]] = [
-        (control_signals(own), at.u, problem.u_low, problem.u_high),
-        (problem.state_names, at.x, problem.x_low, problem.x_high),
+    problem, at = own.problem, solution.iterate
+    found, N = dict[str, tuple[FloatArray, BoolArray]](), problem.intervals
+    nodes = np.arange(N + 1)
+    parts: list[tuple[Sequence[str], IntArray, FloatArray, FloatArray, FloatArray]] = [
+        (control_signals(own), nodes[:-1], at.u, problem.u_low, problem.u_high),
+        (problem.state_names, nodes, at.x, problem.x_low, problem.x_high),
     ]
     for each, values in zip(problem.constraints, solution.linearisation.values, strict=False):
         if len(each.nodes) > 1 and each.shares is None:
             rows = [f"{each.name}.{row}" for row in each.rows]
-            parts.append((rows, values, each.low, each.high))
-    for names, values, low, high in parts:
+            parts.append((rows, each.nodes, values, each.low, each.high))
+    for names, places, values, low, high in parts:
         near = _AT_LIMIT * np.where(np.isfinite(high - low), high - low, 1.0)
         at_bounds = {"minimum": values <= low + near, "maximum": values >= high - near}
         for word, flags in at_bounds.items():
-            shares = (flags & (low < high)).mean(axis=0).tolist()
-            found |= {f"{name} {word}": s for name, s in zip(names, shares, strict=True) if s}
+            pairs = zip(names, (flags & (low < high)).T, strict=True)
+            times = np.asarray(places * (at.duration / N), dtype=float)
+            found |= {f"{name} {word}": (times, is_at) for name, is_at in pairs if is_at.any()}
     idle = {name for name in found if name.startswith("f.") and name.endswith("minimum")}
-    return dict(sorted(found.items(), key=lambda pair: (pair[0] in idle, -pair[1])))
+    return dict(sorted(found.items(), key=lambda pair: (pair[0] in idle, -pair[1][1].mean())))
 
 
 def _worst(problem: OptimalProblem, solution: Solution, *, with_gaps: bool) -> tuple[str, float]:

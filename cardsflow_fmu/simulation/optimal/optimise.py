@@ -51,6 +51,7 @@ class OptimisedMotion:
             constraints that are violated between the nodes.
         iterations: Number of iterations, with all numbers of substeps.
         seconds: Time of the iterations, in [s].
+        history: Progress and number of substeps after each iteration.
     """
 
     solution: Solution
@@ -62,6 +63,7 @@ class OptimisedMotion:
     warnings: tuple[str, ...]
     iterations: int
     seconds: float
+    history: tuple[tuple[Progress, int], ...]
 
     @property
     def duration(self) -> float:
@@ -130,7 +132,10 @@ def optimise(
     own = _with_constraints(own, inner)
     others = _other_guesses(own, first)
 
+    history = list[tuple[Progress, int]]()
+
     def report(done: Progress) -> None:
+        history.append((done, own.shooting.steps))
         progress(done, own.shooting.steps)
 
     if last is not None:
@@ -192,7 +197,8 @@ def optimise(
     warnings += passages(own.problem.constraints, times, x)
     feedback, more = motion_feedback(experiment, own, solution.iterate)
     return OptimisedMotion(
-        solution, own, times, columns, feedback, (*notes, *more), warnings, iterations, seconds
+        *(solution, own, times, columns, feedback, (*notes, *more), warnings),
+        *(iterations, seconds, tuple(history)),
     )
 
 
