@@ -37,9 +37,9 @@ static size_t remembered(const faults *s)
 
 real *faults_array(faults *s, const char *name, size_t *length)
 {
-    const size_t n = s->n, m = s->m, c = s->c, p = s->p;
+    const size_t n = s->n, m = s->m, p = s->p;
     if (!strcmp(name, "remembered")) return *length = remembered(s), s->clock;
-    FAULTS_ARRAYS(NAMED_FIND)
+    FAULTS_NAMED(NAMED_FIND)
     return NULL;
 }
 

@@ -182,15 +182,16 @@ int motion_filter(faults *s, real h, int steps, int is_fit)
     memcpy(own.lengths, s->path_lengths, s->m * sizeof(real));
     memcpy(own.jacobian, s->jacobian, s->m * n * sizeof(real));
     find_change(s, &own, h, s->signal);
-    predict_state(s, s->signal, h, x), predict_state(s, s->signal, h, x + N);
-    predict_covariance(s, s->load_noise, s->agility[0], h, P);
-    predict_covariance(s, s->load_change, 1 / window, h, P + N * N);
     own.factor[0] = *own.agile = 0;
-    if (!is_fit) return 1;
-    if (correct(s, x, P, &own, &densities[0]) || correct(s, x + N, P + N * N, &agile, &densities[1])) {
-        faults_forget_motion(s);
-        return 0;
+    for (size_t k = 0; k < 2; k++) {
+        predict_state(s, s->signal, h, x + k * N);
+        predict_covariance(s, k ? s->load_change : s->load_noise, k ? 1 / window : s->agility[0], h, P + k * N * N);
+        if (is_fit && correct(s, x + k * N, P + k * N * N, k ? &agile : &own, &densities[k])) {
+            faults_forget_motion(s);
+            return 0;
+        }
     }
+    if (!is_fit) return 1;
     *own.agile = densities[1] - densities[0];
     if (s->followed[0] < 0) adapt(s, own.white);
     return 1;

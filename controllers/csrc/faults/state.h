@@ -12,9 +12,46 @@
 
 enum { WINDOW = 64, MOTION_WINDOW = 32, ONSETS = 3, SIGNS = 4, TURN = 1 << 20 };
 
-/* ARRAY(name, number of reals); the arrays from clock to suspicion form the internal state. c channels, p parts. */
-#define FAULTS_REMEMBERED(ARRAY)                                                                       \
+/* ARRAY(name, number of reals). c channels, p parts. The arrays from clock to count form the internal state. */
+#define FAULTS_NAMED(ARRAY)                                                                            \
+    ARRAY(lengths, m)                                                                                  \
+    ARRAY(encoders, n)                                                                                 \
+    ARRAY(tensions, m)                                                                                 \
+    ARRAY(commands, m)                                                                                 \
+    ARRAY(q, n)                                                                                        \
+    ARRAY(path_lengths, m)                                                                             \
+    ARRAY(jacobian, m *n)                                                                              \
+    ARRAY(false_alarms_per_hour, 1)                                                                    \
+    ARRAY(length_noise, m)                                                                             \
+    ARRAY(length_error, m)                                                                             \
+    ARRAY(encoder_noise, n)                                                                            \
+    ARRAY(tension_noise, m)                                                                            \
+    ARRAY(tension_error, m)                                                                            \
+    ARRAY(motor_lag, 1)                                                                                \
+    ARRAY(force_rate, m)                                                                               \
+    ARRAY(command_delay, 1)                                                                            \
+    ARRAY(start, 1)                                                                                    \
+    ARRAY(f_max, m)                                                                                    \
+    ARRAY(acceleration, n)                                                                             \
+    ARRAY(mobility, n *n)                                                                              \
+    ARRAY(acting, m)                                                                                   \
+    ARRAY(velocity, n)                                                                                 \
+    ARRAY(load, n)                                                                                     \
+    ARRAY(load_noise, n)                                                                               \
+    ARRAY(load_change, n)                                                                              \
     ARRAY(clock, 1)        /* ticks since the reset, minus multiples of TURN */                        \
+    ARRAY(kind, p)                                                                                     \
+    ARRAY(time, p)                                                                                     \
+    ARRAY(begin, p)                                                                                    \
+    ARRAY(statistic, p)                                                                                \
+    ARRAY(threshold, p)                                                                                \
+    ARRAY(confidence, p)                                                                               \
+    ARRAY(value, p)                                                                                    \
+    ARRAY(other, p)                                                                                    \
+    ARRAY(usable, p)                                                                                   \
+    ARRAY(suspect, p)                                                                                  \
+    ARRAY(bound, m)
+#define FAULTS_REMEMBERED(ARRAY)                                                                       \
     ARRAY(now, 1)          /* in [s]; its rounding error */                                            \
     ARRAY(now_rest, 1)                                                                                 \
     ARRAY(sent, WINDOW *m) /* commands with limited rates */                                           \
@@ -33,17 +70,6 @@ enum { WINDOW = 64, MOTION_WINDOW = 32, ONSETS = 3, SIGNS = 4, TURN = 1 << 20 };
     ARRAY(resolution, c)   /* smallest change */                                                       \
     ARRAY(run, c)          /* repeated values up to now, and their log likelihood ratio */             \
     ARRAY(evidence, c)                                                                                 \
-    ARRAY(kind, p)                                                                                     \
-    ARRAY(time, p)                                                                                     \
-    ARRAY(begin, p)                                                                                    \
-    ARRAY(statistic, p)                                                                                \
-    ARRAY(threshold, p)                                                                                \
-    ARRAY(confidence, p)                                                                               \
-    ARRAY(value, p)                                                                                    \
-    ARRAY(other, p)                                                                                    \
-    ARRAY(usable, p)                                                                                   \
-    ARRAY(suspect, p)                                                                                  \
-    ARRAY(bound, m)                                                                                    \
     ARRAY(suspicion, c)    /* tick at which a channel became suspect; -1: it is not */                 \
     ARRAY(motion_begin, 1) /* tick of the start of the filter; -1: none. Its last tick */              \
     ARRAY(accepted, 1)     /* tick of the last change of the load; -1: none */                         \
@@ -72,33 +98,7 @@ enum { WINDOW = 64, MOTION_WINDOW = 32, ONSETS = 3, SIGNS = 4, TURN = 1 << 20 };
     ARRAY(squares, ONSETS)    /* sums of squared white innovations, of motion_agile; their number */   \
     ARRAY(agile, ONSETS)                                                                               \
     ARRAY(count, ONSETS)
-#define FAULTS_ARRAYS(ARRAY)                                                                           \
-    ARRAY(lengths, m)                                                                                  \
-    ARRAY(encoders, n)                                                                                 \
-    ARRAY(tensions, m)                                                                                 \
-    ARRAY(commands, m)                                                                                 \
-    ARRAY(q, n)                                                                                        \
-    ARRAY(path_lengths, m)                                                                             \
-    ARRAY(jacobian, m *n)                                                                              \
-    ARRAY(false_alarms_per_hour, 1)                                                                    \
-    ARRAY(length_noise, m)                                                                             \
-    ARRAY(length_error, m)                                                                             \
-    ARRAY(encoder_noise, n)                                                                            \
-    ARRAY(tension_noise, m)                                                                            \
-    ARRAY(tension_error, m)                                                                            \
-    ARRAY(motor_lag, 1)                                                                                \
-    ARRAY(force_rate, m)                                                                               \
-    ARRAY(command_delay, 1)                                                                            \
-    ARRAY(start, 1)                                                                                    \
-    ARRAY(f_max, m)                                                                                    \
-    ARRAY(acceleration, n)                                                                             \
-    ARRAY(mobility, n *n)                                                                              \
-    ARRAY(acting, m)                                                                                   \
-    ARRAY(velocity, n)                                                                                 \
-    ARRAY(load, n)                                                                                     \
-    ARRAY(load_noise, n)                                                                               \
-    ARRAY(load_change, n)                                                                              \
-    FAULTS_REMEMBERED(ARRAY)                                                                           \
+#define FAULTS_WORK(ARRAY)                                                                             \
     ARRAY(normal, n *n)   /* of the least squares; its factor */                                       \
     ARRAY(factor, n *n)                                                                                \
     ARRAY(shift, n)                                                                                    \
@@ -115,6 +115,7 @@ enum { WINDOW = 64, MOTION_WINDOW = 32, ONSETS = 3, SIGNS = 4, TURN = 1 << 20 };
     ARRAY(error, c)       /* standard deviation of the constant error of a prediction */               \
     ARRAY(level, c)       /* largest statistic of each channel in this tick */                         \
     ARRAY(onset, c)       /* tick at which its window begins */
+#define FAULTS_ARRAYS(ARRAY) FAULTS_NAMED(ARRAY) FAULTS_REMEMBERED(ARRAY) FAULTS_WORK(ARRAY)
 
 struct faults {
     size_t n, m, c, p;
