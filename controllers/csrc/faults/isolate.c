@@ -23,7 +23,7 @@ typedef struct {
     size_t count;
 } hypotheses;
 
-static void add(hypotheses *all, enum fault_kind kind, size_t part, fault_fit fit, real begin)
+static __attribute__((noinline)) void add(hypotheses *all, enum fault_kind kind, size_t part, fault_fit fit, real begin)
 {
     for (size_t k = 0; k < all->count; k++)
         if (all->list[k].kind == kind) {
@@ -46,7 +46,8 @@ static void add_moved(faults *s, size_t i, fault_fit stuck, fault_fit hold, real
     real moved;
     if (s->motion_begin[0] < 0) return;
     const int is_known = s->followed[0] >= 0;
-    fault_fit jammed = faults_fit_moved(s, i, FAULT_JAMMED, &moved), broken = faults_fit_moved(s, i, FAULT_BROKEN, &moved);
+    fault_fit jammed = faults_fit_moved(s, i, FAULT_JAMMED, &moved);
+    fault_fit broken = faults_fit_moved(s, i, FAULT_BROKEN, &moved);
     jammed.factor = hold.factor + larger(jammed.factor, 0);
     broken.factor += is_known ? larger(stuck.factor, hold.factor) : stuck.factor;
     add(all, FAULT_BROKEN, i, broken, begin);
@@ -125,7 +126,7 @@ static void report(faults *s, const hypothesis *found, size_t part, size_t other
     s->usable[part] = found->kind == FAULT_WEAK;
 }
 
-static void release(faults *s, size_t channel)
+static __attribute__((noinline)) void release(faults *s, size_t channel)
 {
     s->suspicion[channel] = -1;
     s->suspect[faults_part(s, channel)] = 0;
@@ -133,7 +134,7 @@ static void release(faults *s, size_t channel)
 }
 
 /* Apply a decision on a muscle: which parts cannot be used, and the force that remains. */
-static void decide(faults *s, size_t i, const hypothesis *found, real step, real confidence)
+static __attribute__((noinline)) void decide(faults *s, size_t i, const hypothesis *found, real step, real confidence)
 {
     const size_t m = s->m;
     report(s, found, found->part, found->other, step, confidence);
@@ -192,7 +193,7 @@ static void isolate_encoder(faults *s, size_t channel)
 }
 
 /* The hypothesis of a kind from the motion; the motor of a broken cable or a jammed motor may hold the length. */
-static hypothesis lost_force(const faults *s, size_t i, enum fault_kind kind)
+static __attribute__((noinline)) hypothesis lost_force(const faults *s, size_t i, enum fault_kind kind)
 {
     hypothesis own = {kind, i, (size_t)-1, {0, 0}, s->clock[0]};
     own.fit = faults_fit_moved(s, i, kind, &own.begin);
@@ -201,28 +202,20 @@ static hypothesis lost_force(const faults *s, size_t i, enum fault_kind kind)
     return own;
 }
 
-/* Find the most probable lost force among all muscles but `except`; return whether there is one. */
-static int find_lost(const faults *s, size_t except, hypothesis *found)
+/* Find the most probable lost force among all muscles but `except`, and the sum of all probabilities relative to it.
+   Return whether there is one. */
+static int find_lost(const faults *s, size_t except, hypothesis *found, real *sum)
 {
-    int is_found = 0;
+    *sum = 0;
     for (size_t i = 0; i < s->m; i++)
         for (int kind = FAULT_BROKEN; kind <= FAULT_WEAK && i != except && s->kind[i] == 0; kind++) {
             const hypothesis own = lost_force(s, i, (enum fault_kind)kind);
-            if (!is_found || own.fit.factor > found->fit.factor) *found = own, is_found = 1;
+            const real difference = *sum > 0 ? own.fit.factor - found->fit.factor : 0;
+            const real ratio = exponential(larger(-fabs(difference), -50));
+            if (*sum > 0 && difference <= 0) *sum += ratio;
+            else *sum = *sum * ratio + 1, *found = own;
         }
-    return is_found;
-}
-
-/* Return the sum of the probabilities of all lost forces relative to one of them. */
-static real sum_lost(const faults *s, real factor)
-{
-    real sum = 0;
-    for (size_t i = 0; i < s->m; i++)
-        for (int kind = FAULT_BROKEN; kind <= FAULT_WEAK && s->kind[i] == 0; kind++) {
-            const real difference = lost_force(s, i, (enum fault_kind)kind).fit.factor - factor;
-            sum += difference > -50 ? exponential(difference) : 0;
-        }
-    return sum;
+    return *sum > 0;
 }
 
 /* Return whether a length may be held, so that its muscle may be lost. */
@@ -239,16 +232,18 @@ static int is_held(const faults *s)
 void faults_isolate_motion(faults *s, real h)
 {
     hypothesis best, second;
-    if (!find_lost(s, s->m, &best)) return;
+    real sum, rest;
+    if (!find_lost(s, s->m, &best, &sum)) return;
     const real factor = best.fit.factor, load = faults_load_factor(s), wait = s->followed[0];
     const real limit = s->repeat_limit - (faults_is_loaded(s) ? 0 : logarithm((real)WINDOW));
     if (!(factor > s->repeat_limit && factor - load > limit)) {
         if ((load - factor > MIN_FACTOR && !is_held(s)) || wait > MAX_FOLLOWED) faults_accept_load(s, 1);
         return;
     }
-    const real confidence = 1 / sum_lost(s, factor);
+    const real confidence = 1 / sum;
     if (confidence < MIN_CONFIDENCE && wait < MAX_WAIT) return;
-    if (confidence < MIN_CONFIDENCE && find_lost(s, best.part, &second) && factor - second.fit.factor < MIN_FACTOR) {
+    if (confidence < MIN_CONFIDENCE && find_lost(s, best.part, &second, &rest) &&
+        factor - second.fit.factor < MIN_FACTOR) {
         best.other = second.part, second.other = best.part;
         decide(s, second.part, &second, h, confidence * exponential(second.fit.factor - factor));
     }
