@@ -24,6 +24,9 @@ enum { HELLO_VALUES = 7, ACK_VALUES = 9, MAX_VALUES = ACK_VALUES + STATES };
 #include "platform.h"
 
 static const double STEP = 1e-3, WATCHDOG = 0.02; /* [s] */
+#ifndef PEER_TIMEOUT
+#define PEER_TIMEOUT 1 /* [s] of silence after which another peer may replace a run in which nothing moves */
+#endif
 
 /* ---- The device: who may command the robot, when, and the watchdog */
 static enum { IDLE, READY, RUNNING, IN_SAFE_STATE } state;
@@ -114,7 +117,7 @@ static const struct packed *handle_hello(struct frame *f, const struct sockaddr_
     const int known = state != IDLE && f->run == run && is_peer(from);
     const int at_rest = state == READY || (state == RUNNING && lockstep);
     const int is_free = state == IDLE || state == IN_SAFE_STATE || (state == READY && is_peer(from) && !key_size) ||
-                        (at_rest && (!confirmed || now > last_heard + SECOND));
+                        (at_rest && (!confirmed || now > last_heard + PEER_TIMEOUT * SECOND));
     if (f->run == 0 || f->count != HELLO_VALUES || (known && state != READY))
         return NULL; /* invalid, or a late copy of an earlier run */
     const unsigned reason = known ? 0 : is_free ? hello_error(f) : BUSY;

@@ -44,9 +44,9 @@ Start = Callable[..., "subprocess.Popen[str]"]
 
 @pytest.fixture(scope="session")
 def built(compiler: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Compile the device."""
+    """Compile the device, for machines that are busy with other tests."""
     program = tmp_path_factory.mktemp("device") / "device"
-    compile_device(compiler, program, ["-O2"])
+    compile_device(compiler, program, ["-O2", "-DPEER_TIMEOUT=1000"])
     return program
 
 
