@@ -18,6 +18,9 @@ import cardsflow_fmu.gym  # noqa: F401  registers cardsflow/...
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.gym.export import export_policy
 
+LAMBDA = 0.95
+"""Decay of generalised advantages."""
+
 
 class Row(NamedTuple):
     """Row of a learning curve."""
@@ -48,17 +51,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", type=Path, default=Path("trained"), help="folder (default: trained)"
     )
-
-
-class Clock:
-    """Wall time and processor time since the start of a training."""
-
-    def __init__(self) -> None:
-        self._wall, self._processor = time.perf_counter(), time.process_time()
-
-    def __call__(self) -> tuple[float, float]:
-        """Return both times, in [s]."""
-        return time.perf_counter() - self._wall, time.process_time() - self._processor
 
 
 class Normaliser:
@@ -105,6 +97,18 @@ def make(name: str, count: int, model: str | None = None, **options: Any) -> Any
     return gymnasium.make_vec(name, count, autoreset_mode="SameStep", **options)
 
 
+def advantages(
+    rewards: torch.Tensor, ends: torch.Tensor, values: torch.Tensor, discount: float
+) -> torch.Tensor:
+    """Return generalised advantages, shape (steps, n), for one more row of values."""
+    found, after = torch.zeros_like(rewards), torch.zeros_like(rewards[0])
+    for k in reversed(range(len(rewards))):
+        runs = discount * (1.0 - ends[k])
+        after = rewards[k] - values[k] + runs * (values[k + 1] + LAMBDA * after)
+        found[k] = after
+    return found
+
+
 @torch.no_grad()
 def evaluate(envs: Any, actor: nn.Module, normal: Normaliser, seed: int = 1_000_000) -> np.ndarray:
     """Return mean return and share of solved episodes, one for each environment, without noise.
@@ -123,6 +127,39 @@ def evaluate(envs: Any, actor: nn.Module, normal: Normaliser, seed: int = 1_000_
             solved[ended] = (infos["final_info"]["solved"] & truncated)[ended]
             runs &= ~ended
     return np.array([total.mean(), solved.mean()])
+
+
+class Curve:
+    """Learning curve of a training, whose evaluations need no time.
+
+    Args:
+        options: Options of `add_options`.
+        trial: Vector environment of the evaluations.
+
+    Attributes:
+        rows: Results of the evaluations.
+    """
+
+    def __init__(self, options: argparse.Namespace, trial: Any) -> None:
+        self.rows: list[Row] = []
+        self._options, self._trial, self._start = options, trial, self._now()
+
+    def is_complete(self) -> bool:
+        """Return whether the goal or the limit of time is reached."""
+        time_spent = (self._now() - self._start)[int(self._options.cpu)]
+        solved = self.rows[-1].solved if self.rows else 0.0
+        return solved >= self._options.goal or time_spent >= 60.0 * self._options.minutes
+
+    def evaluate(self, steps: int, actor: nn.Module, normal: Normaliser) -> None:
+        """Add a row."""
+        before = self._now()
+        self.rows.append(Row(*before - self._start, steps, *evaluate(self._trial, actor, normal)))
+        self._start += self._now() - before
+        print(self.rows[-1].text(), flush=True)
+
+    @staticmethod
+    def _now() -> np.ndarray:
+        return np.array([time.perf_counter(), time.process_time()])
 
 
 def save(folder: Path, env: Any, actor: nn.Module, normal: Normaliser, rows: Sequence[Row]) -> None:

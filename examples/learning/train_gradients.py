@@ -6,80 +6,141 @@ python train_gradients.py -o trained
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import torch
-from networks import Clock, Normaliser, Row, add_options, evaluate, make, network, save
+from networks import Curve, Normaliser, add_options, advantages, make, network, save
 
+from cardsflow_fmu.gym.episodes import Episodes
 from cardsflow_fmu.gym.torch_step import BatchStep
 
-ID, ENVS, STEPS, RATE = "cardsflow/PlanarReach-v0", 64, 10, 3e-3
-AHEAD, EFFORT, DECAY = 0.12, 0.1, 0.995
-POSITIONS, VELOCITIES = 0.2, 1.0
+ID, ENVS, STEPS = "cardsflow/PlanarReach-v0", 48, 6
+RATE, CRITIC_RATE, DECAY = 1e-2, 3e-3, 0.99
+DISCOUNT, SCALE, MAX_GRADIENT = 0.97, 0.02, 1.0
+SUBSTEPS = 2
+"""Integrator steps in a step, fewer than in the environment, since each needs derivatives."""
+WIDTH, AHEAD, GUIDE, EFFORT = 0.03, 0.05, 10.0, 0.1
 SCALES = (0.3, 0.03, 0.5, 0.5)
 """Scales of q, of qd times the step, of the tip and of its distance to the target."""
-EVALUATE_EVERY = 25
+POSITIONS, VELOCITIES, GROWTH, MAX_STEPS = 0.15, 2.0, 30, 100
+CRITIC_EPOCHS, CRITIC_PARTS, EVALUATE_EVERY = 2, 2, 10
 
 
-def motion_loss(
-    envs: Any, actor: torch.nn.Module, normal: Normaliser, rng: np.random.Generator
-) -> torch.Tensor:
-    """Return the loss of short motions from random states.
+class Motions:
+    """Motions of many robots, which continue from one window of `STEPS` steps to the next.
 
-    It is the distance to the target of the point that the tip reaches after `AHEAD` at its present
-    velocity. So the tip is fast far from the target, and slow near it.
+    Args:
+        envs: Vector environment with the task.
+        seed: Seed of the targets and the starts.
     """
-    envs.reset()
-    episodes = envs.episodes
-    batch, targets = episodes.batch, torch.from_numpy(episodes.targets.copy())
-    low, high = (torch.from_numpy(end) for end in episodes.actions.ranges()[1:3])
-    dofs, h = batch.q.shape[1], batch.step_size
-    spread = np.repeat([POSITIONS, VELOCITIES], dofs)
-    batch.set_state(batch.get_state() + spread * rng.normal(size=(batch.n, 2 * dofs)))
-    step = BatchStep(batch)
-    state, loss = step.start(), torch.zeros(())
-    y = step.position(state)
-    for _ in range(STEPS):
-        q, qd = state[:, :dofs], state[:, dofs:]
-        observations = torch.cat([q, h * qd, y, targets - y], dim=1)
-        actions = actor(normal(observations))
-        state = step(state, low + 0.5 * (1.0 + actions.clamp(-1.0, 1.0)) * (high - low))
-        before, y = y, step.position(state)
-        distance = (targets - y - AHEAD / h * (y - before)).square().sum(1).add(1e-4).sqrt()
-        beyond = (actions.abs() - 1.0).clamp(min=0.0).square().sum(1)
-        loss = loss + (distance + EFFORT * beyond).mean() / STEPS
-    return loss
+
+    def __init__(self, envs: Any, seed: int) -> None:
+        self._episodes = Episodes(replace(envs.episodes.setup, substeps=SUBSTEPS), ENVS, None)
+        self._episodes.seed([seed * ENVS + i for i in range(ENVS)])
+        self._batch, self._rng = self._episodes.batch, np.random.default_rng(seed)
+        self._step, self._dofs = BatchStep(self._batch), self._batch.q.shape[1]
+        self._low, self._high = map(torch.from_numpy, self._episodes.actions.ranges()[1:3])
+        self._start(np.ones(ENVS, bool))
+        self.normal = Normaliser(self._episodes.observations().shape[1])
+        self.normal.mean = self._episodes.observations().mean(axis=0, dtype=float)
+        self.normal.sd = np.repeat(SCALES, self._dofs)
+
+    def _start(self, chosen: np.ndarray) -> None:
+        """Start chosen motions near the initial pose, with a velocity and a new target."""
+        self._episodes.reset(chosen)
+        spread = np.repeat([POSITIONS, VELOCITIES], self._dofs)
+        changes = chosen[:, None] * spread * self._rng.normal(size=(ENVS, 2 * self._dofs))
+        self._batch.set_state(self._batch.get_state() + changes)
+
+    def window(self, actor: torch.nn.Module, critic: torch.nn.Module) -> list[torch.Tensor]:
+        """Return the loss with its gradients, observations, rewards and ends of a window.
+
+        The loss is minus the discounted smooth rewards, then the value of the last state.
+        """
+        task, targets = self._episodes.task, torch.from_numpy(self._episodes.targets.copy())
+        state, rows, gain = self._step.start(), [], torch.zeros(())
+        y = self._step.position(state)
+        x = self._observe(state, y, targets)
+        for k in range(STEPS):
+            actions = actor(x)
+            share = 0.5 * (1.0 + actions.clamp(-1.0, 1.0))
+            state = self._step(state, self._low + share * (self._high - self._low))
+            before, y = y, self._step.position(state)
+            rewards, terms = task.rewards(self._batch, self._episodes.targets)
+            rows.append(
+                (x.detach(), *map(torch.from_numpy, (SCALE * rewards, 1.0 * terms["done"])))
+            )
+            smooth = self._smooth_reward(targets - y, y - before)
+            beyond = (actions.abs() - 1.0).clamp(min=0.0).square().sum(1)
+            gain = gain + DISCOUNT**k * SCALE * (smooth - EFFORT * beyond).mean()
+            x = self._observe(state, y, targets)
+        gain = gain + DISCOUNT**STEPS * critic(x).mean()
+        observations, rewards, ends = (torch.stack(column) for column in zip(*rows, strict=True))
+        return [-gain, torch.cat([observations, x.detach()[None]]), rewards, ends]
+
+    def restart(self, ends: torch.Tensor, longest: float) -> None:
+        """Restart motions that have left the region of the task, and the longest ones."""
+        limits = longest * self._rng.uniform(0.5, 1.0, ENVS)
+        self._start((ends[-1].numpy() > 0) | (self._batch.ticks >= limits))
+
+    def _observe(self, state: Any, y: Any, targets: Any) -> torch.Tensor:
+        q, qd = state[:, : self._dofs], state[:, self._dofs :]
+        return self.normal(torch.cat([q, self._batch.step_size * qd, y, targets - y], dim=1))
+
+    def _smooth_reward(self, error: torch.Tensor, move: torch.Tensor) -> torch.Tensor:
+        """Return the reward of the task with smooth steps of the bonus, shape (n,).
+
+        Far from the target the bonus has no slope. So the distance from the target of the point
+        that the tip reaches after `AHEAD` is added: the tip shall be fast far from the target.
+        """
+        weights, near = self._episodes.task.weights, self._episodes.task.near
+        ahead = error - AHEAD / self._batch.step_size * move
+        distance, far = ((e.square().sum(1) + 1e-4).sqrt() for e in (error, ahead))
+        bonus = sum(torch.sigmoid((end * near - distance) / WIDTH) for end in (1.0, 2.0))
+        return weights["bonus"] * bonus - weights["reach"] * distance - GUIDE * far
 
 
-def train(options: argparse.Namespace) -> tuple[Any, Normaliser, list[Row]]:
+def fit(critic: torch.nn.Module, optimiser: Any, x: Any, rewards: Any, ends: Any) -> None:
+    """Fit the values to the rewards of a window."""
+    with torch.no_grad():
+        values = critic(x)[..., 0]
+        goals = values[:-1] + advantages(rewards, ends, values, DISCOUNT)
+    x, goals = x[:-1].flatten(0, 1), goals.flatten()
+    for _ in range(CRITIC_EPOCHS):
+        for part in torch.randperm(len(x)).chunk(CRITIC_PARTS):
+            optimiser.zero_grad()
+            (critic(x[part])[:, 0] - goals[part]).square().mean().backward()
+            optimiser.step()
+
+
+def train(options: argparse.Namespace) -> tuple[Any, Normaliser, Curve]:
     """Train until the goal or the limit of time; return actor, normalisation and curve."""
     torch.set_num_threads(1)
     torch.set_default_dtype(torch.float64)
     torch.manual_seed(options.seed)
-    envs, trial = make(ID, ENVS), make(ID, 256)
-    first, _ = envs.reset(seed=options.seed)
-    inputs, outputs = envs.single_observation_space.shape[0], envs.single_action_space.shape[0]
-    actor, normal = network(inputs, outputs, gain=0.01), Normaliser(inputs)
-    normal.mean, normal.sd = first.mean(axis=0), np.repeat(SCALES, envs.episodes.batch.q.shape[1])
-    rng = np.random.default_rng(options.seed)
-    optimiser = torch.optim.Adam(actor.parameters(), RATE)
-    decay = torch.optim.lr_scheduler.ExponentialLR(optimiser, DECAY)
-    rows, clock, rounds = [], Clock(), 0
-    while clock()[options.cpu] < 60.0 * options.minutes:
-        optimiser.zero_grad()
-        motion_loss(envs, actor, normal, rng).backward()
-        torch.nn.utils.clip_grad_norm_(actor.parameters(), 1.0)
-        optimiser.step()
-        decay.step()
+    trial = make(ID, 256)
+    inputs, outputs = trial.single_observation_space.shape[0], trial.single_action_space.shape[0]
+    actor, critic = network(inputs, outputs, gain=0.01), network(inputs, 1, gain=0.01)
+    optimisers = [torch.optim.Adam(part.parameters(), RATE) for part in (actor, critic)]
+    optimisers[1].param_groups[0]["lr"] = CRITIC_RATE
+    decays = [torch.optim.lr_scheduler.ExponentialLR(o, DECAY) for o in optimisers]
+    rounds, curve, motions = 0, Curve(options, trial), Motions(trial, options.seed)
+    while not curve.is_complete():
+        loss, x, rewards, ends = motions.window(actor, critic)
+        optimisers[0].zero_grad()
+        loss.backward()
+        torch.nn.utils.clip_grad_norm_(actor.parameters(), MAX_GRADIENT)
+        optimisers[0].step()
+        fit(critic, optimisers[1], x, rewards, ends)
+        for decay in decays:
+            decay.step()
         rounds += 1
+        motions.restart(ends, min(MAX_STEPS, STEPS * (1.0 + rounds / GROWTH)))
         if rounds % EVALUATE_EVERY == 0:
-            found = evaluate(trial, actor, normal)
-            rows.append(Row(*clock(), rounds * STEPS * ENVS, *found))
-            print(rows[-1].text(), flush=True)
-            if rows[-1].solved >= options.goal:
-                break
-    return actor, normal, rows
+            curve.evaluate(rounds * STEPS * ENVS, actor, motions.normal)
+    return actor, motions.normal, curve
 
 
 def main() -> None:
@@ -87,8 +148,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     add_options(parser)
     options = parser.parse_args()
-    actor, normal, rows = train(options)
-    save(options.output, make(ID, 1), actor, normal, rows)
+    actor, normal, curve = train(options)
+    save(options.output, make(ID, 1), actor, normal, curve.rows)
 
 
 if __name__ == "__main__":

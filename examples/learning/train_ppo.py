@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 import torch
-from networks import Clock, Normaliser, Row, add_options, evaluate, make, network, save
+from networks import Curve, Normaliser, add_options, advantages, make, network, save
 from torch import nn
 from torch.distributions import Normal
 
 STEPS, EPOCHS, PARTS = 32, 5, 8
-DISCOUNT, LAMBDA, CLIP, RATE = 0.98, 0.95, 0.2, 5e-4
+DISCOUNT, CLIP, RATE = 0.98, 0.2, 5e-4
 LOG_SD, MAX_CHANGE = -1.0, 0.02
 EVALUATE_EVERY = 10
 
@@ -81,8 +81,8 @@ class Rollouts:
             rows.append((x, actions, log_p, rewards, ends, agent.value(x)))
         x, actions, log_p, rewards, ends, values = (torch.stack(c) for c in zip(*rows, strict=True))
         last = agent.value(self.normal(self._observations))
-        advantages = _advantages(rewards, ends, torch.cat([values, last[None]]))
-        columns = x, actions, log_p, advantages, advantages + values
+        found = advantages(rewards, ends, torch.cat([values, last[None]]), DISCOUNT)
+        columns = x, actions, log_p, found, found + values
         return [column.flatten(0, 1) for column in columns]
 
     def _step(self, actions: np.ndarray) -> tuple[torch.Tensor, torch.Tensor]:
@@ -101,37 +101,22 @@ class Rollouts:
         return rewards, torch.as_tensor(ends, dtype=torch.float32)
 
 
-def _advantages(rewards: torch.Tensor, ends: torch.Tensor, values: torch.Tensor) -> torch.Tensor:
-    """Return generalised advantages, shape (steps, n), for one more row of values."""
-    found, after = torch.zeros_like(rewards), torch.zeros_like(rewards[0])
-    for k in reversed(range(len(rewards))):
-        runs = DISCOUNT * (1.0 - ends[k])
-        after = rewards[k] - values[k] + runs * (values[k + 1] + LAMBDA * after)
-        found[k] = after
-    return found
-
-
-def train(options: argparse.Namespace) -> tuple[Agent, Normaliser, list[Row]]:
+def train(options: argparse.Namespace) -> tuple[Agent, Normaliser, Curve]:
     """Train until the goal or the limit of time; return agent, normalisation and curve."""
     torch.set_num_threads(1)  # the networks are too small for more
     torch.manual_seed(options.seed)
     envs = make(options.id, options.envs, options.model)
-    trial = make(options.id, 256, options.model)
     sizes = envs.single_observation_space.shape[0], envs.single_action_space.shape[0]
     agent = Agent(*sizes)
-    rollouts, rows, clock = Rollouts(envs, agent, options.seed), [], Clock()
-    rounds = 0
-    while clock()[options.cpu] < 60.0 * options.minutes:
+    rollouts = Rollouts(envs, agent, options.seed)
+    rounds, curve = 0, Curve(options, make(options.id, 256, options.model))
+    while not curve.is_complete():
         x, actions, log_p, *data = rollouts.collect()
         agent.improve(x, actions, log_p, data)
         rounds += 1
         if rounds % EVALUATE_EVERY == 0:
-            found = evaluate(trial, agent.actor, rollouts.normal)
-            rows.append(Row(*clock(), rounds * STEPS * options.envs, *found))
-            print(rows[-1].text(), flush=True)
-            if rows[-1].solved >= options.goal:
-                break
-    return agent, rollouts.normal, rows
+            curve.evaluate(rounds * STEPS * options.envs, agent.actor, rollouts.normal)
+    return agent, rollouts.normal, curve
 
 
 def main() -> None:
@@ -142,8 +127,8 @@ def main() -> None:
     add_options(parser)
     parser.add_argument("--envs", type=int, default=256, help="number of robots (default: 256)")
     options = parser.parse_args()
-    agent, normal, rows = train(options)
-    save(options.output, make(options.id, 1, options.model), agent.actor, normal, rows)
+    agent, normal, curve = train(options)
+    save(options.output, make(options.id, 1, options.model), agent.actor, normal, curve.rows)
 
 
 if __name__ == "__main__":

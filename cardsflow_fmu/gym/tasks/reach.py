@@ -42,6 +42,9 @@ class ReachTask(Task):
     Raises:
         InputError: A range or a threshold is invalid, or no pose reaches the boxes.
         UnknownNameError: A task frame or a reward term does not exist.
+
+    Attributes:
+        near: Distance below which the task is solved, in [m].
     """
 
     default_weights: ClassVar = {"reach": 1.0, "bonus": 4.0, "act_reg": 0.0, "penalty": 50.0}
@@ -76,7 +79,7 @@ class ReachTask(Task):
         self.space = "operational"
         if self._rows == list(range(sum(len(f.axes) for f in robot.task_frames))):
             self.parts = ("y", "error")
-        self._near = count * positive("threshold", threshold)
+        self.near = count * positive("threshold", threshold)
         self._far = count * positive("far", far)
         self._initial = np.array([c.initial for c in robot.coordinates])
         self._points = self._reachable(poses or {}) if sampling == "workspace" else None
@@ -96,7 +99,7 @@ class ReachTask(Task):
         """Return the reward terms; the first two steps have no penalty."""
         distance = norms(targets - batch.task_position[:, self._rows])
         done = (distance > self._far) & (batch.ticks > 2)
-        near = near_and_far_terms(distance, self._near, 2.0 * self._near)
+        near = near_and_far_terms(distance, self.near, 2.0 * self.near)
         return {
             "reach": -distance,
             "sparse": -distance,
