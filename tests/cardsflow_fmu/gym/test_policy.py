@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
+from support.policies import random_network
 from support.robots.robots import EXAMPLES
 
 import cardsflow_fmu.gym as gym
@@ -24,16 +24,10 @@ PLANAR, FLOWER = EXAMPLES / "planar_2r", EXAMPLES / "roboy_left_arm"
 HILL = EXAMPLES / "hill_arm"
 
 
-def _network(sizes: list[int], seed: int = 0) -> list[tuple[np.ndarray, np.ndarray]]:
-    rng = np.random.default_rng(seed)
-    pairs = itertools.pairwise(sizes)
-    return [(rng.normal(size=(b, a)) / np.sqrt(a), 0.1 * rng.normal(size=b)) for a, b in pairs]
-
-
 def _export(env: Any, file: Path, activation: str = "tanh", **options: Any) -> Policy:
     inputs, outputs = env.observation_space.shape[0], env.action_space.shape[0]
     return export_policy(
-        env, _network([inputs, 16, 8, outputs]), file, activation=activation, **options
+        env, random_network([inputs, 16, 8, outputs]), file, activation=activation, **options
     )
 
 
@@ -94,7 +88,7 @@ def test_commands_of_a_run_are_those_of_the_network(
 @pytest.mark.native
 def test_a_policy_fmu_computes_the_network_without_python(tmp_path: Path) -> None:
     env = gym.from_experiment(PLANAR, task="pose")
-    layers = _network([6, 12, 4])
+    layers = random_network([6, 12, 4])
     policy = export_policy(env, layers, tmp_path / "policy.json", max_input=5.0)
 
     files = export_network(tmp_path / "policy.json", PLANAR, tmp_path / "out", task="pose")
@@ -163,7 +157,7 @@ def test_wrong_policies_are_rejected_with_one_line(
 ) -> None:
     env = gym.from_experiment(PLANAR, task="pose")
     file = tmp_path / "policy.json"
-    export_policy(env, _network([6, 8, 4]), file)
+    export_policy(env, random_network([6, 8, 4]), file)
     data = json.loads(file.read_text())
     change(data)
     file.write_text(json.dumps(data))
@@ -176,10 +170,10 @@ def test_wrong_policies_are_rejected_with_one_line(
 def test_networks_that_do_not_fit_are_rejected(tmp_path: Path) -> None:
     env = gym.from_experiment(PLANAR, task="pose", targets={"joint_1": (0.0, 1.0)})
     with pytest.raises(InputError, match="not those of a controller"):
-        export_policy(env, _network([5, 4]), tmp_path / "a.json")
+        export_policy(env, random_network([5, 4]), tmp_path / "a.json")
     env = gym.from_experiment(PLANAR, task="pose")
     with pytest.raises(InputError, match="layer 0: weights have shape"):
-        export_policy(env, _network([5, 4]), tmp_path / "a.json")
+        export_policy(env, random_network([5, 4]), tmp_path / "a.json")
     for name, what in (
         ("a.txt", "is not a network"),
         ("a.onnx", "needs the package|is not an ONNX"),
@@ -191,7 +185,7 @@ def test_networks_that_do_not_fit_are_rejected(tmp_path: Path) -> None:
 def test_a_policy_is_saved_with_runs_and_needs_its_type(tmp_path: Path) -> None:
     env = gym.from_experiment(PLANAR, task="pose")
     file = tmp_path / "policy.json"
-    export_policy(env, _network([6, 4]), file)
+    export_policy(env, random_network([6, 4]), file)
     settings = _settings(file, env, **{"controller.period": 0.02, "run.duration": 0.1})
     result = run(Experiment.load(PLANAR, settings), tmp_path / "run")
     assert read_policy(result.experiment.controller.policy).outputs[0] == "cable_1"

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from support.browser import Page
 from support.engine_page import engine_rows, open_client, open_engine
+from support.policies import random_policy
 from support.robots.bent_cables import with_bent_cables
 from support.robots.robots import EXAMPLES
 
@@ -28,12 +29,16 @@ def native_rows(experiment: Experiment, count: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "name", ["planar_2r", "roboy_left_arm", "hill_arm", "cable_robot", "no_joint_encoders"]
+    "name",
+    ["planar_2r", "policy", "roboy_left_arm", "hill_arm", "cable_robot", "no_joint_encoders"],
 )
 def test_two_seconds_in_a_browser_are_those_of_the_native_library(
     page: Page, tmp_path: Path, name: str
 ) -> None:
-    experiment = Experiment.load(EXAMPLES / name)
+    if name == "policy":
+        experiment = Experiment.load(EXAMPLES / "planar_2r", random_policy(tmp_path))
+    else:
+        experiment = Experiment.load(EXAMPLES / name)
     count = min(2000, experiment.run.steps)
     open_engine(page, experiment, tmp_path)
     np.testing.assert_array_equal(engine_rows(page, count), native_rows(experiment, count))

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from support.fmu.fmu_host import OUTPUTS, STEP, plain_run, run
 from support.native.targets import PROGRAMS
+from support.policies import random_policy
 from support.robots.robots import EXAMPLES, PLANAR_2R
 from toy_model import REFERENCES
 
@@ -88,9 +89,13 @@ def test_c_host_steps_the_plant(c_host: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_closed_loop_of_the_example_equals_run(compiler: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("is_policy", [False, True], ids=["own law", "policy"])
+def test_closed_loop_of_the_example_equals_run(
+    compiler: str, is_policy: bool, tmp_path: Path
+) -> None:
     """examples/exchange/closed_loop.c: all real variables at every step, bit for bit."""
-    experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.5, "controller.period": 0.002})
+    law = random_policy(tmp_path) if is_policy else {"controller.period": 0.002}
+    experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.5, **law})
     for name, archive in build(experiment, tmp_path / "fmus").items():
         fmpy.extract(str(archive), str(tmp_path / name))
     source, program = EXAMPLES / "exchange/closed_loop.c", tmp_path / "closed_loop"
