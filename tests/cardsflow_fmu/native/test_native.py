@@ -41,7 +41,7 @@ def test_native_fmu_contains_no_python(tmp_path: Path) -> None:
             assert libraries
             for entry in libraries:  # code for Windows is larger
                 is_windows = entry.filename.endswith(".dll")
-                assert (entry.compress_size if is_windows else entry.file_size) < 580_000
+                assert (entry.compress_size if is_windows else entry.file_size) < 590_000
 
 
 @pytest.mark.cases(2)
