@@ -114,7 +114,8 @@ class Changes {
     if (role !== "sensors") return own;
     take("noise", "noise");
     take("break", "stuck");
-    if (own.break) own.break = own.break.map(([name, time]) => [name, time - this.engine.models[i].begin]); // of its own clock
+    // the time of a model is 0 when the model begins
+    if (own.break) own.break = own.break.map(([name, time]) => [name, time - this.engine.models[i].begin]);
     return own;
   }
 
