@@ -80,14 +80,19 @@ def test_derivatives_with_muscle_laws_match_differences(is_elastic: int) -> None
     _check_derivatives(shooting, x, rng.uniform(0.2, 0.8, (COUNT, 6)), np.full(COUNT, H))
 
 
-def test_fibres_with_elastic_tendons_have_order_three_in_long_steps() -> None:
-    """Also without damping, where explicit steps of this length diverge."""
+@pytest.mark.parametrize(
+    ("duration", "steps"), [(0.04, (2, 4, 8, 256)), (0.002, (32, 64, 128, 512))]
+)
+def test_fibres_with_elastic_tendons_have_order_three(
+    duration: float, steps: tuple[int, ...]
+) -> None:
+    """Without damping, also in steps of 20 ms, where explicit ones diverge, and of 16 us."""
     shooting = _hill_arm(1, **{"muscles.*.model.fibre_damping": 0.0})
     q, u = np.array([0.3, 0.5]), np.full((1, 6), 0.3)
     x = np.array([[*q, 0.0, 0.0, *shooting.start(q, np.full(6, 0.1))]])
     ends = []
-    for shooting.steps in (2, 4, 8, 256):
-        found = shooting.run(x, u, np.array([0.04]), False)
+    for shooting.steps in steps:
+        found = shooting.run(x, u, np.array([duration]), False)
         assert found is not None
         ends.append(found.ends)
     errors = [float(abs(own - ends[-1]).max()) for own in ends[:-1]]
