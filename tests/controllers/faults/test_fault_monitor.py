@@ -122,6 +122,19 @@ def test_unknown_load_is_not_a_fault() -> None:
         assert not monitor.tick()
 
 
+@pytest.mark.parametrize("stated", [1e-4, 0.0])
+def test_constant_errors_of_lengths_are_a_fault_only_if_they_are_not_stated(stated: float) -> None:
+    """They shift the pose of the lengths, with which the encoders are compared."""
+    monitor, bench, alarms = FaultMonitor(Bench.n, Bench.m), Bench(7), 0
+    monitor.write(length_error=stated)
+    error = np.random.default_rng(1).normal(0.0, 1e-4, Bench.m)
+    for now in bench.ticks(END):
+        now.lengths += error
+        now.write(monitor)
+        alarms += monitor.tick()
+    assert (alarms > 0) == (stated == 0.0)
+
+
 @pytest.mark.parametrize("resolution", [1e-5, 1e-3])
 @pytest.mark.parametrize("fall", [0.0, 40.0])
 def test_constant_values_of_a_sensor_without_noise_are_not_a_fault(
