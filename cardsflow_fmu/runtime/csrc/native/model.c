@@ -11,10 +11,17 @@ void native_close(struct native_model *native)
 {
     if (!native)
         return;
+    if (native->memory)
+        native->memory->release(native->own);
     native_robot_close(&native->robot);
     native_file_free(&native->file);
     free(native->own_values);
     free(native);
+}
+
+void native_close_model(struct model *model)
+{
+    native_close(model->backend);
 }
 
 double *native_values(const struct native_model *native, struct native_group group, const char *name,
@@ -67,13 +74,16 @@ static size_t total(const size_t *sizes, size_t count)
     return sum;
 }
 
-int native_save(const double *const *parts, const size_t *sizes, size_t count, void **bytes, size_t *size,
-                struct text *error)
+int native_get_state(struct model *model, void **bytes, size_t *size)
 {
+    struct native_model *native = model->backend;
+    double *parts[NATIVE_STATE_PARTS];
+    size_t sizes[NATIVE_STATE_PARTS];
+    const size_t count = native->memory->list_state(native, parts, sizes);
     *size = total(sizes, count) * sizeof(double);
     double *at = *bytes = malloc(*size + 1);
     if (!at) {
-        text_set(error, "not enough memory for the state");
+        text_set(&model->error, "not enough memory for the state");
         return 1;
     }
     for (size_t i = 0; i < count; at += sizes[i++])
@@ -81,23 +91,26 @@ int native_save(const double *const *parts, const size_t *sizes, size_t count, v
     return 0;
 }
 
-int native_restore(double *const *parts, const size_t *sizes, size_t count, const void *bytes, size_t size,
-                   struct text *error)
+int native_set_state(struct model *model, const void *bytes, size_t size)
 {
+    struct native_model *native = model->backend;
+    double *parts[NATIVE_STATE_PARTS];
+    size_t sizes[NATIVE_STATE_PARTS];
+    const size_t count = native->memory->list_state(native, parts, sizes);
     const char *at = bytes;
     if (size != total(sizes, count) * sizeof(double)) {
-        text_set(error, "a state of this model does not have %lu bytes", (unsigned long)size);
+        text_set(&model->error, "a state of this model does not have %lu bytes", (unsigned long)size);
         return 1;
     }
     for (size_t i = 0; i < size; i += sizeof(double)) {
         double value;
         memcpy(&value, at + i, sizeof value);
         if (!isfinite(value)) {
-            text_set(error, "a number of the state is not finite");
+            text_set(&model->error, "a number of the state is not finite");
             return 1;
         }
     }
     for (size_t i = 0; i < count; at += sizes[i++] * sizeof(double))
         memcpy(parts[i], at, sizes[i] * sizeof(double));
-    return 0;
+    return native->memory->after_restore ? native->memory->after_restore(model) : 0;
 }

@@ -15,10 +15,20 @@ struct native_model {
     double *values;     /* in the order of the ports */
     double *own_values; /* the same values, or NULL if the caller owns them */
     void *own;      /* data of the model */
+    const struct native_memory *memory; /* functions for `own` */
 };
 
-/* Free the memory of native_open, after `own` has been freed. */
+enum { NATIVE_STATE_PARTS = 8 };
+struct native_memory {
+    /* List the arrays of the internal state with their lengths; return their number. */
+    size_t (*list_state)(struct native_model *native, double **parts, size_t *sizes);
+    int (*after_restore)(struct model *model); /* or NULL */
+    void (*release)(void *own);
+};
+
+/* Free the model and its own data. NULL is allowed. */
 void native_close(struct native_model *native);
+void native_close_model(struct model *model);
 
 /* Return the values of a group of variables; NULL, with a message, if the size of the group differs or
  * exceeds the variables of the FMU. */
@@ -37,10 +47,8 @@ const char *native_port_name(const struct native_model *native, const double *va
 size_t native_whole_steps(double time, const double *parameter, const char *what, struct model *model);
 
 /* Copy the internal state of a model to the heap. Return 0, or nonzero with a message. */
-int native_save(const double *const *parts, const size_t *sizes, size_t count, void **bytes, size_t *size,
-                struct text *error);
+int native_get_state(struct model *model, void **bytes, size_t *size);
 /* Restore the internal state. Return nonzero with a message if the size differs or a number is not finite. */
-int native_restore(double *const *parts, const size_t *sizes, size_t count, const void *bytes, size_t size,
-                   struct text *error);
+int native_set_state(struct model *model, const void *bytes, size_t size);
 
 #endif

@@ -52,41 +52,30 @@ static int step(struct model *model)
     return 0;
 }
 
-static int get_state(struct model *model, void **bytes, size_t *size)
+static size_t list_state(struct native_model *native, double **parts, size_t *sizes)
 {
-    const struct native_model *native = model->backend;
-    const struct reference *c = native->own;
-    const double *const parts[] = {&c->time, &c->path.lag};
-    const size_t sizes[] = {1, sizeof c->path / sizeof(double)};
-    return native_save(parts, sizes, 2, bytes, size, &model->error);
+    struct reference *c = native->own;
+    parts[0] = &c->time, sizes[0] = 1;
+    parts[1] = &c->path.lag, sizes[1] = sizeof c->path / sizeof(double);
+    return 2;
 }
 
-static int set_state(struct model *model, const void *bytes, size_t size)
+static int after_restore(struct model *model)
 {
-    struct native_model *native = model->backend;
-    struct reference *c = native->own;
-    double *const parts[] = {&c->time, &c->path.lag};
-    const size_t sizes[] = {1, sizeof c->path / sizeof(double)};
-    if (native_restore(parts, sizes, 2, bytes, size, &model->error))
-        return 1;
+    struct reference *c = ((struct native_model *)model->backend)->own;
     evaluate(c, c->time);
     return 0;
 }
 
-static void close_reference(struct model *model)
-{
-    struct native_model *native = model->backend;
-    free(native->own);
-    native_close(native);
-}
+static const struct native_memory MEMORY = {list_state, after_restore, free};
 
 static const struct model_functions FUNCTIONS = {
     .initialize = initialize,
     .step = step,
     .reset = native_reset,
-    .get_state = get_state,
-    .set_state = set_state,
-    .close = close_reference,
+    .get_state = native_get_state,
+    .set_state = native_set_state,
+    .close = native_close_model,
 };
 
 /* ----------------------------------------------------------------------------------- opening */
@@ -114,18 +103,18 @@ int native_reference_open(struct model *model, struct native_model *native, stru
         text_set(error, "not enough memory for the model");
         return 1;
     }
+    native->own = c;
+    native->memory = &MEMORY;
     c->settings = s;
-    const int failed = place_parts(c);
-    if (failed)
+    if (place_parts(c)) {
         text_set(error, "native.bin does not hold a reference");
-    if (failed || !(c->reference = native_values(native, s.of.reference, "reference", s.of.reference.count, error)) ||
-        !(c->loads = native_values(native, s.of.loads, "loads", ANY, error)) ||
-        !(c->speed = native_values(native, s.of.speed, "speed", ANY, error)) ||
-        !(c->reached = native_values(native, s.of.reached, "reached", ANY, error))) {
-        free(c);
         return 1;
     }
-    native->own = c;
+    if (!(c->reference = native_values(native, s.of.reference, "reference", s.of.reference.count, error)) ||
+        !(c->loads = native_values(native, s.of.loads, "loads", ANY, error)) ||
+        !(c->speed = native_values(native, s.of.speed, "speed", ANY, error)) ||
+        !(c->reached = native_values(native, s.of.reached, "reached", ANY, error)))
+        return 1;
     model->functions = &FUNCTIONS;
     return 0;
 }

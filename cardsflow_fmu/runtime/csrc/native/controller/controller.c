@@ -323,45 +323,24 @@ static int step(struct model *model)
     return 0;
 }
 
-enum { PARTS = 8 }; /* of the state */
-
-static int get_state(struct model *model, void **bytes, size_t *size)
+static size_t list_state(struct native_model *native, double **parts, size_t *sizes)
 {
-    const struct native_model *native = model->backend;
-    const struct controller *c = native->own;
+    struct controller *c = native->own;
     const struct native_robot *robot = &native->robot;
-    size_t sizes[PARTS];
-    const double *const parts[] = {loop_array(c, "remembered", &sizes[0]),
-                                   loop_array(c, "memory", &sizes[1]), c->muscles.memory,
-                                   c->ramp, robot->slips, c->last_position,
-                                   native_predictive_memory(c, &sizes[6]),
-                                   native_reacting_memory(c, &sizes[7])};
-    sizes[2] = native_muscles_memory(&c->muscles);
-    sizes[3] = native_ramp_memory(c);
-    sizes[4] = robot->bends;
-    sizes[5] = robot->far ? 1 + robot->n : 0;
-    return native_save(parts, sizes, PARTS, bytes, size, &model->error);
+    parts[0] = loop_array(c, "remembered", &sizes[0]);
+    parts[1] = loop_array(c, "memory", &sizes[1]);
+    parts[2] = c->muscles.memory, sizes[2] = native_muscles_memory(&c->muscles);
+    parts[3] = c->ramp, sizes[3] = native_ramp_memory(c);
+    parts[4] = robot->slips, sizes[4] = robot->bends;
+    parts[5] = c->last_position, sizes[5] = robot->far ? 1 + robot->n : 0;
+    parts[6] = native_predictive_memory(c, &sizes[6]);
+    parts[7] = native_reacting_memory(c, &sizes[7]);
+    return 8;
 }
 
-static int set_state(struct model *model, const void *bytes, size_t size)
+static void free_controller(void *own)
 {
-    const struct native_model *native = model->backend;
-    const struct controller *c = native->own;
-    const struct native_robot *robot = &native->robot;
-    size_t sizes[PARTS];
-    double *const parts[] = {loop_array(c, "remembered", &sizes[0]),
-                             loop_array(c, "memory", &sizes[1]), c->muscles.memory, c->ramp,
-                             robot->slips, c->last_position, native_predictive_memory(c, &sizes[6]),
-                             native_reacting_memory(c, &sizes[7])};
-    sizes[2] = native_muscles_memory(&c->muscles);
-    sizes[3] = native_ramp_memory(c);
-    sizes[4] = robot->bends;
-    sizes[5] = robot->far ? 1 + robot->n : 0;
-    return native_restore(parts, sizes, PARTS, bytes, size, &model->error);
-}
-
-static void free_controller(struct controller *c)
-{
+    struct controller *c = own;
     native_muscles_close(&c->muscles);
     native_motion_close(c);
     free(c->ramp);
@@ -373,20 +352,15 @@ static void free_controller(struct controller *c)
     free(c);
 }
 
-static void close_controller(struct model *model)
-{
-    struct native_model *native = model->backend;
-    free_controller(native->own);
-    native_close(native);
-}
+static const struct native_memory MEMORY = {list_state, NULL, free_controller};
 
 static const struct model_functions FUNCTIONS = {
     .initialize = initialize,
     .step = step,
     .reset = native_reset,
-    .get_state = get_state,
-    .set_state = set_state,
-    .close = close_controller,
+    .get_state = native_get_state,
+    .set_state = native_set_state,
+    .close = native_close_model,
 };
 
 /* ----------------------------------------------------------------------------------- opening it */
@@ -414,23 +388,26 @@ static int open_slips(struct controller *c, const struct native_robot *robot)
 int native_controller_open(struct model *model, struct native_model *native, struct text *error)
 {
     struct controller *c = calloc(1, sizeof *c);
-    int failed = !c || native_controller_settings(c, native, error);
-    if (!c || (!failed && (native_muscles_open(&c->muscles, &native->robot, &c->settings) ||
-                           native_ramp_open(c) || open_slips(c, &native->robot) || open_loop(native, c)))) {
+    if (!c) {
         text_set(error, "not enough memory for the controller");
-        failed = 1;
-    }
-    if (!failed && native_policy_open(c)) {
-        text_set(error, "native.bin does not match its policy");
-        failed = 1;
-    }
-    if (failed || native_predictive_open(c, native, tasks, error) || native_controller_fill(c, native, error) ||
-        native_motion_open(c, &native->robot, error) || native_reacting_open(c, &native->robot, error)) {
-        if (c)
-            free_controller(c);
         return 1;
     }
     native->own = c;
+    native->memory = &MEMORY;
+    if (native_controller_settings(c, native, error))
+        return 1;
+    if (native_muscles_open(&c->muscles, &native->robot, &c->settings) || native_ramp_open(c) ||
+        open_slips(c, &native->robot) || open_loop(native, c)) {
+        text_set(error, "not enough memory for the controller");
+        return 1;
+    }
+    if (native_policy_open(c)) {
+        text_set(error, "native.bin does not match its policy");
+        return 1;
+    }
+    if (native_predictive_open(c, native, tasks, error) || native_controller_fill(c, native, error) ||
+        native_motion_open(c, &native->robot, error) || native_reacting_open(c, &native->robot, error))
+        return 1;
     model->functions = &FUNCTIONS;
     return 0;
 }

@@ -131,36 +131,28 @@ static int step(struct model *model)
     return 0;
 }
 
-static int get_state(struct model *model, void **bytes, size_t *size)
+static size_t list_state(struct native_model *native, double **parts, size_t *sizes)
 {
-    const struct native_model *native = model->backend;
-    const struct estimator_model *s = native->own;
-    size_t sizes[4] = {1, 0, 0, 0};
-    const double *const parts[] = {&s->since, estimator_array(s->estimator, "remembered", &sizes[1]),
-                                   fault_monitor_state(&s->monitor, &sizes[2]),
-                                   estimator_array(s->estimator, "remembered_frames", &sizes[3])};
-    return native_save(parts, sizes, s->horizon ? 4 : 3, bytes, size, &model->error);
+    struct estimator_model *s = native->own;
+    parts[0] = &s->since, sizes[0] = 1;
+    parts[1] = estimator_array(s->estimator, "remembered", &sizes[1]);
+    parts[2] = fault_monitor_state(&s->monitor, &sizes[2]);
+    parts[3] = estimator_array(s->estimator, "remembered_frames", &sizes[3]);
+    return s->horizon ? 4 : 3;
 }
 
-static int set_state(struct model *model, const void *bytes, size_t size)
+static int after_restore(struct model *model)
 {
     const struct native_model *native = model->backend;
     struct estimator_model *s = native->own;
-    size_t sizes[4] = {1, 0, 0, 0};
-    double *const parts[] = {&s->since, estimator_array(s->estimator, "remembered", &sizes[1]),
-                             fault_monitor_state(&s->monitor, &sizes[2]),
-                             estimator_array(s->estimator, "remembered_frames", &sizes[3])};
-    if (native_restore(parts, sizes, s->horizon ? 4 : 3, bytes, size, &model->error))
-        return 1;
     fault_monitor_write(&s->monitor);
     write_outputs(s, native->robot.n);
     return 0;
 }
 
-static void free_estimator(struct estimator_model *s)
+static void free_estimator(void *own)
 {
-    if (!s)
-        return;
+    struct estimator_model *s = own;
     free(s->estimator);
     free(s->monitor.faults);
     free(s->transition);
@@ -168,20 +160,15 @@ static void free_estimator(struct estimator_model *s)
     free(s);
 }
 
-static void close_estimator(struct model *model)
-{
-    struct native_model *native = model->backend;
-    free_estimator(native->own);
-    native_close(native);
-}
+static const struct native_memory MEMORY = {list_state, after_restore, free_estimator};
 
 static const struct model_functions FUNCTIONS = {
     .initialize = initialize,
     .step = step,
     .reset = native_reset,
-    .get_state = get_state,
-    .set_state = set_state,
-    .close = close_estimator,
+    .get_state = native_get_state,
+    .set_state = native_set_state,
+    .close = native_close_model,
 };
 
 /* Return whether the variables of faults exist if faults are detected. */
@@ -297,13 +284,14 @@ static int fill(struct estimator_model *s, struct native_model *native, struct t
 int native_estimator_open(struct model *model, struct native_model *native, struct text *error)
 {
     struct estimator_model *s = calloc(1, sizeof *s);
-    if (!s)
+    if (!s) {
         text_set(error, "not enough memory for the model");
-    if (!s || fill(s, native, error)) {
-        free_estimator(s);
         return 1;
     }
     native->own = s;
+    native->memory = &MEMORY;
+    if (fill(s, native, error))
+        return 1;
     model->functions = &FUNCTIONS;
     return 0;
 }

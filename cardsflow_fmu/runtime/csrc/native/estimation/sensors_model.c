@@ -74,38 +74,28 @@ static int step(struct model *model)
     return 0;
 }
 
-static int get_state(struct model *model, void **bytes, size_t *size)
+static size_t list_state(struct native_model *native, double **parts, size_t *sizes)
 {
-    const struct native_model *native = model->backend;
-    size_t sizes[1];
-    const double *const parts[] = {array(native->own, "remembered", sizes)};
-    return native_save(parts, sizes, 1, bytes, size, &model->error);
+    parts[0] = array(native->own, "remembered", sizes);
+    return 1;
 }
 
-static int set_state(struct model *model, const void *bytes, size_t size)
+static void release(void *own)
 {
-    const struct native_model *native = model->backend;
-    size_t sizes[1];
-    double *const parts[] = {array(native->own, "remembered", sizes)};
-    return native_restore(parts, sizes, 1, bytes, size, &model->error);
-}
-
-static void close_sensors(struct model *model)
-{
-    struct native_model *native = model->backend;
-    struct sensors_model *s = native->own;
+    struct sensors_model *s = own;
     free(s->sensors);
     free(s);
-    native_close(native);
 }
+
+static const struct native_memory MEMORY = {list_state, NULL, release};
 
 static const struct model_functions FUNCTIONS = {
     .initialize = initialize,
     .step = step,
     .reset = native_reset,
-    .get_state = get_state,
-    .set_state = set_state,
-    .close = close_sensors,
+    .get_state = native_get_state,
+    .set_state = native_set_state,
+    .close = native_close_model,
 };
 
 /* Return whether all indices are within their ranges, and all counts agree. */
@@ -161,15 +151,14 @@ static int fill(struct sensors_model *s, struct native_model *native, struct tex
 int native_sensors_open(struct model *model, struct native_model *native, struct text *error)
 {
     struct sensors_model *s = calloc(1, sizeof *s);
-    if (!s)
+    if (!s) {
         text_set(error, "not enough memory for the model");
-    if (!s || fill(s, native, error)) {
-        if (s)
-            free(s->sensors);
-        free(s);
         return 1;
     }
     native->own = s;
+    native->memory = &MEMORY;
+    if (fill(s, native, error))
+        return 1;
     model->functions = &FUNCTIONS;
     return 0;
 }

@@ -126,62 +126,49 @@ static int step(struct model *model)
     return native_plant_write_outputs(model);
 }
 
-static int get_state(struct model *model, void **bytes, size_t *size)
+static size_t list_state(struct native_model *native, double **parts, size_t *sizes)
 {
-    const struct native_model *native = model->backend;
-    const struct native_robot *robot = &native->robot;
-    const struct plant *plant = native->own;
-    const double *const parts[] = {&plant->ticks, robot->q, robot->qd, robot->states, plant->work, plant->held};
-    const size_t sizes[] = {1,        robot->n,
-                            robot->n, robot->s,
-                            plant->settings.of.energies.count ? WORKS : 0,
-                            plant_is_continuous(plant) ? robot->n : 0};
-    return native_save(parts, sizes, 6, bytes, size, &model->error);
-}
-
-static int set_state(struct model *model, const void *bytes, size_t size)
-{
-    struct native_model *native = model->backend;
     const struct native_robot *robot = &native->robot;
     struct plant *plant = native->own;
-    double *const parts[] = {&plant->ticks, robot->q, robot->qd, robot->states, plant->work, plant->held};
-    const size_t sizes[] = {1,        robot->n,
-                            robot->n, robot->s,
-                            plant->settings.of.energies.count ? WORKS : 0,
-                            plant_is_continuous(plant) ? robot->n : 0};
-    if (native_restore(parts, sizes, 6, bytes, size, &model->error))
-        return 1;
-    break_cables(plant, robot->m);
+    parts[0] = &plant->ticks, sizes[0] = 1;
+    parts[1] = robot->q, sizes[1] = robot->n;
+    parts[2] = robot->qd, sizes[2] = robot->n;
+    parts[3] = robot->states, sizes[3] = robot->s;
+    parts[4] = plant->work, sizes[4] = plant->settings.of.energies.count ? WORKS : 0;
+    parts[5] = plant->held, sizes[5] = plant_is_continuous(plant) ? robot->n : 0;
+    return 6;
+}
+
+static int after_restore(struct model *model)
+{
+    const struct native_model *native = model->backend;
+    break_cables(native->own, native->robot.m);
     return show(model);
 }
 
-static void close_plant(struct model *model)
-{
-    struct native_model *native = model->backend;
-    native_plant_free(native->own);
-    native_close(native);
-}
+static const struct native_memory MEMORY = {list_state, after_restore, native_plant_free};
 
 static const struct model_functions FUNCTIONS = {
     .initialize = initialize,
     .step = step,
     .reset = native_reset,
-    .get_state = get_state,
-    .set_state = set_state,
+    .get_state = native_get_state,
+    .set_state = native_set_state,
     .derivative = native_plant_derivative,
-    .close = close_plant,
+    .close = native_close_model,
 };
 
 int native_plant_open(struct model *model, struct native_model *native, struct text *error)
 {
     struct plant *plant = calloc(1, sizeof *plant);
-    if (!plant)
+    if (!plant) {
         text_set(error, "not enough memory for the model");
-    if (!plant || native_plant_settings(plant, native, error)) {
-        native_plant_free(plant);
         return 1;
     }
     native->own = plant;
+    native->memory = &MEMORY;
+    if (native_plant_settings(plant, native, error))
+        return 1;
     model->functions = &FUNCTIONS;
     if (plant_is_continuous(plant))
         native_plant_continuous_open(model);

@@ -97,8 +97,9 @@ int native_plant_settings(struct plant *plant, struct native_model *native, stru
     return place_values(plant, native, error);
 }
 
-void native_plant_free(struct plant *plant)
+void native_plant_free(void *own)
 {
+    struct plant *plant = own;
     if (!plant)
         return;
     free(plant->muscle_commands);
