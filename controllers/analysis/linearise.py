@@ -90,13 +90,8 @@ class LinearLoop:
 
     @property
     def spectral_radius(self) -> float:
-        """Largest magnitude of a pole: the growth factor of errors per tick."""
+        """Largest magnitude of a pole: the growth factor of errors per tick, stable below 1."""
         return float(np.abs(self.poles[0]))
-
-    @property
-    def stable(self) -> bool:
-        """Whether small errors decay."""
-        return self.spectral_radius < 1.0
 
 
 def linearise_robot(

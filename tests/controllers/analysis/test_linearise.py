@@ -97,7 +97,6 @@ def test_published_spectral_radii(f_min: float, period: float, delay: int, radiu
     """Loops with radii above 1 diverged in simulations with DART at 1 kHz."""
     loop = Case(f_min).numeric_loop(period, delay, 1e-3)
     assert loop.spectral_radius == pytest.approx(radius, abs=1e-3)
-    assert loop.stable is (radius < 1.0)
 
 
 @pytest.mark.parametrize(("f_min", "fastest"), [(0.0, 79.0), (10.0, 1759.0), (20.0, 3440.0)])
