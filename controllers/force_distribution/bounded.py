@@ -142,18 +142,6 @@ class ForceDistribution:
         """
         return self._write_problem(L, tau, None).build()
 
-    def build_soft_problem(
-        self, L: FloatArray, tau: FloatArray, M: FloatArray | None = None
-    ) -> qpsolvers.Problem:
-        """Return the soft QP with the variables f, then the error W (L'f + tau).
-
-        Args:
-            L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
-            tau: Desired torque, shape (n,), in [N·m] or [N].
-            M: Mass matrix, shape (n, n); see `solve`.
-        """
-        return self._write_problem(L, tau, M).build(soft=True)
-
     def reset(self) -> None:
         """Discard previous solutions, so that the next solution does not depend on them."""
         if self._law is not None:

@@ -61,11 +61,6 @@ class ForceSolution:
         return self._select_names(self._near_max)
 
     @property
-    def count_at_bounds(self) -> int:
-        """Number of muscles and motors at a limit."""
-        return int(np.count_nonzero(self._near_min | self._near_max))
-
-    @property
     def _near_min(self) -> BoolArray:
         return self.forces - self.f_min <= _AT_LIMIT * np.maximum(1.0, self.f_min)
 

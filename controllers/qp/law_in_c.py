@@ -35,7 +35,7 @@ def library() -> ctypes.PyDLL:
     laws.computed_torque_open.restype = pointer
     laws.computed_torque_array.argtypes = [pointer, ctypes.c_char_p, ctypes.POINTER(size)]
     laws.computed_torque_array.restype = pointer
-    for name in ("needs_gravity", "reset", "require", "solve", "build", "build_soft", "program"):
+    for name in ("needs_gravity", "reset", "require", "solve", "build", "program"):
         getattr(laws, f"computed_torque_{name}").argtypes = [pointer]
     laws.computed_torque_program.restype = pointer
     laws.computed_torque_finish.argtypes = [pointer, pointer]
@@ -140,14 +140,9 @@ class LawInC:
             status = self._library.computed_torque_finish(self.handle, x.ctypes.data)
         return status
 
-    def build(self, *, soft: bool = False) -> qpsolvers.Problem:
-        """Return the QP for qpsolvers, with an additional variable after f for each soft row.
-
-        Args:
-            soft: Whether all rows except the equation of motion are soft.
-        """
-        name = "computed_torque_build_soft" if soft else "computed_torque_build"
-        getattr(self._library, name)(self.handle)
+    def build(self) -> qpsolvers.Problem:
+        """Return the QP for qpsolvers, with an additional variable after f for each soft row."""
+        self._library.computed_torque_build(self.handle)
         return self._program()
 
     def _program(self) -> qpsolvers.Problem:

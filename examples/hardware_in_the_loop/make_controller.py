@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cli.common import parse_settings
+from cardsflow_fmu.experiment.settings.predictive import MPC
 from cardsflow_fmu.hardware.protocol.handshake import split_uint64
 from cardsflow_fmu.hardware.protocol.signals import hardware_signature
 from cardsflow_fmu.models.estimator import make_estimator
@@ -175,6 +176,10 @@ def write_controller(experiment: Experiment, folder: Path, *, single: bool = Fal
         raise InputError("controller.c commands muscles, not motors at joints")
     if experiment.controller.custom_law is not None:
         raise InputError("controller.c runs no Python: make controller.type a law of the package")
+    if experiment.controller.type == MPC:
+        raise InputError(
+            "controller.c has no predictive control: use controller.fmu, or another law"
+        )
     if any(frame.is_orientation for frame in frames):
         raise InputError("controller.c follows points, not orientations")
     if not experiment.hardware.has_positions:

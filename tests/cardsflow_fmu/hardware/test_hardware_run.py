@@ -108,6 +108,22 @@ def test_the_command_drives_hardware(tmp_path: Path, cardsflow: CommandLine) -> 
 
 
 @pytest.mark.slow
+def test_hardware_follows_predictive_control_as_the_simulation_does() -> None:
+    """`controller.delay` is the delay of one tick that hardware adds."""
+    settings = {"controller.type": "mpc", "controller.delay": 1, "run.step": 0.005}
+    results = [
+        simulate(load(settings | more, ARM)) for more in (SHORT, {**LOCKSTEP, "run.duration": 0.05})
+    ]
+    for result in results:
+        assert not result["fallback"].any()
+    errors = [
+        max(abs(result[f"y.hand.{a}"] - result[f"y_d.hand.{a}"]).max() for a in "xyz")
+        for result in results
+    ]
+    assert max(errors) < 1e-3, errors
+
+
+@pytest.mark.slow
 def test_every_exchange_is_recorded(tmp_path: Path) -> None:
     result = run(load(LOCKSTEP | {"hardware.ramp_down": 0.02}), tmp_path / "out")
     recording = read_recording(tmp_path / "out" / "hardware.rec")
