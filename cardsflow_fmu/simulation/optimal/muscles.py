@@ -11,10 +11,14 @@ from cardsflow_fmu.experiment.motion.settings import MotionTable
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.dynamics import actuator_names
 from controllers.force_distribution.gravity_compensation import gravity_compensation
+from sim_dart import MuscleDrive
 from sim_dart.dynamics.core import CoreDynamics
 from sim_dart.optimal.shooting import Shooting
 
 Bounds = tuple[FloatArray, FloatArray]
+
+# Excess of passive tensions that feedback can balance, over the largest tension.
+_TOLERATED_EXCESS = 0.2
 
 
 def actuators(dynamics: CoreDynamics, shooting: Shooting) -> list[int]:
@@ -65,12 +69,35 @@ def resting_controls(
     limits = np.array([dynamics.f_min, dynamics.f_max])
     are_forces = np.append(~shooting.laws.modelled, np.ones(limits.shape[1] - m, bool))[driven]
     limits[:, np.array(driven)[are_forces]] = np.array(bounds)[:, are_forces]
-    forces = gravity_compensation(dynamics, q, *limits)
     shooting.start(q, np.zeros(m))  # moves the core to q
+    if shooting.laws.modelled.any():  # as at the start of a run: tensions that the laws reach
+        limits[:, :m] = np.maximum(np.clip(limits[:, :m], *shooting.laws.resting_reach()), 0.0)
+    forces = gravity_compensation(dynamics, q, *limits)
     commands = shooting.laws.resting_commands(forces[:m])
     commands = override(commands, motion.start_command)
     controls = np.concatenate([commands, forces[m:]])[driven]
     return np.clip(controls, *bounds), shooting.start(q, commands)
+
+
+def below_reach(experiment: Experiment, q: FloatArray, tensions: FloatArray) -> tuple[str, ...]:
+    """Return a line about the muscle that pulls most beyond its tension in a motion, if any does.
+
+    Args:
+        experiment: The experiment.
+        q: Joint positions, shape (k, n), in [rad] or [m].
+        tensions: Tensions of the motion, shape (k, m), in [N]; nan for passive muscles.
+    """
+    drive = MuscleDrive(experiment.robot)
+    least = np.array([drive.resting_reach(row).low for row in q])
+    excess = np.nanmax(np.where(np.isfinite(least), least - tensions, 0.0), axis=0, initial=0.0)
+    k = int(excess.argmax())
+    if excess[k] <= _TOLERATED_EXCESS * np.nanmax(tensions):
+        return ()
+    at = int(np.nanargmax(least[:, k] - tensions[:, k]))
+    name, low = experiment.robot.muscles[k].name, least[at, k]
+    what = f"the motion will not be followed: muscle {name} pulls with at least {low:.4g} N"
+    what += f", not with {tensions[at, k]:.4g} N"
+    return (f'{what}; use motion.muscles = "laws"',)
 
 
 def state_ranges(shooting: Shooting, dynamics: CoreDynamics) -> Bounds:

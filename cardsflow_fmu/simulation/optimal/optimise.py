@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import CardsflowError
+from cardsflow_fmu.cosim.signals.muscles import modelled_muscles
 from cardsflow_fmu.cosim.signals.ports import motor_signals, muscle_signals, task_signals
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.motion.feedback import MotionFeedback
@@ -21,6 +22,7 @@ from sim_dart.dynamics.core import CoreDynamics
 from .diagnosis import infeasibility, require_reachable
 from .feedback import motion_feedback
 from .guess import PARAMETER, last_motion, smooth_guess
+from .muscles import below_reach
 from .obstacles.constraints import against_jumps, between_nodes, is_blocked, passages
 from .obstacles.detours import ROUGH, detours, rough_motion, without_obstacles
 from .problem import ROUGH_INTEGRATION, MotionProblem, motion_problem
@@ -191,6 +193,11 @@ def optimise(
         warnings += (what,)
     elif error > _INTEGRATION_ERROR:
         notes += (what,)
+    if experiment.motion.muscles == "forces" and modelled_muscles(experiment.robot):
+        at, driven = solution.iterate, own.shooting.driven
+        tensions = np.full((len(at.u), own.dynamics.m), np.nan)
+        tensions[:, driven] = at.u[:, : len(driven)]
+        notes += below_reach(experiment, at.x[:-1, : own.dynamics.n], tensions)
     times, columns = _samples(own, solution, experiment.run.step)
     x = np.zeros((len(times), own.shooting.nx))
     x[:, : own.dynamics.n] = np.transpose(list(columns.values())[: own.dynamics.n])

@@ -14,8 +14,10 @@ from support.third_party_models import SQUAT
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.reader import follows_motion
+from cardsflow_fmu.models.start_commands import start
 from cardsflow_fmu.simulation.optimal.files import write_motion_files
 from cardsflow_fmu.simulation.optimal.optimise import load_for_motion, optimise
+from cardsflow_fmu.simulation.optimal.problem import motion_problem
 from cardsflow_fmu.utils.csv_table import read_csv
 from sim_dart import CoreDynamics, Plant
 
@@ -231,6 +233,19 @@ def test_pendulum_swings_up_with_less_torque_than_its_weight(tmp_path: Path) -> 
     assert abs(torque).max() <= 3.0 + 1e-9  # the weight is 9.81 N·m
     work = np.trapezoid(torque * speed, motion.times)
     assert work == pytest.approx(2.0 * 9.81, rel=1e-2)
+
+
+def test_stretched_muscles_start_as_in_a_run_or_are_reported() -> None:
+    """Passive tensions bound what muscles hold; a plan of forces alone does not contain them."""
+    own = {"motion.goals": [{"y": [0.35, -0.42]}], "motion.duration": 0.8, "motion.intervals": 5}
+    own |= {"muscles.*.model.optimal_fibre_length": 0.06}
+    motion = optimise(load_for_motion(EXAMPLES / "hill_arm", own))
+    assert any("will not be followed" in line for line in motion.notes)
+    experiment = load_for_motion(EXAMPLES / "hill_arm", {**own, "motion.muscles": "laws"})
+    plant, q = Plant(experiment.robot, step=1e-3), experiment.start.q
+    plant.reset(q, commands=start(experiment.robot, q).commands)
+    begin = motion_problem(experiment).guess.x[0, 4:]
+    np.testing.assert_allclose(begin, plant.get_state()[-len(begin) :], rtol=1e-6, atol=1e-9)
 
 
 def test_motion_converges_although_the_filter_rejects_steps_near_the_optimum() -> None:
