@@ -12,7 +12,7 @@ from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import Batch
 
-from .task import Start, Task, Terms, near_and_far_terms, norms
+from .task import Start, Task, norms
 
 StartPose = Literal["initial", "random"]
 
@@ -20,9 +20,7 @@ StartPose = Literal["initial", "random"]
 class PoseTask(Task):
     """Task to bring joints to a pose.
 
-    Reward terms: `pose` is minus the distance d to the target in joint space; `bonus` is 1 below
-    1.5 times the threshold, 2 below the threshold; `penalty` is -1 beyond `far`, where the episode
-    ends; `act_reg` is minus the norm of the activations divided by their number.
+    The term `pose` is minus the distance in joint space. The bonus begins at 1.5 thresholds.
 
     Args:
         robot: The robot.
@@ -37,6 +35,7 @@ class PoseTask(Task):
         UnknownNameError: A coordinate or a reward term does not exist.
     """
 
+    term = "pose"
     default_weights: ClassVar = {"pose": 1.0, "bonus": 4.0, "act_reg": 1.0, "penalty": 50.0}
 
     def __init__(
@@ -61,7 +60,8 @@ class PoseTask(Task):
         self._columns = [names.index(name) for name in targets]
         if self._columns == list(range(len(names))):
             self.parts = ("error",)
-        self._threshold, self._far = positive("threshold", threshold), positive("far", far)
+        self.near, self.far = positive("threshold", threshold), positive("far", far)
+        self.beyond = 1.5 * self.near
         self._initial = np.array([c.initial for c in robot.coordinates])
         self._is_random = start == "random"
         self._limits = limits(robot) if self._is_random else (self._initial, self._initial)
@@ -75,18 +75,9 @@ class PoseTask(Task):
         """Return the distances of the joints to the target."""
         return [targets - batch.q[:, self._columns]]
 
-    def terms(self, batch: Batch, targets: FloatArray) -> Terms:
-        """Return the reward terms."""
-        distance = norms(targets - batch.q[:, self._columns])
-        done = distance > self._far
-        near = near_and_far_terms(distance, self._threshold, 1.5 * self._threshold)
-        return {
-            "pose": -distance,
-            "sparse": -distance,
-            "penalty": -1.0 * done,
-            "done": done,
-            **near,
-        }
+    def distance(self, batch: Batch, targets: FloatArray) -> FloatArray:
+        """Return the distances in joint space."""
+        return norms(targets - batch.q[:, self._columns])
 
 
 def bounds(what: str, ranges: Mapping[str, ArrayLike]) -> tuple[FloatArray, FloatArray]:

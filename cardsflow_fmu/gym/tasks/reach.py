@@ -13,7 +13,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import Batch
 
 from .pose import bounds, limits, positive
-from .task import Start, Task, Terms, near_and_far_terms, norms
+from .task import Start, Task, norms
 
 Sampling = Literal["box", "workspace"]
 
@@ -24,9 +24,8 @@ _CHUNK = 1000
 class ReachTask(Task):
     """Task to bring k end-effector points to targets.
 
-    Reward terms: `reach` is minus the distance d to the targets, over all points; `bonus` is 1
-    below 2 k thresholds, 2 below k thresholds; `penalty` is -1 beyond k `far`, where the episode
-    ends; `act_reg` as for `PoseTask`.
+    The term `reach` is minus the distance over all points. The task is solved below k thresholds,
+    the bonus begins at 2 k thresholds. Episodes end beyond k `far`, after the first two steps.
 
     Args:
         robot: The robot. Its active task set contains the points.
@@ -42,11 +41,9 @@ class ReachTask(Task):
     Raises:
         InputError: A range or a threshold is invalid, or no pose reaches the boxes.
         UnknownNameError: A task frame or a reward term does not exist.
-
-    Attributes:
-        near: Distance below which the task is solved, in [m].
     """
 
+    term, first_end = "reach", 3
     default_weights: ClassVar = {"reach": 1.0, "bonus": 4.0, "act_reg": 0.0, "penalty": 50.0}
 
     def __init__(
@@ -80,7 +77,7 @@ class ReachTask(Task):
         if self._rows == list(range(sum(len(f.axes) for f in robot.task_frames))):
             self.parts = ("y", "error")
         self.near = count * positive("threshold", threshold)
-        self._far = count * positive("far", far)
+        self.far, self.beyond = count * positive("far", far), 2.0 * self.near
         self._initial = np.array([c.initial for c in robot.coordinates])
         self._points = self._reachable(poses or {}) if sampling == "workspace" else None
 
@@ -95,18 +92,9 @@ class ReachTask(Task):
         points = batch.task_position[:, self._rows]
         return [points, targets - points]
 
-    def terms(self, batch: Batch, targets: FloatArray) -> Terms:
-        """Return the reward terms; the first two steps have no penalty."""
-        distance = norms(targets - batch.task_position[:, self._rows])
-        done = (distance > self._far) & (batch.ticks > 2)
-        near = near_and_far_terms(distance, self.near, 2.0 * self.near)
-        return {
-            "reach": -distance,
-            "sparse": -distance,
-            "penalty": -1.0 * done,
-            "done": done,
-            **near,
-        }
+    def distance(self, batch: Batch, targets: FloatArray) -> FloatArray:
+        """Return the distances over all points."""
+        return norms(targets - batch.task_position[:, self._rows])
 
     def _reachable(self, ranges: Mapping[str, ArrayLike]) -> FloatArray:
         """Return positions of the points at random poses, shape (k, 3 points)."""

@@ -36,15 +36,28 @@ class Task(ABC):
         robot: The robot.
         weights: Changes of the weights of the reward terms.
 
+    Reward terms: the one named `term` is minus the distance d to the target; `bonus` is 1 below
+    `beyond`, 2 below `near`; `penalty` is -1 beyond `far`, where the episode ends; `act_reg` is
+    minus the norm of the activations divided by their number.
+
     Attributes:
+        near: Distance below which the task is solved.
+        beyond: Distance below which the bonus begins.
+        far: Distance beyond which an episode ends.
         weights: Weights of the reward terms, whose sum is the reward.
         parts: Parts of `observe` that controllers have, see `cardsflow_fmu.experiment.policy`;
             empty if policies of this task cannot control experiments.
         space: Space of the reference that contains the targets.
     """
 
+    term: ClassVar[str]
     default_weights: ClassVar[Mapping[str, float]]
+    first_end: ClassVar[int] = 0
+    """First step with which an episode can end."""
     parts: tuple[str, ...] = ()
+    near: float
+    beyond: float
+    far: float
 
     def __init__(self, robot: Robot, weights: Mapping[str, float] | None) -> None:
         self.robot = robot
@@ -76,8 +89,23 @@ class Task(ABC):
         """
 
     @abstractmethod
+    def distance(self, batch: Batch, targets: FloatArray) -> FloatArray:
+        """Return the distances to the target, shape (n,), as for `observe`."""
+
     def terms(self, batch: Batch, targets: FloatArray) -> Terms:
         """Return the reward terms, `solved` and `done`, each of shape (n,), as for `observe`."""
+        distance = self.distance(batch, targets)
+        done, solved = distance > self.far, distance < self.near
+        if self.first_end:
+            done &= batch.ticks >= self.first_end
+        return {
+            self.term: -distance,
+            "sparse": -distance,
+            "penalty": -1.0 * done,
+            "done": done,
+            "bonus": 1.0 * solved + (distance < self.beyond),
+            "solved": solved,
+        }
 
     def activation_columns(self, batch: Batch) -> list[int]:
         """Return the columns of the activations in the states of muscles."""
@@ -108,18 +136,6 @@ class Task(ABC):
             if weight:
                 reward += weight * terms[name]
         return reward, terms
-
-
-def near_and_far_terms(distance: FloatArray, near: float, beyond: float) -> Terms:
-    """Return the bonus for two distances and `solved`.
-
-    Args:
-        distance: Distances to the target, shape (n,).
-        near: Distance below which the task is solved.
-        beyond: Distance below which the bonus begins.
-    """
-    solved = distance < near
-    return {"bonus": 1.0 * solved + (distance < beyond), "solved": solved}
 
 
 def norms(rows: FloatArray) -> FloatArray:

@@ -13,15 +13,13 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import Batch
 
 from .pose import positive
-from .task import Start, Task, Terms, near_and_far_terms, norms
+from .task import Start, Task, norms
 
 
 class TrackTask(Task):
     """Task to follow a reference in joint space or operational space.
 
-    Reward terms: `track` is minus the distance d to the reference; `bonus` is 1 below twice the
-    threshold, 2 below the threshold; `penalty` is -1 beyond `far`, where the episode ends;
-    `act_reg` as for `PoseTask`.
+    The term `track` is minus the distance to the reference; the bonus begins at two thresholds.
 
     Args:
         robot: The robot.
@@ -34,6 +32,7 @@ class TrackTask(Task):
         weights: Changes of the weights of the reward terms.
     """
 
+    term = "track"
     default_weights: ClassVar = {"track": 1.0, "bonus": 4.0, "act_reg": 1.0, "penalty": 50.0}
 
     def __init__(
@@ -51,7 +50,8 @@ class TrackTask(Task):
         if not np.isfinite(reference).all():
             raise InputError("the reference must be finite")
         self._start, self._reference = start, reference
-        self._threshold, self._far = positive("threshold", threshold), positive("far", far)
+        self.near, self.far = positive("threshold", threshold), positive("far", far)
+        self.beyond = 2.0 * self.near
         self._rates = rates
         self.space = space
         self.parts = ("error", "rate") if space == "joint" else ("y", "error", "rate")
@@ -69,18 +69,9 @@ class TrackTask(Task):
         ]
         return parts if self.space == "joint" else [y, *parts]
 
-    def terms(self, batch: Batch, targets: FloatArray) -> Terms:
-        """Return the reward terms."""
-        distance = norms(self._at(batch, self._reference) - self._position(batch))
-        done = distance > self._far
-        near = near_and_far_terms(distance, self._threshold, 2.0 * self._threshold)
-        return {
-            "track": -distance,
-            "sparse": -distance,
-            "penalty": -1.0 * done,
-            "done": done,
-            **near,
-        }
+    def distance(self, batch: Batch, targets: FloatArray) -> FloatArray:
+        """Return the distances to the reference."""
+        return norms(self._at(batch, self._reference) - self._position(batch))
 
     def _position(self, batch: Batch) -> FloatArray:
         return batch.q if self.space == "joint" else batch.task_position
