@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from ..muscles.design_table import read_table
 from ..muscles.table import MuscleTable
@@ -12,19 +11,10 @@ from ..report import sort_findings
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import error, warning
 from ..robot.model.joint import Joint
-from ..robot.model.muscle import Muscle, ViaPoint, Wrap
-from ..robot.model.pose import Pose, Vector3
+from ..robot.model.pose import Pose
 from ..robot.model.robot import Link, Robot
-from ..snapshot import (
-    BodySnapshot,
-    CouplingSnapshot,
-    DesignSnapshot,
-    JointSnapshot,
-    MassSnapshot,
-    MeshSnapshot,
-    MotionSnapshot,
-    bare_name,
-)
+from ..robot.transforms.rename_links import rename_links
+from ..snapshot import BodySnapshot, DesignSnapshot, bare_name
 from ..snapshot.mass_properties import link_inertia
 from .design_checks import (
     body_findings,
@@ -35,9 +25,9 @@ from .design_checks import (
     snapshot_findings,
     up_hint,
 )
-from .joints.checks import coordinate_name
-from .joints.couplings import add_couplings, coupled_name
+from .joints.couplings import add_couplings
 from .joints.edges import Edges, find_edges, grounded_links, pinned_links
+from .joints.reversal import reverse_coordinates
 from .links.links import Links, find_links, is_link_group
 from .links.masses import Masses, compute_masses
 from .overrides import override_joint_settings, override_masses
@@ -46,6 +36,7 @@ from .robot_muscles import CABLE_SET, TASK_SET, RobotMuscles, robot_muscles
 from .tree.link_frames import Frames, place_links
 from .tree.loop_joints import Loops, loop_joints
 from .tree.tree import Graph, Tree, find_tree
+from .upright import upright
 
 
 @dataclass(frozen=True)
@@ -82,7 +73,7 @@ def build_robot(snapshot: DesignSnapshot) -> BuiltRobot:
     """
     wrong = snapshot_findings(snapshot)
     if not wrong:
-        building = _RobotBuilder(_reverse_coordinates(_upright(snapshot)))
+        building = _RobotBuilder(reverse_coordinates(upright(snapshot)))
         if building.has_links:
             return building.build()
         wrong = building.findings
@@ -118,7 +109,7 @@ def moving_robot(snapshot: DesignSnapshot) -> tuple[Robot | None, str]:
     """
     wrong = snapshot_findings(snapshot)
     if not wrong:
-        building = _RobotBuilder(_reverse_coordinates(snapshot))
+        building = _RobotBuilder(reverse_coordinates(snapshot))
         if building.has_links:
             return building.build_moving()
         wrong = building.findings
@@ -177,7 +168,7 @@ class _RobotBuilder:
         found = sort_findings(add_robot_findings(self.findings, massless, robot))
         names = {each.link: each.exported_name for each in snapshot.settings.of_links}
         return BuiltRobot(
-            None if any(finding.is_error for finding in found) else _rename_links(robot, names),
+            None if any(finding.is_error for finding in found) else rename_links(robot, names),
             found,
             {names.get(k, k): T.pose() for k, T in self._frames.T_world_link.items()},
             {names.get(k, k): bodies for k, bodies in masses.bodies.items()},
@@ -245,136 +236,3 @@ class _RobotBuilder:
             wrap_surfaces=muscles.surfaces,
             loops=self._loops.joints,
         )
-
-
-def _upright(snapshot: DesignSnapshot) -> DesignSnapshot:
-    """Return the design with z up; a design with z up is returned unchanged."""
-    if snapshot.settings.up_axis == "z":
-        return snapshot
-    return replace(
-        snapshot,
-        occurrences=tuple(replace(o, mass=_mass(o.mass)) for o in snapshot.occurrences),
-        bodies=tuple(replace(b, mass=_mass(b.mass), mesh=_mesh(b.mesh)) for b in snapshot.bodies),
-        joints=tuple(map(_joint, snapshot.joints)),
-        points=tuple(replace(p, position=_rotate(p.position)) for p in snapshot.points),
-        surfaces=tuple(
-            replace(s, centre=_rotate(s.centre), axis=_rotate(s.axis)) for s in snapshot.surfaces
-        ),
-    )
-
-
-def _rotate(v: Vector3) -> Vector3:
-    """Return a vector rotated by 90° about x, which moves y to z."""
-    x, y, z = v
-    return x, 0.0 - z, y
-
-
-def _mass(mass: MassSnapshot | None) -> MassSnapshot | None:
-    if mass is None:
-        return None
-    xx, yy, zz, xy, yz, xz = mass.moments
-    moments = (xx, zz, yy, 0.0 - xz, 0.0 - yz, xy)
-    return replace(mass, com=_rotate(mass.com), moments=moments)
-
-
-def _mesh(mesh: MeshSnapshot | None) -> MeshSnapshot | None:
-    if mesh is None:
-        return None
-    nodes = array("d", mesh.nodes)
-    nodes[1::3] = array("d", [0.0 - z for z in mesh.nodes[2::3]])
-    nodes[2::3] = mesh.nodes[1::3]
-    return replace(mesh, nodes=nodes)
-
-
-def _joint(joint: JointSnapshot) -> JointSnapshot:
-    return replace(
-        joint,
-        origin_one=None if joint.origin_one is None else _rotate(joint.origin_one),
-        origin_two=None if joint.origin_two is None else _rotate(joint.origin_two),
-        motions=tuple(replace(m, axis=_rotate(m.axis)) for m in joint.motions),
-    )
-
-
-def _reverse_coordinates(snapshot: DesignSnapshot) -> DesignSnapshot:
-    """Return the design with the coordinates that its settings reverse.
-
-    The motion of the parts is unchanged: axis, value, limits and couplings change their signs.
-    """
-    names = {chosen.joint for chosen in snapshot.settings.of_joints if chosen.reversed}
-    if not names:
-        return snapshot
-    return replace(
-        snapshot,
-        joints=tuple(_with_reversed_motions(joint, names) for joint in snapshot.joints),
-        couplings=tuple(_coupling(coupling, names) for coupling in snapshot.couplings),
-    )
-
-
-def _with_reversed_motions(joint: JointSnapshot, names: set[str]) -> JointSnapshot:
-    name, count = bare_name(joint.name), len(joint.motions)
-    motions = (
-        _reversed(m) if coordinate_name(name, m, count) in names else m for m in joint.motions
-    )
-    return replace(joint, motions=tuple(motions))
-
-
-def _reversed(motion: MotionSnapshot) -> MotionSnapshot:
-    x, y, z = motion.axis
-    return replace(
-        motion,
-        axis=(0.0 - x, 0.0 - y, 0.0 - z),
-        value=0.0 - motion.value,
-        lower=None if motion.upper is None else 0.0 - motion.upper,
-        upper=None if motion.lower is None else 0.0 - motion.lower,
-        rest=0.0 - motion.rest,
-    )
-
-
-def _coupling(c: CouplingSnapshot, names: set[str]) -> CouplingSnapshot:
-    follower, leader = (
-        -1.0 if coupled_name(joint, role) in names else 1.0
-        for joint, role in ((c.follower, c.follower_role), (c.leader, c.leader_role))
-    )
-    return replace(c, ratio=follower * leader * c.ratio, offset=follower * c.offset + 0.0)
-
-
-def _rename_links(robot: Robot, names: Mapping[str, str]) -> Robot:
-    """Return the robot with other names of links.
-
-    Args:
-        robot: The robot.
-        names: New names by old names; other links keep their names.
-    """
-
-    def named(link: str) -> str:
-        return names.get(link, link)
-
-    def point(via: ViaPoint) -> ViaPoint:
-        return replace(via, link=named(via.link))
-
-    def wrap(given: Wrap) -> Wrap:
-        return replace(given, side_point=given.side_point and point(given.side_point))
-
-    def muscle(given: Muscle) -> Muscle:
-        points = tuple(map(point, given.via_points))
-        return replace(given, via_points=points, wraps=tuple(map(wrap, given.wraps)))
-
-    return replace(
-        robot,
-        links=tuple(replace(link, name=named(link.name)) for link in robot.links),
-        joints=tuple(
-            replace(j, parent=named(j.parent), child=named(j.child)) for j in robot.joints
-        ),
-        loops=tuple(
-            replace(loop, parent=named(loop.parent), child=named(loop.child))
-            for loop in robot.loops
-        ),
-        wrap_surfaces=tuple(replace(s, link=named(s.link)) for s in robot.wrap_surfaces),
-        cable_sets=tuple(
-            replace(group, muscles=tuple(map(muscle, group.muscles))) for group in robot.cable_sets
-        ),
-        task_sets=tuple(
-            replace(group, frames=tuple(replace(f, link=named(f.link)) for f in group.frames))
-            for group in robot.task_sets
-        ),
-    )

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import adsk.core
 
-from ..fusion.notes import optional
 from .dialogs import Cell, Dialog, Input
+from .input_makers import MAKERS
 from .input_values import fill_items, html, input_value, value_name
 from .table_input import HEAD, TableInput
-
-_MAX_VALUE = 1e9
 
 
 class CellEdit(NamedTuple):
@@ -170,79 +168,3 @@ class Inputs:
             return CellEdit(table.id, row, column, True)
         table.note(row, column, input_value(changed))
         return CellEdit(table.id, row, column, input_value(changed))
-
-
-def _group(inputs: Any, item: Input) -> Any:
-    made = inputs.addGroupCommandInput(item.id, item.label)
-    made.isExpanded = not item.collapsed
-    return made
-
-
-def _selection(inputs: Any, item: Input) -> Any:
-    made = inputs.addSelectionInput(item.id, item.label, item.prompt)
-    for name in item.filters:
-        made.addSelectionFilter(name)
-    made.setSelectionLimits(0, 0)
-    if hasattr(made, "isUseCurrentSelections"):  # since November 2024
-        made.isUseCurrentSelections = False
-    return made
-
-
-def _dropdown(inputs: Any, item: Input) -> Any:
-    style = adsk.core.DropDownStyles.TextListDropDownStyle
-    made = inputs.addDropDownCommandInput(item.id, item.label, style)
-    fill_items(made.listItems, item.options, str(item.value))
-    return made
-
-
-def _choices(inputs: Any, item: Input) -> Any:
-    style = adsk.core.DropDownStyles.CheckBoxDropDownStyle
-    return inputs.addDropDownCommandInput(item.id, item.label, style)
-
-
-def _number(inputs: Any, item: Input) -> Any:
-    value = float(item.value or 0.0)
-    return inputs.addFloatSpinnerCommandInput(item.id, item.label, "", 0.0, _MAX_VALUE, 1.0, value)
-
-
-def _slider(inputs: Any, item: Input) -> Any:
-    return inputs.addFloatSliderCommandInput(item.id, item.label, "", 0.0, 100.0, False)
-
-
-def _check(inputs: Any, item: Input) -> Any:
-    return inputs.addBoolValueInput(item.id, item.label, True, "", bool(item.value))
-
-
-def _button(inputs: Any, item: Input) -> Any:
-    made = inputs.addBoolValueInput(item.id, item.label, False, "", False)
-    optional(lambda: setattr(made, "text", item.label))  # otherwise only the name is shown
-    return made
-
-
-def _text(inputs: Any, item: Input) -> Any:
-    return inputs.addTextBoxCommandInput(item.id, item.label, "", item.rows, True)
-
-
-def _table(inputs: Any, item: Input) -> Any:
-    ratio = ":".join(map(str, item.widths))
-    made = inputs.addTableCommandInput(item.id, item.label, len(item.columns), ratio)
-    made.minimumVisibleRows = min(3, item.rows)
-    made.maximumVisibleRows = item.rows
-    return made
-
-
-MAKERS: dict[str, Callable[[Any, Input], Any]] = {
-    "tab": lambda inputs, item: inputs.addTabCommandInput(item.id, item.label),
-    "group": _group,
-    "selection": _selection,
-    "dropdown": _dropdown,
-    "choices": _choices,
-    "string": lambda inputs, item: inputs.addStringValueInput(item.id, item.label, str(item.value)),
-    "number": _number,
-    "slider": _slider,
-    "check": _check,
-    "button": _button,
-    "text": _text,
-    "table": _table,
-}
-"""Function that creates an input of each kind."""

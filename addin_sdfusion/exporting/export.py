@@ -13,7 +13,7 @@ The files do not depend on the date or the machine: the same design results in i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -34,26 +34,19 @@ from ..robot.formats.opensim.write import write_osim
 from ..robot.formats.sdf.capabilities import sdf_losses
 from ..robot.formats.sdf.write import write_sdf
 from ..robot.formats.writing.carried_meshes import CarriedMeshes
-from ..robot.identifier import identifier
-from ..robot.model.joint import Coordinate
 from ..robot.model.pose import IDENTITY
 from ..robot.model.robot import Link, Robot
 from ..robot.model.rotations import inverse
-from ..robot.model.trajectory import Trajectory, TrajectoryPoint
 from ..settings import ExportSettings
 from ..snapshot import DesignSnapshot
 from .changes import changes, contents
+from .gentle_motion import gentle_motion
 from .link_meshes import link_meshes
 from .manifest import read_contents
 from .robot_folder import EXPERIMENT, Replacement, folder_replacement
 from .safe_names import safe_name, safe_names
+from .simulation_checks import can_simulate, simulation_findings
 
-DURATION = 4.0
-"""Duration of the motion to the target and back, in [s]."""
-STEP = 0.001
-"""Step of the simulation, in [s]."""
-REACH = {"rad": 0.1, "m": 0.01}
-"""Maximum motion of a coordinate, by its unit."""
 CASPR = "caspr"
 """Name of the folder of CASPR's files."""
 
@@ -297,50 +290,3 @@ def _as_warnings(program: str, error: RobotError) -> list[Finding]:
         Finding("warning", f.code, f"no files for {program} are written: {f.message}", f.subject)
         for f in merge_similar(errors)
     ]
-
-
-def gentle_motion(robot: Robot) -> Trajectory:
-    """Return a quintic motion to a pose near the initial pose and back, at rest at every point.
-
-    A coordinate moves in the direction of the more distant limit, by at most half the distance. An
-    initial value outside its limits is moved to the nearest limit.
-    """
-    starts = [min(max(c.initial, c.lower), c.upper) for c in robot.coordinates]
-    ends = [_nearby(c, q) for c, q in zip(robot.coordinates, starts, strict=True)]
-    rest = (0.0,) * len(starts)
-    points = [
-        TrajectoryPoint(time, tuple(q), rest, rest)
-        for time, q in ((0.0, starts), (0.5 * DURATION, ends), (DURATION, starts))
-    ]
-    return Trajectory("reference", "quintic", tuple(points), STEP)
-
-
-def _nearby(c: Coordinate, q: float) -> float:
-    up, down = (min(REACH[c.unit], 0.5 * room) for room in (c.upper - q, q - c.lower))
-    return q + up if up >= down else q - down
-
-
-def can_simulate(robot: Robot) -> bool:
-    """Return whether the robot has a movable joint and a muscle."""
-    return bool(robot.coordinates and robot.muscles)
-
-
-def simulation_findings(robot: Robot) -> Iterator[Finding]:
-    """Yield warnings if the robot cannot be simulated, or if an experiment rejects its names."""
-    subject = Subject("robot", robot.name)
-    if not can_simulate(robot):
-        missing = "no muscles" if robot.coordinates else "no movable joints"
-        problem = f"it has {missing}, so it cannot be simulated and has no experiment.toml"
-        yield warning(subject, "no-experiment", problem)
-        return
-    for kind, names in (
-        ("coordinate", [c.name for c in robot.coordinates]),
-        ("muscle", [muscle.name for muscle in robot.muscles]),
-        ("task_frame", [frame.name for frame in robot.task_frames]),
-    ):
-        first: dict[str, str] = {}
-        for name in names:
-            other = first.setdefault(identifier(name), name)
-            if other != name:
-                problem = f"has the same variable name in the simulation as {other!r}; rename one"
-                yield warning(Subject(kind, name), "experiment-names", problem)

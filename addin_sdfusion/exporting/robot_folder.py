@@ -7,10 +7,9 @@ from the earlier exported version, it is written to `experiment.new.toml`.
 
 from __future__ import annotations
 
-import contextlib
 import os
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -18,21 +17,10 @@ from ..robot.errors import InputError, MachineError
 from ..robot.files import file_error
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import warning
-from ..robot.json_text import json_text
-from .manifest import (
-    MANIFEST,
-    damaged_file_error,
-    digest,
-    manifest_text,
-    read_json,
-    read_manifest,
-    require_inside,
-)
+from .manifest import MANIFEST, digest, manifest_text, read_manifest
 from .safe_names import is_unsafe_name
+from .transaction import JOURNAL, Move, move_all, recover, remove_empty
 
-JOURNAL = "moves.json"
-Move = tuple[str, str]
-"""Source and target relative to the folder; the target must not exist."""
 EXPERIMENT = "experiment.toml"
 NEW_EXPERIMENT = "experiment.new.toml"
 PART = ".cardsflow-export.part"
@@ -90,7 +78,7 @@ def _prepare(folder: Path, part: Path) -> None:
     if part.is_symlink() or part.is_file():
         raise InputError("blocks the export; remove it", file=part)
     folder.mkdir(parents=True, exist_ok=True)
-    _recover(folder, part)
+    recover(folder, part)
     if part.exists():
         shutil.rmtree(part)
     for name in ("new", "old"):
@@ -149,9 +137,9 @@ class Replacement:
         text = manifest_text(marks | theirs, contents)
         (self.new / MANIFEST).write_text(text, encoding="utf-8", newline="\n")
         moves.append((f"{PART}/new/{MANIFEST}", MANIFEST))
-        _move_all(self.folder, self._part, moves)
+        move_all(self.folder, self._part, moves)
         for path in stale:
-            _remove_empty(self.folder, path)
+            remove_empty(self.folder, path)
         return tuple(self.folder / path for path in marks), self._findings
 
     def _keep_experiment(self, own: dict[str, str], marks: dict[str, str]) -> dict[str, str]:
@@ -248,66 +236,3 @@ class Replacement:
 def _files(folder: Path) -> list[str]:
     """Return the relative paths of the files below a folder, in order."""
     return sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
-
-
-def _move_all(folder: Path, part: Path, moves: Sequence[Move]) -> None:
-    """Move files inside a folder; if a move fails, undo all moves.
-
-    Args:
-        folder: Folder that contains all sources and targets.
-        part: Folder on the same drive in which the journal is written.
-        moves: Moves, in order.
-
-    Raises:
-        OSError: A file could not be moved; all files are unchanged.
-    """
-    journal = part / JOURNAL
-    aside = part / f"{JOURNAL}.tmp"  # the journal must be either complete or missing
-    aside.write_text(json_text(moves), encoding="utf-8")
-    aside.replace(journal)
-    try:
-        for source, target in moves:
-            _move(folder / source, folder / target)
-        journal.unlink()  # the transaction is complete
-    except BaseException:
-        _undo(folder, moves)
-        with contextlib.suppress(OSError):
-            journal.unlink(missing_ok=True)
-        raise
-
-
-def _recover(folder: Path, part: Path) -> None:
-    """Undo the moves of a transaction that was interrupted by a crash, if a journal exists.
-
-    Raises:
-        InputError: The journal is damaged.
-        OSError: A file could not be moved back.
-    """
-    journal = part / JOURNAL
-    if not journal.exists():
-        return
-    plain = read_json(journal)
-    if not isinstance(plain, list) or not all(isinstance(m, list) and len(m) == 2 for m in plain):
-        raise damaged_file_error(journal)
-    _undo(folder, [(require_inside(a, journal), require_inside(b, journal)) for a, b in plain])
-    journal.unlink()
-
-
-def _undo(folder: Path, moves: Sequence[Move]) -> None:
-    """Undo the completed moves, whose target exists and whose source does not."""
-    for source, target in reversed(moves):
-        if (folder / target).exists() and not (folder / source).exists():
-            _move(folder / target, folder / source)
-        _remove_empty(folder, target)
-
-
-def _remove_empty(folder: Path, path: str) -> None:
-    """Remove the parent folders of a removed file, up to a folder, if they are empty."""
-    with contextlib.suppress(OSError):
-        for parent in Path(path).parents[:-1]:
-            (folder / parent).rmdir()
-
-
-def _move(source: Path, target: Path) -> None:
-    target.parent.mkdir(parents=True, exist_ok=True)
-    source.replace(target)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import partial
 from typing import Any, TypeVar
 
 import adsk.core
@@ -26,7 +25,6 @@ from ..snapshot import (
     CouplingSnapshot,
     DesignIntent,
     DesignSnapshot,
-    GroupSnapshot,
     OccurrenceSnapshot,
     PointSnapshot,
     SourceSnapshot,
@@ -35,14 +33,14 @@ from ..snapshot import (
 from .bodies.bodies import count_bodies, read_bodies
 from .bodies.mass import Weigher
 from .bodies.meshes import Mesher
-from .health import problem_of
 from .inserted import attributes_of_designs, read_kept
 from .instances import Instances
 from .joints.couplings import read_couplings
+from .joints.groups import read_groups
 from .joints.joints import read_joints
 from .names import Keys, Named, with_unique_names
-from .notes import Log, Notes, items, optional
-from .occurrences import Occurrence, Occurrences, find_occurrences, name_of, path_of, subject_in
+from .notes import Log, Notes, optional
+from .occurrences import Occurrence, Occurrences, find_occurrences, name_of
 from .places import Places
 from .points import own_attributes, read_hidden_points, read_points
 from .surfaces import read_surfaces
@@ -129,7 +127,7 @@ class _DesignReader:
             notes.attempt(self._subject, "hidden points", points.extend, hidden)
         kept = read_kept(held, occurrences, places, notes)
         points += [instances.point(point, path) for path, point in kept]
-        groups = self._read_named("group", _read_groups, occurrences)
+        groups = self._read_named("group", read_groups, occurrences)
         joints = self._read_named("joint", read_joints, occurrences)
         by_place = {(path, own.name, own.as_built): named for path, own, named in joints}
         couplings = list[CouplingSnapshot]()
@@ -266,59 +264,3 @@ def _in_order(found: Iterable[Named]) -> tuple[Named, ...]:
 
 def _point_key(point: PointSnapshot) -> Any:
     return natural_key(point.name), natural_key(point.occurrence), point.position
-
-
-def _read_groups(
-    occurrence: Occurrence, occurrences: Occurrences, notes: Notes
-) -> Iterator[GroupSnapshot]:
-    """Yield the rigid groups of the component of an occurrence."""
-    component = occurrence.component
-    for native in items(lambda: component.rigidGroups, notes, occurrence.subject, "groups"):
-        name = optional(lambda: name_of(native))  # noqa: B023 -- called at once
-        if name is None:
-            _note_stale(occurrence, notes)
-            continue
-        subject = subject_in(occurrence, "group", name)
-        group = notes.attempt(subject, "place", occurrence.proxy, native)
-        if group is None:
-            continue
-        problem = notes.attempt(subject, "state", problem_of, native, subject, notes)
-        if problem:
-            message = f"group {name!r}: {problem}. Edit the group, or delete it"
-            notes.warn(subject, "group-problem", message)
-        suppressed = notes.attempt(subject, "state", _is_suppressed, group)
-        paths = set()
-        for member in items(partial(_members, group), notes, subject, "members"):
-            path = notes.attempt(subject, "members", path_of, member)
-            if path is None:
-                continue
-            # The path may be relative to the occurrence of the group instead of the root.
-            below = f"{occurrence.path}+{path}"
-            known = next((p for p in (path, below) if p in occurrences), None)
-            if known is not None:
-                paths.add(known)
-            elif not suppressed:
-                message = (
-                    f"group {name!r} contains {path!r}, which is not in the design: edit the group "
-                    "and choose its components again"
-                )
-                notes.warn(subject, "unknown-member", message)
-        yield GroupSnapshot(name, tuple(sorted(paths, key=natural_key)), bool(suppressed))
-
-
-def _note_stale(occurrence: Occurrence, notes: Notes) -> None:
-    """Warn of a group whose name cannot be read: it is obsolete and has no members."""
-    where = occurrence.path or "the root component"
-    message = (
-        f"{where} has rigid groups without components, which have no effect. Delete them in the "
-        "browser, under Joints"
-    )
-    notes.warn(occurrence.subject, "stale-group", message)
-
-
-def _is_suppressed(group: Any) -> bool:
-    return bool(group.isSuppressed)
-
-
-def _members(group: Any) -> Any:
-    return group.occurrences

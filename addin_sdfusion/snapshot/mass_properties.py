@@ -25,10 +25,9 @@ from ..robot.model.rotations import (
     transpose,
 )
 from ..robot.model.transform import IDENTITY, Transform
+from .eigenvalues import eigenvalues
 from .parts import MassSnapshot
 
-_SWEEPS = 30
-_PAIRS = ((0, 1), (0, 2), (1, 2))
 Sign = Literal[1, -1]
 
 MISMATCH = 1e-3
@@ -159,40 +158,3 @@ def link_inertia(body: Part, T_world_link: Transform) -> Inertia:
 
 def _subtract_matrix(A: Matrix3, B: Matrix3) -> Matrix3:
     return subtract(A[0], B[0]), subtract(A[1], B[1]), subtract(A[2], B[2])
-
-
-def eigenvalues(A: Matrix3) -> Vector3:
-    """Return the eigenvalues in ascending order.
-
-    The errors are in the order of the rounding error of the largest eigenvalue.
-
-    Args:
-        A: Symmetric and finite; the lower triangle is not used.
-    """
-    a = [[A[min(i, j)][max(i, j)] for j in range(3)] for i in range(3)]
-    for _ in range(_SWEEPS):
-        if all(a[i][j] == 0.0 for i, j in _PAIRS):
-            break
-        for p, q in _PAIRS:
-            _annihilate(a, p, q)
-    x, y, z = sorted(a[i][i] for i in range(3))
-    return x, y, z
-
-
-def _annihilate(a: list[list[float]], p: int, q: int) -> None:
-    """Rotate about the third axis so that the entry p, q becomes zero."""
-    b = a[p][q]
-    if abs(b) <= 1e-17 * (abs(a[p][p]) + abs(a[q][q])):
-        a[p][q] = a[q][p] = 0.0
-        return
-    theta = (a[q][q] - a[p][p]) / (2.0 * b)
-    t = math.copysign(1.0, theta) / (abs(theta) + math.hypot(theta, 1.0))
-    c = 1.0 / math.hypot(t, 1.0)
-    s = t * c
-    r = 3 - p - q
-    a[p][p] -= t * b
-    a[q][q] += t * b
-    a[p][q] = a[q][p] = 0.0
-    u, v = a[r][p], a[r][q]
-    a[r][p] = a[p][r] = c * u - s * v
-    a[r][q] = a[q][r] = s * u + c * v

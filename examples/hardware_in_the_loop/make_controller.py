@@ -27,8 +27,8 @@ from cardsflow_fmu.models.estimator import make_estimator
 from cardsflow_fmu.models.reference import make_reference
 from controllers.qp.dual_newton import library as laws
 from sim_dart import compile_blob
-from sim_dart.core.blob import used_parts
 from sim_dart.core.library import library as core
+from sim_dart.core.supported_features import used_parts
 from sim_dart.core.tasks import task_rows
 from sim_dart.estimation.estimated_robot import estimated_robot
 from sim_dart.muscles.friction import has_cable_friction

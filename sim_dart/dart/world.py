@@ -29,11 +29,11 @@ from sim_dart.core.arrays import FloatArray
 from sim_dart.core.frames import transform
 from sim_dart.scene import GROUND, MAX_DISTANCE, Box, Scene, SceneObject, Shape
 
+from .collision_pairs import connected_links
 from .contacts import Contact, contact_forces, read_contacts
 from .link_shapes import link_shapes
 from .shapes import SolidShape, Surface, attach, solid_shape, surface
 from .skeleton import Skeleton
-from .skeleton_group import trees
 from .tunnelling import SpeedWatch, WatchedBody
 
 _GROUND_EDGE, _GROUND_DEPTH = 1000.0, 10.0  # in [m]
@@ -358,34 +358,3 @@ def _reject_too_many(bodies: int) -> None:
     if bodies > limits.BODIES:
         what = f"{bodies} bodies can collide, more than the maximum of {limits.BODIES}"
         raise InputError(f"{what}; remove objects or collision shapes of links")
-
-
-def connected_links(robot: Robot) -> set[frozenset[str]]:
-    """Return the pairs of links, or of a link and `WORLD`, that are fixed or share a joint.
-
-    Links that are connected by fixed joints form one body with common neighbours. Each kinematic
-    tree is treated as a separate robot, so links of different trees are never connected.
-    """
-    pairs: set[frozenset[str]] = set()
-    for tree in trees(robot):
-        pairs |= _connected_links_of_tree(tree)
-    return pairs
-
-
-def _connected_links_of_tree(tree: Robot) -> set[frozenset[str]]:
-    head = {WORLD: WORLD}  # first link of the rigid body of each link
-    for joint in tree.joints:
-        head[joint.child] = joint.child if joint.motions else head[joint.parent]
-    bodies: dict[str, list[str]] = {}
-    for link, first in head.items():
-        bodies.setdefault(first, []).append(link)
-    neighbours = [(first, first) for first in bodies] + [
-        (head[joint.parent], joint.child) for joint in tree.joints if joint.motions
-    ]
-    return {
-        frozenset((a, b))
-        for one, other in neighbours
-        for a in bodies[one]
-        for b in bodies[other]
-        if a != b
-    }

@@ -16,7 +16,7 @@ from support.robots.wrapped import over_ellipsoids, sequences
 
 from addin_sdfusion.robot import Robot, read_robot
 from addin_sdfusion.robot.model.laws import MUSCLE_LAWS
-from sim_dart.core.blob import used_parts
+from sim_dart.core.supported_features import used_parts
 from sim_dart.muscles.paths import MusclePaths
 
 pytestmark = pytest.mark.slow

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import adsk.core
-import adsk.fusion
-
 from ...fusion.notes import Notes
 from ...fusion.occurrences import find_occurrences
-from ...fusion.units import CM
 from ...muscles.csv_reader import read_csv
 from ...muscles.csv_writer import csv_text
 from ...muscles.mirror import Plane
-from ...muscles.path import path_of
 from ...muscles.table import NAMED_COLORS
 from ...robot import limits
 from ...robot.errors import InputError
 from ...robot.files import read_file, write_files
-from ...robot.model.pose import Vector3
 from ...snapshot import SurfaceSnapshot
 from .. import clipboard
 from ..command import Command, Window
@@ -34,16 +28,13 @@ from .model.model import MuscleModel
 from .model.parts import replace_part
 from .model.picks import Pick
 from .picks import faces_at, picked_point, picked_surface, plane
+from .preview import draw
 from .tabs.motion import MotionTab
 from .tabs.muscles import NEW_MUSCLE, OF_PART
 from .tabs.others import MARKER
 from .tabs.tools import NO_LINK, NO_PART, PICKED_PLANE, PLANES
 from .tabs.wraps import NO_SURFACE
 from .writing.writer import Writer
-
-_THIN, _THICK, _TEXT = 2.0, 5.0, 14.0  # pixels
-_COVERED = 0.6
-"""Opacity of lines and labels behind bodies."""
 
 
 class DefineMuscles(Window):
@@ -124,7 +115,7 @@ class DefineMuscles(Window):
 
     def preview(self) -> None:
         """Draw the muscles."""
-        _draw(self.design, self.model, self._motion.colors)
+        draw(self.design, self.model, self._motion.colors)
 
     def execute(self) -> None:
         """Write the muscle table to the design."""
@@ -236,60 +227,3 @@ def _chosen(item: str, none: str) -> str:
 
 
 COMMAND = Command(DIALOG, DefineMuscles)
-
-
-def _draw(design: Any, model: MuscleModel, colors: Mapping[str, str]) -> None:
-    """Draw all muscles, the chosen one thick and with the numbers of its points.
-
-    Lines and labels are visible through bodies that cover them. The function must be called only in
-    `executePreview`, whose changes Fusion reverts.
-
-    Args:
-        design: The design.
-        model: The model.
-        colors: Colours of muscles that replace their own colours.
-    """
-    table, muscle = model.table, model.muscle
-    group = design.rootComponent.customGraphicsGroups.add()
-    group.isSelectable = False  # the preview cannot be picked by mistake
-    for row in table.rows:
-        points = path_of(table, row.name).points
-        color = _color(colors.get(row.name, row.color))
-        if len(points) > 1:
-            _line(group, points, color, _THICK if row.name == muscle else _THIN)
-        elif points:
-            _label(group, points[0], "•", color)
-        if row.name == muscle:
-            for point in (p for p in table.points_of(row.name) if not p.lost):
-                _label(group, point.position, f" {point.number}", color)
-
-
-def _line(group: Any, points: list[Vector3], color: Any, weight: float) -> None:
-    flat = [v / CM for point in points for v in point]
-    coordinates = adsk.fusion.CustomGraphicsCoordinates.create(flat)
-    line = group.addLines(coordinates, list(range(len(points))), True, [len(points)])
-    line.weight = weight
-    line.color = color
-    line.depthPriority = 1  # not hidden by coincident faces
-    line.isSelectable = False
-
-
-def _label(group: Any, position: Vector3, text: str, color: Any) -> None:
-    anchor = adsk.core.Point3D.create(*(v / CM for v in position))
-    place = adsk.core.Matrix3D.create()
-    place.translation = anchor.asVector()
-    scale = adsk.fusion.CustomGraphicsViewScale.create(1.0, anchor)  # the unit is a pixel
-    label = group.addText(text, "Arial", _TEXT, place)
-    label.color = color
-    label.depthPriority = 1
-    label.isSelectable = False
-    board = adsk.fusion.CustomGraphicsBillBoard.create(anchor)
-    board.billBoardStyle = adsk.fusion.CustomGraphicsBillBoardStyles.ScreenBillBoardStyle
-    label.billBoarding = board
-    label.viewScale = scale
-
-
-def _color(text: str) -> Any:
-    red, green, blue = (int(text[i : i + 2], 16) for i in (1, 3, 5))
-    color = adsk.core.Color.create(red, green, blue, 255)
-    return adsk.fusion.CustomGraphicsShowThroughColorEffect.create(color, _COVERED)

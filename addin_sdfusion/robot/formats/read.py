@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -14,9 +13,7 @@ from ..errors import InputError, RobotError
 from ..finding import Finding, Subject, errors_first
 from ..finding_builders import warning
 from ..mesh_files import lies_in
-from ..model.joint import Coordinate
 from ..model.robot import Robot
-from ..transforms.lock import lock
 from .caspr.read import read_caspr
 from .caspr.read_trajectories import (
     read_trajectories,
@@ -28,6 +25,7 @@ from .kinds import ROBOT_PATHS, Kind, holds_robot, kind_of, robot_file
 from .mjcf.read import read_mjcf
 from .muscle_table.beside import table_of, with_table
 from .opensim.read import read_osim
+from .reading.equal_limits import lock_equal_limits
 from .reading.unread import note_unread
 from .reading.xml import ABSOLUTE, Notes, short_repr
 from .sdf.read import read_sdf
@@ -114,7 +112,7 @@ def read(path: str | Path, cable_set: str | None = None, *, repair: bool = False
         *_files_outside(file, notes.files, file.stem if robot is None else robot.name),
     ]
     if robot is not None:
-        robot, locked = _lock_equal_limits(robot)
+        robot, locked = lock_equal_limits(robot)
         findings += _with_locations([*locked, *check(robot)], notes, file)
     if any(finding.is_error for finding in notes.findings):
         robot = None
@@ -164,28 +162,3 @@ _READERS: dict[Kind, Reader] = {
     "osim": read_osim,
     "mjcf": read_mjcf,
 }
-
-
-def _lock_equal_limits(robot: Robot) -> tuple[Robot, list[Finding]]:
-    """Return the robot with the coordinates locked that cannot move, and a warning for each.
-
-    A robot with errors is returned without changes.
-    """
-    still = {c.name: c for c in robot.all_coordinates if _cannot_move(c)}
-    if not still or any(finding.is_error for finding in check(robot)):
-        return robot, []
-    try:
-        locked = lock(robot, {name: c.lower for name, c in still.items()})
-    except InputError:  # the joint cannot express it; its limits remain
-        return robot, []
-    return locked, [_warning(c) for c in still.values()]
-
-
-def _cannot_move(c: Coordinate) -> bool:
-    return c.is_free and c.lower == c.upper and math.isfinite(c.lower)
-
-
-def _warning(c: Coordinate) -> Finding:
-    motor = "; its motor is ignored" if c.actuated else ""
-    problem = f"both limits are {c.lower:g} {c.unit}: read as locked{motor}; widen them if it moves"
-    return warning(Subject("coordinate", c.name), "locked-by-limits", problem)

@@ -16,7 +16,8 @@ from support.designs.small_designs import arm, body, box, cylinder, group, part,
 from addin_sdfusion.building.build_robot import build_robot
 from addin_sdfusion.robot import Finding, Inertia
 from addin_sdfusion.snapshot import DesignSnapshot
-from addin_sdfusion.snapshot.mass_properties import common_sign, eigenvalues, sign_of
+from addin_sdfusion.snapshot.eigenvalues import eigenvalues
+from addin_sdfusion.snapshot.mass_properties import common_sign, sign_of
 
 PRODUCT_SIGNS = pytest.mark.parametrize("sign", [1, -1])
 

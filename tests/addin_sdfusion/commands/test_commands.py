@@ -536,7 +536,7 @@ def test_a_failed_ok_reverts_everything(fusion: Any, user: User, monkeypatch: An
 def test_a_failed_preview_is_only_logged(fusion: Any, user: User, monkeypatch: Any) -> None:
     from addin_sdfusion.commands.define_muscles import entry
 
-    monkeypatch.setattr(entry, "_draw", failing(RuntimeError("no graphics")))
+    monkeypatch.setattr(entry, "draw", failing(RuntimeError("no graphics")))
     command = user.define(user.vertex(0))
     assert fusion.messages == []
     assert any("no graphics" in text for text in fusion.log)

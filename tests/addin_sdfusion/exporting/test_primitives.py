@@ -8,7 +8,7 @@ import trimesh
 from support.designs.built_stubs import matrix
 
 from addin_sdfusion.exporting.convex_hull import convex_hull
-from addin_sdfusion.exporting.link_meshes import fit_shape
+from addin_sdfusion.exporting.primitives import fit_shape
 from addin_sdfusion.robot import Pose, Shape
 
 PLACES = [Pose(), Pose((0.3, -0.2, 0.5), (0.4, 0.9, -1.3)), Pose((5.0, 0.0, 0.0), (1.6, 0.0, 3.0))]

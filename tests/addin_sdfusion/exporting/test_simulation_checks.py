@@ -11,12 +11,9 @@ from support.designs.built_stubs import built
 from support.robots.random_robots import robots
 from support.robots.robots import planar_2r, with_coordinates
 
-from addin_sdfusion.exporting.export import (
-    can_simulate,
-    export_built,
-    gentle_motion,
-    simulation_findings,
-)
+from addin_sdfusion.exporting.export import export_built
+from addin_sdfusion.exporting.gentle_motion import gentle_motion
+from addin_sdfusion.exporting.simulation_checks import can_simulate, simulation_findings
 from addin_sdfusion.settings import ExportSettings
 from cardsflow_fmu.cli.main import main
 

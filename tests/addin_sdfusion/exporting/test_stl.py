@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from addin_sdfusion.exporting.link_meshes import HEADER, stl_bytes
+from addin_sdfusion.exporting.stl import HEADER, stl_bytes
 from addin_sdfusion.robot import InputError
 
 

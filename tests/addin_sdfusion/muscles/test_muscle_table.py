@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from addin_sdfusion.commands.define_muscles.model.muscles import merge
 from addin_sdfusion.muscles.attributes import (
     muscles_text,
     point_text,
@@ -25,6 +24,7 @@ from addin_sdfusion.muscles.attributes import (
 from addin_sdfusion.muscles.csv_reader import COLUMNS, read_csv
 from addin_sdfusion.muscles.csv_writer import csv_text
 from addin_sdfusion.muscles.design_table import read_table
+from addin_sdfusion.muscles.merge import merge
 from addin_sdfusion.muscles.mirror import Plane, mirror_muscle, other_side
 from addin_sdfusion.muscles.path import path_of
 from addin_sdfusion.muscles.rows import PointRow, WrapRow, by_name

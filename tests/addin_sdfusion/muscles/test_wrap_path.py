@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from addin_sdfusion.muscles.path import path_of, path_over
+from addin_sdfusion.muscles.path import path_of
 from addin_sdfusion.muscles.rows import PointRow, WrapRow
 from addin_sdfusion.muscles.table import MuscleTable
+from addin_sdfusion.muscles.wrap_path import path_over
 from addin_sdfusion.snapshot import MuscleSnapshot, SurfaceSnapshot, WrapUse
 
 

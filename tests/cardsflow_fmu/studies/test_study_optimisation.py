@@ -15,9 +15,9 @@ from support.designs.small_designs import arm, via
 from support.small_studies import PLANAR, run_here, small_study, write_study
 
 from addin_sdfusion.building.build_robot import build_robot
-from addin_sdfusion.commands.define_muscles.model.muscles import merge
 from addin_sdfusion.muscles.csv_reader import read_csv
 from addin_sdfusion.muscles.csv_writer import csv_text
+from addin_sdfusion.muscles.merge import merge
 from addin_sdfusion.muscles.table import MuscleTable
 from addin_sdfusion.robot import read_robot
 from addin_sdfusion.robot.formats.read import read_trajectories

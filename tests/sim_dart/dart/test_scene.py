@@ -15,11 +15,11 @@ from addin_sdfusion.robot import InputError, Pose, UnknownNameError
 from addin_sdfusion.robot.mesh_files import mesh_file
 from addin_sdfusion.robot.model.rotations import apply
 from sim_dart import Plant
+from sim_dart.dart.collision_pairs import connected_links
 from sim_dart.dart.link_shapes import between, link_shapes
 from sim_dart.dart.meshes import convex_hull, dart_mesh, load_mesh
 from sim_dart.dart.shapes import solid_shape
 from sim_dart.dart.skeleton_group import trees
-from sim_dart.dart.world import connected_links
 from sim_dart.scene import (
     Box,
     Capsule,

@@ -11,8 +11,8 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.models.reference import make_reference
 from controllers.qp.dual_newton import library
 from sim_dart import compile_blob
-from sim_dart.core.blob import used_parts
 from sim_dart.core.library import library as core_library
+from sim_dart.core.supported_features import used_parts
 from sim_dart.core.tasks import task_rows
 
 from .vector_file import law_arrays

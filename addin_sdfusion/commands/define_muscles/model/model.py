@@ -6,18 +6,17 @@ of this package contain its edits. An invalid edit raises an `InputError` and ch
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import NamedTuple
 
-from ....muscles.checks import table_findings
 from ....muscles.point_names import natural_key
 from ....muscles.rows import PointRow, WrapRow
 from ....muscles.table import MuscleTable
-from ....robot.errors import CardsflowError, InputError, UnknownNameError
+from ....robot.errors import CardsflowError, InputError
 from ....robot.model.robot import WORLD
-from ....snapshot import COLOR, MuscleSnapshot
+from ....snapshot import MuscleSnapshot
+from .problems import problems
 
 
 class _State(NamedTuple):
@@ -76,7 +75,7 @@ class MuscleModel:
 
     def problems(self) -> list[str]:
         """Return a sentence for every problem that prevents writing the table."""
-        return _problems(self.table, self.links)
+        return problems(self.table, self.links)
 
     def hints(self) -> list[str]:
         """Return hints on incomplete muscles."""
@@ -130,49 +129,3 @@ class MuscleModel:
 
     def _state(self) -> _State:
         return _State(self.table, self.muscle, self.wrap)
-
-
-def _problems(table: MuscleTable, links: Collection[str]) -> list[str]:
-    """Return a sentence for every problem that prevents writing the table into a design.
-
-    Args:
-        table: The table.
-        links: Names of all links of the design.
-    """
-    return [*_muscle_problems(table), *_errors(table), *_link_problems(table, links)]
-
-
-def _muscle_problems(table: MuscleTable) -> Iterator[str]:
-    for row in table.rows:
-        if not COLOR.fullmatch(row.color):
-            yield f"{row.name}: the colour must be #rrggbb, not {row.color!r}."
-        if not row.f_min >= 0.0:
-            yield f"{row.name}: the minimum force must not be negative."
-        if not row.f_min <= row.f_max:
-            yield f"{row.name}: the maximum force must not be less than the minimum force."
-    for kind, points in (("task points", table.tasks), ("markers", table.markers)):
-        counts = Counter(point.name for point in points)
-        if counts.pop("", 0):
-            yield f"One of the {kind} has no name; enter one."
-        for name in sorted(name for name, count in counts.items() if count > 1):
-            yield f"Two {kind} are called {name}; rename one."
-
-
-def _errors(table: MuscleTable) -> Iterator[str]:
-    """Yield the errors that Check would report."""
-    for finding in table_findings(table):
-        if finding.is_error:
-            yield f"{finding.message[0].upper()}{finding.message[1:]}."
-
-
-def _link_problems(table: MuscleTable, links: Collection[str]) -> Iterator[str]:
-    kinds = {"task": "Task point", "marker": "Marker"}
-    located = [
-        *((f"Point {p.number} of {p.muscle}", p.link) for p in table.points if not p.lost),
-        *((f"{kinds[p.role]} {p.name}", p.link) for p in table.others if not p.lost),
-        *((f"Wrap surface {w.name}", w.link) for w in table.wraps if not w.lost),
-    ]
-    for what, link in located:
-        if link not in links and link != WORLD:
-            problem = UnknownNameError("link", link, links).what
-            yield f"{what}: {problem}; choose its link in the table."

@@ -18,13 +18,10 @@ from ....muscles.attributes import (
     MUSCLES,
     POINT,
     POINTS,
-    WRAP,
     KeptPoint,
     kept_points_text,
     muscles_text,
     point_text,
-    read_wrap,
-    wrap_text,
 )
 from ....muscles.point_names import (
     marker_name,
@@ -33,13 +30,13 @@ from ....muscles.point_names import (
     task_point_name,
     via_point_name,
 )
-from ....muscles.rows import PointRow, WrapRow
+from ....muscles.rows import PointRow
 from ....muscles.table import MuscleTable
 from ....robot.errors import InputError
 from ....robot.finding_builders import listed
 from ..entities import Entities
 from ..model.model import MuscleModel
-from ..picks import is_on_body, problem_of
+from ..picks import is_on_body
 from .construction_points import (
     ErrorContext,
     added,
@@ -49,6 +46,7 @@ from .construction_points import (
     make_points,
     set_attribute,
 )
+from .faces import write_faces
 from .homes import Homes
 from .stored_lists import StoredLists, update_attribute
 
@@ -107,7 +105,7 @@ class Writer:
         used = {row.entity for row in (*inserted, *lost, *(w.row for w in desired)) if row.entity}
         self._remove(before, used)
         self._write_points(desired)
-        _write_faces(self._model, self._entities, self._homes)
+        write_faces(self._model, self._entities, self._homes)
         self._update_lost(before, lost)
         self._write_lists(kept, lost)
 
@@ -271,40 +269,3 @@ def _desired_points(table: MuscleTable) -> Iterator[Desired]:
     for p in table.others:
         name = task_point_name if p.role == "task" else marker_name
         yield Desired(p, name(p.link))
-
-
-def _write_faces(model: MuscleModel, entities: Entities, homes: Homes) -> None:
-    """Write the attributes of all wrap faces."""
-    before, after = model.before, model.table
-    kept = {wrap.face.entity for wrap in after.wraps}
-    for wrap in before.wraps:
-        face = entities.faces.get(wrap.face.entity)
-        if wrap.face.entity not in kept and face is not None:
-            with ErrorContext(f"wrap surface {wrap.name!r}", _problem(wrap, homes)):
-                attribute = face.attributes.itemByName(GROUP, WRAP)
-                if attribute:
-                    attribute.deleteMe()
-    for wrap in after.wraps:
-        why = _problem(wrap, homes)
-        face = entities.faces.get(wrap.face.entity)
-        if wrap.lost or (why and wrap in before.wraps):  # not found, or of another document
-            if wrap not in before.wraps and face is not None:
-                _update_lost(wrap, face)
-            continue
-        if face is None:
-            problem = why or "its face does not exist any more; pick it again"
-            raise InputError(f"wrap surface {wrap.name!r}: {problem}")
-        text = wrap_text(homes.surface_use(wrap))
-        set_attribute(face, WRAP, text, f"wrap surface {wrap.name!r}", why)
-
-
-def _problem(wrap: WrapRow, homes: Homes) -> str:
-    return problem_of(None, homes.occurrences.get(wrap.occurrence))
-
-
-def _update_lost(wrap: WrapRow, face: Any) -> None:
-    """Store name and muscles of a lost surface, whose record is otherwise unchanged."""
-    with ErrorContext(f"wrap surface {wrap.name!r}", ""):
-        stored = read_wrap(face.attributes.itemByName(GROUP, WRAP).value)
-        use = replace(stored, name=wrap.name, muscles=wrap.muscles)
-        face.attributes.add(GROUP, WRAP, wrap_text(use))

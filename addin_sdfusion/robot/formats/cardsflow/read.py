@@ -28,29 +28,13 @@ from ...model.muscle import (
 from ...model.muscle_path import Branch, CoordinateTerm, PointCondition, PointMotion
 from ...model.pose import Pose, Vector3
 from ...model.robot import ANGLES, WORLD, Axis, TaskFrame, TaskSet
+from ..reading.actuator import read_actuator
 from ..reading.functions import read_function
 from ..reading.unique_names import with_unique_names
 from ..reading.xml import Node, short_repr
 from .wraps import WRAP_TYPES
 from .write import INSIDE, WRAP_STATES
 
-ACTUATOR: dict[str, dict[str, str]] = {
-    "motor": {
-        "bemf_constant": "back_emf_constant",
-        "torque_constant": "torque_constant",
-        "inductance": "inductance",
-        "resistance": "resistance",
-        "inertiaMoment": "motor_inertia",
-    },
-    "gear": {
-        "ratio": "gear_ratio",
-        "efficiency": "gear_efficiency",
-        "inertiaMoment": "gear_inertia",
-    },
-    "spindle": {"radius": "spindle_radius"},
-    "SEE": {"stiffness": "stiffness"},
-}
-"""Names in the original format, by element, with the parameters of `series_elastic_motor`."""
 SHAPES = {word: cast(WrapShape, shape) for shape, word in WRAP_TYPES.items()}
 SIDES: dict[str, Literal[-1, 0, 1]] = {"-1": -1, "0": 0, "1": 1}
 
@@ -113,7 +97,7 @@ class MuscleReader:
             tuple(points),
             node.number_attribute("f_min", 0.0),
             node.number_attribute("f_max", math.inf, infinite=True),
-            _read_actuator(node) or _cable_model(node),
+            read_actuator(node) or _cable_model(node),
             _base_pulley(node),
             (*self._path_wraps(steps), *_wraps(node)),
             tuple(_branches(node)),
@@ -356,42 +340,3 @@ def _base_pulley(node: Node) -> BasePulley | None:
 def _parameters(node: Node) -> Iterator[tuple[str, tuple[float, ...]]]:
     for child in node.all("parameter"):
         yield child.attribute("name"), child.numbers(len(child.text.split()))
-
-
-def _read_actuator(muscle: Node) -> CableModel | None:
-    """Return the muscle law that motor elements define, or None if the muscle has none.
-
-    The original plug-in requires these elements but overwrites their values. Here the values are
-    used, and a finding lists the parameters that they replace.
-    """
-    parts = muscle.all(*ACTUATOR)
-    if not parts:
-        return None
-    if muscle.optional("cable_model") is not None:
-        parts[0].warning(
-            "actuator-left-out",
-            "its motor, gear and spring elements are ignored because it has a <cable_model>",
-        )
-        return None
-    given: dict[str, float] = {}
-    for part in parts:
-        given |= _actuator_parameters(part)
-    problem = (
-        "its motor elements define a series_elastic_motor, whose command is a voltage; they "
-        f"replace the default {', '.join(given) or '(nothing)'}; remove them to command forces"
-    )
-    parts[0].warning("actuator-read", problem)
-    return CableModel("series_elastic_motor", tuple(given.items()))
-
-
-def _actuator_parameters(part: Node) -> dict[str, float]:
-    words = ACTUATOR[part.tag]
-    found = {}
-    for child in part.all():
-        if child.tag in words:
-            found[words[child.tag]] = child.numbers(1)[0]
-        else:
-            known = ", ".join(words)
-            problem = f"<{child.tag}> of <{part.tag}> is ignored (known: {known})"
-            child.warning("actuator-part-left-out", problem)
-    return found

@@ -11,14 +11,11 @@ frames become markers.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
-from ...model.joint import Coordinate
-from ...model.muscle import Muscle
 from ...model.robot import WORLD, Robot
 from ...transforms.joint_chains import Names
 from ..capability import require_writable
@@ -27,12 +24,12 @@ from ..writing.plain_paths import with_markers, with_plain_paths
 from ..writing.xml_text import document, element, numbers
 from .capabilities import PATH_FEATURES, osim_losses
 from .writing.bodies import MIN_MASS, add_body, frame_path, links_fixed_to_world, objects
+from .writing.forces import add_joint_forces, add_muscle
 from .writing.joints import add_couplers, add_joints, coordinate_paths
 from .writing.loops import SUPPORTED, add_loop
-from .writing.muscles import force_element
 from .writing.names import GROUND, with_legal_names
-from .writing.points import CoordinatePaths, add_points, ranges_of_points
-from .writing.wraps import WrapNames, add_surfaces, add_wraps, wrap_names
+from .writing.points import ranges_of_points
+from .writing.wraps import add_surfaces, wrap_names
 
 VERSION = "40000"
 """Version of the file format, which OpenSim 4.0 and later versions read."""
@@ -86,56 +83,11 @@ def _osim(robot: Robot, meshes: MeshFiles) -> str:
     forces = objects(model, "ForceSet", "forceset")
     surfaces, coordinates = wrap_names(robot), coordinate_paths(joint_set)
     for muscle in robot.muscles:
-        _add_muscle(forces, muscle, surfaces, coordinates)
-    _add_joint_forces(forces, robot, Names(muscle.name for muscle in robot.muscles))
+        add_muscle(forces, muscle, surfaces, coordinates)
+    add_joint_forces(forces, robot, Names(muscle.name for muscle in robot.muscles))
     markers = objects(model, "MarkerSet", "markerset")
     for frame in robot.task_frames:
         marker = element(markers, "Marker", name=frame.name)
         element(marker, "socket_parent_frame", frame_path(frame.link))
         element(marker, "location", numbers(frame.position))
     return document(root)
-
-
-def _add_muscle(
-    forces: ElementTree.Element, muscle: Muscle, names: WrapNames, coordinates: CoordinatePaths
-) -> None:
-    """Add a muscle in its OpenSim class, or as a PathActuator commanded by tension."""
-    path = element(force_element(forces, muscle), "GeometryPath", name="path")
-    add_points(path, muscle, coordinates)
-    add_wraps(path, muscle, names)
-
-
-def _add_joint_forces(forces: ElementTree.Element, robot: Robot, names: Names) -> None:
-    """Add the motors of joints, with controls in [N·m] or [N], and dampers and springs."""
-    for c in robot.motors:
-        node = element(forces, "CoordinateActuator", name=names.unique(f"{c.name}_motor"))
-        for tag, bound in (("min_control", c.tau_min), ("max_control", c.tau_max)):
-            if math.isfinite(bound):
-                element(node, tag, bound)
-        element(node, "coordinate", c.name)
-        element(node, "optimal_force", 1.0)
-    for c in robot.all_coordinates:
-        if c.damping or c.stiffness:
-            node = element(forces, "SpringGeneralizedForce", name=names.unique(f"{c.name}_damping"))
-            element(node, "coordinate", c.name)
-            element(node, "stiffness", c.stiffness)
-            element(node, "rest_length", c.rest)
-            element(node, "viscosity", c.damping)
-    for c in robot.all_coordinates:
-        if c.limit_force is not None:
-            _add_limit_force(forces, c, names.unique(f"{c.name}_limit"))
-
-
-def _add_limit_force(forces: ElementTree.Element, c: Coordinate, name: str) -> None:
-    """Add a limit force; for rotations OpenSim uses degrees in all units."""
-    force, degree = c.limit_force, math.pi / 180.0 if c.unit == "rad" else 1.0
-    if force is None:
-        return
-    node = element(forces, "CoordinateLimitForce", name=name)
-    element(node, "coordinate", c.name)
-    element(node, "upper_limit", force.high / degree)
-    element(node, "upper_stiffness", force.stiffness_high * degree)
-    element(node, "lower_limit", force.low / degree)
-    element(node, "lower_stiffness", force.stiffness_low * degree)
-    element(node, "damping", force.damping * degree)
-    element(node, "transition", force.transition / degree)

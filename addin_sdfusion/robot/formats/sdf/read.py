@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Literal, cast
 
 from ...finding import Subject
-from ...model.joint import Coordinate, Joint
-from ...model.loop import LoopJoint, loop_type
 from ...model.pose import IDENTITY, Pose
-from ...model.robot import SHAPE_SIZES, Inertia, Link, Mesh, Rgba, Robot, Shape, ShapeKind
-from ...model.rotations import compose, inverse, rotate_inertia, rotation
+from ...model.robot import Robot
+from ...model.rotations import compose, inverse
 from ...transforms.repair import diagnose
 from ...transforms.repair import repair as repair_inertias
 from ..cardsflow.extras import cardsflow_xml, read_extras
@@ -24,10 +19,11 @@ from ..reading.tree import fixed_roots, parents_first
 from ..reading.unique_names import with_unique_names
 from ..reading.xml import TRUE, Node, Notes, parse, short_repr
 from .read_frames import Frames, read_pose
-from .read_joints import Model, read_joint
+from .read_joints import Model
+from .read_links import read_link
+from .read_loops import split_loops
 from .read_nested import flatten, included_models
 
-_WORDS = ("limits", "damping", "stiffness", "friction")
 VERSIONS = tuple(f"1.{minor}" for minor in range(4, 13))
 
 
@@ -58,7 +54,7 @@ def read_sdf(
         with_unique_names(node.all(kind), partial(Subject, kind))
     frames = Frames(node)
     model = Model(frames, _model_pose(node, frames), root.attribute("version", ""))
-    joints, loops = _split_loops([_about(child, "joint") for child in node.all("joint")], model)
+    joints, loops = split_loops([_about(child, "joint") for child in node.all("joint")], model)
     roots = fixed_roots(
         node.all("link"),
         joints,
@@ -67,7 +63,7 @@ def read_sdf(
     )
     plugins = _extras(node)
     joints, inner = join_chains(joints, plugins)
-    links = [_read_link(_about(child, "link"), frames) for child in node.all("link")]
+    links = [read_link(_about(child, "link"), frames) for child in node.all("link")]
     links = [link for link in links if link.name not in inner]
     note_missing_meshes(node, links)
     ordered = tuple(parents_first([*roots, *joints]))
@@ -139,153 +135,3 @@ def _with_diagnosis(robot: Robot, frames: Frames, model: Node, *, undo: bool) ->
         file, line = notes.locations.get(finding.subject, (model.file, None))
         notes.findings.append(replace(finding, file=file, line=line))
     return robot
-
-
-def _split_loops(nodes: Sequence[Node], model: Model) -> tuple[list[Joint], list[LoopJoint]]:
-    """Return the joints of the tree and the loop joints.
-
-    If several joints have the same child, the first one in the file is the tree joint. A joint
-    with range 0 is the tree joint only if no other joint exists. A loop joint with range 0 becomes
-    fixed.
-
-    Args:
-        nodes: Elements of the joints.
-        model: Data of the model.
-    """
-    read = [(read_joint(node, model), node) for node in nodes]
-    carriers: dict[str, Joint] = {}
-    for joint, _ in sorted(read, key=lambda item: _has_zero_range(item[0])):
-        if joint.parent != joint.child:
-            carriers.setdefault(joint.child, joint)
-    loops = [
-        _loop(joint, node, carriers[joint.child])
-        for joint, node in read
-        if carriers.get(joint.child, joint) is not joint
-    ]
-    names = {id(joint) for joint in carriers.values()}
-    return [j for j, _ in read if id(j) in names or j.child not in carriers], loops
-
-
-def _has_zero_range(joint: Joint) -> bool:
-    """Return whether a joint has motions, all with the range 0 to 0."""
-    return bool(joint.motions) and all(c.lower == c.upper == 0.0 for c in joint.coordinates)
-
-
-def _loop(joint: Joint, node: Node, carrier: Joint) -> LoopJoint:
-    motions = joint.motions
-    if _has_zero_range(joint):
-        motions = ()
-        problem = f"closes a loop, since {carrier.name!r} already moves {joint.child!r}"
-        node.warning("loop-joint-held", f"{problem}; its range is 0, so it is read as fixed")
-    lost = [what for what in _WORDS if any(_has_property(c, what) for c in joint.coordinates)]
-    if motions and lost:
-        problem = f"closes a loop, so it has no coordinates; its {', '.join(lost)} are omitted"
-        node.warning("loop-joint-forces", problem)
-    kind = loop_type(motions)
-    assert kind is not None, joint.name  # all joint types of SDF can close loops
-    return LoopJoint(
-        joint.name, joint.parent, joint.child, *kind, joint.T_parent_joint, joint.T_child_joint
-    )
-
-
-def _has_property(c: Coordinate, what: str) -> bool:
-    if what == "limits":
-        return math.isfinite(c.lower) or math.isfinite(c.upper)
-    return bool(getattr(c, what))
-
-
-def _read_link(node: Node, frames: Frames) -> Link:
-    """Return a link; report features that a robot description cannot hold."""
-    name = node.subject.name
-    gravity = node.optional("gravity")
-    if gravity is not None and gravity.text in ("false", "0"):
-        gravity.warning("gravity-not-off", "<gravity> is ignored; gravity acts on the link")
-    kinematic = node.optional("kinematic")
-    if kinematic is not None and kinematic.text in TRUE:
-        kinematic.warning("kinematic-link", "<kinematic> is ignored; forces move the link")
-    meshes, shapes = tuple(_meshes(node, frames)), tuple(_shapes(node, frames))
-    inertial = node.optional("inertial")
-    if inertial is None:
-        problem = "has no <inertial>; SDF's defaults 1 kg and 1 kg·m² are used"
-        node.warning("default-inertial", problem)
-        return Link(name, Inertia(1.0, ixx=1.0, iyy=1.0, izz=1.0), meshes=meshes, shapes=shapes)
-    if inertial.attribute("auto", "false") in TRUE:
-        problem = "inertia from collision shapes is not supported; specify it explicitly"
-        inertial.error("unsupported-inertial", problem)
-    if inertial.all("fluid_added_mass"):
-        inertial.warning("added-mass-not-simulated", "fluid added mass is not simulated")
-    return Link(
-        name, _inertia(inertial, frames.in_link(inertial, name)), meshes=meshes, shapes=shapes
-    )
-
-
-def _inertia(inertial: Node, pose: Pose) -> Inertia:
-    mass = inertial.number("mass")
-    node = inertial.required("inertia")
-    if node is None:
-        return Inertia(mass, pose.position)
-    moments = {entry: node.number(entry) for entry in ("ixx", "iyy", "izz")}
-    products = {entry: node.number(entry, 0.0) for entry in ("ixy", "ixz", "iyz")}
-    inertia = Inertia(mass, pose.position, **moments, **products)
-    if not any(pose.rpy):
-        return inertia
-    matrix = rotate_inertia(rotation(pose.rpy), inertia.matrix)
-    return Inertia.of(mass, pose.position, matrix)
-
-
-def _meshes(link: Node, frames: Frames) -> Iterator[Mesh]:
-    for node in link.all("visual", "collision"):
-        geometry = node.required("geometry")
-        if geometry is None:
-            continue
-        for shape in geometry.all():
-            if shape.tag == "mesh":
-                yield _mesh(node, shape, frames)
-            elif shape.tag != "empty" and not _is_kept(node, shape):
-                kept = "meshes" if node.tag == "visual" else "meshes, boxes, spheres and cylinders"
-                problem = (
-                    f"a {node.tag} of {short_repr(shape.tag)} is omitted; only {kept} are read"
-                )
-                shape.warning("geometry-left-out", problem)
-
-
-def _is_kept(node: Node, shape: Node) -> bool:
-    return node.tag == "collision" and shape.tag in SHAPE_SIZES
-
-
-def _shapes(link: Node, frames: Frames) -> Iterator[Shape]:
-    for node in link.all("collision"):
-        for geometry in node.all("geometry"):
-            for shape in geometry.all(*SHAPE_SIZES):
-                pose = frames.in_link(node, node.subject.name)
-                yield Shape(cast(ShapeKind, shape.tag), _sizes(shape), pose)
-
-
-def _sizes(shape: Node) -> tuple[float, ...]:
-    if shape.tag == "box":
-        return shape.vector("size")
-    return tuple(shape.number(n) for n in ("radius", "length")[: SHAPE_SIZES[shape.tag]])  # type: ignore[index]
-
-
-def _mesh(node: Node, shape: Node, frames: Frames) -> Mesh:
-    uri, scale = shape.required("uri"), shape.optional("scale")
-    if shape.all("submesh"):
-        shape.warning("submesh-left-out", "the whole mesh is used instead of the submesh")
-    return Mesh(
-        cast(Literal["visual", "collision"], node.tag),
-        "" if uri is None else uri.text,
-        frames.in_link(node, node.subject.name),
-        (1.0, 1.0, 1.0) if scale is None else scale.vector3(),
-        node.attribute("name", ""),
-        _color(node),
-    )
-
-
-def _color(visual: Node) -> Rgba | None:
-    """Return the diffuse colour; the opacity is 1 if not specified."""
-    material = visual.optional("material") if visual.tag == "visual" else None
-    diffuse = None if material is None else material.optional("diffuse")
-    if diffuse is None:
-        return None
-    red, green, blue, *opacity = diffuse.numbers(3 if len(diffuse.text.split()) == 3 else 4)
-    return red, green, blue, opacity[0] if opacity else 1.0

@@ -19,7 +19,7 @@ from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.formats.urdf.write import write_urdf
 from addin_sdfusion.robot.transforms.simplify import joint_frames
 from sim_dart import DartDynamics
-from sim_dart.core.blob import require_supported_features
+from sim_dart.core.supported_features import require_supported_features
 
 
 def of_text(folder: Path, text: str) -> Path:
