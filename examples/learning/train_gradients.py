@@ -25,6 +25,8 @@ WIDTH, AHEAD, GUIDE, EFFORT = 0.03, 0.05, 10.0, 0.1
 SCALES = (0.3, 0.03, 0.5, 0.5)
 """Scales of q, of qd times the step, of the tip and of its distance to the target."""
 POSITIONS, VELOCITIES, GROWTH, MAX_STEPS = 0.15, 2.0, 30, 100
+MEMORY = 0.9
+"""Share of the earlier steps in the average of the policy, which is evaluated and exported."""
 CRITIC_EPOCHS, CRITIC_PARTS, EVALUATE_EVERY = 2, 2, 10
 
 
@@ -125,6 +127,9 @@ def train(options: argparse.Namespace) -> tuple[Any, Normaliser, Curve]:
     actor, critic = network(inputs, outputs, gain=0.01), network(inputs, 1, gain=0.01)
     optimisers = [torch.optim.Adam(part.parameters(), RATE) for part in (actor, critic)]
     optimisers[1].param_groups[0]["lr"] = CRITIC_RATE
+    average = torch.optim.swa_utils.AveragedModel(
+        actor, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(MEMORY)
+    )
     decays = [torch.optim.lr_scheduler.ExponentialLR(o, DECAY) for o in optimisers]
     rounds, curve, motions = 0, Curve(options, trial), Motions(trial, options.seed)
     while not curve.is_complete():
@@ -133,14 +138,15 @@ def train(options: argparse.Namespace) -> tuple[Any, Normaliser, Curve]:
         loss.backward()
         torch.nn.utils.clip_grad_norm_(actor.parameters(), MAX_GRADIENT)
         optimisers[0].step()
+        average.update_parameters(actor)
         fit(critic, optimisers[1], x, rewards, ends)
         for decay in decays:
             decay.step()
         rounds += 1
         motions.restart(ends, min(MAX_STEPS, STEPS * (1.0 + rounds / GROWTH)))
         if rounds % EVALUATE_EVERY == 0:
-            curve.evaluate(rounds * STEPS * ENVS, actor, motions.normal)
-    return actor, motions.normal, curve
+            curve.evaluate(rounds * STEPS * ENVS, average.module, motions.normal)
+    return average.module, motions.normal, curve
 
 
 def main() -> None:
