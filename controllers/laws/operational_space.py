@@ -218,7 +218,7 @@ class OperationalSpaceController:
 
         s are the errors of tasks with finite weights. See `solve` for the arguments.
         """
-        self._write(q, qd, y_d, yd_d, ydd_d, w_e, None)
+        self._write(w_e, None, q, qd, y_d, yd_d, ydd_d)
         return self._law.build()
 
     def solve(
@@ -255,7 +255,7 @@ class OperationalSpaceController:
         robot = self.dynamics
         check_sizes(robot.coordinate_names, q=q, qd=qd, w_e=w_e)
         check_sizes(robot.task_names, y_d=y_d, yd_d=yd_d, ydd_d=ydd_d, correction=correction)
-        self._write(q, qd, y_d, yd_d, ydd_d, w_e, correction)
+        self._write(w_e, correction, q, qd, y_d, yd_d, ydd_d)
         status = self._law.solve(self.solver)
         if status == law_in_c.WRONG:
             raise SimulationError("the state or the reference of the controller is not finite")
@@ -277,15 +277,9 @@ class OperationalSpaceController:
         )
 
     def _write(
-        self,
-        q: FloatArray,
-        qd: FloatArray,
-        y_d: FloatArray,
-        yd_d: FloatArray,
-        ydd_d: FloatArray,
-        w_e: FloatArray | None,
-        correction: FloatArray | None,
+        self, w_e: FloatArray | None, correction: FloatArray | None, *state: FloatArray
     ) -> None:
+        q, qd, y_d, yd_d, ydd_d = state
         robot = self.dynamics
         J = robot.task_jacobian(q)
         self._law.write(

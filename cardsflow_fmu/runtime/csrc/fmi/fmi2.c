@@ -123,25 +123,10 @@ FMI2_Export fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranc
     return (fmi2Status)instance_set_up(instance_of(c), "setupExperiment", startTime, stop);
 }
 
-FMI2_Export fmi2Status fmi2EnterInitializationMode(fmi2Component c)
-{
-    return c ? (fmi2Status)instance_enter_initialization_mode(instance_of(c)) : fmi2Error;
-}
-
-FMI2_Export fmi2Status fmi2ExitInitializationMode(fmi2Component c)
-{
-    return c ? (fmi2Status)instance_exit_initialization_mode(instance_of(c)) : fmi2Error;
-}
-
-FMI2_Export fmi2Status fmi2Terminate(fmi2Component c)
-{
-    return c ? (fmi2Status)instance_terminate(instance_of(c)) : fmi2Error;
-}
-
-FMI2_Export fmi2Status fmi2Reset(fmi2Component c)
-{
-    return c ? (fmi2Status)instance_reset(instance_of(c)) : fmi2Error;
-}
+FMI2_CALL(fmi2EnterInitializationMode, instance_enter_initialization_mode)
+FMI2_CALL(fmi2ExitInitializationMode, instance_exit_initialization_mode)
+FMI2_CALL(fmi2Terminate, instance_terminate)
+FMI2_CALL(fmi2Reset, instance_reset)
 
 /* Variables */
 
@@ -156,48 +141,28 @@ static int has_arrays(fmi2Component c, const void *vr, size_t nvr, const void *v
     return 0;
 }
 
-static const struct access GET_REAL = {"getReal", PORT_REAL, AS_DOUBLE};
-static const struct access SET_REAL = {"setReal", PORT_REAL, AS_DOUBLE};
-static const struct access GET_BOOLEAN = {"getBoolean", PORT_BOOLEAN, AS_INT};
-static const struct access SET_BOOLEAN = {"setBoolean", PORT_BOOLEAN, AS_INT};
+#define PRESENT(type, port_type, representation)                                                   \
+    FMI2_Export fmi2Status fmi2Get##type(fmi2Component c, const fmi2ValueReference vr[],           \
+                                         size_t nvr, fmi2##type value[])                           \
+    {                                                                                              \
+        static const struct access access = {"get" #type, port_type, representation};              \
+        const struct variables variables = {vr, nvr, nvr};                                         \
+        if (!has_arrays(c, vr, nvr, value))                                                        \
+            return fmi2Error;                                                                      \
+        return (fmi2Status)get_variables(instance_of(c), &access, variables, value);               \
+    }                                                                                              \
+    FMI2_Export fmi2Status fmi2Set##type(fmi2Component c, const fmi2ValueReference vr[],           \
+                                         size_t nvr, const fmi2##type value[])                     \
+    {                                                                                              \
+        static const struct access access = {"set" #type, port_type, representation};              \
+        const struct variables variables = {vr, nvr, nvr};                                         \
+        if (!has_arrays(c, vr, nvr, value))                                                        \
+            return fmi2Error;                                                                      \
+        return (fmi2Status)set_variables(instance_of(c), &access, variables, value);               \
+    }
 
-static struct variables scalars(const fmi2ValueReference vr[], size_t nvr)
-{
-    struct variables variables = {vr, nvr, nvr};
-    return variables;
-}
-
-FMI2_Export fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                                   fmi2Real value[])
-{
-    if (!has_arrays(c, vr, nvr, value))
-        return fmi2Error;
-    return (fmi2Status)get_variables(instance_of(c), &GET_REAL, scalars(vr, nvr), value);
-}
-
-FMI2_Export fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                                      fmi2Boolean value[])
-{
-    if (!has_arrays(c, vr, nvr, value))
-        return fmi2Error;
-    return (fmi2Status)get_variables(instance_of(c), &GET_BOOLEAN, scalars(vr, nvr), value);
-}
-
-FMI2_Export fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                                   const fmi2Real value[])
-{
-    if (!has_arrays(c, vr, nvr, value))
-        return fmi2Error;
-    return (fmi2Status)set_variables(instance_of(c), &SET_REAL, scalars(vr, nvr), value);
-}
-
-FMI2_Export fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                                      const fmi2Boolean value[])
-{
-    if (!has_arrays(c, vr, nvr, value))
-        return fmi2Error;
-    return (fmi2Status)set_variables(instance_of(c), &SET_BOOLEAN, scalars(vr, nvr), value);
-}
+PRESENT(Real, PORT_REAL, AS_DOUBLE)
+PRESENT(Boolean, PORT_BOOLEAN, AS_INT)
 
 /* Reject access to integers or strings, which no FMU has. */
 static fmi2Status no_variables_of_type(fmi2Component c, size_t nvr)
@@ -209,33 +174,22 @@ static fmi2Status no_variables_of_type(fmi2Component c, size_t nvr)
     return (fmi2Status)instance_fail(instance_of(c), "this FMU has no integer or string variables");
 }
 
-FMI2_Export fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                                      fmi2Integer value[])
-{
-    (void)vr, (void)value;
-    return no_variables_of_type(c, nvr);
-}
+#define ABSENT(type)                                                                               \
+    FMI2_Export fmi2Status fmi2Get##type(fmi2Component c, const fmi2ValueReference vr[],           \
+                                         size_t nvr, fmi2##type value[])                           \
+    {                                                                                              \
+        (void)vr, (void)value;                                                                     \
+        return no_variables_of_type(c, nvr);                                                       \
+    }                                                                                              \
+    FMI2_Export fmi2Status fmi2Set##type(fmi2Component c, const fmi2ValueReference vr[],           \
+                                         size_t nvr, const fmi2##type value[])                     \
+    {                                                                                              \
+        (void)vr, (void)value;                                                                     \
+        return no_variables_of_type(c, nvr);                                                       \
+    }
 
-FMI2_Export fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                                     fmi2String value[])
-{
-    (void)vr, (void)value;
-    return no_variables_of_type(c, nvr);
-}
-
-FMI2_Export fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                                      const fmi2Integer value[])
-{
-    (void)vr, (void)value;
-    return no_variables_of_type(c, nvr);
-}
-
-FMI2_Export fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                                     const fmi2String value[])
-{
-    (void)vr, (void)value;
-    return no_variables_of_type(c, nvr);
-}
+ABSENT(Integer)
+ABSENT(String)
 
 /* States */
 
@@ -333,11 +287,16 @@ static fmi2Status no_such_status(fmi2Component c)
     return c ? reject(c, STATUS_DISCARD, "this FMU does not have this status") : fmi2Error;
 }
 
-FMI2_Export fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *value)
-{
-    (void)s, (void)value;
-    return no_such_status(c);
-}
+#define ABSENT_STATUS(name, type)                                                                  \
+    FMI2_Export fmi2Status name(fmi2Component c, const fmi2StatusKind s, type *value)              \
+    {                                                                                              \
+        (void)s, (void)value;                                                                      \
+        return no_such_status(c);                                                                  \
+    }
+
+ABSENT_STATUS(fmi2GetStatus, fmi2Status)
+ABSENT_STATUS(fmi2GetIntegerStatus, fmi2Integer)
+ABSENT_STATUS(fmi2GetStringStatus, fmi2String)
 
 FMI2_Export fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *value)
 {
@@ -347,13 +306,6 @@ FMI2_Export fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s
     return fmi2OK;
 }
 
-FMI2_Export fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind s,
-                                            fmi2Integer *value)
-{
-    (void)s, (void)value;
-    return no_such_status(c);
-}
-
 FMI2_Export fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind s,
                                             fmi2Boolean *value)
 {
@@ -361,11 +313,4 @@ FMI2_Export fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKin
         return no_such_status(c);
     *value = fmi2False; /* no model ends the simulation by itself */
     return fmi2OK;
-}
-
-FMI2_Export fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind s,
-                                           fmi2String *value)
-{
-    (void)s, (void)value;
-    return no_such_status(c);
 }

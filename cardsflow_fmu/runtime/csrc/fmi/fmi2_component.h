@@ -15,4 +15,11 @@ static inline struct instance *instance_of(fmi2Component c)
     return ((struct component *)c)->instance;
 }
 
+/* Define a function of the standard without further arguments. */
+#define FMI2_CALL(name, function)                                                                  \
+    FMI2_Export fmi2Status name(fmi2Component c)                                                   \
+    {                                                                                              \
+        return c ? (fmi2Status)function(instance_of(c)) : fmi2Error;                               \
+    }
+
 #endif

@@ -4,10 +4,8 @@
 #include "../instance/model_exchange.h"
 #include "fmi2_component.h"
 
-FMI2_Export fmi2Status fmi2EnterEventMode(fmi2Component c)
-{
-    return c ? (fmi2Status)continuous_enter_event_mode(instance_of(c)) : fmi2Error;
-}
+FMI2_CALL(fmi2EnterEventMode, continuous_enter_event_mode)
+FMI2_CALL(fmi2EnterContinuousTimeMode, continuous_enter_continuous_mode)
 
 FMI2_Export fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo)
 {
@@ -18,11 +16,6 @@ FMI2_Export fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eve
     const fmi2EventInfo info = {fmi2False, fmi2False, fmi2False, changed, fmi2False, 0};
     *eventInfo = info;
     return (fmi2Status)status;
-}
-
-FMI2_Export fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
-{
-    return c ? (fmi2Status)continuous_enter_continuous_mode(instance_of(c)) : fmi2Error;
 }
 
 FMI2_Export fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStatePriorToCurrentPoint,
@@ -40,27 +33,14 @@ FMI2_Export fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)
     return c ? (fmi2Status)continuous_set_time(instance_of(c), time) : fmi2Error;
 }
 
-FMI2_Export fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t nx)
-{
-    return c ? (fmi2Status)continuous_set_states(instance_of(c), x, nx) : fmi2Error;
-}
+#define ARRAY(name, function, type)                                                                \
+    FMI2_Export fmi2Status name(fmi2Component c, type values[], size_t count)                      \
+    {                                                                                              \
+        return c ? (fmi2Status)function(instance_of(c), values, count) : fmi2Error;                \
+    }
 
-FMI2_Export fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx)
-{
-    return c ? (fmi2Status)continuous_get_derivatives(instance_of(c), derivatives, nx) : fmi2Error;
-}
-
-FMI2_Export fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real eventIndicators[], size_t ni)
-{
-    return c ? (fmi2Status)continuous_get_indicators(instance_of(c), eventIndicators, ni) : fmi2Error;
-}
-
-FMI2_Export fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx)
-{
-    return c ? (fmi2Status)continuous_get_states(instance_of(c), x, nx) : fmi2Error;
-}
-
-FMI2_Export fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x_nominal[], size_t nx)
-{
-    return c ? (fmi2Status)continuous_get_nominals(instance_of(c), x_nominal, nx) : fmi2Error;
-}
+ARRAY(fmi2SetContinuousStates, continuous_set_states, const fmi2Real)
+ARRAY(fmi2GetDerivatives, continuous_get_derivatives, fmi2Real)
+ARRAY(fmi2GetEventIndicators, continuous_get_indicators, fmi2Real)
+ARRAY(fmi2GetContinuousStates, continuous_get_states, fmi2Real)
+ARRAY(fmi2GetNominalsOfContinuousStates, continuous_get_nominals, fmi2Real)

@@ -72,21 +72,9 @@ FMI3_Export fmi3Status fmi3EnterInitializationMode(fmi3Instance instance,
     return (fmi3Status)status;
 }
 
-FMI3_Export fmi3Status fmi3ExitInitializationMode(fmi3Instance instance)
-{
-    return instance ? (fmi3Status)instance_exit_initialization_mode(fmi3_instance(instance))
-                    : fmi3Error;
-}
-
-FMI3_Export fmi3Status fmi3Terminate(fmi3Instance instance)
-{
-    return instance ? (fmi3Status)instance_terminate(fmi3_instance(instance)) : fmi3Error;
-}
-
-FMI3_Export fmi3Status fmi3Reset(fmi3Instance instance)
-{
-    return instance ? (fmi3Status)instance_reset(fmi3_instance(instance)) : fmi3Error;
-}
+FMI3_CALL(fmi3ExitInitializationMode, instance_exit_initialization_mode)
+FMI3_CALL(fmi3Terminate, instance_terminate)
+FMI3_CALL(fmi3Reset, instance_reset)
 
 /* States */
 

@@ -27,4 +27,11 @@ void fmi3_log_write(void *context, enum status status, const char *text);
 /* Reject a call of an unsupported function. The state of the instance does not change. */
 fmi3Status fmi3_reject(fmi3Instance instance, enum status status, const char *text);
 
+/* Define a function of the standard without further arguments. */
+#define FMI3_CALL(name, function)                                                                  \
+    FMI3_Export fmi3Status name(fmi3Instance instance)                                             \
+    {                                                                                              \
+        return instance ? (fmi3Status)function(fmi3_instance(instance)) : fmi3Error;               \
+    }
+
 #endif

@@ -15,20 +15,9 @@ FMI3_Export fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, f
     return fmi3_open(&component, instantiationToken, resourcePath, loggingOn, MODEL_EXCHANGE);
 }
 
-FMI3_Export fmi3Status fmi3EnterEventMode(fmi3Instance instance)
-{
-    return instance ? (fmi3Status)continuous_enter_event_mode(fmi3_instance(instance)) : fmi3Error;
-}
-
-FMI3_Export fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance instance)
-{
-    return instance ? (fmi3Status)continuous_enter_continuous_mode(fmi3_instance(instance)) : fmi3Error;
-}
-
-FMI3_Export fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance instance)
-{
-    return instance ? (fmi3Status)continuous_evaluate(fmi3_instance(instance)) : fmi3Error;
-}
+FMI3_CALL(fmi3EnterEventMode, continuous_enter_event_mode)
+FMI3_CALL(fmi3EnterContinuousTimeMode, continuous_enter_continuous_mode)
+FMI3_CALL(fmi3EvaluateDiscreteStates, continuous_evaluate)
 
 FMI3_Export fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discreteStatesNeedUpdate,
                                                 fmi3Boolean *terminateSimulation,
@@ -69,40 +58,17 @@ FMI3_Export fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time)
     return instance ? (fmi3Status)continuous_set_time(fmi3_instance(instance), time) : fmi3Error;
 }
 
-FMI3_Export fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float64 continuousStates[],
-                                               size_t nContinuousStates)
-{
-    return instance ? (fmi3Status)continuous_set_states(fmi3_instance(instance), continuousStates, nContinuousStates)
-                    : fmi3Error;
-}
+#define ARRAY(name, function, type)                                                                \
+    FMI3_Export fmi3Status name(fmi3Instance instance, type values[], size_t count)                \
+    {                                                                                              \
+        return instance ? (fmi3Status)function(fmi3_instance(instance), values, count) : fmi3Error; \
+    }
 
-FMI3_Export fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance instance, fmi3Float64 derivatives[],
-                                                         size_t nContinuousStates)
-{
-    return instance ? (fmi3Status)continuous_get_derivatives(fmi3_instance(instance), derivatives, nContinuousStates)
-                    : fmi3Error;
-}
-
-FMI3_Export fmi3Status fmi3GetEventIndicators(fmi3Instance instance, fmi3Float64 eventIndicators[],
-                                              size_t nEventIndicators)
-{
-    return instance ? (fmi3Status)continuous_get_indicators(fmi3_instance(instance), eventIndicators, nEventIndicators)
-                    : fmi3Error;
-}
-
-FMI3_Export fmi3Status fmi3GetContinuousStates(fmi3Instance instance, fmi3Float64 continuousStates[],
-                                               size_t nContinuousStates)
-{
-    return instance ? (fmi3Status)continuous_get_states(fmi3_instance(instance), continuousStates, nContinuousStates)
-                    : fmi3Error;
-}
-
-FMI3_Export fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 nominals[],
-                                                         size_t nContinuousStates)
-{
-    return instance ? (fmi3Status)continuous_get_nominals(fmi3_instance(instance), nominals, nContinuousStates)
-                    : fmi3Error;
-}
+ARRAY(fmi3SetContinuousStates, continuous_set_states, const fmi3Float64)
+ARRAY(fmi3GetContinuousStateDerivatives, continuous_get_derivatives, fmi3Float64)
+ARRAY(fmi3GetEventIndicators, continuous_get_indicators, fmi3Float64)
+ARRAY(fmi3GetContinuousStates, continuous_get_states, fmi3Float64)
+ARRAY(fmi3GetNominalsOfContinuousStates, continuous_get_nominals, fmi3Float64)
 
 static fmi3Status write_count(fmi3Instance instance, size_t *to, size_t count)
 {

@@ -11,16 +11,15 @@ enum { CLOCK_SIZE = 2 };
 
 /* The callables return None on success, or an error message; get_state and derivative return bytes or an
  * error message. */
+enum callable { INITIALIZE, STEP, RESET, TERMINATE, GET_STATE, SET_STATE, DERIVATIVE, CALLABLES };
+
+static const char *const NAMES[CALLABLES] = {"initialize", "step",      "reset",     "terminate",
+                                             "get_state",  "set_state", "derivative"};
+
 struct python_model {
     struct python_api py;
     python_object *memory; /* a bytearray or memoryview: the clock, then the values */
-    python_object *initialize;
-    python_object *step;
-    python_object *reset;
-    python_object *terminate;
-    python_object *get_state;
-    python_object *set_state;
-    python_object *derivative;
+    python_object *callables[CALLABLES];
 };
 
 static void drop(const struct python_api *py, python_object *object)
@@ -76,33 +75,34 @@ static int finish(const struct python_api *py, python_object *result, struct tex
     return failed;
 }
 
-static int call(struct model *model, python_object *callable)
+static int call(struct model *model, enum callable callable)
 {
-    const struct python_api *py = &((struct python_model *)model->backend)->py;
+    struct python_model *self = model->backend;
+    const struct python_api *py = &self->py;
     int gil = py->PyGILState_Ensure();
-    int failed = finish(py, py->PyObject_CallNoArgs(callable), &model->error);
+    int failed = finish(py, py->PyObject_CallNoArgs(self->callables[callable]), &model->error);
     py->PyGILState_Release(gil);
     return failed;
 }
 
 static int initialize(struct model *model)
 {
-    return call(model, ((struct python_model *)model->backend)->initialize);
+    return call(model, INITIALIZE);
 }
 
 static int step(struct model *model)
 {
-    return call(model, ((struct python_model *)model->backend)->step);
+    return call(model, STEP);
 }
 
 static int reset(struct model *model)
 {
-    return call(model, ((struct python_model *)model->backend)->reset);
+    return call(model, RESET);
 }
 
 static int terminate(struct model *model)
 {
-    return call(model, ((struct python_model *)model->backend)->terminate);
+    return call(model, TERMINATE);
 }
 
 static int copy_bytes(const struct python_api *py, python_object *object, void **bytes, size_t *size,
@@ -132,7 +132,7 @@ static int get_state(struct model *model, void **bytes, size_t *size)
     const struct python_api *py = &self->py;
     int failed = 1;
     int gil = py->PyGILState_Ensure();
-    python_object *result = py->PyObject_CallNoArgs(self->get_state);
+    python_object *result = py->PyObject_CallNoArgs(self->callables[GET_STATE]);
     if (result)
         failed = copy_bytes(py, result, bytes, size, &model->error);
     else
@@ -150,7 +150,7 @@ static int set_state(struct model *model, const void *bytes, size_t size)
     int gil = py->PyGILState_Ensure();
     python_object *state = py->PyBytes_FromStringAndSize(bytes, (python_ssize)size);
     if (state)
-        result = py->PyObject_CallFunctionObjArgs(self->set_state, state, NULL);
+        result = py->PyObject_CallFunctionObjArgs(self->callables[SET_STATE], state, NULL);
     int failed = finish(py, result, &model->error);
     drop(py, state);
     py->PyGILState_Release(gil);
@@ -192,7 +192,8 @@ static int derivative(struct model *model, const struct derivative *request)
     python_object *seeds =
         as_bytes(py, request->seeds, request->known_count * sizeof *request->seeds);
     if (unknowns && knowns && seeds)
-        result = py->PyObject_CallFunctionObjArgs(self->derivative, unknowns, knowns, seeds, NULL);
+        result = py->PyObject_CallFunctionObjArgs(self->callables[DERIVATIVE], unknowns, knowns,
+                                                  seeds, NULL);
     if (result)
         failed = take_answers(py, result, request, &model->error);
     else
@@ -207,13 +208,8 @@ static int derivative(struct model *model, const struct derivative *request)
 
 static void drop_all(struct python_model *self)
 {
-    drop(&self->py, self->initialize);
-    drop(&self->py, self->step);
-    drop(&self->py, self->reset);
-    drop(&self->py, self->terminate);
-    drop(&self->py, self->get_state);
-    drop(&self->py, self->set_state);
-    drop(&self->py, self->derivative);
+    for (int i = 0; i < CALLABLES; i++)
+        drop(&self->py, self->callables[i]);
     drop(&self->py, self->memory);
 }
 
@@ -275,19 +271,14 @@ static python_object *call_entry(const struct python_model *self, python_object 
 
 static int bind(struct python_model *self, python_object *hosted, struct text *error)
 {
-    const struct python_api *py = &self->py;
-    self->initialize = py->PyObject_GetAttrString(hosted, "initialize");
-    self->step = py->PyObject_GetAttrString(hosted, "step");
-    self->reset = py->PyObject_GetAttrString(hosted, "reset");
-    self->terminate = py->PyObject_GetAttrString(hosted, "terminate");
-    self->get_state = py->PyObject_GetAttrString(hosted, "get_state");
-    self->set_state = py->PyObject_GetAttrString(hosted, "set_state");
-    self->derivative = py->PyObject_GetAttrString(hosted, "derivative");
-    if (self->initialize && self->step && self->reset && self->terminate && self->get_state &&
-        self->set_state && self->derivative)
-        return 0;
-    take_exception(py, error);
-    return 1;
+    for (int i = 0; i < CALLABLES; i++) {
+        self->callables[i] = self->py.PyObject_GetAttrString(hosted, NAMES[i]);
+        if (!self->callables[i]) {
+            take_exception(&self->py, error);
+            return 1;
+        }
+    }
+    return 0;
 }
 
 static int get_memory(struct python_model *self, struct model *model,
