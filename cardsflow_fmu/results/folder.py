@@ -7,7 +7,6 @@ import json
 import tempfile
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 from addin_sdfusion.robot import CardsflowError, InputError, limits
@@ -86,12 +85,7 @@ class OutputFolder:
             raise file_error(error, "the output folder cannot be written", self.path) from None
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *exception: object) -> None:
         self._stack.close()
 
     def _check_existing_files(self) -> None:
