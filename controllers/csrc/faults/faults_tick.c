@@ -90,8 +90,7 @@ static void turn_clock(faults *s)
 int faults_tick(faults *s, real h)
 {
     if (s->clock[0] > 0) advance_time(s, h);
-    s->step = h;
-    faults_set_limits(s, h);
+    if (h != s->step) faults_set_limits(s, s->step = h);
     faults_fit(s);
     faults_compare_tensions(s, h);
     for (size_t i = 0; i < s->c; i++) faults_scan(s, i);

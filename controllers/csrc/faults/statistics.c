@@ -80,14 +80,15 @@ void faults_count(faults *s, size_t i, real measured, real variance)
 
 void faults_scan(faults *s, size_t i)
 {
-    const real now = s->clock[0], e = s->error[i];
+    const real now = s->clock[0], e = s->error[i], *residual = s->residual + i * WINDOW, *weight = s->weight + i * WINDOW;
+    const int last = (int)now, length = s->seen[i] > 0 ? (int)smaller(now - s->since[i] + 1, WINDOW) : 0;
     real S = 0, I = 0, best = 0;
     int lag = 0;
     s->onset[i] = now;
-    for (int k = 0; k < WINDOW && now - k >= s->since[i]; k++) {
-        const size_t at = faults_at(s, i, now - k);
-        S += s->weight[at] * s->residual[at];
-        I += s->weight[at];
+    for (int k = 0; k < length; k++) {
+        const int at = (last - k) & (WINDOW - 1);
+        S += weight[at] * residual[at];
+        I += weight[at];
         if (k + 1 != LAG[lag]) continue;
         lag++;
         if (!(I > 0)) continue;
