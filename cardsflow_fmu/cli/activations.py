@@ -54,12 +54,8 @@ def add_activations(commands: Commands) -> None:
         help="standard deviation of the position noise, in rad or m; 0 interpolates the positions "
         "(default: estimated from the positions)",
     )
-    parser.add_argument(
-        "--loads",
-        type=Path,
-        metavar="FILE",
-        help="external loads of OpenSim (.xml), such as ground reaction forces (default: none)",
-    )
+    text = "external loads of OpenSim (.xml), such as ground reaction forces (default: none)"
+    parser.add_argument("--loads", type=Path, metavar="FILE", help=text)
     for option, what in (("--begin", "first"), ("--end", "last")):
         text = f"{what} time of the analysis, in s (default: the {what} row)"
         parser.add_argument(option, type=float, metavar="X", help=text)
@@ -70,35 +66,20 @@ def add_activations(commands: Commands) -> None:
         help="number of equidistant times (default: the times of the rows; with --dynamics, every "
         "0.01 s)",
     )
-    parser.add_argument(
-        "--passive",
-        action="store_true",
-        help="include passive muscle forces (default: exclude them, like OpenSim)",
-    )
+    text = "include passive muscle forces (default: exclude them, like OpenSim)"
+    parser.add_argument("--passive", action="store_true", help=text)
     parser.add_argument(
         "--dynamics",
         action="store_true",
         help="optimise the whole motion with activation dynamics, elastic tendons and passive "
         "forces (default: each time separately, by static optimisation)",
     )
-    parser.add_argument(
-        "--power",
-        type=float,
-        metavar="P",
-        help="exponent of the excitations in the cost, with --dynamics (default: 2)",
-    )
-    parser.add_argument(
-        "--reserve",
-        type=float,
-        metavar="X",
-        help="torque of reserve actuators at a cost of 1, with --dynamics (default: 1)",
-    )
-    parser.add_argument(
-        "--html",
-        type=Path,
-        metavar="FILE",
-        help="write a replay of the motion as a self-contained HTML page (default: none)",
-    )
+    text = "exponent of the excitations in the cost, with --dynamics (default: 2)"
+    parser.add_argument("--power", type=float, metavar="P", help=text)
+    text = "torque of reserve actuators at a cost of 1, with --dynamics (default: 1)"
+    parser.add_argument("--reserve", type=float, metavar="X", help=text)
+    text = "write a replay of the motion as a self-contained HTML page (default: none)"
+    parser.add_argument("--html", type=Path, metavar="FILE", help=text)
     what = "folder for activations.sto, forces.sto, results.csv and further tables"
     add_output(parser, what, default=Path("activations"), metavar="FOLDER")
     add_overwrite(parser)

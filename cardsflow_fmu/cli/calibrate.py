@@ -47,20 +47,10 @@ def add_excite(commands: Commands) -> None:
         f"parameters to identify: {_PARAMETERS} (default: offsets, via points, inertias and "
         "damping)",
     )
-    parser.add_argument(
-        "--duration",
-        type=float,
-        default=20.0,
-        metavar="S",
-        help="duration of the motion, in s (default: 20)",
-    )
-    parser.add_argument(
-        "--speed",
-        type=float,
-        default=1.5,
-        metavar="V",
-        help="maximum joint speed, in rad/s (default: 1.5)",
-    )
+    text = "duration of the motion, in s (default: 20)"
+    parser.add_argument("--duration", type=float, default=20.0, metavar="S", help=text)
+    text = "maximum joint speed, in rad/s (default: 1.5)"
+    parser.add_argument("--speed", type=float, default=1.5, metavar="V", help=text)
     what = "folder for the experiment, new or empty"
     add_output(parser, what, required=True, metavar="FOLDER")
     add_json(parser, "the file names")

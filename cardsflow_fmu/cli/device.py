@@ -51,12 +51,8 @@ def add_device(commands: Commands) -> None:
         "cardsflow device examples/planar_2r --listen udp://127.0.0.1:5005 --loss 0.01",
         "It runs until Ctrl-C.",
     )
-    parser.add_argument(
-        "thing",
-        metavar="ROBOT|EXPERIMENT",
-        type=Path,
-        help="the robot or the experiment to simulate",
-    )
+    text = "the robot or the experiment to simulate"
+    parser.add_argument("thing", metavar="ROBOT|EXPERIMENT", type=Path, help=text)
     add_settings(parser, "setting of the experiment", "plant.mass_scale=1.2")
     add_cable_set(parser, "robot")
     parser.add_argument(
@@ -64,11 +60,8 @@ def add_device(commands: Commands) -> None:
     )
     ros = parser.add_argument_group("ROS 2, in addition to the hardware protocol")
     group = ros.add_mutually_exclusive_group()
-    group.add_argument(
-        "--publish",
-        metavar="URI",
-        help="publish the measurements: ros2://NAMESPACE?domain=N&node=NAME (default: none)",
-    )
+    text = "publish the measurements: ros2://NAMESPACE?domain=N&node=NAME (default: none)"
+    group.add_argument("--publish", metavar="URI", help=text)
     group.add_argument(
         "--ros2",
         metavar="URI",
@@ -103,12 +96,8 @@ def _add_imperfections(parser: argparse.ArgumentParser) -> None:
         help="encoder counts per rad or m; velocities are then differences of counts "
         f"{_emulator_default('joint_counts, length_counts')}",
     )
-    group.add_argument(
-        "--noise",
-        type=float,
-        metavar="X",
-        help=f"standard deviation of the position noise, in rad or m {_emulator_default('noise')}",
-    )
+    text = f"standard deviation of the position noise, in rad or m {_emulator_default('noise')}"
+    group.add_argument("--noise", type=float, metavar="X", help=text)
     group.add_argument(
         "--differentiate-positions",
         action="store_true",
@@ -116,12 +105,8 @@ def _add_imperfections(parser: argparse.ArgumentParser) -> None:
         help="compute velocities as differences of positions "
         f"{_emulator_default('differentiate_positions')}",
     )
-    group.add_argument(
-        "--motor-time-constant",
-        type=float,
-        metavar="MS",
-        help=f"time constant of the motors, in ms {_emulator_default('motor_lag')}",
-    )
+    text = f"time constant of the motors, in ms {_emulator_default('motor_lag')}"
+    group.add_argument("--motor-time-constant", type=float, metavar="MS", help=text)
 
     group.add_argument(
         "--fault",
@@ -138,12 +123,8 @@ def _emulator_default(keys: str) -> str:
 
 
 def _add_serving(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--listen",
-        default=DEFAULT_ADDRESS,
-        metavar="udp://HOST:PORT",
-        help=f"address to listen on; port 0 selects a free port (default: {DEFAULT_ADDRESS})",
-    )
+    text = f"address to listen on; port 0 selects a free port (default: {DEFAULT_ADDRESS})"
+    parser.add_argument("--listen", default=DEFAULT_ADDRESS, metavar="udp://HOST:PORT", help=text)
     parser.add_argument(
         "--watchdog",
         type=float,

@@ -122,12 +122,8 @@ class Commands:
         self._parser = parser
         self._parsers = parser.add_subparsers(metavar=metavar, required=True)
         self._common = Parser(add_help=False)
-        self._common.add_argument(
-            "-q",
-            "--quiet",
-            action="store_true",
-            help="do not print progress, notes and warnings (default: off)",
-        )
+        text = "do not print progress, notes and warnings (default: off)"
+        self._common.add_argument("-q", "--quiet", action="store_true", help=text)
         self._common.add_argument(
             "--debug", action="store_true", help="print the traceback of an error (default: off)"
         )

@@ -58,13 +58,8 @@ def add_compare(commands: Commands) -> None:
     )
     parser.add_argument("first", type=Path, help=_RESULTS)
     parser.add_argument("second", type=Path, help=f"the reference: {_RESULTS}")
-    parser.add_argument(
-        "--atol",
-        type=float,
-        default=0.0,
-        metavar="X",
-        help="absolute tolerance, in the unit of each column (default: 0)",
-    )
+    text = "absolute tolerance, in the unit of each column (default: 0)"
+    parser.add_argument("--atol", type=float, default=0.0, metavar="X", help=text)
     parser.add_argument(
         "--rtol",
         type=float,

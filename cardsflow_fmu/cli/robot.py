@@ -63,13 +63,8 @@ def add_check(commands: Commands) -> None:
         "trajectory of the robot, or a .csv with joint positions, such as the results of a run "
         "(default: none)",
     )
-    parser.add_argument(
-        "--clearance",
-        type=float,
-        default=0.0,
-        metavar="X",
-        help="minimum distance for --motion, in m (default: 0)",
-    )
+    text = "minimum distance for --motion, in m (default: 0)"
+    parser.add_argument("--clearance", type=float, default=0.0, metavar="X", help=text)
     parser.add_argument(
         "--capsules",
         type=float,
@@ -128,22 +123,14 @@ def add_size(commands: Commands) -> None:
         "It also lists the points of the motion that the muscles cannot hold.",
     )
     add_experiment(parser)
-    parser.add_argument(
-        "--margin",
-        type=float,
-        default=0.2,
-        metavar="X",
-        help="safety margin, as part of the peak force (default: 0.2)",
-    )
+    text = "safety margin, as part of the peak force (default: 0.2)"
+    parser.add_argument("--margin", type=float, default=0.2, metavar="X", help=text)
     add_json(parser)
 
 
 def _add_repair(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--repair",
-        action="store_true",
-        help="correct the known errors of published inertias (default: off)",
-    )
+    text = "correct the known errors of published inertias (default: off)"
+    parser.add_argument("--repair", action="store_true", help=text)
 
 
 def _check(options: argparse.Namespace) -> int:

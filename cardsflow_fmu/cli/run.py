@@ -52,11 +52,8 @@ def add_run(commands: Commands) -> None:
         help="engine of the models: C where available, or Python (default: run.compute of the "
         "experiment)",
     )
-    parser.add_argument(
-        "--coupling",
-        choices=("fmu", "direct"),
-        help="couple FMUs, or the models directly (default: run.coupling of the experiment)",
-    )
+    text = "couple FMUs, or the models directly (default: run.coupling of the experiment)"
+    parser.add_argument("--coupling", choices=("fmu", "direct"), help=text)
     parser.add_argument(
         "--hardware",
         metavar="URI",
@@ -75,11 +72,8 @@ def add_run(commands: Commands) -> None:
     parser.add_argument(
         "--strict", action="store_true", help="exit with 3 if the run has warnings (default: off)"
     )
-    parser.add_argument(
-        "--allow-poor-tracking",
-        action="store_true",
-        help='do not fail if the reference is not tracked: run.accept = "any" (default: off)',
-    )
+    text = 'do not fail if the reference is not tracked: run.accept = "any" (default: off)'
+    parser.add_argument("--allow-poor-tracking", action="store_true", help=text)
     add_json(parser, "the summary")
     parser.add_argument(
         "--as-script",
@@ -87,11 +81,8 @@ def add_run(commands: Commands) -> None:
         help="print a Python script of the run instead of running it; the script only uses FMPy if "
         "it couples FMUs (default: off)",
     )
-    parser.add_argument(
-        "--view",
-        action="store_true",
-        help="show the simulation in the browser during the run (default: off)",
-    )
+    text = "show the simulation in the browser during the run (default: off)"
+    parser.add_argument("--view", action="store_true", help=text)
     add_live_options(parser)
     parser.add_argument(
         "--publish",
@@ -264,12 +255,8 @@ def add_build(commands: Commands) -> None:
     )
     add_experiment(parser)
     add_output(parser, "folder for the FMUs", required=True, metavar="FOLDER")
-    parser.add_argument(
-        "--fmi",
-        choices=("2.0", "3.0"),
-        default="2.0",
-        help="FMI version; system.ssp always contains FMUs of FMI 2.0 (default: 2.0)",
-    )
+    text = "FMI version; system.ssp always contains FMUs of FMI 2.0 (default: 2.0)"
+    parser.add_argument("--fmi", choices=("2.0", "3.0"), default="2.0", help=text)
     parser.add_argument(
         "--kind",
         choices=("cs", "me"),
@@ -277,11 +264,8 @@ def add_build(commands: Commands) -> None:
         help="cs for co-simulation; me for model exchange: plant.fmu in continuous time for the "
         "solver of another tool (default: cs)",
     )
-    parser.add_argument(
-        "--scalars",
-        action="store_true",
-        help="use scalar variables in FMI 3.0, for tools without arrays (default: arrays)",
-    )
+    text = "use scalar variables in FMI 3.0, for tools without arrays (default: arrays)"
+    parser.add_argument("--scalars", action="store_true", help=text)
     parser.add_argument(
         "--platforms",
         type=lambda text: text.split(","),

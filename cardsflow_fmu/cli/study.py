@@ -47,13 +47,8 @@ def add_study(commands: Commands) -> None:
         "It writes a table, a report, and a file for each run, so that it can be resumed.",
     )
     parser.add_argument("study", type=Path, help="a study.toml or its folder")
-    parser.add_argument(
-        "-j",
-        "--jobs",
-        type=int,
-        metavar="N",
-        help="number of parallel runs (default: one per core)",
-    )
+    text = "number of parallel runs (default: one per core)"
+    parser.add_argument("-j", "--jobs", type=int, metavar="N", help=text)
     what = "folder for runs, table and report (default: next to the study)"
     add_output(parser, what, metavar="FOLDER")
     parser.add_argument(
@@ -65,11 +60,8 @@ def add_study(commands: Commands) -> None:
         help="Dask scheduler to use, such as tls://host:8786, or `local`; needs the extra `sweep` "
         "(default: processes on this machine)",
     )
-    parser.add_argument(
-        "--only",
-        metavar="HASH",
-        help="repeat only the run whose hash starts with HASH; write nothing (default: all runs)",
-    )
+    text = "repeat only the run whose hash starts with HASH; write nothing (default: all runs)"
+    parser.add_argument("--only", metavar="HASH", help=text)
     add_json(parser, "the summary")
 
 
@@ -164,17 +156,10 @@ def add_optimise(commands: Commands) -> None:
     add_experiment(parser)
     what = "file of the motion (default: motion.csv next to the experiment)"
     add_output(parser, what, metavar="FILE")
-    parser.add_argument(
-        "--resume",
-        action="store_true",
-        help="start from the motion in this file, also after Ctrl-C (default: off)",
-    )
-    parser.add_argument(
-        "--html",
-        type=Path,
-        metavar="FILE",
-        help="write a report with a replay as a self-contained HTML page (default: none)",
-    )
+    text = "start from the motion in this file, also after Ctrl-C (default: off)"
+    parser.add_argument("--resume", action="store_true", help=text)
+    text = "write a report with a replay as a self-contained HTML page (default: none)"
+    parser.add_argument("--html", type=Path, metavar="FILE", help=text)
     add_overwrite(parser)
     add_json(parser, "cost, duration, iterations, active bounds and files")
 

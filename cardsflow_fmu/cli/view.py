@@ -41,18 +41,11 @@ def add_view(commands: Commands) -> None:
         "With --html it writes a self-contained HTML page instead.",
     )
     parser.add_argument("thing", type=Path, help=f"the folder of a run; or {ROBOT_FILE}")
-    parser.add_argument(
-        "other",
-        type=Path,
-        nargs="?",
-        help="the folder of another run to show next to it (default: none)",
-    )
+    text = "the folder of another run to show next to it (default: none)"
+    parser.add_argument("other", type=Path, nargs="?", help=text)
     add_cable_set(parser)
-    parser.add_argument(
-        "--full-scale",
-        action="store_true",
-        help="scale the colours of muscles to f_max (default: to the largest tension of the run)",
-    )
+    text = "scale the colours of muscles to f_max (default: to the largest tension of the run)"
+    parser.add_argument("--full-scale", action="store_true", help=text)
     _add_page_options(parser)
 
 
@@ -65,11 +58,8 @@ def add_play(commands: Commands) -> None:
         "cardsflow play examples/roboy_left_arm",
         "The page contains plant and controller; with --html it works without CARDSFlow.",
     )
-    parser.add_argument(
-        "thing",
-        type=Path,
-        help=f"an experiment.toml or the folder that contains it; or {ROBOT_FILE}",
-    )
+    text = f"an experiment.toml or the folder that contains it; or {ROBOT_FILE}"
+    parser.add_argument("thing", type=Path, help=text)
     add_settings(parser)
     _add_page_options(parser)
 
@@ -89,12 +79,8 @@ def add_edit(commands: Commands) -> None:
 
 def _add_page_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of commands that serve or write a page."""
-    parser.add_argument(
-        "--html",
-        type=Path,
-        metavar="FILE",
-        help="write a self-contained HTML page; open no browser (default: none)",
-    )
+    text = "write a self-contained HTML page; open no browser (default: none)"
+    parser.add_argument("--html", type=Path, metavar="FILE", help=text)
     add_overwrite(parser)
     add_live_options(parser)
     add_json(parser, "the file name of --html")
@@ -155,17 +141,10 @@ def _play(options: argparse.Namespace) -> int:
 
 def add_live_options(parser: argparse.ArgumentParser) -> None:
     """Add port and browser of a page."""
-    parser.add_argument(
-        "--port",
-        type=_port,
-        metavar="N",
-        help="port of the page (default: the first free one from 8080)",
-    )
-    parser.add_argument(
-        "--no-browser",
-        action="store_true",
-        help="only print the address of the page (default: open a browser)",
-    )
+    text = "port of the page (default: the first free one from 8080)"
+    parser.add_argument("--port", type=_port, metavar="N", help=text)
+    text = "only print the address of the page (default: open a browser)"
+    parser.add_argument("--no-browser", action="store_true", help=text)
 
 
 def _port(text: str) -> int:

@@ -52,18 +52,10 @@ def add_import_cad(commands: Commands) -> None:
     ):
         text = f"{what} (default: none)"
         step.add_argument(f"--{name}", type=Path, metavar="CSV", help=text)
-    step.add_argument(
-        "--density",
-        type=float,
-        metavar="X",
-        help="density of parts without a material, in kg/m3 (default: none)",
-    )
-    step.add_argument(
-        "--time-limit",
-        type=float,
-        metavar="S",
-        help="largest time to read the file, in s (default: 600)",
-    )
+    text = "density of parts without a material, in kg/m3 (default: none)"
+    step.add_argument("--density", type=float, metavar="X", help=text)
+    text = "largest time to read the file, in s (default: 600)"
+    step.add_argument("--time-limit", type=float, metavar="S", help=text)
 
 
 def add_addin(commands: Commands) -> None:
@@ -85,11 +77,8 @@ def add_addin(commands: Commands) -> None:
         "Copy the add-in into Fusion's folder of add-ins; replace an earlier copy.",
         "cardsflow addin install",
     )
-    parser.add_argument(
-        "--folder",
-        type=Path,
-        help="folder of Fusion's add-ins (default: the standard folder of this system)",
-    )
+    text = "folder of Fusion's add-ins (default: the standard folder of this system)"
+    parser.add_argument("--folder", type=Path, help=text)
     add_json(parser, "the folder name")
     parser = actions.add(
         "pack",

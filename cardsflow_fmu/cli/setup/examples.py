@@ -33,14 +33,8 @@ def add_examples(commands: Commands) -> None:
         "Other examples that it uses are copied as well. Existing folders are never replaced.",
     )
     parser.add_argument("name", help="name of the example; see `cardsflow examples list`")
-    parser.add_argument(
-        "folder",
-        metavar="DIR",
-        type=Path,
-        nargs="?",
-        default=Path(),
-        help="folder in which the folder of the example is created (default: .)",
-    )
+    text = "folder in which the folder of the example is created (default: .)"
+    parser.add_argument("folder", metavar="DIR", type=Path, nargs="?", default=Path(), help=text)
     add_json(parser, "the folder names")
 
 
