@@ -302,10 +302,12 @@ def _task_columns(
     dynamics: CoreDynamics, q: FloatArray, qd: FloatArray, qdd: FloatArray
 ) -> dict[str, FloatArray]:
     """Return the samples of y, yd and ydd by name of the column."""
+    names = [name for letter in ("y", "yd", "ydd") for name in task_signals(letter, dynamics.robot)]
+    if not names:
+        return {}
     rows = []
     for at, rates, accelerations in zip(q, qd, qdd, strict=True):
         y, J = dynamics.task_position(at), dynamics.task_jacobian(at)
         ydd = J @ accelerations + dynamics.task_bias(at, rates)
         rows.append(np.concatenate([y, J @ rates, ydd]))
-    names = [name for letter in ("y", "yd", "ydd") for name in task_signals(letter, dynamics.robot)]
-    return dict(zip(names, np.array(rows).T, strict=True)) if names else {}
+    return dict(zip(names, np.array(rows).T, strict=True))

@@ -153,12 +153,9 @@ def against_jumps(problem: OptimalProblem, at: Iterate) -> tuple[NodeConstraint,
 
 def is_blocked(problem: OptimalProblem, at: Iterate) -> bool:
     """Return whether a motion passes through an obstacle, below half the required distance."""
-    x = inner_states(problem, at, _MIN_SHARES)
-    return x is not None and any(
-        bool((own.evaluate(x)[0] < _NEAR * own.low).any())
-        for own in problem.constraints
-        if isinstance(own.evaluate, SegmentDistances)
-    )
+    obstacles = [c for c in problem.constraints if isinstance(c.evaluate, SegmentDistances)]
+    x = inner_states(problem, at, _MIN_SHARES) if obstacles else None
+    return x is not None and any((c.evaluate(x)[0] < _NEAR * c.low).any() for c in obstacles)
 
 
 def _peaks(node: int, miss: FloatArray) -> list[tuple[int, float]]:
