@@ -171,13 +171,6 @@ def read_kept_point(plain: Any, where: str) -> KeptPoint:
     return replace(from_plain(KeptPoint, {**others, "use": {"role": use.role}}, where), use=use)
 
 
-def read_kept_points(text: str) -> tuple[KeptPoint, ...]:
-    """Return the points that are stored in the attribute of a design."""
-    return tuple(
-        read_kept_point(plain, f"{POINTS}[{i}]") for i, plain in enumerate(read_list(text, POINTS))
-    )
-
-
 def read_point(text: str) -> PointUse:
     """Return the use of a point from its attribute."""
     return _read(PointUse, _json(text, POINT), POINT)

@@ -8,7 +8,7 @@ from .checks.check import check, require_valid
 from .errors import CardsflowError, InputError, RobotError, SimulationError, UnknownNameError
 from .finding import Finding, Subject
 from .formats.caspr.capabilities import caspr_losses
-from .formats.caspr.write import models_list_row, write_caspr
+from .formats.caspr.write import write_caspr
 from .formats.sdf.capabilities import sdf_losses
 from .formats.sdf.write import write_sdf
 from .model.function import PiecewiseLinear, Polynomial, SimmSpline
@@ -82,7 +82,6 @@ __all__ = [
     "caspr_losses",
     "check",
     "merge_fixed_joints",
-    "models_list_row",
     "prismatic",
     "read_robot",
     "require_valid",

@@ -37,10 +37,6 @@ class CableSlip:
         self._slips[:] = 0.0
         self._last = None
 
-    def lose(self) -> None:
-        """Discard the last position, so that the next `follow` causes no slip."""
-        self._last = None
-
     def follow(self, q: FloatArray) -> None:
         """Update the slip states to new joint positions.
 

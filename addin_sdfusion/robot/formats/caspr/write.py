@@ -14,7 +14,6 @@ from xml.etree import ElementTree
 
 from ...caspr_vocabulary import CASPR_CABLES, CASPR_PULLEYS, Property, cable_tag
 from ...checks.check import require_valid
-from ...errors import InputError
 from ...files import write_files
 from ...model.joint import Joint
 from ...model.muscle import BasePulley, Muscle, ViaPoint
@@ -31,8 +30,6 @@ from .write_trajectories import traj_file, traj_text, write_trajectory
 
 TEMPLATES = "../../../templates"
 """Path from a model of CASPR to its DTDs."""
-GROUP = "CARDSFlow"
-"""Folder of the models in CASPR's list of models; the name is arbitrary."""
 
 
 def write_caspr(
@@ -72,27 +69,6 @@ def write_caspr(
         if trajectory.spline == "samples":
             texts[traj_file(name, i)] = traj_text(trajectory)
     return write_files(folder, texts)
-
-
-def models_list_row(robot: Robot, name: str | None = None) -> str:
-    """Return the line that registers a robot in `models_list.csv` of CASPR.
-
-    Its folder, `/CARDSFlow/<name>/`, has the depth that the written DOCTYPE lines require.
-
-    Args:
-        robot: The robot.
-        name: Prefix of the file names; the name of the robot if None.
-
-    Raises:
-        InputError: A name contains a comma, the column separator, or is not a valid file name.
-    """
-    name = file_stem(robot.name if name is None else name)
-    if "," in name + robot.name:
-        what = "CASPR's list of models separates columns by commas; choose a name without commas"
-        raise InputError(f"{robot.name!r}, files {name!r}: {what}")
-    parts = ("bodies", "cables", "trajectories", "operational_spaces")
-    files = [f"{name}_{part}.xml" for part in parts]
-    return ",".join([robot.name, f"/{GROUP}/{name}/", *files])
 
 
 def _bodies(robot: Robot) -> str:

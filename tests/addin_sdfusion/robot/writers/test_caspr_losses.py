@@ -22,7 +22,6 @@ from addin_sdfusion.robot import (
     Wrap,
     WrapSurface,
     caspr_losses,
-    models_list_row,
     prismatic,
     read_robot,
     revolute,
@@ -179,18 +178,8 @@ def test_names_that_are_paths_are_rejected(tmp_path):
             write_caspr(ROBOT, tmp_path, name=name)
 
 
-def test_row_of_the_models_list_names_all_four_files(tmp_path):
-    row = models_list_row(ROBOT, "arm")
-    name, folder, *files = row.split(",")
-    assert (name, folder) == ("planar_2r", "/CARDSFlow/arm/")
-    written = [file.name for file in write_caspr(ROBOT, tmp_path, "arm")]
-    assert files == [*written[:2], written[3], written[2]]
-    with pytest.raises(InputError, match="comma"):
-        models_list_row(ROBOT, "a,b")
-
-
 def test_doctype_path_leads_to_the_templates(tmp_path):
-    folder = tmp_path / "models" / models_list_row(ROBOT).split(",")[1].strip("/")
+    folder = tmp_path / "models" / "CARDSFlow/planar_2r"
     for file in write_caspr(ROBOT, folder):
         path = file.read_text().split('SYSTEM "')[1].split('"')[0]
         assert (folder / path).resolve().parent == (tmp_path / "templates").resolve()
