@@ -13,7 +13,7 @@ typedef hill_schutte1993_parameters hill_parameters;
 /* Last step of Newton's method, in optimal fibre lengths and in maximum contraction velocities, and the
    shortest one, in optimal fibre lengths, which rounding still allows. */
 #define LAST_HILL_STEP PRECISE(1e-8, 1e-4)
-#define SHORTEST_HILL_STEP PRECISE(1e-14, 1e-6)
+#define MIN_HILL_STEP PRECISE(1e-14, 1e-6)
 /* Range of the search for fibre velocities, in maximum contraction velocities. */
 #define MAX_VELOCITY 1e6
 /* Of the search range for tendon lengths. */
@@ -116,7 +116,7 @@ static real balanced_length(const balance *b, real guess)
     const real last = LAST_HILL_STEP * (moves ? smaller(b->time * k[HILL_SPEED], k[HILL_OPTIMUM]) : k[HILL_OPTIMUM]);
     return bracketed_root(excess_by_length, b, k[HILL_MIN_FIBRE], longest,
                           clamped(guess, k[HILL_MIN_FIBRE], longest),
-                          larger(last, SHORTEST_HILL_STEP * k[HILL_OPTIMUM]));
+                          larger(last, MIN_HILL_STEP * k[HILL_OPTIMUM]));
 }
 
 void hill_start(const hill_curves *f, const real *k, real l, real u, real *x)
