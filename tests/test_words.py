@@ -63,7 +63,11 @@ PHRASES = (
     r"\bkept out\b",
     r"\btension laws?\b",
 )
-"""Regular expressions of phrases that must not return."""
+"""Regular expressions of phrases that must not return; each begins at a word."""
+
+PHRASE = re.compile(
+    r"\b(?:" + "|".join(phrase.removeprefix(r"\b") for phrase in PHRASES) + ")", re.IGNORECASE
+)
 
 NAME = re.compile(
     r"\b_?(?:MOST|LEAST|LARGEST|SMALLEST|LONGEST|SHORTEST|FEWEST|HIGHEST|FARTHEST|DEEPEST"
@@ -130,12 +134,13 @@ def files(folder: Path) -> list[Path]:
 
 def found(file: Path) -> list[str]:
     """Return the phrases of a file that must not return, with their lines."""
-    pattern = re.compile("|".join(PHRASES), re.IGNORECASE)
     text = file.read_text(encoding="utf-8")
+    if not PHRASE.search(text):
+        return []
     return [
         f"{file}:{line}: {match[0]!r} in {part.strip()[:120]!r}"
         for line, part in READERS[file.suffix](text)
-        for match in [pattern.search(part)]
+        for match in [PHRASE.search(part)]
         if match
     ]
 

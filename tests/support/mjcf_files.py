@@ -24,8 +24,15 @@ GROUND = '<site name="s0" pos=".2 .3 .1"/>'
 def tendon(path: str, more: str = "", actuator: str = "") -> str:
     """Return the arm with a tendon."""
     made = f'<tendon><spatial name="t" {more}>{path}</spatial></tendon>'
-    actuator = actuator or '<muscle tendon="t" lengthrange=".1 .9" force="50"/>'
     return model(GROUND + ARM + WRAPS, f"{made}<actuator>{actuator}</actuator>")
+
+
+def tendons(*paths: str) -> str:
+    """Return the arm with a muscle at each tendon."""
+    made = "".join(f'<spatial name="t{k}">{path}</spatial>' for k, path in enumerate(paths))
+    pull = (f'<muscle tendon="t{k}" lengthrange=".1 .9" force="50"/>' for k in range(len(paths)))
+    more = f"<tendon>{made}</tendon><actuator>{''.join(pull)}</actuator>"
+    return model(GROUND + ARM + WRAPS, more)
 
 
 WRAPS = (
@@ -33,14 +40,20 @@ WRAPS = (
     '<geom name="h" size=".06" pos=".1 .15 .2"/><site name="side" pos=".1 .4 .2"/>'
 )
 SITES = '<site site="s0"/>{}<site site="sa"/><site site="sb"/>'
+TYPE = 'type="mesh"'
 TETRA = 'vertex="0 0 0 .2 0 0 0 .3 0 .05 .02 .2" face="0 2 1 0 1 3 1 2 3 2 0 3"'
 OBJ = """v 0 0 0\nv .2 0 0\nv 0 .3 0\nv .05 .02 .2\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"""
 
 
-def mesh(asset: str, geom: str) -> str:
-    """Return a body with the mass of a mesh."""
-    moving = body("a", f'<geom type="mesh" mesh="m" {geom}/>' + body("b", BALL))
-    return model(moving, f'<asset><mesh name="m" {asset}/></asset>')
+def mesh(*pairs: tuple[str, str]) -> str:
+    """Return bodies with the masses of meshes: attributes of each mesh and of its geometry."""
+    bodies = [
+        body(f"a{k}", f'<geom mesh="m{k}" {"" if "type" in geom else TYPE} {geom}/>')
+        for k, (_, geom) in enumerate(pairs)
+    ]
+    assets = [f'<mesh name="m{k}" {asset}/>' for k, (asset, _) in enumerate(pairs)]
+    moving = bodies[0].replace("</body>", body("b", BALL) + "</body>") + "".join(bodies[1:])
+    return model(moving, f"<asset>{''.join(assets)}</asset>")
 
 
 def equal(equalities: str) -> str:
@@ -95,14 +108,16 @@ FILES: dict[str, str] = {
         + body("a", '<frame pos=".1 0 0" euler="0 30 0">' + BALL + body("b", BALL) + "</frame>")
         + "</frame></frame>"
     ),
-    "mesh of a file": mesh('file="parts/tetra.obj" scale="1 2 -1"', 'pos=".1 0 0" euler="10 20 0"'),
-    "mesh exact": mesh('file="parts/tetra.obj" inertia="exact"', 'mass="2"'),
-    "mesh convex": mesh(f'{TETRA} inertia="convex"', 'density="300"'),
-    "mesh legacy": mesh(f'{TETRA} inertia="legacy"', ""),
-    "mesh shell": mesh(f'{TETRA} inertia="shell"', 'density="3"'),
-    "mesh moved": mesh(f'{TETRA} refpos=".1 0 .1" refquat="1 1 0 0"', ""),
-    "shape fitted to a mesh": mesh(TETRA, "").replace('type="mesh"', 'type="box"'),
-    "mesh directory": mesh('file="other/tetra.obj"', "").replace(
+    "meshes": mesh(
+        ('file="parts/tetra.obj" scale="1 2 -1"', 'pos=".1 0 0" euler="10 20 0"'),
+        ('file="parts/tetra.obj" inertia="exact"', 'mass="2"'),
+        (f'{TETRA} inertia="convex"', 'density="300"'),
+        (f'{TETRA} inertia="legacy"', ""),
+        (f'{TETRA} inertia="shell"', 'density="3"'),
+        (f'{TETRA} refpos=".1 0 .1" refquat="1 1 0 0"', ""),
+        (TETRA, 'type="box"'),  # fitted to the mesh
+    ),
+    "mesh directory": mesh(('file="other/tetra.obj"', "")).replace(
         "<asset>", '<compiler meshdir="parts" strippath="true"/><asset>'
     ),
     "bounds": model(ARM, '<compiler boundmass="5" boundinertia=".5" balanceinertia="true"/>'),
@@ -148,10 +163,12 @@ FILES: dict[str, str] = {
         '<joint joint1="qc" joint2="qa" polycoef="0 2"/><joint joint1="s" joint2="qb"/>'
     ),
     "held": equal('<joint joint1="qb" polycoef=".3"/><joint joint1="s" active="false"/>'),
-    "pulley": tendon(SITES.format("") + '<pulley divisor="2"/><site site="sb"/><site site="s0"/>'),
-    "sphere": tendon(SITES.format('<geom geom="h" sidesite="side"/>')),
-    "cylinder": tendon(SITES.format('<geom geom="g"/>')),
-    "cylinder with a side": tendon(SITES.format('<geom geom="g" sidesite="side"/>')),
+    "pulley, sphere, cylinder, cylinder with a side": tendons(
+        SITES.format("") + '<pulley divisor="2"/><site site="sb"/><site site="s0"/>',
+        SITES.format('<geom geom="h" sidesite="side"/>'),
+        SITES.format('<geom geom="g"/>'),
+        SITES.format('<geom geom="g" sidesite="side"/>'),
+    ),
     "motor on a tendon": tendon(
         SITES.format(""),
         actuator='<motor tendon="t" gear="-2" ctrlrange="0 30" ctrllimited="true"/>',
