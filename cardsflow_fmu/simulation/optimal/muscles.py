@@ -95,8 +95,8 @@ def below_reach(experiment: Experiment, q: FloatArray, tensions: FloatArray) -> 
         return ()
     at = int(np.nanargmax(least[:, k] - tensions[:, k]))
     name, low = experiment.robot.muscles[k].name, least[at, k]
-    what = f"the motion will not be followed: muscle {name} pulls with at least {low:.4g} N"
-    what += f", not with {tensions[at, k]:.4g} N"
+    what = f"the motion will not be followed exactly: at rest, muscle {name} pulls with at least "
+    what += f"{low:.4g} N, not with {tensions[at, k]:.4g} N"
     return (f'{what}; use motion.muscles = "laws"',)
 
 
