@@ -106,8 +106,4 @@ DUAL_NEWTON_API dual_newton *computed_torque_program(computed_torque *s);
 /* Use the solution of any solver. Return COMPUTED_TORQUE_FAILED if it is not a solution. */
 DUAL_NEWTON_API int computed_torque_finish(computed_torque *s, const real *x);
 
-/* Build the program that is always feasible instead: in joint space the smallest error of M^-1 tau, over f.
-   Return COMPUTED_TORQUE_SOLVED or COMPUTED_TORQUE_WRONG. */
-DUAL_NEWTON_API int computed_torque_build_soft(computed_torque *s);
-
 #endif

@@ -130,12 +130,6 @@ int distribution_build(computed_torque *s)
     return wrong;
 }
 
-int distribution_build_soft(computed_torque *s)
-{
-    const int wrong = compute_torque(s);
-    return wrong ? wrong : build_soft(s, SOFTNESS[0]);
-}
-
 /* Continue from the feasible least-squares forces with another norm. */
 static int finish(computed_torque *s)
 {

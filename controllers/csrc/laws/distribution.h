@@ -4,9 +4,8 @@
 
 #include "computed_torque.h"
 
-/* See computed_torque_build, _build_soft, _finish and _solve. */
+/* See computed_torque_build, _finish and _solve. */
 int distribution_build(computed_torque *s);
-int distribution_build_soft(computed_torque *s);
 int distribution_finish(computed_torque *s, const real *x);
 int distribution_solve(computed_torque *s);
 

@@ -237,13 +237,6 @@ int operational_space_build(computed_torque *s)
     return COMPUTED_TORQUE_SOLVED;
 }
 
-int operational_space_build_soft(computed_torque *s)
-{
-    if (begin(s)) return COMPUTED_TORQUE_WRONG;
-    build_soft(s, 0);
-    return COMPUTED_TORQUE_SOLVED;
-}
-
 int operational_space_finish(computed_torque *s, const real *x)
 {
     if (!satisfies_rows(s->built, x, ACCEPTED)) return COMPUTED_TORQUE_FAILED;

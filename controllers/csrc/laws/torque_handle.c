@@ -99,11 +99,6 @@ int computed_torque_build(computed_torque *s)
     return has_tasks(s) ? operational_space_build(s) : distribution_build(s);
 }
 
-int computed_torque_build_soft(computed_torque *s)
-{
-    return has_tasks(s) ? operational_space_build_soft(s) : distribution_build_soft(s);
-}
-
 dual_newton *computed_torque_program(computed_torque *s)
 {
     return s->built;
