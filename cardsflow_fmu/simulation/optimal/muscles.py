@@ -91,7 +91,7 @@ def below_reach(experiment: Experiment, q: FloatArray, tensions: FloatArray) -> 
     least = np.array([drive.resting_reach(row).low for row in q])
     excess = np.nanmax(np.where(np.isfinite(least), least - tensions, 0.0), axis=0, initial=0.0)
     k = int(excess.argmax())
-    if excess[k] <= _TOLERATED_EXCESS * np.nanmax(tensions):
+    if excess[k] <= _TOLERATED_EXCESS * np.nanmax(tensions, initial=0.0):
         return ()
     at = int(np.nanargmax(least[:, k] - tensions[:, k]))
     name, low = experiment.robot.muscles[k].name, least[at, k]
