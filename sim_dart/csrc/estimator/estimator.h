@@ -64,7 +64,7 @@ CORE_API estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_fra
      slack               1: minimum tension of a muscle that is used, in [N]
      gate                1: in standard deviations
      acceleration_noise  n: density of white noise, in [rad/s2] times the root of a second
-     load_drift          n: density of the noise of dw/dt; without a horizon, both grow if innovations are too large
+     load_drift          n: density of the noise of dw/dt
      bias_drift          2: of gyroscopes and of accelerometers
      offset_drift        o: density of the noise of db/dt
      imu_rotation        axes of an IMU in its frame, row by row, 9 i

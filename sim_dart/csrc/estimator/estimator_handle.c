@@ -64,7 +64,7 @@ void estimator_reset(estimator *e)
         e->sd[k] = first_sd(e, k);
         e->covariance[k * N + k] = e->sd[k] * e->sd[k];
     }
-    e->mean_innovation[0] = e->noise_factor[0] = 1;
+    e->mean_innovation[0] = 1;
     e->status[0] = ESTIMATOR_WAITING;
     e->valid[0] = e->search[0] == 0;
     for (size_t j = 0; j < e->n; j++)

@@ -56,7 +56,7 @@ static real fill_force(estimator *e, int32_t frame, const real point[3], const r
     for (size_t i = 0; i < n; i++) {
         const real share = J[i] / e->step, *A = e->transition + (n + i) * 3 * n, white = J[i] * e->acceleration_noise[i];
         for (size_t k = 0; k < 3 * n; k++) row[k] += share * (A[k] - (k == n + i ? 1 : 0));
-        noise += white * white * e->noise_factor[0] / e->step;
+        noise += white * white / e->step;
     }
     return noise;
 }

@@ -85,12 +85,12 @@ void estimator_add_noise(const estimator *e, real h, real *P)
 {
     const size_t n = e->n, N = e->N;
     for (size_t j = 0; j < n; j++) {
-        const real a = e->acceleration_noise[j], factor = e->noise_factor[0] * h, v = a * a * factor, w = e->load_drift[j];
+        const real a = e->acceleration_noise[j], v = a * a * h, w = e->load_drift[j];
         P[j * N + j] += h * h * v;
         P[j * N + n + j] += h * v;
         P[(n + j) * N + j] += h * v;
         P[(n + j) * N + n + j] += v;
-        P[(2 * n + j) * N + 2 * n + j] += w * w * factor;
+        P[(2 * n + j) * N + 2 * n + j] += w * w * h;
     }
     for (size_t k = 3 * n; k < N; k++) {
         const size_t first = N - e->o;

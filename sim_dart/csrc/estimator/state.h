@@ -15,7 +15,6 @@
     ARRAY(sd, N)                                                                                       \
     ARRAY(innovation, 1)                                                                               \
     ARRAY(mean_innovation, 1) /* mean over innovation_time */                                          \
-    ARRAY(noise_factor, 1)    /* of the variances of accelerations and load drifts */                  \
     ARRAY(blind, 1)           /* time since the last measurement, in [s] */                            \
     ARRAY(used, 1)                                                                                     \
     ARRAY(status, 1)                                                                                   \

@@ -5,8 +5,6 @@
 #include "measurements.h"
 #include "predict.h"
 
-static const real MAX_NOISE_FACTOR = (real)1e6;
-
 static void take_tensions(estimator *e)
 {
     for (size_t k = 0; k < e->m; k++)
@@ -26,15 +24,6 @@ static int update_sd(estimator *e)
     return bad;
 }
 
-/* Adapt the variances of accelerations and load drifts if the model is wrong, as after a break or an impact (Mehra 1970): they
-   grow while the mean of the innovations exceeds 1 by more than `gate` of its standard deviations, sqrt(share / seen). */
-static void adapt_noise(estimator *e, real share)
-{
-    const real excess = e->mean_innovation[0] - 1 - e->gate[0] * sqrt(share / (real)e->seen);
-    const real rate = excess > 0 ? e->innovation[0] - 1 : excess;
-    e->noise_factor[0] = smaller(larger(e->noise_factor[0] * exponential(share * rate), 1), MAX_NOISE_FACTOR);
-}
-
 /* Update the exponential average with time constant T: mean += (1 - exp(-h/T)) (now - mean). Without
    measurements for the time T the model cannot be verified, so that the estimate is not valid. */
 static void update_validity(estimator *e, real time)
@@ -43,7 +32,6 @@ static void update_validity(estimator *e, real time)
     if (e->seen) {
         const real share = 1 - exponential(-time / e->innovation_time[0]);
         e->mean_innovation[0] += share * (e->innovation[0] - e->mean_innovation[0]);
-        if (!e->horizon) adapt_noise(e, share);
     }
     int valid = e->mean_innovation[0] <= e->largest_innovation[0] && e->blind[0] <= e->innovation_time[0];
     for (size_t j = 0; j < e->n; j++) valid &= e->sd[j] <= e->largest_sd[j];
