@@ -10,8 +10,6 @@ from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.results.viewer.scene.motion import Motion
-from cardsflow_fmu.results.viewer.scene.stage import Stage
 
 from .episodes import Episodes, Observations, Setup
 from .image import image
@@ -93,18 +91,9 @@ class CardsflowEnv(gymnasium.Env[Observations, NDArray[np.float32]]):
 
     def show(self) -> Any:
         """Return a page of the viewer with the current episode; else, open the browser."""
-        from cardsflow_fmu.results.viewer.html.page import replay_page
-        from cardsflow_fmu.results.viewer.inline import shown
-        from cardsflow_fmu.results.viewer.scene.act import Act
-        from cardsflow_fmu.results.viewer.scene.meshes import link_meshes
+        from .replay import show_episode
 
-        if not self._frames:
-            raise InputError("the episode has not begun; call reset first")
-        setup, frames = self.episodes.setup, np.array(self._frames)
-        q, tensions = np.split(frames, [len(setup.robot.coordinates)], axis=1)
-        motion = Motion(setup.step * np.arange(len(frames), dtype=np.float64), q, tensions)
-        meshes = {} if setup.folder is None else link_meshes(setup.robot, setup.folder)
-        return shown(replay_page([Act(Stage(setup.robot, motion, meshes), setup.robot.name)]))
+        return show_episode(self.episodes.setup, np.array(self._frames))
 
     def _state(self) -> NDArray[np.float64]:
         batch = self.episodes.batch
