@@ -433,6 +433,7 @@ def test_errors_are_reported_as_messages(planar: Path, tmp_path: Path) -> None:
         ({"hardware.has_positions": False}, "expects positions and velocities"),
         ({"hardware.has_tensions": False}, "expects lengths and tensions"),
         ({"hardware.scale": 2.0}, "in SI units"),
+        ({"controller.type": "mpc"}, "has no predictive control"),
     ],
 )
 def test_unsupported_settings_are_rejected(
