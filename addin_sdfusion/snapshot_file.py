@@ -1,4 +1,4 @@
-"""Snapshot files: JSON in one format; files in earlier formats are converted to it."""
+"""Snapshot files in JSON."""
 
 from __future__ import annotations
 
@@ -6,12 +6,10 @@ import json
 from pathlib import Path
 from typing import Any
 
-from .muscles.stored import stored_muscles, stored_point, stored_surface
 from .record_schema import record_schema
 from .robot import limits
 from .robot.errors import InputError
 from .robot.files import read_file, write_files
-from .robot.finding import Finding
 from .robot.json_text import json_text
 from .robot.records import from_plain, to_plain
 from .snapshot import DesignSnapshot
@@ -54,7 +52,7 @@ def write_snapshot(snapshot: DesignSnapshot, file: str | Path) -> Path:
 
 
 def read_snapshot(file: str | Path) -> DesignSnapshot:
-    """Read a snapshot from JSON, of this format or an earlier one.
+    """Read a snapshot from JSON.
 
     Raises:
         InputError: The file cannot be read or is not a snapshot; the message names the key.
@@ -70,56 +68,10 @@ def read_snapshot(file: str | Path) -> DesignSnapshot:
         raise InputError(f"is not JSON: {error}", file=file) from None
     if not isinstance(plain, dict) or plain.keys() - {"$schema"} != {"format", "design"}:
         raise InputError("is not a design snapshot; see docs/reference/snapshot.md", file=file)
-    if plain["format"] not in (1, FORMAT) or type(plain["format"]) is not int:
-        what = f"has format {plain['format']!r}, this version reads 1 to {FORMAT}"
+    if plain["format"] != FORMAT:
+        what = f"has format {plain['format']!r}, this version reads {FORMAT}"
         raise InputError(what, file=file, key="format")
     try:
-        design = plain["design"]
-        return from_plain(
-            DesignSnapshot,
-            design if plain["format"] == FORMAT else _convert_format_1(design),
-            "design",
-        )
+        return from_plain(DesignSnapshot, plain["design"], "design")
     except InputError as error:
         raise InputError(error.what, file=file, key=error.key) from None
-
-
-def _convert_format_1(design: Any) -> Any:
-    """Return a design converted from format 1, which stored muscles and uses of points as texts.
-
-    Values that are invalid in format 1 are unchanged; the reader rejects them by their key.
-    """
-    if not isinstance(design, dict):
-        return design
-    findings: list[Finding] = []
-    name = str(design.get("name", ""))
-    moved = {key: value for key, value in design.items() if key != "attributes"}
-    if "attributes" in design:
-        muscles = stored_muscles(_texts(design, "design"), name, findings)
-        moved["muscles"] = [to_plain(muscle) for muscle in muscles]
-    for key, stored in (("points", stored_point), ("surfaces", stored_surface)):
-        if isinstance(design.get(key), list):
-            moved[key] = [
-                _with_use(item, f"design.{key}[{i}]", stored, findings)
-                for i, item in enumerate(design[key])
-            ]
-    earlier = design.get("findings", [])
-    if findings and isinstance(earlier, list):
-        moved["findings"] = earlier + [to_plain(finding) for finding in findings]
-    return moved
-
-
-def _with_use(item: Any, where: str, stored: Any, findings: list[Finding]) -> Any:
-    if not isinstance(item, dict):
-        return item
-    name = str(item.get("name", item.get("occurrence", "")))
-    use = stored(_texts(item, where), name, findings)
-    moved = {key: value for key, value in item.items() if key != "attributes"}
-    return moved if use is None else {**moved, "use": to_plain(use)}
-
-
-def _texts(plain: dict[str, Any], where: str) -> dict[str, str]:
-    texts = plain.get("attributes", {})
-    if not isinstance(texts, dict) or not all(isinstance(text, str) for text in texts.values()):
-        raise InputError("must hold an object of texts", key=f"{where}.attributes")
-    return texts

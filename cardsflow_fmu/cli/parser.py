@@ -8,8 +8,6 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
-from cardsflow_fmu.utils.renamed import renamed_option
-
 from .terminal.messages import print_error
 
 BAD_INPUT = 2
@@ -47,8 +45,6 @@ class Parser(argparse.ArgumentParser):
         self._check_options(words)
         found, unknown = super().parse_known_args(words, namespace)
         if unknown:
-            if not unknown[0].startswith("-"):
-                self._reject_renamed("FOLDER")
             self.error(f"unexpected argument {unknown[0]!r}")
         return found, unknown
 
@@ -86,7 +82,6 @@ class Parser(argparse.ArgumentParser):
             option = word.partition("=")[0]
             if not word.startswith("--") or " " in option or option in self._option_string_actions:
                 continue
-            self._reject_renamed(option)
             nearest = difflib.get_close_matches(option, self._shown_options(), n=1, cutoff=0.6)
             hint = f"did you mean {nearest[0]!r}?" if nearest else f"`{self.prog} --help` lists all"
             self.error(f"unknown option {option!r}; {hint}")
@@ -94,12 +89,6 @@ class Parser(argparse.ArgumentParser):
     def _shown_options(self) -> list[str]:
         shown = [action for action in self._actions if action.help != argparse.SUPPRESS]
         return [option for action in shown for option in action.option_strings]
-
-    def _reject_renamed(self, option: str) -> None:
-        message = renamed_option(self.prog.partition(" ")[2], option)
-        if message:
-            print_error(message)
-            raise SystemExit(BAD_INPUT)
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         """Reject a value that is not one of the choices of an argument."""

@@ -32,7 +32,6 @@ from .packed_files import (
     require_archive_paths,
     require_packable,
 )
-from .renamed_settings import reject_renamed, rename_old_keys
 from .settings.controller import read_controller
 from .settings.controller_types import DEFAULT_GAINS, FEEDBACK, POLICY, control_type
 from .settings.estimator import EstimatorTable, read_estimator
@@ -93,21 +92,17 @@ def _read_data(path: Path, settings: Mapping[str, Any]) -> tuple[dict[str, Any],
     data = read_settings(file)
     for key, value in settings.items():
         set_value(data, key, value, file)
-    reject_renamed(data, file)
     return data, file
 
 
 def read_packed_experiment(file: Path) -> dict[str, Any]:
     """Read and check an experiment in an unpacked archive with all its files.
 
-    Old keys of earlier versions are accepted.
-
     Raises:
         InputError: The experiment is invalid, or names files outside of the archive.
     """
     data = read_settings(file)
     require_archive_paths(data, file)
-    rename_old_keys(data)
     found = experiment_settings(data, file)
     for own in (found["robot_files"], *(part.files for part in found.get("parts", ()))):
         require_archive_files(own, file.parent)

@@ -43,7 +43,7 @@ def describe_summary(summary: Mapping[str, Any], *, every: bool = False) -> list
 
 
 def _engine_lines(summary: Mapping[str, Any]) -> list[str]:
-    """Return the line with the engines; empty for summaries of earlier versions."""
+    """Return the line with the engines, if the summary has them."""
     engines = summary.get("engine")
     if not engines:
         return []

@@ -28,7 +28,6 @@ from cardsflow_fmu.simulation.ssp.from_experiment import experiment_system, repl
 from cardsflow_fmu.simulation.ssp.writer import write_ssp
 from cardsflow_fmu.utils.archive import read_contents
 from cardsflow_fmu.utils.folder_lock import create_folder
-from cardsflow_fmu.utils.renamed import reject_arguments
 from cardsflow_fmu.utils.temporary import temporary_folder
 
 SYSTEM_FILE = "system.ssp"
@@ -40,7 +39,6 @@ Libraries = Mapping[bool, Mapping[str, Path] | None]
 """C libraries of native and Python FMUs, by platform; None for the current platform."""
 
 
-@reject_arguments(native="give compute='c' for True, 'python' for False")
 def build(
     experiment: Experiment,
     folder: str | Path,

@@ -25,7 +25,6 @@ from cardsflow_fmu.results.journal import STARTED, Journal, no_rows
 from cardsflow_fmu.results.parquet import require_parquet
 from cardsflow_fmu.results.summary import Speed
 from cardsflow_fmu.utils.interrupts import ignore_interrupts
-from cardsflow_fmu.utils.renamed import reject_arguments
 from cardsflow_fmu.utils.temporary import temporary_folder
 
 from .result import Result, SystemResult
@@ -38,8 +37,6 @@ if TYPE_CHECKING:
     from .open import PreparedFmu
 
 R = TypeVar("R", bound=SystemResult, covariant=True)
-
-_HINT = "give compute='c' or 'python', and coupling='fmu' or 'direct'"
 
 
 class RunError(SimulationError):
@@ -87,7 +84,6 @@ class OpenSystem(Protocol[R]):
         """Return the result of a recording."""
 
 
-@reject_arguments(through=_HINT)
 def run(
     experiment: Experiment,
     output: str | Path | None = None,
@@ -173,7 +169,6 @@ def run_system(
         return _run(opening, folder, realtime, progress, started=started)
 
 
-@reject_arguments(through=_HINT)
 def simulate(
     experiment: Experiment,
     *,

@@ -8,7 +8,6 @@ import json
 import math
 import zlib
 from array import array
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,6 @@ import pytest
 from fake_fusion import designs
 from hypothesis import given
 from hypothesis import strategies as st
-from support.designs.small_designs import arm
 
 from addin_sdfusion.robot import limits
 from addin_sdfusion.robot.errors import InputError
@@ -208,29 +206,6 @@ def test_unknown_formats_are_rejected(
     error = refused(tmp_path, plain(snapshot) | {"format": version})
     assert error.key == "format"
     assert str(FORMAT) in error.what
-
-
-def test_format_1_is_converted(tmp_path: Path) -> None:
-    """Format 1 stored muscles and the uses of points and faces as texts of attributes."""
-    use = SurfaceUse("elbow", "upper", (WrapUse("flexor", 1, -1),))
-    face = SurfaceSnapshot("upper:1", "sphere", 0.02, (0.4, 0.0, 0.0), use=use)
-    snapshot = replace(arm(), surfaces=(face,))
-    content = plain(snapshot) | {"format": 1}
-    design = content["design"]
-    design["attributes"] = {"muscles": json.dumps(design.pop("muscles")), "settings": "{}"}
-    for kind, called in (("points", "point"), ("surfaces", "wrap")):
-        assert design[kind]
-        for item in design[kind]:
-            item["attributes"] = {called: json.dumps(item.pop("use"))}
-    (tmp_path / "old.json").write_text(json.dumps(content))
-    assert read_snapshot(tmp_path / "old.json") == snapshot
-    design["points"][0]["attributes"]["point"] = "{"
-    design["attributes"]["muscles"] = "7"
-    (tmp_path / "old.json").write_text(json.dumps(content))
-    read = read_snapshot(tmp_path / "old.json")
-    assert [f.code for f in read.findings if f not in snapshot.findings] == ["bad-attribute"] * 2
-    design["points"][0]["attributes"] = 7
-    assert refused(tmp_path, content).key == "design.points[0].attributes"
 
 
 CHANGES: list[tuple[tuple[Any, ...], Any, str]] = [

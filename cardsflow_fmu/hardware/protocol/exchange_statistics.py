@@ -29,12 +29,11 @@ def exchange_statistics(columns: Mapping[str, FloatArray]) -> dict[str, Any]:
         return {"hardware": {"exchanges": 0, **empty, "unit": "s"}}
     median, p99 = np.quantile(trips[1:], [0.5, 0.99])
     ages, step = columns["age"][1:], columns["time"][1] - columns["time"][0]
-    clamped = columns.get("clamped")  # FMUs of earlier versions do not have this output
     return {
         "hardware": {
             "exchanges": len(missed) - 1,
             "missed": int(missed[-1]),
-            "clamped": None if clamped is None else int(clamped[-1]),
+            "clamped": int(columns["clamped"][-1]),
             "round_trip": {
                 "median": float(median),
                 "p99": float(p99),

@@ -44,8 +44,6 @@ def read_study(path: Path) -> dict[str, Any]:
     file = path / STUDY_FILE if path.is_dir() else path
     data = read_settings(file)
     context = Context(file)
-    if "engine" in data:
-        raise context.error("engine", "is no longer a key; set compute and coupling")
     tables = StudyTables.read(data, context)
     engine = {"run.compute": tables.compute, "run.coupling": tables.coupling}
     settings = engine | _settings(tables.settings, context)

@@ -10,14 +10,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from support.cases import sample_cases
 from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu.cli.main import COMMANDS, _parser
 from cardsflow_fmu.cli.terminal.messages import print_error, print_note, quiet_messages
 from cardsflow_fmu.cli.terminal.streams import PrintableStream
-from cardsflow_fmu.utils.renamed import REMOVED_OPTIONS, RENAMED_OPTIONS
 
 ROBOT = PLANAR_2R / "robot"
 
@@ -136,32 +134,6 @@ def test_options_cannot_be_abbreviated(cardsflow: CommandLine) -> None:
     code, _, err = cardsflow("run", PLANAR_2R, "--real")
     assert code == 2
     assert "unknown option '--real'; did you mean '--realtime'?" in err
-
-
-# Renamed options
-
-OLD = [(command, old) for command, table in RENAMED_OPTIONS.items() for old in table]
-REMOVED = [(command, old) for command, table in REMOVED_OPTIONS.items() for old in table]
-
-
-@pytest.mark.parametrize(("command", "old"), sample_cases(OLD))
-def test_renamed_option_is_reported_with_the_new_name(
-    command: str, old: str, cardsflow: CommandLine
-) -> None:
-    new = RENAMED_OPTIONS[command][old]
-    words = [command, "design.json", "folder"] if old == "FOLDER" else [command, old, "x"]
-    assert cardsflow.error_line(*words) == f"cardsflow: {old} was renamed to {new}\n"
-    options = {
-        option for name, action in OPTIONS if name == command for option in action.option_strings
-    }
-    assert new.split()[0] in options
-
-
-@pytest.mark.parametrize(("command", "old"), sample_cases(REMOVED))
-def test_removed_option_is_reported_with_its_replacement(
-    command: str, old: str, cardsflow: CommandLine
-) -> None:
-    assert f"{old} is no longer an option; use --compute" in cardsflow.error_line(command, old)
 
 
 # Colours and `--quiet`

@@ -89,6 +89,7 @@ def test_steps_on_old_states_are_counted() -> None:
         "time": 1e-3 * np.arange(5),
         "missed": np.array([0.0, 0.0, 1.0, 2.0, 2.0]),
         "round_trip_time": np.full(5, 2e-4),
+        "clamped": np.zeros(5),
         "age": 1e-3 * np.array([9.0, 0.9, 1.9, 2.9, 0.9]),
     }
     hardware = exchange_statistics(columns)["hardware"]

@@ -110,7 +110,6 @@ def test_an_unknown_path_is_rejected_with_a_suggestion(
         (KP + vary("controller.kd", "values = [1.0]"), "sampler = 'list'", "same number of values"),
         (KP, "count = 3", "whose values define the number of runs"),
         (KP, "coupling = 'fum'", "did you mean 'fmu'"),
-        (KP, "engine = 'direct'", "engine: is no longer a key; set compute and coupling"),
         (KP, "metrics = ['tracking.rsm']", "did you mean 'tracking.rms'"),
         (KP, "metrics = ['force.peak.cable_9']", "no muscle 'cable_9'"),
         (KP, "metrics = []", "at least one name"),
