@@ -58,8 +58,7 @@ class JointSpaceController:
         pretension: f_p, a number or shape (a,), in [N] and [N·m].
         solver: Name of a qpsolvers back end.
         passive: Whether each coordinate is passive, shape (n,) (default: all are active).
-        law: Name of a law in `JOINT_LAWS`, which also defines the units of the gains (default: the
-            law of the class).
+        law: Name of a law in `JOINT_LAWS`, which also defines the units of the gains.
 
     Raises:
         InputError: A gain, limit or weight is invalid.
@@ -69,9 +68,6 @@ class JointSpaceController:
         kp, kd: The gains, shape (n,).
         distribution: The force distribution, with force limits, weights and the back end.
     """
-
-    law = "joint_space"
-    """Name of the law in `JOINT_LAWS`."""
 
     def __init__(
         self,
@@ -84,13 +80,12 @@ class JointSpaceController:
         pretension: ArrayLike = 0.0,
         solver: str = qp.DEFAULT_SOLVER,
         passive: ArrayLike | None = None,
-        law: str | None = None,
+        law: str = "joint_space",
     ) -> None:
         self.dynamics = dynamics
-        self.law = self.law if law is None else law
         laws = [known.name for known in JOINT_LAWS]
-        if self.law not in laws:
-            raise UnknownNameError("control law", self.law, laws)
+        if law not in laws:
+            raise UnknownNameError("control law", law, laws)
         names = dynamics.coordinate_names
         chosen = np.zeros(len(names)) if passive is None else np.asarray(passive)
         check_sizes(names, passive=chosen)
@@ -108,7 +103,7 @@ class JointSpaceController:
         )
         self._law = self.distribution.law(len(names))
         self._passive = chosen != 0
-        self._number = law_in_c.number_of(self.law)
+        self._number = law_in_c.number_of(law)
 
     @property
     def solver(self) -> str:

@@ -45,6 +45,10 @@ if TYPE_CHECKING:
 FORCE_WEIGHT = 1e-6
 """Default of H_f, in [1/N²]. Larger values relative to H_q reduce forces by more self-motion."""
 
+TASK_WEIGHT = 1e4
+"""Default of W of `reactive_qp`, whose tasks are in the cost, as in `ReactiveQPController` of CASPR
+(2019). Tasks are tracked less accurately if W is smaller relative to H_q."""
+
 LIMIT_BANDWIDTH = 20.0
 """Default of w, in [rad/s]. Larger values brake later and harder before a joint limit."""
 
@@ -93,7 +97,7 @@ class OperationalSpaceController:
         posture: Desired motion in the null space of the tasks. None selects the form of the paper,
             which is not stable for redundant robots.
         task_weights: W, a number or shape (k,), in [s⁴/m²] or [s⁴/rad²]; infinite for a hard
-            constraint.
+            constraint. With finite weights the QP is always feasible.
         priorities: Priority of every task coordinate, shape (k,), 1 is the highest (default: equal
             priorities).
         acceleration_weights: Diagonal of H_q, a number or shape (n,).

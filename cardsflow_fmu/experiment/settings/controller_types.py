@@ -14,8 +14,7 @@ from cardsflow_fmu.experiment.config.custom_law import CUSTOM_LAW_FORM, CustomLa
 from cardsflow_fmu.experiment.config.messages import SettingError
 from cardsflow_fmu.experiment.config.table import Text
 from controllers.laws.joint_laws import JOINT_LAWS
-from controllers.laws.operational_space import FORCE_WEIGHT
-from controllers.laws.reactive_qp import TASK_WEIGHT
+from controllers.laws.operational_space import FORCE_WEIGHT, TASK_WEIGHT
 from controllers.qp.solver import require_solver
 from controllers.validation import MAX_NORM
 

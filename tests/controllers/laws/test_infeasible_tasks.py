@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog, lsq_linear
 
-from controllers import OperationalSpaceController, Posture, ReactiveQPController
+from controllers import OperationalSpaceController, Posture
+from controllers.laws.operational_space import TASK_WEIGHT
 from sim_dart import DartDynamics
 
 KP, KD = 400.0, 40.0
@@ -45,15 +46,17 @@ def is_possible(arm, q, qd, y_d) -> bool:
     return answer.status == 0
 
 
-def controller(kind, arm, **settings):
+def controller(arm, **settings):
     posture = Posture(kd=10.0, kp=25.0, q0=[0.0, 0.0])
-    return kind(arm, KP, KD, posture=posture, limit_bandwidth=None, **settings)
+    return OperationalSpaceController(
+        arm, KP, KD, posture=posture, limit_bandwidth=None, **settings
+    )
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("priorities", [None, [1, 2]])
 def test_tick_is_soft_if_and_only_if_it_is_infeasible(arm, priorities) -> None:
-    law = controller(OperationalSpaceController, arm, priorities=priorities)
+    law = controller(arm, priorities=priorities)
     soft = 0
     for q, qd, y_d in ticks(arm, 200):
         solution = law.solve(q, qd, y_d, np.zeros(2), np.zeros(2))
@@ -69,7 +72,7 @@ def test_tick_is_soft_if_and_only_if_it_is_infeasible(arm, priorities) -> None:
 
 def test_violation_of_tasks_is_minimal(arm) -> None:
     """The tolerance includes the effect of the posture, which is large near singular poses."""
-    law = controller(OperationalSpaceController, arm)
+    law = controller(arm)
     for q, qd, y_d in ticks(arm, 100):
         solution = law.solve(q, qd, y_d, np.zeros(2), np.zeros(2))
         a, B, J, desired = terms(arm, q, qd, y_d)
@@ -80,7 +83,7 @@ def test_violation_of_tasks_is_minimal(arm) -> None:
 
 
 def test_second_priority_does_not_affect_the_first(arm) -> None:
-    law = controller(OperationalSpaceController, arm, priorities=[1, 2])
+    law = controller(arm, priorities=[1, 2])
     for q, qd, y_d in ticks(arm, 100):
         solution = law.solve(q, qd, y_d, np.zeros(2), np.zeros(2))
         a, B, J, desired = terms(arm, q, qd, y_d)
@@ -92,7 +95,7 @@ def test_second_priority_does_not_affect_the_first(arm) -> None:
 
 
 def test_task_in_the_cost_is_always_feasible(arm) -> None:
-    law = controller(ReactiveQPController, arm)
+    law = controller(arm, task_weights=TASK_WEIGHT)
     for q, qd, y_d in ticks(arm, 200):
         solution = law.solve(q, qd, y_d, np.zeros(2), np.zeros(2))
         assert solution.status == "solved"

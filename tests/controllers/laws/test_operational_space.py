@@ -6,7 +6,8 @@ import qpsolvers
 from support.robots.arms import PointMass, TwoLinkArm
 
 from addin_sdfusion.robot import InputError, SimulationError
-from controllers import OperationalSpaceController, Posture, ReactiveQPController
+from controllers import OperationalSpaceController, Posture
+from controllers.laws.operational_space import TASK_WEIGHT
 
 ZERO = np.zeros(2)
 
@@ -346,7 +347,7 @@ def test_vectors_of_wrong_length_raise_an_error_with_the_name(changes, message) 
 def test_task_in_the_cost_is_always_feasible() -> None:
     """1/2 a² + alpha/2 (10 - a)² has its minimum at a = 10 alpha / (1 + alpha)."""
     mass = PointMass()
-    controller = ReactiveQPController(
+    controller = OperationalSpaceController(
         mass, 1.0, 1.0, task_weights=100.0, posture=Posture(kd=0.0), force_weights=1e-12
     )
     desired = np.array([10.0, 0.0])
@@ -354,7 +355,7 @@ def test_task_in_the_cost_is_always_feasible() -> None:
     assert solution.qdd[0] == pytest.approx(1000.0 / 101.0, abs=1e-6)
     assert solution.status == "solved"
     mass.f_max = np.full(6, 15.0)
-    weak = ReactiveQPController(mass, 1.0, 1.0)
+    weak = OperationalSpaceController(mass, 1.0, 1.0, task_weights=TASK_WEIGHT)
     solution = weak.solve(np.zeros(3), np.zeros(3), ZERO, ZERO, desired)
     assert solution.status == "solved"
     assert solution.qdd[0] == pytest.approx(7.0, abs=1e-6)
