@@ -9,7 +9,7 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.json_text import json_text
-from cardsflow_fmu.cosim.signals.estimation import ESTIMATE, OFFSET, OFFSET_SD, STATUSES, VALID
+from cardsflow_fmu.cosim.signals.estimation import ESTIMATE, OFFSET, OFFSET_SD, VALID
 from cardsflow_fmu.cosim.signals.port import muscle_signals
 from cardsflow_fmu.cosim.signals.ports import coordinate_signals
 from cardsflow_fmu.cosim.signals.reaction import DECISIONS, FAULTS, LOST, PARTS, REACTION, SPEED
@@ -17,6 +17,7 @@ from cardsflow_fmu.experiment.config.file import read_settings
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.estimator import CALIBRATION_FILE
 from cardsflow_fmu.utils.arrays import FloatArray
+from sim_dart.estimation.estimator import NOT_CONVERGED, STATUSES
 
 UPDATED_CALIBRATION = "calibration_updated.json"
 """Name of the file with changed length offsets in a results folder."""
@@ -93,6 +94,7 @@ def estimation_summary(
     is_known = hardware.has_positions or not hardware.use
     robot, valid, time = experiment.robot, columns[VALID] != 0, columns["time"]
     lost = np.flatnonzero(~valid)
+    is_unsolved = columns["status"] == STATUSES.index(NOT_CONVERGED)
     return {
         "estimation": {
             "valid_share": float(valid.mean()),
@@ -100,6 +102,7 @@ def estimation_summary(
             "last_lost_at_s": float(time[lost[-1]]) if lost.size else None,
             "status": STATUSES[int(columns["status"][-1])],
             "innovation": float(columns["innovation"].mean()),
+            "not_converged_share": float(is_unsolved.mean()),
             **({} if is_known else {"fitted": True}),
             "feeds": experiment.estimator.feedback,
             "observability": dict(observed),

@@ -92,9 +92,11 @@ def _lost_estimate(summary: Mapping[str, Any]) -> list[str]:
     estimate = summary.get("estimation") or {}
     if estimate.get("first_lost_at_s") is None:
         return []
+    share = estimate.get("not_converged_share")
+    unsolved = f" (its horizon did not converge in {share:.1%})" if share else ""
     return [
-        f"the estimate was invalid in {1 - estimate['valid_share']:.1%} of the run, first at "
-        f"t = {estimate['first_lost_at_s']:.6g} s; final status: {estimate['status']}"
+        f"the estimate was invalid in {1 - estimate['valid_share']:.1%} of the run{unsolved}, "
+        f"first at t = {estimate['first_lost_at_s']:.6g} s; final status: {estimate['status']}"
     ]
 
 

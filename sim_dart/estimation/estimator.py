@@ -20,7 +20,12 @@ from .estimated_robot import cable_compliances, estimated_robot, passive_muscles
 from .imu_frames import imu_frames
 from .settings import EstimatorSettings, Imu, arrays
 
-STATUSES = ("waiting", "tracking", "ambiguous", "no pose matches", "unobservable", "diverged")
+NOT_CONVERGED = "not converged"
+"""Status of a horizon that tracks, but whose last iterations did not converge."""
+STATUSES = (
+    *("waiting", "tracking", "ambiguous", "no pose matches", "unobservable", "diverged"),
+    NOT_CONVERGED,
+)
 """Names of the status values of the estimator, in the order of their numbers."""
 
 _RANGE = np.pi

@@ -79,7 +79,7 @@ class EstimatorSettings:
 
     type: Literal["kalman", "horizon"] = "kalman"
     frames: int = 7
-    huber: float = 1.5
+    huber: float = 2.0
     joint_limits: bool = True
     length_noise: ArrayLike = 1e-4
     encoder_noise: ArrayLike = 0.0

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.model.muscle_laws import law_of
+from sim_dart.estimation.estimator import STATUSES
 
 from .groups import Groups
 from .muscles import is_modelled
@@ -20,16 +21,6 @@ from .port import (
     time_port,
 )
 from .ports import TORQUE, WORKER_TIMEOUT, coordinate_ports, force_unit
-
-STATUSES = {
-    0: "waiting",
-    1: "tracking",
-    2: "ambiguous",
-    3: "no pose matches",
-    4: "unobservable",
-    5: "diverged",
-}
-"""Meaning of the estimator's output `status`."""
 
 LENGTH, TENSION, MOTOR_TORQUE, POSITION = "l", "tension", "torque", "q"
 """Prefixes of measurements as inputs of the estimator and outputs of hardware."""
@@ -172,7 +163,7 @@ def estimator_groups(
         ]
         for key, per, what in descriptions
     }
-    statuses = ", ".join(f"{number} {text}" for number, text in STATUSES.items())
+    statuses = ", ".join(f"{number} {text}" for number, text in enumerate(STATUSES))
     names = muscle_signals("offset", robot)
     return {
         **_measurement_ports(robot, encoded, units, "input", ""),
@@ -180,7 +171,7 @@ def estimator_groups(
         "report": [
             count_port("innovation", "Mean square of normalised innovations"),
             count_port("readings", "Number of measurements used"),
-            count_port("status", f"State of the estimator: {statuses}", max(STATUSES)),
+            count_port("status", f"State of the estimator: {statuses}", len(STATUSES) - 1),
             Port(VALID, "", "output", "discrete", "The estimate is reliable", boolean=True),
         ],
         "q_start": coordinate_ports(

@@ -107,7 +107,7 @@ class EstimatorTable(Table):
     huber: FromZero = setting(
         "horizon: residual from which the loss of a measurement grows linearly, in standard "
         "deviations; 0: quadratic loss",
-        1.5,
+        2.0,
     )
     joint_limits: bool = setting("horizon: the estimate remains within the joint limits", True)
     feedback: bool = setting(

@@ -34,7 +34,8 @@ enum estimator_status {
     ESTIMATOR_AMBIGUOUS = 2,    /* two poses fit the first measurements */
     ESTIMATOR_NO_FIT = 3,       /* no pose matches them */
     ESTIMATOR_UNOBSERVABLE = 4, /* too few taut muscles to determine the first pose */
-    ESTIMATOR_DIVERGED = 5      /* until the next reset */
+    ESTIMATOR_DIVERGED = 5,     /* until the next reset */
+    ESTIMATOR_NOT_CONVERGED = 6 /* tracking, but a horizon did not converge in the last tick: not valid */
 };
 
 /* Return the size of the working memory in bytes. imus: number of IMUs; offsets: 0 if length offsets are constant, or
@@ -101,6 +102,12 @@ CORE_API estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_fra
    Working memory
      first_poses         of the search: the best pose, the second best; their sums of squares; 2 n + 2 */
 CORE_API real *estimator_array(estimator *e, const char *name, size_t *length);
+
+/* Return whether an estimator with this status advances its state in a tick. */
+static inline int estimator_is_tracking(int status)
+{
+    return status == ESTIMATOR_TRACKING || status == ESTIMATOR_NOT_CONVERGED;
+}
 
 /* Reset to the start state, which is valid if its standard deviations are small enough. */
 CORE_API void estimator_reset(estimator *e);

@@ -33,7 +33,8 @@ static void update_validity(estimator *e, real time)
         const real share = 1 - exponential(-time / e->innovation_time[0]);
         e->mean_innovation[0] += share * (e->innovation[0] - e->mean_innovation[0]);
     }
-    int valid = e->mean_innovation[0] <= e->largest_innovation[0] && e->blind[0] <= e->innovation_time[0];
+    int valid = e->status[0] == ESTIMATOR_TRACKING;
+    valid &= e->mean_innovation[0] <= e->largest_innovation[0] && e->blind[0] <= e->innovation_time[0];
     for (size_t j = 0; j < e->n; j++) valid &= e->sd[j] <= e->largest_sd[j];
     e->valid[0] = valid;
 }
@@ -48,13 +49,12 @@ int estimator_tick(estimator *e, real h, int32_t steps)
 {
     take_tensions(e);
     if (e->status[0] == ESTIMATOR_DIVERGED) return ESTIMATOR_DIVERGED;
-    if (e->status[0] != ESTIMATOR_TRACKING && e->search[0] != 0) {
+    if (!estimator_is_tracking((int)e->status[0]) && e->search[0] != 0) {
         e->status[0] = (real)estimator_find(e);
         if (update_sd(e)) return mark_lost(e);
         if (e->status[0] == ESTIMATOR_TRACKING) update_validity(e, 0);
         return (int)e->status[0];
     }
-    e->status[0] = ESTIMATOR_TRACKING;
     horizon_begin(e, h, steps);
     for (int32_t k = 0; k < steps; k++)
         if (estimator_predict(e, h)) return mark_lost(e);
@@ -62,7 +62,8 @@ int estimator_tick(estimator *e, real h, int32_t steps)
     estimator_begin(e);
     estimator_take_all(e);
     estimator_end(e);
-    if (horizon_solve(e) || update_sd(e)) return mark_lost(e);
+    e->status[0] = (real)horizon_solve(e);
+    if (e->status[0] == ESTIMATOR_DIVERGED || update_sd(e)) return mark_lost(e);
     update_validity(e, h * (real)steps);
-    return ESTIMATOR_TRACKING;
+    return (int)e->status[0];
 }

@@ -24,6 +24,7 @@ from cardsflow_fmu.results.analysis.observable import (
 )
 from cardsflow_fmu.results.files import RECORDING_FILE
 from cardsflow_fmu.results.report.readings import read_readings
+from cardsflow_fmu.results.verdict import problems
 from cardsflow_fmu.simulation.run import simulate
 from sim_dart.calibration.calibrate import calibrate
 
@@ -101,6 +102,8 @@ def test_commands_ramp_down_while_the_estimate_is_invalid() -> None:
     assert np.allclose(forces[first + 19], 10.0)
     line = "the estimate was invalid"
     assert any(warning.startswith(line) for warning in result.summary["warnings"])
+    summary = {"estimation": result.summary["estimation"] | {"not_converged_share": 0.25}}
+    assert "(its horizon did not converge in 25.0%)" in problems(summary)[0]
 
 
 @pytest.mark.slow

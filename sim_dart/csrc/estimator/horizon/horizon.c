@@ -116,22 +116,23 @@ static int linearise(estimator *e, size_t k)
 int horizon_solve(estimator *e)
 {
     horizon *h = e->horizon;
-    if (!h) return 0;
+    if (!h) return ESTIMATOR_TRACKING;
     const size_t K = (size_t)h->frames[0], N = e->N;
     memcpy(h->given, e->lengths, h->B * sizeof(real));
     h->iterations[0] = 0;
-    int failed = 0;
-    for (int round = 0; round < MAX_ROUNDS && !failed; round++) {
+    int failed = 0, has_converged = 0;
+    for (int round = 0; round < MAX_ROUNDS; round++) {
         for (size_t k = 0; k < K && !failed; k++) failed = linearise(e, k);
         if (failed) break;
-        window_solve(e);
+        const int solved = window_solve(e);
         real moved = 0;
         for (size_t j = 0; j < K * N; j++) h->x[j] += h->shift[j];
         for (size_t j = 0; j < e->n; j++) moved = larger(moved, fabs(h->shift[(K - 1) * N + j]));
+        has_converged = solved && !(moved > LARGE_SHIFT);
         if (!(moved > LARGE_SHIFT)) break;
     }
     memcpy(e->lengths, h->given, h->B * sizeof(real));
-    if (failed) return 1;
+    if (failed) return ESTIMATOR_DIVERGED;
     memcpy(e->state, h->x + (K - 1) * N, N * sizeof(real));
-    return 0;
+    return has_converged ? ESTIMATOR_TRACKING : ESTIMATOR_NOT_CONVERGED;
 }

@@ -10,7 +10,8 @@ void horizon_begin(estimator *e, real h, int32_t steps);
 /* Append the predicted state as a frame. */
 void horizon_append(estimator *e);
 
-/* Minimise over all frames; the last one becomes the state. Return nonzero if a step of the core fails. */
+/* Minimise over all frames; the last one becomes the state. Return an enum estimator_status: diverged if a step of
+   the core fails. */
 int horizon_solve(estimator *e);
 
 #endif

@@ -255,8 +255,9 @@ static void choose_free(estimator *e)
     }
 }
 
-/* Minimise the cost. The first set of free terms is the one of the last multipliers. */
-static void solve(estimator *e)
+/* Minimise the cost. The first set of free terms is the one of the last multipliers. Return whether the steps
+   converged. */
+static int solve(estimator *e)
 {
     horizon *h = e->horizon;
     EACH_TERM(h, k, t)
@@ -268,13 +269,14 @@ static void solve(estimator *e)
     for (int step = 0; step < MAX_STEPS; step++) {
         minimise(e);
         h->iterations[0] += 1;
-        if (largest_error(e) <= TOLERANCE) return;
+        if (largest_error(e) <= TOLERANCE) return 1;
         if (step)
             search_line(e);
         else
             store_point(e);
         choose_free(e);
     }
+    return 0;
 }
 
 /* Return whether a term is a measurement that is not ignored. */
@@ -335,15 +337,16 @@ static void summarise(estimator *e)
     memcpy(e->covariance, h->P, N * N * sizeof(real));
 }
 
-void window_solve(estimator *e)
+int window_solve(estimator *e)
 {
     horizon *h = e->horizon;
     const size_t K = (size_t)h->frames[0];
     ignore_outliers(e, h->residual, K - 1); /* of the last solution, which the new frame may change */
-    solve(e);
-    if (ignore_outliers(e, h->rest, K)) solve(e);
+    int has_converged = solve(e);
+    if (ignore_outliers(e, h->rest, K)) has_converged = solve(e);
     e->used[0] = 0;
     for (size_t t = (K - 1) * h->T; t < (K - 1) * h->T + (size_t)h->count[K - 1]; t++)
         if ((size_t)h->slot[t] < h->B && h->most[t] > 0) e->used[0] += 1;
     summarise(e);
+    return has_converged;
 }

@@ -17,7 +17,7 @@
 #include "frames.h"
 
 /* Solve the linearised program: compute `shift` of all frames, the arrival of the second frame, and the
-   covariance of the state. */
-void window_solve(estimator *e);
+   covariance of the state. Return whether the iterations converged. */
+int window_solve(estimator *e);
 
 #endif

@@ -120,11 +120,11 @@ static int step(struct model *model)
         return 0;
     }
     take_readings(s, s->since > 0);
-    if (s->status[0] == ESTIMATOR_TRACKING)
+    const int was_tracking = estimator_is_tracking((int)s->status[0]);
+    if (was_tracking)
         fault_monitor_tick(&s->monitor, s->step[0] * s->since);
-    const int is_tracking = s->status[0] == ESTIMATOR_TRACKING;
-    estimator_tick(s->estimator, s->step[0], (int32_t)s->since);
-    if (is_tracking && s->status[0] == ESTIMATOR_TRACKING)
+    const int status = estimator_tick(s->estimator, s->step[0], (int32_t)s->since);
+    if (was_tracking && estimator_is_tracking(status))
         fault_monitor_move(&s->monitor, s->step[0], (int)s->since);
     s->since = (double)steps;
     write_outputs(s, native->robot.n);
