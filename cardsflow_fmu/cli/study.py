@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import os
 import shlex
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -57,7 +56,7 @@ def add_study(commands: Commands) -> None:
     parser.add_argument(
         "--dask",
         metavar="ADDRESS",
-        help="Dask scheduler to use, such as tls://host:8786, or `local`; needs the extra `sweep` "
+        help="Dask scheduler to use, such as tls://host:8786; needs the extra `sweep` "
         "(default: processes on this machine)",
     )
     text = "repeat only the run whose hash starts with HASH; write nothing (default: all runs)"
@@ -114,8 +113,7 @@ def _executor(options: argparse.Namespace) -> Iterator[RunExecutor | None]:
     warning = dask_warning(options.dask)
     if warning is not None:
         print_warning(warning)
-    jobs = os.cpu_count() or 1 if options.jobs is None else options.jobs
-    with dask_executor(options.dask, jobs) as executor:
+    with dask_executor(options.dask) as executor:
         yield executor
 
 

@@ -1,4 +1,4 @@
-"""Executor with Dask workers, on this computer or others (extra `sweep`)."""
+"""Executor with the workers of a Dask scheduler (extra `sweep`)."""
 
 from __future__ import annotations
 
@@ -15,25 +15,22 @@ from cardsflow_fmu.utils.extras import install
 
 from .executors import ExecutorAdapter
 
-LOCAL = "local"
 _TIMEOUT = 10.0
 _ENCRYPTED = ("tls://", "wss://")
 
 
 @contextlib.contextmanager
-def dask_executor(address: str, jobs: int) -> Iterator[ExecutorAdapter]:
-    """Return an executor with Dask workers, as a context.
+def dask_executor(address: str) -> Iterator[ExecutorAdapter]:
+    """Return an executor with the workers of a Dask scheduler, as a context.
 
     Dask resubmits the run of a worker that dies. The folder of the experiment must have the same
     path on every computer.
 
     Args:
-        address: Address of a scheduler, such as `tls://host:8786`, or `local` for a secure cluster
-            on this computer.
-        jobs: Number of workers of a local cluster.
+        address: Address of the scheduler, such as `tls://host:8786`.
 
     Raises:
-        InputError: Dask is not installed, the scheduler does not answer, or `jobs` is not positive.
+        InputError: Dask is not installed, or the scheduler does not answer.
     """
     try:
         import distributed
@@ -41,19 +38,11 @@ def dask_executor(address: str, jobs: int) -> Iterator[ExecutorAdapter]:
         what = f"requires Dask: {install('sweep')}"
         raise InputError(what, key="--dask") from None
     dask: Any = distributed
-    if jobs < 1:
-        raise InputError(f"must be at least 1, not {jobs}", key="jobs")
-    if address != LOCAL:
-        _require_answer(address)
+    _require_answer(address)
     with contextlib.ExitStack() as stack:
-        target: Any = address
-        if address == LOCAL:
-            from .dask_cluster import local_cluster
-
-            target = stack.enter_context(local_cluster(jobs))
         try:
             client = stack.enter_context(
-                dask.Client(target, timeout=_TIMEOUT, set_as_default=False)
+                dask.Client(address, timeout=_TIMEOUT, set_as_default=False)
             )
         except (OSError, ValueError, TypeError, RuntimeError) as error:
             reason = " ".join(str(error).split())
@@ -70,7 +59,7 @@ def dask_warning(address: str) -> str | None:
     Args:
         address: Address, see `dask_executor`.
     """
-    if address == LOCAL or address.startswith(_ENCRYPTED):
+    if address.startswith(_ENCRYPTED):
         return None
     return (
         f"{address} is not encrypted: everyone who can connect to the scheduler or its workers can "
@@ -91,7 +80,7 @@ def _require_answer(address: str) -> None:
     _, _, location = address.rpartition("://")
     host, _, port = location.rstrip("/").rpartition(":")
     if not host or not re.fullmatch("[0-9]{1,5}", port) or not 0 < int(port) < 65536:
-        what = f"no Dask scheduler at {address}: the address must be tls://HOST:PORT or {LOCAL!r}"
+        what = f"no Dask scheduler at {address}: the address must be tls://HOST:PORT"
         raise InputError(what, key="--dask")
     try:
         socket.create_connection((host.strip("[]"), int(port)), timeout=_TIMEOUT).close()

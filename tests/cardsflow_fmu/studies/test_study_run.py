@@ -332,12 +332,9 @@ def test_too_many_workers_are_rejected(tmp_path: Path, cardsflow: CommandLine) -
     assert "jobs: must be at most 1024" in line
 
 
-@pytest.mark.slow
-@pytest.mark.extra("sweep")
 def test_zero_workers_are_rejected(tmp_path: Path, cardsflow: CommandLine) -> None:
     file = write_study(tmp_path)
-    for words in (["-j", "0"], ["--dask", "local", "-j", "0"]):
-        assert "must be at least 1, not 0" in cardsflow.error_line("study", file, *words)
+    assert "must be at least 1, not 0" in cardsflow.error_line("study", file, "-j", "0")
 
 
 @LONG

@@ -77,23 +77,19 @@ def test_processes_and_one_thread_write_equal_tables(tmp_path: Path) -> None:
 def test_an_invalid_scheduler_address_is_rejected(address: str) -> None:
     with (
         pytest.raises(InputError, match=f"no Dask scheduler at {address[:20]}"),
-        dask_executor(address, 1),
+        dask_executor(address),
     ):
         pass
 
 
-@pytest.mark.extra("sweep")
 @LONG
-def test_tables_are_equal_for_one_worker_two_workers_and_dask(tmp_path: Path) -> None:
+def test_tables_are_equal_for_one_worker_and_two_workers(tmp_path: Path) -> None:
     study = small_study(tmp_path, MANY, TWO_HUNDRED, SECOND)
     tables = []
     for jobs in (1, 2):
         run_study(study, jobs=jobs, output=tmp_path / str(jobs))
         tables.append((tmp_path / str(jobs) / "table.csv").read_bytes())
-    with dask_executor("local", 2) as executor:
-        run_study(study, executor=executor, output=tmp_path / "dask")
-    tables.append((tmp_path / "dask" / "table.csv").read_bytes())
-    assert tables[0] == tables[1] == tables[2]
+    assert tables[0] == tables[1]
 
 
 @LONG
@@ -130,7 +126,7 @@ def test_a_study_continues_after_a_killed_dask_worker(tmp_path: Path) -> None:
     killed: list[int] = []
     with (
         distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None) as cluster,
-        dask_executor(cluster.scheduler_address, 2) as executor,
+        dask_executor(cluster.scheduler_address) as executor,
     ):
 
         def kill(done: int, total: int, failed: int) -> None:
