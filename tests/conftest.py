@@ -38,7 +38,6 @@ EXTRAS = {
     "drake": "pydrake",
     "optimise": "cmaes",
     "pandas": "pandas",
-    "parquet": "pyarrow",
     "pinocchio": "pinocchio",
     "ros2": "rosbags",
     "sweep": "distributed",

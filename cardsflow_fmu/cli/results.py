@@ -21,7 +21,7 @@ from .parser import Commands
 from .terminal.messages import print_warning
 from .terminal.progress import show_progress
 
-_RESULTS = "the folder of a run, or a table (.csv, .parquet)"
+_RESULTS = "the folder of a run, or a table (.csv)"
 _PANELS = (
     "forces, torques, tracking, errors, estimate, loads, innovation, lengths, moment_arms, "
     "solve_times, slack"

@@ -36,7 +36,7 @@ def compare(
     """Compare two results at common times.
 
     Args:
-        first: Results folder, or a table: .csv, .parquet.
+        first: Results folder, or a table (.csv).
         second: Results folder or table to compare with.
         atol: Absolute tolerance, in the unit of each column.
         rtol: Relative tolerance, as fraction of the magnitude of the second result.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from typing import Literal
 
 import numpy as np
 
@@ -13,7 +12,6 @@ from cardsflow_fmu.utils.csv_table import csv_text
 from .run_data import RunData
 
 TABLE = "results.csv"
-PARQUET = "results.parquet"
 NPY = "results.npy"
 """Name of a large table: the rows as an array; the names are the keys of `UNITS`."""
 UNITS = "results.units.json"
@@ -26,19 +24,6 @@ EXPERIMENT = "experiment.zip"
 """Name of the archive with the experiment, robot files and visual meshes."""
 
 Contents = dict[str, str | bytes]
-
-
-def table_file(run: RunData, form: Literal["csv", "parquet"] = "csv") -> Contents:
-    """Return the results table by file name.
-
-    Raises:
-        InputError: The format is Parquet, but pyarrow is not installed.
-    """
-    if form == "csv":
-        return {TABLE: csv_text(run.names, run.rows)}
-    from .parquet import parquet_bytes
-
-    return {PARQUET: parquet_bytes(run)}
 
 
 def metadata_files(run: RunData, *, is_large: bool = False) -> Contents:

@@ -19,7 +19,6 @@ from .files import RECORDING_FILE
 _SUMMARY = "summary.json"
 _RESULT_FILES = (
     "results.csv",
-    "results.parquet",
     "results.npy",
     "recording.mcap",
     "solve_times.csv",

@@ -22,15 +22,14 @@ from cardsflow_fmu.utils.archive import archive_bytes, read_contents, unpack_arc
 from cardsflow_fmu.utils.csv_table import read_csv, require_table
 from cardsflow_fmu.utils.temporary import TemporaryFolder
 
-from .files import EXPERIMENT, NPY, NPY_SOLVE_TIMES, PARQUET, SOLVE_TIMES, SUMMARY, TABLE, UNITS
+from .files import EXPERIMENT, NPY, NPY_SOLVE_TIMES, SOLVE_TIMES, SUMMARY, TABLE, UNITS
 from .journal import STARTED
 from .metadata import read_summary, read_units
-from .parquet import read_parquet
 from .row_store import read_npy
 from .run_data import ExperimentRunData, RunData
 from .summary import Speed, summarize
 
-_TABLES = (TABLE, NPY, PARQUET)
+_TABLES = (TABLE, NPY)
 
 
 def experiment_archive(experiment: Experiment) -> bytes:
@@ -154,14 +153,14 @@ def read_results(path: Path) -> RunData:
     """Read table, units and summary of a run.
 
     Args:
-        path: The results folder, or a single .csv or .parquet file.
+        path: The results folder, or a single .csv file.
 
     Raises:
         InputError: A file is missing or damaged.
     """
     if path.suffix == ".toml":
         require_not_experiment(path)
-    if path.name not in _TABLES and (path.suffix in (".csv", ".parquet") or path.is_file()):
+    if path.name not in _TABLES and (path.suffix == ".csv" or path.is_file()):
         return _read_table(path)
     if not is_run(path):
         require_not_experiment(path)
@@ -171,9 +170,7 @@ def read_results(path: Path) -> RunData:
     complete = summary.get("status") != "incomplete"
     found = next((name for name in _TABLES if (folder / name).is_file()), TABLE)
     table = folder / found
-    if found == PARQUET:
-        names, rows = (stored := read_parquet(table)).names, stored.rows
-    elif found == NPY:
+    if found == NPY:
         names, rows = tuple(units), read_npy(table, len(units))
         require_table(names, rows, table)
     else:
@@ -197,8 +194,6 @@ def read_results(path: Path) -> RunData:
 
 def _read_table(file: Path) -> RunData:
     """Read a table without summary and units."""
-    if file.suffix == ".parquet":
-        return read_parquet(file)
     names, rows = read_csv(file)
     return RunData(names, rows, {}, {}, {file.name: file})
 

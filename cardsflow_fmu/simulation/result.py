@@ -27,7 +27,7 @@ class SystemResult(RunData):
         """Read the result in a results folder, or in a single table.
 
         Args:
-            path: The folder, a .csv or a .parquet file.
+            path: The folder, or a .csv file.
 
         Raises:
             InputError: A file is missing or damaged.

@@ -19,10 +19,9 @@ from cardsflow_fmu.cosim.pace import Pace
 from cardsflow_fmu.cosim.recording import Progress, Recording, Watch
 from cardsflow_fmu.experiment.settings.run import Compute, ModelCoupling, RunSettings, TableFormat
 from cardsflow_fmu.results.estimation import updated_calibration
-from cardsflow_fmu.results.files import MCAP, NPY, Contents, metadata_files, table_file
+from cardsflow_fmu.results.files import MCAP, NPY, Contents, metadata_files
 from cardsflow_fmu.results.folder import OutputFolder
 from cardsflow_fmu.results.journal import STARTED, Journal, no_rows
-from cardsflow_fmu.results.parquet import require_parquet
 from cardsflow_fmu.results.summary import Speed
 from cardsflow_fmu.utils.interrupts import ignore_interrupts
 from cardsflow_fmu.utils.temporary import temporary_folder
@@ -122,8 +121,6 @@ def run(
     """
     from .open import open_experiment  # imports all models, which an .ssp does not need
 
-    if experiment.run.format == "parquet":
-        require_parquet()
     if experiment.run.recording == "mcap":
         from cardsflow_fmu.ros_interface.message_types import require_ros
 
@@ -249,16 +246,10 @@ def _run(
     started = time.perf_counter() if started is None else started
     with opening as system:
         loop, pace = system.loop, _pace(system, realtime)
-        form = system.table_format
         journal = (
             None
             if folder is None
-            else Journal(
-                folder,
-                system.contents,
-                system.streamed,
-                "auto" if form == "parquet" else form,
-            )
+            else Journal(folder, system.contents, system.streamed, system.table_format)
         )
         with contextlib.nullcontext() if journal is None else journal:
             if journal is not None:
@@ -278,8 +269,8 @@ def _run(
     if folder is not None:
         with ignore_interrupts():
             assert journal is not None
-            written = [*system.contents, *system.streamed]
-            _write(result, journal.table, form, written, folder)
+            written = [journal.table, *system.contents, *system.streamed]
+            _write(result, written, folder, is_large=journal.table == NPY)
     if recording.failure is not None:
         raise RunError(str(recording.failure), result) from recording.failure
     return result
@@ -294,14 +285,10 @@ def _pace(system: OpenSystem[R], realtime: bool) -> Pace:
 
 
 def _write(
-    result: SystemResult, table: str, form: TableFormat, written: list[str], folder: OutputFolder
+    result: SystemResult, written: list[str], folder: OutputFolder, *, is_large: bool
 ) -> None:
     """Write summary and figures: all files, or none on an error."""
     contents: Contents = {}
-    if form == "parquet":
-        contents |= table_file(result, form)
-    else:
-        written = [table, *written]
     if isinstance(result, Result) and len(result.rows):
         contents |= updated_calibration(result.experiment, result.summary)
         if result.experiment.run.figures:
@@ -314,7 +301,6 @@ def _write(
             write_recording(result, folder.path / MCAP)
             written = [*written, MCAP]
     existing = [name for name in written if (folder.path / name).exists()]
-    large = table == NPY
-    names = [*metadata_files(result, is_large=large), *contents, *existing]
+    names = [*metadata_files(result, is_large=is_large), *contents, *existing]
     result.summary["files"] = {name: name for name in names}
-    result.files = folder.write(metadata_files(result, is_large=large) | contents, existing)
+    result.files = folder.write(metadata_files(result, is_large=is_large) | contents, existing)

@@ -21,7 +21,7 @@ from cardsflow_fmu.utils.interrupts import INTERRUPTED
 from .analysis.best_robot import write_best
 from .analysis.statistics import collect
 from .analysis.summary import study_summary, summary_text
-from .analysis.table import Rows, columns_of, units_text, write_tables
+from .analysis.table import Rows, columns_of, units_text, write_table
 from .definition.errors import StudyError
 from .definition.fingerprint import experiment_digest, fingerprint
 from .definition.metrics import metric_units
@@ -244,7 +244,8 @@ def _write_results(study: Study, work: _StudyRun, search: Search | None) -> Stud
     if search is not None:
         summary["best"] = _write_best_run(study, search, folder)
         summary["history"] = search.history
-    write_tables(folder, study.tables, columns, rows)
+    table = folder / "table.csv"
+    write_table(table, columns, rows)
     history = None if search is None else search.history
     texts: dict[str, str | bytes] = {
         "table.units.json": units_text(columns, units),
@@ -256,8 +257,7 @@ def _write_results(study: Study, work: _StudyRun, search: Search | None) -> Stud
     except CardsflowError as error:
         raise StudyError(str(error)) from None
     files = {path.name: path for path in written}
-    files |= {f"table.{kind}": folder / f"table.{kind}" for kind in study.tables}
-    return StudyResult(folder, summary, rows, files)
+    return StudyResult(folder, summary, rows, files | {table.name: table})
 
 
 def _write_best_run(study: Study, search: Search, folder: Path) -> Mapping[str, Any] | None:

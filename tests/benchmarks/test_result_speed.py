@@ -17,7 +17,6 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.cosim.signals.ports import coordinate_signals, muscle_signals
 from cardsflow_fmu.results import row_store
-from cardsflow_fmu.results.files import table_file
 from cardsflow_fmu.results.folder import OutputFolder
 from cardsflow_fmu.results.journal import Journal
 from cardsflow_fmu.results.report.figures import plot
@@ -45,22 +44,6 @@ def timed(call: object) -> float:
     begin = time.process_time()
     call()  # type: ignore[operator]
     return time.process_time() - begin
-
-
-@pytest.mark.extra("parquet")
-def test_parquet_takes_less_than_half_a_second(large: SystemResult) -> None:
-    first = timed(lambda: table_file(large, "parquet"))
-    best = interleaved(
-        {
-            "parquet": lambda: table_file(large, "parquet"),
-            "csv": lambda: table_file(large, "csv"),
-        },
-        calls=1,
-        rounds=3,
-    )
-    size = len(table_file(large, "parquet")["results.parquet"]) / 2**20
-    record("30,000 x 60 as parquet", first_s=first, s=best["parquet"], csv_s=best["csv"], MiB=size)
-    assert best["parquet"] < 0.5
 
 
 def test_figure_takes_less_than_five_seconds(large: SystemResult, tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from cardsflow_fmu.experiment.config.table import File, Listed, Positive, Table,
 
 Compute = Literal["c", "python"]
 ModelCoupling = Literal["fmu", "direct"]
-TableFormat = Literal["auto", "csv", "npy", "parquet"]
+TableFormat = Literal["auto", "csv", "npy"]
 RecordingFormat = Literal["none", "mcap"]
 Accept = Literal["tracked", "any"]
 

@@ -45,8 +45,8 @@ def read_readings(
     With markers, the measurements are resampled at the times of motion capture.
 
     Args:
-        path: A hardware.rec; a results folder (its hardware.rec, or its table); or a .csv or
-            .parquet with `time`, `q.<joint>`, `l.<muscle>` and `f.<muscle>` or `tension.<muscle>`.
+        path: A hardware.rec; a results folder (its hardware.rec, or its table); or a .csv
+            with `time`, `q.<joint>`, `l.<muscle>` and `f.<muscle>` or `tension.<muscle>`.
         robot: The robot of the recording.
         markers: Markers with columns `<marker>.x`, `.y` and `.z`.
         capture: Separate table of the markers, with the same time base.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,9 +12,7 @@ from cardsflow_fmu.studies.definition.errors import StudyError
 from cardsflow_fmu.studies.definition.outcome import LEADING_COLUMNS, TRAILING_COLUMNS, Outcome
 from cardsflow_fmu.studies.definition.sampling import Run
 from cardsflow_fmu.studies.definition.study import Study
-from cardsflow_fmu.studies.definition.tables import TableKind
 
-_BLOCK = 1024
 _FORMULAS = ("=", "+", "-", "@", "\t", "\r")  # first characters of formulas in spreadsheets
 
 Rows = Callable[[], Iterator[tuple[Run, Outcome]]]
@@ -42,29 +40,25 @@ def columns_of(study: Study) -> Columns:
     return Columns(tuple(v.name for v in study.variations), study.metrics)
 
 
-def write_tables(folder: Path, kinds: Iterable[TableKind], columns: Columns, rows: Rows) -> None:
-    """Write the table in the formats of the study, row by row.
+def write_table(file: Path, columns: Columns, rows: Rows) -> None:
+    """Write the table row by row.
 
     Args:
-        folder: The folder.
-        kinds: Formats of the files `table.csv` and `table.parquet`.
+        file: The file.
         columns: The columns.
-        rows: Function that returns the runs with their outcomes, in order; called for each format.
+        rows: Function that returns the runs with their outcomes, in order.
 
     Raises:
-        StudyError: A file cannot be written.
+        StudyError: The file cannot be written.
     """
-    writers = {"csv": _write_csv, "parquet": _write_parquet}
-    for kind in kinds:
-        file = folder / f"table.{kind}"
-        temporary = folder / f".table.{kind}.tmp"
-        try:
-            temporary.unlink(missing_ok=True)  # it could be a link to another file
-            writers[kind](temporary, columns, rows())
-            temporary.replace(file)
-        except OSError as error:
-            temporary.unlink(missing_ok=True)
-            raise StudyError(f"{file}: cannot be written: {error.strerror or error}") from None
+    temporary = file.with_name(f".{file.name}.tmp")
+    try:
+        temporary.unlink(missing_ok=True)  # it could be a link to another file
+        _write_csv(temporary, columns, rows())
+        temporary.replace(file)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise StudyError(f"{file}: cannot be written: {error.strerror or error}") from None
 
 
 def row_values(columns: Columns, run: Run, outcome: Outcome) -> list[Any]:
@@ -99,48 +93,6 @@ def _text(value: Any) -> str:
 def _escape_formula(text: str) -> str:
     """Return a text that spreadsheets do not interpret as a formula; values may be untrusted."""
     return f"'{text}" if text.startswith(_FORMULAS) else text
-
-
-def _write_parquet(file: Path, columns: Columns, rows: Iterator[tuple[Run, Outcome]]) -> None:
-    import pyarrow as pa
-    from pyarrow import parquet
-
-    numeric = {"run": pa.int64()} | {name: pa.float64() for name in columns.metrics}
-    kinds = {name: numeric.get(name, pa.string()) for name in columns.names}
-    with file.open("xb") as stream:
-        writer: Any = None
-        for block in _blocks(rows):
-            values = [row_values(columns, run, outcome) for run, outcome in block]
-            by_name = dict(zip(columns.names, map(list, zip(*values, strict=True)), strict=True))
-            if writer is None:  # a variation is numeric if it is numeric in the first block
-                kinds |= {n: pa.float64() for n in columns.variations if _all_numbers(by_name[n])}
-                schema = pa.schema(list(kinds.items()))
-                writer = parquet.ParquetWriter(stream, schema, compression="zstd")
-            arrays = [_array(pa, by_name[name], kinds[name]) for name in columns.names]
-            writer.write_table(pa.Table.from_arrays(arrays, schema=writer.schema))
-        if writer is not None:
-            writer.close()
-
-
-def _blocks(rows: Iterator[tuple[Run, Outcome]]) -> Iterator[list[tuple[Run, Outcome]]]:
-    block: list[tuple[Run, Outcome]] = []
-    for row in rows:
-        block.append(row)
-        if len(block) == _BLOCK:
-            yield block
-            block = []
-    if block:
-        yield block
-
-
-def _all_numbers(values: list[Any]) -> bool:
-    return all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
-
-
-def _array(pa: Any, values: list[Any], kind: Any) -> Any:
-    if kind == pa.string():
-        values = [v if v is None or isinstance(v, str) else _text(v) for v in values]
-    return pa.array(values, type=kind)
 
 
 def units_text(columns: Columns, units: Mapping[str, str]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -15,7 +14,6 @@ from cardsflow_fmu.experiment.config.key_path import join_path, split_path
 from cardsflow_fmu.experiment.config.table import Context
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.robots import robot_names
-from cardsflow_fmu.utils.extras import install
 
 from .metrics import DEFAULT_METRICS, expand_wildcards
 from .path_check import PathCheck
@@ -56,7 +54,6 @@ def read_study(path: Path) -> dict[str, Any]:
     sampler, count = _sampling(tables, variations, context)
     metrics = _metrics(tables, base, context)
     require_unique_columns(variations, metrics, context)
-    _require_parquet(tables, context)
     default = "results" if file.name == STUDY_FILE.name else f"results/{file.stem}"
     return {
         "file": file,
@@ -70,7 +67,6 @@ def read_study(path: Path) -> dict[str, Any]:
         "box": _box(data.get("workspace"), base, context),
         "optimise": tables.optimise,
         "output": tables.output or file.parent / default,
-        "tables": tuple(dict.fromkeys(tables.tables)),
     }
 
 
@@ -139,11 +135,6 @@ def _metrics(tables: StudyTables, base: Experiment, context: Context) -> tuple[s
         names += [search.objective, *(c.metric for c in search.constraints)]
     with context.at("metrics"):
         return expand_wildcards(names, base.robot)
-
-
-def _require_parquet(tables: StudyTables, context: Context) -> None:
-    if "parquet" in tables.tables and importlib.util.find_spec("pyarrow") is None:
-        raise context.error("tables", f"parquet requires pyarrow: {install('parquet')}")
 
 
 def _box(data: Mapping[str, Any] | None, base: Experiment, context: Context) -> Box | None:

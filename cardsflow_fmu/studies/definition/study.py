@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from .reader import STUDY_FILE, read_study
-from .tables import Box, Optimise, Sampler, TableKind
+from .tables import Box, Optimise, Sampler
 from .variations import Variation
 
 
@@ -29,7 +29,6 @@ class Study:
         box: Joint positions of the workspace, or None for the joint limits.
         optimise: Settings of an optimisation, or None for a sampling.
         output: Folder for runs, table and report.
-        tables: Formats of the table.
     """
 
     file: Path
@@ -43,7 +42,6 @@ class Study:
     box: Box | None
     optimise: Optimise | None
     output: Path
-    tables: tuple[TableKind, ...] = ("csv",)
 
     @property
     def name(self) -> str:

@@ -33,7 +33,6 @@ from .variations import LogUniform, Normal, Range, Relative, Seed, Uniform
 
 Sampler = Literal["grid", "list", "sobol", "latin_hypercube", "monte_carlo", "sensitivity"]
 Method = Literal["differential_evolution", "cma_es"]
-TableKind = Literal["csv", "parquet"]
 
 MAX_RUNS = 1_000_000
 _AtLeast1 = Annotated[int, Field(ge=1), AS_WHOLE]
@@ -246,9 +245,6 @@ class StudyTables(Table):
         "metrics of each run", None
     )
     output: File = setting("folder for the results, relative to this file", None)
-    tables: Annotated[tuple[TableKind, ...], Listed, Field(min_length=1)] = setting(
-        "formats of the table", ("csv",), kind="kind of table"
-    )
     vary: Annotated[tuple[VarySettings, ...], Listed] = setting("variations", ())
     optimise: Optimise = setting("an optimisation instead of a sampling", None)
     workspace: Box = setting("joint positions of the workspace", None)

@@ -20,7 +20,7 @@ MUTATIONS = int(os.environ.get("CARDSFLOW_MUTATIONS", "200")) // 10
 CHUNK = 500
 """Number of mutations in one process."""
 
-NEEDS = {"parquet": "pyarrow", "step": "OCP", "step tables": "OCP"}
+NEEDS = {"step": "OCP", "step tables": "OCP"}
 """Module of the extra that a kind requires; it is skipped without the module."""
 
 TESTS = Path(__file__).parents[2]

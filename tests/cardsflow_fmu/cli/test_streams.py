@@ -9,7 +9,6 @@ import sys
 from pathlib import Path
 from unittest.mock import Mock
 
-import numpy as np
 import pytest
 from support.command_line import CommandLine
 from support.robots.robots import PLANAR_2R
@@ -125,30 +124,3 @@ def test_numbers_with_many_digits_are_reported(
     assert key in message
     (tmp_path / "experiment.toml").write_text(f"a = 1{'0' * digits}\n")
     assert "experiment.toml" in cardsflow.error_line("run", tmp_path)
-
-
-def test_invalid_units_of_a_table_are_reported(tmp_path: Path, cardsflow: CommandLine) -> None:
-    pa = pytest.importorskip("pyarrow")
-    from pyarrow import parquet
-
-    fields = [pa.field("time", pa.float64(), metadata={b"unit": b"\xff\xfe"})]
-    table = pa.table([pa.array(np.zeros(3))], schema=pa.schema(fields))
-    parquet.write_table(table, tmp_path / "a.parquet")
-    file = tmp_path / "a.parquet"
-    assert "not UTF-8" in cardsflow.error_line("compare", file, file)
-
-
-@pytest.mark.parametrize("summary", [3, [], {"status": 3}, {"status": "complete", "tracking": 3}])
-def test_invalid_metadata_of_a_table_is_reported(
-    tmp_path: Path, cardsflow: CommandLine, summary: object
-) -> None:
-    pa = pytest.importorskip("pyarrow")
-    from pyarrow import parquet
-
-    metadata = {b"cardsflow": json.dumps({"summary": summary}).encode()}
-    table = pa.table({"time": np.zeros(3)}).replace_schema_metadata(metadata)
-    parquet.write_table(table, tmp_path / "a.parquet")
-    file = tmp_path / "a.parquet"
-    code, _, err = cardsflow("compare", file, file)
-    assert "internal" not in err
-    assert code in (1, 2)

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from support.cases import sample_cases
 from support.command_line import CommandLine
@@ -198,38 +197,6 @@ def test_results_of_another_robot_are_reported(
     shutil.copy(results / "experiment.zip", other)
     err = cardsflow.error_line("view", other, "--html", tmp_path / "page.html")
     assert "experiment.zip: is of robot 'planar_2r'" in err
-
-
-PARQUET: dict[str, dict[str, Any]] = {
-    "text": {"a": ["x", "y"]},
-    "lists": {"a": [[1.0], [2.0, 3.0]]},
-    "tables": {"a": [{"x": 1}, {"x": 2}]},
-    "dates": {"a": np.array(["2026-01-01", "2026-01-02"], "datetime64[s]")},
-    "no time": {"time": [0.0, None]},
-    "list of metadata": {"metadata": b"[1]"},
-    "number of metadata": {"metadata": b'{"summary": 5}'},
-    "bytes of metadata": {"metadata": b"\xff"},
-}
-
-
-@pytest.mark.extra("parquet")
-@pytest.mark.parametrize("case", PARQUET)
-def test_parquet_without_a_table_of_numbers_is_rejected(
-    case: str, tmp_path: Path, cardsflow: CommandLine
-) -> None:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    columns = {"time": [0.0, 1.0], "a": [1.0, 2.0]} | PARQUET[case]
-    metadata = columns.pop("metadata", None)
-    made = pa.table(columns)
-    if metadata is not None:
-        made = made.replace_schema_metadata({b"cardsflow": metadata})
-    file = tmp_path / "table.parquet"
-    pq.write_table(made, file)
-    for words in (["plot", file, "-o", tmp_path / "x.png"], ["compare", file, file]):
-        assert str(file) in cardsflow.error_line(*words)
-    assert list(tmp_path.iterdir()) == [file]
 
 
 # Where to write

@@ -20,13 +20,11 @@ from support.robots.robots import EXAMPLES, PLANAR_2R
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result, run
 from cardsflow_fmu.cli.main import main
-from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.results.compare import compare, compare_results
-from cardsflow_fmu.results.files import table_file
 from cardsflow_fmu.results.report.figures import figure_of, plot
 from cardsflow_fmu.results.report.page import report, report_page
 from cardsflow_fmu.results.report.panels import KINDS, all_panels, panels_of
-from cardsflow_fmu.results.saved_run import is_run, read_results
+from cardsflow_fmu.results.saved_run import read_results
 from cardsflow_fmu.simulation.result import SystemResult
 
 
@@ -40,65 +38,7 @@ def table(rows: Any, *names: str) -> SystemResult:
     return SystemResult(("time", *names), np.array(rows, float), {}, {})
 
 
-# Parquet, pandas, notebooks
-
-
-@pytest.mark.slow
-@pytest.mark.extra("parquet")
-def test_parquet_keeps_everything(finished: tuple[Path, Result], tmp_path: Path) -> None:
-    import pyarrow.parquet as pq
-
-    experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.3, "run.format": "parquet"})
-    result = run(experiment, tmp_path / "out", coupling="direct")
-    assert not (tmp_path / "out/results.csv").exists()
-    assert set(result.summary["files"]) == {p.name for p in (tmp_path / "out").iterdir()}
-    assert is_run(tmp_path / "out")
-    for path in (tmp_path / "out", tmp_path / "out/results.parquet"):
-        back = Result.load(path)
-        np.testing.assert_array_equal(back.rows, finished[1].rows)
-        assert back.names == result.names
-        assert back.experiment.robot == experiment.robot
-    alone = (tmp_path / "out/results.parquet").rename(tmp_path / "alone.parquet")
-    back = SystemResult.load(alone)
-    np.testing.assert_array_equal(back.rows, result.rows)
-    assert dict(back.units) == dict(result.units)
-    metadata = json.loads(pq.read_schema(alone).metadata[b"cardsflow"])
-    assert metadata["versions"] == result.summary["versions"]
-    assert metadata["experiment"] == json.loads(json.dumps(experiment_data(experiment)))
-    assert pq.read_schema(alone).field("f.cable_1").metadata == {b"unit": b"N"}
-    run(Experiment.load(PLANAR_2R, {"run.duration": 0.01}), tmp_path / "out", coupling="direct")
-    assert not (tmp_path / "out/results.parquet").exists()
-
-
-@pytest.mark.extra("parquet")
-def test_parquet_keeps_every_float(tmp_path: Path) -> None:
-    result = table([[0.0, np.nan], [1.0, np.inf], [2.0, -0.0], [3.0, 5e-324]], "x")
-    (name, data), *_ = table_file(result, "parquet").items()
-    (tmp_path / name).write_bytes(data)
-    (tmp_path / "x.parquet").write_bytes(data)
-    back = SystemResult.load(tmp_path / "x.parquet")
-    np.testing.assert_array_equal(back.rows.view(np.int64), result.rows.view(np.int64))
-
-
-def test_run_with_parquet_is_rejected_without_pyarrow(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    experiment = Experiment.load(PLANAR_2R, {"run.format": "parquet"})
-    with pytest.raises(InputError, match="uv sync --extra parquet"):
-        run(experiment, tmp_path / "out")
-    assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.extra("parquet")
-@pytest.mark.parametrize("content", [b"", b"no parquet", b"PAR1" + bytes(40) + b"PAR1"])
-def test_damaged_parquet_is_an_input_error(tmp_path: Path, content: bytes) -> None:
-    file = tmp_path / "x.parquet"
-    file.write_bytes(content)
-    with pytest.raises(InputError, match=r"x\.parquet"):
-        SystemResult.load(file)
-    with pytest.raises(InputError, match="No such file"):
-        SystemResult.load(tmp_path / "none.parquet")
+# Pandas, notebooks
 
 
 @pytest.mark.extra("pandas")

@@ -113,7 +113,6 @@ def test_an_unknown_path_is_rejected_with_a_suggestion(
         (KP, "metrics = ['tracking.rsm']", "did you mean 'tracking.rms'"),
         (KP, "metrics = ['force.peak.cable_9']", "no muscle 'cable_9'"),
         (KP, "metrics = []", "at least one name"),
-        (KP, "tables = ['xlsx']", "no kind of table"),
         (KP, "seed = -1", "negative"),
         (KP.replace("grid", "seed = 'a'\ngrid"), "", "seed: must be true, not 'a'"),
         (KP, "sede = 1", "did you mean 'seed'"),

@@ -269,21 +269,6 @@ def test_progress_reports_all_runs(tmp_path: Path) -> None:
     assert [done for done, _, _ in seen] == [1, 2, 3]
 
 
-@pytest.mark.extra("parquet")
-def test_parquet_equals_csv(tmp_path: Path) -> None:
-    import pyarrow.parquet as parquet
-
-    run_here(small_study(tmp_path, BOUNDS, "tables = ['csv', 'parquet']"), tmp_path / "out")
-    rows = parquet.read_table(tmp_path / "out" / "table.parquet").to_pylist()
-    for row, text in zip(rows, table(tmp_path / "out"), strict=True):
-        assert list(row) == list(text)
-        for name, value in row.items():
-            if isinstance(value, float):
-                assert value == float(text[name])
-            else:
-                assert ("" if value is None else str(value)) == text[name]
-
-
 @pytest.mark.slow
 def test_the_command_line_rejects_invalid_options(tmp_path: Path, cardsflow: CommandLine) -> None:
     study = small_study(tmp_path)

@@ -104,16 +104,6 @@ def motion(kind: str) -> Callable[[Path], None]:
     return make
 
 
-def parquet(folder: Path) -> None:
-    import pyarrow as pa
-    from pyarrow import parquet
-
-    table = pa.table({"time": np.arange(50) * 0.01, "q.a": np.zeros(50), "f.b": np.ones(50)})
-    parquet.write_table(
-        table.replace_schema_metadata({"units": '{"time": "s"}'}), folder / "a.parquet"
-    )
-
-
 def experiments(folder: Path) -> None:
     """Write an experiment with an object and a hardware link."""
     experiment(folder)
