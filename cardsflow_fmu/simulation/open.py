@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -40,20 +40,6 @@ from .result import Result
 
 if TYPE_CHECKING:
     from cardsflow_fmu.hardware.session.connect import Connection
-
-
-class PreparedFmu(NamedTuple):
-    """FMU that several runs share.
-
-    Attributes:
-        file: The .fmu file.
-        folder: Folder of the unpacked FMU; may be empty.
-        start_values: Values of parameters by name (default: as in the FMU).
-    """
-
-    file: Path
-    folder: Path
-    start_values: Mapping[str, float] = {}
 
 
 @dataclass(frozen=True)
@@ -122,7 +108,6 @@ def open_experiment(
     *,
     fmi: FmiVersion = "2.0",
     arrays: bool = True,
-    prepared: Mapping[str, PreparedFmu] | None = None,
 ) -> Iterator[OpenExperiment]:
     """Start and connect the participants of an experiment.
 
@@ -132,24 +117,22 @@ def open_experiment(
         folder: Results folder; None to write nothing.
         fmi: FMI version of the FMUs.
         arrays: Whether FMUs of FMI 3.0 have arrays.
-        prepared: FMUs of this experiment by model name; None to build them.
 
     Raises:
         InputError: An FMU is invalid.
         SimulationError: A participant does not start.
     """
-    driven, fmus = experiment, prepared or {}
-    if experiment.hardware.use and prepared is None:
+    driven, fmus = experiment, dict[str, Path]()
+    if experiment.hardware.use:
         from cardsflow_fmu.hardware.session.approach import with_approach
 
         driven = with_approach(experiment)
-    if prepared is None:
-        driven = with_look_ahead(driven)
-    if prepared is None and experiment.run.coupling == "fmu":
+    driven = with_look_ahead(driven)
+    if experiment.run.coupling == "fmu":
         fmus = _build_fmus(experiment, driven, scratch, fmi, arrays)
     contents: Contents = {}
     if folder is not None:
-        contents |= {fmu.file.name: read_contents(fmu.file) for fmu in fmus.values()}
+        contents |= {file.name: read_contents(file) for file in fmus.values()}
         contents[EXPERIMENT] = experiment_archive(experiment)
     streamed = [RECORDING_FILE] if folder is not None and driven.hardware.use else []
     connection = _connection(driven, folder if streamed else None)
@@ -200,7 +183,7 @@ def require_openable(experiment: Experiment) -> None:
 
 def _build_fmus(
     experiment: Experiment, driven: Experiment, folder: Path, fmi: FmiVersion, arrays: bool
-) -> dict[str, PreparedFmu]:
+) -> dict[str, Path]:
     """Build the FMUs of an experiment; `driven` includes the approach motion of hardware."""
     names = [experiment.model_of(role) for role in experiment.roles]
     native = None if experiment.run.compute == "c" else False
@@ -211,8 +194,7 @@ def _build_fmus(
         files |= build_fmus(
             experiment, folder, ["controller"], fmi, arrays, native=native, sources=False
         )
-    files |= build_fmus(driven, folder, names, fmi, arrays, native=native, sources=False)
-    return {name: PreparedFmu(file, folder / f"unpacked_{name}") for name, file in files.items()}
+    return files | build_fmus(driven, folder, names, fmi, arrays, native=native, sources=False)
 
 
 def _connection(experiment: Experiment, folder: Path | None) -> Connection | None:
@@ -230,7 +212,7 @@ def _start_participant(
     experiment: Experiment,
     role: str,
     scratch: Path,
-    fmus: Mapping[str, PreparedFmu],
+    fmus: Mapping[str, Path],
     connection: Connection | None,
 ) -> Participant:
     """Start the FMU of a role, or its model."""
@@ -239,7 +221,7 @@ def _start_participant(
         unpacked = scratch / f"external_{name}"
         return FmuInstance(role, external.file, unpacked, external.parameters)
     if name in fmus:
-        return FmuInstance(role, *fmus[name])
+        return FmuInstance(role, fmus[name], scratch / f"unpacked_{name}")
     if name == HARDWARE:
         from cardsflow_fmu.models.hardware import HardwareModel
 

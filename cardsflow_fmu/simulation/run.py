@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
     from cardsflow_fmu.fmu.description import FmiVersion
 
-    from .open import PreparedFmu
-
 R = TypeVar("R", bound=SystemResult, covariant=True)
 
 
@@ -176,19 +174,13 @@ def simulate(
     realtime: bool = False,
     progress: Progress | None = None,
     watch: Watch | None = None,
-    prepared: Mapping[str, PreparedFmu] | None = None,
 ) -> Result:
-    """Run an experiment and write nothing; arguments and errors as for `run` and `build`.
-
-    `prepared` FMUs of this experiment, by model name, are used instead of new ones.
-    """
+    """Run an experiment and write nothing; arguments and errors as for `run` and `build`."""
     from .open import open_experiment
 
     experiment = _with_settings(experiment, compute, coupling)
     with temporary_folder() as scratch:
-        opening = open_experiment(
-            experiment, scratch, None, fmi=fmi, arrays=arrays, prepared=prepared
-        )
+        opening = open_experiment(experiment, scratch, None, fmi=fmi, arrays=arrays)
         return _run(opening, None, realtime, progress, watch)
 
 

@@ -15,7 +15,6 @@ from addin_sdfusion.robot import CardsflowError, InputError
 from addin_sdfusion.robot.files import write_files
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.results.analysis.plausibility import experiment_warnings
-from cardsflow_fmu.simulation.build import build
 from cardsflow_fmu.utils.interrupts import INTERRUPTED
 
 from .analysis.best_robot import write_best
@@ -31,7 +30,6 @@ from .definition.sampling import Run, expand, run_count
 from .definition.study import Study
 from .execution.dispatch import dispatch
 from .execution.executors import ExecutorAdapter, RunExecutor, process_executor
-from .execution.fmu_cache import remove_unpacked
 from .execution.optimisation import Search, optimise
 from .execution.run_store import RunStore
 from .execution.worker import Job, execute_run
@@ -102,8 +100,6 @@ def run_study(
             done = f"{work.done} of {work.total} runs are complete"
             what = f"{reason}; {done}; use --resume to continue"
             raise StudyError(what) from None
-        finally:
-            remove_unpacked(work.job.fmus)
 
 
 def repeat_run(study: Study, prefix: str, output: str | Path | None = None) -> tuple[str, Outcome]:
@@ -150,14 +146,12 @@ class _StudyRun:
             study.settings,
             study.metrics,
             study.box,
-            files.folder.resolve() / "fmus",
         )
         self.total = run_count(study) if study.optimise is None else study.optimise.max_runs
         self.done = self._failed = 0
 
     def run_samples(self, executor: RunExecutor) -> None:
         """Execute the runs of a sampling that are not stored."""
-        self._build()
         seen: set[str] = set()
 
         def missing() -> Iterator[Run]:
@@ -173,7 +167,6 @@ class _StudyRun:
 
     def run_optimisation(self, executor: RunExecutor) -> Search:
         """Execute the generations of an optimisation."""
-        self._build()
 
         def generation(runs: Iterable[Run]) -> list[Outcome]:
             runs = list(runs)
@@ -201,11 +194,6 @@ class _StudyRun:
         """Yield the runs of a sampling with their outcomes, in order."""
         for run in self.expanded():
             yield run, self.outcome(run)
-
-    def _build(self) -> None:
-        if self.study.coupling == "fmu":
-            remove_unpacked(self.job.fmus)
-            build(self.base, self.job.fmus)
 
     def _store(self, run: Run, outcome: Outcome) -> None:
         self.files.write(run, outcome)

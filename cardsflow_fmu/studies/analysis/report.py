@@ -56,7 +56,7 @@ def _opening(study: Study, summary: Mapping[str, Any]) -> str:
     varied = ", ".join(escape(v.name) for v in study.variations) or "nothing"
     return (
         f"<p>{summary['runs']} runs of <code>{escape(str(study.experiment))}</code>, "
-        f"{summary['failed']} failed; {study.compute}, {study.coupling}, seed {study.seed}. "
+        f"{summary['failed']} failed; {study.compute}, seed {study.seed}. "
         f"Varied: {varied}.</p>"
     )
 

@@ -43,7 +43,6 @@ def study_summary(study: Study, collected: Collected, rows: Rows) -> dict[str, A
         "study": study.name,
         "experiment": str(study.experiment),
         "compute": study.compute,
-        "coupling": study.coupling,
         "seed": study.seed,
         "runs": len(collected.hashes),
         "complete": complete,

@@ -27,7 +27,7 @@ def fingerprint(study: Study, experiment: str) -> str:
     """
     content = {
         "experiment": experiment,
-        "engine": [study.compute, study.coupling],
+        "compute": study.compute,
         "metrics": study.metrics,
         "box": None if study.box is None else study.box.data(),
         "version": __version__,

@@ -43,7 +43,7 @@ def read_study(path: Path) -> dict[str, Any]:
     data = read_settings(file)
     context = Context(file)
     tables = StudyTables.read(data, context)
-    engine = {"run.compute": tables.compute, "run.coupling": tables.coupling}
+    engine = {"run.compute": tables.compute, "run.coupling": "direct"}
     settings = engine | _settings(tables.settings, context)
     check = PathCheck(tables.experiment, settings)
     base = check.base  # report errors of the experiment first

@@ -54,11 +54,6 @@ class Study:
         """Engine that computes the models, see `run.compute`."""
         return str(self.settings["run.compute"])
 
-    @property
-    def coupling(self) -> str:
-        """Coupling of the models, see `run.coupling`."""
-        return str(self.settings["run.coupling"])
-
     @staticmethod
     def load(path: str | Path) -> Study:
         """Read a study.

@@ -26,7 +26,7 @@ from cardsflow_fmu.experiment.config.table import (
     Whole,
     setting,
 )
-from cardsflow_fmu.experiment.settings.run import Compute, ModelCoupling
+from cardsflow_fmu.experiment.settings.run import Compute
 
 from .variations import Listed as ListedValues
 from .variations import LogUniform, Normal, Range, Relative, Seed, Uniform
@@ -235,9 +235,6 @@ class StudyTables(Table):
     experiment: File = setting("an experiment.toml, or its folder")
     settings: dict[str, Any] = setting("changes of the experiment for all runs", {})
     compute: Compute = setting("engine, see run.compute of an experiment", "c")
-    coupling: ModelCoupling = setting(
-        "coupling of the models, see run.coupling of an experiment", "direct"
-    )
     seed: _FromZero = setting("seed of all random numbers", 0)
     sampler: Sampler = setting("method that combines the variations", None)
     count: _Count = setting("number of samples", None)

@@ -12,6 +12,7 @@ from typing import Any
 from addin_sdfusion.robot import CardsflowError
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.simulation.result import Result
+from cardsflow_fmu.simulation.run import simulate
 from cardsflow_fmu.studies.definition.errors import StudyError
 from cardsflow_fmu.studies.definition.fingerprint import experiment_digest
 from cardsflow_fmu.studies.definition.metrics import metric_values
@@ -20,7 +21,7 @@ from cardsflow_fmu.studies.definition.path_check import require_simulated
 from cardsflow_fmu.studies.definition.tables import Box
 
 _LOCK = threading.Lock()  # FMUs in a process share its working directory and signals
-_bases: dict[tuple[Path, str], tuple[Experiment, str]] = {}
+_digests: dict[tuple[Path, str], str] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +34,6 @@ class Job:
         settings: Changes of settings for all runs.
         metrics: Names of the metrics.
         box: Joint positions of the workspace, or None for the joint limits.
-        fmus: Folder with the FMUs of the experiment. If it does not exist, they are built again.
     """
 
     experiment: Path
@@ -41,7 +41,6 @@ class Job:
     settings: Mapping[str, Any]
     metrics: tuple[str, ...]
     box: Box | None
-    fmus: Path
 
 
 def execute_run(job: Job, settings: Mapping[str, Any]) -> Outcome:
@@ -52,14 +51,14 @@ def execute_run(job: Job, settings: Mapping[str, Any]) -> Outcome:
     """
     with _LOCK:
         begin = time.perf_counter()
-        base = _base(job)
+        _check_base(job)
         try:
             experiment = Experiment.load(
                 job.experiment, {**job.settings, **settings}, names_files=False
             )
             require_simulated(experiment)
             ready = time.perf_counter()
-            result = _simulate(job, base, experiment)
+            result = simulate(experiment)
             simulated = _simulation_time(result, ready)
             metrics = metric_values(job.metrics, result, job.box)
         except CardsflowError as error:
@@ -69,34 +68,22 @@ def execute_run(job: Job, settings: Mapping[str, Any]) -> Outcome:
         return Outcome(metrics, None, simulated, time.perf_counter() - begin - simulated)
 
 
-def _base(job: Job) -> Experiment:
-    """Return the experiment without variations, which each process reads once.
+def _check_base(job: Job) -> None:
+    """Check that the experiment without variations is the one of the study, once per process.
 
     Raises:
         StudyError: The experiment differs from the experiment of the study.
     """
     key = job.experiment, repr(job.settings)
-    if key not in _bases:
+    if key not in _digests:
         try:
             base = Experiment.load(job.experiment, job.settings, names_files=False)
-            _bases[key] = base, experiment_digest(base)
+            _digests[key] = experiment_digest(base)
         except (CardsflowError, OSError) as error:
             raise StudyError(f"a worker cannot read the experiment: {error}") from None
-    base, digest = _bases[key]
-    if digest != job.digest:
+    if _digests[key] != job.digest:
         what = "was changed after the study began; start a new study in another folder"
         raise StudyError(f"{job.experiment}: {what}")
-    return base
-
-
-def _simulate(job: Job, base: Experiment, experiment: Experiment) -> Result:
-    from cardsflow_fmu.simulation.run import simulate
-
-    from .fmu_cache import prepared_fmus
-
-    if experiment.run.coupling == "fmu":
-        return simulate(experiment, prepared=prepared_fmus(base, experiment, job.fmus))
-    return simulate(experiment)
 
 
 def _simulation_time(result: Result, ready: float) -> float:

@@ -147,7 +147,7 @@ def test_unknown_key_of_a_study_is_rejected_by_schema_and_reader(path: Path_) ->
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("couplin = 'fmu'\n", "couplin: no key 'couplin'; did you mean 'coupling'"),
+        ("comput = 'c'\n", "comput: no key 'comput'; did you mean 'compute'"),
         ("[optimize]\nobjective = 'x'\n", "optimize: .*did you mean 'optimise'"),
         ("[[vary]]\npth = 'x'\n", r"vary\[0\].pth: no key 'pth'; did you mean 'path'"),
         ("[[vary]]\nunifrm = [0, 1]\n", r"vary\[0\].unifrm: .*did you mean 'uniform'"),

@@ -92,17 +92,12 @@ def test_a_long_outage_stops_the_run() -> None:
 
 @LONG
 @pytest.mark.slow
-def test_variations_of_faults_are_equal_with_fmus(tmp_path: Path) -> None:
-    rows = {}
-    for coupling in ("direct", "fmu"):
-        study = small_study(tmp_path, FAULTS, f"{TOP}\ncoupling = '{coupling}'", EMULATED)
-        result = run_here(study, tmp_path / coupling)
-        assert result.summary["complete"] == 6
-        rows[coupling] = [outcome.metrics for _, outcome in result.rows()]
-    for direct, fmu in zip(rows["direct"], rows["fmu"], strict=True):
-        assert fmu == pytest.approx(direct, rel=1e-12)
-    assert len({row["missed"] for row in rows["direct"]}) > 1
-    assert {round(row["force.low"]) for row in rows["direct"]} == {5, 20}
+def test_faults_are_varied(tmp_path: Path) -> None:
+    result = run_here(small_study(tmp_path, FAULTS, TOP, EMULATED), tmp_path / "out")
+    assert result.summary["complete"] == 6
+    rows = [outcome.metrics for _, outcome in result.rows()]
+    assert len({row["missed"] for row in rows}) > 1
+    assert {round(row["force.low"]) for row in rows} == {5, 20}
 
 
 @pytest.mark.slow

@@ -109,7 +109,7 @@ def test_an_unknown_path_is_rejected_with_a_suggestion(
         (KP + KP, "", "duplicate name"),
         (KP + vary("controller.kd", "values = [1.0]"), "sampler = 'list'", "same number of values"),
         (KP, "count = 3", "whose values define the number of runs"),
-        (KP, "coupling = 'fum'", "did you mean 'fmu'"),
+        (KP, "compute = 'pyton'", "did you mean 'python'"),
         (KP, "metrics = ['tracking.rsm']", "did you mean 'tracking.rms'"),
         (KP, "metrics = ['force.peak.cable_9']", "no muscle 'cable_9'"),
         (KP, "metrics = []", "at least one name"),
@@ -172,7 +172,7 @@ def test_an_unknown_name_as_a_value_fails_only_the_run(tmp_path: Path) -> None:
     assert len(study.variations) == 1
 
 
-def test_an_unknown_coupling_lists_the_known_ones(tmp_path: Path) -> None:
+def test_an_unknown_engine_lists_the_known_ones(tmp_path: Path) -> None:
     with pytest.raises(UnknownNameError) as caught:
-        Study.load(write_study(tmp_path, top="coupling = 'nothing'"))
-    assert caught.value.known == ("fmu", "direct")
+        Study.load(write_study(tmp_path, top="compute = 'nothing'"))
+    assert caught.value.known == ("c", "python")

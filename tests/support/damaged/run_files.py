@@ -178,7 +178,7 @@ def killed_run(folder: Path) -> None:
 def study_folder(folder: Path) -> None:
     from ..small_studies import KP, run_here, small_study, write_study
 
-    top = 'coupling = "direct"\nmetrics = ["tracking.rms"]'
+    top = 'metrics = ["tracking.rms"]'
     write_study(folder, KP.replace("count = 6", "count = 2"), top)
     study = small_study(folder, KP.replace("count = 6", "count = 2"), top)
     run_here(study, folder / "out")
