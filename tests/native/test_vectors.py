@@ -12,8 +12,8 @@ from support.native.vector_file import REPLAY, write_vectors
 from controllers.qp import dual_newton
 from sim_dart.core import library as core
 
-OTHERS = ["gcc -O3 -march=native", "zig linux-aarch64, qemu"]
-LONGER = ["gcc -O1", "clang -O3", "zig linux64 v3", "zig win64, wine"]
+OTHERS = ["gcc -O1 -march=native", "zig linux-aarch64, qemu"]
+LONGER = ["gcc -O1", "gcc -O3 -march=native", "clang -O3", "zig linux64 v3", "zig win64, wine"]
 
 
 @pytest.fixture(scope="module")

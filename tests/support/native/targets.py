@@ -56,6 +56,7 @@ TARGETS = {
     "gcc -O1": GCC,
     "gcc -O2": Target(["gcc", "-O2"]),
     "gcc -O3": Target(["gcc", "-O3"]),
+    "gcc -O1 -march=native": Target(["gcc", "-O1", "-ftree-vectorize", "-march=native"]),
     "gcc -O3 -march=native": Target(["gcc", "-O3", "-march=native"]),
     "clang -O3": Target(["clang", "-O3"]),
     "zig linux64": Target([*ZIG, "x86_64-linux-gnu.2.17", "-O3"]),
