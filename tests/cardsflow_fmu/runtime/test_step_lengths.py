@@ -18,8 +18,6 @@ from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.simulation.build import build, build_fmus
 from cardsflow_fmu.utils.multiples import StepLengthError
 
-pytestmark = pytest.mark.native
-
 FMI = ("2.0", "3.0")
 NO_STEP = (0.0, -1e-3, math.nan, math.inf, -math.inf)
 REASONS = {"plant": "the plant's internal step", "controller": "the controller's period"}
@@ -32,6 +30,7 @@ def files(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     return build(experiment, folder, compute=COMPUTE[bool(request.param)])
 
 
+@pytest.mark.native
 @pytest.mark.parametrize("model", REASONS)
 def test_too_long_steps_are_rejected(files: dict[str, Path], model: str, tmp_path: Path) -> None:
     """The message is correct, and the FMU does not try to compute the step."""
@@ -45,7 +44,9 @@ def test_too_long_steps_are_rejected(files: dict[str, Path], model: str, tmp_pat
             assert "\n" not in host.last
 
 
-@pytest.mark.parametrize("where", ["native", "in-process", "worker"])
+@pytest.mark.parametrize(
+    "where", [pytest.param("native", marks=pytest.mark.native), "in-process", "worker"]
+)
 @pytest.mark.parametrize("model", REASONS)
 def test_a_discarded_step_has_no_effect(
     model: str, where: str, fmi: FmiVersion, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -90,6 +91,7 @@ def require_discard(host: Host, step: float, reached: float) -> None:
         assert host.slave.getRealStatus(fmi2.fmi2LastSuccessfulTime) == reached
 
 
+@pytest.mark.native
 @pytest.mark.parametrize("model", REASONS)
 def test_zero_steps_are_rejected(files: dict[str, Path], model: str, tmp_path: Path) -> None:
     for step in NO_STEP:
@@ -98,6 +100,7 @@ def test_zero_steps_are_rejected(files: dict[str, Path], model: str, tmp_path: P
             assert host.last == f"doStep: invalid step of {step:.12g} s at 0 s"
 
 
+@pytest.mark.native
 def test_reset_restarts_a_dead_worker(files: dict[str, Path], tmp_path: Path) -> None:
     with running(files["plant"], tmp_path / "unpacked") as host:
         require_error(lambda: host.slave.doStep(0.0, -1.0))
@@ -106,6 +109,7 @@ def test_reset_restarts_a_dead_worker(files: dict[str, Path], tmp_path: Path) ->
         host.slave.doStep(0.0, 1e-3)
 
 
+@pytest.mark.native
 def test_the_event_mode_is_rejected_at_the_instantiation(tmp_path: Path) -> None:
     file = build(Experiment.load(PLANAR_2R), tmp_path, fmi="3.0", compute="c")["plant"]
     folder = extract(str(file), str(tmp_path / "unpacked"))
