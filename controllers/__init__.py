@@ -32,12 +32,20 @@ if TYPE_CHECKING:
         sampling_warning,
     )
     from .analysis.inverse_dynamics import Motion, MotionForces, motion_terms, size_muscles
-    from .analysis.kinematics import inverse_kinematics
+    from .analysis.kinematics import forward_kinematics, inverse_kinematics
+    from .analysis.linearise import (
+        close_loop,
+        linearise_controller,
+        linearise_loop,
+        linearise_robot,
+    )
     from .analysis.stiffness import Stiffness, task_stiffness
     from .analysis.workspace import Workspace, joint_grid
     from .force_distribution.methods import METHODS, distribute
     from .force_distribution.polygon import feasible_polygon
     from .force_distribution.poses import DistributedForces
+    from .laws.cable_length import CableLengthController
+    from .laws.cable_velocity import CableVelocityController
     from .laws.motors import SpringMotors
     from .optimal.custom import MotionCost, MotionState
     from .references.recorded import recorded_trajectory, waypoint_trajectory
@@ -45,12 +53,15 @@ if TYPE_CHECKING:
 _MODULES = {
     "analysis.gains": "from_bandwidth largest_stable_period lqr margins sampling_warning",
     "analysis.inverse_dynamics": "Motion MotionForces motion_terms size_muscles",
-    "analysis.kinematics": "inverse_kinematics",
+    "analysis.kinematics": "forward_kinematics inverse_kinematics",
+    "analysis.linearise": "close_loop linearise_controller linearise_loop linearise_robot",
     "analysis.stiffness": "Stiffness task_stiffness",
     "analysis.workspace": "Workspace joint_grid",
     "force_distribution.methods": "METHODS distribute",
     "force_distribution.polygon": "feasible_polygon",
     "force_distribution.poses": "DistributedForces",
+    "laws.cable_length": "CableLengthController",
+    "laws.cable_velocity": "CableVelocityController",
     "laws.motors": "SpringMotors",
     "optimal.custom": "MotionCost MotionState",
     "references.recorded": "recorded_trajectory waypoint_trajectory",
@@ -60,6 +71,8 @@ _MODULE_OF_NAME = {name: module for module, names in _MODULES.items() for name i
 __all__ = [
     "METHODS",
     "ApproachReference",
+    "CableLengthController",
+    "CableVelocityController",
     "ControlLaw",
     "ControlLoop",
     "DistributedForces",
@@ -83,12 +96,17 @@ __all__ = [
     "Stiffness",
     "TaskDynamics",
     "Workspace",
+    "close_loop",
     "distribute",
     "feasible_polygon",
+    "forward_kinematics",
     "from_bandwidth",
     "inverse_kinematics",
     "joint_grid",
     "largest_stable_period",
+    "linearise_controller",
+    "linearise_loop",
+    "linearise_robot",
     "lqr",
     "margins",
     "motion_terms",

@@ -11,6 +11,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from addin_sdfusion.robot import InputError
+
 from .arrays import FloatArray
 
 
@@ -68,6 +70,13 @@ class LimitedDynamics(Dynamics, Protocol):
     def q_max(self) -> FloatArray: ...  # noqa: D102
 
 
+class PathDynamics(LimitedDynamics, Protocol):
+    """Dynamics of a robot that also provides its muscle lengths."""
+
+    def muscle_lengths(self, q: FloatArray) -> FloatArray:
+        """Return l(q), shape (m,), in [m]."""
+
+
 class TaskDynamics(LimitedDynamics, Protocol):
     """Dynamics of a robot with an operational space of k task coordinates.
 
@@ -94,6 +103,19 @@ class TaskDynamics(LimitedDynamics, Protocol):
 def actuator_names(dynamics: Dynamics) -> tuple[str, ...]:
     """Return the names of all muscles and of all coordinates with motors, in the order of f."""
     return (*dynamics.muscle_names, *dynamics.motor_names)
+
+
+def require_no_motors(dynamics: Dynamics, controller: str) -> None:
+    """Reject robots with motors at joints with an InputError.
+
+    Args:
+        dynamics: The robot.
+        controller: Controller for the message, such as `cable velocity control`.
+    """
+    if dynamics.motor_names:
+        raise InputError(
+            f"{controller} does not support motors at joints: {', '.join(dynamics.motor_names)}"
+        )
 
 
 def bias_torque(dynamics: Dynamics, q: FloatArray, qd: FloatArray) -> FloatArray:
@@ -124,3 +146,27 @@ def independent_part(dynamics: Dynamics, values: FloatArray) -> FloatArray:
     """Return values with 0 for coordinates that depend on others through loops, shape (n,)."""
     dependent = getattr(dynamics, "dependent", None)
     return values if dependent is None else np.where(dependent, 0.0, values)
+
+
+def acceleration(
+    dynamics: Dynamics,
+    q: FloatArray,
+    qd: FloatArray,
+    forces: FloatArray,
+    w_e: FloatArray | None = None,
+) -> FloatArray:
+    """Compute qdd = -M⁻¹ (L'f + C + G + D qd + w_e), shape (n,), in [rad/s²] or [m/s²].
+
+    Args:
+        dynamics: The robot.
+        q: Joint positions, shape (n,), in [rad] or [m].
+        qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
+        forces: f, shape (a,), in [N] and [N·m].
+        w_e: Generalised external load, shape (n,), in [N·m] or [N], or None.
+    """
+    torque = dynamics.actuator_jacobian(q).T @ forces + bias_torque(dynamics, q, qd)
+    if w_e is not None:
+        torque = torque + w_e
+    qdd = -np.asarray(np.linalg.solve(dynamics.mass_matrix(q), torque), dtype=np.float64)
+    complete = getattr(dynamics, "complete", None)  # only robots with loops have this method
+    return qdd if complete is None else np.asarray(complete(q, qd, qdd))

@@ -6,8 +6,9 @@ sampling period T, a zero-order hold and a delay of d ticks, the closed-loop pol
     z^d (z - 1)² + (Kp T²/2) (z + 1) + Kd T (z - 1) = 0.                                        (1)
 
 This assumes an exact model and forces within their limits. Muscle forces that are held while the
-robot moves act like springs, often with negative stiffness, and reduce the margins. A loop that
-predicts over its delay is treated as a loop without delay.
+robot moves act like springs, often with negative stiffness, and reduce the margins.
+`linearise_loop` includes this effect. A loop that predicts over its delay is treated as a loop
+without delay.
 
 Only `lqr` imports python-control, since the import takes about 1 s.
 """

@@ -9,8 +9,9 @@ import pytest
 from support.robots.arms import TwoLinkArm
 
 from addin_sdfusion.robot import InputError
-from controllers import ForceDistribution
+from controllers import CableVelocityController, ForceDistribution
 from controllers.analysis.inverse_dynamics import Motion, motion_terms, size_muscles
+from controllers.analysis.linearise import linearise_robot
 from controllers.analysis.workspace import workspace
 from controllers.force_distribution.gravity_compensation import gravity_compensation
 from controllers.force_distribution.methods import METHODS
@@ -101,6 +102,14 @@ def test_least_squares_forces_equal_the_forces_of_the_controller(motion: Motion)
         np.testing.assert_allclose(distribution.solve(L, tau).forces, forces, atol=1e-7)
 
 
+def test_linear_robot_includes_motors() -> None:
+    arm = HybridArm()
+    linear = linearise_robot(arm, Q[0], np.zeros(2), gravity_compensation(arm, Q[0]))
+    np.testing.assert_allclose(
+        linear.B[2:, 4], np.linalg.solve(arm.mass_matrix(Q[0]), [0.0, 1.0]), rtol=1e-12
+    )
+
+
 def test_available_torques_of_motors_are_a_box() -> None:
     arm = MotorArm()
     found = workspace(arm, Q, metrics=["capacity_margin"])
@@ -132,6 +141,11 @@ def test_negative_limits_are_valid_only_for_motors() -> None:
         ForceDistribution(
             [0, 0, 0, 0, 2.0], [1, 1, 1, 1, 1.0], motors=1, muscle_names=(*"abcd", "elbow")
         )
+
+
+def test_cable_velocity_control_rejects_motors() -> None:
+    with pytest.raises(InputError, match="does not support motors at joints: elbow"):
+        CableVelocityController(HybridArm(), 1.0)
 
 
 def test_torque_of_the_size_of_rounding_errors_is_solved() -> None:
