@@ -8,14 +8,14 @@ import os
 import shutil
 import struct
 import subprocess
-import sys
 import zipfile
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.command_server import command_server
 from support.robots.robots import PLANAR_2R
 
 pytestmark = pytest.mark.slow
@@ -39,21 +39,35 @@ finally:
 sys.exit(code)
 """
 
+Peak = Callable[..., tuple[int, str, int]]
 
-def peak(folder: Path, *words: object) -> tuple[int, str, int]:
-    """Run a command in a process; return exit code, messages, and maximum memory in bytes."""
-    done = subprocess.run(
-        [sys.executable, "-c", MEASURED, *map(str, words)],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        cwd=folder,
-        env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
-        timeout=MAX_WAIT,
-        check=False,
-    )
-    memory, seconds = (folder / "peak").read_text().split()
-    assert float(seconds) < SECONDS
-    return done.returncode, done.stderr.decode(), 1024 * int(memory)
+
+@pytest.fixture(scope="module")
+def peak(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Peak]:
+    """Return a function that runs a command in a folder, in a process of its own.
+
+    It returns exit code, messages, and maximum memory in bytes.
+    """
+    script = tmp_path_factory.mktemp("server") / "measured.py"
+    script.write_text(MEASURED)
+    alone = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
+    with command_server(script.parent, alone) as client:
+
+        def run(folder: Path, *words: object) -> tuple[int, str, int]:
+            done = subprocess.run(
+                [*client, str(script), *map(str, words)],
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.PIPE,
+                cwd=folder,
+                env=alone,
+                timeout=MAX_WAIT,
+                check=False,
+            )
+            memory, seconds = (folder / "peak").read_text().split()
+            assert float(seconds) < SECONDS
+            return done.returncode, done.stderr.decode(), 1024 * int(memory)
+
+        yield run
 
 
 def archive(file: Path, **entries: bytes) -> Path:
@@ -129,7 +143,9 @@ def rejection_message(result: tuple[int, str, int]) -> str:
 
 @pytest.mark.cases(2)
 @pytest.mark.parametrize("make", FMUS.values(), ids=FMUS)
-def test_oversized_fmu_is_rejected(tmp_path: Path, make: Callable[[Path], Path]) -> None:
+def test_oversized_fmu_is_rejected(
+    peak: Peak, tmp_path: Path, make: Callable[[Path], Path]
+) -> None:
     rejection_message(peak(tmp_path, "info", make(tmp_path)))
 
 
@@ -144,7 +160,7 @@ def experiment(folder: Path, text: str = "") -> Path:
 @pytest.mark.parametrize("name", ["a.ssp", "experiment.toml", "model.sdf", "a_bodies.xml"])
 @pytest.mark.parametrize("make", [pipe, sparse], ids=["pipe", "sparse"])
 def test_pipe_or_oversized_file_is_rejected(
-    tmp_path: Path, name: str, make: Callable[[Path, str], Path]
+    peak: Peak, tmp_path: Path, name: str, make: Callable[[Path, str], Path]
 ) -> None:
     command = "info" if name.endswith((".ssp", ".sdf", ".xml")) else "run"
     rejection_message(peak(tmp_path, command, make(tmp_path, name)))
@@ -154,7 +170,7 @@ def test_pipe_or_oversized_file_is_rejected(
 @pytest.mark.parametrize("name", ["results.csv", "summary.json"])
 @pytest.mark.parametrize("make", [pipe, sparse], ids=["pipe", "sparse"])
 def test_pipe_or_oversized_results_are_rejected(
-    tmp_path: Path, name: str, make: Callable[[Path, str], Path]
+    peak: Peak, tmp_path: Path, name: str, make: Callable[[Path, str], Path]
 ) -> None:
     if name == "summary.json":
         (tmp_path / "results.csv").write_text("time,a\n0,1\n")
@@ -186,12 +202,14 @@ def many_columns(folder: Path) -> Path:
 
 @pytest.mark.cases(2)
 @pytest.mark.parametrize("make", [commas, numbers, one_line, many_columns])
-def test_oversized_table_is_rejected(tmp_path: Path, make: Callable[[Path], Path]) -> None:
+def test_oversized_table_is_rejected(
+    peak: Peak, tmp_path: Path, make: Callable[[Path], Path]
+) -> None:
     file = make(tmp_path)
     rejection_message(peak(tmp_path, "compare", file, file))
 
 
-def test_table_with_the_maximum_number_of_columns_is_compared(tmp_path: Path) -> None:
+def test_table_with_the_maximum_number_of_columns_is_compared(peak: Peak, tmp_path: Path) -> None:
     """The time is proportional to the number of columns, not to its square."""
     names = b",".join([b"time", *(b"a%d" % k for k in range(99_999))])
     row = b",".join([b"0"] * 100_000)
@@ -248,7 +266,9 @@ MESHES: dict[str, Callable[[Path], Path]] = {
 
 @pytest.mark.cases(3)
 @pytest.mark.parametrize("make", MESHES.values(), ids=MESHES)
-def test_oversized_mesh_is_rejected(tmp_path: Path, make: Callable[[Path], Path]) -> None:
+def test_oversized_mesh_is_rejected(
+    peak: Peak, tmp_path: Path, make: Callable[[Path], Path]
+) -> None:
     folder = experiment(tmp_path)
     mesh = f'shape = "mesh"\nfile = "{make(folder).name}"\nmass = 1.0\n'
     with (folder / "experiment.toml").open("a") as stream:
@@ -259,14 +279,14 @@ def test_oversized_mesh_is_rejected(tmp_path: Path, make: Callable[[Path], Path]
 
 @pytest.mark.parametrize("make", [pipe, sparse], ids=["pipe", "sparse"])
 def test_pipe_or_oversized_custom_code_is_rejected(
-    tmp_path: Path, make: Callable[[Path, str], Path]
+    peak: Peak, tmp_path: Path, make: Callable[[Path, str], Path]
 ) -> None:
     """`check` reads the classes of a custom controller."""
     make(experiment(tmp_path), "own.py")
     rejection_message(peak(tmp_path, "run", "example", "--set", "controller.type=own.py:Own"))
 
 
-def test_oversized_custom_code_is_rejected(tmp_path: Path) -> None:
+def test_oversized_custom_code_is_rejected(peak: Peak, tmp_path: Path) -> None:
     (experiment(tmp_path) / "own.py").write_bytes(b"class Own: pass\na = [" + b"[]," * 340_000)
     rejection_message(peak(tmp_path, "run", "example", "--set", "controller.type=own.py:Own"))
 
@@ -274,7 +294,7 @@ def test_oversized_custom_code_is_rejected(tmp_path: Path) -> None:
 @pytest.mark.cases(1)
 @pytest.mark.parametrize("make", [pipe, sparse], ids=["pipe", "sparse"])
 def test_oversized_fmu_of_a_study_is_rejected(
-    tmp_path: Path, make: Callable[[Path, str], Path]
+    peak: Peak, tmp_path: Path, make: Callable[[Path, str], Path]
 ) -> None:
     """A study reads all files of its runs to compute their hashes."""
     make(experiment(tmp_path, '\n[fmus.plant]\npath = "a.fmu"\n'), "a.fmu")
@@ -285,7 +305,7 @@ def test_oversized_fmu_of_a_study_is_rejected(
 
 @pytest.mark.parametrize("make", [pipe, sparse], ids=["pipe", "sparse"])
 def test_pipe_or_oversized_design_is_rejected(
-    tmp_path: Path, make: Callable[[Path, str], Path]
+    peak: Peak, tmp_path: Path, make: Callable[[Path, str], Path]
 ) -> None:
     rejection_message(
         peak(tmp_path, "addin", "export-snapshot", make(tmp_path, "a.json"), "-o", "arm")
@@ -296,7 +316,7 @@ def test_pipe_or_oversized_design_is_rejected(
     ("begin", "part", "count", "end"), [(b"", b"[],", 60, b""), (b'["', b"a", 150, b'"]')]
 )
 def test_oversized_design_is_rejected(
-    tmp_path: Path, begin: bytes, part: bytes, count: int, end: bytes
+    peak: Peak, tmp_path: Path, begin: bytes, part: bytes, count: int, end: bytes
 ) -> None:
     (tmp_path / "a.json").write_bytes(begin + part * count * MIB + end)
     rejection_message(peak(tmp_path, "addin", "export-snapshot", "a.json", "-o", "arm"))
@@ -304,23 +324,23 @@ def test_oversized_design_is_rejected(
 
 @pytest.mark.cases(2)
 @pytest.mark.parametrize("part", [b"<!--", b"<?", b"<!D[", b"<!D[>", b"<!D>", b"<!D[]>", b"<"])
-def test_robot_file_without_an_element_is_rejected(tmp_path: Path, part: bytes) -> None:
+def test_robot_file_without_an_element_is_rejected(peak: Peak, tmp_path: Path, part: bytes) -> None:
     """The file only contains declarations or comments, or they have no end."""
     (tmp_path / "a.xml").write_bytes(part * (4 * MIB))
     rejection_message(peak(tmp_path, "info", "a.xml"))
 
 
-def test_table_with_a_long_column_name_is_rejected(tmp_path: Path) -> None:
+def test_table_with_a_long_column_name_is_rejected(peak: Peak, tmp_path: Path) -> None:
     folder = experiment(tmp_path)
     (folder / "a.csv").write_bytes(b"time,a" + b" " * 3 * MIB + b"b\n" + b"0,0\n" * 9)
     rejection_message(peak(tmp_path, "run", folder, "--set", "reference.file=a.csv"))
 
 
-def test_oversized_settings_are_rejected(tmp_path: Path) -> None:
+def test_oversized_settings_are_rejected(peak: Peak, tmp_path: Path) -> None:
     rejection_message(peak(tmp_path, "run", experiment(tmp_path, "a = [" + "[]," * 2 * MIB + "]")))
 
 
-def test_archive_with_too_much_content_is_rejected(tmp_path: Path) -> None:
+def test_archive_with_too_much_content_is_rejected(peak: Peak, tmp_path: Path) -> None:
     """The archive contains 1.1 GiB of zeros; less than 1 % is written to disk."""
     packer, block = zlib.compressobj(1, zlib.DEFLATED, -15), bytes(MIB)
     data = b"".join(packer.compress(block) for _ in range(1100)) + packer.flush()
@@ -385,7 +405,7 @@ MOTIONS: dict[str, Callable[[Path], None]] = {
 
 @pytest.mark.cases(2)
 @pytest.mark.parametrize("name", MOTIONS)
-def test_oversized_motion_is_rejected(tmp_path: Path, name: str) -> None:
+def test_oversized_motion_is_rejected(peak: Peak, tmp_path: Path, name: str) -> None:
     folder = experiment(tmp_path)
     MOTIONS[name](folder / name)
     rejection_message(peak(tmp_path, "run", folder, "--set", f"reference={{file='{name}'}}"))
