@@ -5,12 +5,20 @@ from __future__ import annotations
 import gc
 import os
 import signal
+import subprocess
+from collections.abc import Iterator
+from contextlib import ExitStack
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
+from support.command_server import command_server
 
+from addin_sdfusion.robot.formats.mjcf import compiled
 from sim_dart.plant import plant
 from sim_dart.plant.settings import select_engine
 
@@ -104,6 +112,37 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     for mark in item.iter_markers("extra"):
         if find_spec(EXTRAS[mark.args[0]]) is None:
             pytest.skip(f"needs the extra `{mark.args[0]}`")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _mjcf_in_forks(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Compile MJCF files in forks of a process with MuJoCo, which takes 0.2 s to start.
+
+    Tests of that process itself use `own_compiler`.
+    """
+    with ExitStack() as stack, pytest.MonkeyPatch.context() as patch:
+
+        @cache
+        def client() -> tuple[str, ...]:
+            alone = {k: v for k, v in os.environ.items() if k != "LD_PRELOAD"}
+            folder = tmp_path_factory.mktemp("mujoco")
+            return tuple(stack.enter_context(command_server(folder, alone, ["mujoco"])))
+
+        def run(command: list[str], **options: Any) -> subprocess.CompletedProcess[bytes]:
+            return subprocess.run([*client(), command[-1]], check=False, **options)
+
+        if hasattr(os, "fork"):
+            forks = SimpleNamespace(run=run, TimeoutExpired=subprocess.TimeoutExpired)
+            patch.setattr(compiled, "subprocess", forks)
+        yield
+
+
+@pytest.fixture
+def own_compiler() -> Iterator[None]:
+    """Start MuJoCo's compiler as users do."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(compiled, "subprocess", subprocess)
+        yield
 
 
 @pytest.fixture

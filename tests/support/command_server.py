@@ -1,6 +1,6 @@
 """Server that runs commands in forks of a process with all imports, to save start time.
 
-    python -m support.command_server SOCKET
+    python -m support.command_server SOCKET --import MODULES
 
 waits for clients, and
 
@@ -17,7 +17,7 @@ import os
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -36,12 +36,14 @@ MAX_MESSAGE = 100_000
 
 
 @contextmanager
-def command_server(folder: Path, environment: Mapping[str, str]) -> Iterator[list[str]]:
-    """Run a server inside the context; yield the command of a client, without its arguments."""
+def command_server(
+    folder: Path, environment: Mapping[str, str], modules: Sequence[str] = PRELOADED
+) -> Iterator[list[str]]:
+    """Run a server with imported modules; yield the command of a client, without its arguments."""
     path = folder / "commands"
     tests = str(Path(__file__).parents[1])
     process = subprocess.Popen(
-        [sys.executable, "-m", "support.command_server", str(path)],
+        [sys.executable, "-m", "support.command_server", str(path), "--import", *modules],
         env={**environment, "PYTHONPATH": tests},
         stdout=subprocess.PIPE,
         text=True,
@@ -55,12 +57,12 @@ def command_server(folder: Path, environment: Mapping[str, str]) -> Iterator[lis
         process.communicate()
 
 
-def serve(path: str) -> None:
-    """Serve each client in a fork."""
+def serve(path: str, modules: Sequence[str]) -> None:
+    """Import modules, and serve each client in a fork."""
     import importlib
     import signal
 
-    for name in PRELOADED:
+    for name in modules:
         importlib.import_module(name)
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # exit statuses are not collected
     with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as server:
@@ -127,6 +129,6 @@ def ask(path: str, words: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 2:
-        sys.exit(ask(sys.argv[1], sys.argv[2:]))
-    serve(sys.argv[1])
+    if sys.argv[2] == "--import":
+        serve(sys.argv[1], sys.argv[3:])
+    sys.exit(ask(sys.argv[1], sys.argv[2:]))

@@ -166,6 +166,7 @@ CRASHES = {
 }
 
 
+@pytest.mark.usefixtures("own_compiler")
 @pytest.mark.parametrize("program", CRASHES)
 @pytest.mark.skipif(sys.platform == "win32", reason="exit codes are those of signals")
 def test_crash_of_the_compiler_is_reported_in_one_line(
@@ -179,6 +180,7 @@ def test_crash_of_the_compiler_is_reported_in_one_line(
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.usefixtures("own_compiler")
 def test_memory_and_time_of_the_compiler_are_limited(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -226,6 +228,7 @@ def test_missing_mujoco_suggests_the_extra(tmp_path: Path, monkeypatch: pytest.M
         read(written(tmp_path, BODY))
 
 
+@pytest.mark.usefixtures("own_compiler")
 def test_no_files_are_written_next_to_the_model(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
