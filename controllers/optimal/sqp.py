@@ -31,14 +31,16 @@ _ARMIJO = 1e-4
 _ROUNDING = 1e-9  # of the cost
 _PROGRESS = 0.99  # of the violation, for an iteration with relaxed constraints
 _MIN_DAMPING, _MAX_DAMPING, _MORE_DAMPING = 1e-10, 1e4, 1e-5
+_LARGE_DAMPING = 1.0  # above, a step promises little even if the motion is not optimal
 _DAMPING, _DAMPING_FREE_TIME = 1e-8, 1e-2  # first damping; a duration has no Hessian of its own
 _LESS_POSITIVE, _MIN_POSITIVE = 0.5, 1e-3  # factor after a good step, and smallest value
+_CORRECTION = 1e3  # damping of a step that only has to reduce the violation
 _PENALTY = 10.0  # of a relaxed constraint, relative to the largest gradient
 _GOOD = 0.3  # factor of the violation, for much less damping
 _FREE_STEPS, _FREE_VIOLATION = 3, 100.0  # first steps, since a rest violates few constraints
 _NEAR = 1e-3  # violation below which a rejected step may be followed
 _FIRST_ITERATIONS = 60  # of an attempt that is not the last
-_STALLED = 6  # iterations without progress
+_STALLED = 3  # iterations with relaxed constraints and without progress
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +73,7 @@ class Solution:
         is_feasible: Whether the motion satisfies all constraints.
         violation: Largest violation of a constraint, scaled.
         history: Progress, one entry per iteration.
+        hessian: Contribution of the dynamics to the Hessian.
     """
 
     iterate: Iterate
@@ -79,6 +82,7 @@ class Solution:
     is_feasible: bool
     violation: float
     history: tuple[Progress, ...]
+    hessian: DynamicsHessian
 
     @property
     def cost(self) -> float:
@@ -100,6 +104,7 @@ class _State:
         free: Number of steps that may increase both cost and violation.
         positive: See `Transcription.program`.
         is_full: Whether the last step was a full one.
+        is_slow: Whether it hardly reduced the violation.
         best: Last iterate that satisfies the constraints, with its terms.
     """
 
@@ -112,6 +117,7 @@ class _State:
     free: int = _FREE_STEPS
     positive: float = 0.0
     is_full: bool = False
+    is_slow: bool = False
     best: tuple[Iterate, Linearisation] | None = None
 
 
@@ -151,6 +157,7 @@ class Optimiser:
         guess: Iterate,
         progress: Callable[[Progress], None] = lambda _: None,
         others: Iterable[Iterate] | None = (),
+        hessian: DynamicsHessian | None = None,
     ) -> Solution | None:
         """Return the optimal motion near a guess; None if the guess diverges.
 
@@ -162,6 +169,7 @@ class Optimiser:
             progress: Function that is called after every iteration.
             others: Guesses that are tried if no motion is found from the first one; None if this
                 one is near the optimal motion.
+            hessian: Of the solution of a similar problem near the guess (default: none).
         """
         began, history = time.perf_counter(), list[Progress]()
 
@@ -178,10 +186,10 @@ class Optimiser:
             attempts = chain([(guess, _FREE_STEPS, first)], more, attempts)
         best = None
         for start, free, most in attempts:
-            found = self._attempt(start, free, most, report, history)
+            found = self._attempt(start, free, most, report, history, hessian)
             if found is not None and (best is None or _rank(found) < _rank(best)):
                 best = found
-            if found is not None and (found.is_feasible or found.status == INTERRUPTED):
+            if found is not None and found.status in (OPTIMAL, INTERRUPTED):
                 break
         return best
 
@@ -192,6 +200,7 @@ class Optimiser:
         limit: int,
         report: Callable[[_State, float], None],
         history: list[Progress],
+        hessian: DynamicsHessian | None,
     ) -> Solution | None:
         """Return the motion after iterations from a guess; see `_State.free`."""
         at = self.problem.clip(guess)
@@ -199,8 +208,9 @@ class Optimiser:
         if own is None:
             return None
         damping = _DAMPING_FREE_TIME if self.problem.is_free_time else _DAMPING
-        hessian = DynamicsHessian(*self.transcription.stages(at).shape)
-        state, status = _State(at, own, damping, hessian, free=free), ""
+        positive = 0.0 if hessian is None else 1.0
+        hessian = hessian or DynamicsHessian(*self.transcription.stages(at).shape)
+        state, status = _State(at, own, damping, hessian, free=free, positive=positive), ""
         try:
             report(state, 0.0)
             for _ in range(limit):
@@ -217,7 +227,7 @@ class Optimiser:
             status = INFEASIBLE if self._is_dynamic(state) else NOT_CONVERGED
         worst = self._worst(state)
         feasible = worst <= self._feasibility
-        return Solution(state.at, state.own, status, feasible, worst, tuple(history))
+        return Solution(state.at, state.own, status, feasible, worst, tuple(history), hessian)
 
     def _is_dynamic(self, state: _State) -> bool:
         """Return whether bounds and goals are violated more than the dynamics."""
@@ -233,8 +243,12 @@ class Optimiser:
             return self._increase_damping(state), 0.0
         feasible = self._worst(state) <= self._feasibility
         promise = abs(self._slope(state, step)) / max(abs(state.own.cost), 1e-12)
-        if feasible and not is_relaxed and promise < self._tolerance:
-            return OPTIMAL, 0.0
+        if not is_relaxed and promise < self._tolerance:
+            if feasible:
+                return OPTIMAL if state.damping <= _LARGE_DAMPING else "stalled", 0.0
+            if state.is_slow:
+                program, found_step, is_relaxed = self._step(state, _CORRECTION)
+                step = found_step.d
         moved, share, found = self._search(state, step, is_relaxed)
         if moved is None and not is_relaxed and self._worst(state) < _NEAR:
             # the filter rejects steps of second order near the optimum: follow one, and start anew
@@ -243,6 +257,7 @@ class Optimiser:
         found = found or (None if moved is None else self.transcription.linearise(moved))
         state.is_full = share == 1.0
         if moved is None or found is None:
+            state.idle += is_relaxed
             return self._increase_damping(state), 0.0
         violation = self.transcription.violation
         stays = is_relaxed and violation(moved, found) >= _PROGRESS * violation(state.at, state.own)
@@ -273,28 +288,33 @@ class Optimiser:
 
         A bad step also adds the positive part of the Hessian of the dynamics.
         """
-        is_good = share == 1.0 and reduced <= 1.0
+        is_good, state.is_slow = share == 1.0 and reduced <= 1.0, reduced >= _GOOD
         positive = _LESS_POSITIVE * state.positive if is_good else 1.0
         state.positive = positive if positive > _MIN_POSITIVE else 0.0
         if share < 1.0:
-            state.damping = max(state.damping / share, _MORE_DAMPING)
+            damping = max(state.damping / share, _MORE_DAMPING)
         elif reduced > 1.0 and state.free <= 0:
-            state.damping = max(4.0 * state.damping, _MORE_DAMPING)
+            damping = max(4.0 * state.damping, _MORE_DAMPING)
         else:
-            state.damping = max((0.2 if reduced < _GOOD else 0.5) * state.damping, _MIN_DAMPING)
+            damping = max((0.5 if state.is_slow else 0.2) * state.damping, _MIN_DAMPING)
+        state.damping = min(damping, _LARGE_DAMPING)
 
     def _increase_damping(self, state: _State) -> str:
         state.damping = max(10.0 * state.damping, _MORE_DAMPING)
-        return "stalled" if state.damping > _MAX_DAMPING else ""
+        is_end = state.idle >= _STALLED or state.damping > _MAX_DAMPING
+        return "stalled" if is_end else ""
 
     def _worst(self, state: _State) -> float:
         """Return the largest scaled violation of a constraint."""
         own = self.transcription.violations(state.at, state.own.gaps, state.own.values)
         return max(float(part.max(initial=0.0)) for part in own)
 
-    def _step(self, state: _State) -> tuple[Program, QpSolution, bool]:
+    def _step(
+        self, state: _State, damping: float | None = None
+    ) -> tuple[Program, QpSolution, bool]:
         """Return the program, the step, and whether constraints had to be relaxed."""
-        own = state.at, state.own, state.damping, state.hessian.blocks, state.positive
+        damping = state.damping if damping is None else damping
+        own = state.at, state.own, damping, state.hessian.blocks, state.positive
         program = self.transcription.program(*own)
         found = solve_qp(program.qp, all(each.in_stages for each in self.problem.linear))
         if found.is_solved:

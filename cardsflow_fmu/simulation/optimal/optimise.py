@@ -146,7 +146,8 @@ def optimise(
     while True:
         solver = Optimiser(own.problem, max_iterations=limit, refine=_Refinement(own))
         is_near = guess is not first or guess is last
-        solution = solver.solve(guess, report, None if is_near else others)
+        hessian = found.hessian if found is not None and found.status == OPTIMAL else None
+        solution = solver.solve(guess, report, None if is_near else others, hessian)
         stopped = solution is not None and solution.status == INTERRUPTED
         iterations += 0 if solution is None else solution.history[-1].iteration
         seconds += 0.0 if solution is None else solution.history[-1].seconds
