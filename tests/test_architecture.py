@@ -44,7 +44,6 @@ def test_import_contracts_hold() -> None:
         ("mcap", "cardsflow_fmu/ros/mcap_file.py"),
         ("rosbags", "cardsflow_fmu/ros_interface/message_types.py"),
         ("rclpy", "cardsflow_fmu/ros_interface/rclpy_node.py"),
-        ("distributed", "cardsflow_fmu/studies/execution/dask_"),
         ("mujoco", "addin_sdfusion/robot/formats/mjcf/compiler.py"),
         ("cmaes", "cardsflow_fmu/studies/execution/optimisers.py"),
     ],

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
 import shlex
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +27,6 @@ from .terminal.progress import show_progress
 
 if TYPE_CHECKING:
     from cardsflow_fmu.simulation.optimal.optimise import OptimisedMotion
-    from cardsflow_fmu.studies.execution.executors import RunExecutor
     from cardsflow_fmu.studies.run import StudyResult
     from controllers.optimal.sqp import Progress
 
@@ -53,12 +51,6 @@ def add_study(commands: Commands) -> None:
     parser.add_argument(
         "--resume", action="store_true", help="continue a study; keep finished runs (default: off)"
     )
-    parser.add_argument(
-        "--dask",
-        metavar="ADDRESS",
-        help="Dask scheduler to use, such as tls://host:8786; needs the extra `sweep` "
-        "(default: processes on this machine)",
-    )
     text = "repeat only the run whose hash starts with HASH; write nothing (default: all runs)"
     parser.add_argument("--only", metavar="HASH", help=text)
     add_json(parser, "the summary")
@@ -72,11 +64,10 @@ def _study(options: argparse.Namespace) -> int:
     study = Study.load(options.study)
     if options.only is not None:
         return _only(options)
-    with _executor(options) as executor, show_progress("study", "runs") as update:
+    with show_progress("study", "runs") as update:
         result = run_study(
             study,
             jobs=options.jobs,
-            executor=executor,
             resume=options.resume,
             output=options.output,
             progress=update,
@@ -100,21 +91,6 @@ def _only(options: argparse.Namespace) -> int:
     row = {"status": "complete" if outcome.complete else "failed", "error": outcome.error}
     print(json_text(row | {"metrics": outcome.metrics}, indent=1))
     return GOOD if outcome.complete else FAILED
-
-
-@contextlib.contextmanager
-def _executor(options: argparse.Namespace) -> Iterator[RunExecutor | None]:
-    """Provide the executor of `--dask`, or None without it."""
-    if options.dask is None:
-        yield None
-        return
-    from cardsflow_fmu.studies.execution.dask_executor import dask_executor, dask_warning
-
-    warning = dask_warning(options.dask)
-    if warning is not None:
-        print_warning(warning)
-    with dask_executor(options.dask) as executor:
-        yield executor
 
 
 def _print(result: StudyResult) -> None:

@@ -59,7 +59,7 @@ class StudyResult:
 
 def run_study(
     study: Study,
-    executor: Executor | RunExecutor | None = None,
+    executor: Executor | None = None,
     *,
     jobs: int | None = None,
     resume: bool = False,
@@ -207,12 +207,12 @@ class _StudyRun:
 
 
 @contextlib.contextmanager
-def _run_executor(executor: Executor | RunExecutor | None, jobs: int) -> Iterator[RunExecutor]:
+def _run_executor(executor: Executor | None, jobs: int) -> Iterator[RunExecutor]:
     if executor is None:
         with process_executor(jobs) as pool:
             yield pool
     else:
-        yield ExecutorAdapter(executor, jobs) if isinstance(executor, Executor) else executor
+        yield ExecutorAdapter(executor, jobs)
 
 
 def _write_results(study: Study, work: _StudyRun, search: Search | None) -> StudyResult:

@@ -90,12 +90,12 @@ class ExecutorAdapter:
     Args:
         executor: The executor.
         workers: Number of its workers.
-        attempts: Maximum number of submissions of a run whose workers die.
     """
 
-    def __init__(self, executor: Executor, workers: int, attempts: int = 3) -> None:
+    attempts = 3
+
+    def __init__(self, executor: Executor, workers: int) -> None:
         self.window = _PER_WORKER * workers
-        self.attempts = attempts
         self._executor = executor
 
     def submit(self, job: Job, settings: Mapping[str, Any]) -> Future[Outcome]:

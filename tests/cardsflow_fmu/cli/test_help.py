@@ -54,7 +54,7 @@ def test_help_texts_have_no_full_stop_and_no_initial_capital() -> None:
         text = action.help or ""
         assert text, (name, action)
         assert not text.endswith("."), text
-        assert text[0] == text[0].lower() or text.startswith(("JSON", "Dask", "FMI")), text
+        assert text[0] == text[0].lower() or text.startswith(("JSON", "FMI")), text
 
 
 def test_shared_options_have_the_same_form() -> None:

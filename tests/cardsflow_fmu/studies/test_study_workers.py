@@ -17,11 +17,9 @@ from support.cases import LONG
 from support.deadly_runs import DEADLY, DeadlyExecutor
 from support.small_studies import run_here, small_study, write_study
 
-from addin_sdfusion.robot import InputError
 from cardsflow_fmu.studies import StudyError, run_study
 from cardsflow_fmu.studies.definition.outcome import Outcome
 from cardsflow_fmu.studies.definition.sampling import Run
-from cardsflow_fmu.studies.execution.dask_executor import dask_executor
 from cardsflow_fmu.studies.execution.dispatch import dispatch
 from cardsflow_fmu.studies.execution.worker import Job
 
@@ -72,16 +70,6 @@ def test_processes_and_one_thread_write_equal_tables(tmp_path: Path) -> None:
     assert one == two
 
 
-@pytest.mark.extra("sweep")
-@pytest.mark.parametrize("address", ["nonsense", "tls://here:²", "tls://here:" + "9" * 5000])
-def test_an_invalid_scheduler_address_is_rejected(address: str) -> None:
-    with (
-        pytest.raises(InputError, match=f"no Dask scheduler at {address[:20]}"),
-        dask_executor(address),
-    ):
-        pass
-
-
 @LONG
 def test_tables_are_equal_for_one_worker_and_two_workers(tmp_path: Path) -> None:
     study = small_study(tmp_path, MANY, TWO_HUNDRED, SECOND)
@@ -126,7 +114,7 @@ def test_a_study_continues_after_a_killed_dask_worker(tmp_path: Path) -> None:
     killed: list[int] = []
     with (
         distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None) as cluster,
-        dask_executor(cluster.scheduler_address) as executor,
+        distributed.Client(cluster) as client,
     ):
 
         def kill(done: int, total: int, failed: int) -> None:
@@ -134,7 +122,8 @@ def test_a_study_continues_after_a_killed_dask_worker(tmp_path: Path) -> None:
                 killed.append(cluster.workers[0].process.pid)
                 os.kill(killed[0], signal.SIGKILL)
 
-        run_study(study, executor=executor, output=tmp_path / "dask", progress=kill)
+        executor = client.get_executor(pure=False)
+        run_study(study, executor, jobs=2, output=tmp_path / "dask", progress=kill)
     assert killed
     run_study(study, jobs=2, output=tmp_path / "own")
     own, dask = ((tmp_path / name / "table.csv").read_bytes() for name in ("own", "dask"))
