@@ -75,7 +75,7 @@ TERMS = ("mass_matrix", "muscle_jacobian", "muscle_lengths", "task_jacobian", "g
 def test_robot_equals_the_hand_written_robot(tmp_path: Path) -> None:
     """Compare M, L, l, J and G at random poses, and the meshes in the link frames."""
     snapshot = EXAMPLES / "from_cad/two_link_arm.json"
-    assert main(["addin", "export-snapshot", str(snapshot), "-o", str(tmp_path / "arm")]) == 0
+    assert main(["import-cad", str(snapshot), "-o", str(tmp_path / "arm")]) == 0
     robot = read_robot(tmp_path / "arm")
     made, example = DartDynamics(robot), DartDynamics(planar_2r())
     for q in np.random.default_rng(0).uniform(-0.8, 0.8, (10, 2)):

@@ -38,11 +38,14 @@ def add_import_cad(commands: Commands) -> None:
         _import_cad,
         "Create the folder of a robot from a CAD design.",
         "cardsflow import-cad examples/from_cad/two_link_arm.json -o arm",
-        "The design is a snapshot (.json), a Python program that uses build123d (.py; it is "
-        "executed), or a STEP file with tables of its joints and muscles.",
+        "The design is a snapshot that the add-in saved (.json), a Python program that uses "
+        "build123d (.py; it is executed), or a STEP file with tables of its joints and muscles.",
     )
     parser.add_argument("design", type=Path, help="a snapshot, .py, .step or .stp")
-    _add_export(parser)
+    what = "folder for the robot; files that you edited stay (default: the name of the design)"
+    add_output(parser, what, metavar="FOLDER")
+    add_settings(parser, "setting of the export", "up_axis=y")
+    add_json(parser, "files and findings")
     step = parser.add_argument_group("options for STEP files")
     for name, what in (
         ("joints", "table of the joints between the parts"),
@@ -60,17 +63,8 @@ def add_import_cad(commands: Commands) -> None:
 
 def add_addin(commands: Commands) -> None:
     """Add `addin` and its actions."""
-    text = "Install or pack the add-in for Fusion; export its snapshots."
+    text = "Install or pack the add-in for Fusion."
     actions = commands.group("addin", text, "cardsflow addin install")
-    parser = actions.add(
-        "export-snapshot",
-        _import_cad,
-        "Export a robot from a snapshot, like the add-in, with an experiment.",
-        "cardsflow addin export-snapshot arm.json -o arm --set collision=none",
-        "It does the same as `cardsflow import-cad`.",
-    )
-    parser.add_argument("design", type=Path, help="the JSON file that the add-in saved")
-    _add_export(parser)
     parser = actions.add(
         "install",
         _install_addin,
@@ -117,14 +111,6 @@ def _install_addin(options: argparse.Namespace) -> int:
 
     print_files([install(options.folder)], options.json)
     return GOOD
-
-
-def _add_export(parser: argparse.ArgumentParser) -> None:
-    """Add the options of every export."""
-    what = "folder for the robot; files that you edited stay (default: the name of the design)"
-    add_output(parser, what, metavar="FOLDER")
-    add_settings(parser, "setting of the export", "up_axis=y")
-    add_json(parser, "files and findings")
 
 
 def _import_cad(options: argparse.Namespace) -> int:

@@ -176,7 +176,7 @@ def test_every_step_of_an_export_can_be_cancelled(fusion: Any, tmp_path: Path) -
 
 
 def test_a_saved_snapshot_results_in_the_same_export(fusion: Any, tmp_path: Path) -> None:
-    """The saved file can be read by `cardsflow addin export-snapshot`."""
+    """The saved file can be read by `cardsflow import-cad`."""
     design = designs.two_link_arm()
     before = fusion.full_fingerprint()
     command = fusion.run_command(CHECK)

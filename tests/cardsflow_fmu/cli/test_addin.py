@@ -49,7 +49,7 @@ def snapshot(folder: Path, name: str = "arm") -> str:
 
 def test_snapshot_is_exported(tmp_path, given, capsys):
     file = snapshot(tmp_path)
-    assert main(["addin", "export-snapshot", file, "-o", str(tmp_path / "out")]) == 0
+    assert main(["import-cad", file, "-o", str(tmp_path / "out")]) == 0
     printed = capsys.readouterr()
     *files, test_run = printed.out.splitlines()
     assert test_run.startswith("test run passed")
@@ -62,7 +62,7 @@ def test_snapshot_is_exported(tmp_path, given, capsys):
 def test_settings_of_the_export_can_be_changed(tmp_path, given):
     words = ["--set", "collision=none", "--set", "osim=true", "--set", 'cut_joints=["a", "b"]']
     file = snapshot(tmp_path)
-    assert main(["addin", "export-snapshot", file, "-o", str(tmp_path / "o"), *words]) == 0
+    assert main(["import-cad", file, "-o", str(tmp_path / "o"), *words]) == 0
     used = given[0].settings
     assert (used.collision, used.osim, used.cut_joints) == ("none", True, ("a", "b"))
     assert used.name == "arm"
@@ -71,7 +71,7 @@ def test_settings_of_the_export_can_be_changed(tmp_path, given):
 
 def test_export_prints_json(tmp_path, given, capsys):
     file = snapshot(tmp_path)
-    assert main(["addin", "export-snapshot", file, "-o", str(tmp_path / "o"), "--json"]) == 0
+    assert main(["import-cad", file, "-o", str(tmp_path / "o"), "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert str(tmp_path / "o/experiment.toml") in printed["files"]
     assert DOUBT.as_dict() in printed["findings"]
@@ -79,12 +79,12 @@ def test_export_prints_json(tmp_path, given, capsys):
 
 def test_all_errors_of_the_design_are_listed(tmp_path, given, capsys):
     file = snapshot(tmp_path, "broken")
-    assert main(["addin", "export-snapshot", file, "-o", str(tmp_path / "o")]) == 1
+    assert main(["import-cad", file, "-o", str(tmp_path / "o")]) == 1
     printed = capsys.readouterr()
     assert printed.err.splitlines()[0] == str(WRONG)
     assert printed.out == ""
     assert not (tmp_path / "o").exists()
-    assert main(["addin", "export-snapshot", file, "-o", str(tmp_path / "o"), "--json"]) == 1
+    assert main(["import-cad", file, "-o", str(tmp_path / "o"), "--json"]) == 1
     printed = json.loads(capsys.readouterr().out)
     assert printed["files"] == []
     assert printed["findings"][0] == WRONG.as_dict()
@@ -101,7 +101,7 @@ def test_all_errors_of_the_design_are_listed(tmp_path, given, capsys):
 )
 def test_invalid_export_setting_is_reported_in_one_line(tmp_path, given, capsys, words, message):
     file = snapshot(tmp_path)
-    assert main(["addin", "export-snapshot", file, "-o", str(tmp_path / "o"), *words]) == 2
+    assert main(["import-cad", file, "-o", str(tmp_path / "o"), *words]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith(f"cardsflow: {message}")
 
@@ -113,7 +113,7 @@ def test_invalid_snapshot_or_folder_is_reported_in_one_line(tmp_path, given, cap
         (str(tmp_path / "none.json"), "o", "No such file"),
         (snapshot(tmp_path), "bad.json", "is a file; specify a folder"),
     ):
-        command = ["addin", "export-snapshot", file, "-o", str(tmp_path / folder)]
+        command = ["import-cad", file, "-o", str(tmp_path / folder)]
         assert main(command) == 2
         (line,) = capsys.readouterr().err.splitlines()
         assert message in line

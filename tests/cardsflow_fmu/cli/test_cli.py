@@ -115,7 +115,6 @@ MISSING = {
     ("device",): ["nowhere"],
     ("replay-hardware",): ["nowhere"],
     ("import-cad",): ["nowhere.json"],
-    ("addin", "export-snapshot"): ["nowhere.json", "-o", "there"],
     ("addin", "install"): ["--folder", "a/file"],
     ("addin", "pack"): ["-o", "a/file/packed", *PUBLISHER],
     ("play",): ["nowhere", "--html", "page.html"],
@@ -519,7 +518,7 @@ def test_completion_contains_all_commands_and_options(shell: str, cardsflow: Com
         ("cardsflow compare --a", {"--atol"}),
         ("cardsflow build --fmi ", {"2.0", "3.0"}),
         ("cardsflow info exp", {"experiment.toml"}),
-        ("cardsflow addin ", {"export-snapshot", "install", "pack"}),
+        ("cardsflow addin ", {"install", "pack"}),
     ],
 )
 def test_bash_completes(

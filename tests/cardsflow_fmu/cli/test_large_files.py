@@ -307,9 +307,7 @@ def test_oversized_fmu_of_a_study_is_rejected(
 def test_pipe_or_oversized_design_is_rejected(
     peak: Peak, tmp_path: Path, make: Callable[[Path, str], Path]
 ) -> None:
-    rejection_message(
-        peak(tmp_path, "addin", "export-snapshot", make(tmp_path, "a.json"), "-o", "arm")
-    )
+    rejection_message(peak(tmp_path, "import-cad", make(tmp_path, "a.json"), "-o", "arm"))
 
 
 @pytest.mark.parametrize(
@@ -319,7 +317,7 @@ def test_oversized_design_is_rejected(
     peak: Peak, tmp_path: Path, begin: bytes, part: bytes, count: int, end: bytes
 ) -> None:
     (tmp_path / "a.json").write_bytes(begin + part * count * MIB + end)
-    rejection_message(peak(tmp_path, "addin", "export-snapshot", "a.json", "-o", "arm"))
+    rejection_message(peak(tmp_path, "import-cad", "a.json", "-o", "arm"))
 
 
 @pytest.mark.cases(2)

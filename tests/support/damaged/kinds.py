@@ -87,7 +87,7 @@ _ROBOT = [
     ("init", ".", "-o", "x.toml"),
 ]
 _MESH = [("view", ".", "--html", "a.html"), read_hull]
-_EXPORT = ("addin", "export-snapshot", "design.json", "-o", "x")
+_EXPORT = ("import-cad", "design.json", "-o", "x")
 _PLAY = ("--listen", "udp://127.0.0.1:0", "--duration", "0.001")
 
 KINDS: dict[str, Kind] = {
