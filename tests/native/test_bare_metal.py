@@ -13,6 +13,7 @@ import pytest
 from support.cases import LONG, with_marks
 from support.native.elf import program_names, program_sizes
 from support.native.example import write_example
+from support.native.precision import STRICT
 from support.native.targets import (
     GCC,
     PROGRAMS,
@@ -97,8 +98,8 @@ def test_vectors_are_bit_identical(processor: str, tmp_path: Path) -> None:
     own, flags = ("replay_bare.c", "replay_vectors.c"), ("-O2", "-g", f'-DVECTORS="{vectors}"')
     program = build(tmp_path / "replay.elf", cpu, own, (*flags, *SINGLE_FLAGS * single))
     assert not single or not arithmetic_helpers(program)
-    here = GCC
-    replay = build_program(here, tmp_path, REPLAY, *(single_flags(here) if single else ()))
+    own_flags = (*single_flags(GCC), *STRICT) if single else ()  # as other tests compile
+    replay = build_program(GCC, tmp_path, REPLAY, *own_flags)
     assert emulate(program) == run([*replay, vectors]).splitlines()
 
 
