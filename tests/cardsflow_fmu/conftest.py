@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from support.browser import Page, opened_browser
+from support.browser import NO_DRAWING, Page, opened_browser
 from support.command_line import CommandLine
 from support.fmu.fmu_host import Host, opened, unpack
 from support.fmu.worker_host import unpack_stubborn
@@ -78,7 +78,9 @@ def opened_tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
 
 
 @pytest.fixture
-def page(opened_tab: Page) -> Page:
-    """An empty page."""
+def page(opened_tab: Page, request: pytest.FixtureRequest) -> Page:
+    """An empty page, which draws only if the module reports that it looks at pictures."""
     opened_tab.reset()
+    if not getattr(request.module, "PICTURES", False):
+        opened_tab.run_first(NO_DRAWING)
     return opened_tab

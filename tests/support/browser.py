@@ -39,6 +39,13 @@ _FLAGS = (
 )
 
 
+NO_DRAWING = """
+for (const name of ["drawElementsInstanced", "drawElements", "drawArrays"])
+  WebGL2RenderingContext.prototype[name] = () => {};
+"""
+"""Script for tests that look at no picture: drawing takes most time without a graphics card."""
+
+
 class Page:
     """A browser tab.
 

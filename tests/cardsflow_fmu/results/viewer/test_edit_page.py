@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.browser import Page, opened_browser
+from support.browser import NO_DRAWING, Page, opened_browser
 from support.edit_page import served_editor
 from support.robots.every_field import robot_of_every_field
 
@@ -90,6 +90,7 @@ def test_page_contains_hostile_names_only_as_data(tmp_path: Path) -> None:
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
     with opened_browser(tmp_path_factory.mktemp("browser"), (1400, 900)) as page:
+        page.run_first(NO_DRAWING)
         yield page
 
 

@@ -23,11 +23,6 @@ NAMES = sorted(
     if '"optimised"' not in file.read_text(encoding="utf-8")
 )
 LONG = "the reference is not followed: " + "a long text about a joint at its limit, " * 6
-# nothing is drawn in the canvas, which takes most of the time without a graphics card
-_NO_DRAWING = """
-for (const name of ["drawElementsInstanced", "drawElements", "drawArrays"])
-  WebGL2RenderingContext.prototype[name] = () => {};
-"""
 _CUT_OFF = """
 [...document.querySelectorAll('.bar > :is(button, output, select)')].filter(part => {
   const r = part.getBoundingClientRect();
@@ -62,7 +57,6 @@ def pages_of(name: str) -> dict[str, str]:
 def test_no_texts_overlap(page: Page, tmp_path: Path, name: str) -> None:
     if importlib.util.find_spec("ziglang") is None:
         pytest.skip("no ziglang: the extra `cross`")
-    page.run_first(_NO_DRAWING)
     file, found = tmp_path / "page.html", []
     for kind, text in pages_of(name).items():
         file.write_text(text, "utf-8")

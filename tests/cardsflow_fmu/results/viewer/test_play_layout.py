@@ -11,6 +11,7 @@ from support.robots.robots import EXAMPLES
 
 from cardsflow_fmu.cli.main import main
 
+PICTURES = True
 OVERLAPS = (Path(__file__).parent / "overlaps.js").read_text(encoding="utf-8")
 EVIL = "<img src=x onerror=hit=1></script><script>hit=1</script>"
 

@@ -24,6 +24,8 @@ from cardsflow_fmu.results.viewer.scene import shapes as s
 from cardsflow_fmu.results.viewer.scene.act import Act
 from cardsflow_fmu.results.viewer.view import write_page
 
+PICTURES = True
+
 
 def roboy() -> Robot:
     return read_robot(EXAMPLES / "roboy_left_arm/robot")

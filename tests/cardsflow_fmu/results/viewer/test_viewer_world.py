@@ -25,6 +25,7 @@ from cardsflow_fmu.results.viewer.scene.stage import Stage
 from cardsflow_fmu.results.viewer.view import act_of, acts_of, write_page
 
 G = 9.81
+PICTURES = True
 
 
 @pytest.fixture(scope="module")
