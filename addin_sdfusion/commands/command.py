@@ -69,12 +69,7 @@ class Command:
     """Command of the add-in."""
 
     def __init__(self, dialog: Dialog, open_window: Callable[[Inputs, Any], Window]) -> None:
-        """Create a command without a button.
-
-        Args:
-            dialog: Definition of the dialog.
-            open_window: Function that creates the window from the inputs and the design.
-        """
+        """Create a command without a button."""
         self.dialog = dialog
         self._open_window = open_window
         self._kept: list[Any] = []  # Fusion does not hold references to handlers

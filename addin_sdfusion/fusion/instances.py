@@ -26,13 +26,7 @@ class Instances:
     """
 
     def __init__(self, held: Held, design: str, notes: Notes) -> None:
-        """Read the lists of muscles of all designs.
-
-        Args:
-            held: Attributes of the designs.
-            design: Name of the open design.
-            notes: Collector of findings, including renamed muscles.
-        """
+        """Read the lists of muscles of all designs."""
         own, *inserted = (
             (path, stored_muscles(attributes, path or design, notes.findings))
             for path, attributes in held

@@ -55,12 +55,7 @@ class KeptPoint:
 
 
 def kept_points_text(points: Sequence[KeptPoint], unread: Sequence[Any] = ()) -> str:
-    """Return the text of the attribute of a design that stores points.
-
-    Args:
-        points: The points.
-        unread: Stored records that are kept unchanged.
-    """
+    """Return the text of the attribute of a design that stores points."""
     plain = [{**to_plain(p), "use": _plain(p.use)} for p in points]
     return json_text([*plain, *unread], ensure_ascii=False, sort_keys=True)
 
@@ -80,12 +75,7 @@ def wrap_text(wrap: SurfaceUse) -> str:
 
 
 def muscles_text(muscles: Sequence[MuscleSnapshot], unread: Sequence[Any] = ()) -> str:
-    """Return the text of the attribute of a design that lists the muscles, in order.
-
-    Args:
-        muscles: The muscles.
-        unread: Stored records that are kept unchanged.
-    """
+    """Return the text of the attribute of a design that lists the muscles, in order."""
     plain = [
         _merge({"version": VERSION, **{f.name: to_plain(getattr(m, f.name)) for f in fields(m)}})
         for m in muscles

@@ -41,13 +41,7 @@ def stored_point(
 def stored_surface(
     attributes: Mapping[str, str], where: str, findings: list[Finding]
 ) -> SurfaceUse | None:
-    """Return the stored use of a face; None if it is missing or cannot be read.
-
-    Args:
-        attributes: Attributes of the face in the group of the add-in.
-        where: Name of the occurrence or design.
-        findings: List to which findings are appended.
-    """
+    """Return the stored use of a face; None if it is missing or cannot be read."""
     what = f"the attribute of a wrap face of {where!r}"
     todo = "pick the face again in Define muscles"
     return _read_attribute(
@@ -58,13 +52,7 @@ def stored_surface(
 def stored_muscles(
     attributes: Mapping[str, str], design: str, findings: list[Finding]
 ) -> tuple[MuscleSnapshot, ...]:
-    """Return the muscles that are listed in a design; empty if the list cannot be read.
-
-    Args:
-        attributes: Attributes of the design in the group of the add-in.
-        design: Name of the design.
-        findings: List to which findings are appended.
-    """
+    """Return the muscles that are listed in a design; empty if the list cannot be read."""
     if MUSCLES not in attributes:
         return ()
     muscles = []
@@ -92,13 +80,7 @@ def _bad_muscles(error: InputError, design: str) -> Finding:
 
 
 def newer_record(what: str, extra: Mapping[str, str], subject: tuple[str, str]) -> Finding:
-    """Return a warning about a record of a newer version.
-
-    Args:
-        what: Name of the record for the message.
-        extra: Unknown keys of the record.
-        subject: Kind and name of its object.
-    """
+    """Return a warning about a record of a newer version."""
     keys = ", ".join(sorted(extra.keys() - {"version"})) or "none"
     message = (
         f"{what} was stored by a newer version of the add-in; unknown keys are kept but not used: "

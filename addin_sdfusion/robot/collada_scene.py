@@ -29,9 +29,6 @@ class _Node:
 class ColladaScene:
     """Contents of a COLLADA file, counted while the file is parsed.
 
-    Args:
-        data: Content of the file.
-
     Raises:
         ValueError: The file declares XML entities.
         expat.ExpatError: The file is not XML.

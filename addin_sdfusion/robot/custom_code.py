@@ -17,11 +17,6 @@ T = TypeVar("T")
 def load_class(file: Path, name: str, base: type) -> type[Any]:
     """Execute a Python file and return one of its classes.
 
-    Args:
-        file: The file.
-        name: Name of the class.
-        base: Required base class.
-
     Raises:
         InputError: The file cannot be executed, or the class is not a subclass of `base`.
         UnknownNameError: The class does not exist in the file.

@@ -116,12 +116,7 @@ class RobotError(InputError):
 
 
 class MachineError(CardsflowError):
-    """An error of the operating system, such as a full disk or too many open files.
-
-    Args:
-        what: Description of the error.
-        file: The file or folder.
-    """
+    """An error of the operating system, such as a full disk or too many open files."""
 
     def __init__(self, what: str, file: str | Path) -> None:
         self.what, self.file = what, Path(file)

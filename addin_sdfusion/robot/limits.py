@@ -104,12 +104,7 @@ def too_large(largest: int) -> str:
 
 
 def xml_fault(data: bytes, tags: int = 3 * XML_ELEMENTS) -> str | None:
-    """Return the reason why XML is too large to parse, or None.
-
-    Args:
-        data: The XML text.
-        tags: Maximum number of opening and closing tags.
-    """
+    """Return the reason why XML is too large to parse, or None."""
     if data.count(b"<") > tags:
         return f"contains more than {tags} tags"
     if data.count(b"=") > XML_ATTRIBUTES:

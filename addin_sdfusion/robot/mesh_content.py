@@ -23,10 +23,6 @@ def mesh_problem(suffix: str, data: bytes) -> str | None:
     """Return the reason why a file is not a usable mesh, or None.
 
     A mesh that requires other files is rejected, since they would not be copied.
-
-    Args:
-        suffix: Suffix of the file name, such as `.stl`.
-        data: Content of the file.
     """
     test = _TESTS.get(suffix.lower())
     if test is None:

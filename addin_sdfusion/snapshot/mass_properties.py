@@ -143,12 +143,7 @@ def total(parts: Iterable[Part]) -> Part:
 
 
 def link_inertia(body: Part, T_world_link: Transform) -> Inertia:
-    """Return the inertia of a body in the frame of its link.
-
-    Args:
-        body: Mass properties in the world frame.
-        T_world_link: Pose of the link.
-    """
+    """Return the inertia of a body in the frame of its link."""
     R_link_world = transpose(T_world_link.R)
     x, y, z = rotate(R_link_world, subtract(body.com, T_world_link.p))
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = rotate_inertia(R_link_world, body.inertia)

@@ -32,13 +32,7 @@ def add_json(parser: argparse.ArgumentParser, what: str = "the result") -> None:
 
 
 def add_output(parser: argparse.ArgumentParser, what: str, **options: Any) -> None:
-    """Add `-o`.
-
-    Args:
-        parser: The parser.
-        what: Description of the output.
-        options: Options of `add_argument`, such as `required` and `default`.
-    """
+    """Add `-o`."""
     if options.get("required"):
         what += " (required)"
     elif "default" in options:

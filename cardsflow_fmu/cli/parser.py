@@ -35,12 +35,7 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
-        """Parse words; an unknown word is an error of this command, with the usage of this command.
-
-        Args:
-            args: The words (default: arguments of the process).
-            namespace: Object that receives the options (default: a new one).
-        """
+        """Parse words; an unknown word is an error with the usage of this command."""
         words = list(sys.argv[1:] if args is None else args)
         self._check_options(words)
         found, unknown = super().parse_known_args(words, namespace)

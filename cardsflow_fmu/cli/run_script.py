@@ -20,12 +20,7 @@ _FMPY = files("cardsflow_fmu.simulation") / "cosimulate.txt"
 
 
 def missing_in_fmpy(experiment: Experiment, realtime: bool) -> str | None:
-    """Return a feature of the experiment that a script with only FMPy does not support, or None.
-
-    Args:
-        experiment: The experiment.
-        realtime: Whether the run is in real time.
-    """
+    """Return a feature of the experiment that a script with only FMPy does not support, or None."""
     loads = [*load_signals(experiment.robot), *wrench_signals(experiment.plant.wrenches)]
     hidden = experiment.disturbance is not None and not experiment.disturbance.known
     found = {
@@ -76,14 +71,7 @@ def run_script(
     *,
     realtime: bool = False,
 ) -> str:
-    """Return a script that runs an experiment or an .ssp file with this package.
-
-    Args:
-        experiment: An experiment.toml, its folder, or an .ssp file.
-        output: Folder for the results (default: as in the experiment).
-        settings: Changed values by full key.
-        realtime: Whether the run is in real time.
-    """
+    """Return a script that runs an experiment or an .ssp file with this package."""
     is_system = experiment.suffix == ".ssp"
     options: dict[str, Any] = {} if output is None else {"output": str(output)}
     if is_system and settings:

@@ -187,12 +187,7 @@ def _note(findings: Sequence[Finding]) -> None:
 def live_watch(
     experiment: Experiment, options: argparse.Namespace
 ) -> Iterator[tuple[Watch | None, Callable[[Result], None]]]:
-    """Provide functions that show and publish a run, and that replay it until Ctrl-C.
-
-    Args:
-        experiment: The experiment of the run.
-        options: Options of the command: `view`, `port`, `no_browser` and `publish`.
-    """
+    """Provide functions that show and publish a run, and that replay it until Ctrl-C."""
     watches: list[Watch] = []
 
     def watch(names: tuple[str, ...], rows: FloatArray) -> None:

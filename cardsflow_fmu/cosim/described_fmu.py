@@ -19,12 +19,6 @@ from .wiring import members
 class DescribedFmu(Idle):
     """Inputs and outputs of an FMU. Each element of an array is a separate port.
 
-    Args:
-        name: Name of the FMU in the wiring.
-        file: The .fmu.
-        folder: An empty folder, or a folder with the unpacked FMU.
-        start_values: Start values for parameters and other variables, by name.
-
     Raises:
         InputError: The file is not a valid FMU for co-simulation.
         UnknownNameError: A start value names a variable that does not exist.

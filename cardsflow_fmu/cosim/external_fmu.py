@@ -53,14 +53,7 @@ class ExternalFmu:
 def without_missing_loads(
     wiring: Wiring, fmus: Collection[str], parts: Iterable[Ported], loads: Sequence[str]
 ) -> dict[str, str | float]:
-    """Return an experiment's wiring without external loads that external FMUs have no inputs for.
-
-    Args:
-        wiring: The experiment's wiring.
-        fmus: Roles of the external FMUs.
-        parts: The participants.
-        loads: Names of the inputs for external loads.
-    """
+    """Return an experiment's wiring without loads that external FMUs have no inputs for."""
     missing = {
         f"{part.name}.{load}"
         for part in parts
@@ -222,12 +215,6 @@ def experiment_names(
     external: ExternalFmu, side: str, fmu_names: Sequence[str], ports: Sequence[Port]
 ) -> dict[str, str]:
     """Return the experiment's name of each mapped variable of an FMU.
-
-    Args:
-        external: The experiment's settings for the FMU.
-        side: `input` or `output`.
-        fmu_names: Names of the FMU's inputs or outputs.
-        ports: The experiment's variables for the role of the FMU.
 
     Raises:
         InputError: A size does not match.

@@ -43,12 +43,6 @@ Log = Callable[[int, str], None]
 class FmuCalls(ABC):
     """Calls of an FMU instance.
 
-    Args:
-        name: Name of the instance.
-        description: FMPy's model description.
-        folder: Folder with the unpacked FMU.
-        log: Function that receives the FMU's messages.
-
     Raises:
         Exception: FMPy cannot load the library, or the FMU cannot be instantiated.
     """

@@ -24,9 +24,6 @@ STRUCTURAL = "structuralParameter"
 def read_description(file: Path) -> Any:
     """Read FMPy's model description of a packed FMU.
 
-    Args:
-        file: The .fmu.
-
     Raises:
         InputError: The file is not an FMU.
     """
@@ -42,10 +39,6 @@ _UNUSED_FOLDERS = ("sources/", "documentation/", "terminalsAndIcons/")
 def read_unpacked_description(file: Path, folder: Path) -> Any:
     """Unpack an FMU and read FMPy's model description.
 
-    Args:
-        file: The .fmu.
-        folder: An empty folder, or a folder with the unpacked FMU.
-
     Raises:
         InputError: The file is not an FMU.
     """
@@ -58,11 +51,6 @@ def read_unpacked_description(file: Path, folder: Path) -> Any:
 
 def set_structure(description: Any, values: Mapping[str, float], file: Path) -> None:
     """Set structural parameters of FMI 3.0, and the shapes of the arrays that depend on them.
-
-    Args:
-        description: FMPy's model description, which is changed.
-        values: Start values of variables, by name; others are ignored.
-        file: The .fmu.
 
     Raises:
         InputError: A value is not a size, or the FMU has too many variables.

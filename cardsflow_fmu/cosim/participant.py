@@ -86,13 +86,7 @@ class Participant(Wired, Protocol):
 
 
 class WiredPorts:
-    """Inputs and outputs of a model, which share its memory.
-
-    Args:
-        name: Name of the model in the wiring.
-        ports: Variables of the model.
-        inputs, outputs: Memory of the values, one per port.
-    """
+    """Inputs and outputs of a model, which share its memory."""
 
     def __init__(
         self, name: str, ports: Sequence[Port], inputs: FloatArray, outputs: FloatArray

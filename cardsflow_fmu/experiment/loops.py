@@ -14,11 +14,6 @@ from sim_dart.dynamics.independent import control_dynamics, dependent_coordinate
 def with_dependent(data: Mapping[str, Any], robot: Robot, file: Path) -> Mapping[str, Any]:
     """Set controller.dependent for every coordinate of a robot with closed loops.
 
-    Args:
-        data: The content of an experiment file.
-        robot: The robot.
-        file: The file, for messages.
-
     Raises:
         InputError: No coordinate is independent, or the engine does not support loops.
 

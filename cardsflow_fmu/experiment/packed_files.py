@@ -31,12 +31,7 @@ Files = dict[str, bytes | Path]
 
 
 def named_files(settings: Any, folder: Path) -> tuple[Path, ...]:
-    """Return the existing files that settings name, at any depth.
-
-    Args:
-        settings: Plain data.
-        folder: Folder of relative paths.
-    """
+    """Return the existing files that settings name, at any depth."""
     if isinstance(settings, str):
         law = CustomLaw.of(settings)
         file = folder / (settings if law is None else law.file)
@@ -61,11 +56,6 @@ def mesh_roots(file: Path, robots: Iterable[Path], named: Iterable[Path]) -> tup
 def require_packable(file: Path, roots: Sequence[Path], key: str | None = None) -> Path:
     """Check that a file may be packed.
 
-    Args:
-        file: The file.
-        roots: As for `lies_in`.
-        key: Key of the setting that names the file.
-
     Raises:
         InputError: The file is outside of the allowed folders.
     """
@@ -76,10 +66,6 @@ def require_packable(file: Path, roots: Sequence[Path], key: str | None = None) 
 
 def require_archive_paths(data: Mapping[str, Any], file: Path) -> None:
     """Check that all paths of an experiment in an archive refer to files in the archive.
-
-    Args:
-        data: The content of the experiment file.
-        file: The file, for messages.
 
     Raises:
         InputError: A path is absolute, contains `..`, or leads to a file outside of the archive.
@@ -98,10 +84,6 @@ def require_archive_paths(data: Mapping[str, Any], file: Path) -> None:
 
 def require_archive_files(files: Iterable[Path], folder: Path) -> None:
     """Check that all files of a robot are in the unpacked archive.
-
-    Args:
-        files: The files of the robot.
-        folder: Folder of the unpacked archive.
 
     Raises:
         InputError: A file is outside of the folder.
@@ -160,11 +142,6 @@ def robot_folder(place: str, own: Sequence[Path]) -> str:
 def robot_files(place: str, own: Sequence[Path], roots: Sequence[Path]) -> Files:
     """Return all files of a robot, by path in the archive.
 
-    Args:
-        place: Path of the robot in the archive.
-        own: The files, the main file first.
-        roots: As for `lies_in`.
-
     Raises:
         InputError: A file or the target of a link is outside of the allowed folders.
     """
@@ -204,14 +181,7 @@ def collision_meshes(place: str, robot: Robot, folder: Path, roots: Sequence[Pat
 
 
 def visual_meshes(place: str, robot: Robot, folder: Path, roots: Sequence[Path]) -> Files:
-    """Return the existing visual meshes of a robot that may be packed.
-
-    Args:
-        place: Path of the robot's folder in the archive.
-        robot: The robot.
-        folder: The folder of the robot.
-        roots: As for `lies_in`.
-    """
+    """Return the existing visual meshes of a robot that may be packed."""
     packed: dict[str, Path] = {}
     for _, mesh in _meshes(robot, "visual"):
         file = mesh_file(mesh.uri, folder, roots)
@@ -221,13 +191,7 @@ def visual_meshes(place: str, robot: Robot, folder: Path, roots: Sequence[Path])
 
 
 def omitted_meshes(robot: Robot, folder: Path, roots: Sequence[Path]) -> list[str]:
-    """Describe the existing visual meshes that may not be packed, one line each with the reason.
-
-    Args:
-        robot: The robot.
-        folder: The folder of the robot.
-        roots: As for `lies_in`.
-    """
+    """Describe the existing visual meshes that may not be packed, one line each with the reason."""
     lines: dict[str, None] = {}
     names: dict[str, Path] = {}
     for link, mesh in _meshes(robot, "visual"):

@@ -85,10 +85,6 @@ class Policy:
     def numbers(self, robot: Robot, space: Space) -> FloatArray:
         """Return the numbers of the policy for the C library; see `policy_open` in policy.h.
 
-        Args:
-            robot: The robot.
-            space: Space of the reference.
-
         Raises:
             InputError: The policy does not fit the robot.
         """

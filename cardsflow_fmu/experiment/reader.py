@@ -73,12 +73,7 @@ def read_experiment(
 
 
 def follows_motion(path: Path, settings: Mapping[str, Any]) -> bool:
-    """Return whether a run of an experiment follows motion.csv with the feedback of the motion.
-
-    Args:
-        path: An experiment.toml or its folder.
-        settings: Changes by full key.
-    """
+    """Return whether a run of an experiment follows motion.csv with the feedback of the motion."""
     data = _follow_motion(_read_data(path, settings)[0])
     is_followed = data["controller"].get("type") == FEEDBACK
     return is_followed and data.get("reference") == {"type": "optimised"}

@@ -56,12 +56,6 @@ _FIXED = ("name", "motions")  # other parts and the order of the coordinates dep
 def with_overrides(robot: Robot, overrides: Mapping[str, Any], file: Path, key: str) -> Robot:
     """Return the robot with changed parts and locked coordinates, without checks of the result.
 
-    Args:
-        robot: The robot.
-        overrides: Changes, by kind and name of the part.
-        file: File of the changes, for messages.
-        key: Full key of the changes, for messages.
-
     Raises:
         InputError: A change is invalid.
     """
@@ -149,14 +143,7 @@ def _replace_parts(robot: Robot, kind: str, items: Sequence[Any]) -> Robot:
 
 
 def _change_part(item: Any, fields: Any, key: str, extra_keys: Sequence[str] = ()) -> Any:
-    """Return a part with changed attributes.
-
-    Args:
-        item: The part.
-        fields: Changes by key.
-        key: Full key of the table, for messages.
-        extra_keys: Additional valid keys, for messages.
-    """
+    """Return a part with changed attributes."""
     known = {field.name: getattr(item, field.name) for field in dataclasses.fields(item)}
     for fixed in _FIXED:
         known.pop(fixed, None)

@@ -143,13 +143,7 @@ def _point_lines(
     points: Iterable[TrajectoryPoint],
     without: Collection[str],
 ) -> Iterator[str]:
-    """Yield the lines of one TOML table per point, with units, and with limits at the first one.
-
-    Args:
-        coordinates: Coordinates of the points, in order.
-        points: Points of the reference.
-        without: Names of coordinates that are not written.
-    """
+    """Yield the lines of one TOML table per point, with units, and with limits at the first one."""
     keys = [_toml_key(c.name) for c in coordinates]
     for i, point in enumerate(points):
         yield ""

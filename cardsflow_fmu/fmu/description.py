@@ -107,16 +107,7 @@ def document(
     variables: Iterable[ET.Element],
     structure: ET.Element,
 ) -> ET.Element:
-    """Return the root element of a model description with the parts common to both versions.
-
-    Args:
-        fmu: The FMU.
-        identity: Attributes of the root: version of FMI, and GUID or instantiation token.
-        interface: Element `CoSimulation` or `ModelExchange`.
-        types: Type definitions.
-        variables: Model variables.
-        structure: The model structure.
-    """
+    """Return the root element of a model description with the parts common to both versions."""
     about = {**fmu.about, "generationDateAndTime": fmu.generated}
     root = ET.Element(
         "fmiModelDescription",
@@ -190,10 +181,6 @@ def number_attributes(variable: Variable, types: Mapping[str, str]) -> dict[str,
     """Return the attributes of a variable that both versions share: type, unit, range, nominal.
 
     An array has the range that contains the ranges of all elements, and the smallest nominal value.
-
-    Args:
-        variable: The variable; booleans have no such attributes.
-        types: Type names by unit; see `type_names`.
     """
     ports, unit = variable.ports, variable.unit
     if variable.port.boolean:

@@ -24,11 +24,6 @@ _CONTINUOUS_OR_DISCRETE = ("continuous", "discrete")
 def model_description(fmu: FmuDescription, guid: str, fmi: FmiVersion = "2.0") -> bytes:
     """Return the contents of modelDescription.xml.
 
-    Args:
-        fmu: The FMU.
-        guid: GUID or instantiation token, which the library checks.
-        fmi: Version of FMI. FMI 2.0 has no arrays.
-
     Raises:
         InputError: FMI does not allow a name, a unit or a combination of attributes.
     """

@@ -91,15 +91,7 @@ def add_unknowns(
     attribute: str,
     place: Callable[[Variable], int],
 ) -> None:
-    """Add an element for each unknown.
-
-    Args:
-        parent: The element to extend.
-        unknowns: The unknowns.
-        tag: Function that returns the name of the element.
-        attribute: Attribute that identifies the variable.
-        place: Function that returns the number of a variable.
-    """
+    """Add an element for each unknown."""
     for unknown in unknowns:
         element = ET.SubElement(parent, tag(unknown), {attribute: str(place(unknown.variable))})
         if unknown.knowns is not None:

@@ -56,11 +56,6 @@ def model_in_c(experiment: Experiment, model: str, native: bool | None) -> Nativ
 def require_in_c(experiment: Experiment, model: str, advice: str) -> None:
     """Raise an error if a model requires Python or DART.
 
-    Args:
-        experiment: The experiment.
-        model: Name of the model.
-        advice: Advice for the message.
-
     Raises:
         InputError: The model requires Python or DART. The message names the requirement.
     """
@@ -75,10 +70,6 @@ def require_in_c(experiment: Experiment, model: str, advice: str) -> None:
 
 def missing_in_c(experiment: Experiment, model: str) -> str | None:
     """Return a requirement of a model that native models do not support.
-
-    Args:
-        experiment: The experiment.
-        model: Name of the model.
 
     Returns:
         The requirement, such as `worlds with contacts`, or None if a native model is possible.

@@ -25,10 +25,6 @@ class Opened(Protocol):
 class CModel(ExperimentModel):
     """Model that is implemented in C, in `runtime/csrc/native`.
 
-    Args:
-        experiment: The experiment.
-        values: Memory for the variables (default: allocated).
-
     Attributes:
         opened: The model in C, which reads and writes `values`.
     """

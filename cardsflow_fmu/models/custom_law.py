@@ -28,10 +28,6 @@ def import_custom_law(custom: CustomLaw, space: Space) -> Callable[..., Law]:
     The methods of the returned class raise errors that name file and line. They also raise an error
     for forces that are not finite.
 
-    Args:
-        custom: File and class.
-        space: Space of the reference.
-
     Raises:
         InputError: The file cannot be imported, or the class is not a controller.
     """

@@ -22,10 +22,6 @@ from sim_dart import Plant
 class DartPlant:
     """Connection of `sim_dart.Plant` to the variables of a plant.
 
-    Args:
-        experiment: The experiment.
-        views: Values of each group of variables.
-
     Raises:
         InputError: A tension is scaled, or a cable breaks.
     """

@@ -23,12 +23,7 @@ _ADVICE = "run it with `compute = 'python'`, or as FMUs"
 
 
 def missing_in_loop(experiment: Experiment, names: Sequence[str] | None = None) -> str | None:
-    """Return a part of a run that C does not support, or None.
-
-    Args:
-        experiment: The experiment.
-        names: Names of its models (default: all).
-    """
+    """Return a part of a run that C does not support, or None."""
     names = experiment.columns if names is None else names
     part = _unsupported_part(experiment, names)
     requirements = (missing_in_c(experiment, name) for name in names)
@@ -37,10 +32,6 @@ def missing_in_loop(experiment: Experiment, names: Sequence[str] | None = None) 
 
 def require_native(experiment: Experiment, names: Sequence[str]) -> None:
     """Raise an error if an experiment requires Python or DART.
-
-    Args:
-        experiment: The experiment.
-        names: Names of its models.
 
     Raises:
         InputError: The experiment requires Python or DART. The message names the requirement.

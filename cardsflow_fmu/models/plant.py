@@ -163,14 +163,7 @@ def continuous_file(
     wrenches: Sequence[str] = (),
     tension_scale: Sequence[float] = (),
 ) -> bytes:
-    """Return the file `native.bin` of a plant in continuous time.
-
-    Args:
-        robot: The robot.
-        groups: Variables of the plant, from `continuous_groups`.
-        wrenches: Names of links with external wrenches.
-        tension_scale: Factor on the tension of each muscle; 1 if empty.
-    """
+    """Return the file `native.bin` of a plant in continuous time."""
     counts, fields = plant_fields(robot, 1, "rk4", wrenches, tension_scale, groups)
     fields["nominals"] = [port.nominal for port in state_ports_of(groups)]
     fields["limited"] = [2 * j + side for j, side in limited_sides(robot)]

@@ -64,12 +64,7 @@ def law_in_python(experiment: Experiment) -> str | None:
 
 
 class PythonParts:
-    """Control law and muscle laws in Python for a controller in C.
-
-    Args:
-        experiment: The experiment.
-        opened: The controller in C.
-    """
+    """Control law and muscle laws in Python for a controller in C."""
 
     def __init__(self, experiment: Experiment, opened: OpenedModel) -> None:
         self._opened = opened

@@ -13,11 +13,6 @@ def chosen_columns(
 ) -> list[str]:
     """Return the names that match a pattern, without `time`.
 
-    Args:
-        names: Names of columns.
-        patterns: Patterns such as `q.*`, or names.
-        key: Key for messages.
-
     Raises:
         UnknownNameError: A pattern matches no name.
     """

@@ -25,11 +25,7 @@ _EVIDENCE = ("statistic", "threshold", "confidence", "value")
 
 
 def fault_events(columns: Mapping[str, FloatArray]) -> list[dict[str, Any]]:
-    """Return the detected faults and the decisions about them, in the order of time.
-
-    Args:
-        columns: Columns of a run.
-    """
+    """Return the detected faults and the decisions about them, in the order of time."""
     events: list[tuple[int, dict[str, Any]]] = []
     for name, values in columns.items():
         prefix, _, part = name.partition(".")
@@ -82,11 +78,6 @@ def estimation_summary(
 
     Hardware without joint encoders has no ground truth, so that the errors are unknown. `fitted`
     marks positions that were fitted to muscle lengths.
-
-    Args:
-        experiment: The experiment.
-        columns: Columns of the run.
-        observed: Observability; see `analysis.observable`.
     """
     if experiment.estimator is None or VALID not in columns or not len(columns[VALID]):
         return {}
@@ -149,11 +140,7 @@ def _offsets(experiment: Experiment, columns: Mapping[str, FloatArray]) -> dict[
 
 
 def changed_offsets(summary: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the observed length offsets that changed by more than three standard deviations.
-
-    Args:
-        summary: Summary of a run.
-    """
+    """Return the observed length offsets that changed by more than three standard deviations."""
     rows = (summary.get("estimation") or {}).get("offsets") or {}
     return {
         name: row
@@ -166,10 +153,6 @@ def updated_calibration(experiment: Experiment, summary: Mapping[str, Any]) -> d
     """Return a calibration with the changed offsets by file name; empty if none has changed.
 
     It contains the calibration in the folder of the robot, which is not changed, with new offsets.
-
-    Args:
-        experiment: The experiment.
-        summary: Summary of its run.
     """
     changed = changed_offsets(summary)
     if not changed:

@@ -66,12 +66,6 @@ class Journal:
     ) -> None:
         """Replace the results of an earlier run by results without rows.
 
-        Args:
-            names: Names of the columns.
-            units: Units of the columns.
-            count: Maximum number of rows.
-            summary: The summary before the first step, marked incomplete.
-
         Raises:
             MachineError: The disk is full.
             InputError: The folder cannot be written.
@@ -114,9 +108,6 @@ class Journal:
 
     def update(self, filled: int) -> None:
         """Add new rows of the table; they are written within 0.05 s.
-
-        Args:
-            filled: Number of rows that are filled.
 
         Raises:
             SimulationError: The file cannot be written.

@@ -78,12 +78,7 @@ class RowStore:
         self._memory[: self._head] = _npy_header(filled, self.rows.shape[1])
 
     def finish(self, filled: int, file: Path) -> None:
-        """Set the number of rows, end the file there, and protect it from changes.
-
-        Args:
-            filled: Number of filled rows.
-            file: Path of the file.
-        """
+        """Set the number of rows, end the file there, and protect it from changes."""
         self.publish(filled)
         self.rows.flags.writeable = False
         os.truncate(file, self._head + filled * self._width)

@@ -102,9 +102,6 @@ def load_run(path: str | Path) -> ExperimentRunData:
 
     Robot files are deleted together with the experiment of the result.
 
-    Args:
-        path: The results folder, or the table in it.
-
     Raises:
         InputError: A file is missing or damaged.
     """
@@ -151,9 +148,6 @@ def _recomputed_summary(result: ExperimentRunData) -> dict[str, Any]:
 
 def read_results(path: Path) -> RunData:
     """Read table, units and summary of a run.
-
-    Args:
-        path: The results folder, or a single .csv file.
 
     Raises:
         InputError: A file is missing or damaged.

@@ -63,14 +63,7 @@ def summarize(
     speed: Speed,
     observed: Mapping[str, Any] = {},
 ) -> dict[str, Any]:
-    """Return the summary of a run; signals that an external FMU does not provide are omitted.
-
-    Args:
-        experiment: The experiment.
-        recording: Recording of the run.
-        speed: Computation times.
-        observed: Observability of the reference poses; see `analysis.observable`.
-    """
+    """Return the summary of a run; signals that an external FMU does not provide are omitted."""
     robot, columns = experiment.robot, recording.columns
     followed = tracked_signals(
         robot, experiment.reference.space, experiment.controller.uncontrolled
@@ -169,13 +162,7 @@ def _contacts(experiment: Experiment, columns: Columns) -> dict[str, Any]:
 
 
 def _outcome(recording: Recording, columns: Columns, failed: str | None) -> dict[str, Any]:
-    """Return status, failure and error of a run.
-
-    Args:
-        recording: Recording of the run.
-        columns: Its columns.
-        failed: Why a run that reached its end failed, or None.
-    """
+    """Return status, failure and error of a run."""
     error = recording.failure
     status = "complete" if failed is None else "failed"
     return {

@@ -45,11 +45,7 @@ def problems(summary: Mapping[str, Any]) -> list[str]:
 
 
 def failure(summary: Mapping[str, Any]) -> str | None:
-    """Return why a run that reached its end failed; None if it succeeded.
-
-    Args:
-        summary: As for `problems`.
-    """
+    """Return why a run that reached its end failed; None if it succeeded."""
     for event in summary.get("faults") or ():
         if event.get("decision") == DECISIONS[4]:
             return f"joints stopped at {event['time']:.6g} s: the muscles cannot hold the pose"
@@ -191,12 +187,7 @@ def _tracking_errors(summary: Mapping[str, Any]) -> list[str]:
 def _large_errors(
     summary: Mapping[str, Any], ratio: float
 ) -> tuple[dict[str, Any], dict[str, float]]:
-    """Return the signals with large tracking errors, and the range of the reference by unit.
-
-    Args:
-        summary: As for `problems`.
-        ratio: Maximum ratio of other errors to the range.
-    """
+    """Return the signals with large tracking errors, and the range of the reference by unit."""
     rows = (summary.get("tracking") or {}).get("per_signal") or {}
     ranges: dict[str, float] = {}
     for row in rows.values():

@@ -35,10 +35,6 @@ _QOS = """- history: {history}
 class McapWriter:
     """Writer of messages, as a context manager that completes the file.
 
-    Args:
-        stream: Stream to write to.
-        topics: Topics of the messages.
-
     Raises:
         InputError: A package of the extra `ros2` is missing.
     """
@@ -71,11 +67,7 @@ class McapWriter:
         self._numbers = {topic: count() for topic in topics}
 
     def attach(self, files: Mapping[str, bytes]) -> None:
-        """Add files to the recording.
-
-        Args:
-            files: Contents by file name.
-        """
+        """Add files to the recording."""
         for name, content in files.items():
             self._writer.add_attachment(0, 0, name, "application/octet-stream", content)
 

@@ -25,10 +25,6 @@ def message_rows(store: Any, batch: Batch) -> Bytes:
 
     One message is serialised twice: with arrays of zeros, and with arrays of the byte `_MARK`. The
     positions where both results differ contain the arrays, in the order of the fields.
-
-    Args:
-        store: Message types, a `Typestore`.
-        batch: The messages.
     """
     count = len(batch.time_ns)
     zero, marked = (_Prototype(store, batch.values, batch.topic.type, byte) for byte in (0, _MARK))
@@ -40,12 +36,6 @@ def message_rows(store: Any, batch: Batch) -> Bytes:
 
 class _Prototype:
     """Message of a batch whose arrays are filled with one byte.
-
-    Args:
-        store: Message types.
-        values: Fields of the batch.
-        kind: Type of the message.
-        byte: Byte that fills the arrays.
 
     Attributes:
         arrays: Arrays of the batch in the number types of the message, in the order of its fields.

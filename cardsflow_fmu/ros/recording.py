@@ -74,10 +74,6 @@ def convert_run(path: str | Path, file: str | Path, *, overwrite: bool = False) 
 def write_recording(run: RunData, file: Path) -> McapRecording:
     """Write a run as an MCAP file; see `convert_run`.
 
-    Args:
-        run: The run. If its robot is unknown, topics that require the robot are omitted.
-        file: MCAP file to write.
-
     Raises:
         InputError: The run has no rows.
     """

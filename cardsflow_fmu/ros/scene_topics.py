@@ -66,9 +66,6 @@ class ShownRobot(NamedTuple):
 class SceneTopics:
     """Topics that visualise a robot.
 
-    Args:
-        shown: The robot.
-
     Attributes:
         topics: The topics.
         meshes: Contents of the mesh files, by their path in the robot description.

@@ -23,9 +23,6 @@ _SIGNALS = Path(__file__).parent / "interfaces/cardsflow_msgs/msg/Signals.msg"
 def require_ros(key: str | None = None) -> None:
     """Check that the packages of the extra `ros2` are installed.
 
-    Args:
-        key: Option or setting that requires the packages, for the message.
-
     Raises:
         InputError: A package is missing.
     """

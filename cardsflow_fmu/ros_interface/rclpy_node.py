@@ -42,10 +42,6 @@ class RosNode:
     A separate thread answers service requests, so that publishing and simulation steps do not wait
     for ROS. The thread that calls `receive` reads messages from the middleware.
 
-    Args:
-        address: Name, namespace and domain of the node.
-        parameters: Parameters of the node, which are read-only.
-
     Raises:
         InputError: This Python has no rclpy, or the middleware cannot be started.
     """

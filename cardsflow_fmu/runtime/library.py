@@ -94,9 +94,6 @@ def library_path(*, native: bool = False) -> Path:
     The environment variable `CARDSFLOW_LIBRARY_DIR` replaces the folder of the installation, for
     example by one with a sanitized build.
 
-    Args:
-        native: Whether to return the library of native FMUs.
-
     Raises:
         InputError: The library does not exist.
     """

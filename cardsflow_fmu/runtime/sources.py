@@ -149,11 +149,7 @@ WASM = "wasm32"
 
 
 def wasm_command(file: Path) -> list[str]:
-    """Return the command that compiles the WebAssembly module with the ziglang package.
-
-    Args:
-        file: Path of the module.
-    """
+    """Return the command that compiles the WebAssembly module with the ziglang package."""
     compiler = [sys.executable, "-m", "ziglang", "cc", "-target", "wasm32-wasi"]
     module = ["-mexec-model=reactor", "-Wl,--gc-sections", "-Wl,--export-dynamic"]
     memory = [f"-Wl,--export={name}" for name in ("malloc", "free")]
@@ -162,13 +158,7 @@ def wasm_command(file: Path) -> list[str]:
 
 
 def cross_command(library: Library, platform: str, file: Path) -> list[str]:
-    """Return the command that compiles a library for a platform with the ziglang package.
-
-    Args:
-        library: The library.
-        platform: FMI 3.0's name of the platform.
-        file: Path of the compiled library.
-    """
+    """Return the command that compiles a library for a platform with the ziglang package."""
     target = TARGETS[platform]
     compiler = [sys.executable, "-m", "ziglang", "cc", "-target", target.name]
     flags = [*FLAGS, *SMALL, "-shared", "-g0", "-s"]

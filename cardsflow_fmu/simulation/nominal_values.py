@@ -21,10 +21,6 @@ Nominal = float | tuple[float, ...]
 def nominal_value(experiment: Experiment, path: str) -> Nominal:
     """Return the number or vector at a path.
 
-    Args:
-        experiment: The experiment without variations.
-        path: Full key of the setting.
-
     Raises:
         InputError: The setting is not a finite real number or vector.
     """

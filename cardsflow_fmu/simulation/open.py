@@ -156,9 +156,6 @@ def require_openable(experiment: Experiment) -> None:
     The check does not connect to hardware and does not execute third-party code, neither FMUs nor
     Python files. Experiments with custom muscle laws are not checked.
 
-    Args:
-        experiment: The experiment.
-
     Raises:
         InputError: A part of the experiment is invalid.
         SimulationError: A participant does not start.

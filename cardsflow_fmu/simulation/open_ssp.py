@@ -93,13 +93,6 @@ def open_ssp(
 ) -> Iterator[OpenSsp]:
     """Start and connect the FMUs of an .ssp file.
 
-    Args:
-        path: The .ssp file.
-        settings: Settings of the run, see `run_system`.
-        hardware: Address of the hardware (default: from the environment or the .ssp).
-        scratch: Empty folder for temporary files.
-        folder: Results folder; None to write nothing.
-
     Raises:
         InputError: The file cannot be run.
         SimulationError: An FMU does not start.

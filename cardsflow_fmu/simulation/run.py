@@ -37,12 +37,7 @@ R = TypeVar("R", bound=SystemResult, covariant=True)
 
 
 class RunError(SimulationError):
-    """Error of a run that ended early.
-
-    Args:
-        message: Reason.
-        result: Result so far, marked incomplete.
-    """
+    """Error of a run that ended early."""
 
     def __init__(self, message: str, result: SystemResult) -> None:
         super().__init__(message)

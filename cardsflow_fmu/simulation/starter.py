@@ -129,11 +129,6 @@ def read_movable(
 ) -> tuple[Robot, tuple[Finding, ...]]:
     """Read a robot that has movable joints and drives, and its findings.
 
-    Args:
-        robot: Robot file or its folder.
-        cable_set: Name of the cable set; None for the default of the robot file.
-        folder: Folder of the experiment.
-
     Raises:
         InputError: The robot cannot be read, has no movable joints or no drives, or has files
             that a run in this folder does not open.

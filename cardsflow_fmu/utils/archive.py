@@ -30,11 +30,7 @@ _MAX_NAME = 1000
 
 
 def archive_bytes(files: Mapping[str, bytes]) -> bytes:
-    """Return the bytes of an archive.
-
-    Args:
-        files: Content of each file, by its path in the archive.
-    """
+    """Return the bytes of an archive."""
     memory = io.BytesIO()
     with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(files):
@@ -104,10 +100,6 @@ def unpack_archive(
 @contextlib.contextmanager
 def open_archive(path: Path, kind: str) -> Iterator[zipfile.ZipFile]:
     """Open an archive for reading, as a context; its paths are not checked.
-
-    Args:
-        path: The archive.
-        kind: Expected kind of archive, such as `.ssp`, for messages.
 
     Raises:
         InputError: The file is not a zip archive, is too large, or is found to be damaged while it

@@ -27,10 +27,6 @@ _EXISTS = "already exists; choose a new folder"
 class FolderLock:
     """Lock on an existing folder, until `release`.
 
-    Args:
-        folder: The folder.
-        work: Description of the work, such as `run`, for the message of other programs.
-
     Raises:
         InputError: Another program has the lock, or the folder cannot be written.
     """

@@ -43,10 +43,6 @@ def output_file(file: str | Path, suffixes: Collection[str], *, overwrite: bool 
 def write_output(file: Path, content: str | bytes) -> Path:
     """Write a file.
 
-    Args:
-        file: The file, from `output_file`.
-        content: The content, which contains `MARK`.
-
     Raises:
         InputError: The file cannot be written.
     """

@@ -12,13 +12,7 @@ from addin_sdfusion.robot.mesh_files import is_file, lies_in, mesh_file
 def visual_files(
     robot: Robot, folder: Path, roots: Sequence[Path] | None = None
 ) -> dict[str, Path]:
-    """Return the existing and allowed files of the visual meshes, by their URIs.
-
-    Args:
-        robot: The robot.
-        folder: Folder of the robot.
-        roots: Allowed folders, see `lies_in`; None for the folder of the robot.
-    """
+    """Return the existing and allowed files of the visual meshes, by their URIs."""
     roots = (folder,) if roots is None else roots
     uris = sorted({mesh.uri for link in robot.links for mesh in visuals(link)})
     files = {uri: mesh_file(uri, folder, roots) for uri in uris}

@@ -50,10 +50,6 @@ class Marker:
 class MarkerKinematics:
     """Kinematics of M markers of a robot in the world frame.
 
-    Args:
-        robot: The robot.
-        markers: The markers.
-
     Raises:
         UnknownNameError: The link of a marker does not exist.
 

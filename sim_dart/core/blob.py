@@ -33,13 +33,7 @@ def _unit(axis: Vector3) -> FloatArray:
 def composite_inertias(
     robot: Robot, frames: list[MovingFrame], places: dict[str, Place]
 ) -> list[CompositeInertia]:
-    """Return the mass properties of every moving frame, then of the links fixed to the world.
-
-    Args:
-        robot: A valid robot.
-        frames: From `moving_frames`.
-        places: From `moving_frames`.
-    """
+    """Return the mass properties of every moving frame, then of the links fixed to the world."""
     bodies = [CompositeInertia() for _ in [*frames, None]]
     for link in robot.links:
         place = places[link.name]

@@ -83,12 +83,7 @@ def _basis(loop: LoopJoint) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def loop_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLike]:
-    """Return the fields for loop joints by name.
-
-    Args:
-        robot: A valid robot.
-        places: From `moving_frames`.
-    """
+    """Return the fields for loop joints by name."""
     kinds, frames, along, at, other = [], [], [], [], []
     for kind, loop, u, w, v in ((c.kind, c.loop, c.u, c.w, c.v) for c in closures(robot)):
         A, B = places[loop.parent], places[loop.child]

@@ -68,12 +68,7 @@ def path_counts(robot: Robot) -> dict[str, int]:
 
 
 def path_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLike]:
-    """Return the fields for muscle paths by name.
-
-    Args:
-        robot: A valid robot.
-        places: Place of every link, from `moving_frames`.
-    """
+    """Return the fields for muscle paths by name."""
     points = [point for muscle in robot.muscles for point in muscle.via_points]
     return {
         "muscle_points": [len(muscle.via_points) for muscle in robot.muscles],

@@ -73,13 +73,7 @@ class Graph(NamedTuple):
 
 
 def find_tree(graph: Graph, settings: ExportSettings, design: str) -> Tree:
-    """Return the kinematic tree of a graph.
-
-    Args:
-        graph: The links and the connections between them.
-        settings: The chosen base, and whether it floats.
-        design: Name of the design.
-    """
+    """Return the kinematic tree of a graph."""
     return _Search(graph, settings, design).tree() if graph.links else Tree((), (), (), ())
 
 

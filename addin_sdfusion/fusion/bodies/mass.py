@@ -28,11 +28,7 @@ class Weigher:
     """
 
     def __init__(self, occurrences: Occurrences) -> None:
-        """Create a weigher.
-
-        Args:
-            occurrences: All occurrences of the design.
-        """
+        """Create a weigher."""
         self.frames: dict[str, Transform] = {}
         self._occurrences = occurrences
         self._children: dict[str, list[Occurrence]] = {}
@@ -65,11 +61,6 @@ class Weigher:
         """Return the mass properties of a body of a component; raises as `read_mass`.
 
         A body that is alone in its component has the mass of the component.
-
-        Args:
-            body: The native body.
-            name: Its name.
-            occurrence: An occurrence of the component.
         """
         if occurrence.path and self._is_alone(occurrence):
             return self.occurrence(occurrence)
@@ -132,9 +123,6 @@ def read_mass(owner: Any) -> MassSnapshot | None:
 
     Fusion's default accuracy has errors of several per cent. The products of inertia are entries
     of the inertia matrix.
-
-    Args:
-        owner: The native entity.
 
     Returns:
         The mass properties; None for an owner without mass.

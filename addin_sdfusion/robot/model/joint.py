@@ -107,12 +107,7 @@ class Coordinate:
 
 
 def rename_coordinate(coordinate: Coordinate, new_name: Callable[[str], str]) -> Coordinate:
-    """Return the coordinate with another name, and with renamed coordinates in its coupling.
-
-    Args:
-        coordinate: The coordinate.
-        new_name: Function that returns the new name for an old name.
-    """
+    """Return the coordinate with another name, and with renamed coordinates in its coupling."""
     coupling = tuple(replace(t, coordinate=new_name(t.coordinate)) for t in coordinate.coupling)
     return replace(coordinate, name=new_name(coordinate.name), coupling=coupling)
 

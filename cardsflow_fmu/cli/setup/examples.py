@@ -50,10 +50,6 @@ def example_titles() -> dict[str, str]:
 def copy_example(name: str, folder: Path) -> tuple[list[Path], list[Path]]:
     """Copy an example and the examples that it uses.
 
-    Args:
-        name: Name of the example.
-        folder: Folder in which the folder of each example is created.
-
     Returns:
         The folders that were created, and the folders of used examples that existed before.
 

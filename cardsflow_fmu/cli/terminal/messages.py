@@ -48,12 +48,7 @@ def print_note(text: str, prefix: str = "cardsflow: ") -> None:
 
 
 def print_coloured(line: str, stream: Any = None) -> None:
-    """Print a line; its severity, such as `warning:`, is coloured on a terminal.
-
-    Args:
-        line: The line, without its end.
-        stream: Where to print (default: stdout).
-    """
+    """Print a line; its severity, such as `warning:`, is coloured on a terminal."""
     found = _SEVERITY.search(line)
     pieces = [(line, "")]
     if found:

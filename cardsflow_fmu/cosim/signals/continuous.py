@@ -28,10 +28,6 @@ def continuous_groups(robot: Robot, groups: Groups) -> Groups:
 
     They are those of co-simulation, except settings of steps, with the derivatives of the states
     and with event indicators as local variables.
-
-    Args:
-        robot: The robot.
-        groups: Variables of the plant for co-simulation.
     """
     return {
         **groups,

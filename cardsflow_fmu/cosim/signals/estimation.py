@@ -70,12 +70,7 @@ def _measurement_ports(
 
 
 def imu_ports(units: Sequence[str], causality: Causality) -> Groups:
-    """Return three ports for the gyroscope and three for the accelerometer of each IMU.
-
-    Args:
-        units: Links with an IMU.
-        causality: Causality of the ports.
-    """
+    """Return three ports for the gyroscope and three for the accelerometer of each IMU."""
     return {
         group: [
             Port(f"{name}.{axis}", unit, causality, "continuous", f"{what} of {link} along {axis}")
@@ -93,11 +88,6 @@ def sensor_groups(robot: Robot, encoded: Sequence[int], units: Sequence[str]) ->
     """Return the variables of sensors.
 
     Inputs are the true state, tensions and torques; outputs are the measurements.
-
-    Args:
-        robot: The robot.
-        encoded: Coordinates with an encoder.
-        units: Links with an IMU.
     """
     tensions = muscle_signals(TENSION, robot)
     torques = zip(motor_signals(MOTOR_TORQUE, robot), robot.motors, strict=True)

@@ -27,10 +27,5 @@ def group_slices(groups: Groups) -> dict[str, slice]:
 
 
 def group_views(groups: Groups, values: FloatArray) -> dict[str, FloatArray]:
-    """Return views of the values of each group.
-
-    Args:
-        groups: Groups of variables.
-        values: Values of all variables, in order.
-    """
+    """Return views of the values of each group."""
     return {name: values[place] for name, place in group_slices(groups).items()}

@@ -63,10 +63,6 @@ def count_port(name: str, description: str, upper: float = math.inf) -> Port:
 def signal_names(prefix: str, names: Iterable[str]) -> list[str]:
     """Return port names for coordinates, muscles or other named objects.
 
-    Args:
-        prefix: First part of the names, such as `q`.
-        names: The designer's names.
-
     Raises:
         InputError: Two names result in the same port name.
     """

@@ -96,12 +96,7 @@ WORKER_TIMEOUT = time_port(
 
 
 def external_load_signals(robot: Robot, wrenched: Sequence[str]) -> list[str]:
-    """Return the inputs for external forces on end-effector points and wrenches on links.
-
-    Args:
-        robot: The robot.
-        wrenched: Names of the links with external wrenches.
-    """
+    """Return the inputs for external forces on end-effector points and wrenches on links."""
     return [*load_signals(robot), *wrench_signals(wrenched)]
 
 

@@ -24,9 +24,6 @@ _DOTTED = re.compile(
 def read_settings(file: Path) -> dict[str, Any]:
     """Read a file as plain data.
 
-    Args:
-        file: A .toml file, or the experiment.json of an FMU.
-
     Raises:
         InputError: The file cannot be read.
     """
@@ -51,12 +48,6 @@ def read_settings(file: Path) -> dict[str, Any]:
 
 def require_sizes(data: Any, file: Path | None, key: str = "", depth: int = 0) -> None:
     """Check that integers fit into 64 bits and that the nesting depth is limited.
-
-    Args:
-        data: Plain data.
-        file: The file, for messages.
-        key: Key of the data.
-        depth: Nesting depth of the data.
 
     Raises:
         InputError: An integer is too large, or the nesting is too deep.

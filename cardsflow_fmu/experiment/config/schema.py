@@ -12,11 +12,7 @@ _NO_DEFAULT: tuple[Any, ...] = (None, "", [], {}, math.inf)
 
 
 def json_schema(table: type[Table]) -> dict[str, Any]:
-    """Return the JSON Schema of a table, without references.
-
-    Args:
-        table: Model of the table.
-    """
+    """Return the JSON Schema of a table, without references."""
     schema = table.model_json_schema()
     return _plain(schema, schema.get("$defs", {}))
 

@@ -150,9 +150,6 @@ class Table(BaseModel):
     def require_only(self, allowed: Iterable[str]) -> None:
         """Check that only keys that apply are set.
 
-        Args:
-            allowed: Keys that apply.
-
         Raises:
             SettingError: Another key is set.
         """
@@ -170,12 +167,6 @@ class Table(BaseModel):
 
 def validated(kind: Any, value: Any, key: str, file: Path | None = None) -> Any:
     """Validate a value as a key of a table.
-
-    Args:
-        kind: Type of the value.
-        value: The value.
-        key: Full key, for messages.
-        file: File of the value, for messages.
 
     Raises:
         InputError: The value is invalid.

@@ -148,10 +148,6 @@ def read_robot(
 def require_movable(robot: Robot, reading: Reading) -> None:
     """Check that a robot has movable joints and drives.
 
-    Args:
-        robot: The robot, with changes of the experiment.
-        reading: Result of reading its files.
-
     Raises:
         InputError: The robot has none; the message states how its file defines them.
     """

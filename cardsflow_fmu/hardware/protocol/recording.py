@@ -172,9 +172,6 @@ class HardwareRecording:
 def read_recording(file: str | Path) -> HardwareRecording:
     """Read a recording.
 
-    Args:
-        file: File that `Recorder` has written.
-
     Raises:
         InputError: The file is not a recording, has an unsupported version, or has a damaged
             header.

@@ -84,9 +84,6 @@ def header_data(header: RecordingHeader) -> dict[str, Any]:
 def header_of(data: dict[str, Any]) -> RecordingHeader:
     """Return the header of JSON data.
 
-    Args:
-        data: Data as returned by `header_data`.
-
     Raises:
         ValueError, TypeError, KeyError: The data is not a valid header.
     """

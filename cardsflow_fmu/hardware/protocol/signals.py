@@ -62,10 +62,6 @@ def hardware_signals(robot: Robot, settings: HardwareSettings) -> HardwareSignal
 def require_forces(robot: Robot, file: Path | None = None) -> None:
     """Reject a robot with muscle laws.
 
-    Args:
-        robot: The robot.
-        file: File with the settings of the robot, used in the message.
-
     Raises:
         InputError: A muscle has a muscle law.
     """

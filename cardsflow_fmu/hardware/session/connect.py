@@ -133,9 +133,6 @@ def require_connectable(experiment: Experiment) -> None:
 
     An external hardware.fmu without an address is accepted, since it may contain the address.
 
-    Args:
-        experiment: The experiment.
-
     Raises:
         InputError: The address is missing or invalid, the key cannot be read, or a bound is
             missing.

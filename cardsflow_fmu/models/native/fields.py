@@ -56,10 +56,6 @@ def field_places(model: str, file: bytes) -> dict[str, tuple[int, int]]:
     """Return offset in the file, and number of elements, of fields that may be changed in place.
 
     These are the fields of the robot, and `_CHANGED`. The CRC must be computed again.
-
-    Args:
-        model: Name from `NATIVE_MODELS`.
-        file: File of the model, from `encode`.
     """
     begin = len(_MAGIC) + 24
     (size,) = struct.unpack_from("<I", file, begin - 8)

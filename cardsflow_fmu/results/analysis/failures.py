@@ -120,12 +120,7 @@ def motion_points(experiment: Experiment) -> int:
 
 
 def describe_failures(found: Sequence[Failure], reactions: Mapping[str, str] = {}) -> str:
-    """Return the failures as text, with the result in the first line.
-
-    Args:
-        found: The failures.
-        reactions: Worst reaction to the loss of each muscle, by its name; see `worst_reactions`.
-    """
+    """Return the failures as text, with the result in the first line."""
     intact, *others = found
     parts = [_result(intact, others)]
     times = intact.times

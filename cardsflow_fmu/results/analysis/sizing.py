@@ -138,10 +138,6 @@ def required_motion(experiment: Experiment, points: int | None = None) -> tuple[
 
     Passive coordinates are locked at the first point of the motion.
 
-    Args:
-        experiment: The experiment.
-        points: See `reference_motion`.
-
     Raises:
         InputError: A point is out of the robot's reach, or there are too few points.
     """
@@ -152,13 +148,7 @@ def required_motion(experiment: Experiment, points: int | None = None) -> tuple[
 def lock_passive_coordinates(
     experiment: Experiment, robot: Robot, motion: Motion
 ) -> tuple[Robot, Motion]:
-    """Return a robot and its motion with passive coordinates locked at the first point.
-
-    Args:
-        experiment: The experiment, which specifies the passive coordinates.
-        robot: Robot of the controller or of the plant.
-        motion: Motion of the robot.
-    """
+    """Return a robot and its motion with passive coordinates locked at the first point."""
     passive = np.array(experiment.controller.passive, bool)
     if not passive.any():
         return robot, motion
@@ -186,12 +176,6 @@ def size_robot(
     """Return the required muscle forces of a robot for a motion, as plain data in SI units.
 
     Passive muscles are loads and are not sized.
-
-    Args:
-        robot: The robot.
-        motion: The motion.
-        margin: Force margin, as fraction of the peak forces.
-        method: Force distribution, see `controllers.force_distribution`.
 
     Raises:
         InputError: The robot has no muscles, the motion has another number of coordinates, or the
@@ -221,10 +205,6 @@ def size_robot(
 
 def actuator_terms(robot: Robot, motion: Motion) -> tuple[Robot, MotionTerms]:
     """Return the robot without passive muscles, and the torques that its actuators must produce.
-
-    Args:
-        robot: The robot.
-        motion: The motion.
 
     Raises:
         InputError: The robot has no muscles and no motors, or the motion does not match it.
@@ -260,11 +240,6 @@ def bottlenecks(robot: Robot, terms: MotionTerms, point: int) -> list[dict[str, 
     Muscles that only carry their minimum force are omitted. The peak force is the minimum infinity
     norm of the muscle forces without upper limits. It does not depend on the force distribution.
     Its gradient is computed by central differences of robots with one moved via point.
-
-    Args:
-        robot: The robot.
-        terms: Required torques and Jacobians along the motion.
-        point: Index of the point.
     """
     q, tau = terms.motion.q[point], terms.tau[point]
     muscles, motor_rows = len(robot.muscles), terms.L[point][len(robot.muscles) :]

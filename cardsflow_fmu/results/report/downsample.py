@@ -36,11 +36,6 @@ def downsample(x: FloatArray, y: FloatArray, bins: int = BINS) -> tuple[FloatArr
 
 
 def evenly_spaced(count: int, points: int = 2 * BINS) -> NDArray[np.int64]:
-    """Select evenly spaced rows, including the last one.
-
-    Args:
-        count: Number of rows.
-        points: Maximum number of selected rows.
-    """
+    """Select evenly spaced rows, including the last one."""
     step = max(-(-count // points), 1)
     return np.unique(np.append(np.arange(0, count, step), max(count - 1, 0)))[: max(count, 0)]

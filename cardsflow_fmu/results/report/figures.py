@@ -65,10 +65,6 @@ def plot(
 def figure_file(file: str | Path, *, overwrite: bool = False) -> Path:
     """Check that a figure may be written: call it before the work starts.
 
-    Args:
-        file: A .png, .svg or .pdf file.
-        overwrite: Whether to replace a file that CARDSFlow did not write.
-
     Raises:
         InputError: The suffix is not allowed, or the file exists and CARDSFlow did not write it.
     """

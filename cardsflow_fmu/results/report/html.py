@@ -16,13 +16,7 @@ class Markup(str):
 
 
 def page(title: str, *parts: str, scripts: Sequence[str] = ()) -> str:
-    """Return a page without external addresses.
-
-    Args:
-        title: Plain text.
-        parts: HTML.
-        scripts: Scripts of frames in the page.
-    """
+    """Return a page without external addresses."""
     style = (files(__package__) / "report.css").read_text(encoding="utf-8")
     return html_page(title, style, *parts, scripts=scripts)
 
@@ -39,12 +33,7 @@ def collapsible_section(title: str, *parts: str) -> str:
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
-    """Return a table with right-aligned numbers and dashes for None; empty without rows.
-
-    Args:
-        heads: Titles of the columns.
-        rows: Texts, numbers, `Markup` or None.
-    """
+    """Return a table with right-aligned numbers and dashes for None; empty without rows."""
     body = ["<tr>" + "".join(map(_cell, row)) + "</tr>" for row in rows]
     if not body:
         return ""

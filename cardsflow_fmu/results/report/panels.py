@@ -72,11 +72,6 @@ def panels_of(
 ) -> list[Panel]:
     """Return the panels of a figure.
 
-    Args:
-        result: The data of a run.
-        kinds: Keys of `KINDS` (default: forces, torques, tracking and errors).
-        columns: Patterns of column names, such as `q.*`.
-
     Raises:
         InputError: The result has no such data.
         UnknownNameError: The kind is unknown, or no column matches.

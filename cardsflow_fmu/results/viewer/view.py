@@ -54,10 +54,6 @@ def run_act(path: str | Path, *, full_scale: bool = False) -> Act:
 def act_of(result: ExperimentRunData, *, full_scale: bool = False) -> Act:
     """Return the motion of a run.
 
-    Args:
-        result: The run; its robot files must exist.
-        full_scale: Whether colours range to f_max instead of the maximum tension of the run.
-
     Raises:
         InputError: The run has no rows, or a joint position is missing.
     """
@@ -102,12 +98,7 @@ def robot_act(
 
 
 def still_act(robot: Robot, folder: Path | None = None) -> Act:
-    """Return a robot in its initial pose.
-
-    Args:
-        robot: The robot.
-        folder: Folder of the robot with its meshes; None without meshes.
-    """
+    """Return a robot in its initial pose."""
     start = [min(max(c.initial, c.lower), c.upper) for c in robot.coordinates]
     meshes = {} if folder is None else link_meshes(robot, folder)
     hidden = () if folder is None else tuple(omitted_meshes(robot, folder, [folder]))

@@ -57,12 +57,7 @@ def experiment_system(
 
 
 def replace_plant(system: System, source: str) -> System:
-    """Return the system with another FMU as plant, such as the hardware FMU.
-
-    Args:
-        system: The system.
-        source: Path of the FMU in the archive.
-    """
+    """Return the system with another FMU as plant, such as the hardware FMU."""
     components = tuple(
         replace(c, source=source, parameters=()) if c.name == "plant" else c
         for c in system.components

@@ -19,11 +19,6 @@ _SET_TYPE = "application/x-ssp-parameter-set"
 def read_parameters(element: Any, folder: Path, file: Path) -> list[Parameter]:
     """Return the start values of an element; the last value of a variable is used.
 
-    Args:
-        element: A System or a Component.
-        folder: Folder of relative paths.
-        file: The file of the element, for messages.
-
     Raises:
         InputError: A parameter is invalid or unsupported.
     """

@@ -23,10 +23,6 @@ from .xml import children, decimal, local, parse, read_units, require
 def unpack_ssp(path: Path, folder: Path) -> Path:
     """Unpack an .ssp file; names outside of the folder are rejected.
 
-    Args:
-        path: The .ssp file.
-        folder: An empty folder.
-
     Returns:
         The folder.
 
@@ -38,12 +34,7 @@ def unpack_ssp(path: Path, folder: Path) -> Path:
 
 @contextmanager
 def name_archive_in_errors(path: Path, folder: Path) -> Iterator[Path]:
-    """Replace unpacked files by their archive in errors of the context.
-
-    Args:
-        path: The .ssp file.
-        folder: Folder of the unpacked archive; value of the context.
-    """
+    """Replace unpacked files by their archive in errors of the context."""
     try:
         yield folder
     except InputError as error:

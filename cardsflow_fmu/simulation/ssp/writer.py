@@ -31,12 +31,6 @@ def write_ssp(
 ) -> Path:
     """Pack a system of FMUs.
 
-    Args:
-        path: The .ssp file to write.
-        system: The system of SystemStructure.ssd.
-        fmus: The FMUs by path in the archive.
-        variants: Other systems in the archive, by name of their .ssd.
-
     Returns:
         The path.
 

@@ -28,15 +28,7 @@ def report_page(
     units: Mapping[str, str],
     history: Mapping[str, Sequence[float]] | None = None,
 ) -> str:
-    """Return the report as HTML.
-
-    Args:
-        study: The study.
-        summary: Content of summary.json.
-        collected: Values of all runs.
-        units: Units of the metrics.
-        history: History of an optimisation, see `plots.search_history`, or None.
-    """
+    """Return the report as HTML."""
     parts = [
         f"<h1>{escape(study.name)}</h1>",
         _opening(study, summary),

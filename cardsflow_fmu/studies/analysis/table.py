@@ -43,11 +43,6 @@ def columns_of(study: Study) -> Columns:
 def write_table(file: Path, columns: Columns, rows: Rows) -> None:
     """Write the table row by row.
 
-    Args:
-        file: The file.
-        columns: The columns.
-        rows: Function that returns the runs with their outcomes, in order.
-
     Raises:
         StudyError: The file cannot be written.
     """

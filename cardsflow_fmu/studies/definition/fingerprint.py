@@ -19,12 +19,7 @@ _SUFFIXES = (".xml", ".sdf", ".traj", ".config")
 
 
 def fingerprint(study: Study, experiment: str) -> str:
-    """Return the hash of a study without its variations.
-
-    Args:
-        study: The study.
-        experiment: Hash of the experiment, from `experiment_digest`.
-    """
+    """Return the hash of a study without its variations."""
     content = {
         "experiment": experiment,
         "compute": study.compute,

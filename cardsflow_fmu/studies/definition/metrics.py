@@ -82,11 +82,6 @@ def split_metric(name: str) -> tuple[Metric, str | None]:
 def metric_values(names: Iterable[str], result: Result, box: Box | None) -> dict[str, Any]:
     """Return the metrics of a run, with None for metrics that are not available.
 
-    Args:
-        names: Names from `expand_wildcards`.
-        result: Result of a complete run.
-        box: Joint positions of the workspace, or None for the joint limits.
-
     Raises:
         InputError: The workspace has no limits.
     """
@@ -99,12 +94,7 @@ def metric_values(names: Iterable[str], result: Result, box: Box | None) -> dict
 
 
 def metric_units(names: Iterable[str], tracking: str) -> dict[str, str]:
-    """Return the unit of every metric.
-
-    Args:
-        names: Names from `expand_wildcards`.
-        tracking: Unit of the tracking error.
-    """
+    """Return the unit of every metric."""
     units = {name: split_metric(name)[0].unit for name in names}
     return {name: tracking if unit is None else unit for name, unit in units.items()}
 

@@ -13,12 +13,7 @@ from cardsflow_fmu.experiment.experiment import Experiment
 
 
 class PathCheck:
-    """A check of paths in an experiment.
-
-    Args:
-        path: An experiment.toml, or its folder.
-        settings: Changes of settings for all runs.
-    """
+    """A check of paths in an experiment."""
 
     def __init__(self, path: Path, settings: Mapping[str, Any]) -> None:
         self._path, self._settings = path, settings
@@ -32,10 +27,6 @@ class PathCheck:
 
     def require(self, path: str, value: Any) -> None:
         """Reject a path that does not exist. An invalid value is not rejected, but fails its run.
-
-        Args:
-            path: The full key.
-            value: A value for the key.
 
         Raises:
             UnknownNameError: A part of the path does not exist; the message suggests a name.
@@ -56,9 +47,6 @@ class PathCheck:
 
 def require_simulated(experiment: Experiment) -> None:
     """Reject an experiment with a real robot, which requires supervision.
-
-    Args:
-        experiment: Experiment of a study or of one of its runs.
 
     Raises:
         InputError: The experiment uses a real robot.

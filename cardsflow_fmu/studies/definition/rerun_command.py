@@ -14,12 +14,7 @@ from .study import Study
 
 
 def rerun_command(study: Study, run: Run) -> str:
-    """Return the `cardsflow run` command with all settings of a run.
-
-    Args:
-        study: The study.
-        run: One of its runs.
-    """
+    """Return the `cardsflow run` command with all settings of a run."""
     words = ["cardsflow", "run", str(study.experiment)]
     for key, value in {**study.settings, **run.settings}.items():
         words += ["--set", f"{key}={toml_value(value)}"]
@@ -27,12 +22,7 @@ def rerun_command(study: Study, run: Run) -> str:
 
 
 def metrics_command(study: Study, run_hash: str) -> str:
-    """Return the `cardsflow study` command that repeats one run and prints its metrics.
-
-    Args:
-        study: The study.
-        run_hash: Hash of the run.
-    """
+    """Return the `cardsflow study` command that repeats one run and prints its metrics."""
     return shlex.join(["cardsflow", "study", str(study.file), "--only", run_hash[:8]])
 
 

@@ -38,12 +38,7 @@ class Run:
 
 
 def expand(study: Study, fingerprint: str) -> Iterator[Run]:
-    """Yield the runs of a study, in order.
-
-    Args:
-        study: A study with a sampler.
-        fingerprint: Hash of the common part of all runs, see `fingerprint`.
-    """
+    """Yield the runs of a study, in order."""
     for index, values in enumerate(_rows(study)):
         yield make_run(study, fingerprint, index, values)
 
@@ -62,14 +57,7 @@ def run_count(study: Study) -> int:
 
 
 def make_run(study: Study, fingerprint: str, index: int, values: Sequence[Any]) -> Run:
-    """Return a run with its settings and its hash.
-
-    Args:
-        study: The study.
-        fingerprint: Hash of the common part of all runs.
-        index: Index of the run.
-        values: Value of each variation; values of seeds are replaced by the seed of the run.
-    """
+    """Return a run with its settings and its hash; seeds are replaced by the seed of the run."""
     named: dict[str, Any] = {}
     settings: dict[str, Any] = {}
     for variation, value in zip(study.variations, values, strict=True):

@@ -85,12 +85,7 @@ class ProcessExecutor:
 
 
 class ExecutorAdapter:
-    """An adapter for an executor that the caller opens and closes.
-
-    Args:
-        executor: The executor.
-        workers: Number of its workers.
-    """
+    """An adapter for an executor that the caller opens and closes."""
 
     attempts = 3
 

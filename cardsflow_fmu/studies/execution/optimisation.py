@@ -43,11 +43,6 @@ class Search:
 def optimise(study: Study, fingerprint: str, run_generation: RunGeneration) -> Search:
     """Search for the best robot, once for each seed.
 
-    Args:
-        study: A study with `optimise`.
-        fingerprint: Hash of the common part of all runs.
-        run_generation: Function that executes a generation.
-
     Raises:
         InputError: The algorithm is not installed.
     """

@@ -13,12 +13,7 @@ from ....snapshot import COLOR
 
 
 def problems(table: MuscleTable, links: Collection[str]) -> list[str]:
-    """Return a sentence for every problem that prevents writing the table into a design.
-
-    Args:
-        table: The table.
-        links: Names of all links of the design.
-    """
+    """Return a sentence for every problem that prevents writing the table into a design."""
     return [*_muscle_problems(table), *_errors(table), *_link_problems(table, links)]
 
 

@@ -28,11 +28,6 @@ def read_caspr(bodies: Path, cable_set: str | None, notes: Notes) -> Robot | Non
     CASPR does not name joints and coordinates; they are called `joint_1`, `joint_2`, ... by the
     number of their link. Link frames are joint frames.
 
-    Args:
-        bodies: The bodies file.
-        cable_set: Cable set to activate; the default of the file if None.
-        notes: Collects findings, locations and files.
-
     Raises:
         InputError: A file is not readable XML.
         UnknownNameError: The cable set does not exist.

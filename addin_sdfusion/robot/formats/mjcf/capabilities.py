@@ -28,12 +28,7 @@ MeshFiles = Mapping[str, str | Path]
 
 
 def mjcf_losses(robot: Robot, meshes: MeshFiles | None = None) -> list[Finding]:
-    """Return findings on everything that MJCF cannot hold; errors if MuJoCo would reject the file.
-
-    Args:
-        robot: A valid robot.
-        meshes: Mesh files as in `write_mjcf`.
-    """
+    """Return findings on what MJCF cannot hold; errors if MuJoCo would reject the file."""
     rows = (*MJCF.rows, *mesh_rows(meshes or {}))
     return Capabilities(MJCF.title, rows).losses(with_markers(robot))
 

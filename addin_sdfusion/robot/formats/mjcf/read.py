@@ -56,10 +56,7 @@ ALWAYS_ACTIVE = ("constraint", "equality", "frictionloss", "limit", "spring", "d
 def read_mjcf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     """Return the robot in an MJCF file and its includes; None if MuJoCo rejects it.
 
-    Args:
-        file: The file.
-        cable_set: Cable set to activate; the only one is `cardsflow`.
-        notes: Collects findings, locations and files.
+    The only cable set is `cardsflow`.
 
     Raises:
         InputError: A file is not readable XML or not MJCF, or MuJoCo is not installed or crashes.

@@ -98,14 +98,7 @@ def has_friction(robot: Robot) -> bool:
 def add_loops(
     robot: Robot, root: ElementTree.Element, bodies: Mapping[str, ElementTree.Element], sites: Names
 ) -> None:
-    """Add the equalities of all loop joints that MuJoCo supports, between new sites.
-
-    Args:
-        robot: The robot.
-        root: Root element of the model.
-        bodies: Body of each link.
-        sites: Names of the sites.
-    """
+    """Add the equalities of all loop joints that MuJoCo supports, between new sites."""
     held = [loop for loop in robot.loops if loop.type in LOOPS]
     equalities = element(root, "equality") if held else root
     taken = [*(j.name for j in robot.joints), *(loop.name for loop in robot.loops)]

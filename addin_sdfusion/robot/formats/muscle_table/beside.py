@@ -36,11 +36,6 @@ def table_of(file: Path) -> Path | None:
 def with_table(robot: Robot, table: Path, notes: Notes) -> Robot:
     """Replace the muscles and wrap surfaces of a robot by those of a table.
 
-    Args:
-        robot: The robot as in its file.
-        table: The table.
-        notes: Receives findings, locations and the file.
-
     Raises:
         InputError: The table cannot be read.
     """

@@ -51,13 +51,7 @@ class MuscleTableReading:
 
 
 def read_table(data: bytes, links: Collection[str], file: Path) -> MuscleTableReading:
-    """Read a muscles.csv.
-
-    Args:
-        data: Content of the file.
-        links: Names of the robot's links.
-        file: Path of the file, for the findings.
-    """
+    """Read a muscles.csv."""
     known = [column.partition(" ")[0] for column in COLUMNS]
     cells = CellReader(file, known, _REQUIRED, links, _HINT)
     reader = _Reader(cells, MuscleLines(cells))

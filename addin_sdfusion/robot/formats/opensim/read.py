@@ -43,12 +43,7 @@ GRAVITY = (0.0, -9.80665, 0.0)
 
 
 def read_osim(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
-    """Return the robot in an .osim file.
-
-    Args:
-        file: The file.
-        cable_set: Cable set to activate; the only one is `cardsflow`.
-        notes: Collects findings, locations and files.
+    """Return the robot in an .osim file. Its only cable set is `cardsflow`.
 
     Raises:
         InputError: The file is not readable XML, not from OpenSim, or of an older format.

@@ -17,10 +17,6 @@ def split_loops(nodes: Sequence[Node], model: Model) -> tuple[list[Joint], list[
     If several joints have the same child, the first one in the file is the tree joint. A joint
     with range 0 is the tree joint only if no other joint exists. A loop joint with range 0 becomes
     fixed.
-
-    Args:
-        nodes: Elements of the joints.
-        model: Data of the model.
     """
     read = [(read_joint(node, model), node) for node in nodes]
     carriers: dict[str, Joint] = {}

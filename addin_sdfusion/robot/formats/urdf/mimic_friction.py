@@ -15,10 +15,6 @@ def with_leading_friction(joints: Sequence[Joint], node: Node) -> list[Joint]:
 
     The dissipated power is the same: friction f of a joint that moves k times as fast as its
     leading joint equals friction |k| f of the leading joint.
-
-    Args:
-        joints: The joints.
-        node: Element for the finding.
     """
     known = {c.name: c for joint in joints for c in joint.coordinates}
     friction = dict.fromkeys(known, 0.0)

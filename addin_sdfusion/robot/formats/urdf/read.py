@@ -40,11 +40,6 @@ XACRO = (
 def read_urdf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     """Return the robot in a URDF file.
 
-    Args:
-        file: The URDF file.
-        cable_set: Cable set to activate; the default of the cardsflow.xml if None.
-        notes: Collects findings, locations and files.
-
     Raises:
         InputError: A file is not readable XML, or is xacro.
         UnknownNameError: The cable set does not exist.

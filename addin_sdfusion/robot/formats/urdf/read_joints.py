@@ -32,10 +32,6 @@ def read_joint(node: Node, motors: Container[str]) -> Joint:
 
     A single coordinate has the name of the joint. The coordinates of a floating or planar joint
     have this name with a suffix.
-
-    Args:
-        node: Element of the joint.
-        motors: Names of the joints with a motor.
     """
     name, type_ = node.subject.name, node.attribute("type")
     if type_ not in TYPES:

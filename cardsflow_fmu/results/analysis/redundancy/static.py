@@ -108,10 +108,6 @@ def force_range(robot: Robot, motion: Motion) -> tuple[FloatArray, FloatArray]:
 
     Tendons are rigid.
 
-    Args:
-        robot: The robot; ideal cables are muscles with f_max.
-        motion: The motion.
-
     Returns:
         Smallest and largest tensions, shape (T, m) each, in [N].
 

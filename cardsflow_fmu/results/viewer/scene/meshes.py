@@ -27,13 +27,7 @@ LinkMeshes = Mapping[str, tuple[Triangles, ...]]
 
 
 def link_meshes(robot: Robot, folder: Path, roots: Sequence[Path] | None = None) -> LinkMeshes:
-    """Read the visual meshes; links with missing or unreadable meshes are omitted.
-
-    Args:
-        robot: The robot.
-        folder: The folder of the robot.
-        roots: Allowed folders and files of meshes, see `lies_in` (default: the folder).
-    """
+    """Read the visual meshes; links with missing or unreadable meshes are omitted."""
     read = {uri: read_triangles(file) for uri, file in visual_files(robot, folder, roots).items()}
     meshes = {}
     for link in robot.links:

@@ -88,12 +88,6 @@ def motion_of(
 ) -> Motion:
     """Return the motion in a result.
 
-    Args:
-        robot: The robot of the run.
-        result: Results of the run.
-        rows: Rows of the frames (default: rows from `frame_rows`).
-        world: Objects around the robot.
-
     Raises:
         InputError: The result has no rows, or a joint position is missing.
     """

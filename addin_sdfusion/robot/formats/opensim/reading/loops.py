@@ -38,13 +38,7 @@ _PLACES = {
 def read_loops(
     constraints: Sequence[Node], frames: Frames, joints: Sequence[Joint]
 ) -> tuple[LoopJoint, ...]:
-    """Return the loop joints of a model; report unsupported constraints.
-
-    Args:
-        constraints: All constraints.
-        frames: Frames of the model.
-        joints: Joints of the tree, parents first.
-    """
+    """Return the loop joints of a model; report unsupported constraints."""
     names = Names(joint.name for joint in joints)
     parts: list[LoopJoint | LoopPoint] = []
     nodes: dict[str, Node] = {}
