@@ -6,14 +6,18 @@ import json
 import math
 import os
 import re
+import subprocess
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.command_server import command_server
 from support.designs.design_strategies import forward
 from support.designs.step_hands import JOINTS, MUSCLES, TURNS, write_hands
 
@@ -28,6 +32,15 @@ from cardsflow_fmu.cad.step_process import design_of_step
 from cardsflow_fmu.cli.main import main
 
 pytestmark = [pytest.mark.slow, pytest.mark.extra("cad")]
+
+READER = """
+import sys
+from pathlib import Path
+from cardsflow_fmu.cad.step_process import main
+sys.exit(main(*map(Path, sys.argv[1:])))
+"""
+LOADED = ["cardsflow_fmu.cad.step_process"]
+LOADED += [f"OCP.{name}" for name in ("STEPCAFControl", "XCAFDoc", "BRepMesh", "BRepGProp")]
 
 
 def matrix(*places: str) -> Any:
@@ -46,6 +59,26 @@ def step(tmp_path_factory: pytest.TempPathFactory) -> Path:
     file = tmp_path_factory.mktemp("step") / "robot.step"
     write_hands(file)
     return file
+
+
+@pytest.fixture(scope="module")
+def reader(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[str]]:
+    """Return the command of a reader that forks a process with the kernel, without arguments."""
+    folder = tmp_path_factory.mktemp("reader")
+    (folder / "read.py").write_text(READER)
+    with command_server(folder, os.environ, LOADED) as client:
+        yield [*client, str(folder / "read.py")]
+
+
+@pytest.fixture
+def in_forks(reader: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Read files in forks of one process, since the kernel takes a second to start."""
+
+    def run(command: list[str], **options: Any) -> subprocess.CompletedProcess[str]:
+        return subprocess.run([*reader, *command[-2:]], check=False, **options)
+
+    forks = SimpleNamespace(run=run, TimeoutExpired=subprocess.TimeoutExpired)
+    monkeypatch.setattr(step_process, "subprocess", forks)
 
 
 @pytest.fixture
@@ -130,6 +163,7 @@ def test_masses_match_closed_forms(kind: str) -> None:
     assert kind == "Box" or counts == sorted(set(counts))
 
 
+@pytest.mark.usefixtures("in_forks")
 def test_tables_complete_a_robot(step: Path, tables: Tables, tmp_path: Path) -> None:
     words = ["--joints", tables.joints, "--muscles", tables.muscles, "--density", 7850]
     arguments = ["import-cad", step, "-o", tmp_path / "hand", *words]
@@ -161,6 +195,7 @@ def wraps_of(folder: Path, *rows: str) -> Path:
     return file
 
 
+@pytest.mark.usefixtures("in_forks")
 def test_muscles_wrap_over_faces_near_a_point(step: Path, tables: Tables, tmp_path: Path) -> None:
     """One finger is found by a point on its axis, the other by a point on its face."""
     axis, face = (
@@ -249,6 +284,7 @@ def test_materials_table_sets_masses_of_parts(step: Path, tables: Tables, tmp_pa
     assert of["händ:2+palm:1"].mass is None
 
 
+@pytest.mark.usefixtures("in_forks")
 def test_invalid_input_is_rejected_in_one_line(
     step: Path, tables: Tables, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
