@@ -32,12 +32,7 @@ _HANDLERS = {
 
 
 class Window:
-    """Base class of an open dialog; each command has a subclass.
-
-    Attributes:
-        inputs: Inputs of the dialog.
-        design: Active design when the dialog was opened.
-    """
+    """Base class of an open dialog; each command has a subclass."""
 
     def __init__(self, inputs: Inputs, design: Any) -> None:
         """Read the design; the inputs do not exist before `on_open`.

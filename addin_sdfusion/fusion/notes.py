@@ -17,11 +17,7 @@ REPAIR = "Repair it in Fusion (Modify > Compute All shows what is broken) or del
 
 
 class Notes:
-    """Collector of findings while a design is read.
-
-    Attributes:
-        findings: Findings so far.
-    """
+    """Collector of findings while a design is read."""
 
     def __init__(self, log: Log) -> None:
         self.findings: list[Finding] = []

@@ -38,11 +38,7 @@ def load_class(file: Path, name: str, base: type) -> type[Any]:
 
 
 class WrongBaseClassError(InputError):
-    """A custom class that is not a subclass of the required base class.
-
-    Attributes:
-        found: The class.
-    """
+    """A custom class that is not a subclass of the required base class."""
 
     def __init__(self, found: type, base: type, file: Path) -> None:
         package = base.__module__.partition(".")[0]

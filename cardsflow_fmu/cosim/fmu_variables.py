@@ -140,14 +140,7 @@ def _element_texts(rows: Any) -> list[dict[str, str]]:
 
 
 class Bank(NamedTuple):
-    """Variables of one type, adjacent in a row.
-
-    Attributes:
-        function: Type in the names of FMI functions, such as `Real` or `Float64`.
-        ctype: C type of the values.
-        references: Value references.
-        place: Position of the values in the row.
-    """
+    """Variables of one type, adjacent in a row."""
 
     function: str
     ctype: Any

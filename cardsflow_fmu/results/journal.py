@@ -40,9 +40,6 @@ class Journal:
         streamed: Names of files that participants write into the folder.
         form: Format of the table: CSV, an array in NumPy's format .npy, or .npy if the table is
             large.
-
-    Attributes:
-        table: Name of the table.
     """
 
     def __init__(

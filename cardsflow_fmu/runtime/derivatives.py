@@ -36,15 +36,7 @@ DIFFERENCE = 1e-6
 
 
 class Differentiable(Protocol):
-    """Model whose state and variables can be set, stepped and restored; see `FmuModel`.
-
-    Attributes:
-        ports: The table of variables.
-        values: Their values.
-        states: Indices of outputs that are states.
-        steady_outputs: Indices of outputs whose derivative is zero.
-        ranges: Smallest and largest effective values, shapes (len(ports),).
-    """
+    """Model whose state and variables can be set, stepped and restored; see `FmuModel`."""
 
     ports: tuple[Port, ...]
     values: FloatArray

@@ -44,15 +44,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class OpenExperiment:
-    """Experiment with initialised participants.
+    """Experiment with initialised participants; see `OpenSystem`.
 
-    Attributes:
-        experiment: The experiment, including the approach motion of hardware.
-        loop: Loop that steps the participants.
-        contents: Other files of the results folder, by name; empty without a folder.
-        streamed: Names of files that participants write into the folder.
-        observed: Observability of the reference poses; see `analysis.observable`.
-        findings: Findings on unlikely input; empty without a folder.
+    The experiment includes the approach motion of hardware. `observed` is the observability of the
+    reference poses, from `analysis.observable`.
     """
 
     experiment: Experiment

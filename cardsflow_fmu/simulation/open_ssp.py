@@ -35,19 +35,7 @@ from .result import SystemResult
 
 @dataclass(frozen=True)
 class OpenSsp:
-    """Initialised FMUs of an .ssp file.
-
-    Attributes:
-        name: Name of the system.
-        loop: Loop that steps the FMUs.
-        step: Communication step, in [s].
-        scheme: Name of the coupling scheme.
-        accept: Runs that succeed, see `run.accept`.
-        engine: Engines of plant and controller.
-        hardware: Hardware of the run; None without hardware, or if unknown.
-        contents: Other files of the results folder, by name; empty without a folder.
-        streamed: Names of files that FMUs write into the folder.
-    """
+    """Initialised FMUs of an .ssp file; see `OpenSystem`."""
 
     name: str
     loop: Master

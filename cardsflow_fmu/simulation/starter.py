@@ -44,14 +44,7 @@ class FirstExperiment:
 
 @dataclass(frozen=True)
 class Starter:
-    """First experiment of a robot.
-
-    Attributes:
-        file: The experiment.toml.
-        notes: Changes that make the robot movable, one line each.
-        findings: Findings of the check of the robot files.
-        test_run: Result of the test run; None if the native models do not support the robot.
-    """
+    """First experiment of a robot."""
 
     file: Path
     notes: tuple[str, ...]

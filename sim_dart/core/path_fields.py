@@ -23,13 +23,7 @@ _INSIDE = 2
 
 
 class PlacedWrap(NamedTuple):
-    """A wrap with its muscle and its position on the path.
-
-    Attributes:
-        muscle: The muscle.
-        wrap: The wrap.
-        point: Index of the via point before the wrap, counted over all muscles.
-    """
+    """A wrap with its muscle and its position on the path."""
 
     muscle: Muscle
     wrap: Wrap

@@ -25,12 +25,7 @@ _POLYNOMIAL, _PIECES = 0, 1
 
 @dataclass(frozen=True)
 class FunctionTerm:
-    """A function of one variable. The value of another variable is a sum of such terms.
-
-    Attributes:
-        source: Index of the variable that is the argument of the function.
-        function: The function.
-    """
+    """A function of one variable. The value of another variable is a sum of such terms."""
 
     source: int
     function: Function

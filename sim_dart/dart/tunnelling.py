@@ -27,14 +27,7 @@ _OF_A_CYLINDER = 0.5
 
 @dataclass(frozen=True)
 class WatchedBody:
-    """Body that is checked for tunnelling.
-
-    Attributes:
-        name: Name.
-        body: The body of DART.
-        shapes: Shapes with their poses in the body frame.
-        moves: Whether the body can move.
-    """
+    """Body that is checked for tunnelling."""
 
     name: str
     body: Any

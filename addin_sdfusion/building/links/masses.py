@@ -30,13 +30,7 @@ SPLIT = 1e-6
 
 
 class Masses(NamedTuple):
-    """Mass properties of the links.
-
-    Attributes:
-        parts: Mass properties of every link, in the root frame.
-        bodies: The bodies of every link.
-        findings: Findings on the masses.
-    """
+    """Mass properties of the links."""
 
     parts: Mapping[str, Part]
     bodies: Mapping[str, tuple[BodySnapshot, ...]]

@@ -22,12 +22,7 @@ _PARALLEL = 1e-12
 
 
 class Loops(NamedTuple):
-    """Loop joints of a robot.
-
-    Attributes:
-        joints: The loop joints, by name.
-        findings: Findings on them.
-    """
+    """Loop joints of a robot."""
 
     joints: tuple[LoopJoint, ...]
     findings: tuple[Finding, ...]

@@ -229,12 +229,7 @@ def _caspr_with_trajectories(trajectories: Sequence[Trajectory]) -> Format:
 
 
 class Conversion(NamedTuple):
-    """Result of a conversion.
-
-    Attributes:
-        files: The written files.
-        findings: Findings on everything that the format cannot hold.
-    """
+    """Result of a conversion."""
 
     files: list[Path]
     findings: list[Finding]

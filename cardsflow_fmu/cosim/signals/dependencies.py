@@ -39,12 +39,7 @@ _COMMAND, _LENGTH, _RATE = "u", "l", "v"
 
 @dataclass(frozen=True, slots=True)
 class Dependencies:
-    """Dependencies of each output of a model, by name.
-
-    Attributes:
-        direct: The inputs and tunable parameters that an output depends on directly.
-        at_start: The inputs and parameters that an output depends on at the start.
-    """
+    """Dependencies of each output of a model, by name."""
 
     direct: Mapping[str, Names]
     at_start: Mapping[str, Names]

@@ -15,12 +15,7 @@ CUSTOM_LAW_FORM = "<file>.py:<class>"
 
 
 class CustomLaw(NamedTuple):
-    """Custom control law or muscle law: a class in a Python file.
-
-    Attributes:
-        file: Path of the file.
-        name: Name of the class.
-    """
+    """Custom control law or muscle law: a class in a Python file."""
 
     file: Path
     name: str

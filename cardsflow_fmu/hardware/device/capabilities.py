@@ -21,15 +21,7 @@ _ROUNDING = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Capabilities:
-    """Capabilities of a device.
-
-    Attributes:
-        signature: Hash of the signals of the device.
-        step: Time step of the device, in [s].
-        scale: Scale of the values in frames. A value in a frame is the SI value divided by it.
-        watchdog: Watchdog timeout: maximum time between set points in a run, in [s].
-        commands: Number of values of a set point.
-        states: Number of values of a state.
+    """Capabilities of a device; the values are those of a `Handshake`.
 
     Raises:
         InputError: A value is out of range.

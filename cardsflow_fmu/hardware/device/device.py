@@ -53,12 +53,7 @@ _DEVICE_KINDS = frozenset((_HELLO, _SETPOINT, Kind.STOP, Kind.PING))
 
 
 class DeviceRobot(Protocol):
-    """Interface of the robot that a device controls.
-
-    Attributes:
-        commands: Number of values of a command.
-        states: Number of values of a state.
-    """
+    """Interface of the robot that a device controls."""
 
     commands: int
     states: int

@@ -23,12 +23,7 @@ Signals = list[tuple[str, str]]
 
 
 class HardwareSignals(NamedTuple):
-    """Signals to and from the hardware.
-
-    Attributes:
-        commands: Name and unit of each value of a set point.
-        states: Name and unit of each value of a state.
-    """
+    """Signals to and from the hardware."""
 
     commands: Signals
     states: Signals

@@ -21,13 +21,7 @@ _MAX_LETTERS = 28  # maximum length of a name in a legend
 
 @dataclass(frozen=True, eq=False)
 class SelectedCurves:
-    """Selected curves of a panel.
-
-    Attributes:
-        curves: Curves in the order of the panel.
-        references: References of these curves.
-        omitted: Number of curves that are not drawn.
-    """
+    """Selected curves of a panel."""
 
     curves: list[Curve]
     references: list[Curve]

@@ -42,14 +42,7 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Component:
-    """FMU of a system.
-
-    Attributes:
-        name: Name in the system.
-        source: Path of the FMU in the archive.
-        connectors: Inputs and outputs.
-        parameters: Start values.
-    """
+    """FMU of a system."""
 
     name: str
     source: str
@@ -59,12 +52,7 @@ class Component:
 
 @dataclass(frozen=True, slots=True)
 class Connection:
-    """Connection of an output to an input.
-
-    Attributes:
-        source, target: Names of component and connector.
-        change: Conversion of the value.
-    """
+    """Connection of an output to an input."""
 
     source: tuple[str, str]
     target: tuple[str, str]

@@ -19,12 +19,7 @@ Rows = Callable[[], Iterator[tuple[Run, Outcome]]]
 
 
 class Columns(NamedTuple):
-    """The columns of a table.
-
-    Attributes:
-        variations: Names of the variations.
-        metrics: Names of the metrics.
-    """
+    """The columns of a table."""
 
     variations: tuple[str, ...]
     metrics: tuple[str, ...]

@@ -26,15 +26,7 @@ _digests: dict[tuple[Path, str], str] = {}
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """Common part of the runs of a study, which is sent with each run.
-
-    Attributes:
-        experiment: An experiment.toml, or its folder.
-        digest: Hash of the experiment, see `experiment_digest`.
-        settings: Changes of settings for all runs.
-        metrics: Names of the metrics.
-        box: Joint positions of the workspace, or None for the joint limits.
-    """
+    """Common part of the runs of a study, which is sent with each run."""
 
     experiment: Path
     digest: str

@@ -50,11 +50,7 @@ class _Step:
 
 
 class MuscleReader:
-    """Reader of muscles, which also collects the wrap surfaces on their paths.
-
-    Attributes:
-        surfaces: All wrap surfaces.
-    """
+    """Reader of muscles, which also collects the wrap surfaces on their paths."""
 
     def __init__(self, links: Sequence[str], surfaces: Sequence[WrapSurface] = ()) -> None:
         self.surfaces = list(surfaces)

@@ -109,12 +109,7 @@ class SurfaceRecord:
 
 @dataclass(frozen=True)
 class MuscleDocument:
-    """Muscles and wrap surfaces of a robot.
-
-    Attributes:
-        muscles: Muscles of one cable set.
-        wraps: Wrap surfaces.
-    """
+    """Muscles and wrap surfaces of a robot."""
 
     muscles: tuple[MuscleRecord, ...] = ()
     wraps: tuple[SurfaceRecord, ...] = ()

@@ -31,13 +31,7 @@ Z: Vector3 = (0.0, 0.0, 1.0)
 
 @dataclass(frozen=True)
 class Model:
-    """Data of a model that its joints are read with.
-
-    Attributes:
-        frames: Frames of the model.
-        T_world_model: Pose of the model in the world.
-        version: SDF version of the file.
-    """
+    """Data of a model that its joints are read with."""
 
     frames: Frames
     T_world_model: Pose

@@ -22,13 +22,7 @@ EDGE = 1e-5
 
 @dataclass(frozen=True)
 class PathContext:
-    """Data of the model that its paths are read with.
-
-    Attributes:
-        frames: Frames of the model.
-        wraps: Wrap objects of the model.
-        coordinates: Ranges of the coordinates by name, also those that are not clamped.
-    """
+    """Data of the model that its paths are read with."""
 
     frames: Frames
     wraps: Mapping[str, WrapObject | None]
