@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from support.cases import LONG, with_marks
+from support.cases import LONG
 from support.native.elf import program_names, program_sizes
 from support.native.example import write_example
 from support.native.precision import STRICT
@@ -48,12 +48,12 @@ class Processor(NamedTuple):
 
 
 PROCESSORS = {
+    "M4F": Processor("cortex_m4+vfp4d16sp", True),
     "none": Processor("cortex_m7"),
     "double": Processor("cortex_m7+fp_armv8d16"),
-    "M4F": Processor("cortex_m4+vfp4d16sp", True),
     "M7": Processor("cortex_m7+fp_armv8d16sp", True),
 }
-"""Without a unit the compiler's library is used; the last two support single precision only."""
+"""Without a unit the compiler's library is used; two units support single precision only."""
 
 SINGLE_FLAGS = ("-DCARDSFLOW_FLOAT", "-Xclang", "-cl-single-precision-constant")
 DOUBLES = {"sqrt", "fmod", "ceil", "round", "fabs"}
@@ -87,10 +87,8 @@ def emulate(program: Path) -> list[str]:
     return run([emulator, "-cpu", "max", program]).splitlines()
 
 
-@pytest.mark.cases(1)
-@pytest.mark.parametrize(
-    "processor", [*(with_marks(one, LONG) for one in ("none", "double")), "M4F"]
-)
+@LONG
+@pytest.mark.parametrize("processor", ["M4F", "none", "double"])
 def test_vectors_are_bit_identical(processor: str, tmp_path: Path) -> None:
     """The results equal those of this machine; test_float.py compares both precisions."""
     cpu, single = PROCESSORS[processor]
@@ -120,7 +118,7 @@ def test_controller_of_an_example_fits(
     cpu, single = PROCESSORS[processor]
     experiment = Experiment.load(EXAMPLES / example)
     blob = write_example(tmp_path / "example.h", experiment, single=single)
-    flags = ("-Os", *[PARTS] * (not has_all_parts), *SINGLE_FLAGS * single)
+    flags = ("-Os", "-g", *[PARTS] * (not has_all_parts), *SINGLE_FLAGS * single)
     program = build(tmp_path / "firmware.elf", cpu, FIRMWARE, flags)
     assert not single or not arithmetic_helpers(program)
     sizes = program_sizes(program)
@@ -136,7 +134,7 @@ def test_controller_of_an_example_fits(
 def test_doubles_are_detected(tmp_path: Path) -> None:
     """Firmware in double precision contains them if the processor does not support doubles."""
     write_example(tmp_path / "example.h", Experiment.load(EXAMPLES / "planar_2r"))
-    program = build(tmp_path / "firmware.elf", PROCESSORS["M4F"].cpu, FIRMWARE, ("-Os", PARTS))
+    program = build(tmp_path / "firmware.elf", PROCESSORS["M4F"].cpu, FIRMWARE, ("-Os", "-g", PARTS))
     assert {"__aeabi_dmul", "__aeabi_dadd", "sqrt"} <= arithmetic_helpers(program)
 
 
