@@ -134,7 +134,9 @@ def test_controller_of_an_example_fits(
 def test_doubles_are_detected(tmp_path: Path) -> None:
     """Firmware in double precision contains them if the processor does not support doubles."""
     write_example(tmp_path / "example.h", Experiment.load(EXAMPLES / "planar_2r"))
-    program = build(tmp_path / "firmware.elf", PROCESSORS["M4F"].cpu, FIRMWARE, ("-Os", "-g", PARTS))
+    program = build(
+        tmp_path / "firmware.elf", PROCESSORS["M4F"].cpu, FIRMWARE, ("-Os", "-g", PARTS)
+    )
     assert {"__aeabi_dmul", "__aeabi_dadd", "sqrt"} <= arithmetic_helpers(program)
 
 
