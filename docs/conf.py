@@ -1,7 +1,7 @@
-"""Sphinx makes pages of docs/: `uv run --group docs sphinx-build -W docs docs/_build`.
+"""Configuration of Sphinx: `uv run --group docs sphinx-build -W docs docs/_build`.
 
-The pages are plain Markdown, which reads on GitHub as well; nothing in them is loaded from
-elsewhere when they are built or read. Formulas become MathML, which browsers draw by themselves.
+The pages are plain Markdown, which GitHub also displays. They load no files from other sites.
+Formulas become MathML, which browsers draw without a library.
 """
 
 from __future__ import annotations

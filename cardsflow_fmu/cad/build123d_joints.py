@@ -64,14 +64,6 @@ def joint_record(
 ) -> JointSnapshot:
     """Return the record of two connected joints.
 
-    Args:
-        name: Name of the record.
-        joint: The joint whose `connect_to` was called.
-        other: The argument of `connect_to`.
-        places: Places of their parts.
-        unit: Unit of length, in [m].
-        values: Dynamic parameters of the motions, such as damping.
-
     Raises:
         InputError: The type is unknown, or a part was moved after the joints were connected.
     """

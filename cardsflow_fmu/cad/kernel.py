@@ -70,10 +70,6 @@ class Face(NamedTuple):
 def transform(trsf: Any, unit: float) -> Transform:
     """Convert a transform of the kernel (gp_Trsf).
 
-    Args:
-        trsf: The transform, which must not scale or mirror.
-        unit: Unit of length, in [m].
-
     Raises:
         ValueError: The transform scales or mirrors.
     """
@@ -180,11 +176,6 @@ def _add_face(face: Any, nodes: list[Any], triangles: list[int]) -> None:
 
 def face_of(face: Any, T: Transform, unit: float) -> Face:
     """Return a cylinder or sphere face, over which muscles can wrap.
-
-    Args:
-        face: The face.
-        T: Pose T_root_shape of its shape, lengths in [m].
-        unit: Unit of length of the shape, in [m].
 
     Raises:
         ValueError: The face is neither a cylinder nor a sphere.

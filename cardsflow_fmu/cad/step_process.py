@@ -34,12 +34,6 @@ def design_of_step(
 ) -> DesignSnapshot:
     """Return the snapshot of a STEP file, as `step_design`, from a separate process.
 
-    Args:
-        file: The STEP file.
-        tables: Tables of the design.
-        settings: Export settings.
-        time_limit: Time limit of the process, in [s].
-
     Raises:
         InputError: As for `step_design`, or the kernel crashes or exceeds the time limit.
     """

@@ -14,10 +14,6 @@ from .recording import Recording
 class Pace:
     """Context manager that prepares the process for a run in real time, if required.
 
-    Args:
-        step: Communication step, in [s].
-        realtime: Whether the run is in real time.
-
     Attributes:
         pacer: Timer of the master, or None if the run is not in real time.
     """

@@ -104,17 +104,7 @@ def summarize_system(
     engine: Mapping[str, str],
     accept: Accept = "tracked",
 ) -> dict[str, Any]:
-    """Return the summary of a run of a system, based on signal names.
-
-    Args:
-        name: Name of the system.
-        recording: Recording of the run.
-        speed: Computation times.
-        scheme: Name of the coupling scheme.
-        step: Communication step, in [s].
-        engine: Engines of plant and controller.
-        accept: Runs that succeed; see `run.accept`.
-    """
+    """Return the summary of a run of a system, based on signal names."""
     columns, followed = recording.columns, tracked_signals_by_name(recording.names, recording.units)
     if len({signal.actual[0] for signal in followed}) > 1:
         followed = []

@@ -94,10 +94,6 @@ def header(time_ns: int | NDArray[np.int64], frame: str = "") -> Values:
 
 
 def stamp(time_ns: int | NDArray[np.int64]) -> Values:
-    """Return the fields of a `builtin_interfaces/msg/Time`.
-
-    Args:
-        time_ns: Time of a message, or times of many messages, in [ns].
-    """
+    """Return the fields of a `builtin_interfaces/msg/Time`."""
     seconds, nanoseconds = divmod(time_ns, 1_000_000_000)
     return {"sec": seconds, "nanosec": nanoseconds}

@@ -44,15 +44,7 @@ def ports_digest(ports: Sequence[Port]) -> str:
 def encode_port_table(
     variables: Sequence[Variable], *, guid: str, model_name: str, package: str, step: float
 ) -> bytes:
-    """Return the contents of `ports.bin`.
-
-    Args:
-        variables: The variables, which contain all ports of the model in order.
-        guid: The GUID, or instantiation token, in the model description.
-        model_name: Name of the model.
-        package: Version of the package that builds the FMU.
-        step: Preferred communication step, in [s].
-    """
+    """Return the contents of `ports.bin`."""
     strings = b"".join(map(_string, (guid, model_name, package)))
     counts = sum(len(variable.ports) for variable in variables), len(variables)
     body = strings + struct.pack("<dII", step, *counts) + b"".join(map(_variable, variables))

@@ -25,22 +25,13 @@ _MIN_POWER, _MAX_POWER, _MAX_NUMBER, _ROOM = -292, 324, 26, 20  # see compiled/c
 
 
 def csv_text(names: Sequence[str], rows: FloatArray) -> str:
-    """Return a table as CSV, with floats that can be read back exactly.
-
-    Args:
-        names: Names of the columns.
-        rows: Values, shape (rows, len(names)).
-    """
+    """Return a table as CSV, with floats that can be read back exactly."""
     table = [rows_bytes(rows).decode("ascii")] if len(rows) else []
     return "\n".join([",".join(names), *table, ""])
 
 
 def rows_bytes(rows: FloatArray) -> bytes:
-    """Return rows as CSV without a final newline; numbers can be NaN or Infinity.
-
-    Args:
-        rows: Values, shape (rows, columns).
-    """
+    """Return rows as CSV without a final newline; numbers can be NaN or Infinity."""
     values = np.ascontiguousarray(rows, float)
     count = max(_BLOCK // (_MAX_NUMBER * max(values.shape[1], 1)), 1)
     text = np.empty(text_size(count, values.shape[1]), np.uint8)  # stays in the processor's cache

@@ -231,13 +231,7 @@ def _joint_parameters(
 
 
 def calibrated_robot(robot: Robot, parameters: Sequence[Parameter], theta: FloatArray) -> Robot:
-    """Return the robot with changed parameters. Parameters of sensors are ignored.
-
-    Args:
-        robot: The original robot.
-        parameters: The free parameters.
-        theta: Changes of the parameters, shape (P,).
-    """
+    """Return the robot with changed parameters. Parameters of sensors are ignored."""
     points: dict[tuple[int, int], list[float]] = {}
     inertias: dict[int, FloatArray] = {}
     joints: dict[str, dict[str, float]] = {}

@@ -162,11 +162,6 @@ def project_out_start(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the part of the derivatives by parameters that the start state cannot compensate.
 
-    Args:
-        residuals: Residuals and derivatives of the window.
-        size: Size of the start state, 2 n.
-        noise: Standard deviation of one measurement, shape (columns,).
-
     Returns:
         (I - Q Q') B, shape (measurements, P), and the derivative of the start state by the
         parameters, shape (2 n, P).

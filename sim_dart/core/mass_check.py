@@ -40,10 +40,6 @@ def massless_coordinates(robot: Robot, M: FloatArray) -> list[str]:
 def require_inertia(robot: Robot, M: FloatArray) -> None:
     """Reject a robot that has a motion without any moving mass.
 
-    Args:
-        robot: The robot.
-        M: Its mass matrix at any position, shape (n, n).
-
     Raises:
         InputError: The matrix is singular or not finite.
     """

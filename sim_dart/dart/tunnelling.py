@@ -70,13 +70,7 @@ class TooFast:
 
 
 class SpeedWatch:
-    """Tunnelling check for all pairs of bodies that can collide.
-
-    Args:
-        bodies: The bodies.
-        ignored: Pairs of names that do not collide.
-        step: Step, in [s].
-    """
+    """Tunnelling check for all pairs of bodies that can collide."""
 
     def __init__(
         self, bodies: Sequence[WatchedBody], ignored: Collection[frozenset[str]], step: float

@@ -26,15 +26,7 @@ def hardware_groups(
     *,
     has_tensions: bool = True,
 ) -> Groups:
-    """Return the variables of the hardware: variables of the plant, and diagnostics.
-
-    Args:
-        robot: The robot.
-        q: Required start positions, in [rad] or [m].
-        qd: Velocities at the start, in [rad/s] or [m/s].
-        step: Internal step of a plant, in [s].
-        has_tensions: Whether tensions and motor torques are measured.
-    """
+    """Return the variables of the hardware: variables of the plant, and diagnostics."""
     tensions = [
         Port(name, "N", "output", "continuous", what, nominal=nominal_force(muscle))
         for name, muscle in zip(muscle_signals("tension", robot), robot.muscles, strict=True)

@@ -125,14 +125,7 @@ def state_ports(robot: Robot, causality: Causality) -> list[Port]:
 def command_ports(
     robot: Robot, causality: Causality, variability: Variability, starts: Sequence[float] = ()
 ) -> list[Port]:
-    """Return the ports `u.<muscle>` of all muscles with a command.
-
-    Args:
-        robot: The robot.
-        causality: Causality of the ports.
-        variability: Variability of the ports.
-        starts: Start values of the commands, shape (m,); 0 if empty.
-    """
+    """Return the ports `u.<muscle>` of all muscles with a command."""
     ports = []
     for name, k in zip(command_signals(robot), driven_muscles(robot), strict=True):
         muscle = robot.muscles[k]

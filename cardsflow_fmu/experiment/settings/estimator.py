@@ -245,12 +245,7 @@ class EstimatorTable(Table):
         return whole_steps(time, step, "run.step") if time else 0
 
     def sensor_settings(self, robot: Robot, step: float) -> SensorSettings:
-        """Return noise, resolution, offset and faults of every sensor channel.
-
-        Args:
-            robot: The robot.
-            step: Time between two measurements, in [s].
-        """
+        """Return noise, resolution, offset and faults of every sensor channel."""
         own, n, m = self.sensors, len(robot.coordinates), len(robot.muscles)
         lengths, encoders = own.length_noise or self.length_noise, own.encoder_noise
         turning = self.gyroscope_noise if own.gyroscope_noise is None else own.gyroscope_noise
@@ -285,15 +280,7 @@ class EstimatorTable(Table):
 def read_estimator(
     data: object, context: Context, robot: Robot, folder: Path | None, step: float
 ) -> EstimatorTable:
-    """Read the table [estimator].
-
-    Args:
-        data: The content of the table.
-        context: File and names, for messages.
-        robot: The robot.
-        folder: The folder of the robot; None for several robots.
-        step: run.step, in [s].
-    """
+    """Read the table [estimator]."""
     if isinstance(data, Mapping) and data.get("offset") == CALIBRATED:
         data = {**data, "offset": _calibrated_offsets(folder, context)}
     settings = EstimatorTable.read(data, context, "estimator")

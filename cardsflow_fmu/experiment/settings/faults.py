@@ -48,14 +48,7 @@ class FaultsTable(Table):
 def read_faults(
     data: object, context: Context, estimator: EstimatorTable | None, step: float
 ) -> FaultsTable | None:
-    """Read the table [faults]; return None if it does not exist or is not used.
-
-    Args:
-        data: The content of the table, or None.
-        context: File and names, for messages.
-        estimator: The estimator, or None.
-        step: run.step, in [s].
-    """
+    """Read the table [faults]; return None if it does not exist or is not used."""
     if data is None:
         return None
     settings = FaultsTable.read(data, context, "faults")

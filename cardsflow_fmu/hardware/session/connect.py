@@ -160,13 +160,7 @@ def _fitted_pose(experiment: Experiment) -> FittedPose:
 
 
 def handshake_of(robot: Robot, settings: HardwareSettings, step: float) -> Handshake:
-    """Return the handshake for a robot.
-
-    Args:
-        robot: The robot.
-        settings: Hardware settings.
-        step: Time step of the run, in [s].
-    """
+    """Return the handshake for a robot."""
     n, m, motors = len(robot.coordinates), len(robot.muscles), len(robot.motors)
     return Handshake(
         signature=hardware_signature(robot, settings),

@@ -17,14 +17,7 @@ _SAFE = "entered its safe state"
 
 
 class HardwarePace(Pace):
-    """Context for the timing of a run with hardware.
-
-    Args:
-        step: Communication step, in [s].
-        realtime: Whether to pace steps. Sessions with hardware in real time pace the steps
-            themselves.
-        hardware: Hardware settings.
-    """
+    """Context for the timing of a run with hardware."""
 
     def __init__(self, step: float, realtime: bool, hardware: HardwareSettings) -> None:
         super().__init__(step, realtime and not hardware.moves_in_real_time)

@@ -82,14 +82,7 @@ def native(entity: Any) -> Any:
 def make_points(
     design: Any, component: Any, occurrence: Any, positions: Sequence[Vector3]
 ) -> list[Any]:
-    """Create construction points without names in a component.
-
-    Args:
-        design: The design.
-        component: The component.
-        occurrence: Occurrence of the component; None for the root.
-        positions: Positions in the root frame, in [m].
-    """
+    """Create construction points without names in a component."""
     places = [_in_component(position, occurrence) for position in positions]
     points = component.constructionPoints
     if design.designType == adsk.fusion.DesignTypes.DirectDesignType:

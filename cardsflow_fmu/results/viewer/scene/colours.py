@@ -50,13 +50,7 @@ def tension_colour(tension: float, low: float, high: float) -> Colour:
 
 
 def tension_colours(tensions: FloatArray, low: float, high: float) -> NDArray[np.int64]:
-    """Return the colours of a muscle at K times, shape (K, 3).
-
-    Args:
-        tensions: Tensions, shape (K,), in [N].
-        low: Tension at the first colour of the ramp, in [N].
-        high: Tension at the last colour of the ramp, in [N].
-    """
+    """Return the colours of a muscle at K times, shape (K, 3)."""
     parts = (tensions - low) / (high - low) if high > low else np.zeros(len(tensions))
     known = np.isfinite(tensions)
     at = np.clip(np.where(known, parts, 0.0), 0.0, 1.0)

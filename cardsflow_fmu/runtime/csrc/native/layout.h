@@ -308,7 +308,7 @@ struct native_group {
         } of;                                                                                                 \
         KIND##_FIELDS(NATIVE_FIELD_MEMBER)                                                                    \
     };                                                                                                        \
-    /* 0, or nonzero where that many bytes are not its. */                                                    \
+    /* Return 0, or nonzero if the size is not that of the settings. */                                       \
     int kind##_settings_read(struct kind##_settings *settings, const void *bytes, size_t size);
 NATIVE_SETTINGS(plant, PLANT)
 NATIVE_SETTINGS(controller, CONTROLLER)

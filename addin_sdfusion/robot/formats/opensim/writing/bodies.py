@@ -27,14 +27,7 @@ def frame_path(link: str) -> str:
 
 
 def placement(parent: ElementTree.Element, tags: tuple[str, str], p: Vector3, R: Matrix3) -> None:
-    """Add a position and the angles of R = Rx(a) Ry(b) Rz(c), as used by OpenSim.
-
-    Args:
-        parent: Parent element.
-        tags: Tags of the position and of the angles.
-        p: Position, in [m].
-        R: The rotation matrix.
-    """
+    """Add a position and the angles of R = Rx(a) Ry(b) Rz(c), as used by OpenSim."""
     a, b, c = rpy(transpose(R))  # the inverse rotation has negative angles in reverse order
     element(parent, tags[0], numbers(p))
     element(parent, tags[1], numbers((0.0 - a, 0.0 - b, 0.0 - c)))
