@@ -225,7 +225,7 @@ PLANAR_2R: list[Row] = [
     ({"run.scheme": "gauss_seidel"}, "run.order: missing"),
     ({"run.scheme": "gauss_seidel", "run.order": ["plant"]}, "in any order"),
     ({"run.scheme": "strong"}, "run.scheme: no scheme 'strong'"),
-    ({"run.format": "parket"}, "run.format: no format 'parket'; did you mean"),
+    ({"run.format": "cvs"}, "run.format: no format 'cvs'; did you mean"),
     ({"run.order": ["plant"]}, "no key 'order'"),
     ({"run.output": "a\0b"}, "run.output: must be the path of a file"),
     (
