@@ -23,7 +23,9 @@ CHUNK = 500
 NEEDS = {"step": "OCP", "step tables": "OCP"}
 """Module of the extra that a kind requires; it is skipped without the module."""
 
-GROUPS = [[*KINDS][first:end] for first, end in pairwise((0, 19, 37, len(KINDS)))]
+_STEP = [kind for kind in KINDS if kind.startswith("step")]
+_OTHERS = [kind for kind in KINDS if kind not in _STEP]
+GROUPS = [_OTHERS[::2], _OTHERS[1::2], _STEP]
 """Kinds that one process reads; the kernel of STEP files requires much of the GiB."""
 
 TESTS = Path(__file__).parents[2]
