@@ -27,14 +27,13 @@ static size_t dofs_of(const core_tangent *t)
 void core_tangent_place(core_tangent *t, const core *plain, const double *commands, const double *torques)
 {
     core *c = t->core;
-    const size_t n = dofs_of(t), m = (size_t)c->blob.counts.muscles;
-    const double *plain_numbers[] = {(const void *)plain->q, (const void *)plain->qd, (const void *)plain->law_states,
-                                     (const void *)plain->lengths, (const void *)plain->rates,
-                                     (const void *)plain->stored_path, (const void *)plain->jacobian};
-    real *const own[] = {c->q, c->qd, c->law_states, c->lengths, c->rates, c->stored_path, c->jacobian};
-    const size_t paths = PATH_NUMBERS * (size_t)c->blob.counts.wraps;
-    const size_t lengths[] = {n, n, (size_t)c->blob.law_states, m, m, paths, m * n};
-    for (int k = 0; k < 7; k++) put(own[k], plain_numbers[k], lengths[k]);
+    const size_t n = dofs_of(t), m = (size_t)c->blob.counts.muscles, wraps = (size_t)c->blob.counts.wraps;
+    const real *from[] = {plain->q, plain->qd, plain->law_states, plain->lengths, plain->rates, plain->stored_path,
+                          plain->jacobian, plain->wrap_before, plain->wrap_rank, plain->wrap_turn};
+    real *const own[] = {c->q, c->qd, c->law_states, c->lengths, c->rates, c->stored_path,
+                         c->jacobian, c->wrap_before, c->wrap_rank, c->wrap_turn};
+    const size_t lengths[] = {n, n, (size_t)c->blob.law_states, m, m, PATH_NUMBERS * wraps, m * n, wraps, wraps, wraps};
+    for (size_t k = 0; k < sizeof lengths / sizeof *lengths; k++) put(own[k], (const void *)from[k], lengths[k]);
     put(c->commands, commands, m);
     put(t->torques, torques, n);
     put(c->torques, (const void *)plain->torques, n);

@@ -183,7 +183,7 @@ real routed_add(core *c, int32_t m, int32_t first, progress *at, real *row, int 
     while (at->move < blob->counts.moves && blob->move_point[at->move] < r.end) at->move++;
     r.wrap_count = at->wrap - r.wraps;
     find_shares(c, &r, at);
-    route_wraps_choose(c, &r);
+    if (!(HAS_TANGENT && c->moving)) route_wraps_choose(c, &r); /* otherwise as in the plain core */
     real length = 0, divisor = 1;
     for (int32_t start = first; start < r.end;) {
         if (at->branch < blob->counts.branches && blob->branch_point[at->branch] == start)
