@@ -118,60 +118,72 @@ def fmu_info(path: str | Path) -> dict[str, Any]:
     }
 
 
+def robot_title(info: dict[str, Any]) -> str:
+    """Return name, numbers of parts, mass and reach of a robot in one line."""
+    motors = sum(c["actuated"] for c in info["coordinates"])
+    return (
+        f"{info['name']}: {len(info['links'])} links, {len(info['coordinates'])} coordinates, "
+        f"{len(info['muscles'])} muscles, {f'{motors} motors, ' if motors else ''}"
+        f"{info['mass']:.6g} kg, reach {info['reach']:.4g} m"
+    )
+
+
+def robot_tables(info: dict[str, Any]) -> list[tuple[list[str], list[list[Any]]]]:
+    """Return the tables of a robot, each with titles and rows; unlimited values are infinite."""
+    return [
+        (
+            ["joint", "type", "parent", "child"],
+            [[j["name"], j["type"], j["parent"], j["child"]] for j in info["joints"]],
+        ),
+        (
+            ["coordinate", "unit", "lower", "upper", "initial"],
+            [
+                [c["name"], c["unit"], *_range(c["lower"], c["upper"]), c["initial"]]
+                for c in info["coordinates"]
+            ],
+        ),
+        (
+            ["motor", "tau_min", "tau_max", "unit"],
+            [
+                [
+                    c["name"],
+                    *_range(c["tau_min"], c["tau_max"]),
+                    "N·m" if c["unit"] == "rad" else "N",
+                ]
+                for c in info["coordinates"]
+                if c["actuated"]
+            ],
+        ),
+        (
+            ["muscle", "cable", "command", "f_min [N]", "f_max [N]", "length [m]", "links"],
+            [
+                [
+                    *(m["name"], m["model"], m["command"] or "none"),
+                    *_range(m["f_min"], m["f_max"]),
+                    "" if m["length"] is None else m["length"],
+                    " - ".join(m["links"]),
+                ]
+                for m in info["muscles"]
+            ],
+        ),
+        (
+            ["task frame", "link", "axes"],
+            [[f["name"], f["link"], " ".join(f["axes"])] for f in info["task_frames"]],
+        ),
+    ]
+
+
 def describe_robot(info: dict[str, Any]) -> str:
     """Return the information about a robot as tables of text."""
-    title = (
-        f"{info['name']}: {len(info['links'])} links, {len(info['coordinates'])} coordinates, "
-        f"{len(info['muscles'])} muscles, "
-        f"{_motor_count(info)}{info['mass']:.6g} kg, reach {info['reach']:.4g} m"
-    )
-    parts = [*(f"WARNING: {line}" for line in info["not_simulated"]), title]
-    joints = [[j["name"], j["type"], j["parent"], j["child"]] for j in info["joints"]]
-    parts.append(table(["joint", "type", "parent", "child"], joints))
-    coordinates = [
-        [
-            c["name"],
-            c["unit"],
-            _limit_text(c["lower"], "-"),
-            _limit_text(c["upper"], ""),
-            f"{c['initial']:g}",
-        ]
-        for c in info["coordinates"]
+    parts = [*(f"WARNING: {line}" for line in info["not_simulated"]), robot_title(info)]
+    parts += [
+        table(heads, [list(map(_text, row)) for row in rows]) for heads, rows in robot_tables(info)
     ]
-    parts.append(table(["coordinate", "unit", "lower", "upper", "initial"], coordinates))
-    motors = [
-        [c["name"], _limit_text(c["tau_min"], "-"), _limit_text(c["tau_max"], ""), unit]
-        for c in info["coordinates"]
-        for unit in ["N·m" if c["unit"] == "rad" else "N"]
-        if c["actuated"]
-    ]
-    parts.append(table(["motor", "tau_min", "tau_max", "unit"], motors))
-    muscles = [
-        [
-            m["name"],
-            m["model"],
-            m["command"] or "none",
-            f"{m['f_min']:g}",
-            _limit_text(m["f_max"], ""),
-            "" if m["length"] is None else f"{m['length']:.6g}",
-            " - ".join(m["links"]),
-        ]
-        for m in info["muscles"]
-    ]
-    heads = ["muscle", "cable", "command", "f_min [N]", "f_max [N]", "length [m]", "links"]
-    parts.append(table(heads, muscles))
-    frames = [[f["name"], f["link"], " ".join(f["axes"])] for f in info["task_frames"]]
-    parts.append(table(["task frame", "link", "axes"], frames))
     for what, active in (("cable_sets", "cable_set"), ("operational_spaces", "operational_space")):
         if info[what]:
             names = [f"{name} (active)" if name == info[active] else name for name in info[what]]
             parts.append(f"{what.replace('_', ' ')}: {', '.join(names)}")
     return "\n\n".join(part for part in parts if part)
-
-
-def _motor_count(info: dict[str, Any]) -> str:
-    count = sum(c["actuated"] for c in info["coordinates"])
-    return f"{count} motors, " if count else ""
 
 
 def describe_fmu(info: dict[str, Any]) -> str:
@@ -216,6 +228,13 @@ def _limit(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _limit_text(value: float | None, sign: str) -> str:
-    """Return a limit as text; None is unlimited."""
-    return f"{sign}unlimited" if value is None else f"{value:g}"
+def _range(low: float | None, high: float | None) -> tuple[float, float]:
+    """Return a range, infinite where it is unlimited."""
+    return -math.inf if low is None else low, math.inf if high is None else high
+
+
+def _text(value: str | float) -> str:
+    """Return a cell of a table as text."""
+    if isinstance(value, str):
+        return value
+    return f"{value:.6g}".replace("inf", "unlimited")

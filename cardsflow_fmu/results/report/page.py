@@ -12,9 +12,8 @@ from matplotlib.figure import Figure
 from addin_sdfusion.robot import Coordinate
 from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.json_text import json_text
-from cardsflow_fmu.cosim.signals.ports import force_unit
 from cardsflow_fmu.experiment.writer import experiment_data
-from cardsflow_fmu.results.analysis.info import robot_info
+from cardsflow_fmu.results.analysis.info import robot_info, robot_tables, robot_title
 from cardsflow_fmu.results.estimation import describe_event
 from cardsflow_fmu.results.run_data import ExperimentRunData
 from cardsflow_fmu.results.saved_run import opened_run
@@ -123,41 +122,15 @@ def _robot_tables(
     motors: Sequence[Coordinate],
 ) -> Iterator[str]:
     info = robot_info(path, cable_set or None)
-    yield (
-        f"<p>{escape(info['name'])}: {len(info['links'])} links, {len(info['coordinates'])} "
-        f"coordinates, {len(info['muscles'])} muscles, {info['mass']:.6g} kg, "
-        f"reach {info['reach']:.4g} m</p>"
-    )
+    for muscle in info["muscles"]:
+        muscle["f_min"], muscle["f_max"] = bounds[muscle["name"]]
+    torques = {motor.name: (motor.tau_min, motor.tau_max) for motor in motors}
+    for c in info["coordinates"]:
+        c["actuated"] = c["name"] in torques
+        c["tau_min"], c["tau_max"] = torques.get(c["name"], (None, None))
+    yield f"<p>{escape(robot_title(info))}</p>"
     yield table(("link", "mass [kg]"), ([x["name"], x["mass"]] for x in info["links"]))
-    yield table(
-        ("joint", "type", "parent", "child"),
-        ([j["name"], j["type"], j["parent"], j["child"]] for j in info["joints"]),
-    )
-    yield table(
-        ("coordinate", "unit", "lower", "upper", "initial", "damping"),
-        (
-            [c["name"], c["unit"], c["lower"], c["upper"], c["initial"], c["damping"]]
-            for c in info["coordinates"]
-        ),
-    )
-    yield table(
-        ("motor", "tau_min", "tau_max", "unit"),
-        ([c.name, c.tau_min, c.tau_max, force_unit(c)] for c in motors),
-    )
-    yield table(
-        ("muscle", "model", "f_min [N]", "f_max [N]", "length [m]", "via points", "links"),
-        (
-            [
-                m["name"],
-                m["model"],
-                *bounds[m["name"]],
-                m["length"],
-                m["via_points"],
-                " - ".join(m["links"]),
-            ]
-            for m in info["muscles"]
-        ),
-    )
+    yield from (table(heads, rows) for heads, rows in robot_tables(info))
     findings = read(path, cable_set or None).findings
     rows = [["error" if f.is_error else "warning", f.message] for f in findings]
     yield table(("check", "finding"), rows) if rows else "<p>check: no findings</p>"
