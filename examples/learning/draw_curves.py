@@ -15,14 +15,16 @@ import matplotlib.pyplot as plt
 
 FOLDER = Path(__file__).parent
 SEEDS = range(5, 10)
-SCRIPTS = {"train_gradients.py": ("gradients", "C0"), "train_ppo.py": ("PPO", "C1")}
+LONGER = ["--goal", "1.1", "--minutes", "0.12"]
+"""Options with which gradients continue after their goal, to the returns of PPO."""
+SCRIPTS = {"train_gradients.py": ("gradients", "C0", LONGER), "train_ppo.py": ("PPO", "C1", [])}
 
 
 def rows_of(script: str, seed: int, folder: Path) -> list[dict[str, str]]:
     """Return the learning curve of a training, which runs first if its folder does not exist."""
     output = folder / f"{Path(script).stem}_{seed}"
     if not output.exists():
-        options = ["--seed", str(seed), "-o", str(output)]
+        options = ["--cpu", "--seed", str(seed), "-o", str(output), *SCRIPTS[script][2]]
         subprocess.run([sys.executable, str(FOLDER / script), *options], check=True)
     with (output / "curve.csv").open(newline="") as file:
         return list(csv.DictReader(file))
@@ -32,8 +34,8 @@ def draw(folder: Path, file: Path) -> None:
     """Draw the curves of all trainings."""
     plt.rcParams |= {"svg.hashsalt": "curves", "font.size": 9}
     figure, axes = plt.subplots(figsize=(6.4, 3.0), layout="constrained")
-    for script, (name, colour) in SCRIPTS.items():
-        for seed in SEEDS:
+    for seed in SEEDS:
+        for script, (name, colour, _) in SCRIPTS.items():
             rows = rows_of(script, seed, folder)
             times, returns = (
                 [float(r[k]) for r in rows] for k in ("cpu_seconds", "episode_return")

@@ -17,11 +17,11 @@ from cardsflow_fmu.gym.episodes import Episodes
 from cardsflow_fmu.gym.torch_step import BatchStep
 
 ID, ENVS, STEPS = "cardsflow/PlanarReach-v0", 48, 6
-RATE, CRITIC_RATE, DECAY = 1e-2, 3e-3, 0.99
+RATE, CRITIC_RATE, DECAY, BETAS = 1e-2, 3e-3, 0.99, (0.7, 0.95)
 DISCOUNT, SCALE, MAX_GRADIENT = 0.97, 0.02, 1.0
 SUBSTEPS = 2
 """Integrator steps in a step, fewer than in the environment, since each needs derivatives."""
-WIDTH, AHEAD, GUIDE, EFFORT = 0.03, 0.05, 10.0, 0.1
+WIDTH, AHEAD, GUIDE, EFFORT = 0.03, 0.03, 10.0, 0.1
 SCALES = (0.3, 0.03, 0.5, 0.5)
 """Scales of q, of qd times the step, of the tip and of its distance to the target."""
 POSITIONS, VELOCITIES, GROWTH, MAX_STEPS = 0.15, 2.0, 30, 100
@@ -43,7 +43,7 @@ class Motions:
         self._episodes.seed([seed * ENVS + i for i in range(ENVS)])
         self._batch, self._rng = self._episodes.batch, np.random.default_rng(seed)
         self._step, self._dofs = BatchStep(self._batch), self._batch.q.shape[1]
-        self._low, self._high = map(torch.from_numpy, self._episodes.actions.ranges()[1:3])
+        self._low, self._high = map(torch.Tensor, self._episodes.actions.ranges()[1:3])
         self._start(np.ones(ENVS, bool))
         self.normal = Normaliser(self._episodes.observations().shape[1])
         self.normal.mean = self._episodes.observations().mean(axis=0, dtype=float)
@@ -61,26 +61,26 @@ class Motions:
 
         The loss is minus the discounted smooth rewards, then the value of the last state.
         """
-        task, targets = self._episodes.task, torch.from_numpy(self._episodes.targets.copy())
-        state, rows, gain = self._step.start(), [], torch.zeros(())
-        y = self._step.position(state)
-        x = self._observe(state, y, targets)
-        for k in range(STEPS):
+        task, targets = self._episodes.task, torch.from_numpy(self._episodes.targets).float()
+        state, rows = self._step.start(torch.float32), []
+        points = [self._step.position(state)]
+        x = self._observe(state, points[0], targets)
+        for _ in range(STEPS):
             actions = actor(x)
             share = 0.5 * (1.0 + actions.clamp(-1.0, 1.0))
             state = self._step(state, self._low + share * (self._high - self._low))
-            before, y = y, self._step.position(state)
+            points.append(self._step.position(state))
             rewards, terms = task.rewards(self._batch, self._episodes.targets)
-            rows.append(
-                (x.detach(), *map(torch.from_numpy, (SCALE * rewards, 1.0 * terms["done"])))
-            )
-            smooth = self._smooth_reward(targets - y, y - before)
-            beyond = (actions.abs() - 1.0).clamp(min=0.0).square().sum(1)
-            gain = gain + DISCOUNT**k * SCALE * (smooth - EFFORT * beyond).mean()
-            x = self._observe(state, y, targets)
+            rows.append((x, actions, torch.Tensor(SCALE * rewards), torch.Tensor(terms["done"])))
+            x = self._observe(state, points[-1], targets)
+        found, actions, rewards, ends = (torch.stack(c) for c in zip(*rows, strict=True))
+        y = torch.stack(points)
+        smooth = self._smooth_reward(targets - y[1:], y.diff(dim=0))
+        beyond = (actions.abs() - 1.0).clamp(min=0.0).square().sum(2)
+        shares = DISCOUNT ** torch.arange(STEPS)
+        gain = SCALE * shares @ (smooth - EFFORT * beyond).mean(1)
         gain = gain + DISCOUNT**STEPS * critic(x).mean()
-        observations, rewards, ends = (torch.stack(column) for column in zip(*rows, strict=True))
-        return [-gain, torch.cat([observations, x.detach()[None]]), rewards, ends]
+        return [-gain, torch.cat([found, x[None]]).detach(), rewards, ends]
 
     def restart(self, ends: torch.Tensor, longest: float) -> None:
         """Restart motions that have left the region of the task, and the longest ones."""
@@ -92,14 +92,14 @@ class Motions:
         return self.normal(torch.cat([q, self._batch.step_size * qd, y, targets - y], dim=1))
 
     def _smooth_reward(self, error: torch.Tensor, move: torch.Tensor) -> torch.Tensor:
-        """Return the reward of the task with smooth steps of the bonus, shape (n,).
+        """Return the reward of the task with smooth steps of the bonus, shape (steps, n).
 
         Far from the target the bonus has no slope. So the distance from the target of the point
         that the tip reaches after `AHEAD` is added: the tip shall be fast far from the target.
         """
         weights, near = self._episodes.task.weights, self._episodes.task.near
         ahead = error - AHEAD / self._batch.step_size * move
-        distance, far = ((e.square().sum(1) + 1e-4).sqrt() for e in (error, ahead))
+        distance, far = ((e.square().sum(-1) + 1e-4).sqrt() for e in (error, ahead))
         bonus = sum(torch.sigmoid((end * near - distance) / WIDTH) for end in (1.0, 2.0))
         return weights["bonus"] * bonus - weights["reach"] * distance - GUIDE * far
 
@@ -120,13 +120,12 @@ def fit(critic: torch.nn.Module, optimiser: Any, x: Any, rewards: Any, ends: Any
 def train(options: argparse.Namespace) -> tuple[Any, Normaliser, Curve]:
     """Train until the goal or the limit of time; return actor, normalisation and curve."""
     torch.set_num_threads(1)
-    torch.set_default_dtype(torch.float64)
     torch.manual_seed(options.seed)
     trial = make(ID, 256)
     inputs, outputs = trial.single_observation_space.shape[0], trial.single_action_space.shape[0]
     actor, critic = network(inputs, outputs, gain=0.01), network(inputs, 1, gain=0.01)
-    optimisers = [torch.optim.Adam(part.parameters(), RATE) for part in (actor, critic)]
-    optimisers[1].param_groups[0]["lr"] = CRITIC_RATE
+    parts = (actor, RATE), (critic, CRITIC_RATE)
+    optimisers = [torch.optim.Adam(part.parameters(), rate, BETAS) for part, rate in parts]
     average = torch.optim.swa_utils.AveragedModel(
         actor, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(MEMORY)
     )
