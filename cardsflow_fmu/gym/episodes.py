@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from addin_sdfusion.robot import InputError, Robot, SimulationError
 from cardsflow_fmu.utils.arrays import BoolArray, FloatArray
 from sim_dart import Batch
+from sim_dart.batch.arguments import whole
 
 from .actions import ActionMap, Actions
 from .tasks.task import Task, Terms
@@ -76,14 +77,8 @@ class Episodes:
     def __init__(
         self, setup: Setup, n: int, max_episode_steps: int | None, threads: int = 0
     ) -> None:
-        if max_episode_steps is not None and (
-            isinstance(max_episode_steps, bool)
-            or not isinstance(max_episode_steps, int)
-            or max_episode_steps < 1
-        ):
-            raise InputError(
-                f"max_episode_steps must be a whole number from 1, not {max_episode_steps!r}"
-            )
+        if max_episode_steps is not None:
+            whole("max_episode_steps", max_episode_steps, 1)
         self.setup, self.task, self._max = setup, setup.task, max_episode_steps
         options = {"integrator": setup.integrator, "substeps": setup.substeps}
         self.batch = Batch(

@@ -31,8 +31,7 @@ class _Step(torch.autograd.Function):  # type: ignore[misc]
     def backward(context: Any, gradient: Any) -> Any:
         A, B = context.saved_tensors
         row = gradient.double().unsqueeze(1)
-        by_state, by_commands = (row @ A).squeeze(1), (row @ B).squeeze(1)
-        return by_state.to(gradient.dtype), by_commands.to(gradient.dtype), None
+        return (row @ A).squeeze(1), (row @ B).squeeze(1), None
 
 
 class _Position(torch.autograd.Function):  # type: ignore[misc]
@@ -45,7 +44,7 @@ class _Position(torch.autograd.Function):  # type: ignore[misc]
     @staticmethod
     def backward(context: Any, gradient: Any) -> Any:
         (J,) = context.saved_tensors
-        by_q = (gradient.double().unsqueeze(1) @ J).squeeze(1).to(gradient.dtype)
+        by_q = (gradient.double().unsqueeze(1) @ J).squeeze(1)
         return torch.nn.functional.pad(by_q, (0, context.rest)), None
 
 

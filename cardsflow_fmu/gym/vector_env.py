@@ -114,9 +114,6 @@ class CardsflowVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[An
             self._ended = np.zeros(self.num_envs, dtype=np.bool_)
         return observations, rewards, terminated, truncated, infos
 
-    def close_extras(self, **kwargs: Any) -> None:
-        """Do nothing, since the memory is freed with the environment."""
-
 
 def _final_infos(ended: BoolArray, observations: Observations, terms: Terms) -> dict[str, Any]:
     """Return the last observations and infos of episodes that ended, as Gymnasium expects."""
