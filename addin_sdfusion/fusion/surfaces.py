@@ -152,11 +152,7 @@ def _placed(
 
 
 def _surface(occurrence: Occurrence, face: Any) -> tuple[Vector3, SurfaceSnapshot]:
-    """Return the position of a face in its component, and the face in an occurrence.
-
-    Raises:
-        ValueError: The face is not a cylinder or sphere.
-    """
+    """Return the position of a face in its component, and the face in an occurrence."""
     proxy = occurrence.proxy(face)
     sphere, placed = (adsk.core.Sphere.cast(f.geometry) for f in (face, proxy))
     if sphere is not None:

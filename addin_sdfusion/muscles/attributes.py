@@ -110,11 +110,7 @@ def _merge(plain: dict[str, Any]) -> dict[str, Any]:
 
 
 def _split(cls: type, plain: Any) -> tuple[Any, dict[str, str]]:
-    """Return the known keys of a stored record, and the other keys as JSON texts.
-
-    Raises:
-        InputError: The version is invalid.
-    """
+    """Return the known keys of a stored record, and the other keys as JSON texts."""
     if not isinstance(plain, dict):
         return plain, {}
     version = plain.get("version", 1)

@@ -97,16 +97,7 @@ def _read_attribute(
     subject: tuple[str, str],
     findings: list[Finding],
 ) -> Record | None:
-    """Return the value of an attribute; None with a finding if it cannot be read.
-
-    Args:
-        read: Function that parses the text of the attribute.
-        attributes: Attributes in the group of the add-in.
-        key: Name of the attribute.
-        text: Description of the attribute, and advice to the user, for the message.
-        subject: Kind and name of the subject of the finding.
-        findings: List to which the finding is appended.
-    """
+    """Return the value of an attribute; None with a finding if it cannot be read."""
     if key not in attributes:
         return None
     try:

@@ -188,11 +188,7 @@ def _require_dynamics(options: argparse.Namespace) -> None:
 
 
 def _require_own_files(folder: Path, contents: Mapping[str, str]) -> None:
-    """Check that existing files were written by `activations`.
-
-    Raises:
-        InputError: A file was not written by `activations`.
-    """
+    """Check that existing files were written by `activations`."""
     is_own = (folder / "activations.sto").is_file()
     for name, text in contents.items():
         file, title = folder / name, text.partition("\n")[0]

@@ -216,13 +216,7 @@ def packing_problem(file: Path, roots: Sequence[Path]) -> str | None:
 
 @functools.lru_cache(maxsize=1024)
 def _content_problem(file: Path, changed: int, size: int) -> str | None:
-    """Return the reason why a file is not a valid mesh, or None.
-
-    Args:
-        file: The file.
-        changed: Time of the last change; the result is cached while it is the same.
-        size: Size of the file, in bytes.
-    """
+    """Return the reason why a file is not a valid mesh, or None."""
     try:
         mesh_bytes(file, [file])
     except InputError as error:

@@ -252,11 +252,7 @@ def _array(what: str, values: Any, dimensions: int) -> FloatArray:
 
 
 def _check(policy: Policy) -> None:
-    """Check sizes and ranges.
-
-    Raises:
-        InputError: A value is invalid.
-    """
+    """Check sizes and ranges."""
     for part in policy.parts:
         if part not in PARTS:
             raise UnknownNameError("input", part, PARTS)

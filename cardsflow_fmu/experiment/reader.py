@@ -115,11 +115,7 @@ def _require_experiment(path: Path, file: Path) -> None:
 
 
 def _require_text(file: Path) -> None:
-    """Check that the path of a file can be encoded in FMUs and HTML pages.
-
-    Raises:
-        InputError: The path is not valid text.
-    """
+    """Check that the path of a file can be encoded in FMUs and HTML pages."""
     try:
         str(file.absolute()).encode()
     except UnicodeEncodeError:

@@ -134,11 +134,7 @@ def write_fmu(
 
 
 def _build_time() -> str:
-    """Return the current time, or the time in the environment variable SOURCE_DATE_EPOCH.
-
-    Raises:
-        InputError: The variable is not a time.
-    """
+    """Return the current time, or the time in the environment variable SOURCE_DATE_EPOCH."""
     text = os.environ.get("SOURCE_DATE_EPOCH")
     try:
         seconds = int(time.time() if text is None else text)

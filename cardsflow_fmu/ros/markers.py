@@ -154,9 +154,5 @@ def _marker(head: Values, group: str, number: int, kind: int) -> dict[str, Any]:
 
 
 def _colour(rgb: Any) -> dict[str, Any]:
-    """Return the fields of a `ColorRGBA`.
-
-    Args:
-        rgb: Red, green and blue from 0 to 255, each a number or an array.
-    """
+    """Return the fields of a `ColorRGBA`."""
     return {name: value / 255.0 for name, value in zip("rgb", rgb, strict=True)} | {"a": 1.0}

@@ -56,13 +56,7 @@ class _Prototype:
         )
 
     def _value(self, kind: tuple[int, Any], value: Any) -> Any:
-        """Return the value of a field.
-
-        Args:
-            kind: Kind of the field, and its type: the type of a number or string, the name of a
-                message, or the kind and number of elements.
-            value: Value of the field, or None for zero or empty.
-        """
+        """Return the value of a field."""
         node, of = kind
         if node == _BASE:
             if isinstance(value, np.ndarray):

@@ -146,10 +146,6 @@ class RowTopics:
     def _names(self, prefixes: Sequence[str], names: Sequence[str] | None) -> dict[str, str]:
         """Return the names of objects that have columns with one of the prefixes.
 
-        Args:
-            prefixes: Prefixes of the columns.
-            names: Names of all objects in the robot, or None if unknown.
-
         Returns:
             Names of the objects by the identifiers that columns contain.
         """

@@ -209,11 +209,7 @@ class RosInbox:
 
 
 def _import_rclpy() -> Any:
-    """Return the module rclpy. It is imported late, since it is optional.
-
-    Raises:
-        InputError: The module is not installed or cannot be loaded.
-    """
+    """Return the module rclpy. It is imported late, since it is optional."""
     try:
         return importlib.import_module("rclpy")
     except ImportError as error:

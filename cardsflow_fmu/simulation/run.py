@@ -200,11 +200,7 @@ def _with_settings(
     compute: Compute | None,
     coupling: ModelCoupling | None,
 ) -> Experiment:
-    """Return the experiment with the settings of the run.
-
-    Raises:
-        InputError: A setting is invalid.
-    """
+    """Return the experiment with the settings of the run."""
     own = experiment.run
     compute, coupling = compute or own.compute, coupling or own.coupling
     RunSettings(compute=compute, coupling=coupling)  # checks the values

@@ -261,11 +261,7 @@ def _add_marker_poses(seen: MarkerKinematics, robot: Robot, recording: Recording
 
 
 def _require_sensors(robot: Robot, recording: Recording) -> None:
-    """Reject recordings that do not contain the required measurements.
-
-    Raises:
-        InputError: Joint positions or tensions are missing, or the sampling period is too large.
-    """
+    """Reject recordings that do not contain the required measurements."""
     if recording.step > _MAX_PERIOD:
         raise InputError(
             f"{recording.name}: the time between measurements is {recording.step:.3g} s and must "
@@ -299,11 +295,7 @@ def _require_sensors(robot: Robot, recording: Recording) -> None:
 
 
 def _require_better(result: Calibration) -> None:
-    """Reject a result that predicts the held-out windows significantly worse.
-
-    Raises:
-        CardsflowError: The prediction of the held-out windows is worse.
-    """
+    """Reject a result that predicts the held-out windows significantly worse."""
     before, after = (
         _normalised_error(result, result.held_out_before),
         _normalised_error(result, result.held_out_after),

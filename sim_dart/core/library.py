@@ -91,11 +91,7 @@ def _pad(packed: bytes) -> bytes:
 
 
 def _real_numbers(name: str, values: FloatArray, single: bool) -> NDArray[Any]:
-    """Return values in the number format of a blob.
-
-    Raises:
-        CardsflowError: A value is too large for single precision.
-    """
+    """Return values in the number format of a blob."""
     with np.errstate(over="ignore"):
         packed: NDArray[Any] = values.astype(_REAL[single])
     lost = np.isfinite(values) & ~np.isfinite(packed)

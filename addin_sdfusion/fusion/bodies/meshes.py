@@ -97,11 +97,7 @@ def bounding_box(body: Any) -> tuple[Vector3, Vector3]:
 
 
 def _triangles(mesh: Any) -> _Triangles:
-    """Return the triangles of a TriangleMesh, in [m].
-
-    Raises:
-        ValueError: The mesh is empty or damaged.
-    """
+    """Return the triangles of a TriangleMesh, in [m]."""
     if mesh is None:
         raise ValueError("Fusion returned no mesh")
     nodes = array("d", (value * CM for value in mesh.nodeCoordinatesAsDouble))

@@ -288,11 +288,7 @@ def _require_free_places(
 
 
 def _have_equal_contents(first: Path, second: Path) -> bool:
-    """Return whether two files have equal contents.
-
-    Raises:
-        InputError: The first file cannot be read.
-    """
+    """Return whether two files have equal contents."""
     try:
         return first.is_file() and filecmp.cmp(first, second, shallow=False)
     except OSError as error:

@@ -303,11 +303,7 @@ def read_estimator(
 
 
 def _calibrated_offsets(folder: Path | None, context: Context) -> dict[str, Any]:
-    """Return the offsets found by `cardsflow calibrate`, by muscle.
-
-    Raises:
-        InputError: The file does not exist or has no offsets.
-    """
+    """Return the offsets found by `cardsflow calibrate`, by muscle."""
     key = "estimator.offset"
     if folder is None:
         raise context.error(key, f"several robots have no {CALIBRATION_FILE}; set numbers")

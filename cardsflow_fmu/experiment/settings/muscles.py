@@ -327,11 +327,7 @@ def _custom_model(law: CustomLaw, given: Mapping[str, Any]) -> CableModel:
 
 
 def _command(law: CustomLaw) -> tuple[str, str, float, float] | None:
-    """Return the command of a custom law: name, unit and range; None for a passive law.
-
-    Raises:
-        InputError: The command is not a literal of name, unit and range.
-    """
+    """Return the command of a custom law: name, unit and range; None for a passive law."""
     lines = [
         line
         for line in law.require().body

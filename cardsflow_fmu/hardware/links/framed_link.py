@@ -82,11 +82,7 @@ class FramedLink(ABC):
 
     @abstractmethod
     def _connect(self) -> None:
-        """Open the transport.
-
-        Raises:
-            HardwareError: The transport cannot be opened.
-        """
+        """Open the transport."""
 
     @abstractmethod
     def _disconnect(self) -> None:

@@ -233,11 +233,7 @@ def _read_header(data: bytes, file: Path) -> tuple[RecordingHeader, int]:
 
 
 def _require_recording(file: Path) -> None:
-    """Reject an existing file that is not a recording, so that it is not overwritten.
-
-    Raises:
-        InputError: The file exists and is not a recording.
-    """
+    """Reject an existing file that is not a recording, so that it is not overwritten."""
     if not file.exists():
         return
     if not file.is_file():

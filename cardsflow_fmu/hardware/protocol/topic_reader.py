@@ -150,12 +150,7 @@ class TopicReader:
         return True
 
     def _is_old(self, offset: float, now: float) -> bool:
-        """Return whether the delay of a message, relative to the fastest message, is too long.
-
-        Args:
-            offset: Time of arrival minus time stamp: clock offset plus delay, in [s].
-            now: Current time, in [s].
-        """
+        """Return whether the delay of a message, relative to the fastest message, is too long."""
         self._offset = min(self._offset + _MAX_CLOCK_DRIFT * (now - self._at), offset)
         self._at = now
         return offset - self._offset > self._max_delay

@@ -85,11 +85,7 @@ def reference_motion(
 
 
 def _close_loops(experiment: Experiment, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> None:
-    """Close the loops of a motion in place, point by point.
-
-    Raises:
-        InputError: The loops cannot be closed at a point.
-    """
+    """Close the loops of a motion in place, point by point."""
     dynamics = IndependentDynamics(experiment.robot, experiment.controller.dependent)
     before = np.array(experiment.start.q)
     for k in range(len(q)):

@@ -113,11 +113,7 @@ def read_readings(
 
 
 def _reject_large_values(path: Path, name: str, columns: Mapping[str, FloatArray]) -> None:
-    """Reject a column with values above the maximum.
-
-    Raises:
-        InputError: A value is too large.
-    """
+    """Reject a column with values above the maximum."""
     values, t = columns[name], columns["time"]
     large = np.flatnonzero(np.abs(values) > _MAX_VALUE)
     if len(large):
@@ -175,11 +171,7 @@ def _table_columns(path: Path) -> dict[str, FloatArray]:
 
 
 def _require_same_names(path: Path, columns: Mapping[str, FloatArray], robot: Robot) -> None:
-    """Check by names that a recording is of the robot.
-
-    Raises:
-        InputError: The recording has other joints or muscles.
-    """
+    """Check by names that a recording is of the robot."""
     if "time" not in columns:
         raise InputError("has no column 'time'", file=path)
     known = {
@@ -199,11 +191,7 @@ def _require_same_names(path: Path, columns: Mapping[str, FloatArray], robot: Ro
 
 
 def _equal_steps(path: Path, t: FloatArray) -> tuple[np.ndarray, float]:
-    """Return the step number of each row and the step, in [s]; missing rows are gaps.
-
-    Raises:
-        InputError: Times do not increase, or not with equal steps.
-    """
+    """Return the step number of each row and the step, in [s]; missing rows are gaps."""
     differences = np.diff(t)
     if not np.isfinite(t).all() or (differences <= 0).any():
         row = int(np.argmax(~(differences > 0))) + 2

@@ -138,13 +138,7 @@ def _world_panels(result: ExperimentRunData) -> list[Panel]:
 
 
 def _bodies(result: ExperimentRunData, prefix: str, axis: str) -> list[str]:
-    """Return the names of recorded objects or bodies.
-
-    Args:
-        result: Results of the run.
-        prefix: Prefix of the signals.
-        axis: Suffix of one signal of each object or body.
-    """
+    """Return the names of recorded objects or bodies."""
     ending = f".{axis}"
     named = [n for n in result.names if n.startswith(f"{prefix}.") and n.endswith(ending)]
     return [name.removesuffix(ending) for name in named]

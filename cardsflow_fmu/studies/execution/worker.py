@@ -61,11 +61,7 @@ def execute_run(job: Job, settings: Mapping[str, Any]) -> Outcome:
 
 
 def _check_base(job: Job) -> None:
-    """Check that the experiment without variations is the one of the study, once per process.
-
-    Raises:
-        StudyError: The experiment differs from the experiment of the study.
-    """
+    """Check that the experiment without variations is the one of the study, once per process."""
     key = job.experiment, repr(job.settings)
     if key not in _digests:
         try:

@@ -142,11 +142,7 @@ _ACTIVE = _RIGID | {"fibre_damping": 0.0}
 
 
 def _replace_parameters(robot: Robot, values: Mapping[str, float]) -> Robot:
-    """Return the robot with changed parameters of all muscles.
-
-    Raises:
-        InputError: A muscle has no activation.
-    """
+    """Return the robot with changed parameters of all muscles."""
     changed = []
     for muscle in robot.muscles:
         law = law_of(muscle.model)
