@@ -43,7 +43,7 @@ def optimized_distance(p, p_end, r, r_end) -> float:
 @pytest.mark.slow
 def test_segment_distances_equal_an_optimizer() -> None:
     rng = np.random.default_rng(1)
-    p, p_end, r, r_end = rng.uniform(-1, 1, (4, 200, 3))
+    p, p_end, r, r_end = rng.uniform(-1, 1, (4, 50, 3))
     distances = segment_distances(p, p_end, r, r_end)
     expected = [optimized_distance(*ends) for ends in zip(p, p_end, r, r_end, strict=True)]
     np.testing.assert_allclose(distances, expected, atol=1e-5)
