@@ -34,8 +34,15 @@ _ENVIRONMENT = {
     "MPLBACKEND": "Agg",
     "BROWSER": "true",
     "PYTHONUNBUFFERED": "1",
-    "CARDSFLOW_CFLAGS": "-O0",  # of what a change compiles: soon done
+    "CARDSFLOW_CFLAGS": "",
 }
+_COMPILE = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import hatch_build
+hatch_build.write_headers()
+hatch_build.compile_libraries(hatch_build.ROOT, ["-O0"])  # further flags: equal ones for all
+"""
 _SHELL = """
 set -euo pipefail
 uv() { shift; "$@"; }
@@ -137,7 +144,7 @@ class Place:
             )
             assert done.returncode == 0, f"{block}\n{done.stdout}{done.stderr}"
         if any("csrc/" in block.text for block in self._patches):
-            compile_all = [sys.executable, str(self._changed / "hatch_build.py")]
+            compile_all = [sys.executable, "-P", "-c", _COMPILE, str(self._changed)]
             self._finish(compile_all, self._patches[0])
 
     def _side_by_side(self, block: Block) -> None:
