@@ -63,9 +63,11 @@ CORE_API estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_fra
      gyroscope_noise, accelerometer_noise       i
      offset, compliance  b, m, in [m]; c, m, in [m/N]
      slack               1: minimum tension of a muscle that is used, in [N]
-     gate                1: in standard deviations
+     gate                1: in standard deviations; after a tick in which most measurements exceeded it, the filter
+                         ignores it, and velocities and loads are as uncertain as at the start
      acceleration_noise  n: density of white noise, in [rad/s2] times the root of a second
      load_drift          n: density of the noise of dw/dt
+     tension_noise, tension_error    m, in [N]; m, relative: standard deviations of measured tensions, white
      bias_drift          2: of gyroscopes and of accelerometers
      offset_drift        o: density of the noise of db/dt
      imu_rotation        axes of an IMU in its frame, row by row, 9 i

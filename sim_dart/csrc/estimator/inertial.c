@@ -57,6 +57,7 @@ static real fill_force(estimator *e, int32_t frame, const real point[3], const r
         const real share = J[i] / e->step, *A = e->transition + (n + i) * 3 * n, white = J[i] * e->acceleration_noise[i];
         for (size_t k = 0; k < 3 * n; k++) row[k] += share * (A[k] - (k == n + i ? 1 : 0));
         noise += white * white / e->step;
+        for (size_t k = 0; k < n; k++) noise += J[i] * e->jitter[i * n + k] * J[k];
     }
     return noise;
 }

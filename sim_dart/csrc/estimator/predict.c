@@ -47,6 +47,21 @@ static int fill_transition(estimator *e, const real *q, const real *qd, const re
     return 0;
 }
 
+/* Compute the covariance W L' diag(s^2) L W of accelerations, with the standard deviations s of the tensions. */
+static void fill_jitter(estimator *e)
+{
+    const size_t n = e->n;
+    memset(e->jitter, 0, n * n * sizeof(real));
+    for (size_t k = 0; k < e->m; k++) {
+        const real noise = e->tension_noise[k], error = e->tension_error[k] * e->last_tensions[k];
+        const real variance = noise * noise + error * error, *L = e->core->jacobian + k * n;
+        if (variance == 0) continue;
+        for (size_t i = 0; i < n; i++) e->column[i] = cholesky_dot(n, e->matrix + i * n, L);
+        for (size_t i = 0; i < n; i++)
+            for (size_t j = 0; j < n; j++) e->jitter[i * n + j] += variance * e->column[i] * e->column[j];
+    }
+}
+
 void estimator_propagate(const estimator *e, const real *A, real *P)
 {
     const size_t n = e->n, N = e->N, top = 2 * n, wide = 3 * n;
@@ -66,30 +81,32 @@ void estimator_propagate(const estimator *e, const real *A, real *P)
     }
 }
 
+/* Add the covariance v of the velocities i and k, and of the positions after a step. */
+static void add_velocity_noise(const estimator *e, size_t i, size_t k, real v, real h, real *P)
+{
+    const size_t n = e->n, N = e->N;
+    P[i * N + k] += h * h * v;
+    P[i * N + n + k] += h * v;
+    P[(n + i) * N + k] += h * v;
+    P[(n + i) * N + n + k] += v;
+}
+
 /* Add the noise of an unknown impact that stops coordinate j: an impulse changes all velocities by M^-1. */
 static void add_impact(const estimator *e, size_t j, real h, real *P)
 {
-    const size_t n = e->n, N = e->N;
+    const size_t n = e->n;
     const real *response = e->matrix + j * n, scale = e->state[n + j] / response[j];
     for (size_t i = 0; i < n; i++)
-        for (size_t k = 0; k < n; k++) {
-            const real v = scale * response[i] * scale * response[k];
-            P[i * N + k] += h * h * v;
-            P[i * N + n + k] += h * v;
-            P[(n + i) * N + k] += h * v;
-            P[(n + i) * N + n + k] += v;
-        }
+        for (size_t k = 0; k < n; k++) add_velocity_noise(e, i, k, scale * response[i] * scale * response[k], h, P);
 }
 
 void estimator_add_noise(const estimator *e, real h, real *P)
 {
     const size_t n = e->n, N = e->N;
     for (size_t j = 0; j < n; j++) {
-        const real a = e->acceleration_noise[j], v = a * a * h, w = e->load_drift[j];
-        P[j * N + j] += h * h * v;
-        P[j * N + n + j] += h * v;
-        P[(n + j) * N + j] += h * v;
-        P[(n + j) * N + n + j] += v;
+        const real a = e->acceleration_noise[j], w = e->load_drift[j];
+        for (size_t k = 0; k < n; k++)
+            add_velocity_noise(e, j, k, ((k == j ? a * a : 0) + e->jitter[j * n + k] * e->interval) * h, h, P);
         P[(2 * n + j) * N + 2 * n + j] += w * w * h;
     }
     for (size_t k = 3 * n; k < N; k++) {
@@ -111,6 +128,7 @@ int estimator_advance(estimator *e, real h)
     real *slips = c->law_states + (c->blob.law_states - c->blob.counts.bends);
     memcpy(slips, e->slips, e->bends * sizeof(real));
     if (core_move_checked(c, q, qd) || fill_transition(e, q, qd, e->last_tensions, h)) return 1;
+    fill_jitter(e);
     memcpy(c->q, q, n * sizeof(real));
     memcpy(c->qd, qd, n * sizeof(real));
     if (core_step(c, e->last_tensions, e->load, h, 1)) return 1;

@@ -36,6 +36,8 @@
     ARRAY(gate, 1)                                                                                     \
     ARRAY(acceleration_noise, n)                                                                       \
     ARRAY(load_drift, n)                                                                               \
+    ARRAY(tension_noise, m)                                                                            \
+    ARRAY(tension_error, m)                                                                            \
     ARRAY(bias_drift, 2)                                                                               \
     ARRAY(offset_drift, o)                                                                             \
     ARRAY(imu_rotation, 9 * i)                                                                         \
@@ -56,6 +58,7 @@
     ARRAY(differential, 4 * n * n) /* derivatives by q and qd */                                       \
     ARRAY(product, 2 * n * N)                                                                          \
     ARRAY(matrix, n *n)                                                                                \
+    ARRAY(jitter, n *n)           /* covariance of accelerations due to the noise of tensions */       \
     ARRAY(factor, n *n)                                                                                \
     ARRAY(column, n)                                                                                   \
     ARRAY(load, n)                                                                                     \
@@ -77,6 +80,7 @@ struct estimator {
     struct horizon *horizon; /* NULL for the Kalman filter */
     int is_collecting;       /* whether measurements become terms of the horizon, see horizon/terms.h */
     real step;    /* of the last prediction, in [s] */
+    real interval; /* between the last measurements, in [s] */
     size_t seen, taken; /* number of measurements in this tick; of those within the gate */
     real squares; /* sum of their squared innovations over the variance */
     ESTIMATOR_ARRAYS(NAMED_MEMBER)
@@ -109,6 +113,13 @@ static inline int has_length(const estimator *e, size_t k)
 static inline int is_taut(const estimator *e, size_t k)
 {
     return has_length(e, k) && e->last_tensions[k] > e->slack[0];
+}
+
+/* Return whether most measurements of the last tick exceeded the gate of the filter. Then the state is more probably wrong
+   than all these sensors, as after an impact. */
+static inline int is_misled(const estimator *e)
+{
+    return !e->horizon && e->innovation[0] > e->gate[0] * e->gate[0] / 2;
 }
 
 /* Return the state with the change of the offset of muscle k; N if offsets are constant. */

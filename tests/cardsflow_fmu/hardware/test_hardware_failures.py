@@ -98,7 +98,7 @@ def test_failure_of_the_emulated_device_is_found_by_fmus_and_models_alike(tmp_pa
         "hardware.use": True,
         "hardware.emulator": {"noise": 1e-4, "tension_noise": 0.05},
         "hardware.emulator.failures": [{"kind": "broken", "part": "cable_2", "time": 0.3}],
-        "estimator": {"encoder_noise": 1e-4, "acceleration_noise": 5.0},
+        "estimator": {"encoder_noise": 1e-4},
         "faults": {"tension_noise": 0.1},
     }
     experiment = Experiment.load(PLANAR_2R, settings)

@@ -288,6 +288,40 @@ def test_outlier_is_rejected(arm: Robot) -> None:
     assert estimator.used == 10
 
 
+def test_noise_of_tensions_is_noise_of_accelerations(arm: Robot) -> None:
+    """Accelerations change by M^-1 L' e with errors e of the tensions, constant for 3 steps."""
+    settings = EstimatorSettings(exact_transition=False)
+    dynamics, f, covariances = CoreDynamics(arm), holding_forces(arm, START), []
+    for scale in (0.0, 1.0):
+        estimator = PoseEstimator(arm, settings, START)
+        estimator.array("tension_noise", 11)[:] = 0.5 * scale
+        estimator.array("tension_error", 11)[:] = 0.05 * scale
+        estimator.tensions[:], estimator.lengths[:] = f, np.nan
+        estimator.tick(STEP / 3, 3)
+        covariances.append(estimator.covariance[4:8, 4:8].copy())
+    response = np.linalg.solve(dynamics.mass_matrix(START), dynamics.muscle_jacobian(START).T)
+    expected = STEP**2 * (response * (0.5**2 + (0.05 * f) ** 2)) @ response.T
+    np.testing.assert_allclose(covariances[1] - covariances[0], expected, rtol=0.02)
+
+
+def test_estimate_recovers_after_an_impact(arm: Robot) -> None:
+    """An impulse at the elbow changes all velocities, so that most measurements exceed the gate."""
+    settings = EstimatorSettings(encoder_noise=1e-4, exact_transition=False)
+    truth, f = Truth(arm, settings, START, 3), holding_forces(arm, START)
+    estimator, errors = PoseEstimator(arm, settings, START), []
+    estimator.array("tension_error", 11)[:] = 0.05
+    response = np.linalg.inv(CoreDynamics(arm).mass_matrix(START))[3]
+    for tick in range(80):
+        truth.qd += 5.0 * response / response[3] * (tick == 20)
+        truth.step(f)
+        truth.measure(estimator, f)
+        estimator.tick(STEP)
+        errors.append(np.abs(estimator.qd - truth.qd).max())
+    assert errors[20] > 5.0
+    assert max(errors[60:]) < 0.05
+    assert estimator.valid
+
+
 @pytest.mark.parametrize("offset", [5e-4, 2e-3, -0.02])
 def test_unmodelled_offsets_invalidate_the_estimate(arm: Robot, offset: float) -> None:
     estimator, _ = estimator_at_rest(arm, EstimatorSettings())

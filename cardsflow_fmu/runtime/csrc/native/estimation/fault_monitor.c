@@ -42,6 +42,10 @@ int fault_monitor_open(struct fault_monitor *s, const struct estimator_settings 
 #undef COPY
     memcpy(array(s, "length_noise"), settings->length_noise, robot->m * sizeof(double));
     memcpy(array(s, "encoder_noise"), settings->encoder_noise, robot->n * sizeof(double));
+    if (settings->has_tensions[0]) {
+        memcpy(of_estimator(s, "tension_noise"), settings->tension_noise, robot->m * sizeof(double));
+        memcpy(of_estimator(s, "tension_error"), settings->tension_error, robot->m * sizeof(double));
+    }
     if (settings->frames[0] != 0) /* a horizon has no predicted velocity */
         memset(array(s, "load_change"), 0, robot->n * sizeof(double));
     return 0;
