@@ -64,13 +64,20 @@ def started(command: list[str], ros: Environment) -> Iterator[subprocess.Popen[s
 
 
 @contextmanager
-def listening(ros: Environment, node: str, bag: Path, *wanted: str) -> Iterator[dict[str, Any]]:
-    """Yield the data that a listener records about a node; it is complete after the context."""
+def listening(
+    ros: Environment, node: str, bag: Path, *wanted: str, until: str = ""
+) -> Iterator[dict[str, Any]]:
+    """Yield the data that a listener records about a node; it is complete after the context.
+
+    The context ends after the listener has said a word, if there is one.
+    """
     seen: dict[str, Any] = {}
     command = [sys.executable, str(PROGRAMS / "listener.py"), node, str(bag), *wanted]
     with started(command, ros) as process:
         read_lines_until(process, "up")
         yield seen
+        if until:
+            read_lines_until(process, until)
         out, _ = process.communicate(timeout=MAX_WAIT)
         seen |= json.loads(out.splitlines()[-1])
 
@@ -208,9 +215,8 @@ def test_another_node_commands_tendons_as_joints(ros: Environment) -> None:
 def test_ctrl_c_ends_a_published_run_with_its_results(ros: Environment, tmp_path: Path) -> None:
     words = ("--publish", "ros2://", "--set", "run.duration=60")
     with started(run_words(tmp_path / "out", *words), ros) as process:
-        with listening(ros, "/cardsflow", tmp_path / "bag"):
+        with listening(ros, "/cardsflow", tmp_path / "bag", until="many"):
             read_lines_until(process, "published as node /cardsflow")
-            time.sleep(5.0)
         process.send_signal(signal.SIGINT)
         said, _ = process.communicate(timeout=MAX_WAIT)
     assert process.returncode == 130, said

@@ -3,7 +3,7 @@
     python listener.py NODE BAG [PARAMETER ...]
 
 It prints `up`, listens until its input ends, writes a bag with rosbags, and prints as JSON the
-recorded graph and the node's parameters.
+recorded graph and the node's parameters. After 20 states of joints it also prints `many`.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from rclpy.qos import QoSProfile
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
+MANY = 20
 MAX_WAIT = 20.0
 """Time to wait for an answer, in [s]."""
 
@@ -36,6 +37,7 @@ class Recorder:
         self.topics: dict[str, str] = {}
         self.latched: list[str] = []
         self.messages: list[tuple[str, int, bytes]] = []
+        self.states = 0
 
     def discover(self) -> None:
         """Subscribe to new topics of the graph."""
@@ -55,7 +57,13 @@ class Recorder:
                 self.latched.append(name)
 
     def _taker(self, name: str) -> Any:
-        return lambda content: self.messages.append((name, time.time_ns(), bytes(content)))
+        def take(content: bytes) -> None:
+            self.messages.append((name, time.time_ns(), bytes(content)))
+            self.states += name.endswith("/joint_states")
+            if name.endswith("/joint_states") and self.states == MANY:
+                print("many", flush=True)
+
+        return take
 
     def write(self, folder: Path) -> None:
         """Write a rosbag2 bag."""
