@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -73,7 +74,7 @@ def test_files_that_are_named_exist(file: Path) -> None:
 @every_document
 def test_commands_are_understood(file: Path) -> None:
     """Every command that is named exists, and has the options that it is named with."""
-    known = dict(_commands("cardsflow", _parser()))
+    known = _known_commands()
     lines = [(f"{file.name}:{line}", code) for line, code in inline_code(file)]
     for block in blocks(file):
         if block.language in ("sh", "bash", "text"):
@@ -110,10 +111,15 @@ def test_commands_in_blocks_parse() -> None:
     for block, line in lines:
         words = shlex.split(line, comments=True)
         ends = [k for k, word in enumerate(words) if word in (">", "|")]
-        options = _parser().parse_args(words[: ends[0]] if ends else words)
+        options = _parser(words[0]).parse_args(words[: ends[0]] if ends else words)
         named = str(getattr(options, "experiment", ""))
         there = ROOT / named / "experiment.toml"
         assert not named.startswith("examples") or there.is_file(), f"{block}: {line}"
+
+
+@cache
+def _known_commands() -> dict[str, argparse.ArgumentParser]:
+    return dict(_commands("cardsflow", _parser()))
 
 
 def _commands(prefix: str, parser: argparse.ArgumentParser) -> Any:
@@ -131,7 +137,7 @@ def test_every_command_has_an_example_that_parses() -> None:
         assert parser.epilog, name
         example = parser.epilog.split("\n", 1)[1].strip()
         words = shlex.split(re.split(r"[>|]", example)[0])
-        assert _parser().parse_args(words[1:]), example
+        assert _parser(words[1]).parse_args(words[1:]), example
 
 
 TOML = [block for file in all_documents() for block in blocks(file) if block.language == "toml"]

@@ -71,7 +71,7 @@ def test_help_of_every_command_has_a_valid_example(
     example = out[begin:].splitlines()[0]
     assert f"{example} ".startswith(name)
     arguments = shlex.split(example.partition(" > ")[0])[1:]
-    assert callable(_parser().parse_args(arguments).command)
+    assert callable(_parser(arguments[0]).parse_args(arguments).command)
 
 
 def test_help_lists_the_exit_codes(cardsflow: CommandLine) -> None:
