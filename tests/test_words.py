@@ -69,6 +69,9 @@ PHRASE = re.compile(
     r"\b(?:" + "|".join(phrase.removeprefix(r"\b") for phrase in PHRASES) + ")", re.IGNORECASE
 )
 
+IN_LOWER_CASE = re.compile(PHRASE.pattern.lower())
+"""The same for text in lower case, which is several times faster."""
+
 NAME = re.compile(
     r"\b_?(?:MOST|LEAST|LARGEST|SMALLEST|LONGEST|SHORTEST|FEWEST|HIGHEST|FARTHEST|DEEPEST"
     r"|HEAVIEST|LIGHTEST|GREATEST)(?:_\w+)?\b"
@@ -135,7 +138,7 @@ def files(folder: Path) -> list[Path]:
 def found(file: Path) -> list[str]:
     """Return the phrases of a file that must not return, with their lines."""
     text = file.read_text(encoding="utf-8")
-    if not PHRASE.search(text):
+    if not IN_LOWER_CASE.search(text.replace("is None", "").lower()):
         return []
     return [
         f"{file}:{line}: {match[0]!r} in {part.strip()[:120]!r}"
