@@ -35,6 +35,7 @@ _LARGE_DAMPING = 1.0  # above, a step promises little even if the motion is not 
 _DAMPING, _DAMPING_FREE_TIME = 1e-8, 1e-2  # first damping; a duration has no Hessian of its own
 _LESS_POSITIVE, _MIN_POSITIVE = 0.5, 1e-3  # factor after a good step, and smallest value
 _CORRECTION = 1e3  # damping of a step that only has to reduce the violation
+_CORRECTIONS = 4  # such steps after the last iteration
 _PENALTY = 10.0  # of a relaxed constraint, relative to the largest gradient
 _GOOD = 0.3  # factor of the violation, for much less damping
 _FREE_STEPS, _FREE_VIOLATION = 3, 100.0  # first steps, since a rest violates few constraints
@@ -123,7 +124,8 @@ class _State:
 
 def _rank(own: Solution) -> tuple[bool, bool, float]:
     """Return the order of attempts: feasible ones, then those that name a constraint."""
-    return not own.is_feasible, own.status == NOT_CONVERGED, own.violation
+    worth = own.cost if own.is_feasible else own.violation
+    return not own.is_feasible, own.status == NOT_CONVERGED, worth
 
 
 class Optimiser:
@@ -219,6 +221,8 @@ class Optimiser:
                     report(state, share)
                 if status:
                     break
+            else:
+                self._correct(state, report)
         except KeyboardInterrupt:
             status = INTERRUPTED
             if state.best is not None and self._worst(state) > self._feasibility:
@@ -228,6 +232,14 @@ class Optimiser:
         worst = self._worst(state)
         feasible = worst <= self._feasibility
         return Solution(state.at, state.own, status, feasible, worst, tuple(history), hessian)
+
+    def _correct(self, state: _State, report: Callable[[_State, float], None]) -> None:
+        """Satisfy the constraints near an iterate that nearly does."""
+        for _ in range(_CORRECTIONS):
+            if not self._feasibility < self._worst(state) < _NEAR:
+                break
+            state.damping, state.filter = _CORRECTION, []
+            report(state, self._iterate(state)[1])
 
     def _is_dynamic(self, state: _State) -> bool:
         """Return whether bounds and goals are violated more than the dynamics."""

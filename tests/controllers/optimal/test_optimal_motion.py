@@ -167,6 +167,14 @@ def test_free_duration_balances_effort_and_time() -> None:
     assert found.iterate.duration == pytest.approx(expected, rel=1e-6)
 
 
+def test_last_iterations_satisfy_the_constraints_of_a_motion_that_is_not_optimal() -> None:
+    own = problem(costs(force=1.0, time=144.0), (0.1, 3.0))
+    found = solve(own, max_iterations=4)
+    assert found.status == "not converged"
+    assert found.is_feasible
+    assert solve(own).cost < found.cost
+
+
 def test_free_push_shares_the_effort_with_the_forces() -> None:
     """Least norm of the forces and of the push, weighted by its cost, that reach the end."""
     own, T, N, w = problem(costs(force=3.0), (0.8, 0.8)), 0.8, 50, 0.01
