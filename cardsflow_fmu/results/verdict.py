@@ -152,7 +152,7 @@ def _fallbacks(summary: Mapping[str, Any]) -> list[str]:
         found.append(f"{late} of {ticks} ticks reached controller.deadline; {what}")
     if count:
         what = "mpc found no motion, so the computed torque determined the forces"
-        advice = "" if late else "; set controller.iterations higher"
+        advice = "" if late else "; set controller.iterations higher or controller.horizon lower"
         found.append(f"{count} of {ticks} ticks with the fallback: {what}{advice}")
     return found
 

@@ -148,12 +148,15 @@ class ControllerSettings(Table):
         symbol="limit_bandwidth",
     )
 
-    horizon: Positive = setting("mpc: duration of the predicted motion, in s", 0.2)
+    horizon: Positive | None = setting(
+        "mpc: duration of the predicted motion, in s (default: 0.025 per node, at most 0.5)", None
+    )
     nodes: Annotated[int, Field(ge=2, le=200), AS_WHOLE] = setting(
         "mpc: number of intervals of the predicted motion, each with constant forces", 20
     )
     iterations: Annotated[int, Field(ge=1, le=1000), AS_WHOLE] = setting(
-        "mpc: maximum number of solver iterations in a tick", 50
+        "mpc: maximum number of solver iterations in a tick; four times as many in the first one",
+        50,
     )
     deadline: Positive | None = setting(
         "mpc: time for a tick, in s of a real clock; if the solver needs longer, computed torque "
@@ -218,6 +221,11 @@ class ControllerSettings(Table):
             what = f"must be {known} for a robot with closed loops, not {self.type!r}"
             raise SettingError(what, key="type")
         return self
+
+    @property
+    def predicted_time(self) -> float:
+        """Duration of the predicted motion, in [s]: `horizon`, or its default."""
+        return self.horizon or min(0.025 * self.nodes, 0.5)
 
     @property
     def custom_law(self) -> CustomLaw | None:
@@ -331,8 +339,8 @@ def read_controller(
     require_multiple(
         settings.period, run.step, "run.step", file=context.file, key="controller.period"
     )
-    if name == MPC and settings.horizon <= settings.period:
-        what = f"must be longer than the period, {settings.period!r} s, not {settings.horizon!r} s"
+    if name == MPC and (horizon := settings.predicted_time) <= settings.period:
+        what = f"must be longer than the period, {settings.period!r} s, not {horizon!r} s"
         raise context.error("controller.horizon", what)
     if settings.deadline is not None and settings.deadline > settings.period:
         what = f"must be at most the period, {settings.period!r} s, not {settings.deadline!r} s"

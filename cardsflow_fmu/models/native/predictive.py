@@ -62,10 +62,10 @@ def _arrays(experiment: Experiment) -> dict[str, FloatArray]:
     accelerations = np.array(cost.accelerations)
     law = {name: np.array(array) for name, array in settings.law_arrays().items()}
     weights, scale = law["H_f"], _acceleration_per_force(experiment)
-    interval = settings.horizon / settings.nodes
+    interval = settings.predicted_time / settings.nodes
     dynamics = CoreDynamics(robot)
     found = {
-        "horizon": np.array([settings.horizon]),
+        "horizon": np.array([settings.predicted_time]),
         "iterations": np.array([settings.iterations], float),
         "tracking": follows * tracking,
         "tracking_rates": follows * rates,
@@ -81,7 +81,7 @@ def _arrays(experiment: Experiment) -> dict[str, FloatArray]:
         "q_max": override(dynamics.q_max, bounds.q_max),
         "qd_max": override(np.full(len(robot.coordinates), np.inf), bounds.qd_max),
         "limit_penalty": np.full(
-            len(robot.coordinates), _VIOLATION * settings.horizon * tracking.max()
+            len(robot.coordinates), _VIOLATION * settings.predicted_time * tracking.max()
         ),
         "tolerance": np.array([_TOLERANCE * interval * accelerations.max()]),
     }

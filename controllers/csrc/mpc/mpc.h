@@ -50,7 +50,8 @@ DUAL_NEWTON_API mpc *mpc_open(const mpc_model *model, int coordinates, int actua
 
      horizon          1: sum of the lengths of the intervals, in [s]; longer than the period
      period           1, of the ticks, in [s]
-     iterations       1: maximum of a tick, of the interior-point method; tolerance 1: of its complementarity
+     iterations       1: maximum of a tick, of the interior-point method; four times as many in the first one
+     tolerance        1: of its complementarity
      deadline         1: seconds from the begin of a tick, in which its iterations must end; 0: none, and the
                       law does not read the clock. Without a clock, `iterations` limits the time
      tracking, tracking_rates, accelerations     r each

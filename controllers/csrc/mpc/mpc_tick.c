@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-enum { FIRST_STEPS = 4 }; /* iterations from a robot at rest, at the first tick */
+enum { FIRST_STEPS = 4 }; /* programs from a robot at rest, at the first tick */
 static const real UNLIMITED = PRECISE(1e30, 1e20f); /* forces above it are not bounds */
 static const real REST = 1e-4; /* of the linearized dynamics, which the next tick corrects */
 
@@ -77,20 +77,20 @@ static void note_overrun(mpc *s)
     if (has_deadline(s) && s->model.clock(s->model.self) - s->begun > (double)s->deadline[0]) s->is_late[0] = 1;
 }
 
-/* Solve the program, from no change. Return an enum stage_qp_status. */
-static int solve_program(mpc *s)
+/* Solve the program, from no change, while the tick has at most `most` iterations. Return an enum
+   stage_qp_status. */
+static int solve_program(mpc *s, real most)
 {
     memset(s->qp.v, 0, (s->N * (s->a + 2 * s->n) + 2 * s->n) * sizeof(real));
     s->qp.tolerance[0] = s->tolerance[0], s->qp.tolerance[1] = REST;
     int status = stage_qp_begin(s->program);
-    while (status == STAGE_QP_NOT_CONVERGED && (real)stage_qp_iterations(s->program) < s->iterations[0] && !is_late(s))
+    for (; status == STAGE_QP_NOT_CONVERGED && s->used[0] < most && !is_late(s); s->used[0]++)
         status = stage_qp_iterate(s->program);
-    s->used[0] += (real)stage_qp_iterations(s->program);
     return status;
 }
 
 /* Compute one step of the motion. Return nonzero without a solution. */
-static int improve(mpc *s, const real *now, const real *correction, const real *load)
+static int improve(mpc *s, real most, const real *now, const real *correction, const real *load)
 {
     planned_motion_clip(s);
     if (linearize(s, load)) return 1;
@@ -98,7 +98,7 @@ static int improve(mpc *s, const real *now, const real *correction, const real *
     for (size_t k = 0; k < s->N; k++) bound_forces(s, k);
     for (size_t k = 1; k <= s->N; k++) bound_states(s, k);
     mpc_set_costs(s, correction);
-    if (solve_program(s) != STAGE_QP_SOLVED) return 1;
+    if (solve_program(s, most) != STAGE_QP_SOLVED) return 1;
     planned_motion_add(s);
     return 0;
 }
@@ -108,7 +108,7 @@ int mpc_solve(void *self, const real *q, const real *qd, const real *reference, 
 {
     mpc *s = self;
     const size_t n = s->n, a = s->a;
-    const int is_first = s->planned[0] == 0;
+    const int is_first = s->planned[0] == 0, steps = is_first ? FIRST_STEPS : 1;
     start_clock(s);
     planned_motion_divide(s);
     if (is_first) planned_motion_rest(s, q);
@@ -118,8 +118,8 @@ int mpc_solve(void *self, const real *q, const real *qd, const real *reference, 
     memcpy(s->x + n, qd, n * sizeof(real));
     s->planned[0] = 0;
     s->used[0] = 0;
-    for (int step = 0; step < (is_first ? FIRST_STEPS : 1); step++)
-        if (improve(s, reference, correction, load)) {
+    for (int step = 0; step < steps; step++)
+        if (improve(s, (real)steps * s->iterations[0], reference, correction, load)) {
             s->planned[0] = s->is_late[0] != 0 && (!is_first || step > 0);
             return COMPUTED_TORQUE_NEXT;
         }
