@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from support.cases import LONG
+from support.cases import LONG, with_marks
 from support.native.elf import program_names, program_sizes
 from support.native.example import write_example
 from support.native.precision import STRICT
@@ -87,8 +87,9 @@ def emulate(program: Path) -> list[str]:
     return run([emulator, "-cpu", "max", program]).splitlines()
 
 
-@LONG
-@pytest.mark.parametrize("processor", ["M4F", "none", "double"])
+@pytest.mark.parametrize(
+    "processor", ["M4F", *(with_marks(one, LONG) for one in ("none", "double"))]
+)
 def test_vectors_are_bit_identical(processor: str, tmp_path: Path) -> None:
     """The results equal those of this machine; test_float.py compares both precisions."""
     cpu, single = PROCESSORS[processor]
