@@ -25,10 +25,23 @@ SETTINGS = {
     "obs_groups": {"actor": ["policy"], "critic": ["policy"]},
     "actor": {
         **MODEL,
-        "distribution_cfg": {"class_name": "GaussianDistribution", "init_std": 0.4},
+        "distribution_cfg": {
+            "class_name": "GaussianDistribution",
+            "init_std": 0.5,
+            "std_type": "log",
+        },
     },
     "critic": MODEL,
-    "algorithm": {"class_name": "PPO", "gamma": 0.98, "learning_rate": 5e-4, "entropy_coef": 0.0},
+    "algorithm": {
+        "class_name": "PPO",
+        "gamma": 0.98,
+        "learning_rate": 5e-4,
+        "schedule": "fixed",
+        "entropy_coef": 0.0,
+        "num_mini_batches": 8,
+        "use_clipped_value_loss": False,
+        "max_grad_norm": 0.5,
+    },
 }
 
 
@@ -61,4 +74,4 @@ class RslEnv(VecEnv):  # type: ignore[misc]
 
 
 if __name__ == "__main__":
-    OnPolicyRunner(RslEnv("cardsflow/PlanarReach-v0", 256), SETTINGS).learn(80)
+    OnPolicyRunner(RslEnv("cardsflow/PlanarReach-v0", 256), SETTINGS).learn(120)
