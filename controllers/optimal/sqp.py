@@ -38,7 +38,7 @@ _CORRECTION = 1e3  # damping of a step that only has to reduce the violation
 _CORRECTIONS = 4  # such steps after the last iteration
 _PENALTY = 10.0  # of a relaxed constraint, relative to the largest gradient
 _GOOD = 0.3  # factor of the violation, for much less damping
-_FREE_STEPS, _FREE_VIOLATION = 3, 100.0  # first steps, since a rest violates few constraints
+_FREE_STEPS, _MAX_VIOLATION = 3, 1e3  # first steps, since a rest violates few constraints
 _NEAR = 1e-3  # violation below which a rejected step may be followed
 _FIRST_ITERATIONS = 60  # of an attempt that is not the last
 _STALLED = 3  # iterations with relaxed constraints and without progress
@@ -99,7 +99,8 @@ class _State:
         at: The iterate.
         own: Its terms.
         damping: Number on the diagonal of the Hessian.
-        filter: Pairs of violation and cost that later iterates must improve.
+        filter: Pairs of violation and cost that later iterates must improve; first, the largest
+            accepted violation.
         idle: Number of iterations without progress.
         hessian: Contribution of the dynamics to the Hessian.
         free: Number of steps that may increase both cost and violation.
@@ -215,6 +216,8 @@ class Optimiser:
         state, status = _State(at, own, damping, hessian, free=free, positive=positive), ""
         try:
             report(state, 0.0)
+            most = _MAX_VIOLATION * (1.0 + self.transcription.violation(at, own))
+            state.filter.append((most, -np.inf))
             for _ in range(limit):
                 status, share = self._iterate(state)
                 if share:
@@ -238,7 +241,7 @@ class Optimiser:
         for _ in range(_CORRECTIONS):
             if not self._feasibility < self._worst(state) < _NEAR:
                 break
-            state.damping, state.filter = _CORRECTION, []
+            state.damping, state.filter = _CORRECTION, state.filter[:1]
             report(state, self._iterate(state)[1])
 
     def _is_dynamic(self, state: _State) -> bool:
@@ -264,7 +267,8 @@ class Optimiser:
         moved, share, found = self._search(state, step, is_relaxed)
         if moved is None and not is_relaxed and self._worst(state) < _NEAR:
             # the filter rejects steps of second order near the optimum: follow one, and start anew
-            moved, share, state.filter = self.transcription.move(state.at, step, 1.0), 1.0, []
+            moved, share = self.transcription.move(state.at, step, 1.0), 1.0
+            state.filter = state.filter[:1]
             state.damping = max(10.0 * state.damping, _MORE_DAMPING)
         found = found or (None if moved is None else self.transcription.linearise(moved))
         state.is_full = share == 1.0
@@ -279,7 +283,7 @@ class Optimiser:
         reduced = violation(moved, found) / max(violation(state.at, state.own), self._feasibility)
         if state.free <= 0 and self._refine(moved, found.intervals.ends):
             found = self.transcription.linearise(moved) or found
-            state.filter, state.best = [], None
+            state.filter, state.best = state.filter[:1], None
         state.at, state.own = moved, found
         if self._worst(state) <= self._feasibility:
             state.best = moved, found
@@ -366,7 +370,7 @@ class Optimiser:
             if tried is None:
                 continue
             new_theta, cost = tried
-            if state.free > 0 and new_theta <= _FREE_VIOLATION * (1.0 + theta):
+            if state.free > 0 and new_theta < state.filter[0][0]:
                 state.free -= 1
                 return moved, share, found
             descends = slope < 0.0 and -share * slope > 10.0 * theta * abs(own.cost)
