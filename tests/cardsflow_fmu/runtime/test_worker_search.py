@@ -49,37 +49,23 @@ def test_builder_is_recorded(toy_fmu: Path) -> None:
 
 
 @pytest.mark.slow
-def test_environment_variable_comes_first(
-    toy_fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("variable", ["CARDSFLOW_PYTHON", "VIRTUAL_ENV", "PATH"])
+def test_python_of_a_variable_is_used(
+    variable: str, damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    record = tmp_path / "record"
-    monkeypatch.setenv("CARDSFLOW_PYTHON", str(proxy(tmp_path / "some python", record)))
-    runs(toy_fmu)
-    assert record.read_text() == "started\n"
-
-
-@pytest.mark.slow
-def test_virtual_environment_is_used(
-    damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    record = tmp_path / "record"
-    (damaged / "resources/python.txt").write_text("/no/such/python\n")
-    proxy(tmp_path / "environment/bin/python", record)
-    monkeypatch.setenv("VIRTUAL_ENV", str(tmp_path / "environment"))
+    """CARDSFLOW_PYTHON comes before the recorded Python, the others follow if there is none."""
+    folder, recorded = tmp_path / "bin", damaged / "resources/python.txt"
+    python = proxy(folder / "python", tmp_path / "record")
+    shutil.copy(python, folder / "python3")
+    if variable == "VIRTUAL_ENV":
+        recorded.write_text("/no/such/python\n")
+    elif variable == "PATH":
+        recorded.unlink()
+    path = f"{folder}{os.pathsep}{os.environ['PATH']}"
+    values = {"CARDSFLOW_PYTHON": python, "VIRTUAL_ENV": tmp_path, "PATH": path}
+    monkeypatch.setenv(variable, str(values[variable]))
     runs(damaged)
-    assert record.read_text() == "started\n"
-
-
-@pytest.mark.slow
-def test_python_on_the_path_is_used(
-    damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    record = tmp_path / "record"
-    (damaged / "resources/python.txt").unlink()
-    proxy(tmp_path / "bin/python3", record)
-    monkeypatch.setenv("PATH", f"{tmp_path / 'bin'}{os.pathsep}{os.environ['PATH']}")
-    runs(damaged)
-    assert record.read_text() == "started\n"
+    assert (tmp_path / "record").read_text() == "started\n"
 
 
 @pytest.mark.slow
