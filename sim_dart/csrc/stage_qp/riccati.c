@@ -80,9 +80,7 @@ int riccati_factorize(stage_qp *s)
         memcpy(s->factor + k * u * w, s->F, u * w * sizeof(real));
         copy_symmetric(x, w, s->F, s->P + k * x * x);
     }
-    if (s->is_free[0] == 0) return 0;
-    memcpy(s->root, s->P, x * x * sizeof(real));
-    return factorize_columns(x, x, s->root);
+    return 0;
 }
 
 /* --------------------------------------------------------------------------------------------- solution */
@@ -116,25 +114,11 @@ static void eliminate_gradients(stage_qp *s)
     }
 }
 
-/* Compute the step of x_0, which is fixed or minimises its cost to go. */
-static void solve_start(stage_qp *s)
-{
-    const size_t x = s->x, u = s->u;
-    real *step = s->step + u;
-    if (s->is_free[0] == 0) {
-        memcpy(step, s->defect, x * sizeof(real));
-        return;
-    }
-    for (size_t i = 0; i < x; i++) step[i] = -s->f[u + i];
-    reduce(x, x, s->root, step);
-    solve_upper(x, x, s->root, step);
-}
-
 void riccati_solve(stage_qp *s)
 {
     const size_t x = s->x, u = s->u, w = s->w;
     eliminate_gradients(s);
-    solve_start(s);
+    memcpy(s->step + u, s->defect, x * sizeof(real));
     for (size_t k = 0; k < s->N; k++) {
         const real *U = s->factor + k * u * w, *C = s->C + k * x * w;
         real *v = s->step + k * w, *next = s->step + stage_states(s, k + 1);

@@ -6,7 +6,7 @@ static const real START_DISTANCE = 1e-2; /* from bounds, relative to their range
 
 /* A side of a bound: y = sign v. */
 typedef struct {
-    real sign, bound, *t, *z, *e, *l, *second_z, *second_l, penalty, curvature;
+    real sign, bound, *t, *z, *e, *l, *second_z, *second_l, penalty;
     int is_soft;
     size_t i;
 } side;
@@ -21,16 +21,16 @@ static int side_at(const stage_qp *s, size_t j, side *b)
     const size_t total = s->total, i = b->i = j < total ? j : j - total;
     b->sign = j < total ? 1 : -1;
     b->bound = j < total ? s->low[i] : -s->high[i];
-    if (!isfinite(b->bound) || (i >= s->u && i < s->w && s->is_free[0] == 0)) return 0;
+    if (!isfinite(b->bound) || (i >= s->u && i < s->w)) return 0;
     b->t = s->slack + j, b->z = s->z + j, b->e = s->excess + j, b->l = s->l + j;
     b->second_z = s->second_z + j, b->second_l = s->second_l + j;
-    b->penalty = s->penalty[i], b->curvature = s->curvature[i];
-    b->is_soft = b->penalty > 0 || b->curvature > 0;
+    b->penalty = s->penalty[i];
+    b->is_soft = b->penalty > 0;
     return 1;
 }
 
 /* Steps of t, z, e and l for a step of y, from the linearized conditions t z = m - second_z,
-   e l = m - second_l and curvature e + penalty = z + l. */
+   e l = m - second_l and penalty = z + l. */
 typedef struct {
     real weight, force, t, z, e, l; /* next z = force - weight dy */
 } side_step;
@@ -42,10 +42,10 @@ static side_step step_of(const stage_qp *s, const side *b, real m, real dy)
     const real push = (m - *b->second_z) / *b->t - a * off;
     d.weight = a, d.force = push;
     if (b->is_soft) {
-        const real ease = *b->l / *b->e, rest = b->curvature + ease, stiff = a + rest;
+        const real ease = *b->l / *b->e, stiff = a + ease;
         const real relief = (m - *b->second_l) / *b->e;
-        const real pull = relief - b->penalty - b->curvature * *b->e;
-        d.weight = a * rest / stiff, d.force = (push * rest - a * pull) / stiff;
+        const real pull = relief - b->penalty;
+        d.weight = a * ease / stiff, d.force = (push * ease - a * pull) / stiff;
         d.e = (push + pull - a * dy) / stiff;
         d.l = relief - ease * d.e - *b->l;
     }
@@ -143,7 +143,7 @@ void stage_bounds_start(stage_qp *s)
         *b.z = m / *b.t;
         *b.second_z = *b.second_l = 0;
         if (!b.is_soft) continue;
-        *b.e = larger(beyond, m / (b.penalty + b.curvature)), *b.l = m / *b.e; /* z + l is near the penalty */
+        *b.e = larger(beyond, m / b.penalty), *b.l = m / *b.e; /* z + l is near the penalty */
         if (beyond > 0) *b.z = larger(*b.z, b.penalty);
     }
 }

@@ -1,6 +1,6 @@
 /* Bounds of a program over stages, in the interior-point method. A side of a bound is
 
-     y + e - t = bound,   t z = e l = m,   curvature e + penalty = z + l
+     y + e - t = bound,   t z = e l = m,   penalty = z + l
 
    with y = v or -v, the slack t > 0, the violation e > 0 of soft bounds, the multipliers z and l, and the
    complementarity m, which is 0 at the optimum. */

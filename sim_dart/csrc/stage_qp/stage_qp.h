@@ -1,9 +1,9 @@
-/* Quadratic programs over stages, of optimal control and of moving-horizon estimation:
+/* Quadratic programs over stages, of optimal control:
 
      min sum_k 1/2 v_k' H_k v_k + g_k' v_k + penalties     v_k = (u_k, x_k), k < N;  v_N = x_N
-     s.t. x_k+1 = C_k v_k + c_k,   low <= v <= high,   x_0 = start unless it is free
+     s.t. x_k+1 = C_k v_k + c_k,   low <= v <= high,   x_0 = start
 
-   A bound with a positive penalty p or curvature P is soft: a violation e costs p e + 1/2 P e^2.
+   A bound with a positive penalty p is soft: a violation e costs p e.
 
    The solver is the primal-dual interior-point method of Mehrotra; a backward recursion of Riccati solves
    its linear systems in a time proportional to N: C. V. Rao, S. J. Wright, J. B. Rawlings, Application of
@@ -35,10 +35,9 @@ CORE_API stage_qp *stage_qp_open(int stages, int states, int controls, void *mem
      H            upper triangles: N of w x w, then one of states x states
      g            t
      C, c         N x states x w; N x states
-     low, high    t; infinite without a bound. Those of x_0 are used only if it is free
-     penalty, curvature   t each, of both bounds of a variable; 0 for hard bounds
+     low, high    t; infinite without a bound. Those of x_0 are not used
+     penalty      t, of both bounds of a variable; 0 for hard bounds
      start        states
-     is_free      1: whether x_0 is a variable
      tolerance    2: of the complementarity t z of bounds; of the rest of the initial residuals, relative
      v            t: start of the iterations, and solution */
 CORE_API real *stage_qp_array(stage_qp *s, const char *name, size_t *length);

@@ -15,9 +15,7 @@
     ARRAY(low, total)                                                                                  \
     ARRAY(high, total)                                                                                 \
     ARRAY(penalty, total)                                                                              \
-    ARRAY(curvature, total)                                                                            \
     ARRAY(start, x)                                                                                    \
-    ARRAY(is_free, 1)                                                                                  \
     ARRAY(tolerance, 2)                                                                                \
     ARRAY(v, total)                                                                                    \
     ARRAY(step, total)         /* of v */                                                              \
@@ -33,7 +31,6 @@
     ARRAY(second_l, 2 * total)                                                                         \
     ARRAY(factor, N *u *w)     /* rows of the Cholesky factors */                                      \
     ARRAY(P, (N + 1) * x * x)  /* Hessians of the costs to go, symmetric */                            \
-    ARRAY(root, x *x)          /* Cholesky factor of P_0 */                                            \
     ARRAY(PC, x *w)                                                                                    \
     ARRAY(F, w *w)                                                                                     \
     ARRAY(Pc, x)                                                                                       \

@@ -63,17 +63,15 @@ class StageProgram:
             if k < self.N:
                 rows = slice(k * self.x, (k + 1) * self.x)
                 A[rows, own], A[rows, self.at(k + 1)] = C[k], -np.eye(self.x)
-        if not self["is_free"][0]:
-            A = np.vstack([A, np.eye(self.total)[self.at(0)]])
-            b = np.concatenate([b, self["start"]])
-        return H, A, b
+        start = np.eye(self.total)[self.at(0)]
+        return H, np.vstack([A, start]), np.concatenate([b, self["start"]])
 
     def dense_solution(self) -> Any:
         """Return v of the same program, with slack variables, from DAQP."""
         H, A, b = self.matrices()
         low, high, total = self["low"].copy(), self["high"].copy(), self.total
-        penalty, curvature = self["penalty"], self["curvature"]
-        is_soft = (penalty > 0) | (curvature > 0)
+        penalty = self["penalty"]
+        is_soft = penalty > 0
         sides = [(i, -1.0, -low[i]) for i in np.flatnonzero(is_soft & np.isfinite(low))]
         sides += [(i, 1.0, high[i]) for i in np.flatnonzero(is_soft & np.isfinite(high))]
         m = len(sides)
@@ -82,7 +80,7 @@ class StageProgram:
             G[row, i], G[row, total + row], h[row] = sign, -1.0, bound
         own = [i for i, _, _ in sides]
         P = np.zeros((total + m, total + m))
-        P[:total, :total], P[total:, total:] = H, np.diag(curvature[own])
+        P[:total, :total] = H
         low[is_soft], high[is_soft] = -np.inf, np.inf
         solution = qpsolvers.solve_qp(
             P,
@@ -112,13 +110,12 @@ def random_program(seed: int) -> StageProgram:
     A = np.eye(x) + 0.1 * rng.normal(size=(N, x, x))
     p["C"][:] = np.concatenate([rng.normal(size=(N, x, u)), A], axis=2).ravel()
     p["g"][:], p["c"][:] = 3.0 * rng.normal(size=p.total), 0.1 * rng.normal(size=N * x)
-    p["start"][:], p["is_free"][:] = rng.normal(size=x), seed % 2
+    p["start"][:] = rng.normal(size=x)
     p["low"][:], p["high"][:] = -0.5, rng.uniform(0.1, 0.5, p.total)
-    for k in range(0 if seed % 2 else 1, N + 1):
+    for k in range(1, N + 1):
         at = p.at(k)
         p["low"][at], p["high"][at] = -1.0, 1.0 if k < N else np.inf
-        p["penalty"][at], p["curvature"][at] = rng.uniform(0.5, 30.0), rng.uniform(0.3, 3.0)
-    if not seed % 2:
-        p["low"][p.at(0)], p["high"][p.at(0)] = -np.inf, np.inf
+        p["penalty"][at] = rng.uniform(0.5, 30.0)
+    p["low"][p.at(0)], p["high"][p.at(0)] = -np.inf, np.inf
     p["tolerance"][:] = 1e-13, 1e-12
     return p
