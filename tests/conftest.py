@@ -59,7 +59,6 @@ def pytest_configure(config: pytest.Config) -> None:
 
     The tests start hundreds of Python processes, and most would compile longer than they run.
     """
-    gc.disable()  # until all tests are known: millions of objects, none of which is garbage
     if os.environ.pop("PYTHONDONTWRITEBYTECODE", "") and hasattr(config, "cache"):
         os.environ["PYTHONPYCACHEPREFIX"] = str(config.cache.mkdir("bytecode"))
     if config.args == config.getini("testpaths"):
@@ -101,10 +100,15 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         items[:] = [item for item in items if item not in left_out]
 
 
-def pytest_collection_finish() -> None:
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[object]:
     """Keep the garbage collector from looking through the collected tests again and again."""
-    gc.freeze()
-    gc.enable()
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
