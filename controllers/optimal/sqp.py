@@ -35,7 +35,7 @@ _LARGE_DAMPING = 1.0  # above, a step promises little even if the motion is not 
 _DAMPING, _DAMPING_FREE_TIME = 1e-8, 1e-2  # first damping; a duration has no Hessian of its own
 _LESS_POSITIVE, _MIN_POSITIVE = 0.5, 1e-3  # factor after a good step, and smallest value
 _CORRECTION = 1e3  # damping of a step that only has to reduce the violation
-_CORRECTIONS = 4  # such steps after the last iteration
+_LAST_DAMPING, _LAST_STEPS = 1e6, 4  # the same after the last iteration, and number of such steps
 _PENALTY = 10.0  # of a relaxed constraint, relative to the largest gradient
 _GOOD = 0.3  # factor of the violation, for much less damping
 _FREE_STEPS, _MAX_VIOLATION = 3, 1e3  # first steps, since a rest violates few constraints
@@ -238,10 +238,10 @@ class Optimiser:
 
     def _correct(self, state: _State, report: Callable[[_State, float], None]) -> None:
         """Satisfy the constraints near an iterate that nearly does."""
-        for _ in range(_CORRECTIONS):
+        for _ in range(_LAST_STEPS):
             if not self._feasibility < self._worst(state) < _NEAR:
                 break
-            state.damping, state.filter = _CORRECTION, state.filter[:1]
+            state.damping, state.filter = _LAST_DAMPING, state.filter[:1]
             report(state, self._iterate(state)[1])
 
     def _is_dynamic(self, state: _State) -> bool:
@@ -262,7 +262,7 @@ class Optimiser:
             if feasible:
                 return OPTIMAL if state.damping <= _LARGE_DAMPING else "stalled", 0.0
             if state.is_slow:
-                program, found_step, is_relaxed = self._step(state, _CORRECTION)
+                program, found_step, is_relaxed = self._step(state, max(_CORRECTION, state.damping))
                 step = found_step.d
         moved, share, found = self._search(state, step, is_relaxed)
         if moved is None and not is_relaxed and self._worst(state) < _NEAR:
