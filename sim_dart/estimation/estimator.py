@@ -169,13 +169,6 @@ class PoseEstimator:
         return float(self._innovation[0])
 
     @property
-    def iterations(self) -> int:
-        """Number of iterations of a horizon in the last tick; 0 for a Kalman filter."""
-        if self.settings.type != "horizon":
-            return 0
-        return int(self.array("iterations", 1)[0])
-
-    @property
     def used(self) -> int:
         """Number of measurements that the last tick used."""
         return int(self._used[0])
@@ -195,7 +188,8 @@ class PoseEstimator:
 
     def find(self) -> str:
         """Search the start pose from the written measurements, and return the status."""
-        self._use_measured_tensions()
+        last = self.array("last_tensions", len(self.tensions))
+        last[:] = np.maximum(np.nan_to_num(self.tensions), 0.0)
         return STATUSES[self._c.estimator_find(self._handle)]
 
     def get_state(self) -> FloatArray:
@@ -233,10 +227,6 @@ class PoseEstimator:
         taut = pulls > self.settings.min_tension
         offset[taut] = (found - self.path_lengths(q) + compliance * pulls)[taut]
         return offset.copy()
-
-    def _use_measured_tensions(self) -> None:
-        m = len(self.tensions)
-        self.array("last_tensions", m)[:] = np.maximum(np.nan_to_num(self.tensions), 0.0)
 
     def _use_exact_transition(self) -> None:
         size = self._c.core_transition_size(self._core.handle)

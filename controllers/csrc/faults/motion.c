@@ -10,6 +10,7 @@ enum { AGES = 11, LAGS = 8, SHARES = 3, LOADED = 32 * WINDOW };
 /* Possible ticks of a change before its detection, and lengths of the sums. */
 static const int AGE[AGES] = {0, 1, 2, 3, 4, 6, 8, 11, 15, 20, 27};
 static const int LAG[LAGS] = {1, 2, 3, 4, 6, 10, 16, 28};
+static const real RISE[RISES] = {1, 2, 4, 8, 16, 32};     /* ticks in which a load grows */
 static const real SHARE[SHARES] = {1, (real)0.3, (real)0.1}; /* of the usual change of loads */
 
 /* Advance the signature x of a load by a tick. Return its part of the white innovation in s->signal. */
@@ -26,22 +27,35 @@ static void advance_signature(faults *s, const motion_record *at, const real *lo
     motion_add_gain(n, at->gain, s->signal, -1, x);
 }
 
-/* Add a tick to the sums of the loads of any direction that begin at an onset. */
-static void add_load(faults *s, size_t o, const motion_record *at, real h)
+/* Return the signatures of an onset. */
+static real *signatures(const faults *s, size_t o)
 {
-    const size_t n = s->n;
-    real *x = s->signatures + o * (n + SIGNS * s->m) * 3 * n, *score = s->load_score + o * n, *info = s->load_info + o * n * n;
+    return s->signatures + o * (RISES * s->n + SIGNS * s->m) * 3 * s->n;
+}
+
+/* Add a tick to the sums of the loads of any direction that grow for RISE[r] ticks. */
+static void add_rise(faults *s, size_t o, size_t r, const motion_record *at, real age, real h)
+{
+    const size_t n = s->n, sum = o * RISES + r;
+    real *x = signatures(s, o) + r * n * 3 * n, *score = s->load_score + sum * n, *info = s->load_info + sum * n * n;
     for (size_t j = 0; j < n; j++) {
         memset(s->solved, 0, n * sizeof(real));
-        s->solved[j] = 1;
+        s->solved[j] = smaller((age + 1) / RISE[r], 1);
         advance_signature(s, at, s->solved, h, x + j * 3 * n);
         memcpy(s->matrix + j * n, s->signal, n * sizeof(real));
     }
-    if (at->factor[0] == 0) return;
-    for (size_t j = 0; j < n; j++) {
+    for (size_t j = 0; j < n && at->factor[0] != 0; j++) {
         score[j] += cholesky_dot(n, s->matrix + j * n, at->white);
         for (size_t k = 0; k < n; k++) info[j * n + k] += cholesky_dot(n, s->matrix + j * n, s->matrix + k * n);
     }
+}
+
+/* Add a tick to the sums of the loads that begin at an onset. */
+static void add_load(faults *s, size_t o, size_t rises, const motion_record *at, real age, real h)
+{
+    const size_t n = s->n;
+    for (size_t r = 0; r < rises; r++) add_rise(s, o, r, at, age, h);
+    if (at->factor[0] == 0) return;
     s->squares[o] += cholesky_dot(n, at->white, at->white);
     s->agile[o] += *at->agile;
     s->count[o] += (real)n;
@@ -52,7 +66,7 @@ static void add_load(faults *s, size_t o, const motion_record *at, real h)
 static void add_muscles(faults *s, size_t o, const motion_record *at, int is_first, real h)
 {
     const size_t n = s->n, m = s->m;
-    real *x = s->signatures + (o * (n + SIGNS * m) + n) * 3 * n;
+    real *x = signatures(s, o) + RISES * n * 3 * n;
     for (size_t i = 0; i < m; i++) {
         const real scale[SIGNS] = {at->forces[i], 1, at->lengths[i] - s->length_began[o * m + i],
                                    is_first ? at->forces[i] : 0};
@@ -73,24 +87,24 @@ static void add_muscles(faults *s, size_t o, const motion_record *at, int is_fir
 static void clear(faults *s, size_t o)
 {
     const size_t n = s->n, m = s->m;
-    memset(s->signatures + o * (n + SIGNS * m) * 3 * n, 0, (n + SIGNS * m) * 3 * n * sizeof(real));
-    memset(s->load_score + o * n, 0, n * sizeof(real));
-    memset(s->load_info + o * n * n, 0, n * n * sizeof(real));
+    memset(signatures(s, o), 0, (RISES * n + SIGNS * m) * 3 * n * sizeof(real));
+    memset(s->load_score + o * RISES * n, 0, RISES * n * sizeof(real));
+    memset(s->load_info + o * RISES * n * n, 0, RISES * n * n * sizeof(real));
     memset(s->score + o * m * SIGNS, 0, m * SIGNS * sizeof(real));
     memset(s->info + o * m * SIGNS * SIGNS, 0, m * SIGNS * SIGNS * sizeof(real));
     s->squares[o] = s->count[o] = s->agile[o] = 0;
 }
 
-/* Log Bayes factor of a constant load from an onset, with a share of the usual change of loads. */
-static real log_factor_of_change(faults *s, size_t o, real share)
+/* Log Bayes factor of a load that grows for RISE[r] ticks from an onset, with a share of the usual change of loads. */
+static real log_factor_of_change(faults *s, size_t o, size_t r, real share)
 {
-    const size_t n = s->n;
+    const size_t n = s->n, at = o * RISES + r;
     real *solved = s->solved, sum = 0;
     for (size_t j = 0; j < n; j++) {
         const real change = share * s->load_change[j];
-        for (size_t k = 0; k < n; k++) s->matrix[j * n + k] = s->load_info[o * n * n + j * n + k];
+        for (size_t k = 0; k < n; k++) s->matrix[j * n + k] = s->load_info[(at * n + j) * n + k];
         s->matrix[j * n + j] += 1 / (change * change);
-        solved[j] = s->load_score[o * n + j];
+        solved[j] = s->load_score[at * n + j];
         sum -= logarithm(change);
     }
     if (cholesky_factor(n, s->matrix, s->signal_factor)) return 0;
@@ -104,14 +118,15 @@ int faults_is_loaded(const faults *s)
     return s->accepted[0] >= 0 && s->clock[0] - s->accepted[0] < LOADED;
 }
 
-/* The most probable one of: a constant load, of any size if loads have changed lately; changing loads; larger
+/* The most probable one of: a load that grows for some ticks, of any size if loads have changed lately; changing loads; larger
    innovations. */
-static real log_factor_of_load(faults *s, size_t o)
+static real log_factor_of_load(faults *s, size_t o, size_t rises)
 {
     const real N = s->count[o], mean = s->squares[o] / larger(N, 1);
     real best = larger(s->agile[o], mean > 1 ? N * (mean - 1 - logarithm(mean)) / 2 : 0);
     const size_t shares = faults_is_loaded(s) ? SHARES : 1;
-    for (size_t k = 0; k < shares; k++) best = larger(best, log_factor_of_change(s, o, SHARE[k]));
+    for (size_t r = 0; r < rises; r++)
+        for (size_t k = 0; k < shares; k++) best = larger(best, log_factor_of_change(s, o, r, SHARE[k]));
     return best;
 }
 
@@ -131,7 +146,7 @@ static void follow(faults *s, real first, real last, real h)
         memcpy(s->length_began + o * s->m, before.lengths, s->m * sizeof(real));
         for (real t = s->began[o]; t <= last; t++) {
             const motion_record at = motion_at(s, t);
-            add_load(s, o, &at, h), add_muscles(s, o, &at, t == s->began[o], h);
+            add_load(s, o, RISES, &at, t - s->began[o], h), add_muscles(s, o, &at, t == s->began[o], h);
         }
     }
     s->followed[0] = 0;
@@ -164,9 +179,9 @@ static real find_onset(faults *s, real h)
         clear(s, 0);
         for (real t = now - AGE[k]; t <= now; t++) {
             const motion_record at = motion_at(s, t);
-            add_load(s, 0, &at, h);
+            add_load(s, 0, 1, &at, 0, h);
         }
-        const real factor = log_factor_of_load(s, 0);
+        const real factor = log_factor_of_load(s, 0, 1);
         if (factor > best) best = factor, onset = now - AGE[k];
     }
     return onset;
@@ -175,7 +190,7 @@ static real find_onset(faults *s, real h)
 real faults_load_factor(faults *s)
 {
     real best = 0;
-    for (size_t o = 0; s->followed[0] >= 0 && o < ONSETS; o++) best = larger(best, log_factor_of_load(s, o));
+    for (size_t o = 0; s->followed[0] >= 0 && o < ONSETS; o++) best = larger(best, log_factor_of_load(s, o, RISES));
     return best;
 }
 
@@ -217,7 +232,8 @@ int faults_follow_motion(faults *s, real h, int steps)
     if (!is_compared(s) || !motion_filter(s, h, steps, suspect == s->c || s->suspicion[suspect] < now)) return 0;
     if (s->followed[0] >= 0) {
         const motion_record own = motion_at(s, now);
-        for (size_t o = 0; o < ONSETS; o++) add_load(s, o, &own, h), add_muscles(s, o, &own, 0, h);
+        for (size_t o = 0; o < ONSETS; o++)
+            add_load(s, o, RISES, &own, now - s->began[o], h), add_muscles(s, o, &own, 0, h);
         s->followed[0]++;
     } else if (suspect < s->m && s->onset[suspect] > oldest(s)) {
         follow(s, s->onset[suspect] - 1, now, h);

@@ -8,9 +8,9 @@
    a: acceleration with the commanded forces and without loads; W: inverse mass matrix. A muscle that has lost the share s
    of its force f acts as the load -s f L, which has a known direction and a known course. The innovations are white
    without it, and contain s times a known signature with it (Willsky and Jones 1976), so that its Bayes factor follows
-   from two sums. Alternatives are unknown loads, as of payloads and contacts: constant in any direction; changing, which
-   is the density of a second filter, whose loads change by `load_change` within a window; or disturbances that enlarge
-   the innovations.
+   from two sums. Alternatives are unknown loads, as of payloads and contacts: constant in any direction after a linear
+   rise; changing, which is the density of a second filter, whose loads change by `load_change` within a window; or
+   disturbances that enlarge the innovations.
 
    The signatures are computed after a sum of innovations has exceeded its threshold, from the stored last ticks. */
 #ifndef CARDSFLOW_FAULTS_MOTION_FILTER_H

@@ -10,7 +10,7 @@
 #include "../../../sim_dart/csrc/named_arrays.h"
 #include "faults.h"
 
-enum { WINDOW = 64, MOTION_WINDOW = 32, ONSETS = 3, SIGNS = 4, TURN = 1 << 20 };
+enum { WINDOW = 64, MOTION_WINDOW = 32, ONSETS = 3, SIGNS = 4, RISES = 6, TURN = 1 << 20 };
 
 /* ARRAY(name, number of reals). c channels, p parts. The arrays from clock to count form the internal state. */
 #define FAULTS_NAMED(ARRAY)                                                                            \
@@ -90,9 +90,9 @@ enum { WINDOW = 64, MOTION_WINDOW = 32, ONSETS = 3, SIGNS = 4, TURN = 1 << 20 };
     ARRAY(began, ONSETS)      /* ticks at which it may have begun; for each of these: */               \
     ARRAY(force_began, ONSETS *m)                                                                      \
     ARRAY(length_began, ONSETS *m)                                                                     \
-    ARRAY(signatures, ONSETS * (n + SIGNS * m) * 3 * n) /* of unit loads and of muscles */             \
-    ARRAY(load_score, ONSETS *n)                                                                       \
-    ARRAY(load_info, ONSETS *n *n)                                                                     \
+    ARRAY(signatures, ONSETS * (RISES * n + SIGNS * m) * 3 * n) /* of unit loads and of muscles */     \
+    ARRAY(load_score, ONSETS * RISES * n)                                                              \
+    ARRAY(load_info, ONSETS * RISES * n * n)                                                           \
     ARRAY(score, ONSETS * m * SIGNS)                                                                   \
     ARRAY(info, ONSETS * m * SIGNS * SIGNS)                                                            \
     ARRAY(squares, ONSETS)    /* sums of squared white innovations, of motion_agile; their number */   \
