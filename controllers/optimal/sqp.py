@@ -26,6 +26,7 @@ OPTIMAL, INFEASIBLE, NOT_CONVERGED, INTERRUPTED = STATUSES = (
 )
 
 _SHARES = 0.5 ** np.arange(9)
+_FEASIBILITY = 1e-7  # largest accepted violation of a constraint, scaled
 _MARGIN = 1e-5  # required decrease, relative to the violation
 _ARMIJO = 1e-4
 _ROUNDING = 1e-9  # of the cost
@@ -136,7 +137,6 @@ class Optimiser:
         problem: The problem.
         tolerance: Relative decrease of the cost that a step must promise; otherwise the motion is
             optimal.
-        feasibility: Largest accepted violation of a constraint, scaled.
         max_iterations: Number of iterations.
         refine: Function of an iterate and the ends of its intervals that makes the dynamics more
             accurate if the iterate requires it, and returns whether they changed.
@@ -146,14 +146,12 @@ class Optimiser:
         self,
         problem: OptimalProblem,
         tolerance: float = 1e-7,
-        feasibility: float = 1e-7,
         max_iterations: int = 100,
         refine: Callable[[Iterate, FloatArray], bool] = lambda _, ends: False,
     ) -> None:
         self.problem = problem
         self.transcription = Transcription(problem)
-        self._tolerance, self._feasibility = tolerance, feasibility
-        self._max_iterations, self._refine = max_iterations, refine
+        self._tolerance, self._max_iterations, self._refine = tolerance, max_iterations, refine
 
     def solve(
         self,
@@ -228,18 +226,18 @@ class Optimiser:
                 self._correct(state, report)
         except KeyboardInterrupt:
             status = INTERRUPTED
-            if state.best is not None and self._worst(state) > self._feasibility:
+            if state.best is not None and self._worst(state) > _FEASIBILITY:
                 state.at, state.own = state.best
         if status not in (OPTIMAL, INTERRUPTED):
             status = INFEASIBLE if self._is_dynamic(state) else NOT_CONVERGED
         worst = self._worst(state)
-        feasible = worst <= self._feasibility
+        feasible = worst <= _FEASIBILITY
         return Solution(state.at, state.own, status, feasible, worst, tuple(history), hessian)
 
     def _correct(self, state: _State, report: Callable[[_State, float], None]) -> None:
         """Satisfy the constraints near an iterate that nearly does."""
         for _ in range(_LAST_STEPS):
-            if not self._feasibility < self._worst(state) < _NEAR:
+            if not _FEASIBILITY < self._worst(state) < _NEAR:
                 break
             state.damping, state.filter = _LAST_DAMPING, state.filter[:1]
             report(state, self._iterate(state)[1])
@@ -248,7 +246,7 @@ class Optimiser:
         """Return whether bounds and goals are violated more than the dynamics."""
         gaps, *others = self.transcription.violations(state.at, state.own.gaps, state.own.values)
         worst = max(float(part.max(initial=0.0)) for part in others)
-        return worst > max(float(gaps.max()), self._feasibility)
+        return worst > max(float(gaps.max()), _FEASIBILITY)
 
     def _iterate(self, state: _State) -> tuple[str, float]:
         """Improve the iterate. Return the status if this is the end, and the share of the step."""
@@ -256,7 +254,7 @@ class Optimiser:
         step = found_step.d
         if not found_step.is_solved:
             return self._increase_damping(state), 0.0
-        feasible = self._worst(state) <= self._feasibility
+        feasible = self._worst(state) <= _FEASIBILITY
         promise = abs(self._slope(state, step)) / max(abs(state.own.cost), 1e-12)
         if not is_relaxed and promise < self._tolerance:
             if feasible:
@@ -280,12 +278,12 @@ class Optimiser:
         if not is_relaxed:
             multipliers = self.transcription.multipliers(state.own, program, found_step)
             self._learn(state, moved, found, multipliers)
-        reduced = violation(moved, found) / max(violation(state.at, state.own), self._feasibility)
+        reduced = violation(moved, found) / max(violation(state.at, state.own), _FEASIBILITY)
         if state.free <= 0 and self._refine(moved, found.intervals.ends):
             found = self.transcription.linearise(moved) or found
             state.filter, state.best = state.filter[:1], None
         state.at, state.own = moved, found
-        if self._worst(state) <= self._feasibility:
+        if self._worst(state) <= _FEASIBILITY:
             state.best = moved, found
         state.idle = state.idle + 1 if stays else 0
         self._adapt_damping(state, share, reduced)
@@ -374,7 +372,7 @@ class Optimiser:
                 state.free -= 1
                 return moved, share, found
             descends = slope < 0.0 and -share * slope > 10.0 * theta * abs(own.cost)
-            if descends and new_theta <= max(theta, 0.1 * self._feasibility):
+            if descends and new_theta <= max(theta, 0.1 * _FEASIBILITY):
                 rounding = _ROUNDING * max(abs(own.cost), 1e-12)
                 accepted = cost <= own.cost + _ARMIJO * share * slope + rounding
             else:
