@@ -1,8 +1,8 @@
-/* Algebra of rows of numbers, and comparisons. */
+/* Algebra of rows of numbers. */
 #ifndef CARDSFLOW_ROWS_H
 #define CARDSFLOW_ROWS_H
 
-#include "../numbers/real_functions.h"
+#include "elementary.h"
 
 #include <stddef.h>
 
@@ -31,16 +31,6 @@ static inline void add(size_t count, real *restrict y, real c, const real *restr
 static inline real clip(real v, real low, real high)
 {
     return v < low ? low : v > high ? high : v;
-}
-
-static inline real smaller(real a, real b)
-{
-    return a < b ? a : b;
-}
-
-static inline real larger(real a, real b)
-{
-    return a > b ? a : b;
 }
 
 #endif

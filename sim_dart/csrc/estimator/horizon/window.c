@@ -1,6 +1,6 @@
 #include "window.h"
 
-#include "../../numbers/real_functions.h"
+#include "../../math/rows.h"
 #include "../predict.h"
 
 #include <string.h>
@@ -16,26 +16,14 @@ static real *multiplier_of(const horizon *h, size_t k, size_t t)
 /* Return h' x, with x a change of the state. */
 static real along(const estimator *e, const real *row, size_t bias, const real *x)
 {
-    real sum = bias < e->N ? x[bias] : 0;
-    for (size_t j = 0; j < 3 * e->n; j++) sum += row[j] * x[j];
-    return sum;
+    return (bias < e->N ? x[bias] : 0) + dot(3 * e->n, row, x);
 }
 
 /* Compute x <- x + factor h. */
 static void add_along(const estimator *e, const real *row, size_t bias, real factor, real *x)
 {
     if (bias < e->N) x[bias] += factor;
-    for (size_t j = 0; j < 3 * e->n; j++) x[j] += factor * row[j];
-}
-
-/* Compute y <- y + P x. */
-static void add_product(size_t N, const real *P, const real *x, real *y)
-{
-    for (size_t j = 0; j < N; j++) {
-        real sum = 0;
-        for (size_t k = 0; k < N; k++) sum += P[j * N + k] * x[k];
-        y[j] += sum;
-    }
+    add(3 * e->n, x, factor, row);
 }
 
 /* Compute y = A x over the interval before frame k. */
@@ -44,10 +32,7 @@ static void follow(const estimator *e, size_t k, const real *x, real *y)
     const size_t n = e->n, wide = 3 * n;
     const real *A = e->horizon->A + k * 2 * n * wide;
     memcpy(y + 2 * n, x + 2 * n, (e->N - 2 * n) * sizeof(real));
-    for (size_t j = 0; j < 2 * n; j++) {
-        y[j] = 0;
-        for (size_t l = 0; l < wide; l++) y[j] += A[j * wide + l] * x[l];
-    }
+    for (size_t j = 0; j < 2 * n; j++) y[j] = dot(wide, A + j * wide, x);
 }
 
 /* Compute y = A' x over the interval before frame k. */
@@ -57,8 +42,7 @@ static void follow_back(const estimator *e, size_t k, const real *x, real *y)
     const real *A = e->horizon->A + k * 2 * n * wide;
     memset(y, 0, 2 * n * sizeof(real));
     memcpy(y + 2 * n, x + 2 * n, (e->N - 2 * n) * sizeof(real));
-    for (size_t j = 0; j < 2 * n; j++)
-        for (size_t l = 0; l < wide; l++) y[l] += A[j * wide + l] * x[j];
+    for (size_t j = 0; j < 2 * n; j++) add(wide, y, x[j], A + j * wide);
 }
 
 /* Compute the shifts for the multipliers, and the residuals of all terms. */
@@ -83,7 +67,8 @@ static void evaluate(estimator *e)
         } else {
             for (size_t j = 0; j < N; j++) d[j] = h->arrival[j] - h->x[j];
         }
-        add_product(N, k ? h->Q + k * N * N : h->arrival_covariance, h->adjoint + k * N, d);
+        const real *P = k ? h->Q + k * N * N : h->arrival_covariance;
+        for (size_t j = 0; j < N; j++) d[j] += dot(N, P + j * N, h->adjoint + k * N);
         for (size_t t = k * h->T; t < k * h->T + (size_t)h->count[k]; t++)
             h->rest[t] = h->residual[t] - along(e, h->row + t * wide, bias_of(e, (size_t)h->slot[t]), d);
     }
@@ -115,8 +100,7 @@ static void compute_gain(estimator *e, size_t t, real *to)
         memcpy(to, h->P + bias * N, N * sizeof(real));
     else
         memset(to, 0, N * sizeof(real));
-    for (size_t j = 0; j < 3 * e->n; j++)
-        for (size_t l = 0; l < N && row[j] != 0; l++) to[l] += row[j] * h->P[j * N + l];
+    for (size_t j = 0; j < 3 * e->n; j++) add(N, to, row[j], h->P + j * N);
 }
 
 /* Correct P and the mean by term t with a residual at mean 0. */
@@ -132,7 +116,7 @@ static void correct(estimator *e, size_t t, real residual)
     for (size_t j = 0; j < N; j++) {
         const real share = k[j] / S;
         h->mean[j] += share * nu;
-        for (size_t l = 0; l < N; l++) h->P[j * N + l] -= share * k[l];
+        add(N, h->P + j * N, -share, k);
     }
 }
 
@@ -154,20 +138,13 @@ static void compute_step(estimator *e)
             h->step[t] = 0;
             if (h->is_free[t] == 0) continue;
             const real *gain = h->gain + t * N;
-            real nu = h->innovation[t];
-            for (size_t j = 0; j < N; j++) nu -= gain[j] * r[j];
-            h->step[t] = nu / h->spread[t];
+            h->step[t] = (h->innovation[t] - dot(N, gain, r)) / h->spread[t];
             add_along(e, h->row + t * 3 * e->n, bias_of(e, (size_t)h->slot[t]), h->step[t], r);
         }
         if (!k) break;
         follow_back(e, k, r, back);
         memcpy(r, back, N * sizeof(real));
     }
-}
-
-static real clip(real x, real low, real high)
-{
-    return x < low ? low : x > high ? high : x;
 }
 
 /* Return the multiplier for a residual: the derivative of the loss. */
@@ -331,7 +308,7 @@ static void summarise(estimator *e)
             }
             compute_gain(e, t, e->gain);
             const real l = *multiplier_of(h, k, t - k * h->T);
-            for (size_t j = 0; j < N; j++) h->mean[j] += l * e->gain[j];
+            add(N, h->mean, l, e->gain);
         }
     }
     memcpy(e->covariance, h->P, N * N * sizeof(real));
