@@ -58,10 +58,11 @@ def command_server(
 
 
 def serve(path: str, modules: Sequence[str]) -> None:
-    """Import modules, and serve each client in a fork."""
+    """Import modules, and serve each client in a fork while the parent process exists."""
     import importlib
     import signal
 
+    parent = os.getppid()
     for name in modules:
         importlib.import_module(name)
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # exit statuses are not collected
@@ -69,8 +70,12 @@ def serve(path: str, modules: Sequence[str]) -> None:
         server.bind(path)
         server.listen()
         print("ready", flush=True)
-        while True:
-            connection, _ = server.accept()
+        server.settimeout(5.0)
+        while os.getppid() == parent:  # which an interrupt may end without warning
+            try:
+                connection, _ = server.accept()
+            except TimeoutError:
+                continue
             if os.fork() == 0:
                 server.close()
                 signal.signal(signal.SIGCHLD, signal.SIG_DFL)
@@ -131,4 +136,5 @@ def ask(path: str, words: list[str]) -> int:
 if __name__ == "__main__":
     if sys.argv[2] == "--import":
         serve(sys.argv[1], sys.argv[3:])
-    sys.exit(ask(sys.argv[1], sys.argv[2:]))
+    else:
+        sys.exit(ask(sys.argv[1], sys.argv[2:]))
