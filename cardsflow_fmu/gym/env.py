@@ -80,7 +80,7 @@ class CardsflowEnv(gymnasium.Env[Observations, NDArray[np.float32]]):
         self._frames.append(self._state())
         info = {name: values[0].item() for name, values in found.terms.items()}
         ends = bool(found.terminated[0]), bool(found.truncated[0])
-        return found.observations[0], float(found.rewards[0]), *ends, info
+        return self.episodes.observations()[0], float(found.rewards[0]), *ends, info
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return an image of the robot, shape (height, width, 3)."""

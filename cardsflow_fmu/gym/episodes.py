@@ -52,7 +52,6 @@ class Setup:
 class Transition(NamedTuple):
     """Result of a step of all instances, arrays with n rows."""
 
-    observations: Observations
     rewards: FloatArray
     terminated: BoolArray
     truncated: BoolArray
@@ -150,4 +149,4 @@ class Episodes:
         truncated = np.zeros(self.batch.n, dtype=np.bool_)
         if self._max is not None:
             truncated = self.batch.ticks >= self._max
-        return Transition(self.observations(), rewards, terminated, truncated, terms)
+        return Transition(rewards, terminated, truncated, terms)

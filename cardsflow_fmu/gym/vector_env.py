@@ -96,15 +96,14 @@ class CardsflowVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[An
         if self._mode is AutoresetMode.DISABLED and before.any():
             which = np.flatnonzero(before)
             raise InputError(f"episodes {which} have ended; reset them with options reset_mask")
-        found = self.episodes.step(actions)
-        observations, rewards, terminated, truncated, terms = found
+        rewards, terminated, truncated, terms = self.episodes.step(actions)
         infos: dict[str, Any] = {**terms, **{f"_{name}": ~before for name in terms}}
         if self._mode is AutoresetMode.NEXT_STEP and before.any():
             self.episodes.reset(before)
-            observations[before] = self.episodes.observations()[before]
             rewards[before] = 0.0
             terminated, truncated = terminated & ~before, truncated & ~before
         self._ended = terminated | truncated
+        observations = self.episodes.observations()
         if self._mode is AutoresetMode.SAME_STEP and self._ended.any():
             ended = self._ended
             infos |= {f"_{name}": ~ended for name in terms}

@@ -68,8 +68,8 @@ class PoseTask(Task):
 
     def start(self, rng: np.random.Generator) -> Start:
         """Draw the target, then the start pose."""
-        target = rng.uniform(self._low, self._high)
-        return Start(rng.uniform(*self._limits) if self._is_random else self._initial, target)
+        target = draw(rng, self._low, self._high)
+        return Start(draw(rng, *self._limits) if self._is_random else self._initial, target)
 
     def observe(self, batch: Batch, targets: FloatArray) -> list[FloatArray]:
         """Return the distances of the joints to the target."""
@@ -78,6 +78,11 @@ class PoseTask(Task):
     def distance(self, batch: Batch, targets: FloatArray) -> FloatArray:
         """Return the distances in joint space."""
         return norms(targets - batch.q[:, self._columns])
+
+
+def draw(rng: np.random.Generator, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Return the numbers of `rng.uniform(low, high)`, which takes five times as long."""
+    return low + (high - low) * rng.random(len(low))
 
 
 def bounds(what: str, ranges: Mapping[str, ArrayLike]) -> tuple[FloatArray, FloatArray]:

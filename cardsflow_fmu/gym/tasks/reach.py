@@ -12,7 +12,7 @@ from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import Batch
 
-from .pose import bounds, limits, positive
+from .pose import bounds, draw, limits, positive
 from .task import Start, Task, norms
 
 Sampling = Literal["box", "workspace"]
@@ -84,7 +84,7 @@ class ReachTask(Task):
     def start(self, rng: np.random.Generator) -> Start:
         """Draw the targets."""
         if self._points is None:
-            return Start(self._initial, rng.uniform(self._low, self._high))
+            return Start(self._initial, draw(rng, self._low, self._high))
         return Start(self._initial, self._points[rng.integers(len(self._points))])
 
     def observe(self, batch: Batch, targets: FloatArray) -> list[FloatArray]:
