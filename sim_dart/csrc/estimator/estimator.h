@@ -67,7 +67,8 @@ CORE_API estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_fra
                          ignores it, and velocities and loads are as uncertain as at the start
      acceleration_noise  n: density of white noise, in [rad/s2] times the root of a second
      load_drift          n: density of the noise of dw/dt
-     tension_noise, tension_error    m, in [N]; m, relative: standard deviations of measured tensions, white
+     tension_noise, tension_error    m, in [N]; m, relative: standard deviations of measured tensions, white; with them,
+                         a change beyond the gate may have occurred at any time of the tick
      bias_drift          2: of gyroscopes and of accelerometers
      offset_drift        o: density of the noise of db/dt
      imu_rotation        axes of an IMU in its frame, row by row, 9 i

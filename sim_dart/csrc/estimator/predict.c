@@ -47,15 +47,24 @@ static int fill_transition(estimator *e, const real *q, const real *qd, const re
     return 0;
 }
 
-/* Compute the covariance W L' diag(s^2) L W of accelerations, with the standard deviations s of the tensions. */
+static real variance_of_tension(const estimator *e, size_t k, real f)
+{
+    const real noise = e->tension_noise[k], error = e->tension_error[k] * f;
+    return noise * noise + error * error;
+}
+
+/* Compute the covariance W L' diag(s^2) L W of accelerations, with the standard deviations s of the tensions. A tension that
+   changes by more than its noise, as of a broken cable, did so at an unknown time of the tick, which is uniformly distributed:
+   the mean square of the error of its mean is a third of the squared change. */
 static void fill_jitter(estimator *e)
 {
     const size_t n = e->n;
     memset(e->jitter, 0, n * n * sizeof(real));
     for (size_t k = 0; k < e->m; k++) {
-        const real noise = e->tension_noise[k], error = e->tension_error[k] * e->last_tensions[k];
-        const real variance = noise * noise + error * error, *L = e->core->jacobian + k * n;
-        if (variance == 0) continue;
+        const real f = e->last_tensions[k], square = e->changes[k] * e->changes[k], *L = e->core->jacobian + k * n;
+        const real white = variance_of_tension(e, k, f), both = white + variance_of_tension(e, k, f - e->changes[k]);
+        if (both == 0) continue;
+        const real variance = white + (square > e->gate[0] * e->gate[0] * both ? square / 3 : 0);
         for (size_t i = 0; i < n; i++) e->column[i] = cholesky_dot(n, e->matrix + i * n, L);
         for (size_t i = 0; i < n; i++)
             for (size_t j = 0; j < n; j++) e->jitter[i * n + j] += variance * e->column[i] * e->column[j];

@@ -58,6 +58,7 @@
     ARRAY(differential, 4 * n * n) /* derivatives by q and qd */                                       \
     ARRAY(product, 2 * n * N)                                                                          \
     ARRAY(matrix, n *n)                                                                                \
+    ARRAY(changes, m)             /* of tensions since the last tick */                                \
     ARRAY(jitter, n *n)           /* covariance of accelerations due to the noise of tensions */       \
     ARRAY(factor, n *n)                                                                                \
     ARRAY(column, n)                                                                                   \

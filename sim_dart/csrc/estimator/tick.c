@@ -7,8 +7,11 @@
 
 static void take_tensions(estimator *e)
 {
-    for (size_t k = 0; k < e->m; k++)
+    for (size_t k = 0; k < e->m; k++) {
+        const real last = e->last_tensions[k];
         if (is_number(e->tensions[k])) e->last_tensions[k] = larger(e->tensions[k], 0);
+        e->changes[k] = e->last_tensions[k] - last;
+    }
 }
 
 /* Compute standard deviations. Return 0, or 1 if a value is not finite or a variance is not positive. */

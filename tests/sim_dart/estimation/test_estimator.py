@@ -288,8 +288,12 @@ def test_outlier_is_rejected(arm: Robot) -> None:
     assert estimator.used == 10
 
 
-def test_noise_of_tensions_is_noise_of_accelerations(arm: Robot) -> None:
-    """Accelerations change by M^-1 L' e with errors e of the tensions, constant for 3 steps."""
+@pytest.mark.parametrize("jump", [0.0, 200.0])
+def test_noise_of_tensions_is_noise_of_accelerations(arm: Robot, jump: float) -> None:
+    """Accelerations change by M^-1 L' e with errors e of the tensions, constant for 3 steps.
+
+    A jump at a uniformly distributed time of the tick is an error with the mean square jump^2 / 3.
+    """
     settings = EstimatorSettings(exact_transition=False)
     dynamics, f, covariances = CoreDynamics(arm), holding_forces(arm, START), []
     for scale in (0.0, 1.0):
@@ -297,11 +301,28 @@ def test_noise_of_tensions_is_noise_of_accelerations(arm: Robot) -> None:
         estimator.array("tension_noise", 11)[:] = 0.5 * scale
         estimator.array("tension_error", 11)[:] = 0.05 * scale
         estimator.tensions[:], estimator.lengths[:] = f, np.nan
+        estimator.array("last_tensions", 11)[:] = f + jump
         estimator.tick(STEP / 3, 3)
         covariances.append(estimator.covariance[4:8, 4:8].copy())
     response = np.linalg.solve(dynamics.mass_matrix(START), dynamics.muscle_jacobian(START).T)
-    expected = STEP**2 * (response * (0.5**2 + (0.05 * f) ** 2)) @ response.T
+    expected = STEP**2 * (response * (0.5**2 + (0.05 * f) ** 2 + jump**2 / 3)) @ response.T
     np.testing.assert_allclose(covariances[1] - covariances[0], expected, rtol=0.02)
+
+
+def test_estimate_follows_a_cable_that_breaks_within_a_tick(arm: Robot) -> None:
+    """The cable breaks at the end of a tick of 5 ms, and the measured tension is 0."""
+    settings, f = EstimatorSettings(encoder_noise=1e-4), holding_forces(arm, START)
+    estimator, truth = PoseEstimator(arm, settings, START), Truth(arm, settings, START, 3)
+    estimator.array("tension_error", 11)[:] = 0.05
+    broken = f * (np.arange(11) != 6)
+    for tick in range(26):
+        for _ in range(5):
+            truth.step(f if tick <= 20 else broken)
+        truth.measure(estimator, f if tick < 20 else broken)
+        estimator.tick(STEP, 5)
+        if tick >= 20:
+            assert estimator.used == 14  # all but the length of the slack cable
+            assert np.abs(estimator.qd - truth.qd).max() < 0.05
 
 
 def test_estimate_recovers_after_an_impact(arm: Robot) -> None:

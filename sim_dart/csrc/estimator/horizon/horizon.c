@@ -99,6 +99,7 @@ static int linearise(estimator *e, size_t k)
     real *x = h->x + k * N;
     memcpy(e->lengths, h->inputs + k * h->B, h->B * sizeof(real));
     memcpy(e->last_tensions, h->forces + k * e->m, e->m * sizeof(real));
+    for (size_t i = 0; i < e->m; i++) e->changes[i] = k ? e->last_tensions[i] - h->forces[(k - 1) * e->m + i] : 0;
     if (k || e->i) { /* accelerometers of the first frame need the step before it */
         if (linearise_interval(e, k, k ? x - N : h->before, k ? h->slips + (k - 1) * b : h->slips_before)) return 1;
         memcpy(h->slips + k * b, e->slips, b * sizeof(real));
