@@ -11,21 +11,19 @@ MAX_THREADS = 8
 
 
 class Threads:
-    """Threads that share items 0, 1, ..., n - 1 in contiguous parts, each taken by a free thread.
+    """Threads that share items 0, 1, ..., n - 1 in contiguous parts.
 
     Functions must release Python's global interpreter lock, as functions of a `ctypes.CDLL` do.
 
     Args:
         count: Number of threads (default: number of processors, at most 8).
-        parts: Number of parts per thread; several if some items take longer than others.
 
     Attributes:
         count: Number of threads.
     """
 
-    def __init__(self, count: int = 0, parts: int = 1) -> None:
+    def __init__(self, count: int = 0) -> None:
         self.count = count or min(os.cpu_count() or 1, MAX_THREADS)
-        self._parts = self.count * parts
         self._pool: ThreadPoolExecutor | None = None
 
     def share(self, run: Callable[[int, slice], None], items: int, is_small: bool) -> None:
@@ -41,14 +39,9 @@ class Threads:
             return
         if self._pool is None:
             self._pool = ThreadPoolExecutor(self.count)
-        ends = [items * k // self._parts for k in range(self._parts + 1)]
-        parts = iter([slice(a, b) for a, b in pairwise(ends)])
-
-        def work(thread: int) -> None:
-            for part in parts:
-                run(thread, part)
-
-        others = [self._pool.submit(work, k) for k in range(1, self.count)]
-        work(0)
+        ends = [items * k // self.count for k in range(self.count + 1)]
+        parts = [slice(a, b) for a, b in pairwise(ends)]
+        others = [self._pool.submit(run, k, part) for k, part in enumerate(parts[1:], 1)]
+        run(0, parts[0])
         for future in others:
             future.result()

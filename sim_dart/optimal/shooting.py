@@ -145,7 +145,7 @@ class Shooting:
             raise CardsflowError("optimal motions do not support cable friction; remove it")
         prepare = without_limits if with_laws else estimated_robot
         self._robot = prepare(robot)
-        self._threads, self.steps = Threads(threads, parts=4), steps
+        self._threads, self.steps = Threads(threads), steps
         self.n, self._m = len(robot.coordinates), len(robot.muscles)
         self._numbers = None if family is None else RobotNumbers(family, prepare)
         self._parameters = _NO_PARAMETERS if family is None else family.nominal.copy()

@@ -169,12 +169,12 @@ def optimise(
             require_reachable(experiment, own)
         _require_motion(own, solution)
         assert solution is not None
-        at, ends = solution.iterate, solution.linearisation.intervals.ends
-        error = own.integration_error(at, ends)
-        if solution.status == INTERRUPTED:
+        is_final = solution.status == INTERRUPTED
+        ends = solution.linearisation.intervals.ends
+        if is_final:
             break
-        is_accurate = error <= _INTEGRATION_ERROR
-        if is_accurate or not own.refine(at, _INTEGRATION_ERROR, is_final=True, ends=ends):
+        at = solution.iterate
+        if not own.refine(at, _INTEGRATION_ERROR, is_final=True, ends=ends):
             inner = between_nodes(own.problem, at, experiment.run.step)
             if not inner or rounds == _MAX_ROUNDS:
                 break
@@ -187,6 +187,7 @@ def optimise(
         if not solution.is_feasible:
             what = f"the motion violates constraints by {solution.violation:.2g} (scaled)"
         warnings += (f"{solution.status}: {what}; continue with --resume",)
+    error = own.integration_error(solution.iterate, ends)
     what = f"the integration error of an interval is up to {error:.2g}"
     what += "; increase motion.substeps or motion.intervals"
     if error > ROUGH_INTEGRATION:
