@@ -32,14 +32,15 @@ _ARMIJO = 1e-4
 _ROUNDING = 1e-9  # of the cost
 _PROGRESS = 0.99  # of the violation, for an iteration with relaxed constraints
 _MIN_DAMPING, _MAX_DAMPING, _MORE_DAMPING = 1e-10, 1e4, 1e-5
-_LARGE_DAMPING = 1.0  # above, a step promises little even if the motion is not optimal
+_LARGE_DAMPING = 1.0  # largest damping with which a small predicted decrease means optimality
 _DAMPING, _DAMPING_FREE_TIME = 1e-8, 1e-2  # first damping; a duration has no Hessian of its own
 _LESS_POSITIVE, _MIN_POSITIVE = 0.5, 1e-3  # factor after a good step, and smallest value
-_CORRECTION = 1e3  # damping of a step that only has to reduce the violation
-_LAST_DAMPING, _LAST_STEPS = 1e6, 4  # the same after the last iteration, and number of such steps
+_CORRECTION = 1e3  # damping of a step that reduces the violation at almost the same motion
+_LAST_DAMPING, _LAST_STEPS = 1e6, 4  # damping and number of such steps after the last iteration
 _PENALTY = 10.0  # of a relaxed constraint, relative to the largest gradient
 _GOOD = 0.3  # factor of the violation, for much less damping
-_FREE_STEPS, _MAX_VIOLATION = 3, 1e3  # first steps, since a rest violates few constraints
+_FREE_STEPS = 3  # first steps, which may increase cost and violation
+_MAX_VIOLATION = 1e3  # of these steps, relative to the violation of the guess plus 1
 _NEAR = 1e-3  # violation below which a rejected step may be followed
 _FIRST_ITERATIONS = 60  # of an attempt that is not the last
 _STALLED = 3  # iterations with relaxed constraints and without progress
@@ -107,7 +108,7 @@ class _State:
         free: Number of steps that may increase both cost and violation.
         positive: See `Transcription.program`.
         is_full: Whether the last step was a full one.
-        is_slow: Whether it hardly reduced the violation.
+        is_slow: Whether the last step hardly reduced the violation.
         best: Last iterate that satisfies the constraints, with its terms.
     """
 
@@ -214,8 +215,8 @@ class Optimiser:
         state, status = _State(at, own, damping, hessian, free=free, positive=positive), ""
         try:
             report(state, 0.0)
-            most = _MAX_VIOLATION * (1.0 + self.transcription.violation(at, own))
-            state.filter.append((most, -np.inf))
+            largest = _MAX_VIOLATION * (1.0 + self.transcription.violation(at, own))
+            state.filter.append((largest, -np.inf))
             for _ in range(limit):
                 status, share = self._iterate(state)
                 if share:

@@ -20,7 +20,7 @@ static void add_row(const estimator *e, size_t j, real factor)
     for (size_t l = 0; l < N; l++) e->gain[l] += factor * from[l];
 }
 
-/* Process one measurement, unless it exceeds the gate and the state is not known to be wrong. */
+/* Process one measurement, unless it exceeds the gate, and most measurements of the last tick did not. */
 static void correct(estimator *e, const real *row, size_t width, size_t bias, real residual, real variance)
 {
     const size_t N = e->N;
@@ -40,7 +40,7 @@ static void correct(estimator *e, const real *row, size_t width, size_t bias, re
     const real square = residual * residual / S, limit = e->gate[0] * e->gate[0];
     e->seen++;
     e->squares += square < limit ? square : limit;
-    if (!(square <= limit) && !is_misled(e)) return;
+    if (!(square <= limit) && !most_exceed_gate(e)) return;
     e->taken++;
     const real root = 1 / sqrt(S), step = residual / S;
     for (size_t l = 0; l < N; l++) e->shift[l] += step * k[l], k[l] *= root;

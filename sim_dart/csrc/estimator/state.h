@@ -116,9 +116,9 @@ static inline int is_taut(const estimator *e, size_t k)
     return has_length(e, k) && e->last_tensions[k] > e->slack[0];
 }
 
-/* Return whether most measurements of the last tick exceeded the gate of the filter. Then the state is more probably wrong
-   than all these sensors, as after an impact. */
-static inline int is_misled(const estimator *e)
+/* Return whether most measurements of the last tick exceeded the gate of the filter. Then the state is probably wrong, as
+   after an impact, and the sensors are correct. */
+static inline int most_exceed_gate(const estimator *e)
 {
     return !e->horizon && e->innovation[0] > e->gate[0] * e->gate[0] / 2;
 }

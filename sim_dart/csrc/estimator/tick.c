@@ -59,8 +59,8 @@ int estimator_tick(estimator *e, real h, int32_t steps)
         return (int)e->status[0];
     }
     e->interval = h * (real)steps;
-    for (size_t k = e->n; k < 3 * e->n && is_misled(e); k++) /* velocities and loads are unknown, as at the start */
-        e->covariance[k * (e->N + 1)] += e->start_sd[k] * e->start_sd[k];
+    if (most_exceed_gate(e)) /* velocities and loads are as uncertain as at the start */
+        for (size_t k = e->n; k < 3 * e->n; k++) e->covariance[k * (e->N + 1)] += e->start_sd[k] * e->start_sd[k];
     horizon_begin(e, h, steps);
     for (int32_t k = 0; k < steps; k++)
         if (estimator_predict(e, h)) return mark_lost(e);

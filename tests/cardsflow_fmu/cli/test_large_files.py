@@ -44,7 +44,7 @@ Peak = Callable[..., tuple[int, str, int]]
 
 @pytest.fixture(scope="module")
 def peak(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Peak]:
-    """Return a function that runs a command in a folder, in a process of its own.
+    """Return a function that runs a command in a folder in a separate process.
 
     It returns exit code, messages, and maximum memory in bytes.
     """

@@ -53,7 +53,7 @@ def test_builder_is_recorded(toy_fmu: Path) -> None:
 def test_python_of_a_variable_is_used(
     variable: str, damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """CARDSFLOW_PYTHON comes before the recorded Python, the others follow if there is none."""
+    """The worker uses CARDSFLOW_PYTHON, then the recorded Python, then the other variables."""
     folder, recorded = tmp_path / "bin", damaged / "resources/python.txt"
     python = proxy(folder / "python", tmp_path / "record")
     shutil.copy(python, folder / "python3")
