@@ -137,6 +137,19 @@ def test_arm_copes_with_a_cut_cable(page: Page, tmp_path: Path) -> None:
     assert not page.errors
 
 
+@pytest.mark.browser
+def test_cable_is_not_cut_in_the_past(page: Page, tmp_path: Path) -> None:
+    """A busy page shows an earlier time than that of the simulation, which the command repeats."""
+    open_page(page, tmp_path, "planar_2r")
+    page.evaluate("play.client.stepOnce(100)")
+    page.evaluate("play.client.set('plant.break_time.cable_1', 0.02)")
+    time = page.evaluate("play.client.frame.time")
+    assert time > 0.02
+    assert page.evaluate("play.client.changes()") == {"plant.break_time.cable_1": time}
+    page.evaluate("play.client.stepOnce(1)")
+    assert page.evaluate("play.client.frame.tensions[0]") == 0
+
+
 def _require_same_experiment(page: Page, folder: Path, changes: list[str]) -> None:
     """Check that `Download experiment` contains the experiment with changes `key=value`."""
     page.evaluate(

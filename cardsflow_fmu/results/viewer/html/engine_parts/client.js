@@ -68,9 +68,9 @@ class EngineClient {
 
   // Changes a number of the running simulation, by the key of `cardsflow run --set`; null: as in the experiment.
   async set(key, value) {
-    await this.call("set", key, value);
+    const inEffect = await this.call("set", key, value);
     if (value === null) delete this.live[key];
-    else this.live[key] = value;
+    else this.live[key] = inEffect;
   }
 
   changes() { return { ...this.live }; }

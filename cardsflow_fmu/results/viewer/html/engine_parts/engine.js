@@ -182,9 +182,13 @@ class Engine {
   }
 
   // Changes a number of the running simulation by the key of `cardsflow run --set`; null: as in the experiment.
+  // Returns the value in effect: a cable does not break before the present time, which a busy page shows late.
   change(key, value) {
-    this.changes.set(key, value);
+    const isBreak = value !== null && key.startsWith("plant.break_time.");
+    const now = isBreak ? Math.max(value, this.time) : value;
+    this.changes.set(key, now);
     this.isChanged = true;
+    return now;
   }
 
   // ------------------------------------------------------------------------------------- history

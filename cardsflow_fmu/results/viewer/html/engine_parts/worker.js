@@ -61,7 +61,7 @@ const CALLS = {
   },
   pull(link, point, how) { engine.pull(link, point, how); },
   release() { engine.release(); },
-  set(key, value) { engine.change(key, value); },
+  set(key, value) { return engine.change(key, value); },
   momentArms(muscle, joint) { return engine.analysis.momentArms(muscle, joint); },
   getState() { return engine.saved(); },
   setState(state) { engine.load(state); },
