@@ -101,8 +101,8 @@ class ExportSettings:
 
     def collision_of(self, link: str) -> Collision:
         """Return the collision geometry of a link, by its name in the exported files."""
-        own = [chosen.collision for chosen in self.of_links if chosen.exported_name == link]
-        return next((collision for collision in own if collision is not None), self.collision)
+        collisions = [each.collision for each in self.of_links if each.exported_name == link]
+        return next((shape for shape in collisions if shape is not None), self.collision)
 
     @property
     def needs_meshes(self) -> bool:

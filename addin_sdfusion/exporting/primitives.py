@@ -53,10 +53,10 @@ _Frame = tuple[Matrix3, Vector3, Vector3, list[Vector3]]
 
 
 def _to_frame(R: Matrix3, points: Sequence[Vector3]) -> _Frame:
-    back = transpose(R)
-    own = [rotate(back, p) for p in points]
-    xs, ys, zs = zip(*own, strict=True)
-    return R, (min(xs), min(ys), min(zs)), (max(xs), max(ys), max(zs)), own
+    inverse = transpose(R)
+    points_in_frame = [rotate(inverse, p) for p in points]
+    xs, ys, zs = zip(*points_in_frame, strict=True)
+    return R, (min(xs), min(ys), min(zs)), (max(xs), max(ys), max(zs)), points_in_frame
 
 
 def _cylinders(R: Matrix3, low: Vector3, high: Vector3, points: list[Vector3]) -> Iterator[Shape]:

@@ -125,12 +125,12 @@ class Replacement:
             InputError: The export would overwrite a file that no export wrote.
             OSError: A file could not be moved; all files are unchanged.
         """
-        own = read_manifest(self.folder)
+        old_marks = read_manifest(self.folder)
         marks = {path: digest((self.new / path).read_bytes()) for path in _files(self.new)}
-        theirs = self._keep_experiment(own, marks)
-        stale = [path for path in own if path not in marks and (self.folder / path).exists()]
-        old = [*stale, *self._to_replace(own, marks, stale)]
-        moves = [move for path in old for move in self._moves_to_remove(path, own[path])]
+        theirs = self._keep_experiment(old_marks, marks)
+        stale = [path for path in old_marks if path not in marks and (self.folder / path).exists()]
+        old = [*stale, *self._to_replace(old_marks, marks, stale)]
+        moves = [move for path in old for move in self._moves_to_remove(path, old_marks[path])]
         if (self.folder / MANIFEST).exists():
             moves.append((MANIFEST, f"{PART}/old/{MANIFEST}"))
         moves += [(f"{PART}/new/{path}", path) for path in _files(self.new)]
@@ -142,24 +142,24 @@ class Replacement:
             remove_empty(self.folder, path)
         return tuple(self.folder / path for path in marks), self._findings
 
-    def _keep_experiment(self, own: dict[str, str], marks: dict[str, str]) -> dict[str, str]:
+    def _keep_experiment(self, old: dict[str, str], marks: dict[str, str]) -> dict[str, str]:
         """Remove an experiment that the user has changed from both lists.
 
         Args:
-            own: Fingerprints of the earlier export; modified.
+            old: Fingerprints of the earlier export; modified.
             marks: Fingerprints of the new export; modified.
 
         Returns:
             Fingerprint of the experiment of the earlier export, for the manifest. The next export
             reports its experiment only if it differs from this one.
         """
-        theirs = self.folder / EXPERIMENT
-        if not theirs.is_file():
+        file = self.folder / EXPERIMENT
+        if not file.is_file():
             return {}
-        present, base, new = digest(theirs.read_bytes()), own.get(EXPERIMENT), marks.get(EXPERIMENT)
+        present, base, new = digest(file.read_bytes()), old.get(EXPERIMENT), marks.get(EXPERIMENT)
         if present in (base, new):
             return {}
-        own.pop(EXPERIMENT, None)
+        old.pop(EXPERIMENT, None)
         if new is None:
             return {}
         del marks[EXPERIMENT]
@@ -173,7 +173,7 @@ class Replacement:
         return {} if base is None else {EXPERIMENT: base}
 
     def _to_replace(
-        self, own: dict[str, str], marks: dict[str, str], stale: list[str]
+        self, old: dict[str, str], marks: dict[str, str], stale: list[str]
     ) -> list[str]:
         """Return the changed files to replace; discard new files that are unchanged."""
         replaced, unknown = [], []
@@ -185,16 +185,16 @@ class Replacement:
                 continue
             if target.read_bytes() == (self.new / path).read_bytes():
                 (self.new / path).unlink()
-            elif path in own:
+            elif path in old:
                 replaced.append(path)
             else:
                 unknown.append(path)
         if unknown:
-            what = (
+            problem = (
                 f"contains files that no export wrote: {', '.join(unknown[:5])}"
                 f"{', ...' if len(unknown) > 5 else ''}; move them, or export into another folder"
             )
-            raise InputError(what, file=self.folder)
+            raise InputError(problem, file=self.folder)
         return replaced
 
     def _is_stale(self, path: str, stale: list[str]) -> bool:

@@ -129,7 +129,7 @@ class _DesignReader:
         points += [instances.point(point, path) for path, point in kept]
         groups = self._read_named("group", read_groups, occurrences)
         joints = self._read_named("joint", read_joints, occurrences)
-        by_place = {(path, own.name, own.as_built): named for path, own, named in joints}
+        by_place = {(path, joint.name, joint.as_built): named for path, joint, named in joints}
         couplings = list[CouplingSnapshot]()
         found = read_couplings(occurrences, by_place, notes)
         notes.attempt(self._subject, "motion links", couplings.extend, found)
@@ -199,7 +199,7 @@ class _DesignReader:
             items.sort(key=lambda i: (natural_key(i.name), getattr(i, "as_built", False)))
             found += [(occurrence.path, item) for item in items]
         named = with_unique_names(found, kind, self._notes)
-        return [(path, own, unique) for (path, own), unique in zip(found, named, strict=True)]
+        return [(path, item, unique) for (path, item), unique in zip(found, named, strict=True)]
 
     def _surfaces(
         self,

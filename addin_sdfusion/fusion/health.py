@@ -15,8 +15,8 @@ def _with_health(entity: Any) -> Any:
 
     As-built joints and rigid groups do not have a health state themselves.
     """
-    own = optional(lambda: entity.healthState)
-    timeline = None if own is not None else optional(lambda: entity.timelineObject)
+    state = optional(lambda: entity.healthState)
+    timeline = None if state is not None else optional(lambda: entity.timelineObject)
     return entity if timeline is None else timeline
 
 

@@ -24,14 +24,16 @@ Held = list[tuple[str, Mapping[str, str]]]
 """Path of the occurrence and attributes of each design; the first is the open design."""
 
 
-def attributes_of_designs(own: Mapping[str, str], occurrences: Occurrences, places: Places) -> Held:
+def attributes_of_designs(
+    attributes: Mapping[str, str], occurrences: Occurrences, places: Places
+) -> Held:
     """Return the attributes of the open design and of all inserted designs."""
-    held: Held = [("", own)]
+    held: Held = [("", attributes)]
     for path, occurrence in occurrences.items():
         if places.is_inserted(path):
-            found = optional(lambda: own_attributes(occurrence.component.parentDesign))  # noqa: B023
-            if found:
-                held.append((path, found))
+            inserted = optional(lambda: own_attributes(occurrence.component.parentDesign))  # noqa: B023
+            if inserted:
+                held.append((path, inserted))
     return held
 
 

@@ -27,14 +27,14 @@ class Instances:
 
     def __init__(self, held: Held, design: str, notes: Notes) -> None:
         """Read the lists of muscles of all designs."""
-        own, *inserted = (
+        (_, of_open_design), *inserted = (
             (path, stored_muscles(attributes, path or design, notes.findings))
             for path, attributes in held
         )
         self._listed = {path: {m.name for m in listed} for path, listed in inserted if listed}
         self._given: dict[tuple[str, str, str], str] = {}
         self._taken: dict[str, set[str]] = {"muscle": set().union(*self._listed.values())}
-        known = {m.name for m in own[1]}
+        known = {m.name for m in of_open_design}
         found = dict[str, MuscleSnapshot]()
         for path, listed in inserted:
             for muscle in listed:
@@ -43,7 +43,7 @@ class Instances:
                 if name != muscle.name:
                     message = _rename_message(path, muscle.name, name)
                     notes.warn(Subject("muscle", muscle.name), "same-name", message)
-        self.muscles = (*own[1], *(m for name, m in found.items() if name not in known))
+        self.muscles = (*of_open_design, *(m for name, m in found.items() if name not in known))
 
     def point(self, point: PointSnapshot, design: str | None = None) -> PointSnapshot:
         """Return a point with names of the open design.
@@ -58,11 +58,11 @@ class Instances:
             return point
         if use.role == "via" and use.muscle not in self._listed[path]:
             return point
-        own = use.muscle if use.role == "via" else use.name or point.name
-        name = self._name("muscle" if use.role == "via" else use.role, own, path)
+        stored_name = use.muscle if use.role == "via" else use.name or point.name
+        name = self._name("muscle" if use.role == "via" else use.role, stored_name, path)
         named = replace(use, muscle=name) if use.role == "via" else replace(use, name=name)
         placed = replace(named, link=_link(use.link))
-        return replace(point, use=placed, entity=_entity(point.entity, path, name != own))
+        return replace(point, use=placed, entity=_entity(point.entity, path, name != stored_name))
 
     def surface(self, surface: SurfaceSnapshot) -> SurfaceSnapshot:
         """Return a wrap surface with names of the open design."""
@@ -108,12 +108,12 @@ def _ancestors(occurrence: str) -> Iterator[str]:
         occurrence = occurrence.rpartition("+")[0]
 
 
-def _link(own: str) -> str:
+def _link(link: str) -> str:
     """Return the link of a point in the open design; empty for the link of the occurrence.
 
     Links of an inserted design have other names in the open design.
     """
-    return own if own == WORLD else ""
+    return link if link == WORLD else ""
 
 
 def _entity(entity: str, path: str, is_another: bool) -> str:

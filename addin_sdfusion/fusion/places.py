@@ -87,11 +87,11 @@ class Places:
             return False
         occurrence = self._occurrences[path]
         above = self._occurrences.get(occurrence.parent)
-        own, other = (
+        document, parent_document = (
             optional(lambda: occurrence.component.parentDesign),
             optional(lambda: None if above is None else above.component.parentDesign),
         )
-        return own is not None and own != other
+        return document is not None and document != parent_document
 
     def find(
         self, place: tuple[Level, ...], path: str, scope: str = "", owner: str | None = None

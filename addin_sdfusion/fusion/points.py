@@ -93,10 +93,10 @@ def hidden_points(design: Any, visible: Collection[str]) -> Iterator[tuple[str, 
 def _hidden_point(
     point: Any, attribute: Any, visible: Collection[str]
 ) -> tuple[str, Any, str] | None:
-    own = component_id(point.component)
-    if not own or own in visible:
+    component = component_id(point.component)
+    if not component or component in visible:
         return None
-    key = f"{HIDDEN_KEY}{own}/{point.component.name}/{point.name}"
+    key = f"{HIDDEN_KEY}{component}/{point.component.name}/{point.name}"
     return key, point.nativeObject or point, str(attribute.value)
 
 
@@ -118,8 +118,8 @@ def read_hidden_points(
 
 def _positions(occurrence: Occurrence, native: Any, proxy: Any) -> tuple[Vector3, Vector3]:
     """Return the positions of a point in the frame of its component and in the root frame."""
-    own = position(native.geometry)
-    return own, occurrence.in_root(position(proxy.geometry), own)
+    in_component = position(native.geometry)
+    return in_component, occurrence.in_root(position(proxy.geometry), in_component)
 
 
 def own_attributes(entity: Any) -> dict[str, str]:

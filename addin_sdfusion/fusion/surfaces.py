@@ -121,16 +121,16 @@ def _in_occurrence(
     occurrence: Occurrence, body: _Body, keys: Keys, places: Places, notes: Notes
 ) -> Iterator[SurfaceSnapshot]:
     """Yield the wrap surfaces of one body in one occurrence."""
-    read = []
+    faces = []
     for face, held in body.faces:
         subject = Subject("wrap_surface", occurrence.named(body.name))
         pair = notes.attempt(subject, "face", _surface, occurrence, face, todo=_AGAIN)
         if pair is not None:
-            own, surface = pair
+            point, surface = pair
             use = stored_surface(held, occurrence.path or body.name, notes.findings)
-            read.append(((held.get(WRAP, ""), own), _placed(surface, use, places, notes)))
-    read.sort(key=lambda pair: pair[0])
-    for number, (_, surface) in enumerate(read):
+            faces.append(((held.get(WRAP, ""), point), _placed(surface, use, places, notes)))
+    faces.sort(key=lambda pair: pair[0])
+    for number, (_, surface) in enumerate(faces):
         key = keys.key(occurrence, f"{body.name}/face", number)
         yield replace(surface, entity=key)
 
@@ -156,10 +156,10 @@ def _surface(occurrence: Occurrence, face: Any) -> tuple[Vector3, SurfaceSnapsho
     proxy = occurrence.proxy(face)
     sphere, placed = (adsk.core.Sphere.cast(f.geometry) for f in (face, proxy))
     if sphere is not None:
-        own = position(sphere.origin)
-        centre = occurrence.in_root(position(placed.origin), own)
+        centre_in_component = position(sphere.origin)
+        centre = occurrence.in_root(position(placed.origin), centre_in_component)
         radius = length(placed.radius)
-        return own, SurfaceSnapshot(occurrence.path, "sphere", radius, centre)
+        return centre_in_component, SurfaceSnapshot(occurrence.path, "sphere", radius, centre)
     cylinder, placed = (adsk.core.Cylinder.cast(f.geometry) for f in (face, proxy))
     if cylinder is None:
         raise ValueError("it is neither a cylinder nor a sphere")

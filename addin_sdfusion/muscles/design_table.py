@@ -142,9 +142,9 @@ def _select_occurrence(
     It is the stored occurrence or the only one. Otherwise it is the only one on the link.
     """
     found = [(item, use) for item, use in group if not item.lost]
-    own = [item for item, use in found if use.occurrence and use.occurrence == item.occurrence]
-    if len(own) == 1:
-        return own[0], ""
+    stored = [item for item, use in found if use.occurrence and use.occurrence == item.occurrence]
+    if len(stored) == 1:
+        return stored[0], ""
     if len(group) == 1 or not found:
         return group[0][0], group[0][0].lost
     link = found[0][1].link
@@ -152,12 +152,12 @@ def _select_occurrence(
     if len(on_link) == 1:
         return on_link[0], ""
     where = listed(sorted(item.occurrence for item, _ in group))
-    why = f"{_SEVERAL}, {where}, and it is unclear which one "
-    why += f"belongs to link {link!r}" if link else "it belongs to"
-    what = subject[0].replace("_", " ")
-    message = f"{what} {subject[1]!r}: {why}; pick it again in Define muscles"
+    reason = f"{_SEVERAL}, {where}, and it is unclear which one "
+    reason += f"belongs to link {link!r}" if link else "it belongs to"
+    kind = subject[0].replace("_", " ")
+    message = f"{kind} {subject[1]!r}: {reason}; pick it again in Define muscles"
     findings.append(finding("error", "ambiguous-point", message, *subject))
-    return group[0][0], why
+    return group[0][0], reason
 
 
 def _without_copies(

@@ -91,10 +91,10 @@ def motor_numbers(muscles: Iterable[str]) -> dict[str, int]:
     `motorN` has the number N. Each of the other muscles has the smallest unused number, in order.
     """
     names = list(dict.fromkeys(muscles))
-    own = {name: int(match[1]) for name in names if (match := _MOTOR.fullmatch(name))}
-    taken = set(own.values())
-    free = (number for number in range(len(names) + len(taken)) if number not in taken)
-    return {name: own[name] if name in own else next(free) for name in names}
+    motors = {name: int(match[1]) for name in names if (match := _MOTOR.fullmatch(name))}
+    used = set(motors.values())
+    free = (number for number in range(len(names) + len(used)) if number not in used)
+    return {name: motors[name] if name in motors else next(free) for name in names}
 
 
 def natural_key(name: str) -> tuple[tuple[int, int, str], ...]:

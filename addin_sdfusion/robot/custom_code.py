@@ -59,8 +59,8 @@ def call_custom(file: Path, call: Callable[[], T]) -> T:
     except CardsflowError:
         raise
     except Exception as error:
-        own = str(file.absolute())
-        rows = [r for r in traceback.extract_tb(error.__traceback__) if r.filename == own]
+        filename = str(file.absolute())
+        rows = [r for r in traceback.extract_tb(error.__traceback__) if r.filename == filename]
         line = rows[-1].lineno if rows else getattr(error, "lineno", None)
-        what = " ".join(f"{type(error).__name__}: {error}".split())
-        raise InputError(what, file=file, line=line) from error
+        problem = " ".join(f"{type(error).__name__}: {error}".split())
+        raise InputError(problem, file=file, line=line) from error

@@ -175,19 +175,19 @@ def _scene_size_problem(scene: dict[str, Any]) -> str | None:
             return "it has accessors without a buffer"
         if any(type(one["count"]) is not int or one["count"] < 0 for one in accessors):
             return "it has accessors with an invalid count"
-        parts = [mesh.get("primitives") or () for mesh in meshes]
+        primitives = [mesh.get("primitives") or () for mesh in meshes]
         sizes = [
             sum(
                 accessors[index]["count"]
-                for part in own
-                for index in (*part["attributes"].values(), part.get("indices"))
+                for primitive in group
+                for index in (*primitive["attributes"].values(), primitive.get("indices"))
                 if index is not None
             )
-            for own in parts
+            for group in primitives
         ]
         placed = [node["mesh"] for node in nodes if "mesh" in node]
         numbers = sum(sizes[mesh] for mesh in placed), sum(one["count"] for one in accessors)
-        pieces = [sum(map(len, parts)), sum(len(parts[mesh]) for mesh in placed)]
+        pieces = [sum(map(len, primitives)), sum(len(primitives[mesh]) for mesh in placed)]
         pieces += [sum(len(one.get("nodes") or ()) for one in scenes)]
     except (AttributeError, KeyError, IndexError, TypeError) as error:
         raise ValueError(f"its scene is damaged ({error!r})") from None
@@ -202,7 +202,7 @@ def _is_deep(children: list[Any]) -> bool:
     """Return whether there are too many nodes, too many nested nodes, or a cycle of nodes."""
     if len(children) > limits.MESH_NODES:
         return True
-    parents = {child: k for k, own in enumerate(children) for child in own}
+    parents = {child: k for k, siblings in enumerate(children) for child in siblings}
     row: list[int | None] = list(range(len(children)))
     for _ in range(limits.MESH_DEPTH):
         row = [parents.get(k) for k in row if k is not None]

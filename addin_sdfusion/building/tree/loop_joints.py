@@ -60,29 +60,29 @@ def _loop_joint(edge: Edge, T_world_link: Mapping[str, Transform]) -> LoopJoint:
     )
     where = joint_origin(edge) or T_two.p
     moved = joint_motion(edge.motions)
-    own = tuple(tidy(normalized(T_two.inverse().rotate(axis))) for axis in axes)
+    axes_in_link = tuple(tidy(normalized(T_two.inverse().rotate(axis))) for axis in axes)
     R_one = multiply(moved.R, T_two.R)
-    if _is_free(kind, axes, own, T_one):
+    if _is_free(kind, axes, axes_in_link, T_one):
         R_one = T_one.R
     at_two = T_two.inverse().compose(Transform(T_two.R, where)).pose()
     at_one = T_one.inverse().compose(Transform(R_one, add(where, moved.p))).pose()
     at_two, at_one = replace(at_two, rpy=IDENTITY.p), _without_noise(at_one)
     ends = (edge.two or WORLD, at_two), (edge.one or WORLD, at_one)
     if edge.one is None:
-        ends, own = ends[::-1], own[::-1]
+        ends, axes_in_link = ends[::-1], axes_in_link[::-1]
     (parent, T_parent_joint), (child, T_child_joint) = ends
-    return LoopJoint(edge.name, parent, child, kind, own, T_parent_joint, T_child_joint)
+    return LoopJoint(edge.name, parent, child, kind, axes_in_link, T_parent_joint, T_child_joint)
 
 
 def _is_free(
-    kind: LoopType, axes: Sequence[Vector3], own: Sequence[Vector3], T_one: Transform
+    kind: LoopType, axes: Sequence[Vector3], axes_in_link: Sequence[Vector3], T_one: Transform
 ) -> bool:
     """Return whether the frame on `one` can be parallel to the frame of this link."""
     if kind == "ball":
         return True
     if kind not in ("revolute", "cylindrical", "planar"):
         return False
-    apart = subtract(T_one.inverse().rotate(axes[0]), own[0])
+    apart = subtract(T_one.inverse().rotate(axes[0]), axes_in_link[0])
     return dot(apart, apart) <= _PARALLEL**2
 
 

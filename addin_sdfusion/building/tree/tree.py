@@ -182,10 +182,10 @@ class _Search:
         """
         joints = self._world_edges_of(root)
         body = self._bodies.find(root)
-        own = [edge for edge in joints if edge.links[0] == root]
-        rigid = [edge for edge in own if edge.is_rigid]
+        edges_of_root = [edge for edge in joints if edge.links[0] == root]
+        rigid = [edge for edge in edges_of_root if edge.is_rigid]
         is_grounded = any(self._bodies.find(link) == body for link in self._grounded)
-        usable = rigid or ([] if is_grounded else own)
+        usable = rigid or ([] if is_grounded else edges_of_root)
         weld = Edge(f"{WORLD}_{root}", root, None, symmetric=True)
         chosen = usable[0] if usable else replace(weld, name=self._free.unique(weld.name))
         for edge in joints:

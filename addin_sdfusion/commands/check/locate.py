@@ -75,12 +75,12 @@ class _Locator:
                     yield from group.occurrences
 
     def _body(self, name: str) -> Iterator[Any]:
-        path, _, own = name.rpartition("/")
+        path, _, body_name = name.rpartition("/")
         for component, occurrence in self._components():
             if (occurrence.fullPathName if occurrence else "") == path:
                 for bodies in (component.bRepBodies, component.meshBodies):
                     for i in range(bodies.count):
-                        if bodies.item(i).name == own:
+                        if bodies.item(i).name == body_name:
                             yield _proxy(bodies.item(i), occurrence)
 
     def _point(self, name: str) -> Iterator[Any]:
@@ -92,9 +92,11 @@ class _Locator:
         return self._points_of({(p.entity, p.occurrence) for p in points})
 
     def _frame(self, name: str) -> Iterator[Any]:
-        own = {"task": name.rpartition("/")[2], "marker": name}
+        names = {"task": name.rpartition("/")[2], "marker": name}
         others = self._reading.table.others
-        return self._points_of({(p.entity, p.occurrence) for p in others if p.name == own[p.role]})
+        return self._points_of(
+            {(p.entity, p.occurrence) for p in others if p.name == names[p.role]}
+        )
 
     def _points_of(self, keys: set[tuple[str, str]]) -> Iterator[Any]:
         """Yield construction points by their entity and occurrence in the snapshot."""

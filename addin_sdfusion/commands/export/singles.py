@@ -51,24 +51,24 @@ def apply_edit(
         InputError: The text is not a number.
     """
     if edit.table == "of_links":
-        what: dict[str, Any] = {"collision": COLLISIONS.get(edit.value)}
+        change: dict[str, Any] = {"collision": COLLISIONS.get(edit.value)}
         if edit.column == _NAME:
-            what = {"name": edit.value.strip()}
+            change = {"name": edit.value.strip()}
         elif edit.column != _COLLISION:
-            what = {"mass": _number(edit.value)}
-        own = {each.link: each for each in settings.of_links}
+            change = {"mass": _number(edit.value)}
+        by_link = {each.link: each for each in settings.of_links}
         name = links[edit.row]
-        own[name] = replace(own.get(name, LinkSettings(name)), **what)
-        kept = tuple(own[n] for n in sorted(own) if own[n] != LinkSettings(n))
-        return replace(settings, of_links=kept)
+        by_link[name] = replace(by_link.get(name, LinkSettings(name)), **change)
+        of_links = tuple(by_link[n] for n in sorted(by_link) if by_link[n] != LinkSettings(n))
+        return replace(settings, of_links=of_links)
     if edit.column > len(_OF_JOINTS):
-        what = {"reversed": edit.value == _DIRECTIONS[1]}
+        change = {"reversed": edit.value == _DIRECTIONS[1]}
     else:
-        what = {_OF_JOINTS[edit.column - 1]: _number(edit.value)}
-    of = {each.joint: each for each in settings.of_joints}
+        change = {_OF_JOINTS[edit.column - 1]: _number(edit.value)}
+    by_joint = {each.joint: each for each in settings.of_joints}
     name = joints[edit.row]
-    of[name] = replace(of.get(name, JointSettings(name)), **what)
-    of_joints = tuple(of[n] for n in sorted(of) if of[n] != JointSettings(n))
+    by_joint[name] = replace(by_joint.get(name, JointSettings(name)), **change)
+    of_joints = tuple(by_joint[n] for n in sorted(by_joint) if by_joint[n] != JointSettings(n))
     return replace(settings, of_joints=of_joints)
 
 

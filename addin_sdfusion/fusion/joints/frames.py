@@ -93,12 +93,12 @@ def _transform_in_root(joint: Any, read: Callable[[Any], Any], place: Place) -> 
 
     A transform equal to the transform of the native joint is in the frame of the component.
     """
-    given = optional(lambda: _transform(read(joint)))
+    T = optional(lambda: _transform(read(joint)))
     native = optional(lambda: joint.nativeObject)
-    if given is None or native is None:
-        return given
-    own = optional(lambda: _transform(read(native)))
-    return place.occurrence.T.compose(given) if own is None or _equal(given, own) else given
+    if T is None or native is None:
+        return T
+    T_native = optional(lambda: _transform(read(native)))
+    return place.occurrence.T.compose(T) if T_native is None or _equal(T, T_native) else T
 
 
 def _equal(a: Transform, b: Transform) -> bool:
@@ -143,8 +143,8 @@ def _geometry(geometry: Any, side: Occurrence, place: Place) -> Transform | None
 def _axes(geometry: Any, origin: Vector3, side: Occurrence) -> Transform:
     """Return the frame at an origin in the root frame, with axes given in the component frame."""
     x, y, z = geometry.secondaryAxisVector, geometry.thirdAxisVector, geometry.primaryAxisVector
-    own = axes_frame((0.0, 0.0, 0.0), x, y, z)
-    return Transform(side.T.compose(own).R, origin)
+    axes = axes_frame((0.0, 0.0, 0.0), x, y, z)
+    return Transform(side.T.compose(axes).R, origin)
 
 
 def _offsets(origin: Any) -> Vector3:

@@ -96,8 +96,8 @@ def inertia_about_axis(robot: Robot) -> Iterator[Finding]:
         if joint.type != "revolute" or link is None or not _usable(joint, link):
             continue
         axis = _last_axis(joint)
-        own = dot(axis, rotate(link.inertia.matrix, axis))
-        if own <= MINOR_TOLERANCE * max(link.inertia.ixx, link.inertia.iyy, link.inertia.izz):
+        about_com = dot(axis, rotate(link.inertia.matrix, axis))
+        if about_com <= MINOR_TOLERANCE * max(link.inertia.ixx, link.inertia.iyy, link.inertia.izz):
             problem = (
                 f"inertia about the axis of joint {joint.name!r} through the centre of mass is "
                 "zero; only the mass away from the axis contributes"
@@ -169,10 +169,10 @@ def _inertia_about(joint: Joint, parts: list[tuple[Link, Pose]]) -> float:
     total = 0.0
     for link, T_child_link in parts:
         inertia = link.inertia
-        own = rotate_inertia(rotation(T_child_link.rpy), inertia.matrix)
+        matrix = rotate_inertia(rotation(T_child_link.rpy), inertia.matrix)
         arm = subtract(apply(T_child_link, inertia.com), joint.T_child_joint.position)
         lever = cross(axis, arm)
-        total += dot(axis, rotate(own, axis)) + inertia.mass * dot(lever, lever)
+        total += dot(axis, rotate(matrix, axis)) + inertia.mass * dot(lever, lever)
     return total
 
 

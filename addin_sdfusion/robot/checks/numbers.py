@@ -106,9 +106,9 @@ def cable_numbers(muscle: Muscle) -> tuple[float, ...]:
     pulley = muscle.pulley.parameters if muscle.pulley else ()
     rows = (row for _, row in pulley)
     parameters = (number for _, number in muscle.model.parameters)
-    own = [point.friction for point in muscle.via_points]
-    own += [wrap.friction for wrap in muscle.wraps]
-    friction = (muscle.friction, *(mu for mu in own if mu is not None))
+    coefficients = [point.friction for point in muscle.via_points]
+    coefficients += [wrap.friction for wrap in muscle.wraps]
+    friction = (muscle.friction, *(mu for mu in coefficients if mu is not None))
     return (*friction, muscle.presliding, *parameters, *(n for row in rows for n in row))
 
 
@@ -128,6 +128,6 @@ def _limits(subject: Subject, c: Coordinate) -> Iterator[Finding]:
     yield from _report(subject, "motor limit", weakest + strongest)
 
 
-def _report(subject: Subject, what: str, values: Iterable[float]) -> Iterator[Finding]:
+def _report(subject: Subject, label: str, values: Iterable[float]) -> Iterator[Finding]:
     if not finite(values):
-        yield error(subject, "not-finite", f"{what} is not a finite number")
+        yield error(subject, "not-finite", f"{label} is not a finite number")

@@ -116,7 +116,7 @@ def _extent(robot: Robot, links: list[Link]) -> float:
         if point.link in places:
             places[point.link].append(point.position)
     poses = initial_poses(robot)
-    points = [apply(poses[name], p) for name, own in places.items() for p in own]
+    points = [apply(poses[name], p) for name, group in places.items() for p in group]
     return max((max(x) - min(x) for x in zip(*points, strict=True)), default=0.0)
 
 

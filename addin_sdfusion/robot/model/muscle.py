@@ -264,20 +264,20 @@ class Muscle:
 
         Bends are the inner via points, the pulley at the first via point, and the wraps.
         """
-        own: list[float | None] = []
+        coefficients: list[float | None] = []
         for k, point in enumerate(self.via_points[:-1]):
             if k or self.pulley is not None:
-                own.append(point.friction)
-            own += [wrap.friction for wrap in self.wraps if wrap.segment == k]
-        found = tuple(self.friction if mu is None else mu for mu in own)
-        return found if any(found) else ()
+                coefficients.append(point.friction)
+            coefficients += [wrap.friction for wrap in self.wraps if wrap.segment == k]
+        bends = tuple(self.friction if mu is None else mu for mu in coefficients)
+        return bends if any(bends) else ()
 
     def with_friction_scaled(self, factor: float) -> Muscle:
         """Return the muscle with all coefficients of friction multiplied by a factor."""
 
         def scaled(bend: _Bend) -> _Bend:
-            own = bend.friction
-            return bend if own is None else replace(bend, friction=factor * own)
+            friction = bend.friction
+            return bend if friction is None else replace(bend, friction=factor * friction)
 
         return replace(
             self,

@@ -66,16 +66,16 @@ def _remove_locked(joint: Joint, positions: Mapping[str, float]) -> Joint:
     before, R, p = _transform(joint.T_parent_joint), IDENTITY.R, IDENTITY.p
     motions: list[Motion] = []
     for motion in joint.motions:  # R and p are the locked transform since the last free motion
-        own = joint.coordinates[motion.coordinate]
-        if own.name in positions:
-            R, p = Transform(R, p).compose(_motion_transform(motion, positions[own.name]))
+        coordinate = joint.coordinates[motion.coordinate]
+        if coordinate.name in positions:
+            R, p = Transform(R, p).compose(_motion_transform(motion, positions[coordinate.name]))
             continue
         if all(m.kind == "translation" for m in motions):  # translations commute
             before, p = before.compose(Transform(IDENTITY.R, p)), IDENTITY.p
         if motion.kind == "rotation" and any(p):
             raise _between_rotations(joint, positions)
         axis = normalized(rotate(R, motion.axis))
-        motions.append(replace(motion, axis=axis, coordinate=left.index(own)))
+        motions.append(replace(motion, axis=axis, coordinate=left.index(coordinate)))
     T_child_next = _transform(joint.T_child_joint).compose(Transform(R, p).inverse())
     return replace(
         joint,
@@ -87,10 +87,10 @@ def _remove_locked(joint: Joint, positions: Mapping[str, float]) -> Joint:
 
 
 def _between_rotations(joint: Joint, positions: Mapping[str, float]) -> InputError:
-    held = [joint.coordinates[motion.coordinate] for motion in joint.motions]
-    name = next(c.name for c in held if c.unit == "m" and positions.get(c.name))
-    what = "a translation between two rotations of a joint can only be locked at 0"
-    return InputError(what, key=f"coordinates.{name}.locked")
+    coordinates = [joint.coordinates[motion.coordinate] for motion in joint.motions]
+    name = next(c.name for c in coordinates if c.unit == "m" and positions.get(c.name))
+    problem = "a translation between two rotations of a joint can only be locked at 0"
+    return InputError(problem, key=f"coordinates.{name}.locked")
 
 
 def _transform(pose: Pose) -> Transform:

@@ -135,22 +135,22 @@ def _with_target_parent(joint: Joint, targets: Targets) -> Joint:
 
 def _in_frame(link: Link, T_target_link: Pose) -> Link:
     """Return a link with its parts expressed in another frame, except its distal end."""
-    own = link.inertia
-    matrix = own.matrix
+    inertia = link.inertia
+    matrix = inertia.matrix
     if any(T_target_link.rpy):
         matrix = rotate_inertia(rotation(T_target_link.rpy), matrix)
-    inertia = Inertia.of(own.mass, apply(T_target_link, own.com), matrix)
+    moved = Inertia.of(inertia.mass, apply(T_target_link, inertia.com), matrix)
     meshes = tuple(replace(m, pose=compose(T_target_link, m.pose)) for m in link.meshes)
     shapes = tuple(replace(s, pose=compose(T_target_link, s.pose)) for s in link.shapes)
-    return replace(link, inertia=inertia, meshes=meshes, shapes=shapes)
+    return replace(link, inertia=moved, meshes=meshes, shapes=shapes)
 
 
 def _union(link: Link, parts: list[Link]) -> Link:
     """Merge a link and the parts fixed to it; all parts are in the link's frame."""
     meshes = tuple(mesh for part in parts for mesh in part.meshes)
     shapes = tuple(shape for part in parts for shape in part.shapes)
-    own = [part.inertia for part in parts]
-    inertia = own[0] if len(parts) == 1 else _sum(own)
+    inertias = [part.inertia for part in parts]
+    inertia = inertias[0] if len(parts) == 1 else _sum(inertias)
     return replace(link, inertia=inertia, meshes=meshes, shapes=shapes)
 
 
@@ -167,11 +167,11 @@ def _sum(parts: list[Inertia]) -> Inertia:
     matrix: Matrix3 = ((0.0, 0.0, 0.0),) * 3
     for part in parts:
         away = point_inertia(part.mass, subtract(part.com, com))
-        own = part.matrix
+        rows = part.matrix
         matrix = (
-            add(matrix[0], add(own[0], away[0])),
-            add(matrix[1], add(own[1], away[1])),
-            add(matrix[2], add(own[2], away[2])),
+            add(matrix[0], add(rows[0], away[0])),
+            add(matrix[1], add(rows[1], away[1])),
+            add(matrix[2], add(rows[2], away[2])),
         )
     return Inertia.of(mass, com, matrix)
 

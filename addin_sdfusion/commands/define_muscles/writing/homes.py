@@ -58,8 +58,8 @@ class Homes:
         return replace(wrap.use, link=link, place=self._places.of(wrap.occurrence))
 
     def _stored_link(self, row: PointRow | WrapRow) -> str:
-        own = self._link_of.get(row.occurrence, "" if row.occurrence else WORLD)
-        return "" if row.link == own else row.link
+        link_of_occurrence = self._link_of.get(row.occurrence, "" if row.occurrence else WORLD)
+        return "" if row.link == link_of_occurrence else row.link
 
     def is_on_link(self, row: PointRow) -> bool:
         """Return whether the link of a point is the link of its occurrence."""
@@ -95,10 +95,10 @@ class Homes:
         if self._link_of.get(row.occurrence) == row.link and row.occurrence in self.occurrences:
             return row.occurrence
         paths = [p for p, link in self._link_of.items() if link == row.link]
-        own = [p for p in paths if p in self.occurrences]
-        if not own:
+        usable = [p for p in paths if p in self.occurrences]
+        if not usable:
             raise InputError(f"link {row.link!r} has no component that can contain the point")
-        writable = [p for p in own if not problem_of(None, self.occurrences[p])] or own
+        writable = [p for p in usable if not problem_of(None, self.occurrences[p])] or usable
         return min(writable, key=lambda p: (p.count("+"), natural_key(p)))
 
     def problem(self, row: PointRow) -> str:
