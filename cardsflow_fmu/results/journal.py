@@ -13,7 +13,7 @@ from addin_sdfusion.robot import SimulationError
 from addin_sdfusion.robot.files import replace_file
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.utils.arrays import FloatArray
-from cardsflow_fmu.utils.csv_table import text_size, write_rows
+from cardsflow_fmu.utils.csv_table import rows_bytes
 
 from .files import NPY, SUMMARY, TABLE, UNITS
 from .folder import OutputFolder
@@ -24,8 +24,8 @@ STARTED = SimulationError("the run was killed, or is still in progress")
 
 _INTERVAL = 0.05
 _BLOCK = 512
-_MAX_BLOCK_TEXT = 2**20
-"""Maximum size of the text of a block with more than one row, in bytes."""
+_MAX_VALUES = 2**16
+"""Maximum number of values in a block with more than one row."""
 
 
 class Journal:
@@ -50,8 +50,8 @@ class Journal:
         form: Literal["csv", "npy", "auto"] = "csv",
     ) -> None:
         self._folder, self._contents, self._streamed = folder, contents, streamed
-        self._text = np.empty(0, np.uint8)  # formatted rows that are not yet written
-        self._block = self._pending = 0
+        self._text = bytearray()  # formatted rows that are not yet written
+        self._block = 0
         self._formatted = self._written = self._size = 0
         self._written_at = time.monotonic()
         self._file: FileIO | None = None
@@ -84,8 +84,7 @@ class Journal:
                 folder.write(contents, self._streamed)
             return
         self._store = RowStore(count, columns, folder.path)
-        self._block = min(max(_MAX_BLOCK_TEXT // text_size(1, columns), 1), _BLOCK, count)
-        self._text = np.empty(text_size(self._block, columns), np.uint8)
+        self._block = min(max(_MAX_VALUES // columns, 1), _BLOCK)
         header = ",".join(names) + "\n"
         folder.write(contents | {TABLE: header}, self._streamed)
         self._file = FileIO(path, "ab")
@@ -111,8 +110,7 @@ class Journal:
         """
         while self.table == TABLE and self._formatted < filled:
             begin, end = self._formatted, min(filled, self._written + self._block)
-            new = self.rows[begin:end]
-            self._pending += write_rows(new, self._text[self._pending :]) + 1
+            self._text += rows_bytes(self.rows[begin:end]) + b"\n"
             self._formatted = end
             if end - self._written == self._block:
                 self._flush()
@@ -146,10 +144,9 @@ class Journal:
         if self.table == NPY and self._store is not None:
             self._store.publish(self._formatted)
             self._written, self._written_at = self._formatted, time.monotonic()
-        if not self._pending or self._file is None:
+        if not self._text or self._file is None:
             return
-        block = self._text[: self._pending].data
-        self._pending = 0
+        block, self._text = memoryview(self._text), bytearray()
         self._written = self._formatted
         self._written_at = time.monotonic()
         try:

@@ -85,8 +85,8 @@ CONTROL = Library(
     ("controllers/csrc", CONTROL_GENERATED, *_SHARED), "controllers/lib/cardsflow_control"
 )
 _MASTER = "cardsflow_fmu/cosim/csrc"
-RUN = Library((_MASTER, "cardsflow_fmu/utils/compiled"), f"{_LIB}/cardsflow_run")
-"""Library for runs: the co-simulation master, and tables as text."""
+RUN = Library((_MASTER,), f"{_LIB}/cardsflow_run")
+"""Library for runs: the co-simulation master."""
 _ALL = (RUNTIME, *CORE.folders, *CONTROL.folders)
 _FMI = ("fmi2*", "fmi3*")
 _NATIVE = f"{RUNTIME}/native/backend_native.c"

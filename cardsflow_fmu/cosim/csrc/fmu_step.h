@@ -6,7 +6,7 @@
 #ifndef FMU_STEP_H
 #define FMU_STEP_H
 
-#include "../../utils/compiled/export.h"
+#include "export.h"
 
 #include <stddef.h>
 #include <stdint.h>

@@ -7,7 +7,7 @@
 #ifndef MASTER_H
 #define MASTER_H
 
-#include "../../utils/compiled/export.h"
+#include "export.h"
 
 #include <stdint.h>
 

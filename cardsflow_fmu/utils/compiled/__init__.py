@@ -1,1 +1,1 @@
-"""C library of this package for runs: the loop of a co-simulation, and text of numbers."""
+"""C library of this package for runs: the loop of a co-simulation."""

@@ -38,9 +38,8 @@ _FUNCTIONS: dict[str, tuple[list[Any], Any]] = {
     "fmu_open": ([_COUNT, _POINTER, _POINTER, _POINTER, _POINTER], _POINTER),
     "fmu_close": ([_POINTER], None),
     "fmu_step": ([_POINTER, _DOUBLE, _DOUBLE], _COUNT),
-    "csv_rows": ([_POINTER, _POINTER, _SIZE, _SIZE, _POINTER, _POINTER], _SIZE),
 }
-"""Functions of cosim/csrc and utils/compiled by name: arguments and result."""
+"""Functions of cosim/csrc by name: arguments and result."""
 
 
 @cache
