@@ -74,4 +74,4 @@ def read_snapshot(file: str | Path) -> DesignSnapshot:
     try:
         return from_plain(DesignSnapshot, plain["design"], "design")
     except InputError as error:
-        raise InputError(error.what, file=file, key=error.key) from None
+        raise InputError(error.problem, file=file, key=error.key) from None

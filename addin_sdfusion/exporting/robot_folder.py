@@ -68,7 +68,7 @@ def folder_replacement(folder: str | Path) -> Iterator[Replacement]:
     except (InputError, MachineError) as error:
         kind = type(error)
         if kind in (InputError, MachineError) and error.file and error.file.is_relative_to(part):
-            raise kind(error.what, file=folder) from error
+            raise kind(error.problem, file=folder) from error
         raise
     finally:
         _tidy(part, made)

@@ -107,7 +107,7 @@ def mirror_muscle(
     """
     row = table.row(muscle)
     if row is None:
-        problem = UnknownNameError("muscle", muscle, [r.name for r in table.rows]).what
+        problem = UnknownNameError("muscle", muscle, [r.name for r in table.rows]).problem
         return table, [finding("error", "unknown-muscle", problem, "muscle", muscle)]
     name = _image_name(table, muscle)
     findings = []
@@ -122,7 +122,7 @@ def mirror_muscle(
             continue
         link = other_side(point.link) or point.link
         if link not in links and link != WORLD:
-            problem = UnknownNameError("link", link, sorted({*links} - {point.link})).what
+            problem = UnknownNameError("link", link, sorted({*links} - {point.link})).problem
             message = f"point {point.number} of muscle {muscle!r} on link {point.link!r}: {problem}"
             message += "; rename the rigid group or component so that left and right match"
             findings.append(finding("error", "unknown-mirrored-link", message, "link", link))

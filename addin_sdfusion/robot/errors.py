@@ -19,7 +19,7 @@ class InputError(CardsflowError):
     """An error in the user's input: a file, a key or a value.
 
     Args:
-        what: Description of the error and how to correct it, without the location.
+        problem: Description of the error and how to correct it, without the location.
         file: File with the error.
         line: Line in that file, counted from 1.
         key: Key with the error, such as `controller.period`.
@@ -30,18 +30,18 @@ class InputError(CardsflowError):
 
     def __init__(
         self,
-        what: str,
+        problem: str,
         *,
         file: str | Path | None = None,
         line: int | None = None,
         key: str | None = None,
     ) -> None:
-        self.what = what
+        self.problem = problem
         self.file = None if file is None else Path(file)
         self.line = line
         self.key = key
         self.more: tuple[InputError, ...] = ()
-        super().__init__(what)
+        super().__init__(problem)
 
     def __str__(self) -> str:
         """Return the message with its location; further errors are on separate lines."""
@@ -50,7 +50,7 @@ class InputError(CardsflowError):
             place += f":{self.line}"
         parts = [
             part
-            for part in (place, truncate(self.key or "", _MAX_KEY), truncate(self.what))
+            for part in (place, truncate(self.key or "", _MAX_KEY), truncate(self.problem))
             if part
         ]
         return "\n".join([": ".join(parts), *map(str, self.more)])
@@ -85,8 +85,8 @@ class UnknownNameError(InputError):
         nearest = difflib.get_close_matches(name[:_MAX_KEY], compared, n=1, cutoff=0.5)
         hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
         listed = ", ".join(self.known[:20]) + (", ..." if len(self.known) > 20 else "")
-        what = f"no {kind} {name!r}{hint} (known: {listed or 'none'})"
-        super().__init__(what, file=file, line=line, key=key)
+        problem = f"no {kind} {name!r}{hint} (known: {listed or 'none'})"
+        super().__init__(problem, file=file, line=line, key=key)
 
 
 class RobotError(InputError):
@@ -108,19 +108,19 @@ class RobotError(InputError):
         self.findings = tuple(findings)
         errors = [finding for finding in self.findings if finding.is_error]
         first = errors[0]
-        what = first.message
+        problem = first.message
         if len(errors) > 1:
             check = "cardsflow check" if format_ is None else f"cardsflow check --for {format_}"
-            what += f" (and {len(errors) - 1} more; `{check}` lists all)"
-        super().__init__(what, file=first.file or file, line=first.line)
+            problem += f" (and {len(errors) - 1} more; `{check}` lists all)"
+        super().__init__(problem, file=first.file or file, line=first.line)
 
 
 class MachineError(CardsflowError):
     """An error of the operating system, such as a full disk or too many open files."""
 
-    def __init__(self, what: str, file: str | Path) -> None:
-        self.what, self.file = what, Path(file)
-        super().__init__(f"{truncate(str(file), _MAX_PATH)}: {what}")
+    def __init__(self, problem: str, file: str | Path) -> None:
+        self.problem, self.file = problem, Path(file)
+        super().__init__(f"{truncate(str(file), _MAX_PATH)}: {problem}")
 
 
 class SimulationError(CardsflowError):

@@ -57,19 +57,21 @@ def open_file(file: Path, largest: int) -> BinaryIO:
     return stream
 
 
-def file_error(error: OSError | ValueError, what: str, file: str | Path) -> CardsflowError:
+def file_error(error: OSError | ValueError, failure: str, file: str | Path) -> CardsflowError:
     """Convert an OSError about a file to a MachineError or an InputError.
 
     Errors such as a full disk become a MachineError, all others an InputError.
 
     Args:
         error: Error of the operating system, or ValueError for an invalid path.
-        what: Description of the failure, such as `cannot be written`.
+        failure: Description of the failure, such as `cannot be written`.
         file: The file or folder.
     """
     number = getattr(error, "errno", None)
-    what = f"{what}: {getattr(error, 'strerror', None) or error}"
-    return MachineError(what, file) if number in _SYSTEM_ERRORS else InputError(what, file=file)
+    problem = f"{failure}: {getattr(error, 'strerror', None) or error}"
+    return (
+        MachineError(problem, file) if number in _SYSTEM_ERRORS else InputError(problem, file=file)
+    )
 
 
 def _open_nonblocking(path: str, flags: int) -> int:

@@ -34,7 +34,7 @@ def unknown(kind: str, name: str, known: Sequence[str]) -> str:
     """Return the message for an unknown name, with the most similar known name."""
     if len(known) > MAX_NAMES_COMPARED:
         return f"no {kind} {name!r} among the {len(known)} known"
-    return UnknownNameError(kind, name, known).what
+    return UnknownNameError(kind, name, known).problem
 
 
 def listed(names: Sequence[str], most: int = 10) -> str:

@@ -206,7 +206,7 @@ class Design:
         try:
             return _SnapshotBuilder(self, settings, file).snapshot()
         except InputError as error:
-            raise InputError(error.what, file=file, key=error.key) from error
+            raise InputError(error.problem, file=file, key=error.key) from error
 
     def _add(self, name: str, point: Any, use: PointUse, where: str) -> None:
         try:

@@ -91,7 +91,7 @@ def _first_experiment(folder: Path) -> FirstExperiment:
 
 def _no_experiment(folder: Path, error: CardsflowError) -> Finding:
     """Return the warning that a robot has no experiment; the folder will be renamed."""
-    what = error.what if isinstance(error, InputError) else str(error)
+    what = error.problem if isinstance(error, InputError) else str(error)
     problem = f"it is not written: {what}".replace(f"{folder}{os.sep}", "")
     return warning(Subject("file", "experiment.toml"), "no-experiment", problem)
 

@@ -34,7 +34,7 @@ def script_design(file: Path) -> Design:
         raise (
             error
             if known
-            else InputError(error.what, file=file, line=_line(error, file), key=error.key)
+            else InputError(error.problem, file=file, line=_line(error, file), key=error.key)
         ) from error
     except CardsflowError:
         raise

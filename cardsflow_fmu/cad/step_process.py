@@ -71,7 +71,7 @@ def design_of_step(
 
 def _error(plain: dict[str, str | int | None]) -> InputError:
     place = {key: plain[key] for key in ("file", "line", "key")}
-    return InputError(str(plain["what"]), **place)  # type: ignore[arg-type]
+    return InputError(str(plain["problem"]), **place)  # type: ignore[arg-type]
 
 
 def _unreadable(what: object, file: Path) -> InputError:
@@ -101,7 +101,7 @@ def _request_file(request: dict[str, Any]) -> DesignSnapshot:
 
 def _write_error(error: InputError, answer: Path) -> int:
     file = None if error.file is None else str(error.file)
-    plain = {"what": error.what, "file": file, "line": error.line, "key": error.key}
+    plain = {"problem": error.problem, "file": file, "line": error.line, "key": error.key}
     answer.write_text(json_text(plain), encoding="utf-8")
     return _REJECTED
 

@@ -218,7 +218,7 @@ def find_place(cell: Cell, assembly: Assembly) -> Place:
     try:
         return assembly.find(cell.text)
     except InputError as error:
-        raise cell.error(error.what) from None
+        raise cell.error(error.problem) from None
 
 
 def vector(

@@ -192,7 +192,7 @@ def _conversion(source: Unit | None, target: Unit | None, route: str) -> Convers
     try:
         return conversion(source, target)
     except InputError as error:
-        raise InputError(error.what, key=route) from None
+        raise InputError(error.problem, key=route) from None
 
 
 def specified_units(external: ExternalFmu, fmu_names: Sequence[str]) -> dict[str, Unit]:

@@ -169,4 +169,4 @@ def _conversion(source: Wired, j: int, target: Wired, k: int) -> Conversion:
         return conversion(source.units.get(output), target.units.get(input_))
     except InputError as error:
         route = f"{source.name}.{output} -> {target.name}.{input_}"
-        raise InputError(f"{route}: {error.what}", key="wiring") from None
+        raise InputError(f"{route}: {error.problem}", key="wiring") from None

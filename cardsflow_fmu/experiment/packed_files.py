@@ -220,7 +220,7 @@ def _content_problem(file: Path, changed: int, size: int) -> str | None:
     try:
         mesh_bytes(file, [file])
     except InputError as error:
-        return error.what
+        return error.problem
     return None
 
 

@@ -75,7 +75,7 @@ def read_recorded(
         columns = _file_columns(file, spaces, lengths)
         return _parse_columns(columns, spaces, noise, file.name)
     except InputError as error:
-        error.what = f"{file.name}: {error.what}"
+        error.problem = f"{file.name}: {error.problem}"
         raise
 
 

@@ -38,7 +38,7 @@ def import_custom_law(custom: CustomLaw, space: Space) -> Callable[..., Law]:
         if other is None:
             raise
         advice = f'the class follows a {other} reference; set controller.space = "{other}"'
-        raise InputError(f"{error.what}; {advice}", file=custom.file) from None
+        raise InputError(f"{error.problem}; {advice}", file=custom.file) from None
 
     class Checked(found):  # type: ignore[misc, valid-type]
         """Custom class with checked results."""

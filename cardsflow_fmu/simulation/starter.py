@@ -112,7 +112,7 @@ def find_experiment(
     except InputError as error:
         error.file = error.file or files
         if (cause := next(plausible(robot), None)) is not None:
-            error.what += f"; possible cause: {cause.message}"
+            error.problem += f"; possible cause: {cause.message}"
         raise
     return FirstExperiment(experiment_text(robot, path, draft, cable_set), draft.notes, test_run)
 

@@ -205,7 +205,7 @@ def test_unknown_formats_are_rejected(
 ) -> None:
     error = refused(tmp_path, plain(snapshot) | {"format": version})
     assert error.key == "format"
-    assert str(FORMAT) in error.what
+    assert str(FORMAT) in error.problem
 
 
 CHANGES: list[tuple[tuple[Any, ...], Any, str]] = [
@@ -256,7 +256,7 @@ def test_missing_key_is_reported(tmp_path: Path, snapshot: DesignSnapshot) -> No
     del content["design"]["bodies"][0]["name"]
     error = refused(tmp_path, content)
     assert error.key == "design.bodies[0]"
-    assert "'name'" in error.what
+    assert "'name'" in error.problem
 
 
 def packed(data: bytes) -> str:
@@ -281,7 +281,7 @@ def test_damaged_numbers_are_rejected(
     content["design"]["bodies"][0]["mesh"]["nodes"]["zlib"] = damaged
     error = refused(tmp_path, content)
     assert error.key == "design.bodies[0].mesh.nodes"
-    assert "packed" in error.what
+    assert "packed" in error.problem
 
 
 @pytest.mark.slow
@@ -307,7 +307,7 @@ def test_decompression_bombs_are_rejected(
     content["design"]["bodies"][0]["mesh"]["nodes"]["zlib"] = packed(zlib.compress(bytes(2**24)))
     error = refused(tmp_path, content)
     assert error.key == "design.bodies[0].mesh.nodes"
-    assert "too many" in error.what
+    assert "too many" in error.problem
 
 
 def test_total_decompressed_size_is_limited(
@@ -324,7 +324,7 @@ def test_total_decompressed_size_is_limited(
     content["design"]["bodies"] = [body] * 5
     error = refused(tmp_path, content)
     assert error.key.startswith("design.bodies[")
-    assert "too many" in error.what
+    assert "too many" in error.problem
 
 
 def test_a_file_that_is_too_large_is_not_read(
@@ -332,7 +332,7 @@ def test_a_file_that_is_too_large_is_not_read(
 ) -> None:
     """It is not written either, because it could not be read again."""
     monkeypatch.setattr(limits, "SNAPSHOT", 1000)
-    assert "larger than" in refused(tmp_path, " " * 2000).what
+    assert "larger than" in refused(tmp_path, " " * 2000).problem
     with pytest.raises(InputError, match="larger than"):
         write_snapshot(snapshot, tmp_path / "large.json")
     assert not (tmp_path / "large.json").exists()
@@ -342,4 +342,4 @@ def test_a_file_with_too_many_values_is_not_parsed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(limits, "SNAPSHOT_VALUES", 1000)
-    assert "more than 1000 values" in refused(tmp_path, [0] * 2000).what
+    assert "more than 1000 values" in refused(tmp_path, [0] * 2000).problem

@@ -17,7 +17,7 @@ def suggest_file(error: CardsflowError) -> str:
     """Return a suggestion for an input file that does not exist, otherwise an empty text."""
     if not isinstance(error, InputError) or error.file is None:
         return ""
-    if any(words in error.what for words in _OUTPUT_ERRORS):
+    if any(words in error.problem for words in _OUTPUT_ERRORS):
         return ""
     missing = _first_missing(error.file)
     if missing is None:

@@ -28,7 +28,7 @@ class SettingError(ValueError):
 
     def __init__(self, *errors: InputError | str, key: str | None = None) -> None:
         self.errors = [InputError(e, key=key) if isinstance(e, str) else e for e in errors]
-        super().__init__("; ".join(error.what for error in self.errors))
+        super().__init__("; ".join(error.problem for error in self.errors))
 
 
 def settings_error(

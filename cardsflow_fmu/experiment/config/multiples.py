@@ -38,7 +38,7 @@ def require_multiple(
     try:
         steps = whole_steps(time, step, what, most=most)
     except InputError as error:
-        raise InputError(error.what, file=file, key=blame or key) from None
+        raise InputError(error.problem, file=file, key=blame or key) from None
     if steps > MAX_STEPS:
         what = f"{steps:g} steps exceed the maximum of a run (10 million)"
         raise InputError(what, file=file, key=key)

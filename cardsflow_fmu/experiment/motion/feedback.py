@@ -90,7 +90,7 @@ def read_feedback(file: Path, robot: Robot, experiment: Path) -> MotionFeedback:
         require_table(names, rows, None, what="table of gains")
         return _feedback(dict(zip(names, rows.T, strict=True)), robot)
     except InputError as error:
-        error.what = f"{file.name}: {error.what}; {again}"
+        error.problem = f"{file.name}: {error.problem}; {again}"
         raise
 
 

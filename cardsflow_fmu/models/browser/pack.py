@@ -74,7 +74,7 @@ def engine_data(experiment: Experiment, modes: Sequence[Mode] = MODES) -> bytes:
         try:
             loops[mode] = packer.add_loop(mode)
         except InputError as error:
-            missing[mode] = error.what
+            missing[mode] = error.problem
     robot, run = experiment.robot, experiment.run
     header = {
         "version": __version__,

@@ -104,7 +104,7 @@ def _inverse_kinematics(experiment: Experiment, times: FloatArray, path: FloatAr
         try:
             q = inverse_kinematics(dynamics, y, q, posture=posture).q
         except InputError as error:
-            raise InputError(f"at {t:g} s {error.what}", key="reference") from None
+            raise InputError(f"at {t:g} s {error.problem}", key="reference") from None
         found.append(q)
     return np.array(found)
 

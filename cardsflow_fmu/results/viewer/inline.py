@@ -89,7 +89,7 @@ def _page(thing: Robot | Experiment | ExperimentRunData, folder: str | Path | No
         return play_page(thing)
     except InputError as error:
         act = experiment_act(thing)
-        note = f"warning: {error.what}"
+        note = f"warning: {error.problem}"
         return replay_page([replace(act, notes=(note, *act.notes))])
 
 

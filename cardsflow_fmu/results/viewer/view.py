@@ -128,7 +128,7 @@ def page_of(acts: Sequence[Act]) -> str:
     try:
         return robot_page(act)
     except InputError as error:
-        note = f"warning: the joints cannot be moved: {error.what}"
+        note = f"warning: the joints cannot be moved: {error.problem}"
         return replay_page([replace(act, notes=(note, *act.notes))])
 
 

@@ -70,7 +70,7 @@ def _connection(source: _Part, output: str, target: _Part, input_: str) -> Conne
     try:
         change = conversion(source.unit("output", output), target.unit("input", input_))
     except InputError as error:
-        raise InputError(f"{route}: {error.what}", key="wiring") from None
+        raise InputError(f"{route}: {error.problem}", key="wiring") from None
     ends = (
         (source.name, source.variable("output", output)),
         (target.name, target.variable("input", input_)),

@@ -196,7 +196,9 @@ def _connection(
             change = conversion(*units)
         except InputError as error:
             route = f"{'.'.join(source)} -> {'.'.join(target)}"
-            raise InputError(f"{route}: {error.what}", file=file, line=element.sourceline) from None
+            raise InputError(
+                f"{route}: {error.problem}", file=file, line=element.sourceline
+            ) from None
     for child in element.iterchildren(tag=etree.Element):
         if local(child) == "LinearTransformation":
             factor = decimal(child, "factor", file, default=1.0)

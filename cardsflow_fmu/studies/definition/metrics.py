@@ -244,7 +244,7 @@ def wrench_closure(experiment: Experiment, box: Box | None) -> float:
     try:
         poses = joint_grid(box.lower, box.upper, box.points)
     except InputError as error:
-        raise InputError(f"{error.what}; set [workspace] lower and upper") from None
+        raise InputError(f"{error.problem}; set [workspace] lower and upper") from None
     dynamics = control_dynamics(robot)
     poses = poses.reshape(-1, len(robot.coordinates))
     rows = np.stack([dynamics.actuator_jacobian(q) for q in poses])

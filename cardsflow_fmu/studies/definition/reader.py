@@ -77,7 +77,7 @@ def _settings(given: Mapping[str, Any], context: Context) -> dict[str, Any]:
         try:
             settings |= _leaves(split_path(key), value)
         except InputError as error:
-            raise context.error("settings", f"{key!r} {error.what}") from None
+            raise context.error("settings", f"{key!r} {error.problem}") from None
     return settings
 
 

@@ -67,7 +67,7 @@ def _paths(paths: tuple[str, ...]) -> tuple[str, ...]:
     try:
         return tuple(join_path(split_path(path)) for path in paths)
     except InputError as error:
-        raise SettingError(f"{error.key!r} {error.what}") from None
+        raise SettingError(f"{error.key!r} {error.problem}") from None
 
 
 Metric = Annotated[Text, AfterValidator(_one_metric)]

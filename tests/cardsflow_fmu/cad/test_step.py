@@ -351,7 +351,7 @@ def test_a_file_that_crashes_the_kernel_is_rejected_in_one_line(step: Path, tmp_
         with pytest.raises(InputError) as refused:  # at least the table of joints is missing
             design_of_step(tmp_path / f"{k}.step", Tables(), ExportSettings())
         assert len(str(refused.value).splitlines()) == 1
-        said["the geometry kernel crashed" in refused.value.what] += 1
+        said["the geometry kernel crashed" in refused.value.problem] += 1
         if said[True] and k + 1 >= number:
             break
     assert said[True], said
@@ -364,7 +364,7 @@ def test_python_files_beside_a_design_are_not_executed(
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError) as refused:  # the table of joints is missing
         design_of_step(step, Tables(), ExportSettings())
-    assert "executed" not in refused.value.what
+    assert "executed" not in refused.value.problem
 
 
 def test_errors_of_the_kernel_are_reported_in_one_line(
@@ -376,5 +376,5 @@ def test_errors_of_the_kernel_are_reported_in_one_line(
     request = {"file": "a.step", "tables": [None] * 4, "density": None, "settings": settings}
     asked.write_text(json.dumps(request))
     assert step_process.main(asked, answer) == 2
-    what = json.loads(answer.read_text())["what"]
+    what = json.loads(answer.read_text())["problem"]
     assert re.fullmatch("cannot be read as a STEP file: gp_Dir.* zero norm; is it damaged.", what)

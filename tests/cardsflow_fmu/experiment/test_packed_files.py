@@ -348,7 +348,7 @@ def test_packed_experiment_contains_no_absolute_path(mjcf: Path, name: str) -> N
     (finding,) = (each for each in read(robot).findings if each.code == "absolute-path")
     with pytest.raises(InputError, match="is an absolute path") as refused:
         Experiment.load(mjcf)
-    assert (refused.value.what, refused.value.line) == (finding.message, finding.line)
+    assert (refused.value.problem, refused.value.line) == (finding.message, finding.line)
 
 
 @pytest.mark.parametrize("name", ["parts.xml", "bone.stl"])

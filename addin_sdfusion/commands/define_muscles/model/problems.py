@@ -49,5 +49,5 @@ def _link_problems(table: MuscleTable, links: Collection[str]) -> Iterator[str]:
     ]
     for what, link in located:
         if link not in links and link != WORLD:
-            problem = UnknownNameError("link", link, links).what
+            problem = UnknownNameError("link", link, links).problem
             yield f"{what}: {problem}; choose its link in the table."

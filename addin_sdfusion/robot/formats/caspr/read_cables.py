@@ -71,8 +71,8 @@ def _active(root: Node, names: list[str], chosen: str | None) -> str:
         root.warning("no-default-cable-set", problem)
         return names[0]
     if default and default not in names:
-        what = UnknownNameError("cable set", default, names).what
-        root.error("unknown-cable-set", f"default_cable_set: {what}")
+        problem = UnknownNameError("cable set", default, names).problem
+        root.error("unknown-cable-set", f"default_cable_set: {problem}")
     return default
 
 

@@ -51,8 +51,8 @@ def _has_items(node: Node) -> bool:
 def _active(root: Node, names: list[str]) -> str:
     default = root.attribute("default_operational_set", "")
     if default and default not in names:
-        what = UnknownNameError("operational space", default, names).what
-        root.error("unknown-task-set", f"default_operational_set: {what}")
+        problem = UnknownNameError("operational space", default, names).problem
+        root.error("unknown-task-set", f"default_operational_set: {problem}")
     return default or (names[0] if names else "")
 
 

@@ -108,7 +108,7 @@ def read_trajectories(robot: str | Path) -> tuple[list[Trajectory], list[Finding
 def _ignored(name: str, error: InputError) -> Finding:
     """Return the finding that a trajectory, or the whole file, is ignored."""
     subject = Subject("trajectory", name)
-    what = error.what.removeprefix(f"{label(subject)}: ")
+    what = error.problem.removeprefix(f"{label(subject)}: ")
     message = (
         f"{label(subject)}: {what}; omitted" if name else f"{what}; its trajectories are ignored"
     )

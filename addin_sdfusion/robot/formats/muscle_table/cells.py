@@ -169,7 +169,7 @@ class CellReader:
             self.error("missing-link", "has no link")
             return None
         if self.links is not None and link not in self.links and link != WORLD:
-            self.error("unknown-link", UnknownNameError("link", link, self.links).what)
+            self.error("unknown-link", UnknownNameError("link", link, self.links).problem)
             return None
         position = self.vector(cells, ("x", "y", "z"))
         return None if position is None else (link, position)

@@ -43,7 +43,7 @@ class CarriedMeshes:
             try:
                 mesh_bytes(file, [folder])
             except InputError as error:
-                carried.left[uri] = error.what
+                carried.left[uri] = error.problem
                 continue
             name = file.resolve().relative_to(folder.resolve()).as_posix()
             carried.names[uri], carried.files[name] = name, file
