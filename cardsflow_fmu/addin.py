@@ -103,17 +103,17 @@ def pack_addin(
     manifest = _manifest()
     files = {path: source.read_bytes() for path, source in _files().items()}
     stem = f"cardsflow-addin-{manifest['version']}"
-    made = []
+    archives = []
     for system in manifest["supportedOS"].split("|"):
-        own = json_text(manifest | {"supportedOS": system}, indent=4).encode()
+        system_manifest = json_text(manifest | {"supportedOS": system}, indent=4).encode()
         contents = {f"{NAME}/{path}": data for path, data in files.items()}
-        contents[f"{NAME}/{NAME}.manifest"] = own
+        contents[f"{NAME}/{NAME}.manifest"] = system_manifest
         contents["INSTALL.txt"] = _INSTALL.format(folder=_ADD_INS_OF[system], name=NAME).encode()
-        made.append(_archive(Path(folder, f"{stem}-{system}.zip"), contents))
+        archives.append(_archive(Path(folder, f"{stem}-{system}.zip"), contents))
     contents = {f"{BUNDLE}/Contents/{path}": data for path, data in files.items()}
     described = _package_contents(manifest, company or manifest["author"], url, email)
     contents[f"{BUNDLE}/PackageContents.xml"] = described.encode()
-    return (*made, _archive(Path(folder, f"{stem}-app-store.zip"), contents))
+    return (*archives, _archive(Path(folder, f"{stem}-app-store.zip"), contents))
 
 
 def _manifest() -> dict[str, Any]:

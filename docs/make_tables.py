@@ -350,15 +350,15 @@ def settings_page(page: str, schema: Mapping[str, Any]) -> str:
 
 def _inside(form: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     """Return the schema of the table at a key, of list rows, or of any name for `*`."""
-    table = next(own for own in form.get("anyOf", [form]) if own.get("type") == "object")
+    table = next(option for option in form.get("anyOf", [form]) if option.get("type") == "object")
     inner = table["additionalProperties"] if key == "*" else table["properties"][key]
-    return next((own["items"] for own in [inner] if own.get("type") == "array"), inner)
+    return next((option["items"] for option in [inner] if option.get("type") == "array"), inner)
 
 
 def _settings(form: Mapping[str, Any]) -> str:
     """Return the table of the keys of a table of settings."""
-    own = next(own for own in form.get("anyOf", [form]) if "properties" in own)
-    required = own.get("required", own.get("else", {}).get("required", []))
+    table_form = next(option for option in form.get("anyOf", [form]) if "properties" in option)
+    required = table_form.get("required", table_form.get("else", {}).get("required", []))
     rows = [
         (
             f"`{key}`",
@@ -366,7 +366,7 @@ def _settings(form: Mapping[str, Any]) -> str:
             "required" if key in required else _default(inner),
             inner["description"].replace("|", "\\|"),
         )
-        for key, inner in own["properties"].items()
+        for key, inner in table_form["properties"].items()
     ]
     return table(["key", "value", "default", "meaning"], rows)
 
@@ -384,7 +384,7 @@ def _values(form: Mapping[str, Any]) -> str:
         by_name = {"type": "object", "additionalProperties": item}
         if by_name in others:
             words = [f"{_values(item)}, or a table by name"]
-            others = [own for own in others if own != by_name and own.get("items") != item]
+            others = [one for one in others if one != by_name and one.get("items") != item]
         else:
             words = [_values(item)]
         return " or ".join([*words, *map(_values, others)])

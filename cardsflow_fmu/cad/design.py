@@ -319,11 +319,11 @@ class _SnapshotBuilder:
             name = getattr(material.material, "name", "")  # type: ignore[union-attr]
             self._materials[id(shape)] = Material(float(density), str(name or ""))
         color, opacity = _color(shape)
-        own = None if children else shape.wrapped.Located(kernel("TopLoc").TopLoc_Location())
+        solid = None if children else shape.wrapped.Located(kernel("TopLoc").TopLoc_Location())
         return Part(
             shape.label or type(shape).__name__.lower(),
             T,
-            own,
+            solid,
             children,
             color=color,
             opacity=opacity,

@@ -116,9 +116,9 @@ def mass_of(shape: Any, T: Transform, density: float, unit: float) -> MassSnapsh
     if not mass < _MAX_MASS:
         raise InputError(f"a density of {density:.3g} kg/m3 results in a mass of {mass:.3g} kg")
     centre, inertia = properties.CentreOfMass(), properties.MatrixOfInertia()
-    own = np.array([[inertia.Value(i, j) for j in (1, 2, 3)] for i in (1, 2, 3)])
+    unit_inertia = np.array([[inertia.Value(i, j) for j in (1, 2, 3)] for i in (1, 2, 3)])
     R = np.array(T.R)
-    J = density * unit**5 * R @ own @ R.T
+    J = density * unit**5 * R @ unit_inertia @ R.T
     com = R @ (unit * np.array([centre.X(), centre.Y(), centre.Z()])) + np.array(T.p)
     with np.errstate(over="ignore", invalid="ignore"):
         about_origin = J + mass * (com @ com * np.eye(3) - np.outer(com, com))

@@ -84,15 +84,15 @@ class _PartReader:
 
     def part(self, label: Any, depth: int) -> Part:
         """Return an instance of a component."""
-        tool, own = self._shapes, label
+        tool, component = self._shapes, label
         if tool.IsReference_s(label):
-            own = kernel("TDF").TDF_Label()
-            tool.GetReferredShape_s(label, own)
-        name = _name(own) or _name(label) or "part"
-        is_assembly = tool.IsAssembly_s(own)
-        shape = tool.GetShape_s(own)
+            component = kernel("TDF").TDF_Label()
+            tool.GetReferredShape_s(label, component)
+        name = _name(component) or _name(label) or "part"
+        is_assembly = tool.IsAssembly_s(component)
+        shape = tool.GetShape_s(component)
         T = tool.GetLocation_s(label).Transformation()
-        color, opacity = (None, 1.0) if is_assembly else self._color(label, own, shape)
+        color, opacity = (None, 1.0) if is_assembly else self._color(label, component, shape)
         try:
             placed = transform(T, MILLIMETRE) if tool.IsReference_s(label) else IDENTITY
         except ValueError as error:
@@ -101,24 +101,24 @@ class _PartReader:
             name,
             placed,
             None if is_assembly else shape,
-            self.children(own, depth) if is_assembly else (),
+            self.children(component, depth) if is_assembly else (),
             _name(label),
             color=color,
             opacity=opacity,
         )
 
-    def _color(self, label: Any, own: Any, shape: Any) -> tuple[str | None, float]:
+    def _color(self, label: Any, component: Any, shape: Any) -> tuple[str | None, float]:
         """Return the color of the instance, or of the component, or of the shape."""
-        found = kernel("Quantity").Quantity_ColorRGBA()
+        color = kernel("Quantity").Quantity_ColorRGBA()
         tool, kinds = kernel("XCAFDoc").XCAFDoc_ColorTool, kernel("XCAFDoc").XCAFDoc_ColorType
         for kind in (kinds.XCAFDoc_ColorSurf, kinds.XCAFDoc_ColorGen):
             if (
-                tool.GetColor_s(label, kind, found)
-                or tool.GetColor_s(own, kind, found)
-                or self._colors.GetColor(shape, kind, found)
+                tool.GetColor_s(label, kind, color)
+                or tool.GetColor_s(component, kind, color)
+                or self._colors.GetColor(shape, kind, color)
             ):
-                text = kernel("Quantity").Quantity_Color.ColorToHex_s(found.GetRGB())
-                return str(text.ToCString()).lower(), float(found.Alpha())
+                text = kernel("Quantity").Quantity_Color.ColorToHex_s(color.GetRGB())
+                return str(text.ToCString()).lower(), float(color.Alpha())
         return None, 1.0
 
 

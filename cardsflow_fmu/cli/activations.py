@@ -149,8 +149,8 @@ def _compute(options: argparse.Namespace, reading: Reading) -> tuple[GivenMotion
         given = add_external_loads(given, options.loads)
     if not options.dynamics:
         return given, static_optimisation(given.robot, given.motion, passive=options.passive)
-    own = {"reserve": options.reserve, "power": options.power}
-    chosen = {key: value for key, value in own.items() if value is not None}
+    settings = {"reserve": options.reserve, "power": options.power}
+    chosen = {key: value for key, value in settings.items() if value is not None}
     return given, optimise_activations(given.robot, given.motion, **chosen)
 
 

@@ -227,17 +227,17 @@ def _emulated_robot(
     from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
     from cardsflow_fmu.ros.scene_topics import ShownRobot
 
-    thing = options.thing
-    if (thing / "experiment.toml").is_file() or thing.suffix in (".toml", ".json"):
+    path = options.thing
+    if (path / "experiment.toml").is_file() or path.suffix in (".toml", ".json"):
         for option, key in (("cable_set", "robot.cable_set"), ("step", "plant.step")):
             if getattr(options, option) is not None:
                 what = f"is only for robots; for an experiment use --set {key}=..."
                 raise InputError(what, key=f"--{option.replace('_', '-')}")
-        experiment = Experiment.load(thing, parse_settings(options.set))
+        experiment = Experiment.load(path, parse_settings(options.set))
         settings = _apply_imperfections(options, experiment.hardware)
-        own = settings.emulator
+        device = settings.emulator
         emulated = EmulatedRobot.from_experiment(
-            experiment, motor_lag=own.motor_lag, sensors=own.sensors, failures=own.failures
+            experiment, motor_lag=device.motor_lag, sensors=device.sensors, failures=device.failures
         )
         return emulated, settings, ShownRobot.from_experiment(experiment)
     from addin_sdfusion.robot.formats.read import read
@@ -246,34 +246,34 @@ def _emulated_robot(
     if options.set:
         raise InputError("is only for experiments; this is a robot", key="--set")
     settings = _apply_imperfections(options, HardwareSettings())
-    own = settings.emulator
-    robot = read(thing, options.cable_set).require()
+    device = settings.emulator
+    robot = read(path, options.cable_set).require()
     step = 1e-3 if options.step is None else options.step
     emulated = EmulatedRobot(
-        robot, step, motor_lag=own.motor_lag, sensors=own.sensors, failures=own.failures
+        robot, step, motor_lag=device.motor_lag, sensors=device.sensors, failures=device.failures
     )
-    return emulated, settings, ShownRobot(robot, thing.parent, mesh_roots(thing, [thing], ()))
+    return emulated, settings, ShownRobot(robot, path.parent, mesh_roots(path, [path], ()))
 
 
-def _apply_imperfections(options: argparse.Namespace, own: HardwareSettings) -> HardwareSettings:
+def _apply_imperfections(options: argparse.Namespace, table: HardwareSettings) -> HardwareSettings:
     """Return the settings with the imperfections of robot and link from the options."""
-    return own.copy_with(emulator=_imperfections(options, own.emulator))
+    return table.copy_with(emulator=_imperfections(options, table.emulator))
 
 
-def _imperfections(options: argparse.Namespace, own: EmulatorSettings) -> EmulatorSettings:
+def _imperfections(options: argparse.Namespace, table: EmulatorSettings) -> EmulatorSettings:
     words = {key: value for key, value in vars(options).items() if value is not None}
-    given: dict[str, Any] = {key: words[key] for key in _SETTINGS if key in words}
-    given |= {key: words[name] * 1e-3 for name, key in _MILLISECONDS.items() if name in words}
+    values: dict[str, Any] = {key: words[key] for key in _SETTINGS if key in words}
+    values |= {key: words[name] * 1e-3 for name, key in _MILLISECONDS.items() if name in words}
     if options.outage:
-        given["outages"] = tuple(map(_outage, options.outage))
+        values["outages"] = tuple(map(_outage, options.outage))
     if words.get("fault"):
-        given["failures"] = tuple(map(_failure, words["fault"]))
+        values["failures"] = tuple(map(_failure, words["fault"]))
     counts = words.get("encoder_counts")
     if counts is not None:
         if not counts > 0:
             raise InputError(f"must be positive, not {counts!r}", key="--encoder-counts")
-        given |= {"joint_counts": counts, "length_counts": counts, "differentiate_positions": True}
-    return type(own)(**{**own.data(), **given})
+        values |= {"joint_counts": counts, "length_counts": counts, "differentiate_positions": True}
+    return type(table)(**{**table.data(), **values})
 
 
 def _replay(options: argparse.Namespace) -> int:
@@ -302,17 +302,17 @@ def _replay(options: argparse.Namespace) -> int:
     return GOOD
 
 
-def _key(options: argparse.Namespace, own: Path | None) -> bytes | None:
+def _key(options: argparse.Namespace, key_file: Path | None) -> bytes | None:
     from cardsflow_fmu.hardware.session.connect import KEY_FILE
     from cardsflow_fmu.utils.key_file import key_warning, read_key
 
-    given = options.key_file or own or os.environ.get(KEY_FILE)
-    if not given:
+    key_path = options.key_file or key_file or os.environ.get(KEY_FILE)
+    if not key_path:
         return None
-    warning = key_warning(Path(given), str(given))
+    warning = key_warning(Path(key_path), str(key_path))
     if warning is not None:
         print_warning(warning)
-    return read_key(given)
+    return read_key(key_path)
 
 
 def _serve(

@@ -195,8 +195,8 @@ def _write_report(options: argparse.Namespace, motion: OptimisedMotion) -> Path:
     from cardsflow_fmu.simulation.optimal.optimise import load_for_motion
 
     settings = {**parse_settings(options.set), **motion.parameters}
-    own = load_for_motion(options.experiment, settings)
-    return write_motion_report(motion, own, options.html, overwrite=options.overwrite)
+    experiment = load_for_motion(options.experiment, settings)
+    return write_motion_report(motion, experiment, options.html, overwrite=options.overwrite)
 
 
 def _next_command(options: argparse.Namespace, files: Sequence[Path]) -> list[str]:
@@ -205,9 +205,9 @@ def _next_command(options: argparse.Namespace, files: Sequence[Path]) -> list[st
 
     if files[-1].suffix == ".json":
         return ["cardsflow", "run", str(files[-1])]
-    own = "" if options.output is None else f", file={json_text(str(files[0].resolve()))}"
-    settings = [f'reference={{type="optimised"{own}}}', 'controller={type="trajectory_feedback"}']
-    if not own and follows_motion(options.experiment, parse_settings(options.set)):
+    file = "" if options.output is None else f", file={json_text(str(files[0].resolve()))}"
+    settings = [f'reference={{type="optimised"{file}}}', 'controller={type="trajectory_feedback"}']
+    if not file and follows_motion(options.experiment, parse_settings(options.set)):
         settings = []
     given = [word for setting in (options.set or []) for word in ("--set", setting)]
     new = [word for setting in settings for word in ("--set", setting)]
@@ -220,13 +220,13 @@ class _Iterations:
     def __init__(self) -> None:
         self._has_heading = False
 
-    def __call__(self, own: Progress, substeps: int) -> None:
+    def __call__(self, row: Progress, substeps: int) -> None:
         if not self._has_heading:
             heads = f"{'iteration':>9} {'cost':>13} {'infeasibility':>13} {'step':>6}"
             print_note(f"{heads} {'substeps':>8} {'time':>8}", prefix="")
             self._has_heading = True
-        line = f"{own.iteration:>9} {own.cost:>13.6g} {own.violation:>13.2e} {own.share:>6.2g}"
-        print_note(f"{line} {substeps:>8} {own.seconds:>6.2f} s", prefix="")
+        line = f"{row.iteration:>9} {row.cost:>13.6g} {row.violation:>13.2e} {row.share:>6.2g}"
+        print_note(f"{line} {substeps:>8} {row.seconds:>6.2f} s", prefix="")
 
 
 def _print_motion(motion: OptimisedMotion) -> None:

@@ -87,16 +87,14 @@ def _signal(
     shape = tuple(variable.shape or ())
     size = math.prod(shape)
     names = _element_names(variable.name, shape)
-    own = {}
+    units_of = {}
     if elements is not None and len(elements) == size:
         names = tuple(element["name"] for element in elements)
-        own = {e["name"]: KNOWN_UNITS[e["unit"]] for e in elements if e["unit"] in KNOWN_UNITS}
+        units_of = {e["name"]: KNOWN_UNITS[e["unit"]] for e in elements if e["unit"] in KNOWN_UNITS}
     if variable.name in units:
-        own = dict.fromkeys(names, units[variable.name])
-    start = _start(variable.start, size)
-    return Signal(
-        function, ctype, variable.valueReference, names, own, variable.causality or "local", start
-    )
+        units_of = dict.fromkeys(names, units[variable.name])
+    causality, start = variable.causality or "local", _start(variable.start, size)
+    return Signal(function, ctype, variable.valueReference, names, units_of, causality, start)
 
 
 def _element_names(name: str, shape: tuple[int, ...]) -> tuple[str, ...]:

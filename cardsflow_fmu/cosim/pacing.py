@@ -151,8 +151,8 @@ def scheduling() -> str:
     if not hasattr(os, "sched_getscheduler"):
         return "system default"
     names = {getattr(os, name, None): name for name in ("SCHED_FIFO", "SCHED_RR", "SCHED_OTHER")}
-    own = os.sched_getscheduler(0) & ~getattr(os, "SCHED_RESET_ON_FORK", 0)
-    return names.get(own, f"policy {own}")
+    policy = os.sched_getscheduler(0) & ~getattr(os, "SCHED_RESET_ON_FORK", 0)
+    return names.get(policy, f"policy {policy}")
 
 
 def _request_priority() -> tuple[int, Any] | None:

@@ -130,11 +130,12 @@ class Experiment:
     @property
     def stepping(self) -> Coupling:
         """Coupling of the participants; sensors and estimator run before the controller."""
-        own = self.run.stepping
-        if own.scheme == "jacobi" or len(self.roles) == len(ROLES):
-            return own
-        at = own.order.index("controller")
-        return replace(own, order=(*own.order[:at], *self.roles[len(ROLES) :], *own.order[at:]))
+        coupling = self.run.stepping
+        if coupling.scheme == "jacobi" or len(self.roles) == len(ROLES):
+            return coupling
+        order = coupling.order
+        at = order.index("controller")
+        return replace(coupling, order=(*order[:at], *self.roles[len(ROLES) :], *order[at:]))
 
     @property
     def feedback_estimator(self) -> EstimatorTable | None:

@@ -124,7 +124,7 @@ def _table(data: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     return table if isinstance(table, Mapping) else {}
 
 
-def robot_folder(place: str, own: Sequence[Path]) -> str:
+def robot_folder(place: str, files: Sequence[Path]) -> str:
     """Return the folder of the main file of a robot in an archive.
 
     Relative paths between the files of a robot stay valid: the folder keeps its depth below the
@@ -132,26 +132,26 @@ def robot_folder(place: str, own: Sequence[Path]) -> str:
 
     Args:
         place: Path of the robot in the archive.
-        own: The files, the main file first.
+        files: The files, the main file first.
     """
     return PurePosixPath(
-        place, *_normalized(own[0]).parent.relative_to(_common_folder(own)).parts
+        place, *_normalized(files[0]).parent.relative_to(_common_folder(files)).parts
     ).as_posix()
 
 
-def robot_files(place: str, own: Sequence[Path], roots: Sequence[Path]) -> Files:
+def robot_files(place: str, files: Sequence[Path], roots: Sequence[Path]) -> Files:
     """Return all files of a robot, by path in the archive.
 
     Raises:
         InputError: A file or the target of a link is outside of the allowed folders.
     """
-    common = _common_folder([require_packable(file, roots) for file in own])
-    return {f"{place}/{_normalized(file).relative_to(common).as_posix()}": file for file in own}
+    common = _common_folder([require_packable(file, roots) for file in files])
+    return {f"{place}/{_normalized(file).relative_to(common).as_posix()}": file for file in files}
 
 
-def _common_folder(own: Sequence[Path]) -> Path:
+def _common_folder(files: Sequence[Path]) -> Path:
     """Return the common folder of all files of a robot."""
-    return Path(os.path.commonpath([_normalized(file).parent for file in own]))
+    return Path(os.path.commonpath([_normalized(file).parent for file in files]))
 
 
 def _normalized(file: Path) -> Path:

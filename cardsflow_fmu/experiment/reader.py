@@ -99,8 +99,8 @@ def read_packed_experiment(file: Path) -> dict[str, Any]:
     data = read_settings(file)
     require_archive_paths(data, file)
     found = experiment_settings(data, file)
-    for own in (found["robot_files"], *(part.files for part in found.get("parts", ()))):
-        require_archive_files(own, file.parent)
+    for files in (found["robot_files"], *(part.files for part in found.get("parts", ()))):
+        require_archive_files(files, file.parent)
     robot: Robot = found["robot"]
     muscles = [robot.muscles[k].name for k in measured_muscles(robot)]
     return {**found, "look_ahead": read_look_ahead(file.with_name(LOOK_AHEAD_FILE), muscles)}
@@ -109,8 +109,8 @@ def read_packed_experiment(file: Path) -> dict[str, Any]:
 def _require_experiment(path: Path, file: Path) -> None:
     """Reject a robot file with a hint how to create an experiment."""
     if path.suffix != ".toml" and holds_robot(path) and not (path.is_dir() and file.is_file()):
-        own = shlex.quote(str(path))
-        what = f"is a robot; create an experiment: `cardsflow init {own} -o {EXPERIMENT_TOML}`"
+        robot = shlex.quote(str(path))
+        what = f"is a robot; create an experiment: `cardsflow init {robot} -o {EXPERIMENT_TOML}`"
         raise InputError(what, file=path)
 
 
@@ -182,8 +182,8 @@ def experiment_settings(
     faults = read_faults(data.get("faults"), context, estimator, run.step)
     wiring = complete_wiring(tables.wiring, robot, disturbance, plant)
     if estimator is not None:
-        own = _estimator_wiring(robot, estimator, hardware, has_faults=faults is not None)
-        wiring = own | wiring
+        sensor_wiring = _estimator_wiring(robot, estimator, hardware, has_faults=faults is not None)
+        wiring = sensor_wiring | wiring
     controller = read_controller(data["controller"], context, run, reference.space, start)
     if controller.type == MPC:
         require_predictable(robot, plant, "scene" in world, controller.engine, context)
@@ -267,15 +267,15 @@ def _follow_motion(data: Mapping[str, Any]) -> Mapping[str, Any]:
 
 def _add_default_gains(data: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return the data with default gains for controllers that may not use them."""
-    own, fmus = data.get("controller", {}), data.get("fmus")
-    if not isinstance(own, Mapping):
+    controller, fmus = data.get("controller", {}), data.get("fmus")
+    if not isinstance(controller, Mapping):
         return data
-    law = own.get("type")
+    law = controller.get("type")
     has_no_law = law in (FEEDBACK, POLICY)
-    is_own = isinstance(law, str) and (has_no_law or CustomLaw.of(law) is not None)
-    if not is_own and not (isinstance(fmus, Mapping) and "controller" in fmus):
+    has_any_gains = isinstance(law, str) and (has_no_law or CustomLaw.of(law) is not None)
+    if not has_any_gains and not (isinstance(fmus, Mapping) and "controller" in fmus):
         return data
-    return {**data, "controller": {**_GAINS, **own}}
+    return {**data, "controller": {**_GAINS, **controller}}
 
 
 def _read_robots(
@@ -288,12 +288,12 @@ def _read_robots(
     """
     if tables.robots is None:
         reading, robot = read_robot(tables.robot, context, reading=reading)
-        own: dict[str, Any] = {"robot_overrides": tables.robot.overrides}
+        fields: dict[str, Any] = {"robot_overrides": tables.robot.overrides}
     else:
-        own = {"parts": read_parts(tables.robots, context)}
-        reading, robot = combine_robots(own["parts"], context, named)
-    own |= {"robot": robot, "robot_path": reading.files[0], "robot_files": reading.files}
-    return own, [] if tables.robot is None else [c.name for c in reading.require().coordinates]
+        fields = {"parts": read_parts(tables.robots, context)}
+        reading, robot = combine_robots(fields["parts"], context, named)
+    fields |= {"robot": robot, "robot_path": reading.files[0], "robot_files": reading.files}
+    return fields, [] if tables.robot is None else [c.name for c in reading.require().coordinates]
 
 
 def _read_world(

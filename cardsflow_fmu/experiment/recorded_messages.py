@@ -148,13 +148,13 @@ def _mcap_messages(file: Path, budget: Budget) -> Iterator[Message]:
             raise ValueError("it is not an MCAP file")
         for kind, content in _unpack_chunks(stream, budget):
             if kind == _SCHEMA:
-                (own,) = struct.unpack_from("<H", content)
-                types[own], _ = _text(content, 2)
+                (number,) = struct.unpack_from("<H", content)
+                types[number], _ = _text(content, 2)
             elif kind == _CHANNEL:
-                own, schema = struct.unpack_from("<HH", content)
+                number, schema = struct.unpack_from("<HH", content)
                 topic, end = _text(content, 4)
                 if types.get(schema) == TYPE and _text(content, end)[0] == "cdr":
-                    topics[own] = topic
+                    topics[number] = topic
             elif kind == _MESSAGE:
                 channel, _, time_ns, _ = _MESSAGE_HEAD.unpack_from(content)
                 if channel in topics:

@@ -167,12 +167,12 @@ def _numpy_columns(file: Path, spaces: Mapping[Space, Names]) -> Columns:
             columns[name] = numbers
         elif numbers.ndim == 2:
             space: Space = "operational" if name.startswith("y") else "joint"
-            own = spaces[space].names if space in spaces else ()
-            if numbers.shape[1] != len(own):
-                what = f"must have one column per coordinate ({', '.join(own)}), "
+            coords = spaces[space].names if space in spaces else ()
+            if numbers.shape[1] != len(coords):
+                what = f"must have one column per coordinate ({', '.join(coords)}), "
                 what += f"not {numbers.shape[1]}"
                 raise InputError(what, key=name)
-            columns |= {f"{name}.{one}": numbers[:, k] for k, one in enumerate(own)}
+            columns |= {f"{name}.{one}": numbers[:, k] for k, one in enumerate(coords)}
         else:
             raise InputError(f"must have 1 or 2 dimensions, not {numbers.ndim}", key=name)
     return columns
@@ -208,14 +208,14 @@ def _columns_of_array(array: np.ndarray[Any, Any], spaces: Mapping[Space, Names]
     """Return the columns of an array, by field name or by order."""
     if array.dtype.names is not None:
         return {name: _numbers(array[name], name) for name in array.dtype.names}
-    space, own = next(iter(spaces.items()))
-    rows, n = _numbers(array, "rows"), len(own.names)
+    space, coords = next(iter(spaces.items()))
+    rows, n = _numbers(array, "rows"), len(coords.names)
     widths = [1 + n * orders for orders in (1, 2, 3)]
     if rows.ndim != 2 or rows.shape[1] not in widths:
-        what = f"must have 1 + {n} columns, time and {', '.join(own.names)}, or 1 + {n} more"
+        what = f"must have 1 + {n} columns, time and {', '.join(coords.names)}, or 1 + {n} more"
         raise InputError(f"{what} for velocities, and accelerations; its shape is {rows.shape}")
     letters = [_LETTERS[space] + ending for ending in _ENDINGS]
-    names = ["time", *(f"{letter}.{name}" for letter in letters for name in own.names)]
+    names = ["time", *(f"{letter}.{name}" for letter in letters for name in coords.names)]
     return dict(zip(names, rows.T, strict=False))
 
 
@@ -260,35 +260,35 @@ def _have_equal_length(columns: Columns) -> bool:
 
 def _in_si(columns: Columns) -> dict[str, FloatArray]:
     """Return the columns in SI units, by name without unit."""
-    found: dict[str, FloatArray] = {}
+    si_columns: dict[str, FloatArray] = {}
     for name, column in columns.items():
-        own, factor = name.strip(), 1.0
-        if own.endswith("]") and "[" in own:
-            own, _, unit = own[:-1].rpartition("[")
-            own, unit = own.rstrip(), unit.partition("/")[0].strip()
+        bare_name, factor = name.strip(), 1.0
+        if bare_name.endswith("]") and "[" in bare_name:
+            bare_name, _, unit = bare_name[:-1].rpartition("[")
+            bare_name, unit = bare_name.rstrip(), unit.partition("/")[0].strip()
             if unit not in _UNITS:
                 raise UnknownNameError("unit", unit, _UNITS, key=name)
             factor = _UNITS[unit]
-        if own in found:
-            raise InputError(f"has two columns {own!r}", key=name)
+        if bare_name in si_columns:
+            raise InputError(f"has two columns {bare_name!r}", key=name)
         with np.errstate(invalid="ignore"):  # for signalling NaNs
-            found[own] = column * factor
-    return found
+            si_columns[bare_name] = column * factor
+    return si_columns
 
 
 def _space(columns: Columns, spaces: Mapping[Space, Names]) -> Space:
     """Return the first set of coordinates with all position columns."""
     missing: dict[Space, list[str]] = {}
-    for space, own in spaces.items():
+    for space, axes in spaces.items():
         letter = _LETTERS[space]
         missing[space] = [
-            name for name in own.names if name not in columns and f"{letter}.{name}" not in columns
+            name for name in axes.names if name not in columns and f"{letter}.{name}" not in columns
         ]
-        if own.names and not missing[space]:
+        if axes.names and not missing[space]:
             return space
     space = next(iter(spaces))
     first = missing[space][0]
-    known = [f"{_LETTERS[each]}.{name}" for each, own in spaces.items() for name in own.names]
+    known = [f"{_LETTERS[each]}.{name}" for each, axes in spaces.items() for name in axes.names]
     what = f"has no column {_LETTERS[space]}.{first} or {first}; it has {_shorten(list(columns))}"
     raise InputError(f"{what}; the robot has {_shorten(known)}")
 

@@ -101,15 +101,15 @@ def _apply_motor_settings(joint: Joint, fields: Any, key: str) -> tuple[Joint, d
 
 def _locked_positions(item: Joint | Coordinate, value: Any, key: str) -> dict[str, Any]:
     """Return the locked positions of a joint or coordinate, by name; True: initial position."""
-    own = item.coordinates if isinstance(item, Joint) else (item,)
-    if not own:
+    coordinates = item.coordinates if isinstance(item, Joint) else (item,)
+    if not coordinates:
         raise PathError("has no coordinates to lock", key=key)
     if isinstance(value, bool):
-        return dict.fromkeys((c.name for c in own), True) if value else {}
-    if len(own) == 1 and not isinstance(value, list | tuple):
+        return dict.fromkeys((c.name for c in coordinates), True) if value else {}
+    if len(coordinates) == 1 and not isinstance(value, list | tuple):
         value = [value]
-    values = validated(numbers(len(own)), value, key)
-    return {c.name: float(x) for c, x in zip(own, values, strict=True)}
+    values = validated(numbers(len(coordinates)), value, key)
+    return {c.name: float(x) for c, x in zip(coordinates, values, strict=True)}
 
 
 def _lock_positions(robot: Robot, held: Mapping[str, Any]) -> dict[str, float]:

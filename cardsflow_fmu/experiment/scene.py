@@ -59,13 +59,13 @@ def make_scene(
         roots = (*roots, settings.sdf.parent)
         settings, findings = _with_sdf(settings, settings.sdf, context)
     for key in ("objects", "shapes"):
-        for k, own in enumerate(getattr(settings, key)):
-            if own.file is not None:
-                require_packable(own.file, roots, f"world.{key}[{k}].file")
+        for k, row in enumerate(getattr(settings, key)):
+            if row.file is not None:
+                require_packable(row.file, roots, f"world.{key}[{k}].file")
     ground, objects, link_shapes = settings.ground, [], []
-    for k, own in enumerate(settings.objects):
+    for k, row in enumerate(settings.objects):
         with context.at(f"world.objects[{k}]"):
-            objects.append(_object(own))
+            objects.append(_object(row))
     for k, shape in enumerate(settings.shapes):
         pose = Pose(shape.position, shape.rpy)
         surface = shape.friction, shape.restitution
@@ -90,22 +90,22 @@ def make_scene(
     return replace(scene, reported=contacts), settings.copy_with(contacts=contacts), findings
 
 
-def _object(own: ObjectSettings) -> SceneObject:
+def _object(settings: ObjectSettings) -> SceneObject:
     return SceneObject(
-        own.name,
-        _shape(own),
-        Pose(own.position, own.rpy),
-        own.mass,
-        own.velocity,
-        own.angular_velocity,
-        own.friction,
-        own.restitution,
+        settings.name,
+        _shape(settings),
+        Pose(settings.position, settings.rpy),
+        settings.mass,
+        settings.velocity,
+        settings.angular_velocity,
+        settings.friction,
+        settings.restitution,
     )
 
 
-def _shape(own: ObjectSettings | LinkShapeSettings) -> Shape:
-    sizes: Any = (getattr(own, key) for key in SIZES[own.shape])
-    return _SHAPES[own.shape](*sizes)
+def _shape(settings: ObjectSettings | LinkShapeSettings) -> Shape:
+    sizes: Any = (getattr(settings, key) for key in SIZES[settings.shape])
+    return _SHAPES[settings.shape](*sizes)
 
 
 def _with_sdf(
@@ -117,7 +117,7 @@ def _with_sdf(
         if finding.is_error:
             raise InputError(finding.message, file=finding.file, line=finding.line)
     with context.at("world.sdf"):
-        static = [_static_object(own) for own in world.objects]
+        static = [_static_object(item) for item in world.objects]
     settings = settings.copy_with(objects=(*settings.objects, *static), sdf=None)
     if world.ground is None or "ground" in settings.model_fields_set:
         return settings, world.findings
@@ -125,44 +125,44 @@ def _with_sdf(
     return settings.copy_with(ground=ground), world.findings
 
 
-def _static_object(thing: StaticObject) -> ObjectSettings:
-    x = thing.sizes
+def _static_object(item: StaticObject) -> ObjectSettings:
+    x = item.sizes
     sizes: dict[str, Any] = {
         "sphere": {"radius": x[0]},
         "box": {"size": x},
         "capsule": {"radius": x[0], "length": x[-1]},
         "cylinder": {"radius": x[0], "length": x[-1]},
-        "mesh": {"file": thing.file, "scale": x},
+        "mesh": {"file": item.file, "scale": x},
     }
-    own: dict[str, Any] = {
-        "name": thing.name,
-        "shape": thing.kind,
-        "position": thing.pose.position,
-        "rpy": thing.pose.rpy,
-        "friction": thing.friction,
-        "restitution": thing.restitution,
-        **sizes[thing.kind],
+    values: dict[str, Any] = {
+        "name": item.name,
+        "shape": item.kind,
+        "position": item.pose.position,
+        "rpy": item.pose.rpy,
+        "friction": item.friction,
+        "restitution": item.restitution,
+        **sizes[item.kind],
     }
-    return ObjectSettings(**{key: value for key, value in own.items() if value is not None})
+    return ObjectSettings(**{key: value for key, value in values.items() if value is not None})
 
 
 def _check_names(
     settings: WorldSettings, scene: Scene, robot: Robot, context: Context
 ) -> tuple[str, ...]:
     """Return the names of bodies with reported contacts; check all names of the table."""
-    kind, own = "link or object that collides", [link.name for link in robot.links]
+    kind, link_names = "link or object that collides", [link.name for link in robot.links]
     for shape in scene.link_shapes:
-        context.require("world.shapes", "link", shape.link, own)
+        context.require("world.shapes", "link", shape.link, link_names)
     links = list(dict.fromkeys(shape.link for shape in collision_shapes(robot, scene)))
-    things = [thing.name for thing in scene.objects]
-    bodies = [*links, *things, *([GROUND] if scene.ground else [])]
-    taken: set[str] = set()
-    for name in [*own, GROUND, *things]:
-        if name in taken:
+    object_names = [item.name for item in scene.objects]
+    bodies = [*links, *object_names, *([GROUND] if scene.ground else [])]
+    used: set[str] = set()
+    for name in [*link_names, GROUND, *object_names]:
+        if name in used:
             raise context.error(
                 "world.objects", f"the name {name!r} is already used; rename the object"
             )
-        taken.add(name)
+        used.add(name)
     contacts = tuple(links) if settings.contacts is None else settings.contacts
     for pair in settings.ignore:
         for name in pair:
@@ -170,6 +170,6 @@ def _check_names(
     for name in contacts:
         context.require("world.contacts", kind, name, bodies)
     with context.at("world.contacts"):
-        signal_names("object", [thing.name for thing in scene.moving_objects])
+        signal_names("object", [item.name for item in scene.moving_objects])
         signal_names("contact", contacts)
     return contacts

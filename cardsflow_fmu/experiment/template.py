@@ -174,8 +174,8 @@ def _locked(robot: Robot, draft: ExperimentDraft) -> Iterator[str]:
     if draft.springs:
         yield "# Alternative: springs and dampers, with controller.passive for these coordinates:"
     for name, (stiffness, rest, damping) in draft.springs.items():
-        own = f"initial = {draft.locked[name][0]!r}, rest = {rest!r}"
-        spring = f"{own}, stiffness = {stiffness!r}, damping = {damping!r}"
+        positions = f"initial = {draft.locked[name][0]!r}, rest = {rest!r}"
+        spring = f"{positions}, stiffness = {stiffness!r}, damping = {damping!r}"
         yield f"# coordinates.{_toml_key(name)} = {{ {spring} }}"
 
 
@@ -217,20 +217,20 @@ def _merge_equal_values(robot: Robot, values: Mapping[str, float]) -> Mapping[st
 
 def _default_lines(form: Form, keys: set[str]) -> Iterator[str]:
     """Yield commented-out lines of settings with their defaults."""
-    for key, own in form["properties"].items():
+    for key, schema in form["properties"].items():
         if key in keys:
-            yield from _line(key, own["default"], form, used=False)
+            yield from _line(key, schema["default"], form, used=False)
 
 
 def _line(key: str, value: Any, form: Form, *, used: bool = True) -> Iterator[str]:
     """Yield the line of a setting, with its description as comment."""
-    own: Mapping[str, Any] = form["properties"][key]
+    schema: Mapping[str, Any] = form["properties"][key]
     if isinstance(value, str) and not value:
         return
     setting = f"{'' if used else '# '}{key} = {_to_toml(value)}"
-    description = own.get("description", "")
-    if "enum" in own:
-        description = f"{', '.join(own['enum'])}; {description}"
+    description = schema.get("description", "")
+    if "enum" in schema:
+        description = f"{', '.join(schema['enum'])}; {description}"
     yield f"{setting:<31} # {description}"
 
 

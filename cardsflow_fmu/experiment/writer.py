@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -61,8 +62,8 @@ def experiment_data(experiment: Experiment) -> dict[str, Any]:
         data["about"] = about
     if disturbance is not None:
         points = [f.name for f in robot.task_frames if not f.is_orientation]
-        own = disturbance.data()
-        data["disturbance"] = own | {"force": dict(zip(points, own["force"], strict=True))}
+        values = disturbance.data()
+        data["disturbance"] = values | {"force": dict(zip(points, values["force"], strict=True))}
     return data
 
 
@@ -85,9 +86,9 @@ def experiment_resources(experiment: Experiment, *, with_hardware: bool = False)
     if experiment.parts:
         rows = []
         for part, row in zip(experiment.parts, data["robots"], strict=True):
-            own = f"robots/{part.name}"
-            files |= _robot_files(own, part.files, part.robot, experiment)
-            rows.append({**row, "path": _main_file(own, part.files)})
+            folder = f"robots/{part.name}"
+            files |= _robot_files(folder, part.files, part.robot, experiment)
+            rows.append({**row, "path": _main_file(folder, part.files)})
         data["robots"] = rows
     else:
         files |= _robot_files("robot", experiment.robot_files, experiment.robot, experiment)
@@ -130,15 +131,15 @@ def _custom_muscle_laws(muscles: dict[str, Any], experiment: Experiment) -> File
     return files
 
 
-def _robot_files(place: str, own: tuple[Path, ...], robot: Robot, experiment: Experiment) -> Files:
+def _robot_files(place: str, paths: Sequence[Path], robot: Robot, experiment: Experiment) -> Files:
     """Return the files of a robot with its collision meshes."""
-    files, scene = robot_files(place, own, experiment.roots), experiment.scene
+    files, scene = robot_files(place, paths, experiment.roots), experiment.scene
     if scene is not None and scene.links == "meshes":
-        folder = robot_folder(place, own)
-        files |= collision_meshes(folder, robot, own[0].parent, experiment.roots)
+        folder = robot_folder(place, paths)
+        files |= collision_meshes(folder, robot, paths[0].parent, experiment.roots)
     return files
 
 
-def _main_file(place: str, own: tuple[Path, ...]) -> str:
+def _main_file(place: str, paths: Sequence[Path]) -> str:
     """Return the path of the main file of a robot in the resources."""
-    return f"{robot_folder(place, own)}/{own[0].name}"
+    return f"{robot_folder(place, paths)}/{paths[0].name}"

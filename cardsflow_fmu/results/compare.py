@@ -72,14 +72,14 @@ def compare_results(
     all_names = list(dict.fromkeys([*a.names, *b.names]))
     names = chosen_columns(all_names, columns) if columns else [n for n in all_names if n != "time"]
     indices = [{name: k for k, name in enumerate(result.names)} for result in (a, b)]
-    missing = [[n for n in names if n not in own] for own in indices]
+    missing = [[n for n in names if n not in index] for index in indices]
     rows_a, rows_b = _common_rows(a["time"], b["time"])
-    common = [n for n in names if all(n in own for own in indices)]
+    common = [n for n in names if all(n in index for index in indices)]
     compared: dict[str, dict[str, Any]] = {}
     block = max(1, _BLOCK_SIZE // max(1, len(rows_a)))
     for begin in range(0, len(common), block):
         part = common[begin : begin + block]
-        columns_a, columns_b = ([own[n] for n in part] for own in indices)
+        columns_a, columns_b = ([index[n] for n in part] for index in indices)
         pairs = ((a, rows_a, columns_a), (b, rows_b, columns_b))
         found = _compare_rows(*pairs, atol, rtol)
         for name, column in zip(part, found, strict=True):
@@ -153,7 +153,7 @@ def _compare_rows(a: Part, b: Part, atol: float, rtol: float) -> list[dict[str, 
     blocks = []
     for begin in range(0, rows, _BLOCK_SIZE):
         block = slice(begin, begin + _BLOCK_SIZE)
-        part_a, part_b = (run.rows[own[block, np.newaxis], columns] for run, own, columns in (a, b))
+        part_a, part_b = (run.rows[at[block, np.newaxis], columns] for run, at, columns in (a, b))
         blocks.append(_compare_columns(part_a, part_b, a[0]["time"][a[1][block]], atol, rtol))
     return [_merge(parts) for parts in zip(*blocks, strict=True)]
 

@@ -119,12 +119,12 @@ class RosNode:
         name = self._address.absolute(topic.name)
         if end == "publisher":
             found = self._node.get_publishers_info_by_topic(name)
-            own = [p for p in self._node.publishers if p.topic_name == name]
+            endpoints = [p for p in self._node.publishers if p.topic_name == name]
         else:
             found = self._node.get_subscriptions_info_by_topic(name)
-            own = [s for s in self._node.subscriptions if s.topic_name == name]
+            endpoints = [s for s in self._node.subscriptions if s.topic_name == name]
         types = [info.topic_type for info in found]
-        for _ in own:
+        for _ in endpoints:
             if topic.type in types:
                 types.remove(topic.type)
         return types

@@ -72,8 +72,8 @@ class EditSession:
         count = len(self.robot.muscles)
         motors = [motor.name for motor in self.robot.motors]
         hint = f"; these joints also have motors: {listed(motors)}" if motors else ""
-        own = "" if self.table.exists() or not count else f" and then replace those of {self.file}"
-        return f"{count} muscles; changes are saved to {self.table}{own}{hint}"
+        note = "" if self.table.exists() or not count else f" and then replace those of {self.file}"
+        return f"{count} muscles; changes are saved to {self.table}{note}{hint}"
 
     def data(self, token: str | None) -> dict[str, Any]:
         """Return the data of a page: name, document, laws, files, token and digest.

@@ -189,9 +189,9 @@ def _participants(
         participants: list[Participant] = []
         for number, component in enumerate(system.components):
             file = files[component.name]
-            values, own = _start_values(component, file), given.get(component.name, {})
-            replaced = {name for group in own for name in members(group, values)}
-            values = {n: v for n, v in values.items() if n not in replaced} | dict(own)
+            values, start_values = _start_values(component, file), given.get(component.name, {})
+            replaced = {name for group in start_values for name in members(group, values)}
+            values = {n: v for n, v in values.items() if n not in replaced} | dict(start_values)
             participant = FmuInstance(component.name, file, scratch / f"fmu_{number}", values)
             stack.callback(participant.close)
             _require_connectors(component, participant, file)

@@ -201,10 +201,10 @@ def _with_settings(
     coupling: ModelCoupling | None,
 ) -> Experiment:
     """Return the experiment with the settings of the run."""
-    own = experiment.run
-    compute, coupling = compute or own.compute, coupling or own.coupling
+    run_settings = experiment.run
+    compute, coupling = compute or run_settings.compute, coupling or run_settings.coupling
     RunSettings(compute=compute, coupling=coupling)  # checks the values
-    return replace(experiment, run=own.copy_with(compute=compute, coupling=coupling))
+    return replace(experiment, run=run_settings.copy_with(compute=compute, coupling=coupling))
 
 
 @contextlib.contextmanager

@@ -57,9 +57,9 @@ def law_settings(experiment: Experiment) -> dict[str, ArrayLike]:
 def header(experiment: Experiment, arrays: Mapping[str, ArrayLike], single: bool) -> str:
     """The text of robot.h."""
     robot, blob = experiment.robot, compile_blob(experiment.robot)
-    own = compile_blob(robot, single=True) if single else blob
+    robot_data = compile_blob(robot, single=True) if single else blob
     rows = [] if experiment.controller.space == "joint" else task_rows(robot)
-    n, m, words = len(robot.coordinates), len(robot.muscles), np.frombuffer(own, "<u8")
+    n, m, words = len(robot.coordinates), len(robot.muscles), np.frombuffer(robot_data, "<u8")
     robot_size = core().core_size(np.frombuffer(blob).ctypes.data, len(blob), None, 0)
     high, low = split_uint64(hardware_signature(robot, experiment.hardware))
     lines = [

@@ -108,15 +108,15 @@ def expand_names(
     """
     found: list[tuple[str, str, T]] = []
     for name in sorted(tables, key=lambda name: name in names):
-        own = [name] if name in names else []
+        matching = [name] if name in names else []
         at = f"{key}.{name}"
-        if not own and is_pattern(name):
-            own = [each for each in names if fnmatchcase(each, name)]
-            if not own:
+        if not matching and is_pattern(name):
+            matching = [each for each in names if fnmatchcase(each, name)]
+            if not matching:
                 raise InputError(f"no {kind} matches; known: {', '.join(names)}", key=at)
-        if not own:
+        if not matching:
             raise UnknownNameError(kind, name, names, key=at)
-        found += [(at, each, tables[name]) for each in own]
+        found += [(at, each, tables[name]) for each in matching]
     return found
 
 
@@ -144,9 +144,9 @@ def _set(data: dict[str, Any], path: list[str], key: str, value: Any, file: Path
         _set_last(data, part, key, value, file)
         return
     if is_pattern(part):
-        for name, own in data.items():
-            if name != part and fnmatchcase(name, part) and isinstance(own, dict):
-                _set(own, rest, key, value, file)
+        for name, table in data.items():
+            if name != part and fnmatchcase(name, part) and isinstance(table, dict):
+                _set(table, rest, key, value, file)
     inner = _row(data, part, key, file)
     if inner is None:
         inner = data.setdefault(part, {})

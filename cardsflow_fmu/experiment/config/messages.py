@@ -99,11 +99,11 @@ def _drop_consequential_errors(errors: Sequence[Any]) -> list[Any]:
 def _convert_error(error: Mapping[str, Any], model: type[BaseModel]) -> list[InputError]:
     """Convert a pydantic error; keys are relative to the model."""
     place, value = error["loc"], error["input"]
-    key, own = key_of(place), error.get("ctx", {}).get("error")
-    if isinstance(own, SettingError):
-        for one in own.errors:
+    key, cause = key_of(place), error.get("ctx", {}).get("error")
+    if isinstance(cause, SettingError):
+        for one in cause.errors:
             one.key = join_keys(key, one.key)
-        return own.errors
+        return cause.errors
     if error["type"] == "extra_forbidden":
         known = keys_of(_table_at(model, place[:-1]))
         return [UnknownNameError("key", str(place[-1]), known, key=key)]
@@ -174,7 +174,7 @@ def _table_at(annotation: Any, place: Sequence[str | int]) -> type[BaseModel]:
             if place
             else annotation
         )
-    inner = [own for own in get_args(annotation) if own not in (str, type(None), ...)]
+    inner = [arg for arg in get_args(annotation) if arg not in (str, type(None), ...)]
     return _table_at(inner[0], place[1:] if get_origin(annotation) in (dict, tuple) else place)
 
 

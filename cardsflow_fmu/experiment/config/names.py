@@ -68,15 +68,15 @@ def named_setting(
         alias: Key in files (default: name of the attribute).
         symbol: Name of the C array, see `Table.arrays` (default: none).
     """
-    own: Any = Field(
+    info: Any = Field(
         ... if default is ... else _NOT_SET,
         description=meaning,
         alias=alias,
         json_schema_extra={"default": None if default is ... else default},
     )
     validator = _NamedValues(names, default, default if others is None else others, word)
-    own.metadata += [validator, Symbol(symbol)]
-    return own
+    info.metadata += [validator, Symbol(symbol)]
+    return info
 
 
 def is_named(field: FieldInfo) -> bool:
@@ -97,7 +97,7 @@ class _NamedValues:
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> Any:
         inner = handler(schema["schema"])
-        rows = next(own for own in inner.get("anyOf", [inner]) if own.get("type") == "array")
+        rows = next(form for form in inner.get("anyOf", [inner]) if form.get("type") == "array")
         item = rows["items"]
         forms = [item, rows, {"type": "object", "additionalProperties": item}]
         if isinstance(self._others, tuple):

@@ -21,18 +21,18 @@ def _plain(schema: Mapping[str, Any], models: Mapping[str, Any]) -> dict[str, An
     """Return a part of a schema without titles, references, and null."""
     if "$ref" in schema:
         inner = models[schema["$ref"].rpartition("/")[2]]
-        schema = {**inner, **{key: own for key, own in schema.items() if key != "$ref"}}
-    kept = {k: v for k, v in schema.items() if k not in ("$defs", "title", "additionalProperties")}
-    if kept.get("default") in _NO_DEFAULT:
-        kept.pop("default", None)
-    if "properties" in kept:
-        kept["properties"] = {k: _plain(v, models) for k, v in kept["properties"].items()}
+        schema = {**inner, **{key: value for key, value in schema.items() if key != "$ref"}}
+    form = {k: v for k, v in schema.items() if k not in ("$defs", "title", "additionalProperties")}
+    if form.get("default") in _NO_DEFAULT:
+        form.pop("default", None)
+    if "properties" in form:
+        form["properties"] = {k: _plain(v, models) for k, v in form["properties"].items()}
     more = schema.get("additionalProperties")
     if more is not None:
-        kept["additionalProperties"] = _plain(more, models) if isinstance(more, dict) else more
-    if "items" in kept:
-        kept["items"] = _plain(kept["items"], models)
-    if "anyOf" in kept:
-        forms = [_plain(own, models) for own in kept.pop("anyOf") if own != {"type": "null"}]
-        kept = forms[0] | kept if len(forms) == 1 else {"anyOf": forms} | kept
-    return kept
+        form["additionalProperties"] = _plain(more, models) if isinstance(more, dict) else more
+    if "items" in form:
+        form["items"] = _plain(form["items"], models)
+    if "anyOf" in form:
+        forms = [_plain(one, models) for one in form.pop("anyOf") if one != {"type": "null"}]
+        form = forms[0] | form if len(forms) == 1 else {"anyOf": forms} | form
+    return form

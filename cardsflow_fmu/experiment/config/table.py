@@ -119,8 +119,8 @@ class Table(BaseModel):
             leave_out: Keys to omit, in addition to keys without a value or a finite value.
         """
         fields = type(self).model_fields
-        values = {own.alias or name: getattr(self, name) for name, own in fields.items()}
-        named = {own.alias or name for name, own in fields.items() if is_named(own)}
+        values = {info.alias or name: getattr(self, name) for name, info in fields.items()}
+        named = {info.alias or name for name, info in fields.items() if is_named(info)}
         return {
             key: plain(value)
             for key, value in values.items()
@@ -143,7 +143,7 @@ class Table(BaseModel):
                 continue
             found |= value.arrays() if isinstance(value, Table) else {}
             found |= {
-                own.name: value for own in key.metadata if isinstance(own, Symbol) and own.name
+                meta.name: value for meta in key.metadata if isinstance(meta, Symbol) and meta.name
             }
         return found
 
@@ -158,7 +158,7 @@ class Table(BaseModel):
 
     def inapplicable_keys(self, allowed: Iterable[str]) -> list[InputError]:
         """Return an error for each key that is set but does not apply."""
-        keys = {name: own.alias or name for name, own in type(self).model_fields.items()}
+        keys = {name: info.alias or name for name, info in type(self).model_fields.items()}
         fitting = list(allowed)
         known = [keys[name] for name in fitting]
         given = [name for name in keys if name in self.model_fields_set and name not in fitting]
@@ -216,9 +216,9 @@ def setting(
         symbol: Name of the C array, see `Table.arrays` (default: none).
     """
     validated = default not in (None, "", math.inf)
-    own = Field(default, description=meaning, alias=alias, title=kind, validate_default=validated)
-    own.metadata.append(Symbol(symbol))
-    return own
+    info = Field(default, description=meaning, alias=alias, title=kind, validate_default=validated)
+    info.metadata.append(Symbol(symbol))
+    return info
 
 
 def _whole(value: Any) -> Any:

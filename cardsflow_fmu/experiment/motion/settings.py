@@ -114,8 +114,8 @@ class MotionTable(Table):
 
     @model_validator(mode="after")
     def _check_muscles(self) -> Self:
-        own = ["commands", "activations"] if self.muscles == "forces" else ["forces"]
-        found = [f"cost.{key}" for key in own if key in self.cost.model_fields_set]
+        other_costs = ["commands", "activations"] if self.muscles == "forces" else ["forces"]
+        found = [f"cost.{key}" for key in other_costs if key in self.cost.model_fields_set]
         limits = {"u_min", "u_max"} & self.bounds.model_fields_set
         if self.muscles == "forces":
             found += [f"bounds.{key}" for key in sorted(limits)]

@@ -347,6 +347,6 @@ def read_controller(
         raise context.error("controller.deadline", what)
     if settings.custom_law is None:
         return settings
-    own = settings.custom_law._replace(file=context.file.parent / settings.custom_law.file)
-    own.require()
-    return settings.copy_with(type=str(own))
+    custom_law = settings.custom_law._replace(file=context.file.parent / settings.custom_law.file)
+    custom_law.require()
+    return settings.copy_with(type=str(custom_law))

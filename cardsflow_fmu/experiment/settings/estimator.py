@@ -228,12 +228,12 @@ class EstimatorTable(Table):
     @property
     def estimator_settings(self) -> EstimatorSettings:
         """Noise and limits as settings of a `PoseEstimator`."""
-        own = {
+        values = {
             name: getattr(self, name)
             for name in EstimatorSettings.__dataclass_fields__
             if name != "compliance"
         }
-        return EstimatorSettings(**own)
+        return EstimatorSettings(**values)
 
     def delay(self, step: float) -> int:
         """Return the delay of the simulated sensors as a number of measurements.
@@ -246,34 +246,35 @@ class EstimatorTable(Table):
 
     def sensor_settings(self, robot: Robot, step: float) -> SensorSettings:
         """Return noise, resolution, offset and faults of every sensor channel."""
-        own, n, m = self.sensors, len(robot.coordinates), len(robot.muscles)
-        lengths, encoders = own.length_noise or self.length_noise, own.encoder_noise
-        turning = self.gyroscope_noise if own.gyroscope_noise is None else own.gyroscope_noise
-        force = self.accelerometer_noise
-        if own.accelerometer_noise is not None:
-            force = own.accelerometer_noise
+        sensors, n, m = self.sensors, len(robot.coordinates), len(robot.muscles)
+        lengths, encoders = sensors.length_noise or self.length_noise, sensors.encoder_noise
+        turning, force = self.gyroscope_noise, self.accelerometer_noise
+        if sensors.gyroscope_noise is not None:
+            turning = sensors.gyroscope_noise
+        if sensors.accelerometer_noise is not None:
+            force = sensors.accelerometer_noise
         none, biases = np.zeros(n), [u.gyroscope_bias for u in self.imus]
         biases += [u.accelerometer_bias for u in self.imus]
         units = 3 * len(self.imus)
         row = np.concatenate
         noise = (
-            *(lengths, own.tension_noise, none, encoders or self.encoder_noise),
+            *(lengths, sensors.tension_noise, none, encoders or self.encoder_noise),
             *(np.full(units, turning), np.full(units, force)),
         )
         stuck = np.full(2 * m + 2 * n + 2 * units, np.inf)
-        stuck[:m] = [time or np.inf for time in own.stuck]
+        stuck[:m] = [time or np.inf for time in sensors.stuck]
         return SensorSettings(
             noise=row(noise),
             resolution=row(
                 (
-                    *(own.length_resolution, own.tension_resolution),
-                    *(none, own.encoder_resolution, np.zeros(2 * units)),
+                    *(sensors.length_resolution, sensors.tension_resolution),
+                    *(none, sensors.encoder_resolution, np.zeros(2 * units)),
                 )
             ),
-            offset=row((own.length_offset, np.zeros(m), none, none, np.ravel(biases))),
+            offset=row((sensors.length_offset, np.zeros(m), none, none, np.ravel(biases))),
             stuck=stuck,
             delay=self.delay(step),
-            seed=own.seed,
+            seed=sensors.seed,
         )
 
 

@@ -67,11 +67,11 @@ class FmusSettings(Table):
     @property
     def by_role(self) -> dict[str, ExternalFmu]:
         """The external FMUs by role."""
-        given = {role: getattr(self, role) for role in type(self).model_fields}
+        fmus = {role: getattr(self, role) for role in type(self).model_fields}
         return {
             role: ExternalFmu(
-                own.path, f"fmus.{role}", own.inputs, own.outputs, own.units, own.parameters
+                fmu.path, f"fmus.{role}", fmu.inputs, fmu.outputs, fmu.units, fmu.parameters
             )
-            for role, own in given.items()
-            if own is not None
+            for role, fmu in fmus.items()
+            if fmu is not None
         }

@@ -82,5 +82,5 @@ def complete_wiring(
     for model in ("plant", "controller"):
         if disturbance is None or (model == "controller" and not disturbance.known):
             wiring |= {f"{model}.{name}": 0.0 for name in load_signals(robot)}
-        wiring |= {f"{model}.{name}": own for name, own in getattr(settings, model).items()}
+        wiring |= {f"{model}.{name}": source for name, source in getattr(settings, model).items()}
     return wiring

@@ -85,21 +85,21 @@ _EXPRESSIONS = {
 
 def _parameters() -> dict[str, Any]:
     """Return the parameters of all laws; a parameter has a lower bound if all its laws share it."""
-    found: dict[str, Parameter] = {}
+    parameters: dict[str, Parameter] = {}
     bounds: dict[str, set[float | None]] = {}
     for law in MUSCLE_LAWS.values():
-        for own in law.parameters:
-            found.setdefault(own.name, own)
-            bounded = math.isfinite(own.low) and not own.open_low
-            bounds.setdefault(own.name, set()).add(own.low if bounded else None)
+        for parameter in law.parameters:
+            parameters.setdefault(parameter.name, parameter)
+            bounded = math.isfinite(parameter.low) and not parameter.open_low
+            bounds.setdefault(parameter.name, set()).add(parameter.low if bounded else None)
     settings = {}
-    for name, own in found.items():
+    for name, parameter in parameters.items():
         low, *others = bounds[name]
         extra: Any = {} if low is None or others else {"minimum": low}
-        meaning = own.meaning + ("" if own.unit == "1" else f", in {own.unit}")
+        meaning = parameter.meaning + ("" if parameter.unit == "1" else f", in {parameter.unit}")
         kind: Any = Annotated[float, Field(json_schema_extra=extra)]
-        if own.unit in _EXPRESSIONS:
-            kind = Annotated[kind, _EXPRESSIONS[own.unit]]
+        if parameter.unit in _EXPRESSIONS:
+            kind = Annotated[kind, _EXPRESSIONS[parameter.unit]]
         settings[name] = (kind, setting(meaning, None))
     return settings
 
@@ -184,8 +184,8 @@ def with_muscle_settings(
     together: dict[str, MuscleSettings] = {}
     keys: dict[str, str] = {}
     for key, name, changes in tables:
-        own = {field: getattr(changes, field) for field in changes.model_fields_set}
-        together[name] = together.get(name, MuscleSettings()).copy_with(**own)
+        values = {field: getattr(changes, field) for field in changes.model_fields_set}
+        together[name] = together.get(name, MuscleSettings()).copy_with(**values)
         keys[name] = key
     lengths = _PathLengths(robot)
     for name, changes in together.items():
@@ -240,8 +240,8 @@ def muscle_data(muscle: Muscle) -> dict[str, Any]:
         data |= {"friction": muscle.friction, "presliding": muscle.presliding}
     if math.isfinite(muscle.f_max):
         data["f_max"] = muscle.f_max
-    if (own := muscle.model.custom) is not None:
-        law = str(CustomLaw(Path(own.file), own.name))
+    if (custom := muscle.model.custom) is not None:
+        law = str(CustomLaw(Path(custom.file), custom.name))
         data["model"] = {"kind": law, "parameters": dict(muscle.model.parameters)}
     elif muscle.model.kind in MUSCLE_LAWS:
         data["model"] = {"kind": muscle.model.kind, **dict(muscle.model.parameters)}
@@ -258,9 +258,9 @@ def _apply_settings(
     model = muscle.model
     if changes.model is not None:
         given = changes.model.data()
-        own = CustomLaw.of(given.get("kind", ""))
-        if own is not None:
-            model = _custom_model(own._replace(file=folder / own.file), given)
+        custom = CustomLaw.of(given.get("kind", ""))
+        if custom is not None:
+            model = _custom_model(custom._replace(file=folder / custom.file), given)
         else:
             if "parameters" in given:
                 what = (
@@ -293,15 +293,15 @@ def _resolve_expressions(
     return given
 
 
-def _model(given: dict[str, Any], own: CableModel) -> CableModel:
+def _model(given: dict[str, Any], current: CableModel) -> CableModel:
     """Return a muscle law with parameters.
 
     Missing parameters come from the preset, from the robot if it has the same law, or from the
     defaults of the law.
     """
     preset = given.pop("preset", None)
-    kind = given.pop("kind", PRESETS[preset].kind if preset else own.kind)
-    base = PRESETS[preset] if preset else own if own.kind == kind else CableModel(kind)
+    kind = given.pop("kind", PRESETS[preset].kind if preset else current.kind)
+    base = PRESETS[preset] if preset else current if current.kind == kind else CableModel(kind)
     if kind not in MUSCLE_LAWS:
         raise UnknownNameError("muscle model", kind, MUSCLE_LAWS, key="model.kind")
     if kind != base.kind:

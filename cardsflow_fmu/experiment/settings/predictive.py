@@ -82,8 +82,8 @@ class PredictiveBoundSettings(Table):
 
 def override(values: FloatArray, given: tuple[float, ...]) -> FloatArray:
     """Return values, replaced by those that are given and not NaN."""
-    own = np.array(given or np.full(len(values), np.nan))
-    return np.where(np.isnan(own), values, own)
+    replacements = np.array(given or np.full(len(values), np.nan))
+    return np.where(np.isnan(replacements), values, replacements)
 
 
 def require_bounds(bounds: PredictiveBoundSettings, robot: Robot, context: Context) -> None:

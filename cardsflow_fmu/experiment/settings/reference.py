@@ -220,8 +220,8 @@ class ReferenceSettings:
     def duration(self) -> float:
         """Duration with the approach, in [s]."""
         curve = self.curve
-        own = curve.duration if isinstance(curve, FlowerSettings) else curve.points[-1].time
-        return own + (self.approach.duration if self.approach else 0.0)
+        seconds = curve.duration if isinstance(curve, FlowerSettings) else curve.points[-1].time
+        return seconds + (self.approach.duration if self.approach else 0.0)
 
     def data(self) -> dict[str, Any]:
         """Return the settings as plain data; reading the data returns equal settings."""

@@ -66,7 +66,7 @@ class RobotSettings(Table):
     @property
     def overrides(self) -> dict[str, Any]:
         """Changes of the robot, by kind and name of the part."""
-        return {kind: own for kind in KINDS if (own := getattr(self, kind))}
+        return {kind: changes for kind in KINDS if (changes := getattr(self, kind))}
 
 
 class PartSettings(RobotSettings):

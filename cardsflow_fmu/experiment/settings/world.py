@@ -94,8 +94,8 @@ class _ShapeWithPose(_Surface):
     @property
     def _others(self) -> list[str]:
         """Keys of other shapes."""
-        own = SIZES[self.shape]
-        return [key for keys in SIZES.values() for key in keys if key not in own]
+        keys_of_shape = SIZES[self.shape]
+        return [key for keys in SIZES.values() for key in keys if key not in keys_of_shape]
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
         """Return the table as plain data, without a pose at the origin and keys of other shapes."""

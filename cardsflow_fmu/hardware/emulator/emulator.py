@@ -213,9 +213,9 @@ class EmulatedRobot:
     def state(self) -> FloatArray:
         """Return the newest measurement of q, qd, l, tension and torque, shape (states,)."""
         read = self._sensors
-        own = Measurement(*(row.copy() for row in (read.q, read.qd, read.lengths, read.tensions)))
-        self._failures.change_measurement(own, self._steps * self.plant.step_size)
-        rows = (own.q, own.qd, own.lengths, own.tensions, self._torque)
+        copy = Measurement(*(row.copy() for row in (read.q, read.qd, read.lengths, read.tensions)))
+        self._failures.change_measurement(copy, self._steps * self.plant.step_size)
+        rows = (copy.q, copy.qd, copy.lengths, copy.tensions, self._torque)
         measured = zip(self._measured, rows, strict=True)
         return np.concatenate([np.zeros(0), *(row for is_measured, row in measured if is_measured)])
 

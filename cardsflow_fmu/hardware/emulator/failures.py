@@ -61,14 +61,14 @@ class Failures:
         coordinate_names: Sequence[str],
     ) -> None:
         self._settings, self._parts, self._others = settings, list[int](), list[int]()
-        for k, own in enumerate(settings):
-            names = coordinate_names if own.is_of_coordinate else muscle_names
-            for part in (own.part, own.other or own.part):
+        for k, failure in enumerate(settings):
+            names = coordinate_names if failure.is_of_coordinate else muscle_names
+            for part in (failure.part, failure.other or failure.part):
                 if part not in names:
                     key = f"hardware.emulator.failures[{k}]"
-                    raise UnknownNameError(own.kind_of_part, part, names, key=key)
-            self._parts.append(names.index(own.part))
-            self._others.append(names.index(own.other or own.part))
+                    raise UnknownNameError(failure.kind_of_part, part, names, key=key)
+            self._parts.append(names.index(failure.part))
+            self._others.append(names.index(failure.other or failure.part))
         self.reset()
 
     def reset(self) -> None:
@@ -87,14 +87,14 @@ class Failures:
         if not self._settings:
             return tensions
         changed = tensions.copy()
-        for k, own, i in self._active(time):
-            if own.kind == "broken":
+        for k, failure, i in self._active(time):
+            if failure.kind == "broken":
                 changed[i] = 0.0
-            elif own.kind == "weak":
-                changed[i] *= own.value
-            elif own.kind == "jammed":
+            elif failure.kind == "weak":
+                changed[i] *= failure.value
+            elif failure.kind == "jammed":
                 force, length = self._motor.setdefault(k, (tensions[i], lengths[i]))
-                changed[i] = max(force + own.value * (lengths[i] - length), 0.0)
+                changed[i] = max(force + failure.value * (lengths[i] - length), 0.0)
         return changed
 
     def motor_lengths(self, lengths: FloatArray) -> FloatArray:
@@ -112,25 +112,25 @@ class Failures:
 
     def change_measurement(self, measured: Measurement, time: float) -> None:
         """Apply the failures until a time to a measurement, in place."""
-        for k, own, i in self._active(time):
+        for k, failure, i in self._active(time):
             lengths, tensions = measured.lengths, measured.tensions
-            if own.kind in ("length_stuck", "broken"):
+            if failure.kind in ("length_stuck", "broken"):
                 lengths[i] = self._sensor.setdefault(k, lengths[i])
-            elif own.kind in ("length_bias", "off_pulley"):
-                lengths[i] += own.value
-            elif own.kind == "length_drift":
-                lengths[i] += own.value * (time - own.time)
-            elif own.kind == "length_scale":
+            elif failure.kind in ("length_bias", "off_pulley"):
+                lengths[i] += failure.value
+            elif failure.kind == "length_drift":
+                lengths[i] += failure.value * (time - failure.time)
+            elif failure.kind == "length_scale":
                 start = self._sensor.setdefault(k, lengths[i])
-                lengths[i] = start + own.value * (lengths[i] - start)
-            elif own.kind == "length_swapped":
+                lengths[i] = start + failure.value * (lengths[i] - start)
+            elif failure.kind == "length_swapped":
                 other = self._others[k]
                 lengths[i], lengths[other] = lengths[other], lengths[i]
-            elif own.kind == "tension_stuck":
+            elif failure.kind == "tension_stuck":
                 tensions[i] = self._sensor.setdefault(k, tensions[i])
-            elif own.kind == "tension_dead":
+            elif failure.kind == "tension_dead":
                 tensions[i] = 0.0
-            elif own.kind == "encoder_stuck":
+            elif failure.kind == "encoder_stuck":
                 measured.q[i] = self._sensor.setdefault(k, measured.q[i])
                 measured.qd[i] = 0.0
 

@@ -76,8 +76,8 @@ def experiment_in_mode(experiment: Experiment, mode: Mode) -> Experiment:
 
 
 def _controller(experiment: Experiment, space: Space) -> ControllerSettings:
-    own = experiment.controller
-    data: dict[str, Any] = {key: getattr(own, key) for key in _INHERITED}
+    controller = experiment.controller
+    data: dict[str, Any] = {key: getattr(controller, key) for key in _INHERITED}
     context = Context(experiment.file, robot_names(experiment.robot, space))
     given = {key: list(v) if isinstance(v, tuple) else v for key, v in data.items()}
     return read_controller(_GAINS | given, context, experiment.run, space, experiment.start)
@@ -94,8 +94,8 @@ def models_in_mode(experiment: Experiment, mode: Mode) -> tuple[str, ...]:
 
 def stepping_in_mode(experiment: Experiment, names: tuple[str, ...]) -> Coupling:
     """Return the coupling of some models of an experiment."""
-    own = experiment.stepping
-    return replace(own, order=tuple(name for name in own.order if name in names))
+    coupling = experiment.stepping
+    return replace(coupling, order=tuple(name for name in coupling.order if name in names))
 
 
 def wiring_in_mode(

@@ -33,30 +33,30 @@ def motion_fields(experiment: Experiment) -> tuple[Counts, Fields]:
     Raises:
         InputError: The optimal motion of the controller does not exist yet.
     """
-    settings, own, robot = experiment.controller, experiment.feedback, experiment.robot
+    settings, feedback, robot = experiment.controller, experiment.feedback, experiment.robot
     if not settings.uses_gains:
         return _NONE
-    if own is None:
+    if feedback is None:
         what = f'{settings.type!r} requires reference.type = "optimised"'
         raise InputError(what, file=experiment.file, key="reference.type")
-    n, count = len(robot.coordinates), len(own.times)
+    n, count = len(robot.coordinates), len(feedback.times)
     commands, forces = muscle_signals("u", robot), muscle_signals("f", robot)
     names = [*forces, *motor_signals("tau", robot)]
     actuators = [
-        (commands if name in commands else names).index(name) for name in own.control_names
+        (commands if name in commands else names).index(name) for name in feedback.control_names
     ]
     inputs = [port.name for port in state_ports(robot, "input")]
-    states, gains = own.states[:, 2 * n :], own.gains
+    states, gains = feedback.states[:, 2 * n :], feedback.gains
     if experiment.hardware.use:  # hardware does not measure the states of muscles
         states, gains = states[:, :0], gains[:, :, : 2 * n]
-    of_muscles = own.state_names[2 * n : 2 * n + states.shape[1]]
+    of_muscles = feedback.state_names[2 * n : 2 * n + states.shape[1]]
     rows_of_states = [inputs.index(name) for name in of_muscles]
-    rows = [own.forces, own.controls, states, gains.reshape(count, -1)]
+    rows = [feedback.forces, feedback.controls, states, gains.reshape(count, -1)]
     values = np.concatenate(rows, axis=1)
-    low, high = _command_ranges(experiment, own, actuators)
-    use = _BY_COMMANDS if own.has_commands else _BY_FORCES
+    low, high = _command_ranges(experiment, feedback, actuators)
+    use = _BY_COMMANDS if feedback.has_commands else _BY_FORCES
     fields: Fields = {
-        "motion_begin": own.times,
+        "motion_begin": feedback.times,
         "motion_values": values,
         "motion_actuator": actuators,
         "motion_low": low,
@@ -74,11 +74,11 @@ def motion_fields(experiment: Experiment) -> tuple[Counts, Fields]:
 
 
 def _command_ranges(
-    experiment: Experiment, own: MotionFeedback, actuators: list[int]
+    experiment: Experiment, feedback: MotionFeedback, actuators: list[int]
 ) -> tuple[list[float], list[float]]:
     """Return the ranges of the commands of the controls; infinite for forces and torques."""
     laws = MuscleLaws(experiment.robot, Core(compile_blob(experiment.robot)))
-    is_command = [name.startswith("u.") for name in own.control_names]
+    is_command = [name.startswith("u.") for name in feedback.control_names]
     pairs = list(zip(actuators, is_command, strict=True))
     return (
         [float(laws.command_low[k]) if flag else -np.inf for k, flag in pairs],

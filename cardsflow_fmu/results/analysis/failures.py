@@ -153,11 +153,11 @@ def _result(intact: Failure, others: Sequence[Failure]) -> str:
 
 def _counts(others: Sequence[Failure]) -> Iterator[str]:
     for size, kind in ((1, "single"), (2, "double")):
-        own = [failure for failure in others if len(failure.actuators) == size]
-        if own:
-            lost = [" and ".join(f.actuators) for f in own if not f.is_survived]
-            yield f"the motion survives {len(own) - len(lost)} of {len(own)} {kind} failures"
-            if size == 1 and 0 < len(lost) < len(own):
+        cases = [failure for failure in others if len(failure.actuators) == size]
+        if cases:
+            lost = [" and ".join(f.actuators) for f in cases if not f.is_survived]
+            yield f"the motion survives {len(cases) - len(lost)} of {len(cases)} {kind} failures"
+            if size == 1 and 0 < len(lost) < len(cases):
                 yield f"it is infeasible without {' or '.join(lost)}"
 
 

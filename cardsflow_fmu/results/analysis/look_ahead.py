@@ -85,6 +85,6 @@ def _speeds(terms: dict[float, tuple[Robot, MotionTerms]], failed: int, ramp: fl
 
 
 def _feasible(terms: tuple[Robot, MotionTerms], failed: int) -> BoolArray:
-    robot, own = terms
-    strength: FloatArray = required_strength(own, (failed,), force_limits(robot, own))
+    robot, motion = terms
+    strength: FloatArray = required_strength(motion, (failed,), force_limits(robot, motion))
     return np.asarray(strength <= 1.0)

@@ -58,8 +58,8 @@ def _rank_with_offsets(robot: Robot, poses: FloatArray, settings: EstimatorTable
     known = np.where(is_unknown, 0.0, settings.length_noise)
     if not is_unknown.any():
         return len(robot.coordinates)
-    own = replace(settings.estimator_settings, length_noise=known)
-    return int(observability(robot, poses, own).rank.min())
+    known_noise = replace(settings.estimator_settings, length_noise=known)
+    return int(observability(robot, poses, known_noise).rank.min())
 
 
 def observability_warnings(found: dict[str, Any]) -> list[str]:

@@ -31,13 +31,13 @@ def read_markers(file: Path) -> tuple[Marker, ...]:
         InputError: The table is invalid; the message names the marker.
     """
     context = Context(file)
-    found = []
+    markers = []
     for name, data in read_settings(file).items():
-        own = MarkerSettings.read(data, context, name)
-        found.append(Marker(name, own.link, own.position))
-    if not found:
+        settings = MarkerSettings.read(data, context, name)
+        markers.append(Marker(name, settings.link, settings.position))
+    if not markers:
         raise InputError("has no markers; add a table with link and position for each", file=file)
-    return tuple(found)
+    return tuple(markers)
 
 
 def read_capture(file: Path) -> dict[str, FloatArray]:

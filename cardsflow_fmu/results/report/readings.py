@@ -79,7 +79,7 @@ def read_readings(
         return found
 
     passive = passive_muscles(robot)
-    tensions = block([_tension(own, columns) for own in _tension_names(robot)])
+    tensions = block([_tension(column_names, columns) for column_names in _tension_names(robot)])
     tensions[:, passive] = 0.0
     lengths = block(muscle_signals("l", robot))
     lengths[:, passive] = np.nan
@@ -131,8 +131,8 @@ def _tension_names(robot: Robot) -> list[tuple[str, ...]]:
         strict=True,
     )
     return [
-        (own, measured) if k in driven else (measured, commanded)
-        for k, (own, measured, commanded) in enumerate(rows)
+        (estimated, measured) if k in driven else (measured, commanded)
+        for k, (estimated, measured, commanded) in enumerate(rows)
     ]
 
 
@@ -179,9 +179,9 @@ def _require_same_names(path: Path, columns: Mapping[str, FloatArray], robot: Ro
         "l": set(muscle_signals("l", robot)),
         "f": set(muscle_signals("f", robot)),
     }
-    for kind, own in known.items():
+    for kind, signals in known.items():
         found = {name for name in columns if name.partition(".")[0] == kind and "." in name}
-        unknown = sorted(found - own)
+        unknown = sorted(found - signals)
         if unknown:
             what = f"{unknown[0]!r} is not a signal of robot {robot.name!r}; it is of another robot"
             raise InputError(what, file=path)

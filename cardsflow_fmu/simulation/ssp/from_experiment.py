@@ -132,9 +132,9 @@ class _Part:
             *(self._connector(name, "input") for name in inputs),
             *(self._connector(name, "output") for name in self._side("output")),
         ]
-        own = [Parameter(p.name, p.start, KNOWN_UNITS.get(p.unit)) for p in self._parameters]
+        parameters = [Parameter(p.name, p.start, KNOWN_UNITS.get(p.unit)) for p in self._parameters]
         source = f"resources/{self.name}.fmu"
-        return Component(self.name, source, tuple(connectors), (*own, *self._held))
+        return Component(self.name, source, tuple(connectors), (*parameters, *self._held))
 
     def _connector(self, name: str, kind: Literal["input", "output"]) -> Connector:
         kind_of_value = _TYPES[self._variables[name].type]

@@ -131,14 +131,14 @@ def _connector(element: Any, units: dict[str, Unit], file: Path) -> Connector:
 def _add_system_parameters(component: Component, *, system_parameters: list[Any]) -> Component:
     """Return a component with the parameters of the system, followed by its own parameters."""
     lead = f"{component.name}."
-    own = [
+    parameters = [
         replace(p, name=p.name.removeprefix(lead))
         for p in system_parameters
         if p.name.startswith(lead)
     ]
-    taken = {p.name for p in own}
+    taken = {p.name for p in parameters}
     kept = [p for p in component.parameters if p.name not in taken]
-    return replace(component, parameters=(*kept, *own))
+    return replace(component, parameters=(*kept, *parameters))
 
 
 def _experiment(root: Any, file: Path) -> tuple[float | None, float | None]:

@@ -41,9 +41,9 @@ def motion_columns(given: GivenMotion, found: Activations) -> dict[str, FloatArr
     L = np.array([dynamics.muscle_jacobian(q) for q in motion.q])
     rates = np.einsum("tmn,tn->tm", L, motion.qd)
     add(muscle_signals("power", robot), -found.forces * rates)
-    own = [muscle for muscle in robot.muscles if has_fibres(muscle)]
-    if own:
-        columns |= _fibre_columns(robot.with_muscles(own), given, found, rates)
+    muscles = [muscle for muscle in robot.muscles if has_fibres(muscle)]
+    if muscles:
+        columns |= _fibre_columns(robot.with_muscles(muscles), given, found, rates)
     if not robot.loops:
         columns |= _reaction_columns(given, found)
     return columns
@@ -90,9 +90,11 @@ def _fibre_columns(
 def _reaction_columns(given: GivenMotion, found: Activations) -> dict[str, FloatArray]:
     motion, loads = given.motion, given.loads
     wrenches = None if loads is None else (loads.links, loads.forces, loads.moments)
-    own = joint_reactions(given.robot, (motion.q, motion.qd, motion.qdd), found.forces, wrenches)
+    states = (motion.q, motion.qd, motion.qdd)
+    reactions = joint_reactions(given.robot, states, found.forces, wrenches)
     columns: dict[str, FloatArray] = {}
-    for kind, rows in (("reaction_force", own.forces), ("reaction_moment", own.moments)):
-        for k, name in enumerate(own.joints):
+    rows_of = {"reaction_force": reactions.forces, "reaction_moment": reactions.moments}
+    for kind, rows in rows_of.items():
+        for k, name in enumerate(reactions.joints):
             columns |= {f"{kind}.{name}.{axis}": rows[:, k, j] for j, axis in enumerate("xyz")}
     return columns

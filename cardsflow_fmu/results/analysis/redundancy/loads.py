@@ -44,8 +44,8 @@ def read_external_loads(robot: Robot, motion: Motion, file: Path) -> ExternalLoa
     table = read_opensim_table(file.parent / data)
     _require_times(table, motion, file.parent / data)
     links = tuple(_link(robot, each) for each in elements)
-    own = link_motion(robot, links, motion.q, motion.qd, motion.qdd)
-    forces, moments = np.zeros_like(own.origins), np.zeros_like(own.origins)
+    links_motion = link_motion(robot, links, motion.q, motion.qd, motion.qdd)
+    forces, moments = np.zeros_like(links_motion.origins), np.zeros_like(links_motion.origins)
     for k, each in enumerate(elements):
         force, point, torque = (
             _columns(table, _text(each, f"{kind}_identifier"), motion.times, each)
@@ -54,8 +54,8 @@ def read_external_loads(robot: Robot, motion: Motion, file: Path) -> ExternalLoa
         forces[:, k] = 0.0 if force is None else force
         moments[:, k] = 0.0 if torque is None else torque
         if point is not None:
-            moments[:, k] += np.cross(point - own.origins[:, k], forces[:, k])
-    return ExternalLoads(links, forces, moments, own.generalised_forces(forces, moments))
+            moments[:, k] += np.cross(point - links_motion.origins[:, k], forces[:, k])
+    return ExternalLoads(links, forces, moments, links_motion.generalised_forces(forces, moments))
 
 
 def _text(node: Node, tag: str) -> str:

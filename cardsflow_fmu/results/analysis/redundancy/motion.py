@@ -83,8 +83,8 @@ def read_given_motion(
     known = set(recorded_names(file, names, lengths)) or set(names)
     locked = {c.name: c.initial for c in robot.coordinates if c.name not in known}
     moving = lock(robot, locked) if locked else robot
-    own = Names("coordinate", [c.name for c in moving.coordinates])
-    rows, trajectory = read_recorded(file, {"joint": own}, noise, lengths)
+    moving_names = Names("coordinate", [c.name for c in moving.coordinates])
+    rows, trajectory = read_recorded(file, {"joint": moving_names}, noise, lengths)
     first = float(rows[0]) if begin is None else begin
     last = float(rows[-1]) if end is None else end
     for key, value in (("--begin", first), ("--end", last)):

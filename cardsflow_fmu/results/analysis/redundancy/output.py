@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from cardsflow_fmu.utils.opensim_table import opensim_text
-from controllers.force_distribution.over_time.problem import MuscleTrajectory
 
 from .static import Activations
 
@@ -23,10 +22,10 @@ def activation_files(found: Activations) -> dict[str, str]:
         "activations.sto": opensim_text("activations", names, rows),
         "forces.sto": opensim_text("forces", [*names, *reserves], forces),
     }
-    if (own := found.trajectory) is not None:
+    if (trajectory := found.trajectory) is not None:
         names = ["time", *found.trajectory_names]
         for name in ("excitations", "fibre_lengths", "fibre_rates"):
-            rows = np.column_stack([found.times, getattr(own, name)])
+            rows = np.column_stack([found.times, getattr(trajectory, name)])
             files[f"{name}.sto"] = opensim_text(name, names, rows)
     return files
 
@@ -35,7 +34,7 @@ def activation_summary(found: Activations) -> dict[str, Any]:
     """Return a summary of activations as plain data."""
     largest = found.activations.max(axis=0, initial=0.0)
     reserves = np.abs(found.reserves).max(axis=0, initial=0.0)
-    own = found.trajectory
+    trajectory = found.trajectory
     return {
         "points": len(found.times),
         "begin": float(found.times[0]),
@@ -49,13 +48,13 @@ def activation_summary(found: Activations) -> dict[str, Any]:
         "largest_reserves": dict(zip(found.coordinate_names, reserves.tolist(), strict=True)),
     } | (
         {}
-        if own is None
-        else {"cost": own.cost, "iterations": own.iterations, "rigid": list(found.rigid_names)}
+        if trajectory is None
+        else {
+            "cost": trajectory.cost,
+            "iterations": trajectory.iterations,
+            "rigid": list(found.rigid_names),
+        }
     )
-
-
-def _trajectory_summary(own: MuscleTrajectory, rigid: Sequence[str]) -> dict[str, Any]:
-    return {"cost": own.cost, "iterations": own.iterations, "rigid": list(rigid)}
 
 
 def describe_activations(summary: Mapping[str, Any], count: int = 5) -> str:

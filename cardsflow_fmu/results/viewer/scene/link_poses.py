@@ -31,8 +31,8 @@ def link_poses(robot: Robot, q: FloatArray) -> Poses:
         moved = motion_transforms(frame.motion, x[:, frame.coordinate])
         T_world_frame.append(parent @ frame.T_parent_frame @ moved)
     return {
-        link: (world if own.frame < 0 else T_world_frame[own.frame]) @ own.T_frame_link
-        for link, own in frame_of.items()
+        link: (world if pose.frame < 0 else T_world_frame[pose.frame]) @ pose.T_frame_link
+        for link, pose in frame_of.items()
     }
 
 
