@@ -175,7 +175,6 @@ class LinkShape:
     """Additional collision shape of a link.
 
     Attributes:
-        link: Name of the link.
         shape: The shape.
         pose: Pose in the link frame.
         friction: Coefficient of Coulomb friction, or None for the value of the scene.
@@ -200,7 +199,6 @@ class Scene:
 
     Attributes:
         ground: The ground, or None.
-        objects: Objects in the scene.
         friction: Default coefficient of Coulomb friction of all bodies.
         restitution: Default coefficient of restitution of all bodies, from 0 (inelastic) to 1
             (elastic).

@@ -50,7 +50,6 @@ class BuiltRobot:
         robot: The robot without meshes; None if a finding is an error.
         findings: Findings on the design and the robot, errors first.
         T_world_link: Pose of every link of the tree, at the pose of the design.
-        bodies_of_link: The bodies of every link.
         link_of_occurrence: Link of each occurrence, by its name in the design, as returned by
             `link_of`; the other attributes contain the exported names.
         base: Link at the root of the tree, by its name in the design; empty if it does not exist.

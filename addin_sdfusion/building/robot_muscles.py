@@ -30,7 +30,6 @@ class RobotMuscles(NamedTuple):
     Attributes:
         cable_sets: One set with all muscles; empty if there are no muscles.
         task_sets: Sets of the task points and the markers, if any.
-        surfaces: Wrap surfaces.
         findings: Findings on the muscles.
     """
 

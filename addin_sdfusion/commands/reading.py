@@ -30,7 +30,6 @@ class Reading:
     Attributes:
         snapshot: Snapshot of the design, without meshes.
         link_of: Link of each occurrence, by path.
-        table: Muscle table.
         table_findings: Findings on the muscle table.
         note: Note for the user on the type of the design, or empty.
     """
@@ -46,7 +45,6 @@ def read(design: Any, *, weighed_for: str = "") -> Reading:
     """Read a design.
 
     Args:
-        design: The design.
         weighed_for: Title of the progress dialog of the mass calculation; empty to omit masses.
 
     Raises:

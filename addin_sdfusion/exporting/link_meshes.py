@@ -58,11 +58,9 @@ def link_meshes(
     """Return the meshes of a link.
 
     Args:
-        link: Name of the link.
         stem: Prefix of the names of its files.
         bodies: Bodies of the link; hidden bodies are not exported.
         T_link_world: Pose of the world frame, which is the frame of the body meshes.
-        settings: Settings of the export.
     """
     collision = settings.collision_of(link)
     if not settings.visual and collision == "none":

@@ -30,7 +30,6 @@ class Occurrence:
         path: Full path; empty for the root component.
         parent: Full path of the parent occurrence.
         native: Fusion's occurrence in the context of the root; None for the root component.
-        component: The component.
         T: Pose in the root frame.
         T_first: Pose of the first occurrence of the same component.
     """

@@ -79,7 +79,6 @@ def hidden_points(design: Any, visible: Collection[str]) -> Iterator[tuple[str, 
     """Yield key, point and record of points whose component has no occurrence.
 
     Args:
-        design: The design.
         visible: Persistent ids of all components with an occurrence.
     """
     for attribute in optional(lambda: list(design.findAttributes(GROUP, POINT))) or ():

@@ -44,9 +44,7 @@ class KeptPoint:
     """A point on a component of another document, stored in the design that contains it.
 
     Attributes:
-        occurrence: Path of the occurrence.
         position: In the frame of the occurrence, in [m].
-        use: Use of the point.
     """
 
     occurrence: str
@@ -87,7 +85,6 @@ def settings_text(settings: ExportSettings, before: str = "{}") -> str:
     """Return the text of the attribute of a design that stores the settings of the export.
 
     Args:
-        settings: The settings.
         before: Stored text, whose keys of a newer version are kept.
     """
     plain = {"version": VERSION, **to_plain(settings)}

@@ -19,7 +19,6 @@ def csv_text(table: MuscleTable, delimiter: str = ",") -> str:
     """Return the text of a file with all muscles, task points and markers.
 
     Args:
-        table: The muscle table.
         delimiter: Delimiter between cells; a tab for the clipboard.
     """
     stream = io.StringIO()

@@ -49,7 +49,6 @@ def read_table(
     """Return the muscle table of a design.
 
     Args:
-        snapshot: The design.
         link_of: Link of each occurrence, by path. It selects the occurrence of a point without
             a stored occurrence whose component has several occurrences.
 

@@ -42,8 +42,6 @@ def path_of(
     """Return the path of a muscle without its lost points.
 
     Args:
-        table: The muscle table.
-        muscle: Name of the muscle.
         moved: Displacement of links from the pose of the design, in the root frame; links that are
             not listed do not move.
     """

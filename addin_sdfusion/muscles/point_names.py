@@ -35,7 +35,6 @@ class PointName:
 
     Attributes:
         role: `via`, `task`, `marker`, or `com`, which is ignored.
-        link: Name of the link.
         motor: Number in the name of the muscle, for a via point.
         number: Position in the sequence of points along the muscle, for a via point.
         copy: Number that Fusion appended to a duplicate name; 0 if the name is unique.

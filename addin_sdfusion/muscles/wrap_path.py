@@ -38,7 +38,6 @@ def path_over(start: Vector3, end: Vector3, face: SurfaceSnapshot, use: WrapUse)
     Args:
         start: Via point before the surface, in the root frame, in [m].
         end: Via point after the surface, in the root frame, in [m].
-        face: The surface.
         use: Side and number of turns of the wrap.
     """
     if use.inside:

@@ -62,7 +62,6 @@ class UnknownNameError(InputError):
     Args:
         kind: Kind of object, such as `muscle`.
         name: The unknown name.
-        known: All known names.
         file: File with the error.
         line: Line in that file, counted from 1.
         key: Key with the error.

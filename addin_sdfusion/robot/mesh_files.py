@@ -71,7 +71,6 @@ def lies_in(file: Path, roots: Iterable[Path]) -> bool:
     """Return whether a file is in one of several folders, after links are resolved.
 
     Args:
-        file: The file.
         roots: Folders, or single files.
     """
     try:
@@ -85,7 +84,6 @@ def mesh_bytes(file: Path, roots: Iterable[Path] | None) -> bytes:
     """Return the content of a mesh file.
 
     Args:
-        file: The file.
         roots: Allowed folders, see `lies_in`; None allows every file.
 
     Raises:

@@ -60,7 +60,6 @@ class Place:
     Attributes:
         path: Path of the occurrence.
         parent: Path of the parent assembly.
-        part: The part.
         T: Pose T_root_part, lengths in [m].
     """
 

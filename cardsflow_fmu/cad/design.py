@@ -127,7 +127,6 @@ class Design:
 
         Args:
             name: Name of the point.
-            point: The point.
             axes: Task coordinates in the world, such as "xz".
 
         Raises:
@@ -159,7 +158,6 @@ class Design:
             name: Name of the surface; the same for all muscles that wrap over it.
             part: Part with the face.
             face: One of `part.faces()`.
-            muscle: Name of the muscle.
             after: Number of the via point before the surface, counted from 1.
             side: 1 or -1 for a sense of rotation about the axis, 0 for the shorter path.
             turns: Number of additional full turns.

@@ -96,7 +96,6 @@ def wrap_surfaces(
     Args:
         rows: Rows of the table.
         assembly: Assembly with the parts.
-        muscles: Names of the muscles.
 
     Raises:
         InputError: A part, face or muscle does not exist; the message states the line.

@@ -24,7 +24,6 @@ class Turn:
     """Participant in the order of a step.
 
     Attributes:
-        participant: The participant.
         copies: Copies to its inputs, made before the step.
         every: Number of communication steps per step of the participant.
         stage: Number of its stage. All participants of a stage receive their inputs before any of

@@ -50,12 +50,8 @@ class Experiment:
         file: The experiment file.
         robot: The robot, with the cable set and the changes of the experiment.
         robot_path: Main file of the robot.
-        robot_files: All files of the robot.
-        reference: The reference.
         disturbance: External forces; None without external forces.
         start: The initial state.
-        plant: Settings of the plant.
-        controller: Settings of the controller.
         run: Settings of the co-simulation.
         wiring: Output or constant number by input, for inputs that are not connected to the output
             with the same name: `controller.q.elbow` -> `plant.q.elbow`.

@@ -164,7 +164,6 @@ def collision_meshes(place: str, robot: Robot, folder: Path, roots: Sequence[Pat
 
     Args:
         place: Path of the robot's folder in the archive.
-        robot: The robot.
         folder: The folder of the robot.
         roots: As for `lies_in`.
 

@@ -133,7 +133,6 @@ def experiment_settings(
 
     Args:
         data: The content.
-        file: The file.
         named: Files that may be packed from any folder.
         reading: Result of reading the robot of [robot], to read it only once.
     """

@@ -47,7 +47,6 @@ class Message(NamedTuple):
     """Message of a recording.
 
     Attributes:
-        topic: Name of the topic.
         time_ns: Time of recording, in [ns].
         content: Serialized message.
     """

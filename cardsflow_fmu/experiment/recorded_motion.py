@@ -53,7 +53,6 @@ def read_motion(
     ignored.
 
     Args:
-        file: The file.
         spaces: Names of joint and task coordinates; the first set with all columns is used.
         noise: Noise of the positions, see `recorded_trajectory`.
         lengths: Names of coordinates that are lengths.

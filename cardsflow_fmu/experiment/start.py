@@ -51,7 +51,6 @@ def read_reference(
         space: Space that the controller controls.
         context: File and names, for messages.
         robot_path: The robot file.
-        robot: The robot.
         in_file: Names of all coordinates in the robot file, including locked ones.
         dynamics: Dynamics that close the loops of the start pose; None without loops.
         has_free_start: Whether an optimal motion chooses its start.
@@ -140,11 +139,8 @@ def read_controller_gains(
     """Read the forces and gains of a controller along an optimal motion.
 
     Args:
-        controller: The controller.
         table: The table [reference]; with the type "rest", the motion does not exist yet.
-        reference: The reference.
         context: File and names, for messages.
-        robot: The robot.
         roots: Folders of files that may be packed.
 
     Returns:

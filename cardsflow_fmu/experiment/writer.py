@@ -71,7 +71,6 @@ def experiment_resources(experiment: Experiment, *, with_hardware: bool = False)
     """Return the files that an FMU contains: experiment, robots, and meshes.
 
     Args:
-        experiment: The experiment.
         with_hardware: Whether to include [hardware]. Only the hardware FMU needs it; the other FMUs
             are the same with any hardware.
 

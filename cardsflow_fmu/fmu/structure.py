@@ -23,7 +23,6 @@ class Unknown(NamedTuple):
 
     Attributes:
         kind: Output or derivative of a state; output or derivative at the start; event indicator.
-        variable: The variable.
         knowns: Variables that it depends on, in order; None for all.
     """
 
@@ -40,7 +39,6 @@ def unknowns_of(fmu: FmuDescription, causalities: Collection[str] = _INPUTS) -> 
     inputs and parameters.
 
     Args:
-        fmu: The FMU.
         causalities: Causalities of the variables on which outputs may depend over a step.
     """
     outputs = [v for v in fmu.variables if v.port.causality == "output"]
@@ -67,7 +65,6 @@ def mark_states(fmu: FmuDescription, elements: Sequence[ET.Element], first: int 
     """Set the attributes of states and derivatives.
 
     Args:
-        fmu: The FMU.
         elements: The element with the attributes of each variable.
         first: Index of the first variable; 0 for value references.
     """

@@ -72,7 +72,6 @@ def write_fmu(
         step: Preferred communication step, in [s].
         stop_time: Preferred end, in [s].
         internal_step: Divisor of communication steps, in [s].
-        fmi: Version of FMI.
         arrays: Whether adjacent ports form arrays in FMI 3.0. FMI 2.0 has no arrays.
         libraries: C library for each platform, by the FMI 3.0 name of the platform (default: the
             library for the current platform).

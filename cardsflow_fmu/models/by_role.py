@@ -38,8 +38,6 @@ def model_in_c(experiment: Experiment, model: str, native: bool | None) -> Nativ
     """Return the native model of an experiment, or None if a Python process hosts it.
 
     Args:
-        experiment: The experiment.
-        model: Name of the model.
         native: Whether the model computes in C (default: if possible).
 
     Raises:

@@ -21,7 +21,6 @@ class ExperimentModel(FmuModel):
     """Model of an experiment. Models can be copied and pickled with their state, except hardware.
 
     Args:
-        experiment: The experiment.
         values: Memory for the variables (default: allocated).
 
     Attributes:

@@ -31,7 +31,6 @@ class HardwareModel(ExperimentModel):
     `close`, garbage collection and the end of the program bring the robot to its safe state.
 
     Args:
-        experiment: The experiment.
         values: Memory for the variables (default: allocated).
         connection: Connection to the hardware (default: from environment variables).
     """

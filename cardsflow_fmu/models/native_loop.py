@@ -115,7 +115,6 @@ def run_batch(experiments: Sequence[Experiment], threads: int = 1) -> list[Recor
     """Run several experiments in parallel threads.
 
     Args:
-        experiments: The experiments.
         threads: Maximum number of parallel runs, at least 1.
 
     Returns:

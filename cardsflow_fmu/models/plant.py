@@ -181,7 +181,6 @@ def plant_fields(
     """Return counts and fields of a plant; see `encode`.
 
     Args:
-        robot: The robot.
         substeps: Integrator steps per internal step.
         integrator: Integration method.
         wrenches: Names of links with external wrenches.

@@ -35,7 +35,6 @@ def start(robot: Robot, q: Sequence[float]) -> Start:
     would therefore fall at the start of a run.
 
     Args:
-        robot: The robot.
         q: Joint positions, shape (n,), in [rad] or [m].
     """
     f_min = np.array([muscle.f_min for muscle in robot.muscles])

@@ -30,7 +30,6 @@ def metadata_files(run: RunData, *, is_large: bool = False) -> Contents:
     """Return the files with units, summary, and computation times if known.
 
     Args:
-        run: The run.
         is_large: Whether computation times are an array (.npy) instead of CSV.
     """
     files: Contents = {

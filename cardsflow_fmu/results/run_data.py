@@ -73,7 +73,6 @@ class ExperimentRunData(RunData):
     original.
 
     Attributes:
-        experiment: The experiment.
         release: Function that deletes the unpacked robot files. If it is not called, they are
             deleted together with the experiment.
     """

@@ -36,11 +36,9 @@ class DeviceNode:
     protocol.
 
     Args:
-        device: The device.
         shown: Robot of the device.
         settings: Hardware settings of the robot.
         uri: Address of the device's server.
-        address: Address of the node.
         key: Pre-shared key of the device, or None.
         report: Function that is called with a line of text about the node.
         accepts_commands: Whether commands are accepted from a topic. If so, the address must

@@ -36,8 +36,6 @@ def cable_markers(
 
     Args:
         time_ns: Times of K frames, shape (K,), in [ns].
-        robot: The robot.
-        paths: Paths of the muscles.
         tensions: Tensions, shape (K, m), in [N], or None if unknown.
         max_tension: Maximum tension of the motion, in [N].
         reach: Reach of the robot, in [m].
@@ -91,7 +89,6 @@ def body_markers(
 
     Args:
         time_ns: Time of the markers, shape (1,), in [ns].
-        robot: The robot.
         stage: Scene of the robot at any joint positions.
         meshes: Surfaces of the links.
     """

@@ -41,7 +41,6 @@ def published(
 
     Args:
         experiment: The experiment of the run.
-        address: Address of the node.
         report: Function that is called with a line of text about the node.
 
     Raises:
@@ -98,7 +97,6 @@ class RunPublisher:
 
     Args:
         shown: The robot of the run.
-        node: The node.
         has_clock: Whether the time of the run is published on `/clock`.
         without: Names of topics that another object publishes.
 

@@ -43,7 +43,6 @@ class McapRecording(NamedTuple):
 
     Attributes:
         file: File of the recording.
-        topics: Names of the topics.
         notes: Lines about parts of the run that the recording does not contain.
     """
 

@@ -46,7 +46,6 @@ class ShownRobot(NamedTuple):
     """Robot to visualise.
 
     Attributes:
-        robot: The robot.
         folder: Folder of the robot's files.
         roots: Folders with files that may be read; see `packed_files`.
         scene: Surroundings of the robot, or None.
@@ -67,7 +66,6 @@ class SceneTopics:
     """Topics that visualise a robot.
 
     Attributes:
-        topics: The topics.
         meshes: Contents of the mesh files, by their path in the robot description.
         findings: Notes about omitted meshes and an omitted description.
     """
@@ -124,7 +122,6 @@ class SceneTopics:
         """Yield frames, cables and task points.
 
         Args:
-            run: The run.
             rows: Rows to visualise, from `frame_rows`.
             max_tension: Tension at the end of the colour scale, in [N].
         """

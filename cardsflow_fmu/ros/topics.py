@@ -36,7 +36,6 @@ class Batch(NamedTuple):
     """Messages of one topic that differ only in their numbers.
 
     Attributes:
-        topic: The topic.
         time_ns: Times of K messages, shape (K,), in [ns].
         values: Fields of the messages. Arrays have K rows; all other values are equal in all
             messages. An array of shape (K, n, 3) contains n points.
@@ -59,7 +58,6 @@ class RowTopics:
     """Topics with one message per row.
 
     Args:
-        run: The run.
         robot: Robot of the run, or None if unknown. Without a robot, the names of the columns are
             used, and efforts and rates of lengths are omitted.
     """
@@ -178,7 +176,6 @@ class _Table(NamedTuple):
     """Joint states of one topic, with one message per row.
 
     Attributes:
-        topic: The topic.
         names: Names of the joints by the identifiers that columns contain.
         position, velocity, effort: Values, shape (K, n) each, or None to omit them.
     """

@@ -29,7 +29,6 @@ class NodeAddress:
 
     Attributes:
         namespace: Namespace of the node, with a slash before each part, or empty.
-        node: Name of the node.
         domain: Id of the ROS domain, or None for the domain of ROS_DOMAIN_ID.
         timeout: Maximum time between commands, in [s], or None if not specified.
         controller: Name of a forward_command_controller of ros2_control, or empty. With a

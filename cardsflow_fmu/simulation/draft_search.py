@@ -99,7 +99,6 @@ class DraftSearch:
     """Search for an experiment whose test run tracks the reference.
 
     Attributes:
-        robot: The robot.
         robot_path: Path of the robot files.
         cable_set: Name of the cable set; None for the default.
     """
@@ -284,7 +283,6 @@ class DraftSearch:
         """Run a draft in C; None if the native models do not support it.
 
         Args:
-            draft: The draft.
             may_stop: Whether the run ends as soon as its tracking error is too large.
         """
         path = self.robot_path.resolve()

@@ -24,7 +24,6 @@ def reference_results(
     """Return the outputs of a model over 100 steps.
 
     Args:
-        experiment: The experiment.
         name: Name of the model; not the hardware.
         step: Communication step, in [s].
         is_continuous: Whether the results are those of a plant for model exchange. They are

@@ -93,7 +93,6 @@ def run(
     is recorded in the same folder.
 
     Args:
-        experiment: The experiment.
         output: Results folder (default: `run.output` of the experiment).
         compute: `c` for models in C where possible, `python` for models that a Python process
             hosts (default: `run.compute` of the experiment).

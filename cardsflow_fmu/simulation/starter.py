@@ -99,7 +99,6 @@ def find_experiment(
     """Return an experiment for a robot whose test run tracks the reference, or the best one.
 
     Args:
-        robot: The robot.
         files: Robot file or its folder.
         path: Path of the robot in the text, relative to the folder of the experiment.
         cable_set: Name of the cable set; None for the default of the robot file.

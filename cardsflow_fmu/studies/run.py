@@ -69,7 +69,6 @@ def run_study(
     """Execute the missing runs of a study and write table, summary and report.
 
     Args:
-        study: The study.
         executor: Executor of the runs, or None for a pool of processes.
         jobs: Number of parallel runs, or None for the number of cores.
         resume: Whether to continue a study that already has runs.
@@ -106,7 +105,6 @@ def repeat_run(study: Study, prefix: str, output: str | Path | None = None) -> t
     """Repeat one run of a study in this process without writing files.
 
     Args:
-        study: The study.
         prefix: First digits of the run's hash.
         output: Folder of the study, or None for the folder that the study specifies.
 

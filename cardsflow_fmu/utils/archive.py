@@ -161,7 +161,6 @@ def read_entry(archive: zipfile.ZipFile, entry: str | zipfile.ZipInfo, largest: 
     """Return the content of a file in an archive.
 
     Args:
-        archive: The archive.
         entry: The file, or its name.
         largest: Maximum size, in bytes.
 

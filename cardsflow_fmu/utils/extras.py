@@ -22,7 +22,6 @@ def require(what: str, extra: str, *modules: str, key: str | None = None) -> Non
 
     Args:
         what: Feature that needs the extra, in the plural, for the message.
-        extra: Name of the extra.
         modules: Modules to import; their top-level package is named in the message.
         key: Option or setting that uses the feature.
 

@@ -30,7 +30,6 @@ def key_warning(file: Path, name: str) -> str | None:
     """Return a warning about the permissions of a key file, or None.
 
     Args:
-        file: The file.
         name: Name of the key in the warning, since stored warnings should not contain its path.
     """
     if os.name != "posix":

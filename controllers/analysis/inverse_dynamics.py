@@ -73,7 +73,6 @@ class MotionTerms:
     """Torques and muscle Jacobians along a motion.
 
     Attributes:
-        motion: The motion.
         tau: Torque that the muscles must produce, shape (T, n), in [N·m] or [N].
         L: Muscle Jacobians, shape (T, m, n), in [m/rad] or [m/m].
         f_min, f_max: Force limits, shape (m,), in [N].
@@ -201,7 +200,6 @@ def motion_terms(dynamics: Dynamics, motion: Motion) -> MotionTerms:
 
     Args:
         dynamics: The robot.
-        motion: The motion.
 
     Raises:
         InputError: The motion and the robot differ in the number of coordinates.

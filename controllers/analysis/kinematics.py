@@ -71,7 +71,6 @@ def forward_kinematics(
     configuration with the smallest residual.
 
     Args:
-        robot: The robot.
         lengths: l, shape (m,), in [m].
         q_start: Start, shape (n,), in [rad] or [m], such as the previous q of a motion.
         starts: Number of starts: `q_start` and random ones. Random starts are within the limits,

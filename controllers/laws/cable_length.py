@@ -53,7 +53,6 @@ class CableLengthController:
         UnknownNameError: The back end is not installed.
 
     Attributes:
-        motors: The motors.
         distribution: The force distribution for f_ff, with force limits and weights.
     """
 

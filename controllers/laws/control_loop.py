@@ -59,7 +59,6 @@ class ControlLoop:
     """Sampled control loop that evaluates a control law once per period.
 
     Args:
-        law: The control law.
         names: Names of the r reference coordinates, for messages.
         period: T, in [s].
         ki: Integral gain, a number or shape (r,), in [1/s³].
@@ -69,9 +68,6 @@ class ControlLoop:
 
     Raises:
         InputError: A setting is invalid.
-
-    Attributes:
-        law: The control law.
     """
 
     def __init__(

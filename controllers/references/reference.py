@@ -77,13 +77,10 @@ class Reference:
     """Reference motion, defined for every t. Its points are (y, yd, ydd) or (q, qd, qdd).
 
     Args:
-        name: Name.
         parts: One or more parts of the same size.
 
     Attributes:
-        name: Name.
         duration: Sum of the durations of the parts, in [s].
-        parts: The parts.
         begins: Start times of the parts, in [s].
     """
 

@@ -36,7 +36,6 @@ def curvature_deviations(
     """Compute the RMS deviations due to nonlinearity, over the prior sd, shape (P,).
 
     Args:
-        problem: The calibration problem.
         z: The solution, shape (P,).
         windows: The calibration windows.
         starts: Fitted start states of the windows.

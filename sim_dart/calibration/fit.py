@@ -57,8 +57,6 @@ def fit(
     """Solve a calibration problem.
 
     Args:
-        problem: The problem.
-        windows: The windows.
         z: Initial value (default: zeros).
         max_iterations: Largest number of iterations.
         small_gain: Relative gain of the cost below which the iterations stop.

@@ -16,7 +16,6 @@ class FitProgress:
 
     Args:
         progress: Called with the completed work and its expected total, or None.
-        stages: Windows of each stage.
         iterations: Expected number of iterations of each stage.
     """
 

@@ -37,8 +37,6 @@ class Marker:
     """Marker on a link.
 
     Attributes:
-        name: Name.
-        link: Name of the link.
         position: Position in the link frame, in [m].
     """
 
@@ -54,7 +52,6 @@ class MarkerKinematics:
         UnknownNameError: The link of a marker does not exist.
 
     Attributes:
-        markers: The markers.
         positions: Positions in their link frames, shape (M, 3), in [m].
     """
 
@@ -106,8 +103,6 @@ def poses_from_markers(
     """Compute poses from marker positions by least squares, row by row.
 
     Args:
-        seen: The markers.
-        robot: The robot.
         q: Encoder positions, NaN if not measured, shape (K, n).
         markers: Measured marker positions, NaN if hidden, shape (K, 3 M), in [m].
 

@@ -87,7 +87,6 @@ class Parameter:
         part: Indices of the via point and axis, or index of the number of an inertia.
         value: Value of the original robot, in `unit`; 0 for parameters of sensors.
         sd: Standard deviation of the prior.
-        unit: Unit.
         low, high: Smallest and largest value.
     """
 

@@ -137,7 +137,6 @@ class CalibrationProblem:
 
         Args:
             z: Parameters theta over their sd, shape (P,).
-            windows: The windows.
             starts: Initial start states (default: from smoothed measurements).
             solvers: Solvers of a linearisation near z.
 
@@ -196,7 +195,6 @@ class CalibrationProblem:
 
         Args:
             z: Parameters theta over their sd, shape (P,).
-            windows: The windows.
             starts: Fitted start states.
             changes: Changes of z, shape (S, P).
 

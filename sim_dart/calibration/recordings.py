@@ -81,7 +81,6 @@ def slip_states_along(robot: Robot, poses: FloatArray, steps: int) -> FloatArray
     """Compute the slip states of cables along poses. They are reset to 0 after each gap.
 
     Args:
-        robot: The robot.
         poses: Poses, shape (K, n), with NaN for missing measurements.
         steps: Steps between two measurements, as in roll-outs.
 
@@ -108,7 +107,6 @@ class Window(NamedTuple):
     """Consecutive measurements without a gap.
 
     Attributes:
-        recording: The recording.
         first: Index of the first measurement.
         measured: The measurements, shape (rows, n + m + 3 M); NaN for missing sensors and hidden
             markers.

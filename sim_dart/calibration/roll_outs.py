@@ -128,7 +128,6 @@ class RollOuts:
 
         Args:
             roller: The roller that `map_windows` provides for the window.
-            window: The window.
             start: Start state, shape (2 n,).
             z: Parameters theta over their sd, shape (P,).
             along: Indices of the parameters for derivatives, in order. If empty, only derivatives

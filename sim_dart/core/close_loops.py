@@ -23,7 +23,6 @@ def close_loops(robot: Robot, q: ArrayLike | None = None, hold: Sequence[str] = 
     from other start poses near q. These are the same in every call.
 
     Args:
-        robot: The robot.
         q: Start pose, shape (n,), in [rad] or [m] (default: the initial values).
         hold: Names of coordinates that keep their values.
 
@@ -50,7 +49,6 @@ def closed_pose(
     """Return the nearest closed pose, computed by an open core, and set the core to this pose.
 
     Args:
-        robot: The robot.
         core: Core that was created from this robot.
         q: Start pose, shape (n,), in [rad] or [m].
         held: 1 for coordinates that keep their values, 0 for the others, shape (n,) (default:

@@ -21,7 +21,6 @@ class Closure(NamedTuple):
     """Constraint u·(p_B - p_A) = 0 or u·v = 0 in the joint frames A and B of a loop joint.
 
     Attributes:
-        loop: The joint.
         kind: Whether the equation constrains a point or a direction.
         u: Unit vector in A, shape (3,).
         w: For a direction, the direction of v in A when the loop is closed, shape (3,); zero if

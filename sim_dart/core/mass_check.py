@@ -19,7 +19,6 @@ def massless_coordinates(robot: Robot, M: FloatArray) -> list[str]:
     are found by a Cholesky decomposition with pivoting of M, scaled to ones on its diagonal.
 
     Args:
-        robot: The robot.
         M: Its mass matrix at any position, shape (n, n), finite.
     """
     inertia, units = np.diag(M), np.array([c.unit for c in robot.coordinates])

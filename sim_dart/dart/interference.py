@@ -28,7 +28,6 @@ class Nearest(NamedTuple):
     """Smallest distance of a muscle from another muscle or a link.
 
     Attributes:
-        muscle: Name of the muscle.
         other: Name of the other muscle or link.
         is_link: Whether `other` is a link.
         distance: Smallest distance, in [m]; negative if the muscle is inside of the link.

@@ -18,7 +18,6 @@ class LinkWrenches:
 
     Args:
         skeleton: The robot in DART.
-        links: Names of the links.
 
     Raises:
         UnknownNameError: A link does not exist.

@@ -56,7 +56,6 @@ class SkeletonGroup(Skeleton):
     """Several skeletons with the interface of one.
 
     Args:
-        parts: The skeletons.
         order: Index of every coordinate of the robot in the concatenated coordinates of the parts.
     """
 

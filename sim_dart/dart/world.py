@@ -46,7 +46,6 @@ class World:
 
     Args:
         skeleton: The robot in DART.
-        robot: The robot.
         step: Length of a step, in [s].
         scene: Ground, objects and link shapes, or None for no collisions.
 

@@ -31,7 +31,6 @@ class RobotDynamics(ABC):
         InputError: Its mass matrix is singular.
 
     Attributes:
-        robot: The robot.
         n: Number of coordinates.
         m: Number of muscles.
         motor_names: Names of the coordinates that have motors, in the order of q.

@@ -180,7 +180,6 @@ def control_dynamics(
     """Return the dynamics of a robot for a controller, in independent coordinates if it has loops.
 
     Args:
-        robot: The robot.
         dependent: Flags of the dependent coordinates (default: selected automatically).
         may_be_singular: See `CoreDynamics`.
     """

@@ -70,8 +70,6 @@ def link_motion(
     """Return the motion of links.
 
     Args:
-        robot: The robot.
-        links: Names of the links.
         q: Positions of the coordinates, shape (T, n).
         qd: Velocities, shape (T, n).
         qdd: Accelerations, shape (T, n).

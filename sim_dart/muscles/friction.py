@@ -7,11 +7,7 @@ from addin_sdfusion.robot.model.muscle_laws import law_of
 
 
 def bend_count(muscle: Muscle) -> int:
-    """Return the number of bends with a friction state; 0 for a muscle without friction.
-
-    Args:
-        muscle: The muscle.
-    """
+    """Return the number of bends with a friction state; 0 for a muscle without friction."""
     return len(muscle.bend_friction)
 
 

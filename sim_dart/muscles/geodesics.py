@@ -36,7 +36,6 @@ def geodesic_line(
     """Return points along a geodesic, including both ends, in the world frame.
 
     Args:
-        egg: The ellipsoid.
         touch: Start point, shape (3,), in [m]. A point inside of the ellipsoid shrinks it.
         lift: End point, shape (3,), in [m].
         direction: Direction at the start, a unit vector, shape (3,).

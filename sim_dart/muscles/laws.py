@@ -59,7 +59,6 @@ class MuscleLaws:
             laws follow the states of cables with friction: `stretch_1.biceps`, the stretch of the
             cable after the first bend (only with distributed elasticity), and `slip_1.biceps`, the
             slip direction at the first bend.
-        state_units: Units of the states.
         command_names: Quantity of each command, such as `excitation`; empty for a passive muscle.
         command_units: Units of the commands; empty for a passive muscle.
         command_low: Smallest commands, shape (m,).
@@ -245,8 +244,6 @@ class MuscleLaws:
         """Evaluate a curve of a Hill-type muscle, or its slope.
 
         Args:
-            muscle: Name of the muscle.
-            name: Name of the curve.
             x: Fibre length over optimal fibre length, tendon length over tendon slack length, or
                 fibre velocity over maximum contraction velocity (positive for lengthening).
             slope: Whether to return dy/dx.

@@ -58,7 +58,6 @@ class PathShapes:
     """Geometry of the muscle paths of a robot at the last q of the core.
 
     Args:
-        robot: The robot.
         core: The core of this robot.
     """
 

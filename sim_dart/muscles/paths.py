@@ -37,7 +37,6 @@ class MusclePaths:
     another shape.
 
     Args:
-        robot: The robot.
         count_turns: Count the turns of cables around cylinders, for example on a spindle. Then l
             depends on earlier calls. Between two calls a cable must turn by less than half a turn.
 

@@ -40,9 +40,6 @@ class Energy(NamedTuple):
 class EnergyBalance:
     """Sum of the work done on a robot over all steps.
 
-    Args:
-        robot: The robot.
-
     Attributes:
         work: Work of muscles, external forces, damping and cable friction, shape (4,), in [J].
     """

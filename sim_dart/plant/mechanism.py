@@ -56,7 +56,6 @@ class Mechanism(ABC):
         wrenched: Names of the links on which external wrenches act.
 
     Attributes:
-        robot: The robot.
         core: The muscle paths.
         laws: The muscle laws, or None if all muscles are ideal cables without friction. The
             commands

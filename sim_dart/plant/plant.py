@@ -61,7 +61,6 @@ class Plant:
         InputError: A setting is invalid, or the integrator or engine does not support the robot.
 
     Attributes:
-        robot: The robot.
         engine: The selected engine, `core` or `dart`.
         q: Joint positions, shape (n,), in [rad] or [m].
         qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
@@ -307,9 +306,6 @@ class Plant:
 
     def set_state(self, state: ArrayLike) -> None:
         """Restore a state from `get_state`.
-
-        Args:
-            state: The state.
 
         Raises:
             InputError: A value is not finite or the shape is wrong.

@@ -57,7 +57,6 @@ def select_engine(engine: str, scene: Scene | None, robot: Robot) -> Literal["co
     Args:
         engine: An engine, or `auto`.
         scene: The scene around the robot, or None.
-        robot: The robot.
 
     Raises:
         InputError: The engine is `core`, which does not support a feature of the plant.
@@ -75,7 +74,6 @@ def reject_loops_in_dart(robot: Robot, scene: Scene | None) -> None:
     """Reject a robot with loops, which DART does not support.
 
     Args:
-        robot: The robot.
         scene: The scene around the robot, or None.
 
     Raises:
@@ -92,9 +90,7 @@ def require_rk4_support(engine: str, scene: Scene | None, robot: Robot) -> None:
     """Check that the integrator `rk4` supports a plant.
 
     Args:
-        engine: The engine.
         scene: The scene around the robot, or None.
-        robot: The robot.
 
     Raises:
         InputError: The C core, which `rk4` requires, does not support the plant, or the plant has
@@ -110,9 +106,7 @@ def unsupported_by_rk4(engine: str, scene: Scene | None, robot: Robot) -> str | 
     """Return the description of a feature without time derivatives, or None.
 
     Args:
-        engine: The engine.
         scene: The scene around the robot, or None.
-        robot: The robot.
     """
     unsupported = unsupported_by_core(scene, robot)
     if unsupported is not None or engine == "dart":
@@ -130,7 +124,6 @@ def unsupported_by_core(scene: Scene | None, robot: Robot) -> str | None:
 
     Args:
         scene: The scene around the robot, or None.
-        robot: The robot.
     """
     return custom_law_feature(robot) if scene is None else "worlds with contacts"
 

@@ -50,7 +50,6 @@ def find_roots(
         grounded: Links that are fixed to the root component.
         bodies: Sets of rigidly connected links.
         settings: The chosen base, and whether it floats.
-        design: Name of the design.
     """
     findings: list[Finding] = []
     subject = Subject("design", design)

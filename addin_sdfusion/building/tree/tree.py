@@ -56,7 +56,6 @@ class Graph(NamedTuple):
     """Graph of links and the connections between them.
 
     Attributes:
-        links: Names of the links.
         edges: Connections between links, in order.
         held: Connections that are used only between links without other connections, in order.
         cut: Connections that the user has chosen to close loops, in order.

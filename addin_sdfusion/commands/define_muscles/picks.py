@@ -144,8 +144,6 @@ def faces_at(
     """Return the faces of a link that have the shape and place of a surface.
 
     Args:
-        design: The design.
-        link: Name of the link.
         surface: A cylinder or sphere in the root frame; its length is not compared.
         link_of: Link of each occurrence, by path.
     """

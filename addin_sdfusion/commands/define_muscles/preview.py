@@ -25,8 +25,6 @@ def draw(design: Any, model: MuscleModel, colors: Mapping[str, str]) -> None:
     `executePreview`, whose changes Fusion reverts.
 
     Args:
-        design: The design.
-        model: The model.
         colors: Colours of muscles that replace their own colours.
     """
     table, muscle = model.table, model.muscle

@@ -67,7 +67,6 @@ def ball_axes(
     Args:
         motions: Pitch, yaw, roll, with axes as read.
         yaw_along: Index of the geometry axis of yaw.
-        frames: Frames of the joint.
     """
     pitch, yaw, roll = motions
     inverse_pitch = transpose(_turn(pitch))

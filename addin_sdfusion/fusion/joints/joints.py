@@ -176,7 +176,6 @@ class _Reader:
         Args:
             kind: Type of the joint.
             freedoms: Degrees of freedom as reported by Fusion.
-            frames: Frames of the joint.
             free: Whether the joint has no offset and no angle and is not flipped.
         """
         motions = tuple(freedom.motion for freedom in freedoms)

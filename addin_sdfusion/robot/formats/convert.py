@@ -180,7 +180,6 @@ def format_of(
 
     Args:
         name: Name of the format.
-        trajectories: The trajectories.
         meshes: Meshes to write next to the robot if the format supports meshes.
 
     Raises:

@@ -48,7 +48,6 @@ class CustomMuscleLaw:
     """A custom muscle law: a class in a Python file.
 
     Attributes:
-        file: Path of the file.
         name: Name of the class.
         command: Name, unit, minimum and maximum of the command; None for a passive law.
     """
@@ -181,7 +180,6 @@ class Wrap:
       segment with the smallest increase in length.
 
     Attributes:
-        surface: Name of the surface.
         segment: Index of the via point before the surface.
         side: 1 or -1 for a sense of rotation about the surface's z axis, 0 for the shorter path.
         turns: Number of additional full turns.

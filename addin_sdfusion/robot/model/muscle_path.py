@@ -19,7 +19,6 @@ class PointCondition:
     1 - s times the length without it.
 
     Attributes:
-        coordinate: Name of the coordinate.
         low, high: The closed range, in [rad] or [m].
         smoothing: Width of the transition outside of the range, in [rad] or [m]; 0 for a jump.
     """
@@ -36,7 +35,6 @@ class PointMotion:
 
     Attributes:
         axis: Vector in the link's frame, of any length, by which f is multiplied.
-        coordinate: Name of the coordinate.
         function: f, in [m] if the axis is a unit vector.
         low, high: Range of the coordinate, in [rad] or [m]. Outside of it the point does not move.
     """
@@ -69,7 +67,6 @@ class CoordinateTerm:
     """A term of a muscle's length that is proportional to a coordinate, as in a fixed tendon.
 
     Attributes:
-        coordinate: Name of the coordinate.
         factor: Moment arm dl/dq, in [m/rad], or dimensionless for a coordinate in [m].
     """
 

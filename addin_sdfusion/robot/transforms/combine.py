@@ -26,7 +26,6 @@ class Member:
 
     Attributes:
         name: Name of the robot; its parts are renamed to `<name>_<part>`.
-        robot: The robot.
         pose: Pose of the robot's world in the common world.
         folder: Folder of the mesh files, or None to keep the URIs unchanged.
         roots: Further folders and files that can contain meshes, see `mesh_files.lies_in`.

@@ -77,7 +77,6 @@ def single_joints(robot: Robot, *, whole: bool = False) -> list[SingleJoint]:
     """Return the joints of a robot as chains of single joints, parents first.
 
     Args:
-        robot: The robot.
         whole: Whether all motions keep their functions, including constant ones. Then the main
             motion of a coordinate has the coordinate's name; other motions are `<joint>_<k>`.
     """

@@ -26,7 +26,6 @@ def lock(robot: Robot, positions: Mapping[str, float]) -> Robot:
     joints and are marked as locked.
 
     Args:
-        robot: The robot.
         positions: Values of the locked coordinates by name, in [rad] or [m].
 
     Raises:

@@ -13,7 +13,6 @@ def rename_links(robot: Robot, names: Mapping[str, str]) -> Robot:
     """Return the robot with other names of links.
 
     Args:
-        robot: The robot.
         names: New names by old names; other links keep their names.
     """
 

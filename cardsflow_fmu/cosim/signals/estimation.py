@@ -124,7 +124,6 @@ def estimator_groups(
     Inputs are measurements; outputs are state, loads and validity.
 
     Args:
-        robot: The robot.
         encoded: Coordinates with an encoder.
         units: Links with an IMU.
         q: Start pose, or initial guess for the search of the start pose, in [rad] or [m].
@@ -222,7 +221,6 @@ def estimation_wiring(
     """Return the wiring for inputs of sensors, estimator and controller whose names differ.
 
     Args:
-        robot: The robot.
         encoded: Coordinates with an encoder.
         uses_estimate: Whether the controller uses the estimate.
         has_hardware: Whether measurements come from hardware instead of simulated sensors.

@@ -69,7 +69,6 @@ def tension_signals(robot: Robot, known: Collection[str] = ()) -> list[str]:
     They are `tension.<muscle>` for muscles with a muscle law, otherwise the command `f.<muscle>`.
 
     Args:
-        robot: The robot.
         known: Names of the signals of a run. If they contain `tension.<muscle>` of a muscle without
             a muscle law, this signal is used.
     """
@@ -142,7 +141,6 @@ def tension_ports(robot: Robot, *, has_ideal: bool) -> list[Port]:
     """Return the outputs `tension.<muscle>` of muscles.
 
     Args:
-        robot: The robot.
         has_ideal: Whether muscles without a muscle law have one, too.
     """
     rows = zip(muscle_signals(TENSION, robot), robot.muscles, strict=True)

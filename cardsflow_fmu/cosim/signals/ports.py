@@ -197,7 +197,6 @@ def plant_groups(
     the law, and tension and states as outputs. The command of a joint motor is its torque.
 
     Args:
-        robot: The robot.
         q: Start positions, in [rad] or [m].
         qd: Start velocities, in [rad/s] or [m/s].
         step: Internal step, in [s].
@@ -247,7 +246,6 @@ def reference_groups(
     """Return the variables of a reference: desired positions, velocities, accelerations.
 
     Args:
-        robot: The robot.
         space: Whether it is in joint or operational space.
         with_loads: Whether external loads are also outputs.
         has_speed: Whether its speed is an input, and its time an output.
@@ -295,7 +293,6 @@ def controller_groups(
     limits.
 
     Args:
-        robot: The robot.
         space: Whether the reference is in joint or operational space.
         kp: Position gains of the coordinates or task coordinates that track the reference.
         kd: Velocity gains of the same coordinates.

@@ -91,7 +91,6 @@ def reaction_groups(robot: Robot, muscles: Sequence[int]) -> Groups:
     """Return the variables of a controller that reacts to lost muscles.
 
     Args:
-        robot: The robot.
         muscles: Indices of the muscles with a bound; empty without a reaction.
     """
     meaning = ", ".join(f"{number} {text}" for number, text in DECISIONS.items())
@@ -118,7 +117,6 @@ def fault_groups(
     """Return the variables of the detection of faults.
 
     Args:
-        robot: The robot.
         muscles: Indices of the muscles with sensors.
         encoded: Coordinates with an encoder.
         has_faults: Whether faults are detected; otherwise all groups are empty.

@@ -41,7 +41,6 @@ def tracked_signals(
     """Return the positions that track a reference.
 
     Args:
-        robot: The robot.
         space: Whether the reference is in joint or operational space.
         passive: Whether each coordinate is passive, or empty if no coordinate is.
     """

@@ -76,7 +76,6 @@ def read_feedback(file: Path, robot: Robot, experiment: Path) -> MotionFeedback:
 
     Args:
         file: The file that `cardsflow optimise` writes.
-        robot: The robot.
         experiment: File of the experiment, for messages.
 
     Raises:
@@ -140,7 +139,6 @@ def require_same_motion(
     """Check that a feedback belongs to a motion and to the period of a controller.
 
     Args:
-        feedback: The feedback.
         period: Period of the controller, in [s].
         first: First joint positions of the motion; None if it is not in joint space.
         duration: Duration of the motion, in [s]; None if it is unknown.

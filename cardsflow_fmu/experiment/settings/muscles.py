@@ -216,7 +216,6 @@ class _PathLengths:
 
         Args:
             pose: Positions by coordinate; other coordinates have their initial positions.
-            muscle: Name of the muscle.
 
         Raises:
             UnknownNameError: A coordinate of the pose does not exist.

@@ -89,7 +89,6 @@ class Device:
     another HELLO has replaced the run, a PING with the values of the HELLO takes the run back.
 
     Args:
-        robot: The robot.
         signature: Hash of the signals of the robot; see `signature.port_signature`.
         step: Time step of the device, in [s].
         scale: Scale of the values in frames. A value in a frame is the SI value divided by it.

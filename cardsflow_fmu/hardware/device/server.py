@@ -47,7 +47,6 @@ class DeviceServer:
     """Server of a device at a UDP address.
 
     Args:
-        device: The device.
         uri: Address to listen on, udp://HOST:PORT. Port 0 selects a free port. Without a host, the
             server listens on the loopback interface only.
         line: Line between socket and device, or None for a direct connection.
@@ -57,7 +56,6 @@ class DeviceServer:
         HardwareError: The server cannot listen on the address.
 
     Attributes:
-        device: The device.
         uri: Address of the server, with the selected port.
         own_uri: Address of the server for programs on the same machine.
         is_open: Whether other machines can reach the server.
@@ -198,7 +196,6 @@ def serve(
     """Serve a device until `stop` returns a true value, then bring it to its safe state.
 
     Args:
-        device: The device.
         uri: Address to listen on; see `DeviceServer`.
         stop: Function that is called at least every 50 ms.
         line: Line between socket and device, or None for a direct connection.

@@ -41,7 +41,6 @@ class DeviceTopics:
     """Topics and messages of the hardware of a robot.
 
     Args:
-        robot: The robot.
         settings: Hardware settings of the robot.
         address: Address of the node. If it specifies a controller, the topics are those of
             ros2_control.

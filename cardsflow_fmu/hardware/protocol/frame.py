@@ -123,7 +123,6 @@ def pack(frame: Frame, key: bytes | None = None) -> bytes:
     """Return the bytes of a frame.
 
     Args:
-        frame: The frame.
         key: Key of the signature, or None for an unsigned frame.
 
     Raises:
@@ -169,7 +168,6 @@ class FrameWriter:
         Args:
             kind: Kind of the frame.
             flags: Bits of `Flag`.
-            run_id: Id of the run.
             seq: Sequence number.
             t_sim: Time of the run, in [s].
             t_send_ns: Time of sending, in [ns].

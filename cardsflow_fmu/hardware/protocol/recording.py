@@ -66,13 +66,11 @@ class Recorder:
 
     Args:
         file: The file to write. An existing recording is overwritten.
-        header: Header of the recording.
 
     Raises:
         InputError: The file cannot be written, or exists and is not a recording.
 
     Attributes:
-        file: The file.
         records: Number of records written.
         failure: Reason why recording has ended early, or None.
     """
@@ -143,7 +141,6 @@ class HardwareRecording:
     """Contents of a recording, with one row per exchange.
 
     Attributes:
-        header: Header of the recording.
         t: Time of the run at the beginning of the step, shape (rows,), in [s].
         commands: Set points, shape (rows, commands), in SI units.
         states: States, shape (rows, states), in SI units; NaN if no state has arrived.

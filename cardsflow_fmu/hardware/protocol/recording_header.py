@@ -32,14 +32,11 @@ class RecordingHeader:
 
     Attributes:
         command_names: Names of the commands, such as `f.biceps`.
-        command_units: Units of the commands.
         state_names: Names of the states, such as `q.elbow`.
-        state_units: Units of the states.
         signature: Hash of the signals, 64 bits.
         step: Time step of the run, in [s].
         scale: Scale of the values in frames.
         lockstep: Whether the run was in lockstep.
-        run_id: Id of the run.
         link: Address of the link.
         start_state: State before the first exchange; empty if it is unknown.
         created: Time of creation, as ISO 8601.

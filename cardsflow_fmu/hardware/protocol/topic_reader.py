@@ -93,7 +93,6 @@ class TopicReader:
         The numbers are in the order of `needed`.
 
         Args:
-            message: The message.
             now: Time of arrival on a monotonic clock, in [s].
         """
         self.counters["received"] += 1

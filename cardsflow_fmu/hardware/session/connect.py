@@ -79,7 +79,6 @@ def with_link(settings: HardwareSettings, file: Path, link: str) -> HardwareSett
     """Return the hardware settings with the effective address of the hardware.
 
     Args:
-        settings: Hardware settings.
         file: File of the settings, used in messages.
         link: The address. If empty, the address of the settings or of the environment is used.
 
@@ -97,7 +96,6 @@ def make_session(experiment: Experiment, connection: Connection | None = None) -
     """Create a session with the hardware of an experiment. Its method `open` connects it.
 
     Args:
-        experiment: The experiment.
         connection: Values that replace settings of the experiment. If None, the environment
             variables specify them.
 

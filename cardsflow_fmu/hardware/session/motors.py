@@ -30,7 +30,6 @@ class MotorMap:
     """Map from muscle forces to motor commands.
 
     Args:
-        settings: Settings of the motors.
         muscle_names: Names of the m muscles.
 
     Raises:

@@ -41,8 +41,6 @@ class HardwareSession:
     """Run with hardware, which always ends in the safe state.
 
     Args:
-        robot: The robot.
-        settings: Hardware settings.
         link: Link to the hardware, which is not open yet.
         handshake: Parameters of the run.
         make_recorder: Function that creates the recorder after the link is open, or None for no

@@ -42,9 +42,7 @@ class TopicCommands:
     """Bridge that sends the commands of a topic to a device.
 
     Args:
-        robot: The robot.
         topics: Topics and messages of the robot.
-        node: The node.
         timeout: Maximum time between commands, in [s].
         make_session: Function that creates a session with the device, which is not open yet.
         idle_state: Function that returns the state of the device, shape (states,), while no node

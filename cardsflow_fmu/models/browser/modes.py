@@ -58,7 +58,6 @@ def experiment_in_mode(experiment: Experiment, mode: Mode) -> Experiment:
     """Return the experiment with the controller of a mode.
 
     Args:
-        experiment: The experiment.
         mode: The mode. `joints` and `task` use the controller of the experiment if it controls
             this space, otherwise a computed-torque law with a bandwidth of 10 rad/s.
 

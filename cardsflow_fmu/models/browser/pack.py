@@ -54,7 +54,6 @@ def engine_text(experiment: Experiment, modes: Sequence[Mode] = MODES) -> str:
     """Return what a page needs to simulate an experiment, as base64 of compressed bytes.
 
     Args:
-        experiment: The experiment.
         modes: The drive modes of the page; impossible ones are omitted.
 
     Raises:

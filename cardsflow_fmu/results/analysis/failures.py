@@ -71,7 +71,6 @@ def failures(
     Passive muscles do not fail.
 
     Args:
-        experiment: The experiment.
         largest: Largest number of simultaneous failures, 1 or 2.
         progress: Function of the number of computed failures and of all failures.
 

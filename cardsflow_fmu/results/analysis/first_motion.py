@@ -127,7 +127,6 @@ def pose_terms(robot: Robot, dynamics: CoreDynamics, q: FloatArray, qdd: FloatAr
     """Return the required torques at a pose, and the torques that muscles and motors can produce.
 
     Args:
-        robot: The robot.
         dynamics: Dynamics of the robot.
         q: The pose, shape (n,), in [rad] or [m].
         qdd: Accelerations, shape (n,), in [rad/s²] or [m/s²].

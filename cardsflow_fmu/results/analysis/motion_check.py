@@ -68,7 +68,6 @@ def read_motion(motion: str, reading: Reading, robot: Robot) -> Motion:
         motion: `random`, the name of a trajectory in the folder of the robot, or a table with a
             column `q.<joint>` or `<joint>` for every joint, such as the results.csv of a run.
         reading: Result of reading the robot.
-        robot: The robot.
 
     Raises:
         InputError: The motion does not exist or does not match the robot.
@@ -161,7 +160,6 @@ def motion_findings(
 
     Args:
         reading: Result of reading the robot.
-        robot: The robot.
         motion: See `read_motion`.
         clearance: Minimum distance, in [m].
         capsule_radius: Radius of capsules that replace the links, in [m]; None for the convex hulls
@@ -195,7 +193,6 @@ def new_collisions(robot: Robot, mesh_folder: Path, postures: FloatArray) -> lis
     """Describe collisions of muscles with muscles or links that are not present at the start.
 
     Args:
-        robot: The robot.
         mesh_folder: Folder of the collision meshes. If a mesh is invalid, only muscles are checked.
         postures: The motion, shape (k, n), in [rad] or [m].
 

@@ -51,7 +51,6 @@ def reference_motion(
     these points.
 
     Args:
-        experiment: The experiment.
         points: Number of points, at least 5 (default: one per controller period, limited to
             5 to `MAX_POINTS`).
         rates: Whether velocities and accelerations of a reference in operational space are
@@ -118,7 +117,6 @@ def size(
     the first point of the motion.
 
     Args:
-        experiment: The experiment.
         margin: Force margin, as fraction of the peak forces.
         method: Force distribution, see `controllers.force_distribution`.
 

@@ -49,7 +49,6 @@ def plot(
     """Write a figure of a result.
 
     Args:
-        result: The data of a run.
         file: A .png, .svg or .pdf file.
         panels: Panels, such as `forces` and `tracking` (default: forces, tracking and errors).
         columns: Patterns of column names, such as `q.*`.
@@ -120,7 +119,6 @@ def image(figure: Figure, form: str, *, salt: str = "cardsflow", mark: str | Non
     """Return the content of a figure file without a date; equal figures have equal files.
 
     Args:
-        figure: The figure.
         form: One of `FORMATS`.
         salt: Text that makes the ids in an SVG differ from those of other figures in a page.
         mark: Creator in the metadata; files with `MARK` may be overwritten.

@@ -109,7 +109,6 @@ def sensitivity_bars(metric: str, parts: Mapping[str, Mapping[str, float]]) -> s
     """Return a bar chart of the influence of each variation on a metric.
 
     Args:
-        metric: Name of the metric.
         parts: `first` and `total`, or `rank` and `share`, by the name of the variation.
     """
 

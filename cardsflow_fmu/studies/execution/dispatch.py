@@ -24,7 +24,6 @@ def dispatch(runs: Iterable[Run], job: Job, executor: RunExecutor, store: Store)
     Args:
         runs: The runs; the iterator advances when runs are submitted.
         job: Common part of the runs.
-        executor: Executor of the runs.
         store: Called with every run and its outcome, in the order of completion.
 
     Raises:

@@ -21,7 +21,6 @@ def replace_link(model: MuscleModel, old: str, new: str) -> None:
     """Move all points and wrap surfaces of one link to another link.
 
     Args:
-        model: The model.
         old: The link to replace, which may not exist any more.
         new: The other link; empty for the link of each part.
     """

@@ -35,7 +35,6 @@ def replace_part(
     unchanged.
 
     Args:
-        model: The model.
         old: Path of the part to replace, which may not exist any more.
         new: Path of the other part.
         poses: Pose of each part in the root frame, by path.

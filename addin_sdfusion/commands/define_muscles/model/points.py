@@ -51,7 +51,6 @@ def edit_point(model: MuscleModel, what: str, index: int) -> int:
     """Handle a button below the table of points.
 
     Args:
-        model: The model.
         what: `up`, `down`, `insert`, `duplicate` or `delete`.
         index: Index of the selected point, or -1.
 

@@ -31,7 +31,6 @@ class Homes:
         """Read the occurrences of a design.
 
         Args:
-            design: The design.
             link_of: Link of each occurrence, by path.
             points: Construction points of the design, by their keys in the snapshot.
         """

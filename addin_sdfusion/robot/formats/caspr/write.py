@@ -44,7 +44,6 @@ def write_caspr(
     the features that CASPR cannot hold.
 
     Args:
-        robot: The robot.
         folder: Output folder; created if it does not exist.
         name: Prefix of the file names; the name of the robot if None.
         trajectories: Values in the order of the robot's coordinates or of an operational space.

@@ -16,7 +16,6 @@ class TaskItem(NamedTuple):
     Attributes:
         tag: Tag of the element.
         name: Name of the item.
-        link: Name of the link.
         offset: Point on the link, in [m]; None for an orientation.
         letters: Letters of its axes.
     """

@@ -38,7 +38,6 @@ def write_mjcf(
     """Write `<name>.xml`; returns and raises as `write_document`.
 
     Args:
-        robot: The robot.
         folder: Output folder; created if it does not exist.
         name: File name without suffix; the name of the robot if None.
         meshes: Mesh file by URI, absolute or relative to the folder. Other meshes are omitted,

@@ -59,7 +59,6 @@ class MotionJoint:
 
     Attributes:
         name: Name of the MuJoCo joint; empty if the motion is constant.
-        motion: The motion.
         coordinate: Coordinate that drives the motion.
         is_home: Whether the MuJoCo joint is the coordinate itself; otherwise it is coupled to it.
         ref: Value of the MuJoCo joint at which the motion is zero.

@@ -34,7 +34,6 @@ class MuscleLines:
     """Muscles and via points in the lines of a table.
 
     Attributes:
-        reader: Reader of the cells.
         texts: Columns with texts that are properties of a muscle, and their formats.
         muscles: Specified properties of each muscle by name: `PROPERTIES` in SI units, the texts,
             and `options`.

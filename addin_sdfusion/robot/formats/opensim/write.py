@@ -43,7 +43,6 @@ def write_osim(
     """Write `<name>.osim`; returns and raises as `write_document`.
 
     Args:
-        robot: The robot.
         folder: Output folder; created if it does not exist.
         name: File name without suffix; the name of the robot if None.
         meshes: Mesh file by URI; the URI itself if missing.

@@ -62,7 +62,6 @@ class Node:
     that a reader finds all errors at once.
 
     Attributes:
-        element: The element.
         file: File of the element.
         subject: Object named in findings.
         notes: Collected findings and locations.
@@ -254,7 +253,6 @@ def parse(
     No other file is read, and no entity is expanded.
 
     Args:
-        file: The file.
         subject: Object named in findings about the file.
         notes: Collects findings, locations and files.
         mend: Function that repairs known syntax errors; it must preserve line numbers.

@@ -73,7 +73,6 @@ def plugin_content(
 
     Args:
         plugin: Parent element.
-        robot: The robot.
         joint_elements: Joint elements of the motions of each joint, in order.
         loops: The loop joints that the format does not support.
         springs: Whether to write springs, for formats whose joint elements do not support them.

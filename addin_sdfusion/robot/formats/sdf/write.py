@@ -31,7 +31,6 @@ def write_sdf(robot: Robot, folder: str | Path, *, plugin: bool = True) -> list[
     """Write model.sdf, model.config and cardsflow.xml.
 
     Args:
-        robot: The robot.
         folder: Output folder; created if it does not exist.
         plugin: Whether to write data that SDF does not support to a plugin element of model.sdf,
             whose library exists for Gazebo 9. Otherwise it is written to cardsflow.xml, and no

@@ -61,7 +61,6 @@ class CarriedMeshes:
         """Return the robot with the relative paths as mesh URIs.
 
         Args:
-            robot: The robot.
             keeps_models: Whether to keep URIs of models (`model://`) that mean the same file.
         """
         links = []

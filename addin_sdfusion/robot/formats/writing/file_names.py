@@ -22,7 +22,6 @@ def write_document(
     """Write a robot to one file, `<name>.<suffix>`.
 
     Args:
-        robot: The robot.
         folder: Output folder; created if it does not exist.
         name: File name without suffix; the name of the robot if None.
         suffix: File name suffix.

@@ -16,7 +16,6 @@ def with_plain_paths(robot: Robot, held: Container[str] = ()) -> Robot:
     branch. If a format holds none of these, the second point is redundant and is removed.
 
     Args:
-        robot: The robot.
         held: The features among `conditions`, `moves` and `branches` that the format holds.
     """
     sets = (

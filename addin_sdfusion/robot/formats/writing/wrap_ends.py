@@ -114,7 +114,6 @@ def _difference(surface: WrapSurface, wrap: Wrap, A: Vector3, B: Vector3) -> flo
     """Return the length of the path over the shrunk surface minus the straight length, in [m].
 
     Args:
-        surface: The wrap surface.
         wrap: The wrap, on the outer side of the surface.
         A: The end before the surface, in the frame of the surface.
         B: The end after the surface, likewise.

@@ -34,7 +34,6 @@ class Motions:
     """Motions that a robot can perform.
 
     Args:
-        robot: The robot.
         start: Pose at the begin and end, at rest.
         spans: Number of spans between knots.
         speed: Maximum speed, in [rad/s].

@@ -67,7 +67,6 @@ def read_given_motion(
     Positions are smoothed and differentiated by a spline of fifth order, see `recorded_trajectory`.
 
     Args:
-        robot: The robot.
         file: Motion file, such as .mot and .sto of OpenSim; see `read_motion`.
         noise: Standard deviation of the position noise (default: estimated from the positions).
         begin: First time, in [s] (default: of the first row).

@@ -69,7 +69,6 @@ def static_optimisation(robot: Robot, motion: Motion, *, passive: bool = False) 
 
     Args:
         robot: The robot; ideal cables are muscles with f_max.
-        motion: The motion.
         passive: Whether to include the passive muscle forces.
 
     Raises:

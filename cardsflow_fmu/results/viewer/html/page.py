@@ -52,7 +52,6 @@ def page_with(
         styles: Names of style sheets, as for `page_part`.
         texts: Data for the script, by the ids of their elements; without the character `<`, except
             for scripts.
-        script: The script.
         simulates: Whether scripts of the page may start a worker with WebAssembly.
         connects: Whether scripts of the page may send requests to its server.
     """

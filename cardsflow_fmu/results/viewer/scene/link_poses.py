@@ -64,7 +64,6 @@ def motion_transforms(motion: Motion, values: FloatArray) -> FloatArray:
     """Return the transforms of a motion at values of its coordinate, shape (K, 4, 4).
 
     Args:
-        motion: The motion.
         values: Values of the coordinate, shape (K,), in [rad] or [m].
     """
     axis = np.array(motion.axis) / np.linalg.norm(motion.axis)

@@ -53,7 +53,6 @@ def _replace_bent_paths(
     """Replace straight paths by the paths over wrap surfaces and pulleys.
 
     Args:
-        robot: The robot.
         q: Joint positions, shape (K, n), in [rad] or [m].
         paths: Straight paths; changed in place.
         bent: Indices of the muscles with wrap surfaces or pulleys.

@@ -18,7 +18,6 @@ def wrap_shape(surface: WrapSurface, T: FloatArray, reach: float) -> s.Shape:
     """Return the translucent shape of a wrap surface; an infinite cylinder has a finite length.
 
     Args:
-        surface: The surface.
         T: Pose in the world, shape (4, 4).
         reach: Reach of the robot, in [m].
     """

@@ -166,7 +166,6 @@ def pose_of(T: Transform, node: Node | None = None, angles: str = "orientation")
     """Return a transform as a pose; the angle of a rotation about one axis stays exact.
 
     Args:
-        T: The transform.
         node: Element that completely defines the transform, or None.
         angles: Tag of its angles.
     """

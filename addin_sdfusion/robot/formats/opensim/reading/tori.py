@@ -60,7 +60,6 @@ def with_cylinders(robot: Robot, tori: Mapping[str, Torus]) -> Robot:
 
     Args:
         robot: The robot; its wraps may refer to tori by name.
-        tori: The tori by name.
     """
     if not any(wrap.surface in tori for muscle in robot.muscles for wrap in muscle.wraps):
         return robot

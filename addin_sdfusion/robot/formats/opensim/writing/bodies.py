@@ -49,7 +49,6 @@ def add_body(
 
     Args:
         bodies: Parent element.
-        link: The link.
         files: Mesh file by URI.
         min_mass: Minimum mass to write, in [kg].
 

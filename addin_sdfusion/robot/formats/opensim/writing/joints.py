@@ -85,7 +85,6 @@ def add_joints(
     Args:
         joints: Parent element of the joints.
         bodies: Parent element of the bodies.
-        robot: The robot.
         ranges: Ranges of coordinates without limits that move points within a range.
     """
     chained = {joint.name: not is_one_joint(joint) for joint in robot.joints}
