@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
+import subprocess
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from support.fmu.fmu_host import running
 from support.fmu.native_states import check_states_repeat
 from support.robots.robots import EXAMPLES
 
@@ -16,7 +19,9 @@ from cardsflow_fmu import run as simulate
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.models.controller import ControllerModel
 from cardsflow_fmu.models.native_loop import NativeLoop
+from cardsflow_fmu.utils.arrays import FloatArray
 
+TICK, TICKS = 0.002, 10
 PLANAR = {"controller.type": "mpc", "controller.nodes": 8, "run.duration": 0.1}
 
 
@@ -123,13 +128,6 @@ def test_planned_forces_keep_own_bounds() -> None:
     assert (forces[0] <= 50.0).all()
 
 
-@pytest.mark.native
-def test_restored_states_are_bit_identical(tmp_path: Path) -> None:
-    experiment = Experiment.load(EXAMPLES / "planar_2r", PLANAR)
-    file = build(experiment, tmp_path, compute="c")["controller"]
-    check_states_repeat(file, tmp_path / "unpacked", step=1e-3)
-
-
 @pytest.mark.slow
 def test_python_and_native_fmus_compute_the_same_bits(tmp_path: Path) -> None:
     """Experiments in FMUs keep settings that only name some coordinates."""
@@ -139,6 +137,72 @@ def test_python_and_native_fmus_compute_the_same_bits(tmp_path: Path) -> None:
     python = simulate(Experiment.load(EXAMPLES / "planar_2r", settings), tmp_path / "python")
     for name in native.names:
         np.testing.assert_array_equal(native[name], python[name])
+
+
+class Driven(NamedTuple):
+    """Native FMU of a predictive controller; its inputs and forces in a run in C, by name."""
+
+    file: Path
+    experiment: Experiment
+    inputs: dict[str, FloatArray]
+    forces: dict[str, FloatArray]
+
+
+@pytest.fixture(scope="module", params=["planar_2r", "roboy_left_arm"])
+def driven(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Driven:
+    settings = {"controller.type": "mpc", "controller.period": TICK}
+    settings |= {"run.step": TICK, "run.duration": TICKS * TICK}
+    columns = run(request.param, settings)
+    assert not columns["fallback"].any()
+    experiment = Experiment.load(EXAMPLES / request.param, settings)
+    file = build(experiment, tmp_path_factory.mktemp("fmus"), compute="c")["controller"]
+    ports = [port.name for port in ControllerModel(experiment).ports if port.causality == "input"]
+    inputs = {name: columns[name] for name in ports if name in columns}
+    forces = {name: columns[name] for name in columns if name.startswith("f.")}
+    return Driven(file, experiment, inputs, forces)
+
+
+@pytest.mark.native
+def test_restored_states_are_bit_identical(driven: Driven, tmp_path: Path) -> None:
+    check_states_repeat(driven.file, tmp_path / "unpacked", step=TICK)
+
+
+def test_model_in_python_and_fmu_in_fmpy_compute_the_same_bits(
+    driven: Driven, tmp_path: Path
+) -> None:
+    model = ControllerModel(driven.experiment)
+    place = {port.name: k for k, port in enumerate(model.ports)}
+    model.initialize()
+    with running(driven.file, tmp_path / "unpacked") as host:
+        for k in range(TICKS):
+            given = {name: float(column[k]) for name, column in driven.inputs.items()}
+            expected = [column[k] for column in driven.forces.values()]
+            model.values[[place[name] for name in given]] = list(given.values())
+            model.step(k * TICK, TICK)
+            host.set(**given)
+            host.slave.doStep(k * TICK, TICK)
+            assert model.values[[place[name] for name in driven.forces]].tolist() == expected
+            assert host.get(*driven.forces) == expected
+    assert len(expected) == len(driven.experiment.robot.muscles)
+
+
+@pytest.mark.interop
+@pytest.mark.skipif(shutil.which("fmusim") is None, reason="needs fmusim of the Reference FMUs")
+def test_fmusim_computes_the_same_forces(driven: Driven, tmp_path: Path) -> None:
+    """Inputs change just before the next tick, since fmusim interpolates them linearly."""
+    begins = np.arange(TICKS) * TICK
+    times = np.ravel(np.column_stack([begins, begins + TICK - 1e-9]))
+    held = [np.repeat(column[:TICKS], 2) for column in driven.inputs.values()]
+    given, found = tmp_path / "inputs.csv", tmp_path / "outputs.csv"
+    names = ",".join(["time", *driven.inputs])
+    np.savetxt(given, np.column_stack([times, *held]), "%.17g", ",", header=names, comments="")
+    words = ["fmusim", "--input-file", str(given), "--output-file", str(found)]
+    words += ["--stop-time", str(TICKS * TICK), "--output-interval", str(TICK)]
+    words += [word for name in driven.forces for word in ("--output-variable", name)]
+    subprocess.run([*words, str(driven.file)], check=True)
+    rows = np.genfromtxt(found, delimiter=",", names=True, deletechars="")
+    for name, column in driven.forces.items():
+        np.testing.assert_allclose(rows[name][1:], column[:-1], rtol=1e-12, err_msg=name)
 
 
 def test_copied_controller_has_same_forces() -> None:
