@@ -44,7 +44,7 @@ class EstimatorSettings:
             uses the following three settings.
         frames: Number of measurements in the horizon.
         huber: Residual from which the loss of a measurement grows linearly, in standard deviations;
-            0 for a quadratic loss.
+            0 for a quadratic loss. With 2, the efficiency for Gaussian noise is 99 % (Huber 1964).
         joint_limits: Whether the estimate remains within the joint limits.
         length_noise: Standard deviation of measured muscle lengths, in [m].
         encoder_noise: Standard deviation of joint encoders, in [rad] or [m].
