@@ -8,7 +8,7 @@ import math
 import os
 import re
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,8 +21,8 @@ from .parser import Commands
 from .terminal.messages import print_warning
 
 if TYPE_CHECKING:
+    from addin_sdfusion.robot import Robot
     from cardsflow_fmu.experiment.settings.hardware import (
-        EmulatorSettings,
         Faults,
         HardwareSettings,
     )
@@ -35,12 +35,6 @@ if TYPE_CHECKING:
 
 DEFAULT_ADDRESS = "udp://127.0.0.1:5005"
 
-_SETTINGS = ("noise", "differentiate_positions", "loss", "duplicate", "reorder", "corrupt", "seed")
-"""Options with the same name as their setting of the emulator."""
-
-_MILLISECONDS = {"motor_time_constant": "motor_lag", "delay": "delay", "jitter": "jitter"}
-"""Settings in seconds by option in milliseconds."""
-
 
 def add_device(commands: Commands) -> None:
     """Add `device`."""
@@ -48,12 +42,13 @@ def add_device(commands: Commands) -> None:
         "device",
         _device,
         "Emulate hardware: serve a simulated robot by the hardware protocol.",
-        "cardsflow device examples/planar_2r --listen udp://127.0.0.1:5005 --loss 0.01",
+        "cardsflow device examples/planar_2r --set hardware.emulator.loss=0.01",
         "It runs until Ctrl-C.",
     )
     text = "the robot or the experiment to simulate"
     parser.add_argument("thing", metavar="ROBOT|EXPERIMENT", type=Path, help=text)
-    add_settings(parser, "setting of the experiment", "plant.mass_scale=1.2")
+    text = "setting of an experiment, or of [hardware] for a robot"
+    add_settings(parser, text, "hardware.emulator.loss=0.01")
     add_cable_set(parser, "robot")
     parser.add_argument(
         "--step", type=float, metavar="S", help="time step of a robot, in s (default: 0.001)"
@@ -70,7 +65,15 @@ def add_device(commands: Commands) -> None:
         "other run is active; after the timeout without a command the forces are ramped down: "
         "ros2://?timeout=0.1 (default: none)",
     )
-    _add_imperfections(parser)
+    parser.add_argument(
+        "--fault",
+        action="append",
+        default=[],
+        metavar="KIND:NAME[=VALUE]@TIME",
+        help="failure of a cable, motor or sensor, such as broken:motor3@2.0 or "
+        "length_bias:motor3=0.01@2.0; repeatable (default: failures of [hardware.emulator] in the "
+        "experiment)",
+    )
     _add_serving(parser)
 
 
@@ -84,42 +87,8 @@ def add_replay(commands: Commands) -> None:
         "The device sends the recorded states and ignores the commands. It runs until Ctrl-C.",
     )
     parser.add_argument("recording", type=Path, help="the hardware.rec of a run")
+    add_settings(parser, "setting of [hardware]", "hardware.emulator.loss=0.01")
     _add_serving(parser)
-
-
-def _add_imperfections(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("motors and sensors")
-    group.add_argument(
-        "--encoder-counts",
-        type=float,
-        metavar="COUNTS",
-        help="encoder counts per rad or m; velocities are then differences of counts "
-        f"{_emulator_default('joint_counts, length_counts')}",
-    )
-    text = f"standard deviation of the position noise, in rad or m {_emulator_default('noise')}"
-    group.add_argument("--noise", type=float, metavar="X", help=text)
-    group.add_argument(
-        "--differentiate-positions",
-        action="store_true",
-        default=None,
-        help="compute velocities as differences of positions "
-        f"{_emulator_default('differentiate_positions')}",
-    )
-    text = f"time constant of the motors, in ms {_emulator_default('motor_lag')}"
-    group.add_argument("--motor-time-constant", type=float, metavar="MS", help=text)
-
-    group.add_argument(
-        "--fault",
-        action="append",
-        default=[],
-        metavar="KIND:NAME[=VALUE]@TIME",
-        help="failure of a cable, motor or sensor, such as broken:motor3@2.0 or "
-        f"length_bias:motor3=0.01@2.0; repeatable {_emulator_default('failures')}",
-    )
-
-
-def _emulator_default(keys: str) -> str:
-    return f"(default: {keys} of [hardware.emulator] in the experiment)"
 
 
 def _add_serving(parser: argparse.ArgumentParser) -> None:
@@ -143,32 +112,6 @@ def _add_serving(parser: argparse.ArgumentParser) -> None:
         "--duration", type=float, metavar="S", help="stop after this time, in s (default: never)"
     )
     add_json(parser, "every line")
-    _add_faults(parser)
-
-
-def _add_faults(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("faults of the link, in each direction")
-    for name, what in (
-        ("loss", "are lost"),
-        ("duplicate", "arrive twice"),
-        ("reorder", "arrive after the next one"),
-        ("corrupt", "are damaged"),
-    ):
-        text = f"part of the frames that {what}, from 0 to 1 {_emulator_default(name)}"
-        group.add_argument(f"--{name}", type=float, metavar="P", help=text)
-    for name, what in (("delay", "delay of frames"), ("jitter", "maximum additional delay")):
-        text = f"{what}, in ms {_emulator_default(name)}"
-        group.add_argument(f"--{name}", type=float, metavar="MS", help=text)
-    group.add_argument(
-        "--outage",
-        action="append",
-        default=[],
-        metavar="START:LENGTH",
-        help="interval in which all frames are lost, in s after the first frame; repeatable "
-        f"{_emulator_default('outages')}",
-    )
-    text = f"seed of noise and faults {_emulator_default('seed')}"
-    group.add_argument("--seed", type=int, metavar="N", help=text)
 
 
 def _device(options: argparse.Namespace) -> int:
@@ -223,7 +166,6 @@ def _emulated_robot(
 ) -> tuple[EmulatedRobot, HardwareSettings, ShownRobot]:
     """Return the robot of an experiment or of robot files, with its hardware settings."""
     from cardsflow_fmu.experiment.experiment import Experiment
-    from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
     from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
     from cardsflow_fmu.ros.scene_topics import ShownRobot
 
@@ -234,7 +176,7 @@ def _emulated_robot(
                 what = f"is only for robots; for an experiment use --set {key}=..."
                 raise InputError(what, key=f"--{option.replace('_', '-')}")
         experiment = Experiment.load(path, parse_settings(options.set))
-        settings = _apply_imperfections(options, experiment.hardware)
+        settings = _with_failures(experiment.hardware, options.fault)
         device = settings.emulator
         emulated = EmulatedRobot.from_experiment(
             experiment, motor_lag=device.motor_lag, sensors=device.sensors, failures=device.failures
@@ -243,41 +185,49 @@ def _emulated_robot(
     from addin_sdfusion.robot.formats.read import read
     from cardsflow_fmu.experiment.packed_files import mesh_roots
 
-    if options.set:
-        raise InputError("is only for experiments; this is a robot", key="--set")
-    settings = _apply_imperfections(options, HardwareSettings())
-    device = settings.emulator
     robot = read(path, options.cable_set).require()
     step = 1e-3 if options.step is None else options.step
+    settings = _hardware_settings(options, path, step, robot)
+    settings = _with_failures(settings, options.fault)
+    device = settings.emulator
     emulated = EmulatedRobot(
         robot, step, motor_lag=device.motor_lag, sensors=device.sensors, failures=device.failures
     )
     return emulated, settings, ShownRobot(robot, path.parent, mesh_roots(path, [path], ()))
 
 
-def _apply_imperfections(options: argparse.Namespace, table: HardwareSettings) -> HardwareSettings:
-    """Return the settings with the imperfections of robot and link from the options."""
-    return table.copy_with(emulator=_imperfections(options, table.emulator))
+def _hardware_settings(
+    options: argparse.Namespace, file: Path, step: float, robot: Robot | None = None
+) -> HardwareSettings:
+    """Return the settings of [hardware] that `--set` specifies.
+
+    Raises:
+        InputError: A setting is invalid, or not in [hardware].
+    """
+    from cardsflow_fmu.experiment.config.key_path import set_value
+    from cardsflow_fmu.experiment.config.table import Context
+    from cardsflow_fmu.experiment.settings.hardware import read_hardware
+    from cardsflow_fmu.experiment.settings.robots import robot_names
+
+    data: dict[str, Any] = {}
+    for key, value in parse_settings(options.set).items():
+        set_value(data, key, value, file)
+    if data.keys() - {"hardware"}:
+        raise InputError("only settings of [hardware] apply without an experiment", key="--set")
+    names = None if robot is None else robot_names(robot)
+    return read_hardware(data.get("hardware", {}), Context(file, names), step)
 
 
-def _imperfections(options: argparse.Namespace, table: EmulatorSettings) -> EmulatorSettings:
-    words = {key: value for key, value in vars(options).items() if value is not None}
-    values: dict[str, Any] = {key: words[key] for key in _SETTINGS if key in words}
-    values |= {key: words[name] * 1e-3 for name, key in _MILLISECONDS.items() if name in words}
-    if options.outage:
-        values["outages"] = tuple(map(_outage, options.outage))
-    if words.get("fault"):
-        values["failures"] = tuple(map(_failure, words["fault"]))
-    counts = words.get("encoder_counts")
-    if counts is not None:
-        if not counts > 0:
-            raise InputError(f"must be positive, not {counts!r}", key="--encoder-counts")
-        values |= {"joint_counts": counts, "length_counts": counts, "differentiate_positions": True}
-    return type(table)(**{**table.data(), **values})
+def _with_failures(settings: HardwareSettings, words: Sequence[str]) -> HardwareSettings:
+    """Return the settings with the failures of `--fault`."""
+    if not words:
+        return settings
+    table = settings.emulator
+    data = {**table.data(), "failures": tuple(map(_failure, words))}
+    return settings.copy_with(emulator=type(table)(**data))
 
 
 def _replay(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.experiment.settings.hardware import EmulatorSettings
     from cardsflow_fmu.hardware.device.device import Device
     from cardsflow_fmu.hardware.emulator.replay import ReplayedRobot
     from cardsflow_fmu.hardware.protocol.recording import read_recording
@@ -287,18 +237,23 @@ def _replay(options: argparse.Namespace) -> int:
         what = f"the last {recording.lost_bytes} bytes are an incomplete record and are ignored"
         print_warning(f"{options.recording}: {what}")
     header, robot = recording.header, ReplayedRobot(recording)
+    settings = _hardware_settings(options, options.recording, header.step)
     device = Device(
         robot,
         header.signature,
         header.step,
         scale=header.scale,
-        key=_key(options, None),
-        watchdog=20e-3 if options.watchdog is None else options.watchdog * 1e-3,
+        key=_key(options, settings.key_file),
+        watchdog=settings.watchdog if options.watchdog is None else options.watchdog * 1e-3,
         f_min=-math.inf,
         f_max=math.inf,
     )
-    faults = _imperfections(options, EmulatorSettings())
-    _serve(device, options, faults, lambda: {"largest difference of a command": robot.deviation})
+    _serve(
+        device,
+        options,
+        settings.emulator,
+        lambda: {"largest difference of a command": robot.deviation},
+    )
     return GOOD
 
 
@@ -376,15 +331,6 @@ def _lines(totals: Mapping[str, Any], prefix: str = "") -> list[str]:
     for name, group in groups.items():
         lines += _lines(group, f"{prefix} {name}".strip())
     return lines
-
-
-def _outage(text: str) -> tuple[float, float]:
-    begin, _, length = text.partition(":")
-    try:
-        return float(begin), float(length)
-    except ValueError:
-        what = f"must be START:LENGTH in s, such as 2:0.2, not {text!r}"
-        raise InputError(what, key="--outage") from None
 
 
 def _failure(text: str) -> dict[str, Any]:

@@ -54,7 +54,9 @@ class Machines:
             Options for the device; empty if the kernel emulates the faults.
         """
         if not self.has_netem:
-            return ["--delay", delay, "--jitter", jitter, "--loss", loss]
+            faults = {"delay": 1e-3 * delay, "jitter": 1e-3 * jitter, "loss": loss}
+            settings = (f"hardware.emulator.{key}={value}" for key, value in faults.items())
+            return [word for setting in settings for word in ("--set", setting)]
         for machine in (self.controller, self.device):
             shaped = ["delay", f"{delay}ms", f"{jitter}ms", "loss", f"{100 * loss}%"]
             assert _run(
