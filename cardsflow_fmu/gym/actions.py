@@ -37,23 +37,24 @@ class Actions:
         if kind not in get_args(ActionMap):
             raise InputError(f"action must be one of {get_args(ActionMap)}, not {kind!r}")
         names = batch.command_names
-        self._driven = [k for k, name in enumerate(names) if name]
-        excited = [names[k] == "excitation" for k in self._driven]
+        driven = [k for k, name in enumerate(names) if name]
+        excited = [names[k] == "excitation" for k in driven]
         if kind == "sigmoid" and not all(excited):
             raise InputError(
                 f"action = 'sigmoid' needs muscles with excitations, but muscle "
-                f"{robot.muscles[self._driven[excited.index(False)]].name!r} has none; use 'range'"
+                f"{robot.muscles[driven[excited.index(False)]].name!r} has none; use 'range'"
             )
         self.is_sigmoid = kind != "range" and bool(excited) and all(excited)
         low, high = _command_ranges(robot, batch)
-        self._low, self._high = low[self._driven], high[self._driven]
+        self._low, self._high = low[driven], high[driven]
         motors = [c for c in robot.coordinates if c.actuated]
-        self._names = [robot.muscles[k].name for k in self._driven] + [c.name for c in motors]
+        self._names = [robot.muscles[k].name for k in driven] + [c.name for c in motors]
         self._tau = np.array([(c.tau_min, c.tau_max) for c in motors]).reshape(-1, 2)
         for motor, limits in zip(motors, self._tau, strict=True):
             if not np.isfinite(limits).all():
                 raise InputError(f"motor {motor.name!r} needs limits of its torque for actions")
-        self.size = len(self._driven) + len(motors)
+        self.size = len(driven) + len(motors)
+        self._columns = slice(None) if len(driven) == len(names) else driven
         if not self.size:
             raise InputError(f"robot {robot.name!r} has neither driven muscles nor motors")
         self.rest = low
@@ -69,13 +70,13 @@ class Actions:
 
     def commands(self, actions: NDArray[np.floating]) -> tuple[FloatArray, FloatArray | None]:
         """Return the commands, shape (n, m), and the torques of motors, shape (n, motors)."""
-        count = len(self._driven)
+        count = len(self._low)
         muscles = np.clip(actions[:, :count], -1.0, 1.0)
         if self.is_sigmoid:
-            self._commands[:, self._driven] = 1.0 / (1.0 + np.exp(-5.0 * (muscles - 0.5)))
+            self._commands[:, self._columns] = 1.0 / (1.0 + np.exp(-5.0 * (muscles - 0.5)))
         else:
             share = 0.5 * (1.0 + muscles)
-            self._commands[:, self._driven] = self._low + share * (self._high - self._low)
+            self._commands[:, self._columns] = self._low + share * (self._high - self._low)
         if not len(self._tau):
             return self._commands, None
         share = 0.5 * (1.0 + np.clip(actions[:, count:], -1.0, 1.0))

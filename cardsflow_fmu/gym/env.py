@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError
 
-from .episodes import Episodes, Observations, Setup
+from .episodes import Episodes, Setup
 from .image import image
+from .tasks.task import Observations
 
 ONE = np.ones(1, dtype=np.bool_)
 
@@ -63,8 +64,8 @@ class CardsflowEnv(gymnasium.Env[Observations, NDArray[np.float32]]):
     ) -> tuple[Observations, dict[str, Any]]:
         """Start an episode; see `gymnasium.Env.reset`."""
         super().reset(seed=seed)
-        self.episodes.generators[0] = self.np_random
-        self.episodes.is_seeded = True
+        if seed is not None:
+            self.episodes.seed([seed])
         self.episodes.reset(ONE)
         self._frames = [self._state()]
         return self.episodes.observations()[0], {}

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from gymnasium.utils import seeding
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError, Robot, SimulationError
@@ -17,9 +17,8 @@ from sim_dart import Batch
 from sim_dart.batch.arguments import whole
 
 from .actions import ActionMap, Actions
-from .tasks.task import Task, Terms
-
-Observations = NDArray[np.float32]
+from .draws import Draws
+from .tasks.task import Observations, Task, Terms
 
 
 @dataclass(frozen=True)
@@ -70,7 +69,6 @@ class Episodes:
     Attributes:
         batch: The instances.
         targets: Targets of the episodes, shape (n, k).
-        generators: Random numbers of the instances.
     """
 
     def __init__(
@@ -84,31 +82,27 @@ class Episodes:
             setup.robot, n, setup.step, **options, variants=setup.variants, threads=threads
         )
         self.actions = Actions(setup.robot, self.batch, setup.action)
-        self.generators: list[np.random.Generator] = [np.random.default_rng(0)] * n
-        first = self.task.start(np.random.default_rng(0))
-        self.targets: FloatArray = np.tile(first.target, (n, 1))
-        self._q = np.tile(first.q, (n, 1))
-        self.is_seeded = False
+        self._draws, self._is_seeded = Draws(n), False
+        first = self.task.start(lambda count: np.zeros((n, count)))
+        self.targets: FloatArray = np.array(first.target)
+        self._q = np.broadcast_to(first.q, self.batch.q.shape).copy()
 
     def seed(self, seeds: Sequence[int | None], chosen: BoolArray | None = None) -> None:
         """Seed the random numbers of instances; None for a random seed."""
         for i, seed in enumerate(seeds):
             if chosen is None or chosen[i]:
-                self.generators[i] = seeding.np_random(seed)[0]
-        self.is_seeded = True
+                self._draws.seed(i, seed)
+        self._is_seeded = True
 
     def reset(self, chosen: BoolArray) -> None:
         """Start new episodes of chosen instances."""
-        if not self.is_seeded:
+        if not self._is_seeded:
             self.seed([None] * self.batch.n)
-        variant = None
-        indices = np.flatnonzero(chosen).tolist()
-        for i in indices:
-            self._q[i], self.targets[i] = self.task.start(self.generators[i])
+        variant, draw = None, partial(self._draws.uniform, np.flatnonzero(chosen))
+        self._q[chosen], self.targets[chosen] = self.task.start(draw)
         if len(self.setup.variants) > 1:
             variant = self.batch.variant.copy()
-            for i in indices:
-                variant[i] = self.generators[i].integers(len(self.setup.variants))
+            variant[chosen] = len(self.setup.variants) * draw(1)[:, 0]
         self.batch.reset(chosen, self._q, commands=self.actions.rest, variant=variant)
         if self.setup.rest is not None:
             for column in self.task.activation_columns(self.batch):
@@ -116,7 +110,7 @@ class Episodes:
 
     def observations(self) -> Observations:
         """Return the observations of all instances, shape (n, k)."""
-        found = self.task.observation(self.batch, self.targets).astype(np.float32)
+        found = self.task.observation(self.batch, self.targets)
         if self.batch.diverged.any():
             found[self.batch.diverged] = 0.0
         return found

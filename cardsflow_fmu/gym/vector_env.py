@@ -14,8 +14,8 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu.utils.arrays import BoolArray
 
 from .env import spaces
-from .episodes import Episodes, Observations, Setup
-from .tasks.task import Terms
+from .episodes import Episodes, Setup
+from .tasks.task import Observations, Terms
 
 Step = tuple[Observations, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]
 
@@ -97,16 +97,17 @@ class CardsflowVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[An
             which = np.flatnonzero(before)
             raise InputError(f"episodes {which} have ended; reset them with options reset_mask")
         rewards, terminated, truncated, terms = self.episodes.step(actions)
-        infos: dict[str, Any] = {**terms, **{f"_{name}": ~before for name in terms}}
+        runs = ~before
+        infos: dict[str, Any] = {**terms, **dict.fromkeys((f"_{name}" for name in terms), runs)}
         if self._mode is AutoresetMode.NEXT_STEP and before.any():
             self.episodes.reset(before)
             rewards[before] = 0.0
-            terminated, truncated = terminated & ~before, truncated & ~before
+            terminated, truncated = terminated & runs, truncated & runs
         self._ended = terminated | truncated
         observations = self.episodes.observations()
         if self._mode is AutoresetMode.SAME_STEP and self._ended.any():
             ended = self._ended
-            infos |= {f"_{name}": ~ended for name in terms}
+            infos |= dict.fromkeys((f"_{name}" for name in terms), ~ended)
             infos |= _final_infos(ended, observations, terms)
             self.episodes.reset(ended)
             observations = self.episodes.observations()

@@ -37,13 +37,15 @@ def rows(what: str, values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
         raise InputError(f"{what} must be numbers of shape {shape}, not {values!r}") from None
-    if array.shape == shape[1:]:
-        array = np.broadcast_to(array, shape)
-    if array.shape != shape:
+    if array.shape not in (shape, shape[1:]):
         raise InputError(f"{what} must have shape {shape} or {shape[1:]}, not {array.shape}")
-    if not np.isfinite(array).all():
-        i, k = np.argwhere(~np.isfinite(array))[0].tolist()
-        raise InputError(f"{what} must be finite, not {array[i, k]} (instance {i}, column {k})")
+    is_finite = np.isfinite(array)
+    if not is_finite.all():
+        i, k = np.argwhere(~np.broadcast_to(is_finite, shape))[0].tolist()
+        value = array[..., k].flat[i]
+        raise InputError(f"{what} must be finite, not {value} (instance {i}, column {k})")
+    if array.shape != shape:
+        array = np.broadcast_to(array, shape)
     return np.ascontiguousarray(array)
 
 

@@ -110,6 +110,7 @@ class Batch:
         self.variant, self.ticks = self._instances.variant, np.zeros(self.n, dtype=np.int64)
         self.commands, self._torques = np.zeros((self.n, m)), np.zeros((self.n, dofs))
         self._has_torques = False
+        self._task_values = view("task_values", 3 * len(robot.task_frames))
         self._task_rows = task_rows(robot)
         self._answers = np.zeros(self.n, dtype=np.int32)
         self._scratch: list[FloatArray] = []
@@ -130,8 +131,7 @@ class Batch:
     @property
     def task_position(self) -> FloatArray:
         """Task coordinates y, shape (n, k), in [m] or [rad]."""
-        values = self._instances.view("task_values", 3 * len(self.robot.task_frames))
-        return values[:, self._task_rows]
+        return self._task_values[:, self._task_rows]
 
     def step(self, commands: ArrayLike, torques: ArrayLike | None = None) -> None:
         """Advance all instances by one step with constant commands.
@@ -180,14 +180,14 @@ class Batch:
         Raises:
             InputError: A value is not finite, the shape is wrong, or loops cannot be closed.
         """
-        mask, dofs = chosen_instances(chosen, self.n), self.q.shape[1]
-        initial = [[c.initial for c in robot.coordinates] for robot in self._robots]
+        mask = chosen_instances(chosen, self.n)
         if variant is not None:
             self._open_variants(mask, variant)
-        at = rows("q", np.take(initial, self.variant, axis=0) if q is None else q, self.q.shape)
-        rates = rows("qd", np.zeros(dofs) if qd is None else qd, self.qd.shape)
+        at = self._initial() if q is None else rows("q", q, self.q.shape)
+        rates = np.zeros(self.qd.shape) if qd is None else rows("qd", qd, self.qd.shape)
         if commands is not None:
-            self.commands[mask] = rows("commands", commands, self.commands.shape)[mask]
+            given = rows("commands", commands, self.commands.shape)
+            np.copyto(self.commands, given, where=mask[:, None])
         u = None if commands is None else self.commands
         self._set_start(mask, at, rates, u)
         if commands is None and self.commands.size:
@@ -268,6 +268,11 @@ class Batch:
         given = self.robot, self.n, self._length, self._robots, self._options
         state = self.get_state(), self.commands, self.variant, self.ticks, self._answers
         return _restored_batch, (type(self), *given, state)
+
+    def _initial(self) -> FloatArray:
+        initial = [[c.initial for c in robot.coordinates] for robot in self._robots]
+        found: FloatArray = np.take(initial, self.variant, axis=0)
+        return found
 
     def _rule(self) -> tuple[float, int, int]:
         is_runge_kutta = int(self._options["integrator"] == "rk4")

@@ -12,7 +12,7 @@ from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import Batch
 
-from .task import Start, Task, norms
+from .task import Draw, Start, Task, norms
 
 StartPose = Literal["initial", "random"]
 
@@ -57,19 +57,20 @@ class PoseTask(Task):
             if name not in names:
                 raise UnknownNameError("coordinate", name, names)
         self._low, self._high = bounds("targets", targets)
-        self._columns = [names.index(name) for name in targets]
-        if self._columns == list(range(len(names))):
-            self.parts = ("error",)
+        columns = [names.index(name) for name in targets]
+        self._columns: list[int] | slice = columns
+        if columns == list(range(len(names))):
+            self.parts, self._columns = ("error",), slice(None)
         self.near, self.far = positive("threshold", threshold), positive("far", far)
         self.beyond = 1.5 * self.near
         self._initial = np.array([c.initial for c in robot.coordinates])
         self._is_random = start == "random"
         self._limits = limits(robot) if self._is_random else (self._initial, self._initial)
 
-    def start(self, rng: np.random.Generator) -> Start:
-        """Draw the target, then the start pose."""
-        target = draw(rng, self._low, self._high)
-        return Start(draw(rng, *self._limits) if self._is_random else self._initial, target)
+    def start(self, draw: Draw) -> Start:
+        """Draw the targets, then the start poses."""
+        targets = between(draw, self._low, self._high)
+        return Start(between(draw, *self._limits) if self._is_random else self._initial, targets)
 
     def observe(self, batch: Batch, targets: FloatArray) -> list[FloatArray]:
         """Return the distances of the joints to the target."""
@@ -80,9 +81,9 @@ class PoseTask(Task):
         return norms(targets - batch.q[:, self._columns])
 
 
-def draw(rng: np.random.Generator, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Draw numbers uniformly: those of `rng.uniform(low, high)`, in a fifth of its time."""
-    return low + (high - low) * rng.random(len(low))
+def between(draw: Draw, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Draw numbers uniformly from `low` to `high`, shape (i, k)."""
+    return low + (high - low) * draw(len(low))
 
 
 def bounds(what: str, ranges: Mapping[str, ArrayLike]) -> tuple[FloatArray, FloatArray]:

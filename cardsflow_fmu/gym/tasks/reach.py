@@ -12,8 +12,8 @@ from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import Batch
 
-from .pose import bounds, draw, limits, positive
-from .task import Start, Task, norms
+from .pose import between, bounds, limits, positive
+from .task import Draw, Start, Task, norms
 
 Sampling = Literal["box", "workspace"]
 
@@ -60,41 +60,43 @@ class ReachTask(Task):
         if sampling not in ("box", "workspace"):
             raise InputError(f"sampling must be 'box' or 'workspace', not {sampling!r}")
         names = [f.name for f in robot.task_frames if not f.is_orientation]
-        self._rows = point_columns(robot, names if targets is None else list(targets))
+        columns = point_columns(robot, names if targets is None else list(targets))
         if targets is None:
             sampling = "workspace"
-            self._high = np.full(len(self._rows), np.inf)
+            self._high = np.full(len(columns), np.inf)
             self._low = -self._high
         else:
             self._low, self._high = bounds("targets", targets)
-        if self._low.size != len(self._rows):
+        if self._low.size != len(columns):
             raise InputError(
                 f"targets: the boxes have {self._low.size} numbers, but the points have "
-                f"{len(self._rows)} coordinates"
+                f"{len(columns)} coordinates"
             )
         count = len(names if targets is None else targets)
         self.space = "operational"
-        if self._rows == list(range(sum(len(f.axes) for f in robot.task_frames))):
-            self.parts = ("y", "error")
+        self._columns: list[int] | slice = columns
+        if columns == list(range(sum(len(f.axes) for f in robot.task_frames))):
+            self.parts, self._columns = ("y", "error"), slice(None)
         self.near = count * positive("threshold", threshold)
         self.far, self.beyond = count * positive("far", far), 2.0 * self.near
         self._initial = np.array([c.initial for c in robot.coordinates])
         self._points = self._reachable(poses or {}) if sampling == "workspace" else None
 
-    def start(self, rng: np.random.Generator) -> Start:
+    def start(self, draw: Draw) -> Start:
         """Draw the targets."""
         if self._points is None:
-            return Start(self._initial, draw(rng, self._low, self._high))
-        return Start(self._initial, self._points[rng.integers(len(self._points))])
+            return Start(self._initial, between(draw, self._low, self._high))
+        chosen = (len(self._points) * draw(1)[:, 0]).astype(int)
+        return Start(self._initial, self._points[chosen])
 
     def observe(self, batch: Batch, targets: FloatArray) -> list[FloatArray]:
         """Return the points and their distances to the targets."""
-        points = batch.task_position[:, self._rows]
+        points = batch.task_position[:, self._columns]
         return [points, targets - points]
 
     def distance(self, batch: Batch, targets: FloatArray) -> FloatArray:
         """Return the distances over all points."""
-        return norms(targets - batch.task_position[:, self._rows])
+        return norms(targets - batch.task_position[:, self._columns])
 
     def _reachable(self, ranges: Mapping[str, ArrayLike]) -> FloatArray:
         """Return positions of the points at random poses, shape (k, 3 points)."""
@@ -104,7 +106,7 @@ class ReachTask(Task):
         rest = np.maximum(batch.command_low, 0.0)
         for k in range(0, _POSES, _CHUNK):
             batch.reset(q=poses[k : k + _CHUNK], commands=rest)
-            found.append(batch.task_position[:, self._rows])
+            found.append(batch.task_position[:, self._columns])
         points = np.concatenate(found)
         inside = ((points >= self._low) & (points <= self._high)).all(axis=1)
         if not inside.any():

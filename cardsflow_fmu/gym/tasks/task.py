@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -17,12 +17,18 @@ from sim_dart import Batch
 Terms = dict[str, NDArray[Any]]
 
 
+Observations = NDArray[np.float32]
+
+Draw = Callable[[int], FloatArray]
+"""Function of a count that draws numbers from 0 to 1 for i instances, shape (i, count)."""
+
+
 class Start(NamedTuple):
-    """Start of an episode.
+    """Starts of i episodes.
 
     Attributes:
-        q: Joint positions, shape (dofs,), in [rad] or [m].
-        target: Target of the episode, shape (k,).
+        q: Joint positions, shape (i, dofs), or (dofs,) for all, in [rad] or [m].
+        target: Targets of the episodes, shape (i, k).
     """
 
     q: FloatArray
@@ -72,11 +78,11 @@ class Task(ABC):
         self._activations: list[int] | None = None
 
     @abstractmethod
-    def start(self, rng: np.random.Generator) -> Start:
-        """Return the start of an episode.
+    def start(self, draw: Draw) -> Start:
+        """Return the starts of episodes.
 
         Args:
-            rng: Random numbers of the instance.
+            draw: Random numbers of the instances.
         """
 
     @abstractmethod
@@ -119,11 +125,11 @@ class Task(ABC):
         columns = self.activation_columns(batch)
         return batch.states if len(columns) == batch.states.shape[1] else batch.states[:, columns]
 
-    def observation(self, batch: Batch, targets: FloatArray) -> FloatArray:
+    def observation(self, batch: Batch, targets: FloatArray) -> Observations:
         """Return the observations: q, qd times the length of a step, the parts, activations."""
         rates = batch.qd * batch.step_size
         parts = [batch.q, rates, *self.observe(batch, targets), self.activations(batch)]
-        return np.concatenate(parts, axis=1)
+        return np.concatenate(parts, axis=1, dtype=np.float32, casting="same_kind")
 
     def rewards(self, batch: Batch, targets: FloatArray) -> tuple[FloatArray, Terms]:
         """Return the rewards, shape (n,), and all terms."""

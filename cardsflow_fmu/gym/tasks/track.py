@@ -13,7 +13,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import Batch
 
 from .pose import positive
-from .task import Start, Task, norms
+from .task import Draw, Start, Task, norms
 
 
 class TrackTask(Task):
@@ -56,9 +56,9 @@ class TrackTask(Task):
         self.space = space
         self.parts = ("error", "rate") if space == "joint" else ("y", "error", "rate")
 
-    def start(self, rng: np.random.Generator) -> Start:
-        """Return the start of the reference."""
-        return Start(self._start, self._reference[0])
+    def start(self, draw: Draw) -> Start:
+        """Return the start of the reference, without random numbers."""
+        return Start(self._start, np.tile(self._reference[0], (len(draw(0)), 1)))
 
     def observe(self, batch: Batch, targets: FloatArray) -> list[FloatArray]:
         """Return the distances to the reference, its velocities times the step, and y if used."""

@@ -19,6 +19,7 @@ from support.robots.robots import EXAMPLES
 import cardsflow_fmu.gym as gym
 from addin_sdfusion.robot import CardsflowError
 from addin_sdfusion.robot.json_text import json_text
+from cardsflow_fmu.gym.draws import Draws
 
 POSE, REACH = "cardsflow/PlanarPose-v0", "cardsflow/PlanarReach-v0"
 PLANAR = EXAMPLES / "planar_2r"
@@ -77,6 +78,15 @@ def test_planar_targets_can_be_held_by_the_actions(corner: tuple[float, float]) 
         np.testing.assert_allclose(A @ found.x, torque, atol=1e-6)
 
 
+def test_draws_are_those_of_splitmix64() -> None:
+    """The numbers of the seed 1234567 are those of Rosetta Code, and independent of others."""
+    expected = np.array([6457827717110365317, 3203168211198807973, 9817491932198370423], np.uint64)
+    draws = Draws(2)
+    draws._states[:] = 99, 1234567
+    found = np.concatenate([draws.uniform([1], 1), draws.uniform([0, 1], 2)[1:]], axis=1)
+    np.testing.assert_array_equal(found[0], (expected >> np.uint64(11)) * 2.0**-53)
+
+
 def test_reset_mask_starts_only_chosen_episodes() -> None:
     env = gymnasium.make_vec(POSE, 2, autoreset_mode="Disabled")
     before = env.reset(seed=[3, 4])[0]
@@ -90,7 +100,7 @@ def test_reset_mask_starts_only_chosen_episodes() -> None:
 def test_rewards_are_those_of_their_formulas() -> None:
     env = gym.from_experiment(PLANAR, task="pose", threshold=0.9, weights={"act_reg": 0.0})
     env.action_space.seed(0)
-    env.reset(seed=2)
+    env.reset(seed=1)
     solved = []
     for _ in range(80):
         observation, reward, *_, info = env.step(env.action_space.sample())
