@@ -96,9 +96,6 @@ def pack_addin(
 
     Returns:
         The archives.
-
-    Raises:
-        InputError: A file cannot be written.
     """
     manifest = _manifest()
     files = {path: source.read_bytes() for path, source in _files().items()}

@@ -41,20 +41,12 @@ _NO_WINDOW = 0x08000000  # of Windows
 
 
 def copy(text: str) -> None:
-    """Copy a text to the clipboard.
-
-    Raises:
-        InputError: The clipboard is not available.
-    """
+    """Copy a text to the clipboard."""
     _run(0, text)
 
 
 def paste() -> str:
-    """Return the text in the clipboard; empty if it does not contain text.
-
-    Raises:
-        InputError: The clipboard is not available.
-    """
+    """Return the text in the clipboard; empty if it does not contain text."""
     return _run(1, "")
 
 

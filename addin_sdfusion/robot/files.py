@@ -88,11 +88,7 @@ def is_folder(path: Path) -> bool:
 
 
 def write_new(file: Path, content: bytes) -> None:
-    """Replace a file. An existing symbolic link is removed, not followed.
-
-    Raises:
-        OSError: The file cannot be written.
-    """
+    """Replace a file. An existing symbolic link is removed, not followed."""
     file.unlink(missing_ok=True)
     file.write_bytes(content)
 

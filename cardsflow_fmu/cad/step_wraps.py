@@ -61,11 +61,7 @@ class WrapRow:
 
 
 def read_wraps(file: Path) -> tuple[WrapRow, ...]:
-    """Read a table of wraps.
-
-    Raises:
-        InputError: The table is invalid; the message states the line.
-    """
+    """Read a table of wraps."""
     required = ("name", "part", "muscle", "after")
     rows = read_rows(file, required, ("x", "y", "z", "side", "turns", "inside"))
     return tuple(_wrap(row) for row in rows)

@@ -133,11 +133,7 @@ class MaterialRow:
 
 
 def read_joints(file: Path) -> tuple[JointRow, ...]:
-    """Read a table of joints.
-
-    Raises:
-        InputError: The table is invalid; the message states the line.
-    """
+    """Read a table of joints."""
     required = ("name", "type", "parent", "child")
     vectors = ("x", "y", "z", "axis x", "axis y", "axis z")
     numbers = ("lower", "upper", "value", "damping", "friction", "effort", "velocity")

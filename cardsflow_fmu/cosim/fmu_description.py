@@ -22,11 +22,7 @@ STRUCTURAL = "structuralParameter"
 
 
 def read_description(file: Path) -> Any:
-    """Read FMPy's model description of a packed FMU.
-
-    Raises:
-        InputError: The file is not an FMU.
-    """
+    """Read FMPy's model description of a packed FMU."""
     with open_archive(file, "FMU") as archive:
         data = read_entry(archive, DESCRIPTION, limits.DESCRIPTION)
     return _description(data, file)

@@ -224,11 +224,7 @@ def _content_problem(file: Path, changed: int, size: int) -> str | None:
 
 
 def world_meshes(world: Mapping[str, Any], roots: Sequence[Path]) -> tuple[dict[str, Any], Files]:
-    """Return the table [world] with paths of packed meshes, and these meshes.
-
-    Raises:
-        InputError: A mesh may not be packed.
-    """
+    """Return the table [world] with paths of packed meshes, and these meshes."""
     files: Files = {}
     rows: dict[str, list[dict[str, Any]]] = {}
     for key in ("objects", "shapes"):

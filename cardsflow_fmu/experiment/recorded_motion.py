@@ -79,11 +79,7 @@ def read_recorded(
 
 
 def recorded_names(file: Path, names: Sequence[str], lengths: Sequence[str] = ()) -> list[str]:
-    """Return the names of joint coordinates whose positions a file contains; see `read_motion`.
-
-    Raises:
-        InputError: The file cannot be read.
-    """
+    """Return the names of joint coordinates whose positions a file contains; see `read_motion`."""
     spaces: Mapping[Space, Names] = {"joint": Names("coordinate", list(names))}
     columns = _in_si(_file_columns(file, spaces, lengths))
     return [name for name in names if name in columns or f"q.{name}" in columns]

@@ -76,9 +76,6 @@ def experiment_resources(experiment: Experiment, *, with_hardware: bool = False)
 
     Returns:
         Content, or a file to copy, by path below the resources of the FMU.
-
-    Raises:
-        InputError: A file may not be packed; see `packed_files`.
     """
     data = experiment_data(experiment)
     files: Files = {}

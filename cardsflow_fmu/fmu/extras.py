@@ -18,11 +18,7 @@ _HERE = Path(__file__).parent
 
 
 def extra_files(fmu: FmuDescription, fmi: FmiVersion) -> dict[str, bytes]:
-    """Return the contents of the files, by path in the FMU.
-
-    Raises:
-        InputError: The installation is incomplete.
-    """
+    """Return the contents of the files, by path in the FMU."""
     icon, drawing = (_read(_HERE / "icon" / f"icon.{kind}") for kind in ("png", "svg"))
     files = {
         "documentation/index.html": documentation_page(fmu),

@@ -26,11 +26,7 @@ platform computes the same bits. The functions of FMI keep their plain names, fo
 
 
 def source_files(model_name: str, fmi: FmiVersion) -> dict[str, bytes]:
-    """Return the contents of the source files, by path in the FMU.
-
-    Raises:
-        InputError: The installation is incomplete.
-    """
+    """Return the contents of the source files, by path in the FMU."""
     folder = "linux64" if fmi == "2.0" else "x86_64-linux"
     text = _README.format(options=_OPTIONS, folder=folder, name=model_name)
     files = dict(_contents())

@@ -61,12 +61,7 @@ class Journal:
     def begin(
         self, names: tuple[str, ...], units: Mapping[str, str], count: int, summary: dict[str, Any]
     ) -> None:
-        """Replace the results of an earlier run by results without rows.
-
-        Raises:
-            MachineError: The disk is full.
-            InputError: The folder cannot be written.
-        """
+        """Replace the results of an earlier run by results without rows."""
         columns = len(names)
         if self._form == "npy" or (self._form == "auto" and is_large(count, columns)):
             self.table = NPY
@@ -103,11 +98,7 @@ class Journal:
         return self._store.rows
 
     def update(self, filled: int) -> None:
-        """Add new rows of the table; they are written within 0.05 s.
-
-        Raises:
-            SimulationError: The file cannot be written.
-        """
+        """Add new rows of the table; they are written within 0.05 s."""
         while self.table == TABLE and self._formatted < filled:
             begin, end = self._formatted, min(filled, self._written + self._block)
             self._text += rows_bytes(self.rows[begin:end]) + b"\n"

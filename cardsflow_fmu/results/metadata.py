@@ -56,11 +56,7 @@ _ROWS = {
 
 
 def read_summary(file: Path) -> dict[str, Any]:
-    """Read the summary of a run.
-
-    Raises:
-        InputError: The file is missing or invalid.
-    """
+    """Read the summary of a run."""
     summary = _read(file)
     require_summary(summary, file)
     return summary

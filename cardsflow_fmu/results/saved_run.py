@@ -76,9 +76,6 @@ def opened_run(path: str | Path) -> Iterator[ExperimentRunData]:
 
     Args:
         path: The results folder, or the table in it.
-
-    Raises:
-        InputError: A file is missing or damaged.
     """
     result = load_run(path)
     try:

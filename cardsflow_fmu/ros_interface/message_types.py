@@ -21,21 +21,13 @@ _SIGNALS = Path(__file__).parent / "interfaces/cardsflow_msgs/msg/Signals.msg"
 
 
 def require_ros(key: str | None = None) -> None:
-    """Check that the packages of the extra `ros2` are installed.
-
-    Raises:
-        InputError: A package is missing.
-    """
+    """Check that the packages of the extra `ros2` are installed."""
     require("recordings of ROS 2", "ros2", "mcap.writer", "rosbags.typesys", key=key)
 
 
 @functools.cache
 def type_store() -> Any:
-    """Return the message types of ROS 2 Jazzy and cardsflow_msgs, as a `Typestore` of rosbags.
-
-    Raises:
-        InputError: The package rosbags is missing.
-    """
+    """Return the message types of ROS 2 Jazzy and cardsflow_msgs, as a `Typestore` of rosbags."""
     require_ros()
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 

@@ -82,11 +82,7 @@ class RosNode:
         return True
 
     def advertise(self, topic: Topic) -> None:
-        """Create a publisher for a topic.
-
-        Raises:
-            InputError: The package of the message type is not installed.
-        """
+        """Create a publisher for a topic."""
         kind = _message_class(topic.type)
         name = self._address.absolute(topic.name)
         self._publishers[topic] = self._node.create_publisher(kind, name, _qos(topic)), kind
@@ -99,11 +95,7 @@ class RosNode:
         publisher.publish(message)
 
     def subscribe(self, topic: Topic) -> RosInbox:
-        """Subscribe to a topic and return its queue of messages.
-
-        Raises:
-            InputError: The package of the message type is not installed.
-        """
+        """Subscribe to a topic and return its queue of messages."""
         subscription = self._node.create_subscription(
             _message_class(topic.type),
             self._address.absolute(topic.name),

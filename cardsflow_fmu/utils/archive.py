@@ -39,21 +39,12 @@ def archive_bytes(files: Mapping[str, bytes]) -> bytes:
 
 
 def write_archive(path: Path, files: Mapping[str, bytes]) -> None:
-    """Write an archive under a temporary name and rename it, so that it is always complete.
-
-    Raises:
-        InputError: The archive cannot be written.
-        MachineError: The disk is full.
-    """
+    """Write an archive under a temporary name and rename it, so that it is always complete."""
     write_files(path.parent, {path.name: archive_bytes(files)})
 
 
 def read_contents(source: bytes | Path) -> bytes:
-    """Return the given bytes, or the content of a file.
-
-    Raises:
-        InputError: The file cannot be read.
-    """
+    """Return the given bytes, or the content of a file."""
     if isinstance(source, bytes):
         return source
     return read_file(source, limits.ARCHIVE)

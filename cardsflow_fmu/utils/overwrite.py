@@ -41,11 +41,7 @@ def output_file(file: str | Path, suffixes: Collection[str], *, overwrite: bool 
 
 
 def write_output(file: Path, content: str | bytes) -> Path:
-    """Write a file.
-
-    Raises:
-        InputError: The file cannot be written.
-    """
+    """Write a file."""
     return write_files(file.parent, {file.name: content})[0]
 
 

@@ -53,12 +53,7 @@ class TemporaryFolder:
 
 @contextlib.contextmanager
 def temporary_folder() -> Iterator[Path]:
-    """Create a temporary folder, as a context, and remove it at the end.
-
-    Raises:
-        InputError: The folder cannot be created.
-        MachineError: The disk is full.
-    """
+    """Create a temporary folder, as a context, and remove it at the end."""
     folder = TemporaryFolder()
     try:
         yield folder.path

@@ -37,9 +37,6 @@ def load_mesh(file: Path, scale: ArrayLike = (1.0, 1.0, 1.0)) -> trimesh.Trimesh
     Args:
         file: Mesh file; see `read_mesh`.
         scale: Factors along x, y, z that convert the units of the file to metres.
-
-    Raises:
-        InputError: The file cannot be read or contains no triangles.
     """
     import trimesh
 

@@ -43,9 +43,6 @@ def solid_shape(shape: Shape) -> SolidShape:
 
     Args:
         shape: The shape.
-
-    Raises:
-        InputError: A mesh cannot be used.
     """
     import dartpy
 

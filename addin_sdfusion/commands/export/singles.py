@@ -45,11 +45,7 @@ def joint_rows(settings: ExportSettings, joints: Sequence[str]) -> list[tuple[Ce
 def apply_edit(
     settings: ExportSettings, edit: CellEdit, links: Sequence[str], joints: Sequence[str]
 ) -> ExportSettings:
-    """Return the settings after an edit of one of the tables.
-
-    Raises:
-        InputError: The text is not a number.
-    """
+    """Return the settings after an edit of one of the tables."""
     if edit.table == "of_links":
         change: dict[str, Any] = {"collision": COLLISIONS.get(edit.value)}
         if edit.column == _NAME:

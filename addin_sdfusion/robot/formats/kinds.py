@@ -27,11 +27,7 @@ _ENDS = {b"<?": b"?>", b"<!--": b"-->"}
 
 
 def kind_of(file: Path) -> Kind | None:
-    """Return the format of a file, or None if it is not a robot file.
-
-    Raises:
-        InputError: The file cannot be read.
-    """
+    """Return the format of a file, or None if it is not a robot file."""
     if file.name.endswith(BODIES):
         return "caspr"
     if file.suffix in BY_SUFFIX:

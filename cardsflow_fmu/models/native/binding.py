@@ -11,11 +11,7 @@ from cardsflow_fmu.runtime.library import library_path
 
 @cache
 def native_library() -> ctypes.CDLL:
-    """Load the library of FMUs. Its calls release the Python lock (GIL).
-
-    Raises:
-        InputError: The library does not exist.
-    """
+    """Load the library of FMUs. Its calls release the Python lock (GIL)."""
     library = ctypes.CDLL(str(library_path()))
     pointer, count, size = ctypes.c_void_p, ctypes.c_int32, ctypes.c_size_t
     double, text = ctypes.c_double, ctypes.c_char_p

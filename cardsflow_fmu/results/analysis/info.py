@@ -88,11 +88,7 @@ def _lengths(robot: Robot) -> tuple[list[float] | list[None], list[str]]:
 
 
 def fmu_info(path: str | Path) -> dict[str, Any]:
-    """Return the variables of an FMU as plain data.
-
-    Raises:
-        InputError: The file is not an FMU.
-    """
+    """Return the variables of an FMU as plain data."""
     import fmpy  # only required for FMUs
 
     from cardsflow_fmu.cosim.fmu_description import read_description

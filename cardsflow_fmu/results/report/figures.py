@@ -53,9 +53,6 @@ def plot(
         panels: Panels, such as `forces` and `tracking` (default: forces, tracking and errors).
         columns: Patterns of column names, such as `q.*`.
         overwrite: Whether to replace a file that CARDSFlow did not write.
-
-    Raises:
-        InputError: The result has no such data, or the file cannot be written.
     """
     target = figure_file(file, overwrite=overwrite)
     return write_figure(target, figure_of(result, panels, columns))
@@ -75,11 +72,7 @@ def figure_file(file: str | Path, *, overwrite: bool = False) -> Path:
 
 
 def write_figure(file: Path, figure: Figure) -> Path:
-    """Write a figure to a file from `figure_file`.
-
-    Raises:
-        InputError: The file cannot be written.
-    """
+    """Write a figure to a file from `figure_file`."""
     return write_output(file, image(figure, file.suffix.lower().removeprefix(".")))
 
 

@@ -32,11 +32,7 @@ _BINS = 500
 
 
 def report(path: str | Path, file: str | Path, *, overwrite: bool = False) -> Path:
-    """Write the report of a run.
-
-    Raises:
-        InputError: The folder is not a results folder, or the file cannot be written.
-    """
+    """Write the report of a run."""
     target = output_file(file, PAGES, overwrite=overwrite)
     with opened_run(path) as result:
         text = report_page(result)
@@ -44,11 +40,7 @@ def report(path: str | Path, file: str | Path, *, overwrite: bool = False) -> Pa
 
 
 def report_page(result: ExperimentRunData) -> str:
-    """Return the report of a run as an HTML page without external addresses.
-
-    Raises:
-        InputError: The run has no rows.
-    """
+    """Return the report of a run as an HTML page without external addresses."""
     name = str(result.summary.get("experiment", result.experiment.robot.name))
     act = act_of(result)
     return page(

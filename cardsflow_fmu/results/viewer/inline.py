@@ -45,11 +45,7 @@ class ShownPage:
         return f"<page of {len(self.html) // 1024} KiB; .save('page.html') writes it>"
 
     def save(self, file: str | Path, *, overwrite: bool = False) -> Path:
-        """Write the page.
-
-        Raises:
-            InputError: The file cannot be written.
-        """
+        """Write the page."""
         return write_html(self.html, file, overwrite=overwrite)
 
 

@@ -43,9 +43,6 @@ def run_act(path: str | Path, *, full_scale: bool = False) -> Act:
     Args:
         path: The results folder.
         full_scale: Whether colours range to f_max instead of the maximum tension of the run.
-
-    Raises:
-        InputError: The folder has no complete results.
     """
     with opened_run(path) as result:
         return act_of(result, full_scale=full_scale)
@@ -85,10 +82,6 @@ def robot_act(
         path: Robot file or its folder.
         cable_set: Name of the cable set (default: as in the robot file).
         note: Called with notes on the files, such as missing meshes.
-
-    Raises:
-        RobotError: The robot is invalid.
-        InputError: The files cannot be read.
     """
     reading = read(path, cable_set)
     robot = reading.require()
@@ -133,20 +126,12 @@ def page_of(acts: Sequence[Act]) -> str:
 
 
 def write_page(acts: Sequence[Act], file: str | Path, *, overwrite: bool = False) -> Path:
-    """Write a self-contained HTML page that shows motions side by side, or a robot.
-
-    Raises:
-        InputError: The file cannot be written.
-    """
+    """Write a self-contained HTML page that shows motions side by side, or a robot."""
     return write_html(page_of(acts), file, overwrite=overwrite)
 
 
 def write_html(page: str, file: str | Path, *, overwrite: bool = False) -> Path:
-    """Write a page.
-
-    Raises:
-        InputError: The file cannot be written.
-    """
+    """Write a page."""
     return write_output(output_file(file, PAGES, overwrite=overwrite), page)
 
 
@@ -170,9 +155,6 @@ def view(
         browser: Whether to open the browser.
         report: Called with a line that contains the address.
         note: As for `robot_act`.
-
-    Raises:
-        InputError: A path cannot be shown, or the port is used.
     """
     acts = acts_of(paths, cable_set=cable_set, full_scale=full_scale, note=note)
     serve(page_of(acts), port=port, browser=browser, report=report)

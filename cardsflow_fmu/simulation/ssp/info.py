@@ -13,11 +13,7 @@ from .system import Component
 
 
 def system_info(path: str | Path) -> dict[str, Any]:
-    """Return components and connections of a system as plain data.
-
-    Raises:
-        InputError: The file cannot be read or uses unsupported features.
-    """
+    """Return components and connections of a system as plain data."""
     path = Path(path)
     with temporary_folder() as scratch, name_archive_in_errors(path, scratch) as folder:
         unpack_ssp(path, folder)

@@ -25,9 +25,6 @@ def unpack_ssp(path: Path, folder: Path) -> Path:
 
     Returns:
         The folder.
-
-    Raises:
-        InputError: The file is not a zip archive, or has invalid content.
     """
     return unpack_archive(path, folder, ".ssp", "a system of FMUs")
 

@@ -33,9 +33,6 @@ def write_ssp(
 
     Returns:
         The path.
-
-    Raises:
-        InputError: The file cannot be written.
     """
     files = {source: read_contents(file) for source, file in fmus.items()}
     for structure, one in {"SystemStructure": system, **(variants or {})}.items():

@@ -37,9 +37,6 @@ def experiment_digest(experiment: Experiment) -> str:
 
     Args:
         experiment: The experiment without variations.
-
-    Raises:
-        InputError: A file cannot be read.
     """
     digest = hashlib.sha256()
     for name, content in (*_resources(experiment), *_files(experiment)):

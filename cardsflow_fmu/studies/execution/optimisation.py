@@ -41,11 +41,7 @@ class Search:
 
 
 def optimise(study: Study, fingerprint: str, run_generation: RunGeneration) -> Search:
-    """Search for the best robot, once for each seed.
-
-    Raises:
-        InputError: The algorithm is not installed.
-    """
+    """Search for the best robot, once for each seed."""
     assert study.optimise is not None
     found, settings = Search(), study.optimise
     dimensions = sum(has_range(variation) for variation in study.variations)

@@ -28,9 +28,6 @@ def search(settings: Optimise, dimensions: int, seed: int, evaluate: Evaluate) -
         dimensions: Number of dimensions of the unit cube.
         seed: Seed of the search; equal seeds result in equal searches.
         evaluate: Function that returns the costs of a generation.
-
-    Raises:
-        InputError: The algorithm is not installed.
     """
     methods = {"differential_evolution": _differential_evolution, "cma_es": _cma_es}
     methods[settings.method](settings, dimensions, seed, evaluate)

@@ -29,10 +29,6 @@ def read_extras(robot: Robot, model: Node, plugins: Sequence[Node], cable_set: s
         plugins: Elements with the data. If they have no cable sets or no task sets, these are read
             from the cardsflow.xml next to the robot file.
         cable_set: Cable set to activate; the default of the file if None.
-
-    Raises:
-        InputError: The cardsflow.xml is not readable XML.
-        UnknownNameError: The cable set does not exist.
     """
     cable_sets, task_sets = _children(plugins, "cable_set"), _children(plugins, "task_set")
     sources = [*(() if _are_from_cardsflow_xml(plugins, model) else cardsflow_xml(model)), *plugins]

@@ -27,10 +27,6 @@ def read_caspr(bodies: Path, cable_set: str | None, notes: Notes) -> Robot | Non
 
     CASPR does not name joints and coordinates; they are called `joint_1`, `joint_2`, ... by the
     number of their link. Link frames are joint frames.
-
-    Raises:
-        InputError: A file is not readable XML.
-        UnknownNameError: The cable set does not exist.
     """
     name = bodies.name.removesuffix(BODIES)
     subject = Subject("robot", name)

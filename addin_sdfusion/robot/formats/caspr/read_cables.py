@@ -25,9 +25,6 @@ def read_cables(
 
     A set with an unknown kind of cable or attachment is omitted with a warning. If it is the active
     set, this is an error.
-
-    Raises:
-        UnknownNameError: The chosen set does not exist.
     """
     if root.tag != "cables":
         root.error("not-caspr", f"<{root.tag}> is not CASPR's <cables>")

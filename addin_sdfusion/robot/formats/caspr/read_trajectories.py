@@ -43,11 +43,7 @@ def trajectories_file(bodies: Path) -> Path | None:
 
 
 def trajectory_names(file: str | Path, space: Space = "joint") -> tuple[str, ...]:
-    """Return the names of the trajectories of a space, of any type, in order.
-
-    Raises:
-        InputError: The file is not a readable trajectory file.
-    """
+    """Return the names of the trajectories of a space, of any type, in order."""
     return tuple(node.attribute("id", "") for node in _nodes(Path(file), Notes())[space])
 
 
@@ -58,10 +54,6 @@ def read_trajectory(file: str | Path, name: str, space: Space = "joint") -> Traj
     that the result is a cubic spline. The times are the times of the points. If the time step does
     not divide a segment, CASPR ends the segment at the last step before the point; here it ends at
     the point.
-
-    Raises:
-        UnknownNameError: The trajectory does not exist.
-        InputError: The file or the trajectory is invalid.
     """
     file, notes = Path(file), Notes()
     return _valid_trajectory(_find_element(_nodes(file, notes), name, space, file), space, notes)

@@ -34,11 +34,7 @@ def table_of(file: Path) -> Path | None:
 
 
 def with_table(robot: Robot, table: Path, notes: Notes) -> Robot:
-    """Replace the muscles and wrap surfaces of a robot by those of a table.
-
-    Raises:
-        InputError: The table cannot be read.
-    """
+    """Replace the muscles and wrap surfaces of a robot by those of a table."""
     links = [link.name for link in robot.links]
     reading = read_table(read_file(table, XML), links, table)
     notes.files.append(table)
@@ -74,11 +70,7 @@ def _shared_surfaces(robot: Robot, changed: Robot) -> Iterator[Finding]:
 
 
 def write_table(robot: Robot, folder: Path) -> list[Path]:
-    """Write the active muscles of a robot as `muscles.csv`; returns the file.
-
-    Raises:
-        InputError: The file cannot be written.
-    """
+    """Write the active muscles of a robot as `muscles.csv`; returns the file."""
     return write_files(folder, {MUSCLES_CSV: table_text(MuscleDocument.of(robot))})
 
 

@@ -40,10 +40,6 @@ def read_sdf(
         cable_set: Cable set to activate; the default of the file if None.
         notes: Collects findings, locations and files.
         repair: Whether to repair known inertia errors.
-
-    Raises:
-        InputError: A file is not readable XML.
-        UnknownNameError: The cable set does not exist.
     """
     root = parse(file, Subject("robot", file.stem), notes)
     node = _model(root)

@@ -63,11 +63,7 @@ class SdfWorld:
 
 
 def read_sdf_world(file: Path) -> SdfWorld:
-    """Return the static models of an SDF world; a finding reports each other kind of content.
-
-    Raises:
-        InputError: The file is not readable XML.
-    """
+    """Return the static models of an SDF world; a finding reports each other kind of content."""
     notes = Notes()
     root = parse(file, Subject("world", file.stem), notes)
     if root.tag != "sdf":

@@ -38,12 +38,7 @@ XACRO = (
 
 
 def read_urdf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
-    """Return the robot in a URDF file.
-
-    Raises:
-        InputError: A file is not readable XML, or is xacro.
-        UnknownNameError: The cable set does not exist.
-    """
+    """Return the robot in a URDF file."""
     root = parse(file, Subject("robot", file.stem), notes)
     _reject_xacro(root)
     if root.tag != "robot":

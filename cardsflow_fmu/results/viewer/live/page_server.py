@@ -122,9 +122,6 @@ def page_server(
         port: The port (default: the first free port from 8080).
         actions: Actions of POST requests by path, such as `/save`.
         token: Token from `new_token` for actions; empty for a page without actions.
-
-    Raises:
-        InputError: The port is used.
     """
     served = PageServer(page, actions, token)
 
